@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace hapticd::hal {
+
+/// What went wrong, in the five parts a person needs to mend it. Every refusal of the service, from a
+/// scene file to an RPC, is one of these; the network adds only a status code.
+struct Error {
+  std::string what;    ///< the complaint, e.g. "unknown key 'stifness'"
+  std::string where;   ///< the place, e.g. "scene 'tap_1d', line 12" or "SetTargetRequest.stiffness_n_per_mm"
+  std::string value;   ///< the offending value as text, empty if there is none
+  std::string limit;   ///< what would be accepted, e.g. "0 … 1000 N/mm"
+  std::string remedy;  ///< what to do, e.g. "did you mean 'stiffness_n_per_mm'?"
+
+  /// One line for logs and terminals.
+  std::string text() const {
+    std::string line = where.empty() ? what : where + ": " + what;
+    if (!value.empty()) line += " (got " + value + ")";
+    if (!limit.empty()) line += "; accepted: " + limit;
+    if (!remedy.empty()) line += "; " + remedy;
+    return line;
+  }
+};
+
+/// A value or the reason there is none. Never used in the tick: errors belong to set-up and to the network.
+template <class T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : content_(std::move(value)) {}      // NOLINT(google-explicit-constructor)
+  Result(Error error) : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  explicit operator bool() const noexcept { return content_.index() == 0; }
+  T& operator*() { return std::get<0>(content_); }
+  const T& operator*() const { return std::get<0>(content_); }
+  T* operator->() { return &std::get<0>(content_); }
+  const T* operator->() const { return &std::get<0>(content_); }
+  const Error& error() const { return std::get<1>(content_); }
+
+ private:
+  std::variant<T, Error> content_;
+};
+
+}  // namespace hapticd::hal

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hal/samples.h"
+
+namespace hapticd::hal {
+
+/// A parameter that is known only roughly. Rigs list theirs, so that every figure measured on them can be
+/// read together with what it rests on.
+struct UncertainParameter {
+  std::string name;  ///< e.g. "structural_mode_hz"
+  double value = 0.0;
+  std::string unit;
+  std::string source;  ///< where the value comes from and how far it may be trusted
+};
+
+/// Limits and properties of a force-feedback device, along any one axis at the tool tip.
+struct DeviceInfo {
+  std::string model;  ///< e.g. "phantom_1_0"; empty when the rig has no device
+  double max_force_n = 0.0;
+  double max_continuous_force_n = 0.0;
+  double position_resolution_mm = 0.0;
+  double structural_stiffness_n_per_mm = 0.0;
+  double apparent_mass_g = 0.0;
+};
+
+/// Properties of a force sensor.
+struct SensorInfo {
+  std::string model;  ///< e.g. "nano17_si_25"; empty when the rig has none
+  double range_n = 0.0;
+  double resolution_n = 0.0;
+  double sample_rate_hz = 0.0;
+  double tool_mass_g = 0.0;  ///< mass beyond the sensor, 0 when unknown
+};
+
+enum class RigKind : std::uint8_t { kSimulated, kReplay, kHardware };
+
+/// What a rig is, fixed from its start to its end.
+struct RigInfo {
+  RigKind kind = RigKind::kSimulated;
+  std::string name;  ///< e.g. "sim:phantom_1_0"
+  double rate_hz = 1000.0;
+  DeviceInfo device;
+  SensorInfo sensor;
+  bool renders_force = true;  ///< false where commands reach nobody (a recording)
+  bool has_truth = false;     ///< true where truth() answers
+  std::vector<UncertainParameter> uncertain;
+};
+
+/// Device half of a sample and the way force takes. Implementations neither block nor allocate in read and write.
+class HapticDevice {
+ public:
+  virtual ~HapticDevice() = default;
+  virtual const DeviceInfo& info() const noexcept = 0;
+  /// Fills position, orientation, time and the device's status bits.
+  virtual void read(RigSample& sample) noexcept = 0;
+  /// Takes effect no earlier than the device's own latency allows.
+  virtual void write(const DeviceCommand& command) noexcept = 0;
+};
+
+/// Sensor half of a sample.
+class ForceSensor {
+ public:
+  virtual ~ForceSensor() = default;
+  virtual const SensorInfo& info() const noexcept = 0;
+  /// Fills force, torque, count, age and the sensor's status bits with the mean since the last call.
+  virtual void read(RigSample& sample) noexcept = 0;
+  /// Takes the present reading as zero. Call it only with the tool free and at rest.
+  virtual void bias() noexcept = 0;
+};
+
+/// Called once a period by whoever owns the clock.
+class TickHandler {
+ public:
+  virtual ~TickHandler() = default;
+  virtual DeviceCommand on_tick(const RigSample& sample) noexcept = 0;
+};
+
+/// Device, sensor and clock. Two kinds:
+/// - a *paced* rig has no clock of its own (`owns_clock()` is false): a periodic thread calls read() and
+///   write() once a period;
+/// - a rig that owns its clock (virtual time, a file, a vendor's scheduler) is given the handler by run()
+///   and calls it itself.
+class Rig {
+ public:
+  virtual ~Rig() = default;
+  virtual const RigInfo& info() const noexcept = 0;
+
+  virtual bool owns_clock() const noexcept = 0;
+  /// Next measurement. Bounded time, no allocation.
+  virtual void read(RigSample& sample) noexcept = 0;
+  virtual void write(const DeviceCommand& command) noexcept = 0;
+  /// True when there is nothing more to read (a recording has ended).
+  virtual bool exhausted() const noexcept { return false; }
+  /// The truth behind the last sample; false where there is none.
+  virtual bool truth(TruthSample&) const noexcept { return false; }
+
+  /// Drives the handler until the rig is exhausted or `stop` is set. A rig with an external scheduler
+  /// overrides this; the default goes as fast as it can, which is what virtual time means. A zero force is
+  /// written before it returns, whatever the cause.
+  virtual void run(TickHandler& handler, const std::atomic<bool>& stop) noexcept {
+    RigSample sample;
+    while (!stop.load(std::memory_order_relaxed) && !exhausted()) {
+      read(sample);
+      write(handler.on_tick(sample));
+    }
+    write(DeviceCommand{});
+  }
+};
+
+}  // namespace hapticd::hal

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "hal/samples.h"
+
+namespace hapticd::sim {
+
+/// What the simulated hand intends. Motions are minimum-jerk; the hand follows them through its own impedance.
+struct HandProgram {
+  enum class Kind : std::uint8_t {
+    kRest,    ///< holds the tool still above the object
+    kTap,     ///< strikes the object repeatedly: `speed_mm_per_s` at the surface, `rate_hz` taps a second
+    kPress,   ///< approaches slowly, then presses to `force_n` (or `depth_mm` if that is > 0) and holds
+    kStroke,  ///< presses with `force_n` and moves along `stroke_direction` and back
+    kWeight,  ///< a passive mass on the grip, no hand (D§3.3.2): lowered onto the object and left there
+    kShake,   ///< free motion driven by the device: a sinusoidal force of `force_n` at `rate_hz` (D§3.2.2)
+  };
+  Kind kind = Kind::kRest;
+  double force_n = 2.0;
+  double depth_mm = 0.0;
+  double force_rate_n_per_s = 2.0;  ///< how fast a press builds up
+  double approach_mm_per_s = 15.0;  ///< guided approach before a press (D§3.4.1)
+  double speed_mm_per_s = 400.0;    ///< tap: at the surface; stroke: along the surface
+  double rate_hz = 1.5;
+  double hold_s = 2.0;              ///< press: time at full force before release; negative = for ever
+  int repetitions = 1;              ///< press, tap, stroke; negative = for ever
+  hal::Vector3 stroke_direction{1.0, 0.0, 0.0};
+  double stroke_length_mm = 50.0;
+  double mass_g = 408.0;            ///< weight
+};
+
+}  // namespace hapticd::sim

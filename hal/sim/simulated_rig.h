@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/rig.h"
+#include "hal/sim/device_model.h"
+#include "hal/sim/hand.h"
+#include "hal/sim/object_model.h"
+
+namespace hapticd::sim {
+
+/// Which rig to simulate. Uncertain device parameters may be overridden to see what they do to a result.
+struct SimulationConfig {
+  std::string device = "phantom_1_0";
+  std::string object = "sponge_block";  ///< "none" for an empty table
+  double rate_hz = 1000.0;              ///< of the tick; the physics runs at 10 kHz whatever this is
+  std::uint64_t seed = 1;
+  /// False: each read() advances exactly one period, however long the caller took (virtual time).
+  /// True: read() advances by the wall clock, so a late caller meets a world that moved on without it.
+  bool real_time = false;
+  double tool_mass_g = 9.35;                     ///< beyond the sensor (D§3.2.1)
+  std::optional<double> structural_mode_hz;      ///< override of the preset's value
+  std::optional<double> structural_damping;      ///< damping ratio of that mode
+  std::optional<double> amplifier_pole_hz;
+};
+
+/// Device, hand, object and sensor as one coupled physical system, seeded and bit-repeatable in virtual time.
+/// Shares nothing with rt/: its objects are not Hunt-Crossley laws, its friction is not Dahl's.
+class SimulatedRig final : public hal::Rig {
+ public:
+  static hal::Result<std::unique_ptr<SimulatedRig>> create(const SimulationConfig& config);
+  ~SimulatedRig() override;
+
+  static std::vector<std::string> device_presets();
+  static std::vector<std::string> object_presets();
+
+  const hal::RigInfo& info() const noexcept override;
+  bool owns_clock() const noexcept override;  ///< true in virtual time
+  void read(hal::RigSample& sample) noexcept override;
+  void write(const hal::DeviceCommand& command) noexcept override;
+  bool truth(hal::TruthSample& truth) const noexcept override;
+
+  /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
+  std::optional<hal::Error> set_program(const HandProgram& program);
+  /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. The swap
+  /// happens at the next read() and lifts a pressing hand off first.
+  std::optional<hal::Error> set_object(const std::string& name);
+  std::string object() const;
+
+ private:
+  struct State;
+  explicit SimulatedRig(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::sim

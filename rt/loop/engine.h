@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "hal/rig.h"
+#include "rt/loop/spsc_ring.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/renderer.h"
+#include "rt/scene/tick_record.h"
+
+namespace hapticd::rt {
+
+/// What a thread outside the loop may ask of the tick.
+struct EngineCommand {
+  enum class Kind : std::uint8_t { kSetTarget, kExchangeScene, kClear };
+  Kind kind = Kind::kSetTarget;
+  std::uint64_t at_tick = 0;  ///< not before this tick; 0 = the next one
+  double stiffness_n_per_mm = 0.0;
+  double ramp_s = 0.0;
+  Pipeline* pipeline = nullptr;  ///< kExchangeScene: the new one, or null to unload
+  GuardLimits guard;             ///< kExchangeScene
+};
+
+/// What became of it.
+struct EngineOutcome {
+  enum class Status : std::uint8_t {
+    kApplied,
+    kNoScene,         ///< there is nothing whose target could be set
+    kFaultPersists,   ///< the guard stays latched: the last sample was unfit
+    kTimedOut,        ///< the loop did not answer in time; the command is withdrawn and will not take effect
+    kQueueFull,       ///< too many commands under way
+  };
+  Status status = Status::kTimedOut;
+  std::uint64_t tick = 0;        ///< at which it took effect
+  std::int64_t time_ns = 0;      ///< the rig's time of that tick
+  Pipeline* retired = nullptr;   ///< kExchangeScene: the one that was loaded, now the caller's to delete
+};
+
+/// Stands between the loop's thread and all others. The loop calls on_tick(); everyone else calls execute()
+/// and stop(), and one thread reads the records. No side ever waits for a lock of the other.
+class Engine final : public hal::TickHandler {
+ public:
+  static constexpr std::size_t kCommandSlots = 32;
+
+  /// `record_capacity`: how many ticks of telemetry the ring holds for a slow reader (8192 = 8 s at 1 kHz).
+  Engine(const hal::Rig& rig, std::size_t record_capacity = 8192);
+  ~Engine() override;
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  // -- the thread that owns the clock ------------------------------------------------------------------------
+  hal::DeviceCommand on_tick(const hal::RigSample& sample) noexcept override;
+  /// Times to be told with the next record.
+  void note_timing(const TickTiming& timing) noexcept { timing_ = timing; }
+
+  // -- any other thread ----------------------------------------------------------------------------------------
+  /// Hands the command to the loop and waits until it took effect or `timeout` is over. Callers are many; each
+  /// waits by itself.
+  EngineOutcome execute(const EngineCommand& command, std::chrono::nanoseconds timeout);
+  /// Latches the guard at the next tick. Never blocks, never fails.
+  void stop() noexcept { stop_requested_.store(true, std::memory_order_release); }
+
+  /// The last tick that was completed and the rig's time of it; how a caller turns a time into a tick.
+  std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
+  std::int64_t last_time_ns() const noexcept { return last_time_ns_.load(std::memory_order_acquire); }
+
+  // -- the one thread that drains telemetry ---------------------------------------------------------------------
+  bool pop_record(TickRecord& record) noexcept { return records_.pop(record); }
+  /// Records lost because the ring was full.
+  std::uint64_t records_dropped() const noexcept { return records_dropped_.load(std::memory_order_relaxed); }
+
+ private:
+  /// One command under way. `state` hands it to and fro: free → waiting → taken by the loop → done.
+  struct Slot {
+    enum State : std::uint32_t { kFree, kWaiting, kDone, kWithdrawn };
+    EngineCommand command;
+    EngineOutcome outcome;
+    std::atomic<std::uint32_t> state{kFree};
+  };
+
+  void take_commands(const hal::RigSample& sample) noexcept;
+  void perform(Slot& slot, const hal::RigSample& sample) noexcept;
+  Slot* acquire_slot();
+
+  const hal::Rig& rig_;
+  Renderer renderer_;
+  TickTiming timing_;
+
+  std::array<Slot, kCommandSlots> slots_;
+  SpscRing<std::uint32_t> mailbox_;  ///< slot numbers, to the loop
+  std::mutex producers_;             ///< among callers of execute(); the loop never touches it
+  std::array<std::uint32_t, kCommandSlots> pending_{};  ///< the loop's own: taken, but not due yet
+  std::size_t pending_count_ = 0;
+
+  std::atomic<bool> stop_requested_{false};
+  SpscRing<TickRecord> records_;
+  std::atomic<std::uint64_t> records_dropped_{0};
+  std::atomic<std::uint64_t> last_tick_{0};
+  std::atomic<std::int64_t> last_time_ns_{0};
+};
+
+}  // namespace hapticd::rt

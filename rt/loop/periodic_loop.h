@@ -1,0 +1,81 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/rig.h"
+#include "rt/loop/engine.h"
+#include "rt/loop/latency_histogram.h"
+
+namespace hapticd::rt {
+
+/// How the loop's thread is to run. A value, checked before any thread exists.
+struct LoopConfig {
+  double rate_hz = 1000.0;  ///< 500 … 10000; must be the rig's
+  int fifo_priority = 80;   ///< SCHED_FIFO 1 … 99; 0 = ordinary scheduling
+  int cpu = -1;             ///< pin to this CPU; -1 = any
+  bool lock_memory = true;  ///< mlockall
+  bool keep_cpu_awake = true;  ///< hold /dev/cpu_dma_latency at 0: without it an idle core wakes tens of µs late
+};
+
+hal::Result<LoopConfig> validate(const LoopConfig& config);
+
+/// Everything measured about the loop, as one copy.
+struct LoopStatistics {
+  LatencySnapshot wakeup;
+  LatencySnapshot compute;
+  LatencySnapshot device;
+  std::uint64_t ticks = 0;
+  std::uint64_t periods_missed = 0;
+  std::uint64_t overruns_by_wakeup = 0;
+  std::uint64_t overruns_by_compute = 0;
+  std::uint64_t overruns_by_device = 0;
+};
+
+/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. Wakes at absolute
+/// times; a period that was missed is skipped and counted, never caught up in a burst. Runs without
+/// privileges too, and says what it lacks.
+class PeriodicLoop {
+ public:
+  PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);
+  /// Stops: the last thing written to the device is a zero force.
+  ~PeriodicLoop();
+  PeriodicLoop(const PeriodicLoop&) = delete;
+  PeriodicLoop& operator=(const PeriodicLoop&) = delete;
+
+  void start();
+  void stop();
+  bool running() const noexcept { return running_.load(std::memory_order_acquire); }
+
+  LoopStatistics statistics() const noexcept;
+  /// What was asked for but not granted, each with its remedy; complete once start() has returned.
+  const std::vector<std::string>& shortcomings() const noexcept { return shortcomings_; }
+
+ private:
+  void thread_main(std::atomic<bool>& ready);
+  void prepare_thread();
+  void run_paced() noexcept;
+
+  hal::Rig& rig_;
+  Engine& engine_;
+  LoopConfig config_;
+  std::thread thread_;
+  std::atomic<bool> stop_requested_{false};
+  std::atomic<bool> running_{false};
+  std::vector<std::string> shortcomings_;
+
+  LatencyHistogram wakeup_;
+  LatencyHistogram compute_;
+  LatencyHistogram device_;
+  std::atomic<std::uint64_t> ticks_{0};
+  std::atomic<std::uint64_t> periods_missed_{0};
+  std::atomic<std::uint64_t> overruns_by_wakeup_{0};
+  std::atomic<std::uint64_t> overruns_by_compute_{0};
+  std::atomic<std::uint64_t> overruns_by_device_{0};
+};
+
+}  // namespace hapticd::rt

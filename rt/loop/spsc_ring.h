@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <memory>
+#include <type_traits>
+
+namespace hapticd::rt {
+
+/// Queue between exactly two threads, wait-free on both ends: push and pop finish in a fixed number of steps
+/// whatever the other side does. All memory is taken at construction. Chosen over a lock-free many-producer
+/// queue because the real-time side must never retry; producers that are several serialise among themselves.
+template <class T>
+class SpscRing {
+  static_assert(std::is_trivially_copyable_v<T>, "only plain values may cross between threads");
+
+ public:
+  /// Holds at least `capacity` elements (rounded up to a power of two).
+  explicit SpscRing(std::size_t capacity)
+      : mask_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity) - 1), slots_(std::make_unique<T[]>(mask_ + 1)) {}
+
+  /// Producer only. False, and nothing stored, when full.
+  bool push(const T& value) noexcept {
+    const std::size_t head = head_.load(std::memory_order_relaxed);
+    if (head - cached_tail_ > mask_) {
+      cached_tail_ = tail_.load(std::memory_order_acquire);
+      if (head - cached_tail_ > mask_) return false;
+    }
+    slots_[head & mask_] = value;
+    head_.store(head + 1, std::memory_order_release);
+    return true;
+  }
+
+  /// Consumer only. False when empty.
+  bool pop(T& value) noexcept {
+    const std::size_t tail = tail_.load(std::memory_order_relaxed);
+    if (tail == cached_head_) {
+      cached_head_ = head_.load(std::memory_order_acquire);
+      if (tail == cached_head_) return false;
+    }
+    value = slots_[tail & mask_];
+    tail_.store(tail + 1, std::memory_order_release);
+    return true;
+  }
+
+  std::size_t capacity() const noexcept { return mask_ + 1; }
+
+ private:
+  static constexpr std::size_t kCacheLine = 64;
+  const std::size_t mask_;
+  const std::unique_ptr<T[]> slots_;
+  alignas(kCacheLine) std::atomic<std::size_t> head_{0};
+  std::size_t cached_tail_ = 0;  ///< producer's last view of tail_
+  alignas(kCacheLine) std::atomic<std::size_t> tail_{0};
+  std::size_t cached_head_ = 0;  ///< consumer's last view of head_
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "hal/rig.h"
+#include "hal/samples.h"
+#include "rt/guard/guard.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/tick_record.h"
+
+namespace hapticd::rt {
+
+/// One tick as a function: sample in, guarded command out, record aside. No clock, no I/O, no allocation, no
+/// lock, no exception; the live loop, the simulator, the replay, the studies and the benchmarks all call it.
+class Renderer {
+ public:
+  explicit Renderer(const GuardLimits& limits, double rate_hz) noexcept : guard_(limits, rate_hz) {}
+
+  /// Swaps the pipeline (null: no scene, zero force) and returns the one before; the caller keeps ownership
+  /// of both. The new one starts reset.
+  Pipeline* exchange(Pipeline* next, const GuardLimits& limits) noexcept;
+  bool has_scene() const noexcept { return pipeline_ != nullptr; }
+
+  hal::DeviceCommand tick(const hal::RigSample& sample, TickRecord& record) noexcept;
+
+  void set_target(double stiffness_n_per_mm, double ramp_s) noexcept;
+  void stop() noexcept { guard_.stop(); }
+  /// Leaves the latch; authority then rises from zero. Refused (false) while the fault persists.
+  bool clear() noexcept { return guard_.clear(); }
+  const Guard& guard() const noexcept { return guard_; }
+
+ private:
+  Pipeline* pipeline_ = nullptr;
+  Guard guard_;
+  std::uint32_t generation_ = 0;
+  bool pipeline_is_stale_ = false;  ///< a sample unfit for filters was seen: reset before the next fit one
+};
+
+}  // namespace hapticd::rt
