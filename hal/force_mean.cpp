@@ -5,7 +5,9 @@
 namespace hapticd::hal {
 
 namespace {
-bool finite(const Vector3& v) noexcept { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool finite(const Vector3& v) noexcept {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 }  // namespace
 
 void ForceMean::add(const Vector3& force_n, const Vector3& torque_n_mm) noexcept {

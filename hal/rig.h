@@ -51,7 +51,8 @@ struct RigInfo {
   std::vector<UncertainParameter> uncertain;
 };
 
-/// Device half of a sample and the way force takes. Implementations neither block nor allocate in read and write.
+/// Device half of a sample and the way force takes. Implementations neither block nor allocate in read and
+/// write.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;

@@ -18,8 +18,12 @@ constexpr Vector3 operator+(const Vector3& a, const Vector3& b) noexcept {
 constexpr Vector3 operator-(const Vector3& a, const Vector3& b) noexcept {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-constexpr Vector3 operator*(const Vector3& a, double s) noexcept { return {a.x * s, a.y * s, a.z * s}; }
-constexpr double dot(const Vector3& a, const Vector3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
+constexpr Vector3 operator*(const Vector3& a, double s) noexcept {
+  return {a.x * s, a.y * s, a.z * s};
+}
+constexpr double dot(const Vector3& a, const Vector3& b) noexcept {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 /// Unit quaternion, Hamilton convention, rotating tool coordinates into rig coordinates.
 struct Quaternion {
@@ -43,9 +47,9 @@ struct RigSample {
   std::int64_t time_ns = 0;  ///< the rig's own clock (virtual, recorded or monotonic), from its start
   Vector3 tip_position_mm;   ///< tool tip from the encoders; blind to structural deflection
   Quaternion tip_orientation;
-  Vector3 sensor_force_n;         ///< tool frame, force *on* the tool; mean since the last tick; includes tool
-                                  ///< inertia and the change of its gravity since the sensor was biased
-  Vector3 sensor_torque_n_mm;     ///< tool frame, about the sensor's origin
+  Vector3 sensor_force_n;      ///< tool frame, force *on* the tool; mean since the last tick; includes tool
+                               ///< inertia and the change of its gravity since the sensor was biased
+  Vector3 sensor_torque_n_mm;  ///< tool frame, about the sensor's origin
   std::uint32_t force_count = 0;  ///< sensor samples in the mean
   std::uint32_t status = 0;       ///< bits of sample_status
   std::int64_t force_age_ns = 0;  ///< age of the newest sensor sample at time_ns
@@ -58,16 +62,17 @@ struct DeviceCommand {
 
 /// The truth behind a sample. Only a simulated rig has one; nothing that renders may read it.
 struct TruthSample {
-  Vector3 tip_position_mm;             ///< where the tip really is
-  Vector3 hand_force_n;                ///< force of the hand on the tool, rig frame
-  Vector3 reaction_force_n;            ///< force of the object on the tip, rig frame
-  Vector3 device_force_n;              ///< force of the motors at the motor side, after lag and quantisation
-  Vector3 undeformed_contact_mm;       ///< nearest point of the undeformed surface
-  Vector3 outward_normal;              ///< surface normal there, pointing out of the object
-  double displacement_mm = 0.0;        ///< depth of the tip below the undeformed surface, 0 when outside
-  double normal_force_n = 0.0;         ///< elastic and viscous part of the reaction, ≥ 0
-  double friction_force_n = 0.0;       ///< magnitude of the tangential part
-  double surface_depression_mm = 0.0;  ///< depth of the surface itself; outlasts the contact while it recovers
+  Vector3 tip_position_mm;        ///< where the tip really is
+  Vector3 hand_force_n;           ///< force of the hand on the tool, rig frame
+  Vector3 reaction_force_n;       ///< force of the object on the tip, rig frame
+  Vector3 device_force_n;         ///< force of the motors at the motor side, after lag and quantisation
+  Vector3 undeformed_contact_mm;  ///< nearest point of the undeformed surface
+  Vector3 outward_normal;         ///< surface normal there, pointing out of the object
+  double displacement_mm = 0.0;   ///< depth of the tip below the undeformed surface, 0 when outside
+  double normal_force_n = 0.0;    ///< elastic and viscous part of the reaction, ≥ 0
+  double friction_force_n = 0.0;  ///< magnitude of the tangential part
+  double surface_depression_mm =
+      0.0;  ///< depth of the surface itself; outlasts the contact while it recovers
   bool in_contact = false;
 };
 

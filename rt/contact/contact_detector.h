@@ -8,9 +8,9 @@ namespace hapticd::rt {
 
 /// Threshold detection of D§3.2 with release hysteresis.
 struct ContactParameters {
-  double threshold_n = 0.015;          ///< ε_f
-  double release_ratio = 0.5;          ///< release level as a fraction of ε_f
-  std::uint32_t release_ticks = 5;     ///< consecutive ticks below it; one noisy sample ends no contact
+  double threshold_n = 0.015;            ///< ε_f
+  double release_ratio = 0.5;            ///< release level as a fraction of ε_f
+  std::uint32_t release_ticks = 5;       ///< consecutive ticks below it; one noisy sample ends no contact
   std::uint32_t free_ticks_to_arm = 20;  ///< ticks within ε_f before the first contact may be declared
 };
 

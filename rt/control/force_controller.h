@@ -9,8 +9,8 @@ enum class ControlLaw : std::uint8_t {
   kOpenLoop,    ///< the desired force is the command, as in ordinary virtual-wall rendering
 };
 
-/// Gains of (3.6). The derivative gain is in milliseconds by name: the published 0.01-0.03 act on the change of the
-/// error per sample at 1 kHz, and mean something else per second.
+/// Gains of (3.6). The derivative gain is in milliseconds by name: the published 0.01-0.03 act on the change
+/// of the error per sample at 1 kHz, and mean something else per second.
 struct ControllerParameters {
   ControlLaw law = ControlLaw::kClosedLoop;
   double proportional_gain = 0.0;  ///< Kp, per sample; 0 until resolve() fills in the device's own

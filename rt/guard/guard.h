@@ -9,9 +9,9 @@ namespace hapticd::rt {
 
 /// Bounds on what may reach a device. Zero in a field means "the device's own" until resolve() fills it.
 struct GuardLimits {
-  double max_force_n = 0.0;            ///< magnitude
-  double max_force_rate_n_per_s = 0.0; ///< magnitude of the change; a cut to zero is exempt
-  double max_power_w = 2.0;            ///< force · velocity into the hand; 2 W is a brisk push (4 N at 0.5 m/s)
+  double max_force_n = 0.0;             ///< magnitude
+  double max_force_rate_n_per_s = 0.0;  ///< magnitude of the change; a cut to zero is exempt
+  double max_power_w = 2.0;  ///< force · velocity into the hand; 2 W is a brisk push (4 N at 0.5 m/s)
   double sensor_stale_after_ms = 2.0;  ///< age of the newest force sample that latches; 0 = no sensor needed
   double resume_ramp_s = 0.5;          ///< authority 0 → 1 after a clear
 };

@@ -31,15 +31,15 @@ struct EngineCommand {
 struct EngineOutcome {
   enum class Status : std::uint8_t {
     kApplied,
-    kNoScene,         ///< there is nothing whose target could be set
-    kFaultPersists,   ///< the guard stays latched: the last sample was unfit
-    kTimedOut,        ///< the loop did not answer in time; the command is withdrawn and will not take effect
-    kQueueFull,       ///< too many commands under way
+    kNoScene,        ///< there is nothing whose target could be set
+    kFaultPersists,  ///< the guard stays latched: the last sample was unfit
+    kTimedOut,       ///< the loop did not answer in time; the command is withdrawn and will not take effect
+    kQueueFull,      ///< too many commands under way
   };
   Status status = Status::kTimedOut;
-  std::uint64_t tick = 0;        ///< at which it took effect
-  std::int64_t time_ns = 0;      ///< the rig's time of that tick
-  Pipeline* retired = nullptr;   ///< kExchangeScene: the one that was loaded, now the caller's to delete
+  std::uint64_t tick = 0;       ///< at which it took effect
+  std::int64_t time_ns = 0;     ///< the rig's time of that tick
+  Pipeline* retired = nullptr;  ///< kExchangeScene: the one that was loaded, now the caller's to delete
 };
 
 /// Stands between the loop's thread and all others. The loop calls on_tick(); everyone else calls execute()
@@ -54,14 +54,16 @@ class Engine final : public hal::TickHandler {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  // -- the thread that owns the clock ------------------------------------------------------------------------
+  // -- the thread that owns the clock
+  // ------------------------------------------------------------------------
   hal::DeviceCommand on_tick(const hal::RigSample& sample) noexcept override;
   /// Times to be told with the next record.
   void note_timing(const TickTiming& timing) noexcept { timing_ = timing; }
 
-  // -- any other thread ----------------------------------------------------------------------------------------
-  /// Hands the command to the loop and waits until it took effect or `timeout` is over. Callers are many; each
-  /// waits by itself.
+  // -- any other thread
+  // ----------------------------------------------------------------------------------------
+  /// Hands the command to the loop and waits until it took effect or `timeout` is over. Callers are many;
+  /// each waits by itself.
   EngineOutcome execute(const EngineCommand& command, std::chrono::nanoseconds timeout);
   /// Latches the guard at the next tick. Never blocks, never fails.
   void stop() noexcept { stop_requested_.store(true, std::memory_order_release); }
@@ -70,15 +72,18 @@ class Engine final : public hal::TickHandler {
   std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
   std::int64_t last_time_ns() const noexcept { return last_time_ns_.load(std::memory_order_acquire); }
 
-  // -- the one thread that drains telemetry ---------------------------------------------------------------------
+  // -- the one thread that drains telemetry
+  // ---------------------------------------------------------------------
   bool pop_record(TickRecord& record) noexcept { return records_.pop(record); }
   /// Records lost because the ring was full.
   std::uint64_t records_dropped() const noexcept { return records_dropped_.load(std::memory_order_relaxed); }
 
  private:
-  /// One command under way. `state` hands it to and fro: free → waiting → taken by the loop → done.
+  /// One command under way. `state` hands it to and fro: the caller takes it from free over reserved to
+  /// waiting, the loop over performing to done, the caller back to free. A caller that gives up marks it
+  /// withdrawn, and the loop frees it.
   struct Slot {
-    enum State : std::uint32_t { kFree, kWaiting, kDone, kWithdrawn };
+    enum State : std::uint32_t { kFree, kReserved, kWaiting, kPerforming, kDone, kWithdrawn };
     EngineCommand command;
     EngineOutcome outcome;
     std::atomic<std::uint32_t> state{kFree};

@@ -19,7 +19,8 @@ struct LoopConfig {
   int fifo_priority = 80;   ///< SCHED_FIFO 1 … 99; 0 = ordinary scheduling
   int cpu = -1;             ///< pin to this CPU; -1 = any
   bool lock_memory = true;  ///< mlockall
-  bool keep_cpu_awake = true;  ///< hold /dev/cpu_dma_latency at 0: without it an idle core wakes tens of µs late
+  bool keep_cpu_awake =
+      true;  ///< hold /dev/cpu_dma_latency at 0: without it an idle core wakes tens of µs late
 };
 
 hal::Result<LoopConfig> validate(const LoopConfig& config);
@@ -36,8 +37,8 @@ struct LoopStatistics {
   std::uint64_t overruns_by_device = 0;
 };
 
-/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. Wakes at absolute
-/// times; a period that was missed is skipped and counted, never caught up in a burst. Runs without
+/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. Wakes at
+/// absolute times; a period that was missed is skipped and counted, never caught up in a burst. Runs without
 /// privileges too, and says what it lacks.
 class PeriodicLoop {
  public:
@@ -56,7 +57,7 @@ class PeriodicLoop {
   const std::vector<std::string>& shortcomings() const noexcept { return shortcomings_; }
 
  private:
-  void thread_main(std::atomic<bool>& ready);
+  void thread_main();
   void prepare_thread();
   void run_paced() noexcept;
 
@@ -65,6 +66,7 @@ class PeriodicLoop {
   LoopConfig config_;
   std::thread thread_;
   std::atomic<bool> stop_requested_{false};
+  std::atomic<bool> prepared_{false};
   std::atomic<bool> running_{false};
   std::vector<std::string> shortcomings_;
 

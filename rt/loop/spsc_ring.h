@@ -19,7 +19,8 @@ class SpscRing {
  public:
   /// Holds at least `capacity` elements (rounded up to a power of two).
   explicit SpscRing(std::size_t capacity)
-      : mask_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity) - 1), slots_(std::make_unique<T[]>(mask_ + 1)) {}
+      : mask_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity) - 1),
+        slots_(std::make_unique<T[]>(mask_ + 1)) {}
 
   /// Producer only. False, and nothing stored, when full.
   bool push(const T& value) noexcept {

@@ -30,7 +30,7 @@ class Renderer {
  private:
   Pipeline* pipeline_ = nullptr;
   Guard guard_;
-  std::uint32_t generation_ = 0;
+  std::uint32_t generation_ = 0;    ///< scene loads and unloads so far
   bool pipeline_is_stale_ = false;  ///< a sample unfit for filters was seen: reset before the next fit one
 };
 

@@ -6,8 +6,8 @@
 
 #include "hal/error.h"
 #include "hal/rig.h"
-#include "rt/control/force_controller.h"
 #include "rt/contact/contact_detector.h"
+#include "rt/control/force_controller.h"
 #include "rt/guard/guard.h"
 
 namespace hapticd::rt {
@@ -23,8 +23,9 @@ struct SceneSpec {
   std::string name;
   SceneKind kind = SceneKind::kTap1d;
   std::string description;
-  std::string tip = "rod";            ///< what is mounted: "rod" (3 mm, round)
-  std::string object_model = "none";  ///< 1D modulation needs no model of the object: measured force is enough
+  std::string tip = "rod";  ///< what is mounted: "rod" (3 mm, round)
+  std::string object_model =
+      "none";  ///< 1D modulation needs no model of the object: measured force is enough
 
   hal::Vector3 press_axis{0.0, 0.0, -1.0};  ///< rig frame, into the object; normalised by compose()
   double tool_mass_g = 9.35;                ///< beyond the sensor (D§3.2.1)
@@ -32,9 +33,9 @@ struct SceneSpec {
   ContactParameters contact;
   double wall_position_mm = 0.0;  ///< kWall: the surface, along the press axis
 
-  double target_stiffness_n_per_mm = 0.5;    ///< at load
+  double target_stiffness_n_per_mm = 0.5;       ///< at load
   double max_target_stiffness_n_per_mm = 20.0;  ///< requests above are granted only this much
-  double target_ramp_s = 0.1;                ///< default ramp of a target change
+  double target_ramp_s = 0.1;                   ///< default ramp of a target change
 
   bool structural_compensation = true;
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = the device's own
@@ -52,7 +53,8 @@ struct SceneOutline {
 };
 
 /// The spec with every default resolved against the rig's device, checked: unit press axis, gains inside the
-/// stable region (`facts`: Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), thresholds, limits no larger than the device's.
+/// stable region (`facts`: Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), thresholds, limits no larger than the
+/// device's.
 hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig);
 
 /// Stages, hardware and channels of a resolved spec.

@@ -14,20 +14,20 @@ inline constexpr std::uint32_t kMotion = 1U << 1;       ///< velocity, accelerat
 inline constexpr std::uint32_t kContact = 1U << 2;      ///< contact state, reaction force
 inline constexpr std::uint32_t kDeformation = 1U << 3;  ///< displacement
 inline constexpr std::uint32_t kTarget = 1U << 4;       ///< target stiffness, desired device force
-inline constexpr std::uint32_t kControl = 1U << 5;      ///< commanded force, estimated hand force, feasible range
-inline constexpr std::uint32_t kGuard = 1U << 6;        ///< what the guard did
-inline constexpr std::uint32_t kTiming = 1U << 7;       ///< wake-up, compute, device time, overruns
-inline constexpr std::uint32_t kTruth = 1U << 8;        ///< only on a simulated rig
+inline constexpr std::uint32_t kControl = 1U << 5;  ///< commanded force, estimated hand force, feasible range
+inline constexpr std::uint32_t kGuard = 1U << 6;    ///< what the guard did
+inline constexpr std::uint32_t kTiming = 1U << 7;   ///< wake-up, compute, device time, overruns
+inline constexpr std::uint32_t kTruth = 1U << 8;    ///< only on a simulated rig
 }  // namespace channel
 
 /// Why the contact state is what it is.
 enum class ContactReason : std::uint8_t {
-  kAwaitingFree,        ///< started or resumed under load: contact is declared only after the tool was seen free
-  kFree,                ///< reaction force within the threshold
-  kAboveThreshold,      ///< declared this tick: |f_r| > ε_f
-  kHeld,                ///< in contact, force above the release level
-  kBelowRelease,        ///< released this tick: force stayed below the release level
-  kAboveSurface,        ///< released this tick: the tip left the contact point outwards (virtual wall)
+  kAwaitingFree,    ///< started or resumed under load: contact is declared only after the tool was seen free
+  kFree,            ///< reaction force within the threshold
+  kAboveThreshold,  ///< declared this tick: |f_r| > ε_f
+  kHeld,            ///< in contact, force above the release level
+  kBelowRelease,    ///< released this tick: force stayed below the release level
+  kAboveSurface,    ///< released this tick: the tip left the contact point outwards (virtual wall)
 };
 
 /// State of the guard, the one gate between any renderer and any device.
@@ -57,7 +57,8 @@ inline constexpr std::uint8_t kPower = 1U << 2;  ///< power into the user's hand
 /// What took the time when a period was overrun.
 enum class OverrunCause : std::uint8_t { kNone, kWakeUp, kCompute, kDevice };
 
-/// Times of one tick. Compute and device write time are those of the tick before: this one's are not over yet.
+/// Times of one tick. Compute and device write time are those of the tick before: this one's are not over
+/// yet.
 struct TickTiming {
   std::int64_t wakeup_ns = 0;        ///< lateness of the wake-up; 0 where the rig owns the clock
   std::int64_t device_ns = 0;        ///< reading this tick's sample and writing the last tick's command
@@ -71,7 +72,7 @@ struct TickTiming {
 struct TickRecord {
   std::uint64_t tick = 0;  ///< sequence number: a gap in it is a lost record
   std::int64_t time_ns = 0;
-  std::uint32_t channels = 0;  ///< which groups below hold values
+  std::uint32_t channels = 0;          ///< which groups below hold values
   std::uint32_t scene_generation = 0;  ///< counts scene loads; 0 = no scene
 
   // channel::kSample
@@ -88,15 +89,15 @@ struct TickRecord {
   ContactReason contact_reason = ContactReason::kAwaitingFree;
   std::uint32_t contact_count = 0;  ///< contacts since the scene was loaded
   // channel::kDeformation
-  double displacement_mm = 0.0;          ///< x_r
+  double displacement_mm = 0.0;  ///< x_r
   // channel::kTarget
   double target_stiffness_n_per_mm = 0.0;  ///< k~ in force this tick, while ramping between two targets
   double desired_force_n = 0.0;            ///< f~_d (3.3), positive into the object
   // channel::kControl
-  double commanded_force_n = 0.0;       ///< f_c (3.6) along the axis, before the guard
-  double hand_force_n = 0.0;            ///< f_h estimated as f_r - f_c(k-1) (3.1)
-  double feasible_min_n_per_mm = 0.0;   ///< (3.8) at this hand force; 0 when out of contact
-  double feasible_max_n_per_mm = 0.0;   ///< +inf where the device could hold the tip still
+  double commanded_force_n = 0.0;      ///< f_c (3.6) along the axis, before the guard
+  double hand_force_n = 0.0;           ///< f_h estimated as f_r - f_c(k-1) (3.1)
+  double feasible_min_n_per_mm = 0.0;  ///< (3.8) at this hand force; 0 when out of contact
+  double feasible_max_n_per_mm = 0.0;  ///< +inf where the device could hold the tip still
   // channel::kGuard
   hal::Vector3 device_command_n;  ///< what went to the device, rig frame
   GuardState guard_state = GuardState::kRendering;

@@ -1,0 +1,43 @@
+#include "rt/contact/contact_detector.h"
+
+#include <cmath>
+
+namespace hapticd::rt {
+
+void ContactDetector::reset() noexcept {
+  in_contact_ = false;
+  reason_ = ContactReason::kAwaitingFree;
+  ticks_below_ = 0;
+  ticks_free_ = 0;
+}
+
+bool ContactDetector::update(double reaction_force_n) noexcept {
+  const double magnitude = std::abs(reaction_force_n);
+  if (in_contact_) {
+    ticks_below_ = magnitude < parameters_.release_ratio * parameters_.threshold_n ? ticks_below_ + 1 : 0;
+    if (ticks_below_ >= parameters_.release_ticks) {
+      in_contact_ = false;
+      reason_ = ContactReason::kBelowRelease;
+    } else {
+      reason_ = ContactReason::kHeld;
+    }
+    return in_contact_;
+  }
+  const bool above = magnitude > parameters_.threshold_n;
+  if (reason_ == ContactReason::kAwaitingFree) {
+    ticks_free_ = above ? 0 : ticks_free_ + 1;
+    if (ticks_free_ >= parameters_.free_ticks_to_arm) reason_ = ContactReason::kFree;
+    return false;
+  }
+  if (above) {
+    in_contact_ = true;
+    ticks_below_ = 0;
+    ++count_;
+    reason_ = ContactReason::kAboveThreshold;
+  } else {
+    reason_ = ContactReason::kFree;
+  }
+  return in_contact_;
+}
+
+}  // namespace hapticd::rt

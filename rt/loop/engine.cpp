@@ -1,0 +1,124 @@
+#include "rt/loop/engine.h"
+
+#include <thread>
+
+namespace hapticd::rt {
+
+namespace {
+GuardLimits idle_limits(const hal::RigInfo& rig) {
+  GuardLimits limits;
+  limits.max_force_n = rig.device.max_force_n;
+  limits.max_force_rate_n_per_s = rig.device.max_force_n / 0.005;
+  limits.sensor_stale_after_ms = 0.0;  // without a scene nobody listens to the sensor
+  return limits;
+}
+}  // namespace
+
+Engine::Engine(const hal::Rig& rig, std::size_t record_capacity)
+    : rig_(rig),
+      renderer_(idle_limits(rig.info()), rig.info().rate_hz),
+      mailbox_(kCommandSlots),
+      records_(record_capacity) {}
+
+Engine::~Engine() = default;
+
+hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
+  take_commands(sample);
+  if (stop_requested_.exchange(false, std::memory_order_acq_rel)) renderer_.stop();
+
+  TickRecord record;
+  const hal::DeviceCommand command = renderer_.tick(sample, record);
+  record.channels |= channel::kTiming;
+  record.timing = timing_;
+  if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
+  if (!records_.push(record)) {
+    records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+  last_time_ns_.store(sample.time_ns, std::memory_order_release);
+  last_tick_.store(sample.tick, std::memory_order_release);
+  return command;
+}
+
+// At most kCommandSlots commands exist at all, so both loops are bounded.
+void Engine::take_commands(const hal::RigSample& sample) noexcept {
+  std::uint32_t number = 0;
+  while (pending_count_ < kCommandSlots && mailbox_.pop(number)) pending_[pending_count_++] = number;
+
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    Slot& slot = slots_[pending_[i]];
+    if (slot.state.load(std::memory_order_acquire) == Slot::kWithdrawn) {
+      slot.state.store(Slot::kFree, std::memory_order_release);
+    } else if (slot.command.at_tick > sample.tick) {
+      pending_[kept++] = pending_[i];
+    } else {
+      std::uint32_t expected = Slot::kWaiting;
+      if (slot.state.compare_exchange_strong(expected, Slot::kPerforming, std::memory_order_acq_rel)) {
+        perform(slot, sample);
+        slot.state.store(Slot::kDone, std::memory_order_release);
+      } else {  // withdrawn this very moment
+        slot.state.store(Slot::kFree, std::memory_order_release);
+      }
+    }
+  }
+  pending_count_ = kept;
+}
+
+void Engine::perform(Slot& slot, const hal::RigSample& sample) noexcept {
+  EngineOutcome& outcome = slot.outcome;
+  outcome = EngineOutcome{};
+  outcome.status = EngineOutcome::Status::kApplied;
+  outcome.tick = sample.tick;
+  outcome.time_ns = sample.time_ns;
+  switch (slot.command.kind) {
+    case EngineCommand::Kind::kSetTarget:
+      if (!renderer_.has_scene()) outcome.status = EngineOutcome::Status::kNoScene;
+      renderer_.set_target(slot.command.stiffness_n_per_mm, slot.command.ramp_s);
+      break;
+    case EngineCommand::Kind::kExchangeScene:
+      outcome.retired = renderer_.exchange(slot.command.pipeline, slot.command.guard);
+      break;
+    case EngineCommand::Kind::kClear:
+      if (!renderer_.clear()) outcome.status = EngineOutcome::Status::kFaultPersists;
+      break;
+  }
+}
+
+Engine::Slot* Engine::acquire_slot() {
+  for (Slot& slot : slots_) {
+    std::uint32_t expected = Slot::kFree;
+    if (slot.state.compare_exchange_strong(expected, Slot::kReserved, std::memory_order_acq_rel))
+      return &slot;
+  }
+  return nullptr;
+}
+
+EngineOutcome Engine::execute(const EngineCommand& command, std::chrono::nanoseconds timeout) {
+  using Clock = std::chrono::steady_clock;
+  Slot* slot = acquire_slot();
+  if (slot == nullptr) return {EngineOutcome::Status::kQueueFull, 0, 0, nullptr};
+  slot->command = command;
+  slot->state.store(Slot::kWaiting, std::memory_order_release);
+  {
+    const std::lock_guard lock(producers_);
+    mailbox_.push(
+        static_cast<std::uint32_t>(slot - slots_.data()));  // as large as there are slots: never full
+  }
+  // The loop may not wake us (that is a system call), so we look. Short naps: the answer is a tick away.
+  const Clock::time_point deadline = Clock::now() + timeout;
+  while (slot->state.load(std::memory_order_acquire) != Slot::kDone) {
+    if (Clock::now() >= deadline) {
+      std::uint32_t expected = Slot::kWaiting;
+      if (slot->state.compare_exchange_strong(expected, Slot::kWithdrawn, std::memory_order_acq_rel)) {
+        return {};  // timed out; the loop frees the slot when it meets it
+      }
+      // being performed right now: done in a moment
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(50));
+  }
+  const EngineOutcome outcome = slot->outcome;
+  slot->state.store(Slot::kFree, std::memory_order_release);
+  return outcome;
+}
+
+}  // namespace hapticd::rt

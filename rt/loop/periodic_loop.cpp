@@ -1,0 +1,218 @@
+#include "rt/loop/periodic_loop.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+
+std::int64_t now_ns() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return static_cast<std::int64_t>(t.tv_sec) * kNanosecondsPerSecond + t.tv_nsec;
+}
+
+void sleep_until_ns(std::int64_t time_ns) noexcept {
+  const timespec t{time_ns / kNanosecondsPerSecond, time_ns % kNanosecondsPerSecond};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+  }
+}
+
+void increment(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noexcept {
+  counter.store(counter.load(std::memory_order_relaxed) + by, std::memory_order_relaxed);
+}
+
+/// Touches the stack the loop will use, so that no page of it is first met inside a tick.
+void prefault_stack() noexcept {
+  std::array<volatile unsigned char, 256 * 1024> pages;
+  for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
+}
+
+/// Keeps the cores out of deep sleep for as long as it lives; the kernel listens to the open file.
+class CpuWakeLock {
+ public:
+  explicit CpuWakeLock(bool wanted) noexcept {
+    if (!wanted) return;
+    descriptor_ = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+    const std::int32_t zero = 0;
+    held_ = descriptor_ >= 0 && write(descriptor_, &zero, sizeof zero) == sizeof zero;
+  }
+  ~CpuWakeLock() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  CpuWakeLock(const CpuWakeLock&) = delete;
+  CpuWakeLock& operator=(const CpuWakeLock&) = delete;
+  bool held() const noexcept { return held_; }
+
+ private:
+  int descriptor_ = -1;
+  bool held_ = false;
+};
+
+}  // namespace
+
+hal::Result<LoopConfig> validate(const LoopConfig& config) {
+  const auto out_of_range = [](const char* key, double value, const char* limit) {
+    return hal::Error{std::string(key) + " is out of range", "[loop]", std::to_string(value), limit, ""};
+  };
+  if (!(config.rate_hz >= 500.0 && config.rate_hz <= 10000.0)) {
+    return out_of_range("rate_hz", config.rate_hz, "500 … 10000 Hz");
+  }
+  if (config.fifo_priority < 0 || config.fifo_priority > 99) {
+    return out_of_range("fifo_priority", config.fifo_priority, "0 (ordinary) … 99");
+  }
+  const long cpus = sysconf(_SC_NPROCESSORS_CONF);
+  if (config.cpu < -1 || config.cpu >= cpus) {
+    return hal::Error{"cpu does not exist", "[loop]", std::to_string(config.cpu),
+                      "-1 (any) … " + std::to_string(cpus - 1), ""};
+  }
+  return config;
+}
+
+PeriodicLoop::PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config)
+    : rig_(rig), engine_(engine), config_(config) {}
+
+PeriodicLoop::~PeriodicLoop() {
+  stop();
+}
+
+void PeriodicLoop::start() {
+  if (thread_.joinable()) return;
+  stop_requested_.store(false);
+  prepared_.store(false);
+  thread_ = std::thread([this] { thread_main(); });
+  prepared_.wait(false);
+}
+
+void PeriodicLoop::stop() {
+  stop_requested_.store(true, std::memory_order_release);
+  if (thread_.joinable()) thread_.join();
+}
+
+void PeriodicLoop::prepare_thread() {
+  const auto missing = [this](const std::string& what, const std::string& remedy) {
+    shortcomings_.push_back(what + ": " + std::strerror(errno) + "; " + remedy);
+  };
+  pthread_setname_np(pthread_self(), "hapticd-loop");
+  if (config_.cpu >= 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<std::size_t>(config_.cpu), &set);
+    errno = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
+    if (errno != 0)
+      missing("not pinned to CPU " + std::to_string(config_.cpu), "check the CPU set of the process");
+  }
+  if (config_.fifo_priority > 0) {
+    sched_param parameter{};
+    parameter.sched_priority = config_.fifo_priority;
+    errno = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+    if (errno != 0) {
+      missing("no SCHED_FIFO priority " + std::to_string(config_.fifo_priority),
+              "grant it with 'setcap cap_sys_nice,cap_ipc_lock+ep' on the binary, or run as root");
+    }
+  }
+  if (config_.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    missing("memory is not locked", "grant cap_ipc_lock or raise the memlock limit");
+  }
+  prefault_stack();
+}
+
+void PeriodicLoop::thread_main() {
+  prepare_thread();
+  const CpuWakeLock awake(config_.keep_cpu_awake);
+  if (config_.keep_cpu_awake && !awake.held()) {
+    shortcomings_.emplace_back(
+        "/dev/cpu_dma_latency is not held: idle cores may wake late; allow writing to it");
+  }
+  running_.store(true, std::memory_order_release);
+  prepared_.store(true);
+  prepared_.notify_one();
+
+  if (rig_.owns_clock()) {
+    rig_.run(engine_, stop_requested_);
+  } else {
+    run_paced();
+  }
+  running_.store(false, std::memory_order_release);
+}
+
+void PeriodicLoop::run_paced() noexcept {
+  const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / config_.rate_hz));
+  hal::RigSample sample;
+  TickTiming timing;
+  std::int64_t deadline_ns = now_ns() + period_ns;
+
+  while (!stop_requested_.load(std::memory_order_acquire) && !rig_.exhausted()) {
+    sleep_until_ns(deadline_ns);
+    const std::int64_t woken_ns = now_ns();
+    timing.wakeup_ns = woken_ns - deadline_ns;
+
+    rig_.read(sample);
+    const std::int64_t read_ns = now_ns();
+    timing.device_ns += read_ns - woken_ns;  // with the last tick's write
+    engine_.note_timing(timing);
+    const hal::DeviceCommand command = engine_.on_tick(sample);
+    const std::int64_t computed_ns = now_ns();
+    rig_.write(command);
+    const std::int64_t done_ns = now_ns();
+
+    const std::int64_t compute_ns = computed_ns - read_ns;
+    const std::int64_t device_ns = (read_ns - woken_ns) + (done_ns - computed_ns);
+    wakeup_.record(timing.wakeup_ns);
+    compute_.record(compute_ns);
+    device_.record(device_ns);
+    increment(ticks_);
+
+    TickTiming next;
+    next.device_ns = done_ns - computed_ns;
+    next.compute_ns = compute_ns;
+    deadline_ns += period_ns;
+    if (done_ns > deadline_ns) {
+      // Late: skip what was missed and name what took the longest.
+      const std::int64_t missed = (done_ns - deadline_ns) / period_ns + 1;
+      deadline_ns += missed * period_ns;
+      next.periods_missed = static_cast<std::uint32_t>(std::min<std::int64_t>(missed, UINT32_MAX));
+      increment(periods_missed_, static_cast<std::uint64_t>(missed));
+      if (timing.wakeup_ns >= compute_ns && timing.wakeup_ns >= device_ns) {
+        next.overrun = OverrunCause::kWakeUp;
+        increment(overruns_by_wakeup_);
+      } else if (compute_ns >= device_ns) {
+        next.overrun = OverrunCause::kCompute;
+        increment(overruns_by_compute_);
+      } else {
+        next.overrun = OverrunCause::kDevice;
+        increment(overruns_by_device_);
+      }
+    }
+    timing = next;
+  }
+  rig_.write(hal::DeviceCommand{});
+}
+
+LoopStatistics PeriodicLoop::statistics() const noexcept {
+  LoopStatistics s;
+  s.wakeup = wakeup_.snapshot();
+  s.compute = compute_.snapshot();
+  s.device = device_.snapshot();
+  s.ticks = ticks_.load(std::memory_order_relaxed);
+  s.periods_missed = periods_missed_.load(std::memory_order_relaxed);
+  s.overruns_by_wakeup = overruns_by_wakeup_.load(std::memory_order_relaxed);
+  s.overruns_by_compute = overruns_by_compute_.load(std::memory_order_relaxed);
+  s.overruns_by_device = overruns_by_device_.load(std::memory_order_relaxed);
+  return s;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,44 @@
+#include "rt/scene/renderer.h"
+
+namespace hapticd::rt {
+
+Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept {
+  Pipeline* before = pipeline_;
+  pipeline_ = next;
+  ++generation_;
+  pipeline_is_stale_ = true;
+  guard_.set_limits(limits);
+  return before;
+}
+
+void Renderer::set_target(double stiffness_n_per_mm, double ramp_s) noexcept {
+  if (pipeline_ != nullptr) pipeline_->set_target(stiffness_n_per_mm, ramp_s);
+}
+
+hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& record) noexcept {
+  record.tick = sample.tick;
+  record.time_ns = sample.time_ns;
+  record.scene_generation = pipeline_ != nullptr ? generation_ : 0;
+  record.channels = channel::kSample;
+  record.tip_position_mm = sample.tip_position_mm;
+  record.sensor_force_n = sample.sensor_force_n;
+  record.sample_status = sample.status;
+  record.force_count = sample.force_count;
+
+  hal::Vector3 wanted;
+  if (!guard_.admit(sample)) {
+    pipeline_is_stale_ = true;
+  } else if (pipeline_ != nullptr) {
+    if (pipeline_is_stale_) {
+      pipeline_->reset();
+      pipeline_is_stale_ = false;
+    }
+    wanted = pipeline_->evaluate(sample, record);
+    record.channels |= pipeline_->channels();
+  }
+  const hal::Vector3 force = guard_.bound(wanted, sample, record);
+  if (pipeline_ != nullptr) pipeline_->applied(force);
+  return {force};
+}
+
+}  // namespace hapticd::rt

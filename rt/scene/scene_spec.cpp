@@ -1,0 +1,129 @@
+#include "rt/scene/scene_spec.h"
+
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+#include "rt/control/default_gains.h"
+#include "rt/target/desired_force.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+/// Names what is wrong with one value of a scene.
+class Checker {
+ public:
+  explicit Checker(const SceneSpec& spec) : scene_("scene '" + spec.name + "'") {}
+
+  /// NaN fails every range.
+  void range(const char* key, double value, double low, double high, const char* unit) {
+    if (error_ || (value >= low && value <= high)) return;
+    fail(key, value, number(low) + " … " + number(high) + " " + unit, "");
+  }
+  void fail(const std::string& key, double value, const std::string& limit, const std::string& remedy) {
+    if (!error_) error_ = hal::Error{key + " is out of range", scene_, number(value), limit, remedy};
+  }
+  const std::optional<hal::Error>& error() const { return error_; }
+
+  static std::string number(double value) {
+    std::ostringstream text;
+    text << value;
+    return text.str();
+  }
+
+ private:
+  std::string scene_;
+  std::optional<hal::Error> error_;
+};
+
+}  // namespace
+
+hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
+  const hal::DeviceInfo& device = rig.device;
+  const bool uses_sensor = spec.kind == SceneKind::kTap1d;
+
+  // What the scene leaves to the device.
+  if (spec.structural_stiffness_n_per_mm == 0.0) {
+    spec.structural_stiffness_n_per_mm = device.structural_stiffness_n_per_mm;
+  }
+  if (!(spec.structural_stiffness_n_per_mm > 0.0)) spec.structural_compensation = false;  // a rigid device
+  if (spec.controller.proportional_gain == 0.0) {
+    const ControllerParameters gains = default_gains(device.model);
+    spec.controller.proportional_gain = gains.proportional_gain;
+    if (spec.controller.derivative_gain_ms == 0.0)
+      spec.controller.derivative_gain_ms = gains.derivative_gain_ms;
+  }
+  if (spec.guard.max_force_n == 0.0) spec.guard.max_force_n = device.max_force_n;
+  if (spec.guard.max_force_rate_n_per_s == 0.0) {
+    constexpr double kFullScaleTimeS = 0.005;  // from zero to full force; faster is a knock, not a feel
+    spec.guard.max_force_rate_n_per_s = spec.guard.max_force_n / kFullScaleTimeS;
+  }
+  if (!uses_sensor) spec.guard.sensor_stale_after_ms = 0.0;
+
+  Checker check(spec);
+  const hal::Vector3 axis = spec.press_axis;
+  const double length = std::sqrt(dot(axis, axis));
+  if (!(length > 1e-6) || !std::isfinite(length)) {
+    check.fail("press_axis", length, "a finite vector of some length", "give a direction such as [0, 0, -1]");
+  } else {
+    spec.press_axis = axis * (1.0 / length);
+  }
+  check.range("tool.mass_g", spec.tool_mass_g, 0.0, 500.0, "g");
+  check.range("contact.threshold_n", spec.contact.threshold_n, 1e-4, 5.0, "N");
+  check.range("contact.release_ratio", spec.contact.release_ratio, 0.0, 1.0, "(fraction of the threshold)");
+  check.range("contact.release_ticks", spec.contact.release_ticks, 1, 1000, "ticks");
+  check.range("contact.free_ticks_to_arm", spec.contact.free_ticks_to_arm, 1, 10000, "ticks");
+  check.range("wall.position_mm", spec.wall_position_mm, -1000.0, 1000.0, "mm");
+  check.range("target.max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, 0.0, 1000.0, "N/mm");
+  check.range("target.stiffness_n_per_mm", spec.target_stiffness_n_per_mm, 0.0,
+              spec.max_target_stiffness_n_per_mm, "N/mm");
+  check.range("target.ramp_s", spec.target_ramp_s, 0.0, 60.0, "s");
+  if (spec.structural_compensation) {
+    check.range("structure.stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, 0.01, 1e4, "N/mm");
+    check.range("target.stiffness_n_per_mm", spec.target_stiffness_n_per_mm, 0.0,
+                kMaxCompensableRatio * spec.structural_stiffness_n_per_mm,
+                "N/mm (0.8 of the structural stiffness, as far as it can be compensated)");
+  }
+  check.range("guard.max_force_n", spec.guard.max_force_n, 0.0, device.max_force_n,
+              "N (the device's own limit)");
+  check.range("guard.max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, 1.0, 1e6, "N/s");
+  check.range("guard.max_power_w", spec.guard.max_power_w, 0.0, 100.0, "W");
+  check.range("guard.resume_ramp_s", spec.guard.resume_ramp_s, 0.0, 60.0, "s");
+  if (uses_sensor)
+    check.range("guard.sensor_stale_after_ms", spec.guard.sensor_stale_after_ms, 0.1, 1000.0, "ms");
+  if (!gains_are_stable(spec.controller, rig.rate_hz)) {
+    check.fail(
+        "control.proportional_gain", spec.controller.proportional_gain,
+        "Kp > 0, |Kd'| < 1 and Kp + 2 Kd' < 2, with Kd' = derivative_gain_ms / period_ms",
+        "outside this region the controller oscillates by itself; 0.45 and 0.015 ms suit most devices");
+  }
+  if (check.error()) return *check.error();
+  return spec;
+}
+
+SceneOutline outline(const SceneSpec& spec) {
+  SceneOutline result;
+  result.hardware = {"haptic device"};
+  result.channels = channel::kSample | channel::kContact | channel::kDeformation | channel::kTarget |
+                    channel::kControl | channel::kGuard | channel::kTiming;
+  if (spec.kind == SceneKind::kTap1d) {
+    result.hardware.emplace_back("force sensor");
+    result.channels |= channel::kMotion;
+    result.stages = {"motion: adaptive-window velocity, 50 Hz Butterworth acceleration",
+                     "tool compensation: inertia (3.4)", "contact: force threshold with release hysteresis",
+                     "displacement: from the contact point along the press axis"};
+  } else {
+    result.stages = {"contact: position against the wall"};
+  }
+  result.stages.emplace_back(spec.structural_compensation
+                                 ? "target force (3.3), structural compensation solved implicitly"
+                                 : "target force (3.3), device taken as rigid");
+  result.stages.emplace_back(spec.controller.law == ControlLaw::kClosedLoop ? "controller: closed loop (3.6)"
+                                                                            : "controller: open loop");
+  if (spec.kind == SceneKind::kTap1d) result.stages.emplace_back("feasible range (3.8)");
+  result.stages.emplace_back("guard: finite, force, rate, power, stale sensor");
+  return result;
+}
+
+}  // namespace hapticd::rt

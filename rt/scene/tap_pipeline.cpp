@@ -1,0 +1,78 @@
+#include "rt/scene/tap_pipeline.h"
+
+#include "rt/signal/tool_compensation.h"
+#include "rt/target/desired_force.h"
+#include "rt/target/feasible_range.h"
+
+namespace hapticd::rt {
+
+TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
+    : axis_(resolved.press_axis),
+      tool_mass_g_(resolved.tool_mass_g),
+      structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
+      max_force_n_(resolved.guard.max_force_n),
+      motion_(rig.device.position_resolution_mm, rig.rate_hz),
+      contact_(resolved.contact),
+      target_(resolved.target_stiffness_n_per_mm, rig.rate_hz),
+      controller_(resolved.controller, rig.rate_hz) {}
+
+std::uint32_t TapPipeline::channels() const noexcept {
+  return channel::kMotion | channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl;
+}
+
+void TapPipeline::reset() noexcept {
+  motion_.reset();
+  contact_.reset();
+  controller_.reset();
+}
+
+void TapPipeline::set_target(double stiffness_n_per_mm, double ramp_s) noexcept {
+  target_.set(stiffness_n_per_mm, ramp_s);
+}
+
+void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
+  controller_.applied(axis_.along_axis_n(force_n));
+}
+
+hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+  const double depth_mm = axis_.depth_mm(sample.tip_position_mm);
+  motion_.update(depth_mm, sample.time_ns);
+  const double reaction_n = reaction_force_n(axis_.reaction_n(sample.sensor_force_n), tool_mass_g_,
+                                             motion_.acceleration_mm_per_s2());
+  const bool in_contact = contact_.update(reaction_n);
+  if (contact_.just_declared()) contact_depth_mm_ = depth_mm;
+
+  const double target = target_.update();
+  DesiredForce desired;
+  if (in_contact) {
+    const double encoder_mm = depth_mm - contact_depth_mm_;
+    desired = structural_n_per_mm_ > 0.0
+                  ? desired_force_compensated(reaction_n, target, encoder_mm, structural_n_per_mm_)
+                  : desired_force_rigid(reaction_n, target, encoder_mm);
+  }
+  const double device_force_n = controller_.device_force_n();
+  const double command_n = controller_.update(desired.force_n);
+
+  record.velocity_mm_per_s = motion_.velocity_mm_per_s();
+  record.acceleration_mm_per_s2 = motion_.acceleration_mm_per_s2();
+  record.reaction_force_n = reaction_n;
+  record.in_contact = in_contact;
+  record.contact_reason = contact_.reason();
+  record.contact_count = contact_.count();
+  record.displacement_mm = desired.displacement_mm;
+  record.target_stiffness_n_per_mm = target;
+  record.desired_force_n = desired.force_n;
+  record.commanded_force_n = command_n;
+  if (in_contact) {
+    record.hand_force_n = reaction_n - device_force_n;  // (3.1)
+    if (desired.displacement_mm > 0.0) {
+      const FeasibleRange range =
+          feasible_range(reaction_n / desired.displacement_mm, record.hand_force_n, max_force_n_);
+      record.feasible_min_n_per_mm = range.min_n_per_mm;
+      record.feasible_max_n_per_mm = range.max_n_per_mm;
+    }
+  }
+  return axis_.device_force_n(command_n);
+}
+
+}  // namespace hapticd::rt

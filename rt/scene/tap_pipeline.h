@@ -1,0 +1,38 @@
+#pragma once
+
+#include "hal/rig.h"
+#include "rt/contact/contact_detector.h"
+#include "rt/control/force_controller.h"
+#include "rt/scene/axis.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/scene_spec.h"
+#include "rt/signal/motion_estimator.h"
+#include "rt/target/target_ramp.h"
+
+namespace hapticd::rt {
+
+/// Stiffness modulation along one axis (D§3): tool compensation, contact, displacement from the contact
+/// point, desired force, controller. Knows nothing of the object; the measured reaction is enough.
+class TapPipeline final : public Pipeline {
+ public:
+  TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
+
+  std::uint32_t channels() const noexcept override;
+  hal::Vector3 evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  void applied(const hal::Vector3& force_n) noexcept override;
+  void reset() noexcept override;
+  void set_target(double stiffness_n_per_mm, double ramp_s) noexcept override;
+
+ private:
+  PressAxis axis_;
+  double tool_mass_g_;
+  double structural_n_per_mm_;  ///< 0 = device taken as rigid
+  double max_force_n_;
+  MotionEstimator motion_;
+  ContactDetector contact_;
+  double contact_depth_mm_ = 0.0;  ///< where the present contact was declared
+  TargetRamp target_;
+  ForceController controller_;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,68 @@
+#include "rt/scene/wall_pipeline.h"
+
+#include "rt/target/desired_force.h"
+
+namespace hapticd::rt {
+
+WallPipeline::WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
+    : axis_(resolved.press_axis),
+      wall_depth_mm_(resolved.wall_position_mm),
+      structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
+      target_(resolved.target_stiffness_n_per_mm, rig.rate_hz),
+      controller_(resolved.controller, rig.rate_hz) {}
+
+std::uint32_t WallPipeline::channels() const noexcept {
+  return channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl;
+}
+
+void WallPipeline::reset() noexcept {
+  reason_ = ContactReason::kAwaitingFree;
+  controller_.reset();
+}
+
+void WallPipeline::set_target(double stiffness_n_per_mm, double ramp_s) noexcept {
+  target_.set(stiffness_n_per_mm, ramp_s);
+}
+
+void WallPipeline::applied(const hal::Vector3& force_n) noexcept {
+  controller_.applied(axis_.along_axis_n(force_n));
+}
+
+hal::Vector3 WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+  const double encoder_mm = axis_.depth_mm(sample.tip_position_mm) - wall_depth_mm_;
+  const double target = target_.update();
+
+  // There is no object: only the wall's own force acts, f~_d = -k~ x.
+  const DesiredForce wall = structural_n_per_mm_ > 0.0
+                                ? desired_force_compensated(0.0, target, encoder_mm, structural_n_per_mm_)
+                                : desired_force_rigid(0.0, target, encoder_mm);
+  const bool inside = wall.displacement_mm > 0.0;
+  const bool was_inside = reason_ == ContactReason::kAboveThreshold || reason_ == ContactReason::kHeld;
+  if (inside) {
+    // A wall that appears around the tool would throw it out: it acts only after the tool was seen outside.
+    if (was_inside) {
+      reason_ = ContactReason::kHeld;
+    } else if (reason_ != ContactReason::kAwaitingFree) {
+      reason_ = ContactReason::kAboveThreshold;
+      ++contact_count_;
+    }
+  } else {
+    reason_ = was_inside ? ContactReason::kAboveSurface : ContactReason::kFree;
+  }
+  const bool in_contact = inside && reason_ != ContactReason::kAwaitingFree;
+  const double desired_n = in_contact ? wall.force_n : 0.0;
+  const double device_force_n = controller_.device_force_n();
+  const double command_n = controller_.update(desired_n);
+
+  record.in_contact = in_contact;
+  record.contact_reason = reason_;
+  record.contact_count = contact_count_;
+  record.displacement_mm = in_contact ? wall.displacement_mm : 0.0;
+  record.target_stiffness_n_per_mm = target;
+  record.desired_force_n = desired_n;
+  record.commanded_force_n = command_n;
+  record.hand_force_n = -device_force_n;
+  return axis_.device_force_n(command_n);
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,67 @@
+#include "rt/signal/adaptive_window_velocity.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd::rt {
+
+AdaptiveWindowVelocity::AdaptiveWindowVelocity(double noise_bound_mm, double rate_hz, Fit fit) noexcept
+    : noise_bound_mm_(noise_bound_mm), rate_hz_(rate_hz), fit_(fit) {}
+
+void AdaptiveWindowVelocity::reset() noexcept {
+  filled_ = 0;
+  window_ = 0;
+  velocity_mm_per_s_ = 0.0;
+}
+
+double AdaptiveWindowVelocity::update(double position_mm) noexcept {
+  newest_ = (newest_ + 1) & kMask;
+  positions_[static_cast<std::size_t>(newest_)] = position_mm;
+  filled_ = std::min(filled_ + 1, kMask + 1);
+  if (filled_ > 1) fit_ == Fit::kEnd ? fit_end() : fit_best();
+  return velocity_mm_per_s_;
+}
+
+// A line of slope b through the newest position passes within the bound of the position j periods ago iff b
+// lies in
+// [(y_k - y_{k-j} - d)/(jT), (y_k - y_{k-j} + d)/(jT)]; the window grows while its end slope lies in all of
+// them.
+void AdaptiveWindowVelocity::fit_end() noexcept {
+  const double newest = position(0);
+  double low = -HUGE_VAL;
+  double high = HUGE_VAL;
+  double slope = 0.0;
+  int n = 1;
+  for (; n < filled_; ++n) {
+    const double per_second = rate_hz_ / n;
+    const double rise = newest - position(n);
+    const double candidate = rise * per_second;
+    if (candidate < low || candidate > high) break;
+    slope = candidate;
+    low = std::max(low, (rise - noise_bound_mm_) * per_second);
+    high = std::min(high, (rise + noise_bound_mm_) * per_second);
+  }
+  window_ = n - 1;
+  velocity_mm_per_s_ = slope;
+}
+
+void AdaptiveWindowVelocity::fit_best() noexcept {
+  const double newest = position(0);
+  double accepted = (newest - position(1)) * rate_hz_;
+  window_ = 1;
+  for (int n = 2; n < filled_; ++n) {
+    double weighted = 0.0;
+    for (int i = 0; i <= n; ++i) weighted += (n - 2 * i) * (position(i) - newest);
+    const double slope = 6.0 * weighted * rate_hz_ / (static_cast<double>(n) * (n + 1) * (n + 2));
+    bool within = true;
+    for (int j = 1; j <= n && within; ++j) {
+      within = std::abs(position(j) - (newest - slope * j / rate_hz_)) <= noise_bound_mm_;
+    }
+    if (!within) break;
+    accepted = slope;
+    window_ = n;
+  }
+  velocity_mm_per_s_ = accepted;
+}
+
+}  // namespace hapticd::rt
