@@ -7,7 +7,8 @@
 
 namespace hapticd::sim {
 
-/// What the simulated hand intends. Motions are minimum-jerk; the hand follows them through its own impedance.
+/// What the simulated hand intends. Motions are minimum-jerk; the hand follows them through its own
+/// impedance.
 struct HandProgram {
   enum class Kind : std::uint8_t {
     kRest,    ///< holds the tool still above the object
@@ -24,11 +25,11 @@ struct HandProgram {
   double approach_mm_per_s = 15.0;  ///< guided approach before a press (D§3.4.1)
   double speed_mm_per_s = 400.0;    ///< tap: at the surface; stroke: along the surface
   double rate_hz = 1.5;
-  double hold_s = 2.0;              ///< press: time at full force before release; negative = for ever
-  int repetitions = 1;              ///< press, tap, stroke; negative = for ever
+  double hold_s = 2.0;  ///< press: time at full force before release; negative = for ever
+  int repetitions = 1;  ///< press, tap, stroke; negative = for ever
   hal::Vector3 stroke_direction{1.0, 0.0, 0.0};
   double stroke_length_mm = 50.0;
-  double mass_g = 408.0;            ///< weight
+  double mass_g = 408.0;  ///< weight
 };
 
 }  // namespace hapticd::sim

@@ -23,9 +23,9 @@ struct SimulationConfig {
   /// False: each read() advances exactly one period, however long the caller took (virtual time).
   /// True: read() advances by the wall clock, so a late caller meets a world that moved on without it.
   bool real_time = false;
-  double tool_mass_g = 9.35;                     ///< beyond the sensor (D§3.2.1)
-  std::optional<double> structural_mode_hz;      ///< override of the preset's value
-  std::optional<double> structural_damping;      ///< damping ratio of that mode
+  double tool_mass_g = 9.35;                 ///< beyond the sensor (D§3.2.1)
+  std::optional<double> structural_mode_hz;  ///< override of the preset's value
+  std::optional<double> structural_damping;  ///< damping ratio of that mode
   std::optional<double> amplifier_pole_hz;
 };
 
@@ -47,8 +47,9 @@ class SimulatedRig final : public hal::Rig {
 
   /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
   std::optional<hal::Error> set_program(const HandProgram& program);
-  /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. The swap
-  /// happens at the next read() and lifts a pressing hand off first.
+  /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. A hand
+  /// that presses lifts off first and then starts its program again; a passive weight keeps the old object
+  /// under it.
   std::optional<hal::Error> set_object(const std::string& name);
   std::string object() const;
 

@@ -11,13 +11,16 @@ void ContactDetector::reset() noexcept {
   ticks_free_ = 0;
 }
 
-bool ContactDetector::update(double reaction_force_n) noexcept {
-  const double magnitude = std::abs(reaction_force_n);
+bool ContactDetector::update(double force_n, double depth_mm, double contact_depth_mm) noexcept {
+  const double magnitude = std::abs(force_n);
   if (in_contact_) {
     ticks_below_ = magnitude < parameters_.release_ratio * parameters_.threshold_n ? ticks_below_ + 1 : 0;
     if (ticks_below_ >= parameters_.release_ticks) {
       in_contact_ = false;
       reason_ = ContactReason::kBelowRelease;
+    } else if (depth_mm < contact_depth_mm - parameters_.release_clearance_mm) {
+      in_contact_ = false;
+      reason_ = ContactReason::kAboveSurface;
     } else {
       reason_ = ContactReason::kHeld;
     }

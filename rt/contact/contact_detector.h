@@ -6,25 +6,35 @@
 
 namespace hapticd::rt {
 
+/// Which force the threshold is applied to.
+enum class ContactMethod : std::uint8_t {
+  kMatchedInertia,        ///< FreeMotionResidual: free motion leaves nothing behind
+  kFilteredAcceleration,  ///< f_r of (3.4) as published: what the 50 Hz filter lags behind counts as contact
+};
+
 /// Threshold detection of D§3.2 with release hysteresis.
 struct ContactParameters {
+  ContactMethod method = ContactMethod::kMatchedInertia;
   double threshold_n = 0.015;            ///< ε_f
   double release_ratio = 0.5;            ///< release level as a fraction of ε_f
   std::uint32_t release_ticks = 5;       ///< consecutive ticks below it; one noisy sample ends no contact
+  double release_clearance_mm = 0.5;     ///< so far back past the contact point there is no object any more
   std::uint32_t free_ticks_to_arm = 20;  ///< ticks within ε_f before the first contact may be declared
 };
 
-/// Contact state from the reaction force, one tick at a time.
+/// Contact state from force and depth, one tick at a time.
 class ContactDetector {
  public:
   explicit ContactDetector(const ContactParameters& parameters) noexcept : parameters_(parameters) {}
 
-  /// Feeds |f_r|; returns the state after this tick.
-  bool update(double reaction_force_n) noexcept;
+  /// `force_n`: what free motion leaves at zero. `depth_mm`: along the press axis, growing into the object;
+  /// from `contact_depth_mm`, where the present contact began. Returns the state after this tick.
+  bool update(double force_n, double depth_mm, double contact_depth_mm) noexcept;
   void reset() noexcept;
 
   bool in_contact() const noexcept { return in_contact_; }
   bool just_declared() const noexcept { return reason_ == ContactReason::kAboveThreshold; }
+  bool just_left_surface() const noexcept { return reason_ == ContactReason::kAboveSurface; }
   ContactReason reason() const noexcept { return reason_; }
   std::uint32_t count() const noexcept { return count_; }
 

@@ -49,7 +49,7 @@ void Engine::take_commands(const hal::RigSample& sample) noexcept {
     Slot& slot = slots_[pending_[i]];
     if (slot.state.load(std::memory_order_acquire) == Slot::kWithdrawn) {
       slot.state.store(Slot::kFree, std::memory_order_release);
-    } else if (slot.command.at_tick > sample.tick) {
+    } else if (slot.command.at_tick > sample.tick || slot.command.at_time_ns > sample.time_ns) {
       pending_[kept++] = pending_[i];
     } else {
       std::uint32_t expected = Slot::kWaiting;

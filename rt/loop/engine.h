@@ -20,7 +20,8 @@ namespace hapticd::rt {
 struct EngineCommand {
   enum class Kind : std::uint8_t { kSetTarget, kExchangeScene, kClear };
   Kind kind = Kind::kSetTarget;
-  std::uint64_t at_tick = 0;  ///< not before this tick; 0 = the next one
+  std::uint64_t at_tick = 0;    ///< not before this tick; 0 = the next one
+  std::int64_t at_time_ns = 0;  ///< nor before this time of the rig
   double stiffness_n_per_mm = 0.0;
   double ramp_s = 0.0;
   Pipeline* pipeline = nullptr;  ///< kExchangeScene: the new one, or null to unload
@@ -53,6 +54,10 @@ class Engine final : public hal::TickHandler {
   ~Engine() override;
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
+
+  // -- before the loop runs
+  /// The scene to start with, in force from the first tick on. The caller keeps ownership.
+  void preload(Pipeline* pipeline, const GuardLimits& guard) noexcept { renderer_.exchange(pipeline, guard); }
 
   // -- the thread that owns the clock
   // ------------------------------------------------------------------------

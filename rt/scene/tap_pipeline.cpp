@@ -12,6 +12,8 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
       max_force_n_(resolved.guard.max_force_n),
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
+      contact_parameters_(resolved.contact),
+      residual_(resolved.tool_mass_g, rig.rate_hz),
       contact_(resolved.contact),
       target_(resolved.target_stiffness_n_per_mm, rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz) {}
@@ -22,7 +24,9 @@ std::uint32_t TapPipeline::channels() const noexcept {
 
 void TapPipeline::reset() noexcept {
   motion_.reset();
+  residual_.reset();
   contact_.reset();
+  onset_.forget();
   controller_.reset();
 }
 
@@ -34,13 +38,30 @@ void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
   controller_.applied(axis_.along_axis_n(force_n));
 }
 
+bool TapPipeline::update_contact(double sensor_n, double reaction_n, double depth_mm,
+                                 std::int64_t time_ns) noexcept {
+  if (contact_parameters_.method == ContactMethod::kFilteredAcceleration) {
+    const bool in_contact = contact_.update(reaction_n, depth_mm, contact_depth_mm_);
+    if (contact_.just_declared()) contact_depth_mm_ = depth_mm;
+    return in_contact;
+  }
+  const double residual_n = residual_.update(sensor_n, depth_mm, time_ns, contact_.in_contact());
+  onset_.remember(depth_mm, residual_.prompt_force_n());
+  const bool in_contact = contact_.update(residual_n, depth_mm, contact_depth_mm_);
+  if (contact_.just_declared()) {
+    contact_depth_mm_ = onset_.depth_mm(contact_parameters_.release_ratio * contact_parameters_.threshold_n +
+                                        residual_.seen_jerk_n());
+  }
+  if (contact_.just_left_surface()) residual_.assume_free();
+  return in_contact;
+}
+
 hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const double depth_mm = axis_.depth_mm(sample.tip_position_mm);
   motion_.update(depth_mm, sample.time_ns);
-  const double reaction_n = reaction_force_n(axis_.reaction_n(sample.sensor_force_n), tool_mass_g_,
-                                             motion_.acceleration_mm_per_s2());
-  const bool in_contact = contact_.update(reaction_n);
-  if (contact_.just_declared()) contact_depth_mm_ = depth_mm;
+  const double sensor_n = axis_.reaction_n(sample.sensor_force_n);
+  const double reaction_n = reaction_force_n(sensor_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
+  const bool in_contact = update_contact(sensor_n, reaction_n, depth_mm, sample.time_ns);
 
   const double target = target_.update();
   DesiredForce desired;

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <cstdint>
+
 #include "hal/rig.h"
 #include "rt/contact/contact_detector.h"
+#include "rt/contact/contact_onset.h"
+#include "rt/contact/free_motion_residual.h"
 #include "rt/control/force_controller.h"
 #include "rt/scene/axis.h"
 #include "rt/scene/pipeline.h"
@@ -24,13 +28,18 @@ class TapPipeline final : public Pipeline {
   void set_target(double stiffness_n_per_mm, double ramp_s) noexcept override;
 
  private:
+  bool update_contact(double sensor_n, double reaction_n, double depth_mm, std::int64_t time_ns) noexcept;
+
   PressAxis axis_;
   double tool_mass_g_;
   double structural_n_per_mm_;  ///< 0 = device taken as rigid
   double max_force_n_;
   MotionEstimator motion_;
+  ContactParameters contact_parameters_;
+  FreeMotionResidual residual_;
   ContactDetector contact_;
-  double contact_depth_mm_ = 0.0;  ///< where the present contact was declared
+  ContactOnset onset_;
+  double contact_depth_mm_ = 0.0;  ///< where the present contact began
   TargetRamp target_;
   ForceController controller_;
 };

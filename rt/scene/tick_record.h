@@ -27,7 +27,7 @@ enum class ContactReason : std::uint8_t {
   kAboveThreshold,  ///< declared this tick: |f_r| > ε_f
   kHeld,            ///< in contact, force above the release level
   kBelowRelease,    ///< released this tick: force stayed below the release level
-  kAboveSurface,    ///< released this tick: the tip left the contact point outwards (virtual wall)
+  kAboveSurface,    ///< released this tick: the tip drew back past the contact point or out of the wall
 };
 
 /// State of the guard, the one gate between any renderer and any device.

@@ -1,0 +1,203 @@
+#include "hal/sim/hand_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hapticd::sim {
+
+namespace {
+constexpr double kHomeHeightMm = 10.0;
+constexpr double kTouchN = 0.05;           // what a hand notices
+constexpr double kServoMmPerSPerN = 20.0;  // how eagerly a hand corrects a force error
+constexpr double kServoPerS = 8.0;         // and a depth error
+constexpr double kFastestServoMmPerS = 60.0;
+constexpr double kDeepestIntentMm = 80.0;
+}  // namespace
+
+// Hand: mass, spring and damper of a pinch grip on a stylus, within the spread of published identifications
+// (20-100 g, 0.3-0.8 N/mm, 2-6 N·s/m). Weight: nothing but mass along the press direction, a light guide
+// across it.
+HandImpedance impedance_of(const HandProgram& program) {
+  switch (program.kind) {
+    case HandProgram::Kind::kWeight:
+      return {1e-3 * program.mass_g, 0.0, 0.0, 0.2, 2e-3};
+    case HandProgram::Kind::kShake:
+      return {0.0, 0.02, 2e-4, 0.02, 2e-4};
+    default:
+      return {0.040, 0.5, 4e-3, 0.5, 4e-3};
+  }
+}
+
+HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept
+    : program_(program), home_mm_{0.0, 0.0, kHomeHeightMm} {
+  vertical_.position_mm = start_mm.z;
+  const bool passive =
+      program.kind == HandProgram::Kind::kWeight || program.kind == HandProgram::Kind::kShake;
+  const double ready_mm = program.kind == HandProgram::Kind::kTap ? tap_height_mm() : kHomeHeightMm;
+  if (passive) {
+    enter(Phase::kFree);
+  } else {
+    enter(Phase::kLift, {ready_mm, 0.0, 0.0}, std::max(0.2, std::abs(ready_mm - start_mm.z) / 40.0));
+  }
+}
+
+double HandMotion::tap_height_mm() const noexcept {
+  return std::clamp(0.08 * program_.speed_mm_per_s, 15.0, 80.0);
+}
+
+void HandMotion::enter(Phase phase, const MotionState& to, double duration_s) noexcept {
+  phase_ = phase;
+  phase_time_s_ = 0.0;
+  path_ = duration_s > 0.0 ? MinimumJerk(vertical_, to, duration_s) : MinimumJerk();
+}
+
+void HandMotion::strike_again() noexcept {
+  const double speed = program_.speed_mm_per_s;
+  cycle_began_s_ = time_s_;
+  enter(Phase::kStrike, {0.0, -speed, 0.0}, 1.9 * tap_height_mm() / speed);
+}
+
+void HandMotion::finish_repetition() noexcept {
+  ++done_;
+  const bool again = program_.repetitions < 0 || done_ < program_.repetitions;
+  if (!again) return enter(Phase::kFree);
+  program_.kind == HandProgram::Kind::kTap ? strike_again() : enter(Phase::kApproach);
+}
+
+void HandMotion::leave_phase() noexcept {
+  const double speed = program_.speed_mm_per_s;
+  switch (phase_) {
+    case Phase::kLift:
+      if (program_.kind == HandProgram::Kind::kRest) return enter(Phase::kFree);
+      if (program_.kind == HandProgram::Kind::kTap) return strike_again();
+      return enter(Phase::kApproach);
+    case Phase::kStrike: {  // through the surface, stopping soon below it
+      const double depth = std::max(3.0, 0.01 * speed);
+      return enter(Phase::kRebound, {-depth, 0.0, 0.0}, 2.0 * depth / speed);
+    }
+    case Phase::kRebound:
+      return enter(Phase::kReturn, {tap_height_mm(), 0.0, 0.0}, std::max(0.2, 3.0 * tap_height_mm() / speed));
+    case Phase::kReturn:
+      return enter(Phase::kPause);
+    case Phase::kRetreat:
+      return finish_repetition();
+    default:
+      return;
+  }
+}
+
+// People correct a pressing force slowly: the intended position drifts at a speed in proportion to the force
+// error.
+void HandMotion::servo_force(double step_s, double wanted_n, const HandPerception& felt) noexcept {
+  const double speed = std::clamp(-kServoMmPerSPerN * (wanted_n - felt.press_force_n), -kFastestServoMmPerS,
+                                  kFastestServoMmPerS);
+  vertical_.velocity_mm_per_s = speed;
+  vertical_.position_mm = std::max(-kDeepestIntentMm, vertical_.position_mm + speed * step_s);
+  vertical_.acceleration_mm_per_s2 = 0.0;
+}
+
+void HandMotion::servo_depth(double step_s, double wanted_mm, const HandPerception& felt) noexcept {
+  const double speed =
+      std::clamp(-kServoPerS * (wanted_mm + felt.tip_mm.z), -kFastestServoMmPerS, kFastestServoMmPerS);
+  vertical_.velocity_mm_per_s = speed;
+  vertical_.position_mm = std::max(-kDeepestIntentMm, vertical_.position_mm + speed * step_s);
+  vertical_.acceleration_mm_per_s2 = 0.0;
+}
+
+HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept {
+  time_s_ += step_s;
+  phase_time_s_ += step_s;
+  HandIntent intent;
+
+  switch (phase_) {
+    case Phase::kLift:
+    case Phase::kStrike:
+    case Phase::kRebound:
+    case Phase::kReturn:
+    case Phase::kRetreat:
+      vertical_ = path_.at(phase_time_s_);
+      if (path_.over(phase_time_s_)) leave_phase();
+      break;
+
+    case Phase::kApproach: {
+      constexpr double kAccelerationS = 0.1;
+      const double speed = program_.approach_mm_per_s * std::min(1.0, phase_time_s_ / kAccelerationS);
+      vertical_ = {vertical_.position_mm - speed * step_s, -speed, 0.0};
+      if (felt.reaction_n > kTouchN || vertical_.position_mm < -kDeepestIntentMm) enter(Phase::kLoad);
+      break;
+    }
+
+    case Phase::kLoad: {
+      const bool by_depth = program_.kind == HandProgram::Kind::kPress && program_.depth_mm > 0.0;
+      const double load_s = by_depth ? 1.875 * program_.depth_mm / program_.approach_mm_per_s
+                                     : 1.875 * program_.force_n / program_.force_rate_n_per_s;
+      const double share = MinimumJerk({}, {1.0, 0.0, 0.0}, load_s).at(phase_time_s_).position_mm;
+      by_depth ? servo_depth(step_s, share * program_.depth_mm, felt)
+               : servo_force(step_s, share * program_.force_n, felt);
+      if (program_.kind == HandProgram::Kind::kStroke) {
+        if (phase_time_s_ > load_s + 0.5) {
+          phase_ = Phase::kStroke;
+          phase_time_s_ = 0.0;
+          strokes_ = 0;
+          const double half = 0.5 * program_.stroke_length_mm;
+          path_ =
+              MinimumJerk({along_mm_, 0.0, 0.0}, {half, 0.0, 0.0}, 1.875 * half / program_.speed_mm_per_s);
+        }
+      } else if (program_.hold_s >= 0.0 && phase_time_s_ > load_s + program_.hold_s) {
+        enter(Phase::kRetreat, {kHomeHeightMm, 0.0, 0.0},
+              std::max(0.3, (kHomeHeightMm - vertical_.position_mm) / 40.0));
+      }
+      break;
+    }
+
+    case Phase::kStroke: {
+      servo_force(step_s, program_.force_n, felt);
+      const MotionState along = path_.at(phase_time_s_);
+      along_mm_ = along.position_mm;
+      along_mm_per_s_ = along.velocity_mm_per_s;
+      if (path_.over(phase_time_s_)) {
+        phase_time_s_ = 0.0;
+        ++strokes_;
+        const bool again = program_.repetitions < 0 || strokes_ < 2 * program_.repetitions;
+        if (again) {
+          const double half = 0.5 * program_.stroke_length_mm;
+          path_ = MinimumJerk({along_mm_, 0.0, 0.0}, {along_mm_ > 0.0 ? -half : half, 0.0, 0.0},
+                              1.875 * program_.stroke_length_mm / program_.speed_mm_per_s);
+        } else {
+          along_mm_per_s_ = 0.0;
+          done_ = program_.repetitions;
+          enter(Phase::kRetreat, {kHomeHeightMm, 0.0, 0.0},
+                std::max(0.3, (kHomeHeightMm - vertical_.position_mm) / 40.0));
+        }
+      }
+      break;
+    }
+
+    case Phase::kPause:
+      vertical_.velocity_mm_per_s = 0.0;
+      vertical_.acceleration_mm_per_s2 = 0.0;
+      if (time_s_ - cycle_began_s_ >= 1.0 / program_.rate_hz) finish_repetition();
+      break;
+
+    case Phase::kFree:
+      vertical_.velocity_mm_per_s = 0.0;
+      vertical_.acceleration_mm_per_s2 = 0.0;
+      if (program_.kind == HandProgram::Kind::kWeight) {
+        // Held up at first, then let down on the object over two seconds.
+        constexpr double kLoweringS = 2.0;
+        intent.support_n = 1e-3 * program_.mass_g * 9.807 * -std::min(1.0, phase_time_s_ / kLoweringS);
+      } else if (program_.kind == HandProgram::Kind::kShake) {
+        intent.motor_force_n =
+            program_.force_n * std::sin(2.0 * std::numbers::pi * program_.rate_hz * time_s_);
+      }
+      break;
+  }
+
+  const hal::Vector3& d = program_.stroke_direction;
+  intent.position_mm = {home_mm_.x + d.x * along_mm_, home_mm_.y + d.y * along_mm_, vertical_.position_mm};
+  intent.velocity_mm_per_s = {d.x * along_mm_per_s_, d.y * along_mm_per_s_, vertical_.velocity_mm_per_s};
+  return intent;
+}
+
+}  // namespace hapticd::sim

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hal/samples.h"
+#include "hal/sim/axis_dynamics.h"
+#include "hal/sim/hand.h"
+#include "hal/sim/minimum_jerk.h"
+
+namespace hapticd::sim {
+
+/// What the hand is to the tool, along the press direction (z) and across it.
+struct HandImpedance {
+  double mass_kg = 0.0;
+  double stiffness_n_per_mm = 0.0;
+  double damping_n_s_per_mm = 0.0;
+  double lateral_stiffness_n_per_mm = 0.0;
+  double lateral_damping_n_s_per_mm = 0.0;
+};
+
+/// The impedance that goes with a program: a hand, a bare mass, or the weak guide of a shaken device.
+HandImpedance impedance_of(const HandProgram& program);
+
+/// What the hand perceives.
+struct HandPerception {
+  hal::Vector3 tip_mm;
+  double press_force_n = 0.0;  ///< it exerts, downwards
+  double reaction_n = 0.0;     ///< of the object; a hand feels the touch
+};
+
+/// What the hand means to do right now.
+struct HandIntent {
+  hal::Vector3 position_mm;
+  hal::Vector3 velocity_mm_per_s;
+  double support_n = 0.0;      ///< upward force on the tool besides the impedance
+  double motor_force_n = 0.0;  ///< vertical force the device is made to give by itself
+};
+
+/// A program unfolding in time. Bounded work per step, no allocation.
+class HandMotion {
+ public:
+  HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept;
+  HandIntent step(double step_s, const HandPerception& felt) noexcept;
+
+ private:
+  enum class Phase : std::uint8_t {
+    kLift,
+    kApproach,
+    kLoad,
+    kStroke,
+    kRetreat,
+    kStrike,
+    kRebound,
+    kReturn,
+    kPause,
+    kFree
+  };
+
+  void enter(Phase phase, const MotionState& to = {}, double duration_s = 0.0) noexcept;
+  void leave_phase() noexcept;
+  void servo_force(double step_s, double wanted_n, const HandPerception& felt) noexcept;
+  void servo_depth(double step_s, double wanted_mm, const HandPerception& felt) noexcept;
+  void finish_repetition() noexcept;
+  void strike_again() noexcept;
+  double tap_height_mm() const noexcept;
+
+  HandProgram program_;
+  Phase phase_ = Phase::kLift;
+  double time_s_ = 0.0;        ///< since the program began
+  double phase_time_s_ = 0.0;  ///< since the phase began
+  double cycle_began_s_ = 0.0;
+  int done_ = 0;
+  int strokes_ = 0;
+  MinimumJerk path_;
+  MotionState vertical_;
+  double along_mm_ = 0.0;  ///< stroke coordinate
+  double along_mm_per_s_ = 0.0;
+  hal::Vector3 home_mm_;
+};
+
+}  // namespace hapticd::sim

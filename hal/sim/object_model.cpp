@@ -1,0 +1,80 @@
+#include "hal/sim/object_model.h"
+
+namespace hapticd::sim {
+
+namespace {
+
+// Stiffness at 4 N: D§3.2.2 and D§3.4.1 (0.38 sponge block, 0.59 rubber ball, 2.26 the stiffest and most
+// linear of the four, the eraser), D§4.7 (0.18 sponge cut, 0.33 foam ball). The text gives none for the first
+// foam ball
+// ("a mild stiffness curve", between sponge and rubber), the second rubber ball and the silicone rest:
+// assumed. Curve shapes: D§3.2.2 (sponge most non-linear with significant hysteresis, eraser most linear),
+// D§4.6.2 (sponge cut 5 mm at 0.5 N), D§4.7.3 (it densifies near 25 mm). Shares and times of the branches,
+// skins, radii and friction: assumed, within what soft-tissue and foam literature reports; none was fitted to
+// a result of this project.
+std::vector<ObjectModel> make_presets() {
+  std::vector<ObjectModel> all;
+  const auto add = [&all](std::string name, Shape shape, MaterialParameters material,
+                          FrictionParameters friction) {
+    all.push_back({std::move(name), shape, material, friction});
+  };
+  const auto material = [](double k4, double a, double b, double c, double onset,
+                           std::array<RelaxationBranch, 3> branches, double skin_k, double skin_c,
+                           double skin_d) {
+    return MaterialParameters{k4, a, b, c, onset, branches, skin_k, skin_c, skin_d};
+  };
+  const std::array<RelaxationBranch, 3> sponge{{{0.20, 0.008}, {0.20, 0.15}, {0.25, 3.0}}};
+  const std::array<RelaxationBranch, 3> foam{{{0.12, 0.006}, {0.12, 0.12}, {0.12, 2.5}}};
+  const std::array<RelaxationBranch, 3> rubber{{{0.10, 0.004}, {0.06, 0.10}, {0.06, 2.0}}};
+  const std::array<RelaxationBranch, 3> eraser{{{0.08, 0.004}, {0.04, 0.10}, {0.04, 2.0}}};
+  const std::array<RelaxationBranch, 3> silicone{{{0.10, 0.005}, {0.08, 0.20}, {0.10, 3.0}}};
+  const std::array<RelaxationBranch, 3> wood{{{0.03, 0.001}, {0.01, 0.05}, {0.0, 1.0}}};
+  //                       k4    a     b     c     onset          skin: N/mm  N·s/mm  mm
+  const auto sponge_block = material(0.38, 0.25, 0.15, 0.60, 0.35, sponge, 0.10, 4e-4, 0.15);
+  const auto foam_ball = material(0.45, 0.45, 0.55, 0.0, 0.5, foam, 0.15, 5e-4, 0.12);
+  const auto rubber_ball = material(0.59, 0.55, 0.45, 0.0, 0.5, rubber, 0.20, 1e-3, 0.10);
+  const auto rubber_eraser = material(2.26, 0.90, 0.10, 0.0, 0.5, eraser, 0.30, 2e-3, 0.06);
+  const auto sponge_cut = material(0.18, 0.45, 0.25, 0.30, 0.50, sponge, 0.08, 3e-4, 0.20);
+  const auto foam_ball_3d = material(0.33, 0.45, 0.55, 0.0, 0.5, foam, 0.15, 5e-4, 0.12);
+  const auto silicone_rest = material(0.50, 0.75, 0.25, 0.0, 0.5, silicone, 0.20, 1e-3, 0.10);
+  const auto wood_plate = material(50.0, 1.0, 0.0, 0.0, 0.5, wood, 1.0, 1e-2, 0.02);
+  //                                          μ_k   μ_s/μ_k  v_s  presliding
+  const FrictionParameters on_sponge{0.55, 1.10, 5.0, 0.40, 2e-4, 5e-5};
+  const FrictionParameters on_foam{0.60, 1.15, 5.0, 0.30, 1e-4, 5e-5};
+  const FrictionParameters on_rubber{0.80, 1.25, 4.0, 0.20, 1e-4, 5e-5};
+  const FrictionParameters on_silicone{0.70, 1.40, 3.0, 0.25, 1e-4, 5e-5};
+  const FrictionParameters on_wood{0.35, 1.20, 5.0, 0.02, 5e-5, 2e-5};
+
+  add("sponge_block", Plane{}, sponge_block, on_sponge);
+  add("foam_ball", Sphere{35.0}, foam_ball, on_foam);
+  add("rubber_ball", Sphere{30.0}, rubber_ball, on_rubber);
+  add("rubber_eraser", Plane{}, rubber_eraser, on_rubber);
+  add("sponge_cut", WavyField{1.5, 45.0}, sponge_cut, on_sponge);
+  add("foam_ball_3d", Sphere{50.0}, foam_ball_3d, on_foam);
+  add("rubber_ball_3d", Sphere{40.0}, rubber_ball, on_rubber);
+  add("silicone_rest", WavyField{2.0, 80.0}, silicone_rest, on_silicone);
+  add("wood_plate", Plane{}, wood_plate, on_wood);
+  return all;
+}
+
+const std::vector<ObjectModel>& presets() {
+  static const std::vector<ObjectModel> all = make_presets();
+  return all;
+}
+
+}  // namespace
+
+std::optional<ObjectModel> object_preset(const std::string& name) {
+  for (const ObjectModel& model : presets()) {
+    if (model.name == name) return model;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> object_preset_names() {
+  std::vector<std::string> names;
+  for (const ObjectModel& model : presets()) names.push_back(model.name);
+  return names;
+}
+
+}  // namespace hapticd::sim

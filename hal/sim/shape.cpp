@@ -1,0 +1,59 @@
+#include "hal/sim/shape.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace hapticd::sim {
+
+using hal::Vector3;
+
+Projection Plane::project(const Vector3& p) const noexcept {
+  return {{p.x, p.y, 0.0}, {0.0, 0.0, 1.0}, -p.z};
+}
+
+Projection Sphere::project(const Vector3& p) const noexcept {
+  const Vector3 centre{0.0, 0.0, -radius_mm};
+  const Vector3 out = p - centre;
+  const double distance = std::sqrt(dot(out, out));
+  const Vector3 normal = distance > 1e-9 ? out * (1.0 / distance) : Vector3{0.0, 0.0, 1.0};
+  return {centre + normal * radius_mm, normal, radius_mm - distance};
+}
+
+// Stationary point of the squared distance over (u, v): its gradient and Hessian are analytic, and the point
+// straight above or below is a good start for gentle slopes.
+Projection WavyField::project(const Vector3& p) const noexcept {
+  const double k = 2.0 * std::numbers::pi / wavelength_mm;
+  const double a = amplitude_mm;
+  double u = p.x;
+  double v = p.y;
+  double height = 0.0;
+  double hu = 0.0;
+  double hv = 0.0;
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    const double cu = std::cos(k * u), su = std::sin(k * u);
+    const double cv = std::cos(k * v), sv = std::sin(k * v);
+    height = a * (cu * cv - 1.0);
+    hu = -a * k * su * cv;
+    hv = -a * k * cu * sv;
+    const double huu = -a * k * k * cu * cv;
+    const double huv = a * k * k * su * sv;
+    const double rise = height - p.z;
+    const double gu = (u - p.x) + rise * hu;
+    const double gv = (v - p.y) + rise * hv;
+    const double auu = 1.0 + hu * hu + rise * huu;
+    const double avv = 1.0 + hv * hv + rise * huu;  // h_vv equals h_uu for this field
+    const double auv = hu * hv + rise * huv;
+    const double determinant = auu * avv - auv * auv;
+    const double du = (avv * gu - auv * gv) / determinant;
+    const double dv = (auu * gv - auv * gu) / determinant;
+    u -= du;
+    v -= dv;
+    if (std::abs(du) + std::abs(dv) < 1e-12 * wavelength_mm) break;
+  }
+  const double length = std::sqrt(1.0 + hu * hu + hv * hv);
+  const Vector3 normal{-hu / length, -hv / length, 1.0 / length};
+  const Vector3 point{u, v, height};
+  return {point, normal, dot(point - p, normal)};
+}
+
+}  // namespace hapticd::sim

@@ -1,0 +1,293 @@
+#include "hal/sim/simulated_rig.h"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+#include <utility>
+
+#include "hal/sim/simulation.h"
+
+namespace hapticd::sim {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+std::optional<hal::Error> out_of_range(const char* field, double value, double low, double high,
+                                       const char* unit) {
+  if (value >= low && value <= high) return std::nullopt;
+  return hal::Error{std::string(field) + " is out of range", "hand program", std::to_string(value),
+                    std::to_string(low) + " … " + std::to_string(high) + " " + unit, ""};
+}
+
+std::optional<hal::Error> check(const HandProgram& p) {
+  struct Range {
+    const char* field;
+    double value, low, high;
+    const char* unit;
+  };
+  const double length = std::sqrt(dot(p.stroke_direction, p.stroke_direction));
+  for (const Range& r :
+       {Range{"force_n", p.force_n, 0.0, 30.0, "N"}, Range{"depth_mm", p.depth_mm, 0.0, 50.0, "mm"},
+        Range{"force_rate_n_per_s", p.force_rate_n_per_s, 0.01, 100.0, "N/s"},
+        Range{"approach_mm_per_s", p.approach_mm_per_s, 0.1, 500.0, "mm/s"},
+        Range{"speed_mm_per_s", p.speed_mm_per_s, 1.0, 1500.0, "mm/s"},
+        Range{"rate_hz", p.rate_hz, 0.05, 20.0, "Hz"}, Range{"hold_s", p.hold_s, -1.0, 3600.0, "s"},
+        Range{"stroke_length_mm", p.stroke_length_mm, 1.0, 150.0, "mm"},
+        Range{"mass_g", p.mass_g, 1.0, 2000.0, "g"},
+        Range{"stroke_direction's length", length, 1e-6, 1e6, ""}}) {
+    if (auto error = out_of_range(r.field, r.value, r.low, r.high, r.unit)) return error;
+  }
+  return std::nullopt;
+}
+
+/// One change of the world, prepared by any thread and taken over between two reads.
+struct Change {
+  std::unique_ptr<PreparedHand> hand;
+  bool replaces_object = false;
+  std::unique_ptr<PlacedObject> object;
+  Change* next_retired = nullptr;
+};
+
+class SimulatedDevice final : public hal::HapticDevice {
+ public:
+  explicit SimulatedDevice(Simulation& simulation)
+      : simulation_(simulation), info_(simulation.device().info()) {}
+  const hal::DeviceInfo& info() const noexcept override { return info_; }
+  void read(hal::RigSample& sample) noexcept override { simulation_.read_device(sample); }
+  void write(const hal::DeviceCommand& command) noexcept override { simulation_.command(command.force_n); }
+
+ private:
+  Simulation& simulation_;
+  hal::DeviceInfo info_;
+};
+
+}  // namespace
+
+struct SimulatedRig::State {
+  State(const SimulationConfig& config_, const DeviceModel& model)
+      : config(config_),
+        simulation(model, 1e-3 * config_.tool_mass_g, config_.seed),
+        device(simulation),
+        resting_hand(simulation.prepare(HandProgram{})) {}
+  ~State() {
+    delete incoming.exchange(nullptr);
+    delete awaiting_clearance;
+    discard_retired();
+  }
+
+  void discard_retired() {
+    for (Change* change = retired.exchange(nullptr); change != nullptr;)
+      delete std::exchange(change, change->next_retired);
+  }
+
+  /// Any thread, `world` held.
+  void publish(std::unique_ptr<Change> change) {
+    discard_retired();
+    // A change not yet taken up is overtaken; what only it carries moves on into the new one.
+    if (const std::unique_ptr<Change> overtaken{incoming.exchange(nullptr)}) {
+      if (!change->hand) change->hand = std::move(overtaken->hand);
+      if (!change->replaces_object && overtaken->replaces_object) {
+        change->replaces_object = true;
+        change->object = std::move(overtaken->object);
+      }
+    }
+    incoming.store(change.release(), std::memory_order_release);
+  }
+
+  /// The clock's thread. A new hand takes over at once. A new object waits until the tip is clear of the old
+  /// one; a hand that presses is made to lift off first and starts its program again afterwards.
+  void take_up_change() noexcept {
+    if (awaiting_clearance == nullptr) {
+      Change* change = incoming.exchange(nullptr, std::memory_order_acq_rel);
+      if (change == nullptr) return;
+      if (change->hand) {
+        std::swap(change->hand, in_place.hand);
+        simulation.set_hand(in_place.hand.get());
+      }
+      if (!change->replaces_object) return retire(change);
+      awaiting_clearance = change;
+      lifted_for_object = simulation.truth().in_contact;
+      if (lifted_for_object) simulation.set_hand(&resting_hand);
+    }
+    if (simulation.truth().in_contact) return;
+    std::swap(awaiting_clearance->object, in_place.object);
+    simulation.set_object(in_place.object.get());
+    if (lifted_for_object) simulation.set_hand(in_place.hand.get());
+    retire(std::exchange(awaiting_clearance, nullptr));
+  }
+
+  /// What the clock's thread no longer needs goes back to be freed elsewhere.
+  void retire(Change* change) noexcept {
+    change->next_retired = retired.load(std::memory_order_relaxed);
+    while (!retired.compare_exchange_weak(change->next_retired, change, std::memory_order_acq_rel)) {
+    }
+  }
+
+  SimulationConfig config;
+  hal::RigInfo info;
+  Simulation simulation;
+  SimulatedDevice device;
+
+  std::mutex world;  ///< among callers of set_program and set_object
+  std::string object_name;
+
+  // The clock's thread's own.
+  Change in_place;                       ///< hand and object in use
+  PreparedHand resting_hand;             ///< lifts the tool off
+  Change* awaiting_clearance = nullptr;  ///< carries the object that is to come
+  bool lifted_for_object = false;
+
+  std::atomic<Change*> incoming{nullptr};
+  std::atomic<Change*> retired{nullptr};
+
+  std::uint64_t ticks = 0;
+  Clock::time_point started{};
+};
+
+SimulatedRig::SimulatedRig(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SimulatedRig::~SimulatedRig() = default;
+
+std::vector<std::string> SimulatedRig::device_presets() {
+  return device_preset_names();
+}
+std::vector<std::string> SimulatedRig::object_presets() {
+  return object_preset_names();
+}
+
+hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const SimulationConfig& config) {
+  std::optional<DeviceModel> model = device_preset(config.device);
+  if (!model) {
+    return hal::Error{"unknown device", "[rig.sim] device", config.device, joined(device_preset_names()), ""};
+  }
+  const auto refuse = [](const char* key, double value, const std::string& limit) {
+    return hal::Error{std::string(key) + " is out of range", "[rig.sim]", std::to_string(value), limit, ""};
+  };
+  if (!(config.rate_hz >= 500.0 && config.rate_hz <= 10000.0)) {
+    return refuse("rate_hz", config.rate_hz, "500 … 10000 Hz");
+  }
+  if (!(config.tool_mass_g >= 0.0 && config.tool_mass_g <= 500.0)) {
+    return refuse("tool_mass_g", config.tool_mass_g, "0 … 500 g");
+  }
+  if (config.structural_mode_hz) {
+    const double lowest = std::sqrt(4e3 * model->structural_stiffness_n_per_mm / model->apparent_mass_kg) /
+                          (2.0 * std::numbers::pi);
+    if (!(*config.structural_mode_hz >= lowest && *config.structural_mode_hz <= 1000.0)) {
+      return refuse("structural_mode_hz", *config.structural_mode_hz,
+                    std::to_string(lowest) + " … 1000 Hz (below, mass and stiffness admit no such mode)");
+    }
+    model->structural_mode_hz = *config.structural_mode_hz;
+  }
+  if (config.structural_damping) {
+    if (!(*config.structural_damping >= 0.0 && *config.structural_damping <= 1.0)) {
+      return refuse("structural_damping", *config.structural_damping, "0 … 1");
+    }
+    model->structural_damping = *config.structural_damping;
+  }
+  if (config.amplifier_pole_hz) {
+    if (!(*config.amplifier_pole_hz >= 10.0 && *config.amplifier_pole_hz <= 1e5)) {
+      return refuse("amplifier_pole_hz", *config.amplifier_pole_hz, "10 … 100000 Hz");
+    }
+    model->amplifier_pole_hz = *config.amplifier_pole_hz;
+  }
+
+  auto state = std::make_unique<State>(config, *model);
+  state->info.kind = hal::RigKind::kSimulated;
+  state->info.name = "sim:" + model->name;
+  state->info.rate_hz = config.rate_hz;
+  state->info.device = model->info();
+  state->info.sensor = state->simulation.sensor().info();
+  state->info.has_truth = true;
+  state->info.uncertain = model->uncertain();
+  auto rig = std::unique_ptr<SimulatedRig>(new SimulatedRig(std::move(state)));
+  if (auto error = rig->set_object(config.object)) return *error;
+  if (auto error = rig->set_program(HandProgram{})) return *error;
+  rig->state_->take_up_change();
+  return rig;
+}
+
+const hal::RigInfo& SimulatedRig::info() const noexcept {
+  return state_->info;
+}
+bool SimulatedRig::owns_clock() const noexcept {
+  return !state_->config.real_time;
+}
+
+void SimulatedRig::read(hal::RigSample& sample) noexcept {
+  State& s = *state_;
+  s.take_up_change();
+  std::int64_t until_ns = 0;
+  if (s.config.real_time) {
+    // The world does not wait for a late caller, but it does not race through more than 0.1 s at once either.
+    constexpr std::int64_t kLongestLeapNs = 100'000'000;
+    const Clock::time_point now = Clock::now();
+    if (s.ticks == 0) s.started = now;
+    until_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now - s.started).count();
+    if (until_ns - s.simulation.time_ns() > kLongestLeapNs) {
+      s.started += std::chrono::nanoseconds(until_ns - s.simulation.time_ns() - kLongestLeapNs);
+      until_ns = s.simulation.time_ns() + kLongestLeapNs;
+    }
+  } else {
+    until_ns = std::llround(1e9 * static_cast<double>(s.ticks + 1) / s.config.rate_hz);
+  }
+  while (s.simulation.time_ns() + Simulation::kStepNs <= until_ns) s.simulation.step();
+
+  sample = hal::RigSample{};
+  s.device.read(sample);
+  s.simulation.sensor().read(sample);
+  sample.tick = s.ticks++;
+}
+
+void SimulatedRig::write(const hal::DeviceCommand& command) noexcept {
+  state_->device.write(command);
+}
+
+bool SimulatedRig::truth(hal::TruthSample& truth) const noexcept {
+  truth = state_->simulation.truth();
+  return true;
+}
+
+std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) {
+  if (auto error = check(program)) return error;
+  const std::lock_guard lock(state_->world);
+  HandProgram normalised = program;
+  normalised.stroke_direction =
+      program.stroke_direction * (1.0 / std::sqrt(dot(program.stroke_direction, program.stroke_direction)));
+  auto change = std::make_unique<Change>();
+  change->hand = std::make_unique<PreparedHand>(state_->simulation.prepare(normalised));
+  state_->publish(std::move(change));
+  return std::nullopt;
+}
+
+std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
+  std::optional<ObjectModel> model;
+  if (name != "none") {
+    model = object_preset(name);
+    if (!model) {
+      return hal::Error{"unknown object", "simulated rig", name, joined(object_preset_names()) + ", none",
+                        ""};
+    }
+  }
+  const std::lock_guard lock(state_->world);
+  auto change = std::make_unique<Change>();
+  change->replaces_object = true;
+  if (model) change->object = std::make_unique<PlacedObject>(*model, Simulation::kStepS);
+  state_->publish(std::move(change));
+  state_->object_name = name;
+  return std::nullopt;
+}
+
+std::string SimulatedRig::object() const {
+  const std::lock_guard lock(state_->world);
+  return state_->object_name;
+}
+
+}  // namespace hapticd::sim

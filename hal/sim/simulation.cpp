@@ -1,0 +1,238 @@
+#include "hal/sim/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hapticd::sim {
+
+using hal::Vector3;
+
+namespace {
+
+constexpr double kGravityMmPerS2 = 9807.0;
+constexpr double kTremorMm = 0.03;
+constexpr double kWobbleRad = 0.005;
+
+double& component(Vector3& v, std::size_t i) noexcept {
+  return i == 0 ? v.x : i == 1 ? v.y : v.z;
+}
+double component(const Vector3& v, std::size_t i) noexcept {
+  return i == 0 ? v.x : i == 1 ? v.y : v.z;
+}
+
+/// R^T v for the tool's orientation.
+Vector3 to_tool(const hal::Quaternion& q, const Vector3& v) noexcept {
+  const Vector3 axis{-q.x, -q.y, -q.z};
+  const auto cross = [](const Vector3& a, const Vector3& b) {
+    return Vector3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  };
+  const Vector3 t = cross(axis, v) * 2.0;
+  return v + t * q.w + cross(axis, t);
+}
+
+hal::Quaternion small_rotation(double about_x, double about_y) noexcept {
+  const double x = 0.5 * about_x;
+  const double y = 0.5 * about_y;
+  return {std::sqrt(std::max(0.0, 1.0 - x * x - y * y)), x, y, 0.0};
+}
+
+}  // namespace
+
+Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed)
+    : device_(device),
+      tool_mass_kg_(tool_mass_kg),
+      random_(seed),
+      sensor_(tool_mass_kg, seed ^ 0x6e616e6f3137ULL) {
+  for (double& phase : tremor_phase_) phase = 2.0 * std::numbers::pi * random_.uniform();
+  for (std::size_t i = 0; i < 3; ++i) axes_[i] = {i == 2 ? 10.0 : 0.0, 0.0, i == 2 ? 10.0 : 0.0, 0.0};
+  // Biased with the tool hanging free, upright and at rest.
+  sensor_.bias_at({0.0, 0.0, -1e-3 * tool_mass_kg * kGravityMmPerS2});
+}
+
+PreparedHand Simulation::prepare(const HandProgram& program) const {
+  PreparedHand prepared;
+  prepared.program = program;
+  prepared.impedance = impedance_of(program);
+  const HandImpedance& hand = prepared.impedance;
+
+  AxisParameters axis;
+  axis.motor_mass_kg = device_.motor_side_mass_kg();
+  axis.tip_mass_kg = device_.tip_side_mass_kg() + device_.sensor_mass_kg + tool_mass_kg_ + hand.mass_kg;
+  axis.structural_stiffness_n_per_mm = device_.structural_stiffness_n_per_mm;
+  // Damping ratio of the bare device's free-free mode: c = 2 ζ μ ω.
+  const double reduced_kg =
+      device_.motor_side_mass_kg() * device_.tip_side_mass_kg() / device_.apparent_mass_kg;
+  axis.structural_damping_n_s_per_mm = 1e-3 * 2.0 * device_.structural_damping * reduced_kg * 2.0 *
+                                       std::numbers::pi * device_.structural_mode_hz;
+  axis.motor_viscosity_n_s_per_mm = device_.viscous_friction_n_s_per_mm;
+
+  axis.hand_stiffness_n_per_mm = hand.stiffness_n_per_mm;
+  axis.hand_damping_n_s_per_mm = hand.damping_n_s_per_mm;
+  prepared.along = AxisDynamics(axis, kStepS);
+  axis.hand_stiffness_n_per_mm = hand.lateral_stiffness_n_per_mm;
+  axis.hand_damping_n_s_per_mm = hand.lateral_damping_n_s_per_mm;
+  prepared.across = AxisDynamics(axis, kStepS);
+  return prepared;
+}
+
+void Simulation::set_hand(const PreparedHand* hand) noexcept {
+  hand_ = hand;
+  motion_.emplace(hand->program, Vector3{axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm});
+}
+
+void Simulation::set_object(PlacedObject* object) noexcept {
+  object_ = object;
+}
+
+void Simulation::command(const Vector3& force_n) noexcept {
+  const std::int64_t due = steps_ + std::llround(device_.command_latency_s / kStepS);
+  if (pending_count_ == pending_.size()) {  // commands come faster than the latency: the oldest is overtaken
+    std::move(pending_.begin() + 1, pending_.end(), pending_.begin());
+    --pending_count_;
+  }
+  pending_[pending_count_++] = {due, force_n};
+}
+
+// Latency, DAC, saturation and the amplifier's pole. Returns the mean force over the step, exact for a
+// first-order lag.
+Vector3 Simulation::motor_force() noexcept {
+  while (pending_count_ > 0 && pending_[0].due_step <= steps_) {
+    const double quantum = device_.force_step_n();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double bounded =
+          std::clamp(component(pending_[0].force_n, i), -device_.max_force_n, device_.max_force_n);
+      component(wanted_n_, i) = std::round(bounded / quantum) * quantum;
+    }
+    std::move(pending_.begin() + 1, pending_.end(), pending_.begin());
+    --pending_count_;
+  }
+  const double rate = 2.0 * std::numbers::pi * device_.amplifier_pole_hz * kStepS;
+  const double decay = std::exp(-rate);
+  const Vector3 behind = amplifier_n_ - wanted_n_;
+  amplifier_n_ = wanted_n_ + behind * decay;
+  return wanted_n_ + behind * ((1.0 - decay) / rate);
+}
+
+Vector3 Simulation::tremor(double time_s) const noexcept {
+  const auto wave = [&](double hz, std::size_t phase) {
+    return std::sin(2.0 * std::numbers::pi * hz * time_s + tremor_phase_[phase]);
+  };
+  return {0.5 * kTremorMm * wave(8.3, 0), 0.5 * kTremorMm * wave(9.1, 1),
+          0.5 * kTremorMm * (wave(8.7, 2) + wave(10.3, 3))};
+}
+
+hal::Quaternion Simulation::tool_orientation(double time_s) const noexcept {
+  return small_rotation(kWobbleRad * std::sin(2.0 * time_s + tremor_phase_[0]),
+                        kWobbleRad * std::sin(2.6 * time_s + tremor_phase_[1]));
+}
+
+void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
+                       const std::array<const AxisDynamics*, 3>& dynamics) noexcept {
+  const Vector3 free_mm{axes[0].tip_mm, axes[1].tip_mm, axes[2].tip_mm};
+  const Projection nearest = project(object_->model.shape, free_mm);
+  const Vector3& n = nearest.outward_normal;
+
+  double compliance = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    compliance += component(n, i) * component(n, i) * dynamics[i]->tip_position_per_tip_force();
+  }
+  const Material::Step step = object_->material.advance(nearest.depth_mm, compliance);
+
+  Vector3 tangential_n;
+  if (step.mean_force_n > 0.0) {
+    const Vector3 moved = free_mm - before_mm;
+    object_->friction.project(n);
+    tangential_n = object_->friction.advance(moved - n * dot(moved, n),
+                                             dynamics[0]->tip_position_per_tip_force(), step.mean_force_n);
+  } else {
+    object_->friction.release();
+  }
+  const Vector3 mean_n = n * step.mean_force_n + tangential_n;
+  for (std::size_t i = 0; i < 3; ++i) dynamics[i]->add_tip_force(axes[i], component(mean_n, i));
+
+  truth_.reaction_force_n = n * step.force_n + tangential_n;
+  truth_.undeformed_contact_mm = nearest.point_mm;
+  truth_.outward_normal = n;
+  truth_.displacement_mm = std::max(0.0, step.depth_mm);
+  truth_.normal_force_n = step.force_n;
+  truth_.friction_force_n = std::sqrt(dot(tangential_n, tangential_n));
+  truth_.surface_depression_mm = object_->material.depression_mm();
+  truth_.in_contact = step.mean_force_n > 0.0;
+}
+
+void Simulation::step() noexcept {
+  const double time_s = static_cast<double>(steps_) * kStepS;
+  const HandImpedance& hand = hand_->impedance;
+  const std::array<const AxisDynamics*, 3> dynamics{&hand_->across, &hand_->across, &hand_->along};
+
+  HandPerception felt;
+  felt.tip_mm = {axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm};
+  felt.press_force_n = -truth_.hand_force_n.z;
+  felt.reaction_n = truth_.normal_force_n;
+  HandIntent intent = motion_->step(kStepS, felt);
+  const bool is_hand =
+      hand_->program.kind != HandProgram::Kind::kWeight && hand_->program.kind != HandProgram::Kind::kShake;
+  if (is_hand) intent.position_mm = intent.position_mm + tremor(time_s);
+
+  Vector3 motor_n = motor_force();
+  motor_n.z += intent.motor_force_n;
+  truth_.device_force_n = motor_n;
+
+  std::array<AxisState, 3> next;
+  std::array<double, 3> pull_n{};  // the part of the hand's force that does not depend on the state
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double stiffness = i == 2 ? hand.stiffness_n_per_mm : hand.lateral_stiffness_n_per_mm;
+    const double damping = i == 2 ? hand.damping_n_s_per_mm : hand.lateral_damping_n_s_per_mm;
+    pull_n[i] = stiffness * component(intent.position_mm, i) +
+                damping * component(intent.velocity_mm_per_s, i) + (i == 2 ? intent.support_n : 0.0);
+    next[i] = dynamics[i]->advance(axes_[i], component(motor_n, i), pull_n[i]);
+    // Dry friction, implicit: as much as stops the motor side within the step, but no more than it has.
+    const double stopping_n = -next[i].motor_mm_per_s / dynamics[i]->motor_velocity_per_motor_force();
+    dynamics[i]->add_motor_force(
+        next[i], std::clamp(stopping_n, -device_.coulomb_friction_n, device_.coulomb_friction_n));
+  }
+  if (object_ != nullptr) {
+    touch(felt.tip_mm, next, dynamics);
+  } else {
+    truth_.reaction_force_n = {};
+    truth_.normal_force_n = 0.0;
+    truth_.friction_force_n = 0.0;
+    truth_.displacement_mm = 0.0;
+    truth_.surface_depression_mm = 0.0;
+    truth_.in_contact = false;
+  }
+
+  Vector3 acceleration;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double stiffness = i == 2 ? hand.stiffness_n_per_mm : hand.lateral_stiffness_n_per_mm;
+    const double damping = i == 2 ? hand.damping_n_s_per_mm : hand.lateral_damping_n_s_per_mm;
+    component(acceleration, i) = (next[i].tip_mm_per_s - axes_[i].tip_mm_per_s) / kStepS;
+    component(truth_.hand_force_n, i) = pull_n[i] - stiffness * next[i].tip_mm -
+                                        damping * next[i].tip_mm_per_s -
+                                        1e-3 * hand.mass_kg * component(acceleration, i);
+  }
+  axes_ = next;
+  truth_.tip_position_mm = {axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm};
+  ++steps_;
+
+  // Load on the sensor: what the object gives, less what it takes to accelerate the tool, plus its weight.
+  if (steps_ % 10 == 0) orientation_ = tool_orientation(time_s);
+  const Vector3 gravity{0.0, 0.0, -kGravityMmPerS2};
+  sensor_.measure(
+      to_tool(orientation_, truth_.reaction_force_n + (gravity - acceleration) * (1e-3 * tool_mass_kg_)));
+}
+
+void Simulation::read_device(hal::RigSample& sample) noexcept {
+  const double quantum = device_.encoder_resolution_mm;
+  for (std::size_t i = 0; i < 3; ++i) {
+    component(sample.tip_position_mm, i) = std::round(axes_[i].motor_mm / quantum) * quantum;
+  }
+  const double noise = device_.gimbal_noise_rad;
+  const hal::Quaternion read = small_rotation(2.0 * orientation_.x + noise * random_.normal(),
+                                              2.0 * orientation_.y + noise * random_.normal());
+  sample.tip_orientation = read;
+  sample.time_ns = time_ns();
+}
+
+}  // namespace hapticd::sim

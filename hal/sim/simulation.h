@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "hal/samples.h"
+#include "hal/sim/axis_dynamics.h"
+#include "hal/sim/device_model.h"
+#include "hal/sim/friction.h"
+#include "hal/sim/hand_motion.h"
+#include "hal/sim/material.h"
+#include "hal/sim/nano17.h"
+#include "hal/sim/object_model.h"
+
+namespace hapticd::sim {
+
+/// What a hand program needs, computed before it takes over (matrix exponentials do not belong in a step).
+struct PreparedHand {
+  HandProgram program;
+  HandImpedance impedance;
+  AxisDynamics across;
+  AxisDynamics along;
+};
+
+/// An object in place: its shape and the state of its matter.
+struct PlacedObject {
+  PlacedObject(const ObjectModel& object, double step_s)
+      : model(object), material(object.material, step_s), friction(object.friction, step_s) {}
+  ObjectModel model;
+  Material material;
+  Friction friction;
+};
+
+/// The coupled physics, one step of 0.1 ms at a time. Single-threaded. Device and tool weight are
+/// counterbalanced, as on the real device; the sensor feels gravity through the tool all the same.
+class Simulation {
+ public:
+  static constexpr double kStepS = 1e-4;
+  static constexpr std::int64_t kStepNs = 100'000;
+
+  Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed);
+
+  PreparedHand prepare(const HandProgram& program) const;
+  /// Takes over from where the tip is. The objects live as long as the simulation uses them.
+  void set_hand(const PreparedHand* hand) noexcept;
+  /// Null for an empty table.
+  void set_object(PlacedObject* object) noexcept;
+  const PlacedObject* object() const noexcept { return object_; }
+
+  void step() noexcept;
+
+  /// Force asked of the motors; takes effect after the device's latency.
+  void command(const hal::Vector3& force_n) noexcept;
+  std::int64_t time_ns() const noexcept { return steps_ * kStepNs; }
+  /// Position as the encoders tell it and orientation as the gimbal tells it.
+  void read_device(hal::RigSample& sample) noexcept;
+  Nano17& sensor() noexcept { return sensor_; }
+  const hal::TruthSample& truth() const noexcept { return truth_; }
+  const DeviceModel& device() const noexcept { return device_; }
+
+ private:
+  struct Pending {
+    std::int64_t due_step = 0;
+    hal::Vector3 force_n;
+  };
+
+  hal::Vector3 motor_force() noexcept;
+  void touch(const hal::Vector3& before_mm, std::array<AxisState, 3>& axes,
+             const std::array<const AxisDynamics*, 3>& dynamics) noexcept;
+  hal::Vector3 tremor(double time_s) const noexcept;
+  hal::Quaternion tool_orientation(double time_s) const noexcept;
+
+  DeviceModel device_;
+  double tool_mass_kg_;
+  Random random_;
+  Nano17 sensor_;
+  const PreparedHand* hand_ = nullptr;
+  std::optional<HandMotion> motion_;
+  PlacedObject* object_ = nullptr;
+
+  std::array<AxisState, 3> axes_{};
+  std::array<Pending, 4> pending_{};
+  std::size_t pending_count_ = 0;
+  hal::Vector3 wanted_n_;     ///< command in force, quantised
+  hal::Vector3 amplifier_n_;  ///< after the amplifier's lag
+  std::array<double, 4> tremor_phase_{};
+  std::int64_t steps_ = 0;
+  hal::Quaternion orientation_;
+  hal::TruthSample truth_;
+};
+
+}  // namespace hapticd::sim

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rt/signal/butterworth_low_pass.h"
+
+namespace hapticd::rt {
+
+/// How much of the sensor's force the tool's own inertia cannot explain: the quantity contact is decided on.
+///
+/// (3.4) subtracts m a, with a filtered so that it can be used at all; the filter's delay leaves m j τ of
+/// every free motion behind (j its jerk), several times the 15 mN threshold when the device is shaken at 1 N
+/// and 5 Hz. Here force and inertia pass the same filter L, so that what remains of free motion is exactly
+/// zero, and the force's lead over its own filtered value is added back as far as the motion's jerk does not
+/// account for it:
+///
+///   r = L[f_s - m a_raw] + dead_zone(f_s - L[f_s]; γ m (j + j_0) τ)
+///
+/// A slow contact is seen through L, τ = 11 ms late; an impact rises above what jerk can do within a tick or
+/// two. j_0 is the jerk with which a motion may begin before the encoders can tell: without it every brisk
+/// start would be taken for a contact.
+class FreeMotionResidual {
+ public:
+  FreeMotionResidual(double tool_mass_g, double rate_hz) noexcept;
+
+  /// Force along the press axis (positive when pushed back) and depth, both of this tick; true time steps are
+  /// used, so a late tick is no acceleration. Returns r in N. `in_contact`: the jerk is the object's doing
+  /// and teaches nothing about free motion.
+  double update(double sensor_force_n, double depth_mm, std::int64_t time_ns, bool in_contact) noexcept;
+  /// The next sample starts anew; whatever it reads counts as residual.
+  void reset() noexcept { samples_ = 0; }
+  /// The tool is known to be free now: what the filters still remember of the contact is dropped, and the
+  /// present reading is taken for inertia.
+  void assume_free() noexcept;
+
+  double residual_n() const noexcept { return residual_n_; }
+  /// Present half-width of the dead zone.
+  double explained_by_jerk_n() const noexcept { return seen_jerk_n_ + unseen_n_; }
+  /// Upper bound of what free motion may leave in prompt_force_n(), j_0 aside.
+  double seen_jerk_n() const noexcept { return seen_jerk_n_; }
+  /// f_s - L[m a]: prompt, but off by up to the dead zone. For looking back at how a contact began.
+  double prompt_force_n() const noexcept { return last_force_n_ - last_inertia_n_; }
+
+ private:
+  static constexpr double kCutoffHz =
+      40.0;  // two sections: 11 ms of delay, 2 mN of encoder noise through 9 g
+  static constexpr double kJerkMargin = 1.3;    // γ: the jerk is itself seen late
+  static constexpr double kJerkMemoryS = 0.15;  // violent motion does not end within a stroke
+  static constexpr double kUnseenJerkMmPerS3 =
+      3e5;  // a brisk start; encoders show no jerk before τ has passed
+
+  double tool_mass_g_;
+  double rate_hz_;
+  double delay_s_;
+  double unseen_n_;
+  double jerk_decay_;
+  ButterworthLowPass residual_1_, residual_2_;
+  ButterworthLowPass force_1_, force_2_;
+  ButterworthLowPass inertia_1_, inertia_2_;
+  int samples_ = 0;
+  std::int64_t last_time_ns_ = 0;
+  double last_step_s_ = 0.0;
+  double last_depth_mm_ = 0.0;
+  double last_velocity_mm_per_s_ = 0.0;
+  double last_force_n_ = 0.0;
+  double last_inertia_n_ = 0.0;
+  double jerk_n_per_s_ = 0.0;  ///< envelope of d(m a)/dt
+  double seen_jerk_n_ = 0.0;   ///< γ τ times it
+  double residual_n_ = 0.0;
+};
+
+}  // namespace hapticd::rt
