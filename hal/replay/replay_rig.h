@@ -4,36 +4,37 @@
 #include <string>
 
 #include "hal/error.h"
+#include "hal/replay/column_mapping.h"
 #include "hal/rig.h"
 
 namespace hapticd::replay {
 
-/// Which column of a recording holds what, in which unit. An empty column name means: find it by its name and unit
-/// suffix ("time_s", "force_N", "indentation_mm", "position_mm").
-struct ColumnMapping {
-  std::string column;
-  std::string unit;    ///< "s", "ms"; "N", "mN", "uN"; "mm", "um", "m"; empty = the suffix of the column's name
-  double scale = 1.0;  ///< applied after the unit: how a µN recording is shown to a service that thinks in N
-};
-
 struct ReplayConfig {
-  std::string path;
-  ColumnMapping time;
-  ColumnMapping force;     ///< reaction along the press axis, positive when the object pushes back
-  ColumnMapping position;  ///< along the press axis, positive into the object
+  std::string path{};
+  ColumnMapping time{};
+  ColumnMapping force{};     ///< reaction along the press axis, positive when the object pushes back
+  ColumnMapping position{};  ///< along the press axis, positive into the object
   double rate_hz = 1000.0;
   /// True: as fast as possible (the file is the clock). False: at recorded speed, paced by the loop.
   bool as_fast_as_possible = true;
-  bool loop = false;  ///< start over at the end (with the tool taken as free in between)
+  bool loop = false;  ///< start over at the end (with the tool taken as free for half a second in between)
+  /// The mean force of the first so many seconds is taken as zero force, as one biases a sensor before
+  /// touching anything. 0 = the force as recorded.
+  double bias_s = 0.0;
 };
 
 /// A recording as a rig: position and force of a CSV file, resampled to the loop rate by linear interpolation
 /// (which invents no overshoot). Commands go nowhere: the recording shows what would have been rendered, not
 /// what the user would have felt. The press axis is -z: depth d is presented as tip position z = -d.
+///
+/// A step in time of more than five times the median step is a gap: through it the last force is held, every
+/// tick carries sample_status::kForceMissing and a growing force_age_ns, exactly as when a sensor falls
+/// silent, and a guard that watches the age latches. The same holds for whoever goes on reading after the
+/// end.
 class ReplayRig final : public hal::Rig {
  public:
-  /// Reads and checks the whole file: missing or unknown column or unit, non-finite or non-numeric cell (with line),
-  /// time that does not increase, fewer than two rows, unreadable file.
+  /// Reads and checks the whole file: missing or unknown column or unit, non-finite or non-numeric cell (with
+  /// line), time that does not increase, fewer than two rows, unreadable file.
   static hal::Result<std::unique_ptr<ReplayRig>> open(const ReplayConfig& config);
   ~ReplayRig() override;
 
@@ -42,6 +43,7 @@ class ReplayRig final : public hal::Rig {
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand&) noexcept override {}
   bool exhausted() const noexcept override;
+  /// Of one pass through the file.
   double duration_s() const noexcept;
 
  private:

@@ -8,7 +8,8 @@ namespace hapticd::sim {
 
 namespace {
 constexpr double kHomeHeightMm = 10.0;
-constexpr double kTouchN = 0.05;           // what a hand notices
+constexpr double kTouchN = 0.05;           // of reaction: what a hand notices
+constexpr double kResistanceN = 0.5;       // of anything: more than a device in free motion gives
 constexpr double kServoMmPerSPerN = 20.0;  // how eagerly a hand corrects a force error
 constexpr double kServoPerS = 8.0;         // and a depth error
 constexpr double kFastestServoMmPerS = 60.0;
@@ -124,7 +125,8 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
       constexpr double kAccelerationS = 0.1;
       const double speed = program_.approach_mm_per_s * std::min(1.0, phase_time_s_ / kAccelerationS);
       vertical_ = {vertical_.position_mm - speed * step_s, -speed, 0.0};
-      if (felt.reaction_n > kTouchN || vertical_.position_mm < -kDeepestIntentMm) enter(Phase::kLoad);
+      const bool met = felt.reaction_n > kTouchN || felt.press_force_n > kResistanceN;
+      if (met || vertical_.position_mm < -kDeepestIntentMm) enter(Phase::kLoad);
       break;
     }
 
@@ -186,7 +188,14 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
       if (program_.kind == HandProgram::Kind::kWeight) {
         // Held up at first, then let down on the object over two seconds.
         constexpr double kLoweringS = 2.0;
-        intent.support_n = 1e-3 * program_.mass_g * 9.807 * -std::min(1.0, phase_time_s_ / kLoweringS);
+        constexpr double kKnockPeriodS = 2.0;
+        constexpr double kKnockS = 0.02;
+        const double since_knock_s = std::fmod(phase_time_s_, kKnockPeriodS);
+        const double knock_n = phase_time_s_ > kLoweringS && since_knock_s < kKnockS
+                                   ? program_.knock_n * std::sin(std::numbers::pi * since_knock_s / kKnockS)
+                                   : 0.0;
+        intent.support_n =
+            knock_n - 1e-3 * program_.mass_g * 9.807 * std::min(1.0, phase_time_s_ / kLoweringS);
       } else if (program_.kind == HandProgram::Kind::kShake) {
         intent.motor_force_n =
             program_.force_n * std::sin(2.0 * std::numbers::pi * program_.rate_hz * time_s_);

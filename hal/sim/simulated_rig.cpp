@@ -42,7 +42,7 @@ std::optional<hal::Error> check(const HandProgram& p) {
         Range{"speed_mm_per_s", p.speed_mm_per_s, 1.0, 1500.0, "mm/s"},
         Range{"rate_hz", p.rate_hz, 0.05, 20.0, "Hz"}, Range{"hold_s", p.hold_s, -1.0, 3600.0, "s"},
         Range{"stroke_length_mm", p.stroke_length_mm, 1.0, 150.0, "mm"},
-        Range{"mass_g", p.mass_g, 1.0, 2000.0, "g"},
+        Range{"mass_g", p.mass_g, 1.0, 2000.0, "g"}, Range{"knock_n", p.knock_n, 0.0, 20.0, "N"},
         Range{"stroke_direction's length", length, 1e-6, 1e6, ""}}) {
     if (auto error = out_of_range(r.field, r.value, r.low, r.high, r.unit)) return error;
   }

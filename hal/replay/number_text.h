@@ -1,0 +1,16 @@
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <string>
+
+namespace hapticd::replay {
+
+/// A number as a person would write it, for messages.
+inline std::string number_text(double number) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.9g", number);
+  return text.data();
+}
+
+}  // namespace hapticd::replay

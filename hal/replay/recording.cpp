@@ -1,0 +1,108 @@
+#include "hal/replay/recording.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <span>
+
+#include "hal/replay/csv_file.h"
+#include "hal/replay/number_text.h"
+
+namespace hapticd::replay {
+namespace {
+
+// A month: beyond it the unit of the time is wrong, and ticks would no longer be counted exactly.
+constexpr double kLongestS = 31.0 * 86400.0;
+
+std::string in_seconds(double seconds) {
+  return number_text(seconds) + " s";
+}
+
+double median_step(const std::vector<double>& time_s) {
+  std::vector<double> steps(time_s.size());
+  std::adjacent_difference(time_s.begin(), time_s.end(), steps.begin());
+  steps.erase(steps.begin());  // the first is the first value itself
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+}  // namespace
+
+hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns) {
+  auto file = CsvFile::open(path);
+  if (!file) return file.error();
+
+  const auto time = select_column(columns.time, Quantity::kTime, file->columns(), file->place());
+  if (!time) return time.error();
+  const auto force = select_column(columns.force, Quantity::kForce, file->columns(), file->place());
+  if (!force) return force.error();
+  const auto position = select_column(columns.position, Quantity::kPosition, file->columns(), file->place());
+  if (!position) return position.error();
+
+  Recording recording;
+  double start_s = 0.0;
+  const std::array<std::size_t, 3> indices{time->index, force->index, position->index};
+  const auto take = [&](std::size_t line, std::span<const double> cells) -> std::optional<hal::Error> {
+    const double now_s = cells[0] * time->factor;
+    if (recording.time_s.empty()) start_s = now_s;
+    const double since_start_s = now_s - start_s;
+    if (!recording.time_s.empty() && !(since_start_s > recording.time_s.back())) {
+      return hal::Error{
+          .what = "time does not increase",
+          .where = file->place(line),
+          .value = in_seconds(now_s) + " after " + in_seconds(recording.time_s.back() + start_s),
+          .limit = "each row later than the one before",
+          .remedy = "sort the rows and remove those that stand twice"};
+    }
+    if (since_start_s > kLongestS) {
+      return hal::Error{.what = "the recording is too long",
+                        .where = file->place(line),
+                        .value = in_seconds(since_start_s),
+                        .limit = "up to " + in_seconds(kLongestS),
+                        .remedy = "check the unit of the time"};
+    }
+    recording.time_s.push_back(since_start_s);
+    recording.force_n.push_back(cells[1] * force->factor);
+    recording.depth_mm.push_back(cells[2] * position->factor);
+    if (!std::isfinite(recording.force_n.back()) || !std::isfinite(recording.depth_mm.back())) {
+      return hal::Error{.what = "the scaled force or position is not finite",
+                        .where = file->place(line),
+                        .value = {},
+                        .limit = {},
+                        .remedy = "check the units and scales of the mapping"};
+    }
+    return std::nullopt;
+  };
+  if (const auto error = file->read_rows(indices, take); error) return *error;
+  if (recording.time_s.size() < 2) {
+    return hal::Error{.what = "there is nothing to play between fewer than two rows",
+                      .where = file->place(),
+                      .value = std::to_string(recording.time_s.size()),
+                      .limit = "at least 2 rows of numbers under the header",
+                      .remedy = {}};
+  }
+  recording.median_step_s = median_step(recording.time_s);
+  return recording;
+}
+
+std::optional<hal::Error> remove_bias(Recording& recording, double seconds, const std::string& place) {
+  if (!(seconds >= 0.0 && seconds <= recording.duration_s())) {
+    return hal::Error{.what = "the span whose mean is to be zero force lies outside the recording",
+                      .where = place + ", bias_s",
+                      .value = in_seconds(seconds),
+                      .limit = "0 … " + in_seconds(recording.duration_s()),
+                      .remedy = "0 leaves the force as recorded"};
+  }
+  if (seconds == 0.0) return std::nullopt;
+  const auto end = std::upper_bound(recording.time_s.begin(), recording.time_s.end(), seconds);
+  const auto count = end - recording.time_s.begin();
+  const double sum_n = std::accumulate(recording.force_n.begin(), recording.force_n.begin() + count, 0.0);
+  const double mean_n = sum_n / static_cast<double>(count);
+  for (double& force_n : recording.force_n) force_n -= mean_n;
+  return std::nullopt;
+}
+
+}  // namespace hapticd::replay

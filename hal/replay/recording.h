@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/replay/column_mapping.h"
+
+namespace hapticd::replay {
+
+/// Where the three quantities of a one-dimensional recording stand.
+struct RecordingColumns {
+  ColumnMapping time{};
+  ColumnMapping force{};
+  ColumnMapping position{};
+};
+
+/// A recording in the house's units: all rows of a file, checked. Time begins at 0 and increases.
+struct Recording {
+  std::vector<double> time_s;
+  std::vector<double> force_n;
+  std::vector<double> depth_mm;
+  double median_step_s = 0.0;
+
+  double duration_s() const noexcept { return time_s.back(); }
+  /// A step longer than this is a gap: the sensor was silent there, and nothing may be made up in between.
+  double longest_step_s() const noexcept { return kGapSteps * median_step_s; }
+
+  static constexpr double kGapSteps = 5.0;
+};
+
+/// Reads the whole file. Beyond the faults of CsvFile and select_column() it refuses time that does not
+/// increase (with the line) and fewer than two rows.
+hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns);
+
+/// Takes the mean force of the first `seconds` as zero force. Refuses a span that is negative, not finite or
+/// longer than the recording; 0 changes nothing.
+std::optional<hal::Error> remove_bias(Recording& recording, double seconds, const std::string& place);
+
+}  // namespace hapticd::replay

@@ -1,0 +1,28 @@
+#include "tests/study/report/report.h"
+
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+
+namespace hapticd::report {
+
+void Report::add_table(const std::string& name, const std::string& title, const MarkdownTable& table,
+                       const std::string& remark) {
+  const std::string text = "## " + title + "\n\n" + (remark.empty() ? "" : remark + "\n\n") + table.text();
+  const auto path = folder_ / (name + ".md");
+  std::ofstream stream(path, std::ios::trunc);
+  stream << text << std::flush;
+  if (!stream) throw std::runtime_error("cannot write '" + path.string() + "'");
+  std::cout << '\n' << text << std::flush;
+}
+
+void Report::add_plot(const std::string& name, const SvgPlot& plot) {
+  const auto problem = draw(plot, folder_, name);
+  note(problem ? "plot: " + *problem : "plot: " + (folder_ / (name + ".svg")).string());
+}
+
+void Report::note(const std::string& line) {
+  std::cout << line << std::endl;
+}
+
+}  // namespace hapticd::report

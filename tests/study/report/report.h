@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "tests/study/report/figure_writer.h"
+#include "tests/study/report/markdown_table.h"
+#include "tests/study/report/svg_plot.h"
+
+namespace hapticd::report {
+
+/// The output folder of a study or a benchmark: figures.jsonl beside readable tables and plots.
+class Report {
+ public:
+  /// Makes the folder; throws std::runtime_error where it cannot be written to.
+  explicit Report(std::filesystem::path folder) : folder_(std::move(folder)), figures_(folder_) {}
+
+  const std::filesystem::path& folder() const noexcept { return folder_; }
+
+  void add(const Figure& figure) { figures_.add(figure); }
+  /// Writes NAME.md and prints it. `remark` (may be empty) stands under the title: conditions, how to read
+  /// it.
+  void add_table(const std::string& name, const std::string& title, const MarkdownTable& table,
+                 const std::string& remark = {});
+  /// Writes NAME.csv, NAME.gp and NAME.svg; where gnuplot is missing or fails it says so and goes on.
+  void add_plot(const std::string& name, const SvgPlot& plot);
+  /// A line for the reader at the terminal.
+  static void note(const std::string& line);
+
+ private:
+  std::filesystem::path folder_;
+  FigureWriter figures_;
+};
+
+}  // namespace hapticd::report

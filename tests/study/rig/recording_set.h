@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/replay/replay_rig.h"
+
+namespace hapticd::study {
+
+/// A recording and how it is shown to a scene.
+struct RecordingEntry {
+  std::string name;      ///< "silicone_indentation/cycle_3"
+  std::string set;       ///< "silicone_indentation"
+  std::string remark{};  ///< what was scaled; empty = shown as recorded
+  replay::ReplayConfig config{};
+};
+
+/// The folder named by the environment variable HAPTICD_RECORDINGS; none when that is unset or no folder.
+std::optional<std::filesystem::path> recordings_folder();
+/// Why there are none, for a test that skips and a study that records a failure.
+std::string no_recordings_reason();
+
+/// The sets of pressing motions with position and force.
+const std::vector<std::string>& press_sets();
+
+/// All recordings of one of the press sets below `folder`, by name; empty where there are none.
+std::vector<RecordingEntry> recordings_of(const std::filesystem::path& folder, const std::string& set);
+
+}  // namespace hapticd::study

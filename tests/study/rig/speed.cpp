@@ -1,0 +1,39 @@
+#include <chrono>
+#include <string>
+
+#include "tests/study/rig/rig_study.h"
+#include "tests/study/rig/virtual_run.h"
+
+namespace hapticd::study {
+
+void run_speed(StudyContext& context) {
+  report::MarkdownTable table({"scene", "simulated s", "times real time"});
+  for (const std::string name : {"tap_1d", "wall"}) {
+    sim::SimulationConfig rig;
+    rt::SceneSpec scene;
+    scene.name = name;
+    if (name == "wall") {
+      scene.kind = rt::SceneKind::kWall;
+      rig.object = "none";
+    }
+    VirtualRun run(rig, scene);
+    sim::HandProgram hand;
+    hand.kind = sim::HandProgram::Kind::kTap;
+    hand.repetitions = -1;
+    run.set_hand(hand);
+    const double duration_s = context.quick ? 20.0 : 200.0;
+    const auto start = std::chrono::steady_clock::now();
+    while (run.time_s() < duration_s) run.step();
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    report::Figure figure{"realtime_factor", {{"scene", name}}};
+    figure.value = duration_s / took.count();
+    if (name == "tap_1d") figure.goal = 200.0;
+    context.report.add(figure);
+    table.add_row({name, report::fixed(duration_s, 0), report::fixed(*figure.value, 0)});
+  }
+  context.report.add_table(
+      "speed", "Simulator and tick together, one core", table,
+      "10 kHz physics and sensor, 1 kHz tick, the hand tapping twice every three seconds.");
+}
+
+}  // namespace hapticd::study
