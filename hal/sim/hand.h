@@ -30,8 +30,7 @@ struct HandProgram {
   hal::Vector3 stroke_direction{1.0, 0.0, 0.0};
   double stroke_length_mm = 50.0;
   double mass_g = 408.0;  ///< weight
-  double knock_n =
-      0.0;  ///< weight: a half-sine of 20 ms against it every two seconds once it is down; a disturbance
+  double knock_n = 0.0;   ///< press, weight: a half-sine of 20 ms every two seconds, to disturb
 };
 
 }  // namespace hapticd::sim

@@ -106,6 +106,14 @@ void HandMotion::servo_depth(double step_s, double wanted_mm, const HandPercepti
   vertical_.acceleration_mm_per_s2 = 0.0;
 }
 
+double HandMotion::knock_n() const noexcept {
+  constexpr double kPeriodS = 2.0;
+  constexpr double kDurationS = 0.02;
+  const double since_s = std::fmod(phase_time_s_, kPeriodS);
+  if (phase_time_s_ < kPeriodS || since_s > kDurationS) return 0.0;
+  return program_.knock_n * std::sin(std::numbers::pi * since_s / kDurationS);
+}
+
 HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept {
   time_s_ += step_s;
   phase_time_s_ += step_s;
@@ -188,14 +196,7 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
       if (program_.kind == HandProgram::Kind::kWeight) {
         // Held up at first, then let down on the object over two seconds.
         constexpr double kLoweringS = 2.0;
-        constexpr double kKnockPeriodS = 2.0;
-        constexpr double kKnockS = 0.02;
-        const double since_knock_s = std::fmod(phase_time_s_, kKnockPeriodS);
-        const double knock_n = phase_time_s_ > kLoweringS && since_knock_s < kKnockS
-                                   ? program_.knock_n * std::sin(std::numbers::pi * since_knock_s / kKnockS)
-                                   : 0.0;
-        intent.support_n =
-            knock_n - 1e-3 * program_.mass_g * 9.807 * std::min(1.0, phase_time_s_ / kLoweringS);
+        intent.support_n = -1e-3 * program_.mass_g * 9.807 * std::min(1.0, phase_time_s_ / kLoweringS);
       } else if (program_.kind == HandProgram::Kind::kShake) {
         intent.motor_force_n =
             program_.force_n * std::sin(2.0 * std::numbers::pi * program_.rate_hz * time_s_);
@@ -203,6 +204,9 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
       break;
   }
 
+  if (phase_ == Phase::kLoad || (phase_ == Phase::kFree && program_.kind == HandProgram::Kind::kWeight)) {
+    intent.support_n += knock_n();
+  }
   const hal::Vector3& d = program_.stroke_direction;
   intent.position_mm = {home_mm_.x + d.x * along_mm_, home_mm_.y + d.y * along_mm_, vertical_.position_mm};
   intent.velocity_mm_per_s = {d.x * along_mm_per_s_, d.y * along_mm_per_s_, vertical_.velocity_mm_per_s};

@@ -63,6 +63,7 @@ class HandMotion {
   void finish_repetition() noexcept;
   void strike_again() noexcept;
   double tap_height_mm() const noexcept;
+  double knock_n() const noexcept;
 
   HandProgram program_;
   Phase phase_ = Phase::kLift;
