@@ -104,13 +104,14 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
   // y + compliance · mean_force(y) = free depth while touching; compliance absent when the surface moves
   // alone.
   const auto solve = [&](double weight_y, double weight_f, double right_side, double low, double high) {
-    double y = std::clamp(depth_mm_, low, high);
+    constexpr double kToleranceMm = 1e-11;
+    double y = std::clamp(depth_mm_ + last_change_mm_, low, high);
     for (int iteration = 0; iteration < 30; ++iteration) {
       const double residual = weight_y * y + weight_f * mean_force(y) - right_side;
       (residual > 0.0 ? high : low) = y;
       double next = y - residual / (weight_y + weight_f * mean_slope(y));
       if (!(next > low && next < high)) next = 0.5 * (low + high);
-      if (std::abs(next - y) < 1e-12 + 1e-12 * std::abs(y)) return next;
+      if (std::abs(next - y) < kToleranceMm) return next;
       y = next;
     }
     return y;
@@ -144,6 +145,7 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
     total += branch_force_n_[b];
   }
   if (touching) step.force_n = std::max(0.0, total + viscosity(y) * (y - depth_mm_) / step_s_);
+  last_change_mm_ = y - depth_mm_;
   depth_mm_ = y;
   elastic_n_ = elastic;
   return step;

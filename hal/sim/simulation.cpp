@@ -173,7 +173,9 @@ void Simulation::step() noexcept {
   HandIntent intent = motion_->step(kStepS, felt);
   const bool is_hand =
       hand_->program.kind != HandProgram::Kind::kWeight && hand_->program.kind != HandProgram::Kind::kShake;
-  if (is_hand) intent.position_mm = intent.position_mm + tremor(time_s);
+  constexpr std::int64_t kSlowSteps = 10;  // tremor and wobble are slow: once a millisecond will do
+  if (is_hand && steps_ % kSlowSteps == 0) tremor_mm_ = tremor(time_s);
+  if (is_hand) intent.position_mm = intent.position_mm + tremor_mm_;
 
   Vector3 motor_n = motor_force();
   motor_n.z += intent.motor_force_n;
@@ -217,7 +219,7 @@ void Simulation::step() noexcept {
   ++steps_;
 
   // Load on the sensor: what the object gives, less what it takes to accelerate the tool, plus its weight.
-  if (steps_ % 10 == 0) orientation_ = tool_orientation(time_s);
+  if (steps_ % kSlowSteps == 0) orientation_ = tool_orientation(time_s);
   const Vector3 gravity{0.0, 0.0, -kGravityMmPerS2};
   sensor_.measure(
       to_tool(orientation_, truth_.reaction_force_n + (gravity - acceleration) * (1e-3 * tool_mass_kg_)));

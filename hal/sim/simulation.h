@@ -86,6 +86,7 @@ class Simulation {
   hal::Vector3 wanted_n_;     ///< command in force, quantised
   hal::Vector3 amplifier_n_;  ///< after the amplifier's lag
   std::array<double, 4> tremor_phase_{};
+  hal::Vector3 tremor_mm_;
   std::int64_t steps_ = 0;
   hal::Quaternion orientation_;
   hal::TruthSample truth_;
