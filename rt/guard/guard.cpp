@@ -6,8 +6,11 @@
 namespace hapticd::rt {
 
 namespace {
-bool finite(const hal::Vector3& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+/// False for NaN and infinity, and for numbers that are no measurement: one of 1e300 would poison a filter
+/// for seconds.
+bool sane(const hal::Vector3& v) noexcept {
+  constexpr double kAbsurd = 1e4;  // 10 m, 10 kN, 10 N·m
+  return std::abs(v.x) < kAbsurd && std::abs(v.y) < kAbsurd && std::abs(v.z) < kAbsurd;
 }
 double norm(const hal::Vector3& v) noexcept {
   return std::sqrt(dot(v, v));
@@ -28,9 +31,9 @@ GuardFault Guard::fault_of(const hal::RigSample& sample) const noexcept {
   using namespace hal::sample_status;
   if ((sample.status & kDeviceFault) != 0) return GuardFault::kDeviceFault;
   const hal::Quaternion& q = sample.tip_orientation;
-  if (!finite(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) return GuardFault::kNonFinite;
+  if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) return GuardFault::kNonFinite;
   if (limits_.sensor_stale_after_ms > 0.0) {  // the scene listens to a force sensor
-    if (!finite(sample.sensor_force_n) || !finite(sample.sensor_torque_n_mm)) return GuardFault::kNonFinite;
+    if (!sane(sample.sensor_force_n) || !sane(sample.sensor_torque_n_mm)) return GuardFault::kNonFinite;
     if ((sample.status & kForceFault) != 0) return GuardFault::kSensorFault;
     if ((sample.status & kForceSaturated) != 0) return GuardFault::kSensorSaturated;
     if (static_cast<double>(sample.force_age_ns) > 1e6 * limits_.sensor_stale_after_ms) {
@@ -72,7 +75,7 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
     last_position_mm_ = sample.tip_position_mm;
     has_position_ = true;
   }
-  if (state_ != GuardState::kLatched && !finite(wanted_n)) latch(GuardFault::kNonFinite);
+  if (state_ != GuardState::kLatched && !sane(wanted_n)) latch(GuardFault::kNonFinite);
 
   hal::Vector3 force;
   if (state_ != GuardState::kLatched) {

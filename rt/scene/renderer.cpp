@@ -36,7 +36,10 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
     wanted = pipeline_->evaluate(sample, record);
     record.channels |= pipeline_->channels();
   }
+  const bool was_latched = guard_.state() == GuardState::kLatched;
   const hal::Vector3 force = guard_.bound(wanted, sample, record);
+  // A command that was no number came out of the pipeline's own state: start that anew as well.
+  if (!was_latched && guard_.fault() == GuardFault::kNonFinite) pipeline_is_stale_ = true;
   if (pipeline_ != nullptr) pipeline_->applied(force);
   return {force};
 }

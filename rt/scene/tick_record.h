@@ -41,7 +41,7 @@ enum class GuardState : std::uint8_t {
 enum class GuardFault : std::uint8_t {
   kNone,
   kStopped,          ///< someone asked for it
-  kNonFinite,        ///< a measurement or a command was NaN or infinite
+  kNonFinite,        ///< a measurement or a command was NaN, infinite or absurd (beyond 10 m, 10 kN)
   kSensorStale,      ///< the newest force sample is too old
   kSensorSaturated,  ///< a sensor channel is at its end
   kSensorFault,      ///< the sensor reports itself unfit

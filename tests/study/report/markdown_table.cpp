@@ -22,7 +22,7 @@ bool looks_numeric(std::string_view cell) {
   return cell.size() > sign && cell[sign] >= '0' && cell[sign] <= '9';
 }
 
-std::string cleaned(std::string cell) {
+std::string cleaned(std::string_view cell) {
   std::string clean;
   for (const char c : cell) {
     if (c == '|') {
@@ -37,12 +37,12 @@ std::string cleaned(std::string cell) {
 }  // namespace
 
 MarkdownTable::MarkdownTable(std::vector<std::string> headers) : headers_(std::move(headers)) {
-  for (std::string& header : headers_) header = cleaned(std::move(header));
+  for (std::string& header : headers_) header = cleaned(header);
 }
 
 void MarkdownTable::add_row(std::vector<std::string> cells) {
   if (cells.size() != headers_.size()) throw std::invalid_argument("a table row needs one cell a column");
-  for (std::string& cell : cells) cell = cleaned(std::move(cell));
+  for (std::string& cell : cells) cell = cleaned(cell);
   rows_.push_back(std::move(cells));
 }
 

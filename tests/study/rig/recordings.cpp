@@ -159,7 +159,7 @@ void run_recordings(StudyContext& context) {
     if (entries.empty()) {
       const std::string why = folder ? "there is no recording in '" + set + "'" : no_recordings_reason();
       add_failures(context.report, set, why);
-      report::Report::note(set + ": " + why);
+      report::Report::note(std::string(set).append(": ").append(why));
     }
     for (const RecordingEntry& entry : entries) study_file(context, entry, table, plot);
   }

@@ -98,8 +98,8 @@ Limit object_limit(const sim::SimulationConfig& rig, bool compensated) {
   return limit;
 }
 
-/// A hand that presses 4 N on a virtual wall, with the same knocks: a wall has no damping of its own, so that a bare weight
-/// would bounce on it for ever.
+/// A hand that presses 4 N on a virtual wall, with the same knocks: a wall has no damping of its own, so that
+/// a bare weight would bounce on it for ever.
 Limit wall_limit(const sim::SimulationConfig& rig, rt::ControlLaw law) {
   constexpr double kSoftWall = 0.3;
   rt::SceneSpec scene;
@@ -201,7 +201,8 @@ void run_walls(StudyContext& context) {
       table.add_row({device, open ? "open loop" : "closed loop", shown(limit), published, limit.why});
     }
   }
-  context.report.add_table("walls", "Largest stable virtual wall, a hand pressing 4 N, with the same knocks", table);
+  context.report.add_table("walls", "Largest stable virtual wall, a hand pressing 4 N, with the same knocks",
+                           table);
 }
 
 void run_sensitivity(StudyContext& context) {

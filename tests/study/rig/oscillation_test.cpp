@@ -1,0 +1,54 @@
+#include "tests/study/rig/oscillation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace hapticd::study {
+namespace {
+
+constexpr double kRateHz = 1000.0;
+
+/// Judges four seconds of a position signal.
+template <class Signal>
+bool oscillates(Signal signal) {
+  OscillationJudge judge(kRateHz);
+  for (int i = 0; i < 4000; ++i) judge.add(signal(i / kRateHz));
+  return judge.oscillates();
+}
+
+TEST(OscillationJudge, KnowsAVanDerPolLimitCycle) {
+  // x'' = w (m (1 - x²) x' - w x): amplitude 2 whatever the start; scaled to 0.5 mm.
+  for (const double start : {0.01, 3.0}) {
+    double x = start;
+    double v = 0.0;
+    const double w = 60.0;
+    const double h = 1e-5;
+    OscillationJudge judge(kRateHz);
+    for (int i = 0; i < 400'000; ++i) {
+      v += h * w * (0.5 * (1.0 - x * x) * v - w * x);
+      x += h * v;
+      if (i % 100 == 0) judge.add(-3.0 + 0.25 * x);
+    }
+    EXPECT_TRUE(judge.oscillates());
+    EXPECT_NEAR(judge.peak_to_peak_mm(), 1.0, 0.05);
+  }
+}
+
+TEST(OscillationJudge, LetsASlowStableModePass) {
+  EXPECT_FALSE(oscillates([](double t) { return -6.0 + 4.0 * std::exp(-t / 1.5); }))
+      << "creep over millimetres";
+  EXPECT_FALSE(oscillates([](double t) { return std::exp(-2.0 * t) * std::sin(40.0 * t); }))
+      << "rings, but dies away";
+  EXPECT_FALSE(oscillates([](double t) { return 0.04 * std::sin(60.0 * t); })) << "hand tremor";
+}
+
+TEST(OscillationJudge, CatchesGrowthAndTheCycleThatStays) {
+  EXPECT_TRUE(oscillates([](double t) { return 1e-3 * std::exp(2.0 * t) * std::sin(80.0 * t); }));
+  EXPECT_TRUE(oscillates([](double t) { return 0.06 * std::sin(80.0 * t); }));
+  EXPECT_TRUE(oscillates([](double t) { return 2.0 * t + 0.06 * std::sin(80.0 * t); }))
+      << "on top of a drift";
+}
+
+}  // namespace
+}  // namespace hapticd::study

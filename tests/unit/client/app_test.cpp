@@ -1,0 +1,102 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "client/cli/bash_completion.h"
+#include "client/cli/commands.h"
+
+namespace hapticd::cli {
+namespace {
+
+struct Built {
+  Session session{.server = "127.0.0.1:50051"};
+  CLI::App app;
+  Built() {
+    app.name("hapticctl");
+    build_app(app, session);
+  }
+};
+
+void visit(const CLI::App& app, const std::function<void(const CLI::App&)>& visitor) {
+  visitor(app);
+  for (const CLI::App* sub : app.get_subcommands(nullptr)) visit(*sub, visitor);
+}
+
+TEST(App, EveryCommandHasADescriptionAndAnExample) {
+  Built built;
+  visit(built.app, [](const CLI::App& command) {
+    EXPECT_NE(command.get_description(), "") << command.get_name();
+    const bool leads_on = !command.get_subcommands(nullptr).empty();
+    if (!leads_on) {
+      EXPECT_NE(command.get_footer().find("xample"), std::string::npos) << command.get_name();
+    }
+    for (const CLI::Option* option : command.get_options()) {
+      EXPECT_NE(option->get_description(), "") << command.get_name() << " " << option->get_name();
+    }
+  });
+}
+
+TEST(App, EveryOptionIsCompletedWhereItStands) {
+  Built built;
+  const std::string script = bash_completion(built.app);
+  EXPECT_NE(script.find("'target set') words='"), std::string::npos);
+  EXPECT_NE(script.find("complete -o default"), std::string::npos);
+  const auto line_begin = script.find("'sim hand press') words='");
+  ASSERT_NE(line_begin, std::string::npos);
+  const std::string line = script.substr(line_begin, script.find('\n', line_begin) - line_begin);
+  for (const char* word : {"--force ", "--depth", "--hold", "--json", "--server"}) {
+    EXPECT_NE(line.find(word), std::string::npos) << word;
+  }
+}
+
+TEST(App, TheCompletionScriptWorksInBash) {
+  Built built;
+  const std::string path = testing::TempDir() + "hapticctl_completion.bash";
+  std::ofstream(path) << bash_completion(built.app);
+  const auto completes = [&path](const std::string& words, const std::string& last,
+                                 const std::string& expected) {
+    const std::string program =
+        "source " + path + "; COMP_WORDS=(hapticctl " + words + " '" + last +
+        "'); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _hapticctl; [[ \" ${COMPREPLY[*]} \" == *' " + expected +
+        " '* ]]";
+    return std::system(("bash -c '" +
+                        [&] {
+                          std::string quoted;
+                          for (const char c : program)
+                            quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+                          return quoted;
+                        }() +
+                        "'")
+                           .c_str()) == 0;
+  };
+  EXPECT_TRUE(completes("", "sta", "status"));
+  EXPECT_TRUE(completes("sim hand", "pr", "press"));
+  EXPECT_TRUE(completes("--server unix:/x target", "", "set"));
+  EXPECT_TRUE(completes("telemetry record", "--sec", "--seconds"));
+  EXPECT_FALSE(completes("telemetry", "", "press"));
+}
+
+TEST(App, ARangeIsCheckedBeforeAnyCall) {
+  Built built;
+  EXPECT_THROW(built.app.parse("target set 0.5 --in 61", false), CLI::ParseError);
+  EXPECT_THROW(built.app.parse("telemetry watch --decimation 0", false), CLI::ParseError);
+  EXPECT_THROW(built.app.parse("target set 0.5 --in 1 --at-ns 5", false), CLI::ParseError);
+  EXPECT_THROW(built.app.parse("no_such_command", false), CLI::ParseError);
+}
+
+TEST(App, TheLibraryTellsWhereNobodyListens) {
+  Built built;
+  built.session.timeout_s = 2.0;
+  try {
+    built.app.parse("status --server unix:/nonexistent/hapticd.sock", false);
+    ADD_FAILURE() << "reached a daemon that is not there";
+  } catch (const client::Error& error) {
+    EXPECT_EQ(error.kind(), client::ErrorKind::kUnreachable);
+    EXPECT_EQ(report(error, built.session), ExitCode::kUnreachable);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::cli

@@ -1,0 +1,205 @@
+#include "rt/loop/engine.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "fake_rig.h"
+#include "rt/scene/compose.h"
+
+namespace hapticd::rt {
+namespace {
+
+using namespace std::chrono_literals;
+using Status = EngineOutcome::Status;
+
+/// Ticks an engine in a thread of its own, as fast as it can, until it goes out of scope. That thread is also
+/// the only one that drains the records, handing them to the test at the end.
+class Ticking {
+ public:
+  Ticking(FakeRig& rig, Engine& engine)
+      : thread_([this, &rig, &engine] {
+          hal::RigSample sample;
+          TickRecord record;
+          while (!stop_.load()) {
+            rig.read(sample);
+            rig.write(engine.on_tick(sample));
+            while (engine.pop_record(record)) {
+            }
+            std::this_thread::yield();
+          }
+        }) {}
+  ~Ticking() {
+    stop_.store(true);
+    thread_.join();
+  }
+
+ private:
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+std::unique_ptr<Pipeline> tap(const FakeRig& rig, SceneSpec& scene) {
+  scene.name = "tap";
+  scene = *resolve(scene, rig.info());
+  return std::move(*compose(scene, rig.info()));
+}
+
+EngineCommand load(Pipeline* pipeline, const SceneSpec& scene) {
+  EngineCommand command;
+  command.kind = EngineCommand::Kind::kExchangeScene;
+  command.pipeline = pipeline;
+  command.guard = scene.guard;
+  return command;
+}
+
+EngineCommand target(double stiffness, std::uint64_t at_tick = 0) {
+  EngineCommand command;
+  command.kind = EngineCommand::Kind::kSetTarget;
+  command.stiffness_n_per_mm = stiffness;
+  command.ramp_s = 0.0;
+  command.at_tick = at_tick;
+  return command;
+}
+
+TEST(Engine, ACommandIsAcknowledgedWithItsTick) {
+  FakeRig rig;
+  Engine engine(rig);
+  SceneSpec scene;
+  const std::unique_ptr<Pipeline> pipeline = tap(rig, scene);
+  EngineOutcome loaded;
+  {
+    const Ticking ticking(rig, engine);
+    EXPECT_EQ(engine.execute(target(0.4), 10s).status, Status::kNoScene);
+    loaded = engine.execute(load(pipeline.get(), scene), 10s);
+    EXPECT_EQ(loaded.status, Status::kApplied);
+    EXPECT_EQ(loaded.retired, nullptr);
+    const EngineOutcome set = engine.execute(target(0.4), 10s);
+    EXPECT_EQ(set.status, Status::kApplied);
+    EXPECT_GT(set.tick, loaded.tick);
+    EXPECT_EQ(set.time_ns, static_cast<std::int64_t>(set.tick) * 1'000'000);
+  }
+  // The tick that acknowledged is the tick that has it.
+  hal::RigSample sample;
+  TickRecord record;
+  rig.read(sample);
+  engine.on_tick(sample);
+  ASSERT_TRUE(engine.pop_record(record));
+  EXPECT_EQ(record.target_stiffness_n_per_mm, 0.4);
+  EXPECT_EQ(record.scene_generation, 1U);
+}
+
+TEST(Engine, AScheduledCommandTakesEffectAtItsTickAndNotBefore) {
+  FakeRig rig;
+  Engine engine(rig);
+  SceneSpec scene;
+  const std::unique_ptr<Pipeline> pipeline = tap(rig, scene);
+  const Ticking ticking(rig, engine);
+  engine.execute(load(pipeline.get(), scene), 10s);
+  const std::uint64_t due = engine.last_tick() + 5000;
+  const EngineOutcome outcome = engine.execute(target(0.9, due), 60s);
+  EXPECT_EQ(outcome.status, Status::kApplied);
+  EXPECT_EQ(outcome.tick, due);
+}
+
+TEST(Engine, ExchangeHandsBackTheOneBefore) {
+  FakeRig rig;
+  Engine engine(rig);
+  SceneSpec scene;
+  const std::unique_ptr<Pipeline> first = tap(rig, scene);
+  const std::unique_ptr<Pipeline> second = tap(rig, scene);
+  const Ticking ticking(rig, engine);
+  engine.execute(load(first.get(), scene), 10s);
+  EXPECT_EQ(engine.execute(load(second.get(), scene), 10s).retired, first.get());
+  EXPECT_EQ(engine.execute(load(nullptr, scene), 10s).retired, second.get());
+}
+
+TEST(Engine, ATimedOutCommandIsWithdrawnForGood) {
+  FakeRig rig;
+  Engine engine(rig);
+  SceneSpec scene;
+  const std::unique_ptr<Pipeline> pipeline = tap(rig, scene);
+  EXPECT_EQ(engine.execute(load(pipeline.get(), scene), 1ms).status, Status::kTimedOut) << "nobody ticks";
+  hal::RigSample sample;
+  TickRecord record;
+  for (int i = 0; i < 10; ++i) {
+    rig.read(sample);
+    engine.on_tick(sample);
+  }
+  while (engine.pop_record(record)) EXPECT_EQ(record.scene_generation, 0U);
+}
+
+TEST(Engine, RefusesWhenTooManyCommandsWaitAndRecovers) {
+  FakeRig rig;
+  Engine engine(rig);
+  for (std::size_t i = 0; i < Engine::kCommandSlots; ++i) {
+    EXPECT_EQ(engine.execute(target(0.5), 0ns).status, Status::kTimedOut);
+  }
+  EXPECT_EQ(engine.execute(target(0.5), 0ns).status, Status::kQueueFull);
+  hal::RigSample sample;
+  rig.read(sample);
+  engine.on_tick(sample);  // meets the withdrawn ones and frees their slots
+  EXPECT_EQ(engine.execute(target(0.5), 0ns).status, Status::kTimedOut);
+}
+
+TEST(Engine, StopLatchesAtTheNextTickAndClearReleases) {
+  FakeRig rig;
+  Engine engine(rig);
+  hal::RigSample sample;
+  TickRecord record;
+  engine.stop();
+  rig.read(sample);
+  engine.on_tick(sample);
+  ASSERT_TRUE(engine.pop_record(record));
+  EXPECT_EQ(record.guard_state, GuardState::kLatched);
+  EXPECT_EQ(record.guard_fault, GuardFault::kStopped);
+  const Ticking ticking(rig, engine);
+  EngineCommand clear;
+  clear.kind = EngineCommand::Kind::kClear;
+  EXPECT_EQ(engine.execute(clear, 10s).status, Status::kApplied);
+}
+
+TEST(Engine, LostRecordsAreCountedAndLeaveAGapInTheSequence) {
+  FakeRig rig;
+  Engine engine(rig, 16);
+  hal::RigSample sample;
+  for (int i = 0; i < 26; ++i) {
+    rig.read(sample);
+    engine.on_tick(sample);
+  }
+  EXPECT_EQ(engine.records_dropped(), 10U);
+  TickRecord record;
+  std::uint64_t last = 0;
+  while (engine.pop_record(record)) last = record.tick;
+  EXPECT_EQ(last, 15U);
+}
+
+TEST(Engine, ManyCallersAtOnceEachGetTheirOwnAnswer) {
+  FakeRig rig;
+  Engine engine(rig);
+  SceneSpec scene;
+  const std::unique_ptr<Pipeline> pipeline = tap(rig, scene);
+  std::atomic<int> applied{0};
+  {
+    const Ticking ticking(rig, engine);
+    engine.execute(load(pipeline.get(), scene), 10s);
+    std::vector<std::thread> callers;
+    for (int caller = 0; caller < 8; ++caller) {
+      callers.emplace_back([&engine, &applied] {
+        for (int i = 0; i < 50; ++i) {
+          if (engine.execute(target(0.1 + 0.001 * i), 30s).status == Status::kApplied) ++applied;
+          if (i % 10 == 0) engine.stop();
+        }
+      });
+    }
+    for (std::thread& caller : callers) caller.join();
+  }
+  EXPECT_EQ(applied.load(), 400);
+}
+
+}  // namespace
+}  // namespace hapticd::rt

@@ -1,0 +1,108 @@
+#include "rt/loop/periodic_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "fake_rig.h"
+
+namespace hapticd::rt {
+namespace {
+
+LoopConfig modest() {
+  LoopConfig config;
+  config.fifo_priority = 0;
+  config.lock_memory = false;
+  config.keep_cpu_awake = false;
+  return config;
+}
+
+/// Waits for the rig to run out.
+void await_end(const PeriodicLoop& loop) {
+  while (loop.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+TEST(PeriodicLoop, RunsAPacedRigToItsEndAndLeavesZeroForce) {
+  FakeRig rig;
+  rig.end_after = 100;
+  rig.last_command.force_n.z = 3.0;
+  Engine engine(rig);
+  PeriodicLoop loop(rig, engine, modest());
+  loop.start();
+  await_end(loop);
+  loop.stop();
+  EXPECT_EQ(loop.statistics().ticks, 100U);
+  EXPECT_EQ(loop.statistics().compute.count, 100U);
+  EXPECT_EQ(rig.writes, 101U) << "one a tick, and the zero at the end";
+  EXPECT_EQ(rig.last_command.force_n.z, 0.0);
+}
+
+TEST(PeriodicLoop, LendsItsThreadToARigThatOwnsTheClock) {
+  FakeRig rig(true);
+  rig.end_after = 5000;
+  Engine engine(rig);
+  PeriodicLoop loop(rig, engine, modest());
+  loop.start();
+  await_end(loop);
+  EXPECT_EQ(engine.last_tick(), 4999U);
+  EXPECT_EQ(loop.statistics().ticks, 0U) << "the loop's own clock never ran";
+}
+
+TEST(PeriodicLoop, ASlowDeviceIsNamedAsTheCauseOfTheOverrun) {
+  FakeRig rig;
+  rig.end_after = 60;
+  rig.before_read = [](std::uint64_t tick) {
+    if (tick == 30) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  };
+  Engine engine(rig);
+  PeriodicLoop loop(rig, engine, modest());
+  loop.start();
+  await_end(loop);
+  loop.stop();
+  EXPECT_GE(loop.statistics().overruns_by_device, 1U);
+  EXPECT_GE(loop.statistics().periods_missed, 299U) << "skipped and counted, not caught up";
+  TickRecord record;
+  bool told = false;
+  while (engine.pop_record(record)) {
+    if (record.tick == 31) {
+      told = record.timing.overrun == OverrunCause::kDevice && record.timing.periods_missed >= 299 &&
+             record.timing.device_ns >= 0;
+    }
+  }
+  EXPECT_TRUE(told) << "the record after the overrun names it";
+}
+
+TEST(PeriodicLoop, SaysWhatItLacks) {
+  FakeRig rig;
+  rig.end_after = 1;
+  Engine engine(rig);
+  LoopConfig config = modest();
+  config.cpu = 0;
+  PeriodicLoop loop(rig, engine, config);
+  loop.start();
+  await_end(loop);
+  for (const std::string& line : loop.shortcomings()) EXPECT_NE(line.find(';'), std::string::npos) << line;
+}
+
+TEST(LoopConfig, IsCheckedBeforeAnyThreadExists) {
+  LoopConfig config;
+  EXPECT_TRUE(validate(config));
+  for (const double rate : {0.0, 499.0, 10001.0, std::nan("")}) {
+    LoopConfig bad;
+    bad.rate_hz = rate;
+    ASSERT_FALSE(validate(bad));
+    EXPECT_EQ(validate(bad).error().what, "rate_hz is out of range");
+    EXPECT_EQ(validate(bad).error().limit, "500 … 10000 Hz");
+  }
+  LoopConfig priority;
+  priority.fifo_priority = 100;
+  EXPECT_EQ(validate(priority).error().what, "fifo_priority is out of range");
+  LoopConfig cpu;
+  cpu.cpu = 100000;
+  EXPECT_EQ(validate(cpu).error().what, "cpu does not exist");
+}
+
+}  // namespace
+}  // namespace hapticd::rt

@@ -1,0 +1,138 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "rt/scene/compose.h"
+#include "rt/scene/scene_spec.h"
+
+namespace hapticd::rt {
+namespace {
+
+hal::RigInfo rig() {
+  hal::RigInfo info;
+  info.name = "bench";
+  info.device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0};
+  info.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
+  return info;
+}
+
+SceneSpec named() {
+  SceneSpec spec;
+  spec.name = "bench";
+  return spec;
+}
+
+TEST(Scene, TakesFromTheDeviceWhatItLeavesOpen) {
+  const auto scene = resolve(named(), rig());
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->structural_stiffness_n_per_mm, 3.5);
+  EXPECT_EQ(scene->controller.proportional_gain, 0.45);
+  EXPECT_EQ(scene->controller.derivative_gain_ms, 0.015);
+  EXPECT_EQ(scene->guard.max_force_n, 8.5);
+  EXPECT_EQ(scene->guard.max_force_rate_n_per_s, 1700.0);
+  hal::RigInfo strong = rig();
+  strong.device.model = "phantom_1_5_high_force";
+  EXPECT_EQ(resolve(named(), strong)->controller.proportional_gain, 1.05);
+}
+
+TEST(Scene, NormalisesThePressAxis) {
+  SceneSpec spec = named();
+  spec.press_axis = {0.0, 3.0, -4.0};
+  const auto scene = resolve(spec, rig());
+  ASSERT_TRUE(scene);
+  EXPECT_NEAR(scene->press_axis.y, 0.6, 1e-12);
+  EXPECT_NEAR(scene->press_axis.z, -0.8, 1e-12);
+}
+
+TEST(Scene, RefusesByNameWithLimitAndValue) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  struct Case {
+    const char* named;
+    void (*spoil)(SceneSpec&, double);
+    double value;
+  };
+  const auto target = [](SceneSpec& s, double v) { s.target_stiffness_n_per_mm = v; };
+  const auto threshold = [](SceneSpec& s, double v) { s.contact.threshold_n = v; };
+  const auto gain = [](SceneSpec& s, double v) { s.controller.proportional_gain = v; };
+  const auto axis = [](SceneSpec& s, double v) { s.press_axis = {0.0, 0.0, v}; };
+  const auto force = [](SceneSpec& s, double v) { s.guard.max_force_n = v; };
+  const auto mass = [](SceneSpec& s, double v) { s.tool_mass_g = v; };
+  for (const Case& c :
+       {Case{"target.stiffness_n_per_mm", target, nan}, Case{"target.stiffness_n_per_mm", target, -0.1},
+        Case{"target.stiffness_n_per_mm", target, 21.0}, Case{"target.stiffness_n_per_mm", target, 2.9},
+        Case{"contact.threshold_n", threshold, 0.0}, Case{"contact.threshold_n", threshold, nan},
+        Case{"control.proportional_gain", gain, 2.5}, Case{"control.proportional_gain", gain, -1.0},
+        Case{"press_axis", axis, 0.0}, Case{"press_axis", axis, nan}, Case{"guard.max_force_n", force, 9.0},
+        Case{"tool.mass_g", mass, nan}}) {
+    SceneSpec spec = named();
+    c.spoil(spec, c.value);
+    const auto scene = resolve(spec, rig());
+    ASSERT_FALSE(scene) << c.named << " = " << c.value;
+    EXPECT_EQ(scene.error().what, std::string(c.named) + " is out of range");
+    EXPECT_EQ(scene.error().where, "scene 'bench'");
+    EXPECT_FALSE(scene.error().limit.empty());
+  }
+}
+
+TEST(Scene, HoldsTheTargetWithinTheCompensablePartOfTheStructure) {
+  SceneSpec spec = named();
+  spec.target_stiffness_n_per_mm = 2.79;
+  EXPECT_TRUE(resolve(spec, rig()));
+  spec.target_stiffness_n_per_mm = 2.81;
+  EXPECT_FALSE(resolve(spec, rig()));
+  spec.structural_compensation = false;
+  EXPECT_TRUE(resolve(spec, rig()));
+}
+
+TEST(Scene, ARigidDeviceNeedsNoCompensation) {
+  hal::RigInfo recording = rig();
+  recording.device.structural_stiffness_n_per_mm = 0.0;
+  const auto scene = resolve(named(), recording);
+  ASSERT_TRUE(scene);
+  EXPECT_FALSE(scene->structural_compensation);
+}
+
+TEST(Scene, IsComposedOfWhatItNeedsAndNothingElse) {
+  const auto tap = resolve(named(), rig());
+  SceneSpec wall_spec = named();
+  wall_spec.kind = SceneKind::kWall;
+  const auto wall = resolve(wall_spec, rig());
+  ASSERT_TRUE(tap && wall);
+  EXPECT_EQ(outline(*tap).hardware, (std::vector<std::string>{"haptic device", "force sensor"}));
+  EXPECT_EQ(outline(*wall).hardware, std::vector<std::string>{"haptic device"});
+  EXPECT_TRUE(outline(*tap).channels & channel::kMotion);
+  EXPECT_FALSE(outline(*wall).channels & channel::kMotion) << "a wall needs no velocity and tells none";
+  EXPECT_EQ(wall->guard.sensor_stale_after_ms, 0.0);
+
+  hal::RigInfo blind = rig();
+  blind.sensor.model.clear();
+  EXPECT_TRUE(compose(*wall, blind));
+  const auto refused = compose(*tap, blind);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().what, "the scene needs a force sensor, the rig has none");
+}
+
+TEST(Scene, OutlineAndPipelineAgreeOnTheChannels) {
+  for (const SceneKind kind : {SceneKind::kTap1d, SceneKind::kWall}) {
+    SceneSpec spec = named();
+    spec.kind = kind;
+    const auto scene = resolve(spec, rig());
+    ASSERT_TRUE(scene);
+    const auto pipeline = compose(*scene, rig());
+    ASSERT_TRUE(pipeline);
+    const std::uint32_t of_every_scene = channel::kSample | channel::kGuard | channel::kTiming;
+    EXPECT_EQ(outline(*scene).channels, (*pipeline)->channels() | of_every_scene);
+  }
+}
+
+TEST(Scene, UnknownObjectModelIsRefusedByName) {
+  SceneSpec spec = named();
+  spec.object_model = "breast_phantom";
+  const auto refused = compose(*resolve(spec, rig()), rig());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().what, "model 'breast_phantom' is not known");
+}
+
+}  // namespace
+}  // namespace hapticd::rt
