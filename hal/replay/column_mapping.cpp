@@ -107,6 +107,7 @@ hal::Result<std::size_t> find_column(const ColumnMapping& mapping, Quantity quan
                                               " followed by _ and a unit (" + accepted_units(quantity) + ")"};
   }
   std::vector<std::string> names;
+  names.reserve(hits.size());
   for (const std::size_t hit : hits) names.push_back(columns[hit]);
   return hal::Error{.what = "more than one column could be the " + quantity_name,
                     .where = place,

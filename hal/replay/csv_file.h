@@ -19,7 +19,7 @@ namespace hapticd::replay {
 /// header. Memory is one line's buffer, whatever the size of the file.
 class CsvFile {
  public:
-  static constexpr std::size_t kMaxLineBytes = 64 * 1024;
+  static constexpr std::size_t kMaxLineBytes = 65'536;
   static constexpr std::size_t kMaxRows = 10'000'000;
 
   /// Called for each row with its line in the file (from 1) and the cells asked for. An error ends the

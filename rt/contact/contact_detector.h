@@ -34,7 +34,7 @@ class ContactDetector {
 
   bool in_contact() const noexcept { return in_contact_; }
   bool just_declared() const noexcept { return reason_ == ContactReason::kAboveThreshold; }
-  bool just_left_surface() const noexcept { return reason_ == ContactReason::kAboveSurface; }
+  bool just_left_surface() const noexcept { return just_left_surface_; }
   ContactReason reason() const noexcept { return reason_; }
   std::uint32_t count() const noexcept { return count_; }
 
@@ -42,6 +42,7 @@ class ContactDetector {
   ContactParameters parameters_;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   bool in_contact_ = false;
+  bool just_left_surface_ = false;
   std::uint32_t ticks_below_ = 0;
   std::uint32_t ticks_free_ = 0;
   std::uint32_t count_ = 0;

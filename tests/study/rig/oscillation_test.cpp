@@ -31,7 +31,8 @@ TEST(OscillationJudge, KnowsAVanDerPolLimitCycle) {
       if (i % 100 == 0) judge.add(-3.0 + 0.25 * x);
     }
     EXPECT_TRUE(judge.oscillates());
-    EXPECT_NEAR(judge.peak_to_peak_mm(), 1.0, 0.05);
+    // The line taken out of a window that cuts through a cycle tilts it a little.
+    EXPECT_NEAR(judge.peak_to_peak_mm(), 1.0, 0.1);
   }
 }
 

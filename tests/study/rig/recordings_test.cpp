@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -154,8 +155,15 @@ TEST_F(Recordings, NanoindentationIsTouchedOnceAndNotInTheFreeApproach) {
 }
 
 TEST(NoRecordings, AreSaidInWords) {
-  if (recordings_folder()) GTEST_SKIP() << "the recordings are here";
-  EXPECT_NE(no_recordings_reason().find("HAPTICD_RECORDINGS"), std::string::npos);
+  const char* before = std::getenv("HAPTICD_RECORDINGS");
+  const std::string kept = before == nullptr ? "" : before;
+  setenv("HAPTICD_RECORDINGS", "/no/such/folder", 1);
+  EXPECT_FALSE(recordings_folder());
+  EXPECT_EQ(no_recordings_reason(), "HAPTICD_RECORDINGS names no folder with recordings: '/no/such/folder'");
+  unsetenv("HAPTICD_RECORDINGS");
+  EXPECT_FALSE(recordings_folder());
+  EXPECT_EQ(no_recordings_reason(), "HAPTICD_RECORDINGS is not set; it names the folder of the recordings");
+  if (before != nullptr) setenv("HAPTICD_RECORDINGS", kept.c_str(), 1);
 }
 
 }  // namespace

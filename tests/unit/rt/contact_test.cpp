@@ -55,6 +55,22 @@ TEST(ContactDetector, DrawnBackPastTheContactPointThereIsNoObject) {
   EXPECT_TRUE(detector.just_left_surface());
 }
 
+TEST(ContactDetector, AdhesionAboveTheSurfaceIsNoNewContact) {
+  ContactDetector detector = armed();
+  detector.update(1.0, 10.0, 10.0);
+  detector.update(1.0, 9.4, 10.0);
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(detector.update(-0.1, 9.3, 10.0)) << "still pulled, still away";
+  EXPECT_TRUE(detector.update(0.1, 10.1, 10.0)) << "a bounce: the tip is back at the surface";
+}
+
+TEST(ContactDetector, AfterAQuietWhileAContactMayBeAnywhere) {
+  ContactDetector detector = armed();
+  detector.update(1.0, 10.0, 10.0);
+  detector.update(1.0, 9.4, 10.0);
+  for (std::uint32_t i = 0; i < ContactParameters{}.release_ticks; ++i) detector.update(0.0, 5.0, 10.0);
+  EXPECT_TRUE(detector.update(0.1, 5.0, 10.0)) << "another object, higher up";
+}
+
 TEST(ContactDetector, NotANumberIsNoContact) {
   ContactDetector detector = armed();
   EXPECT_FALSE(detector.update(std::nan(""), 0.0, 0.0));

@@ -209,8 +209,7 @@ TEST_P(Device, CoulombFrictionBrakesACoastingDeviceEvenly) {
   const double spring_n_mm =
       0.5 * kGuideNPerMm * ((to_mm - 10.0) * (to_mm - 10.0) - (from_mm - 10.0) * (from_mm - 10.0));
   const double damper_n_mm = 2e-4 * 0.5 * (fast_mm_per_s + slow_mm_per_s) * way_mm;
-  const double lost_n_mm =
-      0.5e-3 * mass_kg * (fast_mm_per_s * fast_mm_per_s - slow_mm_per_s * slow_mm_per_s);
+  const double lost_n_mm = 0.5e-3 * mass_kg * (fast_mm_per_s * fast_mm_per_s - slow_mm_per_s * slow_mm_per_s);
   EXPECT_NEAR((lost_n_mm - spring_n_mm - damper_n_mm) / way_mm, 0.3, 0.01);
 }
 

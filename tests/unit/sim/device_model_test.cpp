@@ -57,7 +57,8 @@ TEST(DevicePreset, ModeLiesWhereTheLiteraturePutsIt) {
 TEST(DevicePreset, ReportsWhatIsUncertain) {
   for (const std::string& name : device_preset_names()) {
     const auto uncertain = device_preset(name)->uncertain();
-    for (const char* parameter : {"structural_mode_hz", "structural_damping", "amplifier_pole_hz", "dac_bits"}) {
+    for (const char* parameter :
+         {"structural_mode_hz", "structural_damping", "amplifier_pole_hz", "dac_bits"}) {
       const auto found = std::find_if(uncertain.begin(), uncertain.end(),
                                       [&](const hal::UncertainParameter& u) { return u.name == parameter; });
       ASSERT_NE(found, uncertain.end()) << name << " " << parameter;

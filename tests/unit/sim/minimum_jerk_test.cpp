@@ -39,8 +39,8 @@ TEST(MinimumJerk, VelocityAndAccelerationAreDerivatives) {
   for (double t = 0.01; t < 0.34; t += 0.01) {
     const MotionState before = motion.at(t - kH), here = motion.at(t), after = motion.at(t + kH);
     EXPECT_NEAR(here.velocity_mm_per_s, (after.position_mm - before.position_mm) / (2.0 * kH), 1e-4);
-    EXPECT_NEAR(here.acceleration_mm_per_s2, (after.velocity_mm_per_s - before.velocity_mm_per_s) / (2.0 * kH),
-                1e-2);
+    EXPECT_NEAR(here.acceleration_mm_per_s2,
+                (after.velocity_mm_per_s - before.velocity_mm_per_s) / (2.0 * kH), 1e-2);
   }
 }
 
@@ -68,10 +68,11 @@ double jerk_cost(const MinimumJerk& motion, double epsilon_mm) {
   for (int i = 0; i < kSteps; ++i) {  // midpoint rule; the jerk is quadratic, its square smooth
     const double t = (i + 0.5) * h;
     const double s = t / duration;
-    const double jerk = (motion.at(t + 0.25 * h).acceleration_mm_per_s2 -
-                         motion.at(t - 0.25 * h).acceleration_mm_per_s2) /
-                        (0.5 * h);
-    const double bump = (6.0 - 72.0 * s + 180.0 * s * s - 120.0 * s * s * s) / (duration * duration * duration);
+    const double jerk =
+        (motion.at(t + 0.25 * h).acceleration_mm_per_s2 - motion.at(t - 0.25 * h).acceleration_mm_per_s2) /
+        (0.5 * h);
+    const double bump =
+        (6.0 - 72.0 * s + 180.0 * s * s - 120.0 * s * s * s) / (duration * duration * duration);
     cost += (jerk + epsilon_mm * bump) * (jerk + epsilon_mm * bump) * h;
   }
   return cost;

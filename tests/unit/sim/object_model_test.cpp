@@ -12,8 +12,10 @@ namespace hapticd::sim {
 namespace {
 
 TEST(ObjectPreset, StiffnessIsTheDissertations) {
-  const std::map<std::string, double> published_n_per_mm{{"sponge_block", 0.38}, {"rubber_ball", 0.59},
-                                                         {"rubber_eraser", 2.26}, {"sponge_cut", 0.18},
+  const std::map<std::string, double> published_n_per_mm{{"sponge_block", 0.38},
+                                                         {"rubber_ball", 0.59},
+                                                         {"rubber_eraser", 2.26},
+                                                         {"sponge_cut", 0.18},
                                                          {"foam_ball_3d", 0.33}};
   for (const auto& [name, stiffness] : published_n_per_mm) {
     ASSERT_TRUE(object_preset(name)) << name;

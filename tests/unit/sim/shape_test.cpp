@@ -104,9 +104,9 @@ TEST(WavyField, NothingIsNearerThanTheNearestPoint) {
   for (const WavyField& field : kFields) {
     const double reach_mm = 0.8 * radius_of_curvature_mm(field);
     for (int i = 0; i < 60; ++i) {
-      const Vector3 p =
-          off_surface(field, (random.uniform() - 0.5) * 3.0 * field.wavelength_mm,
-                      (random.uniform() - 0.5) * 3.0 * field.wavelength_mm, (2.0 * random.uniform() - 1.0) * reach_mm);
+      const Vector3 p = off_surface(field, (random.uniform() - 0.5) * 3.0 * field.wavelength_mm,
+                                    (random.uniform() - 0.5) * 3.0 * field.wavelength_mm,
+                                    (2.0 * random.uniform() - 1.0) * reach_mm);
       const double searched_mm = searched_distance_mm(field, p);
       EXPECT_NEAR(std::abs(field.project(p).depth_mm), searched_mm, 1e-6)
           << field.wavelength_mm << ": " << p.x << " " << p.y << " " << p.z;
@@ -120,7 +120,8 @@ TEST(WavyField, NormalIsOrthogonalAndLeadsBackToTheTip) {
     const double reach_mm = 0.8 * radius_of_curvature_mm(field);
     for (int i = 0; i < 500; ++i) {
       const double out_mm = (2.0 * random.uniform() - 1.0) * reach_mm;
-      const Vector3 p = off_surface(field, (random.uniform() - 0.5) * 150.0, (random.uniform() - 0.5) * 150.0, out_mm);
+      const Vector3 p =
+          off_surface(field, (random.uniform() - 0.5) * 150.0, (random.uniform() - 0.5) * 150.0, out_mm);
       const Projection nearest = field.project(p);
       const double x = nearest.point_mm.x, y = nearest.point_mm.y;
       EXPECT_NEAR(nearest.point_mm.z, height_mm(field, x, y), 1e-9);

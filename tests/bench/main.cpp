@@ -1,0 +1,70 @@
+// hapticd_bench: what hapticd costs on this machine. It reports; it asserts nothing.
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+#include <string>
+
+#include "tests/bench/benchmark.h"
+
+int main(int argc, char** argv) {
+  using namespace hapticd::bench;
+  CLI::App app{"Measures what hapticd costs on this machine."};
+  app.require_subcommand(1);
+  app.footer(
+      "Examples:\n  hapticd_bench tick --out /tmp/bench\n  hapticd_bench live --out /tmp/bench --seconds 60");
+  int status = 0;
+
+  TickOptions tick;
+  auto* tick_command = app.add_subcommand("tick", "nanoseconds and instructions per tick of every scene");
+  tick_command->add_option("--out", tick.folder, "folder for figures.jsonl and the table; made if need be")
+      ->required();
+  tick_command->add_option("--seconds", tick.seconds_per_scene, "time spent on each scene")
+      ->check(CLI::Range(0.05, 600.0))
+      ->capture_default_str();
+  tick_command->callback([&] { status = run_tick(tick); });
+
+  std::string scene;
+  long ticks = 0;
+  auto* tick_child = app.add_subcommand("tick-child", "")->group("");  // hidden: started by `tick`
+  tick_child->add_option("--scene", scene)->required();
+  tick_child->add_option("--ticks", ticks)->required();
+  tick_child->callback([&] { status = run_tick_child(scene, ticks); });
+
+#ifdef HAPTICD_BENCH_LIVE
+  LiveOptions live;
+  auto* live_command =
+      app.add_subcommand("live", "the daemon in real time with telemetry subscribers, beside cyclictest");
+  live_command->add_option("--out", live.folder, "folder for figures.jsonl and tables; made if need be")
+      ->required();
+  live_command->add_option("--seconds", live.seconds, "length of each run")
+      ->check(CLI::Range(2.0, 86400.0))
+      ->capture_default_str();
+  live_command
+      ->add_option("--subscribers", live.subscribers, "numbers of telemetry subscribers, one run each")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 256))
+      ->capture_default_str();
+  live_command->callback([&] { status = run_live(live); });
+
+  std::string address;
+  std::string result;
+  double child_seconds = 0.0;
+  auto* live_child =
+      app.add_subcommand("live-child", "")->group("");  // hidden: a subscriber, started by `live`
+  live_child->add_option("--server", address)->required();
+  live_child->add_option("--seconds", child_seconds)->required();
+  live_child->add_option("--result", result)->required();
+  live_child->callback([&] { status = run_live_child(address, child_seconds, result); });
+#endif
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  } catch (const std::exception& error) {
+    std::cerr << "error: " << error.what() << std::endl;
+    return 1;
+  }
+  return status;
+}

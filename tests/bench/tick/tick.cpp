@@ -1,0 +1,68 @@
+#include <iostream>
+
+#include "tests/bench/benchmark.h"
+#include "tests/bench/tick/tick_instructions.h"
+#include "tests/bench/tick/tick_timing.h"
+#include "tests/bench/tick/tick_workload.h"
+#include "tests/study/report/report.h"
+
+namespace hapticd::bench {
+namespace {
+
+constexpr double kGoalMedianNs = 500.0;
+
+void measure(report::Report& report, report::MarkdownTable& table, const std::string& scene, double seconds) {
+  const report::Case conditions{{"scene", scene}};
+  report::Figure median{
+      .figure = "tick_median_ns", .conditions = conditions, .unit = "ns", .goal = kGoalMedianNs};
+  report::Figure p999{.figure = "tick_p999_ns", .conditions = conditions, .unit = "ns"};
+  report::Figure instructions{.figure = "tick_instructions", .conditions = conditions};
+
+  const auto workload = TickWorkload::create(scene);
+  if (!workload) {
+    median.failed = p999.failed = instructions.failed = workload.error().text();
+    report::Report::note(workload.error().text());
+  } else {
+    const TickTimes times = time_ticks(**workload, seconds);
+    median.value = times.median_ns;
+    p999.value = times.p999_ns;
+    if (!(*workload)->renders()) median.failed = p999.failed = "the guard latched; the tick rendered nothing";
+    const InstructionCount count = count_instructions(scene);
+    instructions.value = count.per_tick;
+    instructions.failed = count.failed;
+    if (!count.failed.empty()) report::Report::note(scene + ": no instruction count: " + count.failed);
+
+    using report::fixed;
+    table.add_row({scene, fixed(times.median_ns, 1), fixed(times.free_median_ns, 1),
+                   fixed(times.contact_median_ns, 1), fixed(times.p999_ns, 0),
+                   count.per_tick ? fixed(*count.per_tick, 0) : report::kNoNumber,
+                   fixed(100.0 * (*workload)->contact_share(), 0)});
+  }
+  for (const report::Figure& figure : {median, p999, instructions}) report.add(figure);
+}
+
+}  // namespace
+
+int run_tick(const TickOptions& options) {
+  report::Report report(options.folder);
+  report::MarkdownTable table({"scene", "median [ns]", "free [ns]", "in contact [ns]", "99.9 % [ns]",
+                               "instructions", "samples in contact [%]"});
+  for (const std::string& scene : tick_scenes()) measure(report, table, scene, options.seconds_per_scene);
+  report.add_table("tick", "One tick, its telemetry record included", table,
+                   "Medians over batches of 32 ticks, 99.9 % over single ticks less the clock's own cost; "
+                   "instructions as\n"
+                   "callgrind counts them. Samples are taps of the simulated hand.");
+  return 0;
+}
+
+int run_tick_child(const std::string& scene, long ticks) {
+  const auto workload = TickWorkload::create(scene);
+  if (!workload) {
+    std::cerr << workload.error().text() << std::endl;
+    return 1;
+  }
+  for (long i = 0; i < ticks; ++i) (*workload)->tick();
+  return (*workload)->renders() ? 0 : 1;
+}
+
+}  // namespace hapticd::bench

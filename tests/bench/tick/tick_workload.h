@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/samples.h"
+#include "rt/loop/spsc_ring.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/renderer.h"
+#include "rt/scene/scene_spec.h"
+
+namespace hapticd::bench {
+
+/// Names of the scenes that are measured.
+const std::vector<std::string>& tick_scenes();
+
+/// A scene and the samples it is fed: two seconds of taps by the simulated hand, free and in contact,
+/// recorded with the very scene in the loop. The same on every machine.
+class TickWorkload {
+ public:
+  static hal::Result<std::unique_ptr<TickWorkload>> create(const std::string& scene);
+
+  /// One tick as the loop does it: the scene's computation, and its record through the telemetry ring. The
+  /// samples come round and round.
+  void tick() noexcept {
+    rt::TickRecord record;
+    sink_ = renderer_.tick(samples_[next_], record);
+    ring_.push(record);
+    ring_.pop(received_);
+    if (++next_ == samples_.size()) next_ = 0;
+  }
+
+  /// The sample the next tick takes, and whether it is one in contact.
+  std::size_t next() const noexcept { return next_; }
+  bool in_contact(std::size_t index) const noexcept { return in_contact_[index]; }
+  std::size_t size() const noexcept { return samples_.size(); }
+  double contact_share() const noexcept;
+  /// True as long as the guard lets the scene through; a latched tick would be a cheap one.
+  bool renders() const noexcept { return received_.guard_state == rt::GuardState::kRendering; }
+
+ private:
+  TickWorkload(const rt::SceneSpec& resolved, std::unique_ptr<rt::Pipeline> pipeline, double rate_hz);
+
+  rt::SpscRing<rt::TickRecord> ring_{64};
+  std::unique_ptr<rt::Pipeline> pipeline_;
+  rt::Renderer renderer_;
+  std::vector<hal::RigSample> samples_;
+  std::vector<bool> in_contact_;
+  std::size_t next_ = 0;
+  rt::TickRecord received_;
+  hal::DeviceCommand sink_;
+};
+
+}  // namespace hapticd::bench

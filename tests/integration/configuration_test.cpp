@@ -1,0 +1,243 @@
+#include <gtest/gtest.h>
+
+#include "server/config.h"
+
+namespace hapticd::server {
+namespace {
+
+void expect_error(const hal::Error& error, const hal::Error& expected) {
+  EXPECT_EQ(error.what, expected.what);
+  EXPECT_EQ(error.where, expected.where);
+  EXPECT_EQ(error.value, expected.value);
+  EXPECT_EQ(error.limit, expected.limit);
+  EXPECT_EQ(error.remedy, expected.remedy);
+}
+
+void expect_config_refused(const std::string& text, const hal::Error& expected) {
+  const auto config = parse_config(text, "hapticd.toml");
+  ASSERT_FALSE(config) << text;
+  expect_error(config.error(), expected);
+}
+
+TEST(Configuration, AnEmptyFileMeansTheDefaults) {
+  const auto config = parse_config("", "hapticd.toml");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->listen.text(), "127.0.0.1:50051");
+  EXPECT_EQ(config->loop.rate_hz, 1000.0);
+  EXPECT_EQ(config->rig, RigChoice::kSimulated);
+  EXPECT_TRUE(config->simulation.real_time);
+  EXPECT_FALSE(config->replay.as_fast_as_possible);
+}
+
+TEST(Configuration, WhatIsWrittenReadsBackAsTheSame) {
+  const auto config = parse_config(R"(
+[loop]
+rate_hz = 2500
+fifo_priority = 42
+cpu = 0
+lock_memory = false
+keep_cpu_awake = false
+[network]
+listen = "[::1]:7"
+unix_socket = "/run/hapticd/a \"strange\" one.sock"
+[rig]
+kind = "replay"
+[rig.sim]
+device = "phantom_1_5_high_force"
+object = "rubber_ball"
+seed = 7
+structural_mode_hz = 123.5
+structural_damping = 0.01
+amplifier_pole_hz = 400
+tool_mass_g = 12.59
+[rig.replay]
+path = "run.csv"
+speed = "fast"
+loop = true
+bias_s = 0.25
+force = { column = "load_uN", unit = "uN", scale = 1e-3 }
+position = { column = "tip_um" }
+[scene]
+load = "tap_1d"
+folder = "/etc/hapticd/scenes"
+[log]
+level = "debug"
+)",
+                                   "hapticd.toml");
+  ASSERT_TRUE(config) << config.error().text();
+  const std::string text = write_config(*config);
+  const auto again = parse_config(text, "written");
+  ASSERT_TRUE(again) << again.error().text() << "\n" << text;
+  EXPECT_EQ(write_config(*again), text);
+  EXPECT_EQ(again->loop.rate_hz, 2500.0);
+  EXPECT_EQ(again->listen.text(), "[::1]:7");
+  EXPECT_EQ(again->unix_socket, "/run/hapticd/a \"strange\" one.sock");
+  EXPECT_EQ(again->simulation.structural_mode_hz, 123.5);
+  EXPECT_TRUE(again->replay.as_fast_as_possible);
+  EXPECT_EQ(again->replay.force.scale, 1e-3);
+  EXPECT_EQ(again->log_level, LogLevel::kDebug);
+}
+
+TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
+  expect_config_refused(
+      "[loop]\nrate_hz = 1000\nfifo_prioity = 3\n",
+      {"unknown key 'fifo_prioity' in [loop]", "hapticd.toml, line 3", "",
+       "rate_hz, fifo_priority, cpu, lock_memory, keep_cpu_awake", "did you mean 'fifo_priority'?"});
+  expect_config_refused("[lop]\nrate_hz = 1000\n",
+                        {"unknown key 'lop'", "hapticd.toml, line 1", "", "loop, network, rig, scene, log",
+                         "did you mean 'loop'?"});
+  expect_config_refused(
+      "[rig.sim]\nforce = 3\n",
+      {"unknown key 'force' in [rig.sim]", "hapticd.toml, line 2", "",
+       "device, object, seed, structural_mode_hz, structural_damping, amplifier_pole_hz, tool_mass_g",
+       "remove it"});
+}
+
+TEST(Configuration, EveryValueHasATypeARangeAndAUnit) {
+  expect_config_refused("[loop]\nrate_hz = 99000\n",
+                        {"'loop.rate_hz' is out of range", "hapticd.toml, line 2", "99000 Hz",
+                         "500 … 10000 Hz", "use at most 10000 Hz"});
+  expect_config_refused("[loop]\nrate_hz = nan\n", {"'loop.rate_hz' is not finite", "hapticd.toml, line 2",
+                                                    "nan", "500 … 10000 Hz", "send a finite number"});
+  expect_config_refused("[rig.sim]\ntool_mass_g = -1.5\n",
+                        {"'rig.sim.tool_mass_g' is out of range", "hapticd.toml, line 2", "-1.5 g",
+                         "0 … 500 g", "use at least 0 g"});
+  expect_config_refused("[loop]\nrate_hz = \"fast\"\n",
+                        {"'loop.rate_hz' has the wrong type", "hapticd.toml, line 2", "a string",
+                         "a number, 500 … 10000 Hz", "correct the value"});
+  expect_config_refused("[loop]\ncpu = 1.5\n",
+                        {"'loop.cpu' has the wrong type", "hapticd.toml, line 2", "a number",
+                         "a whole number, -1 … 1023", "correct the value"});
+  expect_config_refused("loop = 3\n", {"'loop' has the wrong type", "hapticd.toml, line 1", "an integer",
+                                       "a table [loop]", "correct the value"});
+  expect_config_refused("[rig]\nkind = \"simm\"\n",
+                        {"'rig.kind' is none of the words it may be", "hapticd.toml, line 2", "simm",
+                         "sim, replay", "did you mean 'sim'?"});
+}
+
+TEST(Configuration, TheFirstOfSeveralMistakesIsTold) {
+  expect_config_refused(
+      "[loop]\nrat_hz = 1\n[rig.sim]\ntool_mass_g = -1\n",
+      {"unknown key 'rat_hz' in [loop]", "hapticd.toml, line 2", "",
+       "rate_hz, fifo_priority, cpu, lock_memory, keep_cpu_awake", "did you mean 'rate_hz'?"});
+}
+
+TEST(Configuration, BrokenTomlIsRefusedWithItsPlace) {
+  const auto config = parse_config("[loop]\nrate_hz = = 3\n", "hapticd.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(config.error().where, "hapticd.toml, line 2, column 11");
+  EXPECT_EQ(config.error().what.rfind("not valid TOML", 0), 0U) << config.error().what;
+}
+
+TEST(Configuration, AFileThatIsNotThereIsRefused) {
+  const auto config = read_config("/nowhere/hapticd.toml");
+  ASSERT_FALSE(config);
+  expect_error(config.error(), {"cannot read the file", "/nowhere/hapticd.toml", "No such file or directory",
+                                "", "check path and permissions"});
+}
+
+TEST(Configuration, ListensOnLoopbackOnly) {
+  for (const char* address : {"127.0.0.1:50051", "127.1.2.3:0", "localhost:80", "[::1]:443"}) {
+    const auto parsed = parse_listen_address(address, "--listen");
+    ASSERT_TRUE(parsed) << parsed.error().text();
+    EXPECT_EQ(parsed->text(), address);
+  }
+  const std::string beyond =
+      "refusing to listen beyond this machine: the connection is neither encrypted nor authenticated";
+  const std::string remedy = "listen on 127.0.0.1 and reach it from elsewhere through an SSH tunnel";
+  for (const char* address : {"0.0.0.0:50051", "192.168.1.7:50051", "[::]:50051", "128.0.0.1:1"}) {
+    const auto parsed = parse_listen_address(address, "--listen");
+    ASSERT_FALSE(parsed) << address;
+    expect_error(parsed.error(), {beyond, "--listen", address, "127.0.0.0/8, ::1, localhost", remedy});
+  }
+  const auto named = parse_listen_address("lab.example.org:50051", "--listen");
+  ASSERT_FALSE(named);
+  EXPECT_EQ(named.error().what,
+            "refusing to listen on a host that is not known to be this machine's loopback");
+  for (const char* address :
+       {"127.0.0.1", "127.0.0.1:", "127.0.0.1:70000", "127.0.0.1:5x", "::1:50051", ":1", ""}) {
+    EXPECT_FALSE(parse_listen_address(address, "--listen")) << address;
+  }
+}
+
+TEST(Configuration, TheFileNamesTheLineOfARefusedAddress) {
+  expect_config_refused("[network]\nlisten = \"0.0.0.0:50051\"\n",
+                        {"refusing to listen beyond this machine: the connection is neither encrypted nor "
+                         "authenticated",
+                         "hapticd.toml, line 2", "0.0.0.0:50051", "127.0.0.0/8, ::1, localhost",
+                         "listen on 127.0.0.1 and reach it from elsewhere through an SSH tunnel"});
+}
+
+TEST(Configuration, TheCommandLineGoesBeforeTheFile) {
+  const auto file =
+      parse_config("[loop]\nrate_hz = 2000\n[rig.sim]\nobject = \"foam_ball\"\n", "hapticd.toml");
+  ASSERT_TRUE(file);
+  ConfigOverrides overrides;
+  overrides.rate_hz = 4000.0;
+  overrides.rig = "sim:phantom_1_5_high_force";
+  overrides.listen = "localhost:0";
+  overrides.log_level = "error";
+  const auto config = override_config(*file, overrides);
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->loop.rate_hz, 4000.0);
+  EXPECT_EQ(config->simulation.rate_hz, 4000.0);
+  EXPECT_EQ(config->simulation.device, "phantom_1_5_high_force");
+  EXPECT_EQ(config->simulation.object, "foam_ball");
+  EXPECT_EQ(config->listen.text(), "localhost:0");
+  EXPECT_EQ(config->log_level, LogLevel::kError);
+}
+
+TEST(Configuration, TheCommandLineIsCheckedToo) {
+  ConfigOverrides overrides;
+  overrides.rate_hz = 20000.0;
+  const auto config = override_config({}, overrides);
+  ASSERT_FALSE(config);
+  expect_error(config.error(), {"the loop rate is out of range", "--rate-hz", "20000 Hz", "500 … 10000 Hz",
+                                "use at most 10000 Hz"});
+}
+
+TEST(RigText, AReplayCarriesItsColumnMapping) {
+  DaemonConfig config;
+  const auto error = apply_rig_text(
+      "replay:/data/"
+      "run.csv?force=load_uN&force_scale=1e6&position=tip_um&position_unit=um&speed=fast&loop=true",
+      config);
+  ASSERT_FALSE(error) << error->text();
+  EXPECT_EQ(config.rig, RigChoice::kReplay);
+  EXPECT_EQ(config.replay.path, "/data/run.csv");
+  EXPECT_EQ(config.replay.force.column, "load_uN");
+  EXPECT_EQ(config.replay.force.scale, 1e6);
+  EXPECT_EQ(config.replay.position.column, "tip_um");
+  EXPECT_EQ(config.replay.position.unit, "um");
+  EXPECT_TRUE(config.replay.as_fast_as_possible);
+  EXPECT_TRUE(config.replay.loop);
+}
+
+TEST(RigText, MistakesAreNamed) {
+  DaemonConfig config;
+  auto error = apply_rig_text("replay:run.csv?forse=load_uN", config);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "unknown option 'forse' of a replayed rig");
+  EXPECT_EQ(error->remedy, "did you mean 'force'?");
+  error = apply_rig_text("replay:run.csv?speed=warp", config);
+  ASSERT_TRUE(error);
+  expect_error(*error, {"unknown speed 'warp'", "--rig", "warp", "recorded, fast", "use one of those"});
+  error = apply_rig_text("replay:run.csv?force", config);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "an option of a replayed rig has no value");
+  error = apply_rig_text("replay:run.csv?force_scale=ten", config);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "'force_scale' is not a number");
+  error = apply_rig_text("hardware", config);
+  ASSERT_TRUE(error);
+  expect_error(*error, {"unknown kind of rig 'hardware'", "--rig", "hardware", "sim, sim:PRESET, replay:PATH",
+                        "use one of those"});
+  ConfigOverrides overrides;
+  overrides.rig = "replay";
+  const auto without_path = override_config({}, overrides);
+  ASSERT_FALSE(without_path);
+  EXPECT_EQ(without_path.error().what, "a replayed rig needs a recording");
+}
+
+}  // namespace
+}  // namespace hapticd::server

@@ -1,0 +1,138 @@
+#include <grpcpp/generic/generic_stub.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/integration/running_service.h"
+#include "tests/integration/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+grpc::ByteBuffer bytes(const std::string& text) {
+  const grpc::Slice slice(text);
+  return {&slice, 1};
+}
+
+std::string text(const grpc::ByteBuffer& buffer) {
+  std::vector<grpc::Slice> slices;
+  EXPECT_TRUE(buffer.Dump(&slices).ok());
+  std::string joined;
+  for (const grpc::Slice& slice : slices)
+    joined.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  return joined;
+}
+
+/// One request, one answer, in wire format: health and reflection come with no generated code here.
+std::string call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+                 const std::string& request) {
+  grpc::GenericStub stub(channel);
+  const auto context = call_context();
+  grpc::CompletionQueue queue;
+  const auto stream = stub.PrepareCall(context.get(), method, &queue);
+  const auto done = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  stream->StartCall(nullptr);
+  EXPECT_TRUE(done());
+  stream->WriteLast(bytes(request), grpc::WriteOptions(), nullptr);
+  EXPECT_TRUE(done());
+  grpc::ByteBuffer answer;
+  stream->Read(&answer, nullptr);
+  const bool answered = done();
+  grpc::Status status;
+  stream->Finish(&status, nullptr);
+  EXPECT_TRUE(done());
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return answered ? text(answer) : std::string();
+}
+
+TEST(ServiceEndpoints, ReportTheirHealth) {
+  const RunningService service;
+  EXPECT_EQ(call(service.channel, "/grpc.health.v1.Health/Check", ""), std::string("\x08\x01", 2))
+      << "field 1, status: SERVING";
+}
+
+TEST(ServiceEndpoints, DescribeThemselves) {
+  const RunningService service;
+  const std::string list =
+      call(service.channel, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+           std::string("\x3a\x01*", 3));  // field 7, list_services: "*"
+  for (const char* name : {"RigService", "SceneService", "RenderingService", "TelemetryService",
+                           "SimulationService", "SafetyService"}) {
+    EXPECT_NE(list.find(std::string("hapticd.v1.") + name), std::string::npos) << name;
+  }
+}
+
+TEST(ServiceEndpoints, RefuseAnOversizedMessage) {
+  const RunningService service;
+  const grpc::Status status = service.load_toml("# " + std::string(2 << 20, 'x'));
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+  EXPECT_NE(status.error_message().find("larger than max"), std::string::npos) << status.error_message();
+  EXPECT_TRUE(service.load("tap_1d").ok()) << "and the service goes on";
+}
+
+TEST(ServiceEndpoints, ServeTheUnixSocketToo) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.unix_socket = folder.path("hapticd.sock");
+  const RunningService service(config);
+  const auto stub = v1::RigService::NewStub(connect("unix:" + config.unix_socket));
+  v1::RigInfo info;
+  const grpc::Status status = stub->GetRigInfo(call_context().get(), {}, &info);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(info.name(), "sim:phantom_1_0");
+  EXPECT_EQ(info.kind(), v1::RIG_KIND_SIMULATED);
+  EXPECT_FALSE(info.server_version().empty());
+  EXPECT_FALSE(info.uncertain_parameters().empty());
+}
+
+TEST(ServiceEndpoints, RefuseASecondDaemonOnThePort) {
+  const RunningService service;
+  server::DaemonConfig config = quiet_config();
+  config.listen.port = service.daemon->port();
+  server::StartFailure failure;
+  EXPECT_EQ(server::Daemon::start(config, failure), nullptr);
+  EXPECT_EQ(failure.code, server::ExitCode::kCannotListen);
+  EXPECT_EQ(failure.error.what, "cannot listen");
+  EXPECT_EQ(failure.error.where, service.address());
+  EXPECT_EQ(failure.error.value, "Address already in use");
+  EXPECT_EQ(failure.error.remedy,
+            "stop whoever listens there (another hapticd?), or choose another port with --listen");
+  EXPECT_TRUE(service.load("tap_1d").ok()) << "the first is not disturbed";
+}
+
+TEST(ServiceEndpoints, RefuseASecondDaemonOnTheUnixSocket) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.unix_socket = folder.path("hapticd.sock");
+  {
+    const RunningService service(config);
+    server::StartFailure failure;
+    EXPECT_EQ(server::Daemon::start(config, failure), nullptr);
+    EXPECT_EQ(failure.code, server::ExitCode::kCannotListen);
+    EXPECT_EQ(failure.error.what, "another hapticd serves this unix socket");
+    EXPECT_EQ(failure.error.where, config.unix_socket);
+    EXPECT_EQ(failure.error.value, "process " + std::to_string(getpid()));
+    EXPECT_EQ(failure.error.limit, "one daemon per socket");
+    v1::RigInfo info;
+    const auto stub = v1::RigService::NewStub(connect("unix:" + config.unix_socket));
+    EXPECT_TRUE(stub->GetRigInfo(call_context().get(), {}, &info).ok()) << "the socket is still the first's";
+  }
+  const RunningService next(config);  // once the first has gone, the path is free
+}
+
+TEST(ServiceEndpoints, NeverRemoveWhatIsNoSocket) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.unix_socket = folder.write("thesis.txt", "ten years of work");
+  server::StartFailure failure;
+  EXPECT_EQ(server::Daemon::start(config, failure), nullptr);
+  EXPECT_EQ(failure.code, server::ExitCode::kCannotListen);
+  EXPECT_EQ(failure.error.what, "the path of the unix socket is taken by something that is no socket");
+}
+
+}  // namespace
+}  // namespace hapticd::test

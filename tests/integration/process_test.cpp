@@ -1,0 +1,127 @@
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "tests/integration/daemon_process.h"
+#include "tests/integration/running_service.h"
+#include "tests/integration/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+struct Ended {
+  int code;
+  std::string errors;
+  std::string output;
+};
+
+Ended run(std::vector<std::string> arguments) {
+  DaemonProcess process(std::move(arguments));
+  const int code = process.wait();
+  return {code, process.errors(), process.output()};
+}
+
+void expect_ended(const Ended& ended, int code, const std::string& said) {
+  EXPECT_EQ(ended.code, code) << ended.errors;
+  EXPECT_NE(ended.errors.find(said), std::string::npos) << ended.errors;
+}
+
+TEST(ServiceProcess, EndsCleanlyOnSigtermAndStreamsEndFirst) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"});
+    const std::string address = process.await_address();
+    ASSERT_FALSE(address.empty());
+    const auto stub = v1::TelemetryService::NewStub(connect(address));
+    grpc::ClientContext context;
+    const auto reader = stub->Subscribe(&context, {});
+    v1::TelemetryBatch batch;
+    ASSERT_TRUE(reader->Read(&batch));
+    process.signal(signal);
+    std::uint64_t last = batch.samples(batch.samples_size() - 1).tick();
+    while (reader->Read(&batch)) {
+      for (const v1::TelemetrySample& sample : batch.samples()) EXPECT_EQ(sample.tick(), ++last);
+    }
+    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+    EXPECT_EQ(process.wait(), 0) << process.errors();
+  }
+}
+
+TEST(ServiceProcess, RefusesASecondDaemonOnThePort) {
+  DaemonProcess first({"--listen", "127.0.0.1:0"});
+  const std::string address = first.await_address();
+  ASSERT_FALSE(address.empty());
+  expect_ended(run({"--listen", address}), 3,
+               "hapticd: " + address + ": cannot listen (got Address already in use)");
+  v1::RigInfo info;
+  EXPECT_TRUE(v1::RigService::NewStub(connect(address))->GetRigInfo(call_context().get(), {}, &info).ok());
+}
+
+TEST(ServiceProcess, RefusesASecondDaemonOnTheUnixSocketAndTakesOverFromADeadOne) {
+  const TemporaryFolder folder;
+  const std::string socket = folder.path("hapticd.sock");
+  {
+    DaemonProcess first({"--listen", "127.0.0.1:0", "--unix", socket});
+    ASSERT_FALSE(first.await_address().empty());
+    expect_ended(run({"--listen", "127.0.0.1:0", "--unix", socket}), 3,
+                 socket + ": another hapticd serves this unix socket (got process " +
+                     std::to_string(first.pid()) + ")");
+    first.signal(SIGKILL);  // leaves socket and lock file behind
+    EXPECT_EQ(first.wait(), -SIGKILL);
+  }
+  DaemonProcess second({"--listen", "127.0.0.1:0", "--unix", socket});
+  ASSERT_FALSE(second.await_address().empty());
+  v1::RigInfo info;
+  EXPECT_TRUE(
+      v1::RigService::NewStub(connect("unix:" + socket))->GetRigInfo(call_context().get(), {}, &info).ok());
+}
+
+TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
+  const TemporaryFolder folder;
+  expect_ended(run({"--lisen", "127.0.0.1:0"}), 2, "--lisen");
+  expect_ended(run({"--listen", "0.0.0.0:50051"}), 2, "refusing to listen beyond this machine");
+  expect_ended(run({"--rate-hz", "nan"}), 2, "--rate-hz: the loop rate is not finite");
+  expect_ended(run({"--config", folder.path("none.toml")}), 2, "cannot read the file");
+  const std::string config = folder.write("hapticd.toml", "[loop]\nrate_hz = 1000\ncup = 1\n");
+  expect_ended(
+      run({"--config", config}), 2,
+      config +
+          ", line 3: unknown key 'cup' in [loop]; accepted: rate_hz, fifo_priority, cpu, lock_memory, "
+          "keep_cpu_awake; did you mean 'cpu'?");
+  expect_ended(run({"--scene", "tap1d"}), 2, "unknown scene 'tap1d'");
+  expect_ended(run({"--scenes", folder.path("none")}), 2, "the scene folder cannot be read");
+  expect_ended(run({"--rig", "replay:/nowhere.csv"}), 4, "recording '/nowhere.csv': there is no such file");
+  expect_ended(run({"--rig", "sim:phantom_9"}), 4, "unknown device");
+}
+
+TEST(ServiceProcess, ChecksAConfigurationAndPrintsAllOfIt) {
+  const TemporaryFolder folder;
+  const std::string config =
+      folder.write("hapticd.toml", "[loop]\nrate_hz = 2000\n[scene]\nload = \"wall\"\n");
+  const Ended ended = run({"--config", config, "--rig", "sim:phantom_1_5_high_force", "--check-config"});
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  for (const char* line : {"rate_hz = 2000.0\n", "device = \"phantom_1_5_high_force\"\n", "load = \"wall\"\n",
+                           "listen = \"127.0.0.1:50051\"\n"}) {
+    EXPECT_NE(ended.output.find(line), std::string::npos) << line << ended.output;
+  }
+  expect_ended(run({"--rig", "replay:/nowhere.csv", "--check-config"}), 4, "there is no such file");
+  EXPECT_EQ(run({"--version"}).output.rfind("hapticd ", 0), 0U);
+}
+
+TEST(ServiceProcess, SurvivesGarbageOnItsPort) {
+  DaemonProcess process({"--listen", "127.0.0.1:0"});
+  const std::string address = process.await_address();
+  ASSERT_FALSE(address.empty());
+  ChildProcess garbage("/bin/bash",
+                       {"-c",
+                        "exec 3<>/dev/tcp/${0%:*}/${0##*:}; head -c 100000 /dev/urandom >&3; "
+                        "printf 'PRI * HTTP/2.0\\r\\n\\r\\nSM\\r\\n\\r\\n\\xff\\xff\\xff\\xff' >&3",
+                        address});
+  garbage.wait();
+  v1::RigState state;
+  const grpc::Status status =
+      v1::RigService::NewStub(connect(address))->GetRigState(call_context().get(), {}, &state);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(state.loop().running());
+}
+
+}  // namespace
+}  // namespace hapticd::test

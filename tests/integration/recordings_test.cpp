@@ -1,0 +1,124 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "tests/integration/error_detail.h"
+#include "tests/integration/running_service.h"
+#include "tests/integration/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+/// Half a second of approach, then a press of `stiffness` to 4 mm and back, at 1 kHz.
+std::string press_recording(double stiffness_n_per_mm) {
+  std::ostringstream text;
+  text << "time_s,force_N,position_mm\n";
+  for (int i = 0; i <= 3000; ++i) {
+    const double time_s = i * 1e-3;
+    const double depth_mm = 4.0 * std::sin((time_s - 0.5) / 2.5 * 3.14159265358979);
+    text << time_s << "," << std::max(0.0, stiffness_n_per_mm * depth_mm) << "," << depth_mm << "\n";
+  }
+  return text.str();
+}
+
+server::StartFailure start_failure(const server::DaemonConfig& config) {
+  server::StartFailure failure;
+  EXPECT_EQ(server::Daemon::start(config, failure), nullptr);
+  return failure;
+}
+
+server::DaemonConfig replay_config(const std::string& path) {
+  server::DaemonConfig config = quiet_config();
+  config.rig = server::RigChoice::kReplay;
+  config.replay.path = path;
+  return config;
+}
+
+TEST(ServiceRecordings, OneThatIsNotThereIsRefused) {
+  const auto failure = start_failure(replay_config("/nowhere/run.csv"));
+  EXPECT_EQ(failure.code, server::ExitCode::kCannotOpenRig);
+  EXPECT_EQ(failure.error.what, "there is no such file");
+  EXPECT_EQ(failure.error.where, "recording '/nowhere/run.csv'");
+}
+
+TEST(ServiceRecordings, AMissingColumnIsRefusedByName) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("run.csv", "time_s,force_N\n0,0\n1,1\n");
+  const auto unnamed = start_failure(replay_config(path));
+  EXPECT_EQ(unnamed.code, server::ExitCode::kCannotOpenRig);
+  EXPECT_EQ(unnamed.error.where, "recording '" + path + "'");
+  EXPECT_EQ(unnamed.error.limit, "the file's columns are time_s, force_N");
+
+  server::DaemonConfig mapped = replay_config(path);
+  mapped.replay.position.column = "tip_um";
+  const auto named = start_failure(mapped);
+  EXPECT_EQ(named.code, server::ExitCode::kCannotOpenRig);
+  EXPECT_EQ(named.error.value, "'tip_um'");
+  EXPECT_EQ(named.error.limit, "the file's columns are time_s, force_N");
+}
+
+TEST(ServiceRecordings, AWrongUnitIsRefusedByName) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,1,1\n");
+  server::DaemonConfig config = replay_config(path);
+  config.replay.force.column = "force_N";
+  config.replay.force.unit = "mm";
+  const auto failure = start_failure(config);
+  EXPECT_EQ(failure.code, server::ExitCode::kCannotOpenRig);
+  EXPECT_EQ(failure.error.where, "recording '" + path + "', column 'force_N'");
+  EXPECT_EQ(failure.error.value, "'mm'");
+}
+
+TEST(ServiceRecordings, ShowContactAndStiffnessFromTheFirstTick) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = replay_config(folder.write("run.csv", press_recording(0.5)));
+  config.scene = "tap_1d";
+  config.replay.loop = true;
+  const RunningService service(config);
+  v1::RigInfo info;
+  ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
+  EXPECT_EQ(info.kind(), v1::RIG_KIND_REPLAY);
+  EXPECT_FALSE(info.renders_force());
+  const v1::RigState state = service.await([](const v1::RigState& s) { return s.reaction_force_n() > 1.0; });
+  EXPECT_TRUE(state.in_contact());
+  EXPECT_NEAR(state.reaction_force_n() / state.displacement_mm(), 0.5, 0.05);
+}
+
+TEST(ServiceRecordings, AnEndedOneIsToldAndTakesNoCommands) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = replay_config(folder.write("run.csv", press_recording(0.5)));
+  config.scene = "tap_1d";
+  config.replay.as_fast_as_possible = true;
+  const RunningService service(config);
+  const v1::RigState state =
+      service.await([](const v1::RigState& s) { return s.rig_exhausted() && s.tick() >= 3000; });
+  EXPECT_FALSE(state.loop().running());
+  EXPECT_EQ(state.tick(), 3000U);
+  v1::SetTargetRequest request;
+  request.set_stiffness_n_per_mm(1.0);
+  expect_refused(service.set_target(request),
+                 {grpc::StatusCode::FAILED_PRECONDITION, "the recording has ended", "rig 'replay:run.csv'",
+                  "", "", "start the daemon anew, or with loop = true in [rig.replay]"});
+}
+
+TEST(ServiceRecordings, HaveNoTruth) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = replay_config(folder.write("run.csv", press_recording(0.5)));
+  config.replay.loop = true;
+  const RunningService service(config);
+  v1::SubscribeRequest request;
+  request.add_groups(v1::FIELD_GROUP_TRUTH);
+  request.add_groups(v1::FIELD_GROUP_SAMPLE);
+  grpc::ClientContext context;
+  const auto reader = service.telemetry->Subscribe(&context, request);
+  v1::TelemetryBatch batch;
+  ASSERT_TRUE(reader->Read(&batch));
+  EXPECT_FALSE(batch.samples(0).has_truth()) << "a group that does not exist is absent";
+  EXPECT_TRUE(batch.samples(0).has_sample());
+  context.TryCancel();
+  reader->Finish();
+}
+
+}  // namespace
+}  // namespace hapticd::test

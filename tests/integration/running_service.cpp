@@ -1,0 +1,104 @@
+#include "tests/integration/running_service.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <thread>
+
+namespace hapticd::test {
+
+std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds patience) {
+  auto context = std::make_unique<grpc::ClientContext>();
+  context->set_deadline(std::chrono::system_clock::now() + patience);
+  return context;
+}
+
+std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  if (window == Window::kFixed) {
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 65535);
+  }
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+server::DaemonConfig quiet_config() {
+  server::DaemonConfig config;
+  config.loop.fifo_priority = 0;
+  config.loop.lock_memory = false;
+  config.loop.keep_cpu_awake = false;
+  config.listen.port = 0;
+  config.log_level = server::LogLevel::kWarning;
+  return config;
+}
+
+RunningService::RunningService(const server::DaemonConfig& config) {
+  server::StartFailure failure;
+  auto checked = server::override_config(config, {});
+  if (!checked) throw std::runtime_error(checked.error().text());
+  daemon = server::Daemon::start(*checked, failure);
+  if (!daemon) throw std::runtime_error(failure.error.text());
+  channel = connect(address());
+  rig = v1::RigService::NewStub(channel);
+  scene = v1::SceneService::NewStub(channel);
+  rendering = v1::RenderingService::NewStub(channel);
+  telemetry = v1::TelemetryService::NewStub(channel);
+  simulation = v1::SimulationService::NewStub(channel);
+  safety = v1::SafetyService::NewStub(channel);
+}
+
+RunningService::~RunningService() = default;
+
+v1::RigState RunningService::state() const {
+  v1::RigState state;
+  const grpc::Status status = rig->GetRigState(call_context().get(), {}, &state);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return state;
+}
+
+grpc::Status RunningService::load(const std::string& name, v1::LoadSceneResponse* response) const {
+  v1::LoadSceneRequest request;
+  request.set_name(name);
+  v1::LoadSceneResponse unused;
+  return scene->LoadScene(call_context().get(), request, response != nullptr ? response : &unused);
+}
+
+grpc::Status RunningService::load_toml(const std::string& toml) const {
+  v1::LoadSceneRequest request;
+  request.set_toml(toml);
+  v1::LoadSceneResponse unused;
+  return scene->LoadScene(call_context().get(), request, &unused);
+}
+
+grpc::Status RunningService::set_target(const v1::SetTargetRequest& request,
+                                        v1::SetTargetResponse* response) const {
+  v1::SetTargetResponse unused;
+  return rendering->SetTarget(call_context().get(), request, response != nullptr ? response : &unused);
+}
+
+void RunningService::press(double force_n) const {
+  v1::SetHandProgramRequest request;
+  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
+  request.mutable_program()->set_force_n(force_n);
+  request.mutable_program()->set_hold_s(-1.0);
+  v1::SetHandProgramResponse response;
+  const grpc::Status status = simulation->SetHandProgram(call_context().get(), request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  await([](const v1::RigState& now) { return now.in_contact(); });
+}
+
+v1::RigState RunningService::await(const std::function<bool(const v1::RigState&)>& condition) const {
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  for (;;) {
+    v1::RigState now = state();
+    if (condition(now)) return now;
+    if (std::chrono::steady_clock::now() > until) {
+      ADD_FAILURE() << "waited in vain; the last state was\n" << now.DebugString();
+      return now;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // politeness between two looks
+  }
+}
+
+}  // namespace hapticd::test

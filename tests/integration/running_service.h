@@ -1,0 +1,62 @@
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "hapticd/v1/rendering.grpc.pb.h"
+#include "hapticd/v1/rig.grpc.pb.h"
+#include "hapticd/v1/safety.grpc.pb.h"
+#include "hapticd/v1/scene.grpc.pb.h"
+#include "hapticd/v1/simulation.grpc.pb.h"
+#include "hapticd/v1/telemetry.grpc.pb.h"
+#include "server/config.h"
+#include "server/daemon.h"
+
+namespace hapticd::test {
+
+/// How long a test waits for what must happen; far beyond what it takes, so that a slow machine fails no
+/// test.
+inline constexpr std::chrono::seconds kPatience{60};
+
+/// A context whose call ends in an error rather than never.
+std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds patience = kPatience);
+
+/// A connection of its own, shared with no other channel. With a fixed window no more than 64 KiB of a stream
+/// are on the way to a client that does not read; otherwise gRPC lets it grow to megabytes.
+enum class Window { kGrowing, kFixed };
+std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window = Window::kGrowing);
+
+/// The simulated rig on a free port, without any of the privileges a loop would like.
+server::DaemonConfig quiet_config();
+
+/// A daemon in this process, and a client's view of it.
+class RunningService {
+ public:
+  explicit RunningService(const server::DaemonConfig& config = quiet_config());
+  ~RunningService();
+
+  std::string address() const { return "127.0.0.1:" + std::to_string(daemon->port()); }
+  v1::RigState state() const;
+  grpc::Status load(const std::string& name, v1::LoadSceneResponse* response = nullptr) const;
+  grpc::Status load_toml(const std::string& toml) const;
+  grpc::Status set_target(const v1::SetTargetRequest& request,
+                          v1::SetTargetResponse* response = nullptr) const;
+  /// Has the hand press with `force_n` and hold, and waits until the scene is in contact.
+  void press(double force_n) const;
+  /// Looks at the rig's state until `condition` holds; fails the test when it never does.
+  v1::RigState await(const std::function<bool(const v1::RigState&)>& condition) const;
+
+  std::unique_ptr<server::Daemon> daemon;
+  std::shared_ptr<grpc::Channel> channel;
+  std::unique_ptr<v1::RigService::Stub> rig;
+  std::unique_ptr<v1::SceneService::Stub> scene;
+  std::unique_ptr<v1::RenderingService::Stub> rendering;
+  std::unique_ptr<v1::TelemetryService::Stub> telemetry;
+  std::unique_ptr<v1::SimulationService::Stub> simulation;
+  std::unique_ptr<v1::SafetyService::Stub> safety;
+};
+
+}  // namespace hapticd::test

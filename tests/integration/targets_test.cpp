@@ -1,0 +1,326 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "tests/integration/error_detail.h"
+#include "tests/integration/running_service.h"
+
+namespace hapticd::test {
+namespace {
+
+v1::SetTargetRequest target(double stiffness_n_per_mm) {
+  v1::SetTargetRequest request;
+  request.set_stiffness_n_per_mm(stiffness_n_per_mm);
+  return request;
+}
+
+TEST(ServiceTargets, NeedAScene) {
+  const RunningService service;
+  expect_refused(service.set_target(target(0.5)),
+                 {grpc::StatusCode::FAILED_PRECONDITION, "no scene is loaded", "scene", "", "",
+                  "load one first (SceneService.LoadScene)"});
+}
+
+TEST(ServiceTargets, AreFiniteAndInRange) {
+  const RunningService service;
+  v1::LoadSceneResponse loaded;
+  ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
+  const std::string where = "SetTargetRequest.stiffness_n_per_mm";
+  const std::string limit = "0 … 1000 N/mm";
+  expect_refused(service.set_target(target(std::numeric_limits<double>::quiet_NaN())),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "target stiffness is not finite", where, "nan", limit,
+                  "send a finite number"});
+  expect_refused(service.set_target(target(std::numeric_limits<double>::infinity())),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "target stiffness is not finite", where, "inf", limit,
+                  "send a finite number"});
+  expect_refused(service.set_target(target(-0.1)),
+                 {grpc::StatusCode::OUT_OF_RANGE, "target stiffness is out of range", where, "-0.1 N/mm",
+                  limit, "use at least 0 N/mm"});
+  expect_refused(service.set_target(target(1e30)),
+                 {grpc::StatusCode::OUT_OF_RANGE, "target stiffness is out of range", where, "1e+30 N/mm",
+                  limit, "use at most 1000 N/mm"});
+  v1::SetTargetRequest ramp = target(0.5);
+  ramp.set_ramp_s(61.0);
+  expect_refused(service.set_target(ramp),
+                 {grpc::StatusCode::OUT_OF_RANGE, "ramp is out of range", "SetTargetRequest.ramp_s", "61 s",
+                  "0 … 60 s", "use at most 60 s"});
+  v1::SetTargetRequest late = target(0.5);
+  late.set_at_time_ns(std::numeric_limits<std::int64_t>::max());
+  const grpc::Status status = service.set_target(late);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(detail_of(status).what(), "the time lies too far ahead");
+  EXPECT_EQ(detail_of(status).limit(), "at most 60 s ahead of RigState.time_ns");
+  const v1::RigState state =
+      service.await([&](const v1::RigState& s) { return s.tick() >= loaded.effective_tick(); });
+  EXPECT_EQ(state.target_stiffness_n_per_mm(), 0.5) << "nothing of all this reached the loop";
+}
+
+TEST(ServiceTargets, AreGrantedUpToTheCompensableStructuralStiffness) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::RigInfo info;
+  ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
+  const double limit = 0.8 * info.device().structural_stiffness_n_per_mm();
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(limit + 1.0), &response).ok());
+  EXPECT_EQ(response.requested_n_per_mm(), limit + 1.0);
+  EXPECT_DOUBLE_EQ(response.granted_n_per_mm(), limit);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_STRUCTURAL_STIFFNESS);
+  EXPECT_FALSE(response.explanation().empty());
+}
+
+TEST(ServiceTargets, AreGrantedUpToTheScenesMaximum) {
+  const RunningService service;
+  ASSERT_TRUE(service.load_toml("name = \"gentle\"\n[target]\nmax_stiffness_n_per_mm = 0.75\n").ok());
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(2.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.75);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+  EXPECT_EQ(response.explanation(), "2 N/mm requested; scene 'gentle' allows at most 0.75 N/mm");
+  ASSERT_TRUE(service.set_target(target(0.25), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.25);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+  EXPECT_EQ(response.explanation(), "");
+}
+
+/// Target stiffness by tick, from a subscription that runs while a test acts.
+class TargetTrace {
+ public:
+  explicit TargetTrace(const RunningService& service, std::uint64_t from_tick) : from_tick_(from_tick) {
+    v1::SubscribeRequest request;
+    request.add_groups(v1::FIELD_GROUP_TARGET);
+    request.set_queue_samples(60000);
+    reader_ = service.telemetry->Subscribe(&context_, request);
+    EXPECT_TRUE(reader_->Read(&batch_)) << "the subscription is under way";
+  }
+  ~TargetTrace() {
+    context_.TryCancel();
+    reader_->Finish();
+  }
+  /// The samples from the first tick asked for up to `tick`.
+  std::vector<v1::TelemetrySample> up_to(std::uint64_t tick) {
+    std::vector<v1::TelemetrySample> samples;
+    do {
+      for (const v1::TelemetrySample& sample : batch_.samples()) {
+        if (sample.tick() >= from_tick_) samples.push_back(sample);
+      }
+    } while ((samples.empty() || samples.back().tick() < tick) && reader_->Read(&batch_));
+    return samples;
+  }
+
+ private:
+  const std::uint64_t from_tick_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReader<v1::TelemetryBatch>> reader_;
+  v1::TelemetryBatch batch_;
+};
+
+TEST(ServiceTargets, TakeEffectAtTheTickOfTheAcknowledgementAndRamp) {
+  const RunningService service;
+  v1::LoadSceneResponse loaded;
+  ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
+  TargetTrace trace(service, loaded.effective_tick());
+  v1::SetTargetRequest request = target(1.0);
+  request.set_ramp_s(0.2);
+  v1::SetTargetResponse response;
+  const grpc::Status status = service.set_target(request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+
+  const std::uint64_t start = response.effective_tick();
+  const auto samples = trace.up_to(start + 210);
+  bool seen = false;
+  for (const v1::TelemetrySample& sample : samples) {
+    ASSERT_TRUE(sample.has_target());
+    EXPECT_FALSE(sample.has_contact()) << "not asked for";
+    const double k = sample.target().target_stiffness_n_per_mm();
+    if (sample.tick() < start) {
+      EXPECT_DOUBLE_EQ(k, 0.5);
+    }
+    if (sample.tick() == start) {
+      seen = true;
+      EXPECT_EQ(sample.time_ns(), response.effective_time_ns());
+    }
+    if (sample.tick() >= start && sample.tick() < start + 200) {
+      EXPECT_NEAR(k, 0.5 + 0.5 * static_cast<double>(sample.tick() - start + 1) / 200.0, 1e-9)
+          << sample.tick();
+    }
+    if (sample.tick() >= start + 200) {
+      EXPECT_DOUBLE_EQ(k, 1.0);
+    }
+  }
+  EXPECT_TRUE(seen);
+}
+
+TEST(ServiceTargets, WaitForTheTimeAskedFor) {
+  const RunningService service;
+  v1::LoadSceneResponse loaded;
+  ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
+  TargetTrace trace(service, loaded.effective_tick());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_ramp_s(0.0);
+  request.set_at_time_ns(service.await([](const v1::RigState& s) { return s.time_ns() > 0; }).time_ns() +
+                         400'000'000);
+  v1::SetTargetResponse response;
+  const grpc::Status status = service.set_target(request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GE(response.effective_time_ns(), request.at_time_ns());
+
+  // The first tick whose time has come, however unevenly ticks came.
+  bool before = true;
+  for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 5)) {
+    if (sample.time_ns() < request.at_time_ns()) {
+      EXPECT_DOUBLE_EQ(sample.target().target_stiffness_n_per_mm(), 0.5);
+    } else {
+      if (before) {
+        EXPECT_EQ(sample.tick(), response.effective_tick());
+      }
+      before = false;
+      EXPECT_DOUBLE_EQ(sample.target().target_stiffness_n_per_mm(), 1.25);
+    }
+  }
+  EXPECT_FALSE(before);
+}
+
+TEST(ServiceTargets, ADeadlineWithdrawsAWaitingTarget) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_ramp_s(0.0);
+  request.set_at_time_ns(service.state().time_ns() + 1'000'000'000);
+  v1::SetTargetResponse response;
+  const grpc::Status status =
+      service.rendering->SetTarget(call_context(std::chrono::milliseconds(200)).get(), request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  const v1::RigState later =
+      service.await([&](const v1::RigState& s) { return s.time_ns() > request.at_time_ns() + 50'000'000; });
+  EXPECT_DOUBLE_EQ(later.target_stiffness_n_per_mm(), 0.5);
+}
+
+TEST(ServiceTargets, AnotherSceneWithdrawsAWaitingTarget) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_at_time_ns(service.state().time_ns() + 1'500'000'000);
+  grpc::Status status;
+  std::thread waiting([&] { status = service.set_target(request); });
+  // Whichever of the two arrives first, the target must not reach the other scene.
+  ASSERT_TRUE(service.load("wall").ok());
+  waiting.join();
+  if (!status.ok()) {
+    expect_refused(status, {grpc::StatusCode::ABORTED,
+                            "another scene was loaded while the target waited; it is withdrawn", "scene",
+                            "tap_1d", "", "set the target anew"});
+    EXPECT_DOUBLE_EQ(service.state().target_stiffness_n_per_mm(), 0.5);
+  }
+}
+
+TEST(ServiceTargets, OnlySoManyWaitAndOthersStillPass) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_at_time_ns(service.state().time_ns() + 50'000'000'000);
+  constexpr int kCalls = 24;
+  grpc::CompletionQueue queue;
+  std::array<grpc::ClientContext, kCalls> contexts;
+  std::array<grpc::Status, kCalls> statuses;
+  std::array<v1::SetTargetResponse, kCalls> responses;
+  std::vector<std::unique_ptr<grpc::ClientAsyncResponseReader<v1::SetTargetResponse>>> calls;
+  for (std::size_t i = 0; i < kCalls; ++i) {
+    calls.push_back(service.rendering->AsyncSetTarget(&contexts[i], request, &queue));
+    calls.back()->Finish(&responses[i], &statuses[i], reinterpret_cast<void*>(i));
+  }
+  // The eight that are too many come back at once; sixteen wait.
+  for (int refused = 0; refused < kCalls - 16; ++refused) {
+    void* tag = nullptr;
+    bool ok = false;
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+    const grpc::Status& status = statuses[reinterpret_cast<std::size_t>(tag)];
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+    EXPECT_EQ(detail_of(status).what(), "too many targets wait for their time");
+  }
+  // Nobody else is held up by them.
+  EXPECT_TRUE(service.set_target(target(0.75)).ok());
+  v1::StopResponse stopped;
+  EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  v1::ClearResponse cleared;
+  EXPECT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok());
+  for (grpc::ClientContext& context : contexts) context.TryCancel();
+  for (int waiting = 0; waiting < 16; ++waiting) {
+    void* tag = nullptr;
+    bool ok = false;
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+    EXPECT_EQ(statuses[reinterpret_cast<std::size_t>(tag)].error_code(), grpc::StatusCode::CANCELLED);
+  }
+  queue.Shutdown();
+}
+
+TEST(ServiceTargets, ShuttingDownLetsWaitingCallsGo) {
+  RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_at_time_ns(service.state().time_ns() + 30'000'000'000);
+  grpc::Status status;
+  std::thread waiting([&] { status = service.set_target(request); });
+  const auto begun = std::chrono::steady_clock::now();
+  service.daemon->shutdown();
+  waiting.join();
+  // A call that was just coming in may be cut off by gRPC itself.
+  EXPECT_TRUE(status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+              status.error_code() == grpc::StatusCode::CANCELLED)
+      << status.error_message();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(25))
+      << "it did not wait for the target";
+}
+
+TEST(ServiceTargets, TheFeasibleRangeFollowsTheEquation) {
+  const RunningService service;
+  v1::RigInfo info;
+  ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
+  const double f_max = info.device().max_force_n();
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(2.0 * f_max);
+  request.set_object_stiffness_n_per_mm(0.4);
+  v1::FeasibleRange range;
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 0.4 * 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(range.max_n_per_mm(), 0.8, 1e-12);
+  EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_DEVICE_FORCE);
+  EXPECT_EQ(range.device_max_force_n(), f_max);
+
+  request.set_hand_force_n(0.5 * f_max);
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 0.4 / 3.0, 1e-12);
+  EXPECT_TRUE(std::isinf(range.max_n_per_mm()));
+  EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_NONE);
+
+  ASSERT_TRUE(service.load_toml("name = \"gentle\"\n[target]\nmax_stiffness_n_per_mm = 0.75\n").ok());
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_EQ(range.max_n_per_mm(), 0.75);
+  EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+}
+
+TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::FeasibleRange range;
+  expect_refused(
+      service.rendering->GetFeasibleRange(call_context().get(), {}, &range),
+      {grpc::StatusCode::FAILED_PRECONDITION, "not in contact: there is nothing to take the value from",
+       "GetFeasibleRangeRequest.hand_force_n", "", "", "press the object, or give the value"});
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(std::numeric_limits<double>::quiet_NaN());
+  expect_refused(service.rendering->GetFeasibleRange(call_context().get(), request, &range),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "hand force is not finite",
+                  "GetFeasibleRangeRequest.hand_force_n", "nan", "-100 … 100 N", "send a finite number"});
+  service.press(2.0);
+  service.await([](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), {}, &range);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
+  EXPECT_LT(range.min_n_per_mm(), range.object_stiffness_n_per_mm());
+}
+
+}  // namespace
+}  // namespace hapticd::test

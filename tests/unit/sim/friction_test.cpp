@@ -1,0 +1,208 @@
+// Friction in the tangent plane: levels, presliding, step size, energy.
+
+#include "hal/sim/friction.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "hal/sim/object_model.h"
+#include "hal/sim/random.h"
+#include "virtual_rig.h"
+
+namespace hapticd::sim {
+namespace {
+
+using hal::Vector3;
+using test::length;
+
+constexpr double kStepS = 1e-4;
+
+FrictionParameters plain() {
+  FrictionParameters p;
+  p.kinetic = 0.5;
+  p.static_ratio = 1.4;
+  p.stribeck_velocity_mm_per_s = 5.0;
+  p.presliding_mm = 0.1;
+  p.viscous_s_per_mm = 0.0;
+  return p;
+}
+
+/// Bristle force per newton: what a step without slide shows, without changing anything.
+Vector3 bend(Friction& friction) {
+  return friction.advance({}, 0.0, 1.0);
+}
+
+double steady_coefficient(const FrictionParameters& p, double velocity_mm_per_s, double step_s = kStepS) {
+  Friction friction(p, step_s);
+  const double slide_mm = velocity_mm_per_s * step_s;
+  const int steps = 2 + static_cast<int>(50.0 * p.presliding_mm / slide_mm);
+  double force_n = 0.0;
+  for (int i = 0; i < steps; ++i) force_n = -friction.advance({slide_mm, 0.0, 0.0}, 0.0, 2.0).x;
+  return force_n / 2.0;
+}
+
+TEST(Friction, SlidingFastItIsKineticTimesNormalForce) {
+  EXPECT_NEAR(steady_coefficient(plain(), 100.0), 0.5, 1e-9);
+  Friction friction(plain(), kStepS);
+  for (int i = 0; i < 1000; ++i) friction.advance({0.01, 0.0, 0.0}, 0.0, 3.0);
+  EXPECT_NEAR(friction.advance({0.01, 0.0, 0.0}, 0.0, 3.0).x, -1.5, 1e-9);
+  EXPECT_NEAR(friction.advance({0.01, 0.0, 0.0}, 0.0, 6.0).x, -3.0, 1e-9) << "follows the load at once";
+}
+
+TEST(Friction, DropsFromStaticToKineticWithSpeed) {
+  for (const double v : {0.05, 1.0, 3.0, 5.0, 8.0, 15.0, 40.0}) {
+    const double expected = 0.5 * (1.0 + 0.4 * std::exp(-(v / 5.0) * (v / 5.0)));
+    EXPECT_NEAR(steady_coefficient(plain(), v), expected, 1e-6) << v << " mm/s";
+  }
+}
+
+TEST(Friction, ViscousPartGrowsWithSpeed) {
+  FrictionParameters p = plain();
+  p.viscous_s_per_mm = 2e-3;
+  EXPECT_NEAR(steady_coefficient(p, 100.0), 0.5 + 0.2, 1e-9);
+}
+
+TEST(Friction, NothingWithoutNormalForce) {
+  Friction friction(plain(), kStepS);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(length(friction.advance({0.05, -0.02, 0.0}, 1e-4, 0.0)), 0.0);
+}
+
+TEST(Friction, BristlesBendElasticallyBelowBreakaway) {
+  Friction friction(plain(), kStepS);
+  // Stiffness per newton is μ/presliding; half-way to the kinetic level and back leaves nothing.
+  for (int i = 0; i < 50; ++i) friction.advance({1e-3, 0.0, 0.0}, 0.0, 1.0);
+  EXPECT_NEAR(bend(friction).x, -0.5 * 0.05 / 0.1, 1e-12);
+  for (int i = 0; i < 50; ++i) friction.advance({-1e-3, 0.0, 0.0}, 0.0, 1.0);
+  EXPECT_NEAR(bend(friction).x, 0.0, 1e-12);
+}
+
+TEST(Friction, VibrationUnderLoadDoesNotDrift) {
+  // A tip on its bristles, pulled with half of what breaks it away and shaken: after any number of whole
+  // cycles it is where it was. Massless, so that the bristles' balance alone tells where it stands.
+  Friction friction(plain(), kStepS);
+  constexpr double kNormalN = 2.0, kBiasMm = 0.03, kShakeMm = 0.02;
+  double position_mm = 0.0;
+  const auto go_to = [&](double to_mm) {
+    friction.advance({to_mm - position_mm, 0.0, 0.0}, 0.0, kNormalN);
+    position_mm = to_mm;
+  };
+  go_to(kBiasMm);
+  const double before = bend(friction).x;
+  for (int cycle = 0; cycle < 1000; ++cycle) {
+    for (int i = 1; i <= 20; ++i) go_to(kBiasMm + kShakeMm * std::sin(2.0 * std::numbers::pi * i / 20));
+  }
+  EXPECT_NEAR(bend(friction).x, before, 1e-9) << "same place, same force: no drift";
+}
+
+TEST(Friction, OpposesMotionInThePlane) {
+  for (const double angle : {0.3, 1.7, 3.9, 5.5}) {
+    Friction friction(plain(), kStepS);
+    const Vector3 direction{std::cos(angle), std::sin(angle), 0.0};
+    Vector3 force_n;
+    for (int i = 0; i < 2000; ++i) force_n = friction.advance(direction * 2e-3, 0.0, 2.0);
+    EXPECT_NEAR(dot(force_n, direction), -length(force_n), 1e-12);
+    // A turn by a right angle: the old bend fades, and in the end the force opposes the new motion.
+    const Vector3 across{-direction.y, direction.x, 0.0};
+    for (int i = 0; i < 3000; ++i) {
+      force_n = friction.advance(across * 2e-3, 0.0, 2.0);
+      ASSERT_LE(length(force_n), 2.0 * 0.5 * 1.4 + 1e-9) << "never above the static level";
+    }
+    EXPECT_NEAR(dot(force_n, across), -length(force_n), 1e-9);
+  }
+}
+
+TEST(Friction, ReversalAsksForTwiceTheBristles) {
+  Friction friction(plain(), kStepS);
+  for (int i = 0; i < 1000; ++i) friction.advance({5e-3, 0.0, 0.0}, 0.0, 1.0);
+  for (int i = 0; i < 10; ++i) friction.advance({-5e-3, 0.0, 0.0}, 0.0, 1.0);
+  EXPECT_NEAR(bend(friction).x, -0.5 + 0.5 * 0.05 / 0.1, 0.02) << "unbends along the elastic line at first";
+}
+
+// Beyond breakaway the update is the solution of the LuGre equation at constant velocity: from one bend to
+// another in one step or in a hundred.
+TEST(Friction, OneLongSlideIsAHundredShortOnes) {
+  const auto sliding = [](double velocity_mm_per_s, double step_s) {
+    Friction friction(plain(), step_s);
+    const double slide_mm = velocity_mm_per_s * step_s;
+    for (double way_mm = 0.0; way_mm < 5.0; way_mm += slide_mm)
+      friction.advance({slide_mm, 0.0, 0.0}, 0.0, 1.0);
+    return friction;
+  };
+  constexpr double kSlow = 2.0, kSlowStepS = 1e-2;
+  // Then the speed rises to 20 mm/s: the Stribeck level drops, the bend follows over the presliding length.
+  for (const int pieces : {1, 10, 100}) {
+    Friction friction = sliding(kSlow, kSlowStepS / pieces);
+    const double slide_mm = 20.0 * kSlowStepS / pieces;
+    EXPECT_NEAR(bend(friction).x, -0.5 * (1.0 + 0.4 * std::exp(-0.16)), 1e-9);
+    for (int i = 0; i < pieces; ++i) friction.advance({slide_mm, 0.0, 0.0}, 0.0, 1.0);
+    const double level = 0.5 * (1.0 + 0.4 * std::exp(-16.0));
+    const double from = 0.5 * (1.0 + 0.4 * std::exp(-0.16));
+    const double expected = level + (from - level) * std::exp(-0.5 / 0.1 * 0.2 / level);
+    EXPECT_NEAR(bend(friction).x, -expected, 1e-9) << pieces << " pieces";
+  }
+}
+
+TEST(Friction, HugeSlipsStayBounded) {
+  for (const double slide_mm : {1.0, 100.0, 1e6, 1e12}) {
+    Friction friction(plain(), kStepS);
+    for (int i = 0; i < 200; ++i) {
+      const double direction = i % 3 == 0 ? -1.0 : 1.0;
+      const Vector3 force_n = friction.advance({direction * slide_mm, 0.3 * slide_mm, 0.0}, 0.0, 4.0);
+      ASSERT_TRUE(test::finite(force_n));
+      ASSERT_LE(length(bend(friction)), 0.5 * 1.4 + 1e-9);
+    }
+  }
+}
+
+TEST(Friction, HoldsATipAsItsSpringWould) {
+  // A compliant tip: it moves by free slide minus compliance × force, and the force is that of the motion
+  // left over. For bristles bent linearly: F = N (σ s / 2 + σ s · damping/step), s = free - compliance F.
+  const FrictionParameters p = plain();
+  Friction friction(p, kStepS);
+  constexpr double kNormalN = 4.0, kCompliance = 1e-4, kFreeMm = 2e-3;
+  const double stiffness = p.kinetic / p.presliding_mm * (0.5 + p.bristle_damping_s / kStepS);
+  const double expected_n = kNormalN * stiffness * kFreeMm / (1.0 + kNormalN * stiffness * kCompliance);
+  EXPECT_NEAR(-friction.advance({kFreeMm, 0.0, 0.0}, kCompliance, kNormalN).x, expected_n, 1e-3 * expected_n);
+}
+
+class FrictionPreset : public testing::TestWithParam<std::string> {
+ protected:
+  FrictionParameters parameters = object_preset(GetParam())->friction;
+};
+INSTANTIATE_TEST_SUITE_P(Objects, FrictionPreset, testing::ValuesIn(object_preset_names()),
+                         [](const auto& tested) { return tested.param; });
+
+TEST_P(FrictionPreset, RandomWalksDissipate) {
+  Random random(31);
+  for (const double scale_mm : {1e-4, 3e-3, 0.03, 1.0}) {
+    Friction friction(parameters, kStepS);
+    double dissipated_n_mm = 0.0;
+    Vector3 velocity;
+    for (int i = 0; i < 20'000; ++i) {
+      velocity = velocity * 0.95 + Vector3{random.normal(), random.normal(), 0.0} * (0.3 * scale_mm);
+      dissipated_n_mm -= dot(friction.advance(velocity, 0.0, 2.0), velocity);
+      ASSERT_GE(dissipated_n_mm, -1e-12) << scale_mm << " mm, step " << i;
+    }
+  }
+}
+
+TEST_P(FrictionPreset, ReleaseStraightensTheBristles) {
+  Friction friction(parameters, kStepS);
+  for (int i = 0; i < 100; ++i) friction.advance({0.05, 0.02, 0.0}, 0.0, 2.0);
+  friction.release();
+  EXPECT_EQ(length(bend(friction)), 0.0);
+}
+
+TEST_P(FrictionPreset, BristlesStayInTheTangentPlane) {
+  Friction friction(parameters, kStepS);
+  for (int i = 0; i < 100; ++i) friction.advance({0.05, 0.02, 0.01}, 0.0, 2.0);
+  const Vector3 normal{0.6, 0.0, 0.8};
+  friction.project(normal);
+  EXPECT_NEAR(dot(bend(friction), normal), 0.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace hapticd::sim

@@ -1,0 +1,219 @@
+// The hand does what its program says.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+
+#include "virtual_rig.h"
+
+namespace hapticd::sim {
+namespace {
+
+using hal::Vector3;
+using test::VirtualRig;
+
+std::string named(const std::string& object, double value) {
+  return object + "_" + std::to_string(std::lround(value));
+}
+
+TEST(RestingHand, HoldsTheToolAboveTheObject) {
+  VirtualRig rig({.object = "foam_ball"});
+  rig.run(1.0);
+  rig.run(5.0, [&] {
+    ASSERT_FALSE(rig.truth().in_contact);
+    ASSERT_NEAR(rig.truth().tip_position_mm.z, 10.0, 0.2);
+    ASSERT_LT(std::hypot(rig.truth().tip_position_mm.x, rig.truth().tip_position_mm.y), 0.2);
+    ASSERT_LT(test::length(rig.truth().hand_force_n), 0.2);
+  });
+}
+
+class Press : public testing::TestWithParam<std::tuple<std::string, double>> {};
+INSTANTIATE_TEST_SUITE_P(
+    Objects, Press, testing::Combine(testing::ValuesIn(object_preset_names()), testing::Values(1.0, 4.0)),
+    [](const auto& tested) { return named(std::get<0>(tested.param), std::get<1>(tested.param)); });
+
+TEST_P(Press, ReachesItsForceAndLetsGoAgain) {
+  const auto& [object, force_n] = GetParam();
+  VirtualRig rig(
+      {.object = object},
+      {.kind = HandProgram::Kind::kPress, .force_n = force_n, .force_rate_n_per_s = 2.0, .hold_s = 2.0});
+  const double load_s = 1.875 * force_n / 2.0;
+  double touched_s = 0.0, most_n = 0.0;
+  while (touched_s == 0.0 && rig.time_s() < 5.0) {
+    rig.tick();
+    if (rig.truth().in_contact) touched_s = rig.time_s();
+  }
+  ASSERT_GT(touched_s, 0.0);
+  double sum_n = 0.0;
+  int ticks = 0;
+  rig.run(load_s + 1.8, [&] {
+    most_n = std::max(most_n, -rig.truth().hand_force_n.z);
+    if (rig.time_s() > touched_s + load_s + 0.8) {
+      sum_n -= rig.truth().hand_force_n.z;
+      ++ticks;
+    }
+  });
+  EXPECT_NEAR(sum_n / ticks, force_n, 0.03 * force_n);
+  EXPECT_LT(most_n, 1.15 * force_n + 0.2);
+  rig.run(3.0);
+  EXPECT_FALSE(rig.truth().in_contact);
+  EXPECT_NEAR(rig.truth().tip_position_mm.z, 10.0, 0.3);
+}
+
+TEST(PressByDepth, ReachesItsDepth) {
+  for (const char* object : {"sponge_block", "rubber_eraser"}) {
+    const double depth_mm = std::string(object) == "sponge_block" ? 6.0 : 1.0;
+    VirtualRig rig({.object = object},
+                   {.kind = HandProgram::Kind::kPress, .depth_mm = depth_mm, .hold_s = -1.0});
+    rig.run(5.0);
+    double sum_mm = 0.0;
+    int ticks = 0;
+    rig.run(1.0, [&] {
+      sum_mm += rig.truth().displacement_mm;
+      ++ticks;
+    });
+    EXPECT_NEAR(sum_mm / ticks, depth_mm, 0.03 * depth_mm) << object;
+  }
+}
+
+TEST(PressRepeated, TouchesAsOftenAsAsked) {
+  VirtualRig rig({}, {.kind = HandProgram::Kind::kPress,
+                      .force_n = 1.0,
+                      .force_rate_n_per_s = 4.0,
+                      .hold_s = 0.3,
+                      .repetitions = 3});
+  int presses = 0;
+  bool pressed = false;
+  rig.run(20.0, [&] {
+    const double normal_n = rig.truth().normal_force_n;
+    if (!pressed && normal_n > 0.5) ++presses;
+    pressed = pressed ? normal_n > 0.0 : normal_n > 0.5;
+  });
+  EXPECT_EQ(presses, 3);
+}
+
+class Tap : public testing::TestWithParam<std::tuple<std::string, double>> {};
+INSTANTIATE_TEST_SUITE_P(Objects, Tap,
+                         testing::Combine(testing::Values("sponge_block", "rubber_eraser", "wood_plate"),
+                                          testing::Values(100.0, 400.0, 1000.0)),
+                         [](const auto& tested) {
+                           return named(std::get<0>(tested.param), std::get<1>(tested.param));
+                         });
+
+TEST_P(Tap, StrikesTheSurfaceAtItsSpeed) {
+  const auto& [object, speed_mm_per_s] = GetParam();
+  VirtualRig rig(
+      {.object = object, .rate_hz = 10000.0},
+      {.kind = HandProgram::Kind::kTap, .speed_mm_per_s = speed_mm_per_s, .rate_hz = 1.0, .repetitions = 4});
+  int taps = 0;
+  bool armed = false;
+  double last_mm = 0.0;
+  rig.run(8.0, [&] {
+    const double here_mm = rig.truth().tip_position_mm.z;
+    if (here_mm > 5.0) armed = true;
+    if (armed && rig.truth().in_contact) {
+      // Slowed by less than 1 % in the one step since.
+      EXPECT_NEAR((last_mm - here_mm) / 1e-4, speed_mm_per_s, 0.1 * speed_mm_per_s) << "tap " << taps;
+      armed = false;
+      ++taps;
+    }
+    last_mm = here_mm;
+  });
+  EXPECT_EQ(taps, 4);
+}
+
+class Weight : public testing::TestWithParam<std::tuple<std::string, std::string>> {};
+INSTANTIATE_TEST_SUITE_P(
+    Devices, Weight,
+    testing::Combine(testing::Values("phantom_1_0", "phantom_1_5_high_force"),
+                     testing::Values("sponge_block", "foam_ball", "rubber_eraser", "wood_plate")),
+    [](const auto& tested) { return std::get<0>(tested.param) + "_" + std::get<1>(tested.param); });
+
+TEST_P(Weight, RestsWithItsFourNewton) {
+  const auto& [device, object] = GetParam();
+  VirtualRig rig({.device = device, .object = object}, {.kind = HandProgram::Kind::kWeight});
+  rig.run(25.0);
+  const double weight_n = 0.408 * 9.807;
+  const double friction_n = device_preset(device)->coulomb_friction_n;
+  rig.run(0.5, [&] {
+    ASSERT_NEAR(rig.truth().hand_force_n.z, -weight_n, 2e-3);
+    // The device's own friction may carry a share of the weight or hold it down.
+    ASSERT_NEAR(rig.truth().reaction_force_n.z, weight_n, friction_n + 2e-3);
+  });
+}
+
+class Stroke : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Objects, Stroke, testing::Values("sponge_block", "rubber_eraser", "wood_plate"),
+                         [](const auto& tested) { return tested.param; });
+
+TEST_P(Stroke, MovesAlongAndKeepsItsForce) {
+  VirtualRig rig({.object = GetParam()}, {.kind = HandProgram::Kind::kStroke,
+                                          .force_n = 2.0,
+                                          .force_rate_n_per_s = 4.0,
+                                          .speed_mm_per_s = 80.0,
+                                          .repetitions = 2,
+                                          .stroke_direction = {3.0, 4.0, 0.0},
+                                          .stroke_length_mm = 40.0});
+  double furthest_mm = 0.0, nearest_mm = 0.0, fastest_mm_per_s = 0.0, last_mm = 0.0;
+  double sum_n = 0.0, least_n = 1e9, most_n = 0.0;
+  int ticks = 0;
+  rig.run(12.0, [&] {
+    const Vector3& tip = rig.truth().tip_position_mm;
+    const double along_mm = 0.6 * tip.x + 0.8 * tip.y;
+    ASSERT_NEAR(0.8 * tip.x - 0.6 * tip.y, 0.0, 0.3) << "straight";
+    furthest_mm = std::max(furthest_mm, along_mm);
+    nearest_mm = std::min(nearest_mm, along_mm);
+    const double speed_mm_per_s = std::abs(along_mm - last_mm) / 1e-3;
+    fastest_mm_per_s = std::max(fastest_mm_per_s, speed_mm_per_s);
+    last_mm = along_mm;
+    if (speed_mm_per_s > 20.0 && rig.truth().in_contact) {
+      sum_n += rig.truth().normal_force_n;
+      least_n = std::min(least_n, rig.truth().normal_force_n);
+      most_n = std::max(most_n, rig.truth().normal_force_n);
+      ++ticks;
+      ASSERT_GT(rig.truth().friction_force_n, 0.1);
+    }
+  });
+  ASSERT_GT(ticks, 1000);
+  // The hand's spring yields to friction by μN/k, at most 3.5 mm here.
+  EXPECT_NEAR(furthest_mm, 20.0, 3.5);
+  EXPECT_NEAR(nearest_mm, -20.0, 3.5);
+  EXPECT_NEAR(fastest_mm_per_s, 80.0, 0.15 * 80.0);
+  EXPECT_NEAR(sum_n / ticks, 2.0, 0.1);
+  EXPECT_GT(least_n, 1.6);
+  EXPECT_LT(most_n, 2.4);
+}
+
+TEST(Shake, AcceleratesTheFreeDeviceWithItsForce) {
+  VirtualRig rig({.object = "none"}, {.kind = HandProgram::Kind::kShake, .force_n = 1.0, .rate_hz = 5.0});
+  double most_n = 0.0;
+  rig.run(3.0, [&] {
+    most_n = std::max(most_n, std::abs(rig.truth().device_force_n.z));
+    ASSERT_FALSE(rig.truth().in_contact);
+  });
+  EXPECT_NEAR(most_n, 1.0, 1e-3);
+}
+
+TEST(Knock, DisturbsEveryTwoSecondsForTwentyMilliseconds) {
+  const HandProgram still{.kind = HandProgram::Kind::kWeight};
+  HandProgram knocked = still;
+  knocked.knock_n = 3.0;
+  VirtualRig calm({.rate_hz = 10000.0}, still), disturbed({.rate_hz = 10000.0}, knocked);
+  double impulse_n_s = 0.0, first_s = 0.0;
+  while (calm.time_s() < 3.0) {
+    calm.tick();
+    disturbed.tick();
+    // Of a bare mass, hand force and its acceleration make the support, whatever the motion: compare at once.
+    const double difference_n = disturbed.truth().hand_force_n.z - calm.truth().hand_force_n.z;
+    if (first_s == 0.0 && difference_n != 0.0) first_s = calm.time_s();
+    if (first_s > 0.0 && calm.time_s() < first_s + 5e-4) impulse_n_s += difference_n * 1e-4;
+  }
+  EXPECT_NEAR(first_s, 2.0, 2e-3);
+  EXPECT_GT(impulse_n_s, 0.0) << "upwards";
+}
+
+}  // namespace
+}  // namespace hapticd::sim

@@ -1,0 +1,113 @@
+// What the sensor carries beside the contact: inertia and weight of the tool.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "virtual_rig.h"
+
+namespace hapticd::sim {
+namespace {
+
+using hal::Vector3;
+using test::VirtualRig;
+
+constexpr double kGravityNPerKg = 9.807;
+
+/// R v for a unit quaternion, by the rotation matrix.
+Vector3 rotated(const hal::Quaternion& q, const Vector3& v) {
+  return {(1.0 - 2.0 * (q.y * q.y + q.z * q.z)) * v.x + 2.0 * (q.x * q.y - q.w * q.z) * v.y +
+              2.0 * (q.x * q.z + q.w * q.y) * v.z,
+          2.0 * (q.x * q.y + q.w * q.z) * v.x + (1.0 - 2.0 * (q.x * q.x + q.z * q.z)) * v.y +
+              2.0 * (q.y * q.z - q.w * q.x) * v.z,
+          2.0 * (q.x * q.z - q.w * q.y) * v.x + 2.0 * (q.y * q.z + q.w * q.x) * v.y +
+              (1.0 - 2.0 * (q.x * q.x + q.y * q.y)) * v.z};
+}
+
+hal::Quaternion inverse(const hal::Quaternion& q) {
+  return {q.w, -q.x, -q.y, -q.z};
+}
+
+TEST(ToolLoad, AtRestTheBiasedSensorReadsNothing) {
+  VirtualRig rig({.object = "none", .tool_mass_g = 9.35});
+  Vector3 sum;
+  int ticks = 0;
+  rig.run(5.0, [&] {
+    sum = sum + rig.sample().sensor_force_n;
+    ++ticks;
+  });
+  EXPECT_LT(test::length(sum * (1.0 / ticks)), 2e-3);
+}
+
+TEST(ToolLoad, AnAcceleratedToolReadsMinusMassTimesAcceleration) {
+  for (const double mass_g : {9.35, 100.0}) {
+    VirtualRig rig({.object = "none", .rate_hz = 10000.0, .tool_mass_g = mass_g},
+                   {.kind = HandProgram::Kind::kShake, .force_n = 2.0, .rate_hz = 8.0});
+    double before_mm = 0.0, here_mm = 0.0, reading_n = 0.0;
+    double product = 0.0, square = 0.0;
+    int ticks = 0;
+    rig.run(3.0, [&] {
+      const double after_mm = rig.truth().tip_position_mm.z;
+      if (ticks++ > 10) {
+        const double acceleration_m_per_s2 = 1e-3 * (after_mm - 2.0 * here_mm + before_mm) / 1e-8;
+        product += reading_n * acceleration_m_per_s2;
+        square += acceleration_m_per_s2 * acceleration_m_per_s2;
+      }
+      before_mm = here_mm;
+      here_mm = after_mm;
+      reading_n = rig.sample().sensor_force_n.z;
+    });
+    ASSERT_GT(std::sqrt(square / ticks), 1.0) << "shaken hard enough to tell";
+    EXPECT_NEAR(1e3 * product / square, -mass_g, 0.02 * mass_g);
+  }
+}
+
+TEST(ToolLoad, TiltTurnsTheWeightOfTheTool) {
+  constexpr double kMassKg = 0.5;
+  VirtualRig rig({.object = "none", .tool_mass_g = 1e3 * kMassKg});
+  rig.run(1.0);
+  double product = 0.0, square = 0.0;
+  rig.run(20.0, [&] {
+    // Weight in the tool's frame, less what the bias took away upright.
+    const Vector3 weight_n{0.0, 0.0, -kMassKg * kGravityNPerKg};
+    const Vector3 expected_n = rotated(inverse(rig.sample().tip_orientation), weight_n) - weight_n;
+    product += rig.sample().sensor_force_n.x * expected_n.x + rig.sample().sensor_force_n.y * expected_n.y;
+    square += expected_n.x * expected_n.x + expected_n.y * expected_n.y;
+  });
+  EXPECT_NEAR(product / square, 1.0, 0.02);
+}
+
+TEST(ToolLoad, ContactIsReadInTheToolsFrame) {
+  VirtualRig rig(
+      {.object = "sponge_block", .tool_mass_g = 0.0},
+      {.kind = HandProgram::Kind::kPress, .force_n = 4.0, .force_rate_n_per_s = 4.0, .hold_s = -1.0});
+  rig.run(6.0);
+  Vector3 difference;
+  int ticks = 0;
+  rig.run(2.0, [&] {
+    const Vector3 turned_n = rotated(inverse(rig.sample().tip_orientation), rig.truth().reaction_force_n);
+    difference = difference + rig.sample().sensor_force_n - turned_n;
+    ++ticks;
+  });
+  EXPECT_GT(rig.sample().sensor_force_n.z, 3.5);
+  EXPECT_LT(test::length(difference * (1.0 / ticks)), 2e-3);
+}
+
+TEST(ToolLoad, OrientationReadingIsAUnitQuaternionWithTheGimbalsNoise) {
+  VirtualRig rig({.object = "none"});
+  // Second differences at 1 kHz leave the noise of the reading: variance 6 times that of one.
+  double before = 0.0, here = 0.0, square = 0.0;
+  int ticks = 0;
+  rig.run(10.0, [&] {
+    const hal::Quaternion& q = rig.sample().tip_orientation;
+    ASSERT_NEAR(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z, 1.0, 1e-12);
+    const double after = 2.0 * q.x;
+    if (ticks++ > 2) square += (after - 2.0 * here + before) * (after - 2.0 * here + before);
+    before = here;
+    here = after;
+  });
+  EXPECT_NEAR(std::sqrt(square / ticks / 6.0), device_preset("phantom_1_0")->gimbal_noise_rad, 0.05 * 2e-4);
+}
+
+}  // namespace
+}  // namespace hapticd::sim
