@@ -7,42 +7,46 @@ namespace hapticd::rt {
 void ContactDetector::reset() noexcept {
   in_contact_ = false;
   reason_ = ContactReason::kAwaitingFree;
+  recently_released_ = false;
   ticks_below_ = 0;
   ticks_free_ = 0;
 }
 
+void ContactDetector::release(ContactReason reason) noexcept {
+  in_contact_ = false;
+  reason_ = reason;
+  ticks_free_ = 0;
+  recently_released_ = true;
+}
+
 bool ContactDetector::update(double force_n, double depth_mm, double contact_depth_mm) noexcept {
   const double magnitude = std::abs(force_n);
-  just_left_surface_ = false;
+  const double clearance_mm = parameters_.release_clearance_mm;
   if (in_contact_) {
     ticks_below_ = magnitude < parameters_.release_ratio * parameters_.threshold_n ? ticks_below_ + 1 : 0;
     if (ticks_below_ >= parameters_.release_ticks) {
-      in_contact_ = false;
-      reason_ = ContactReason::kBelowRelease;
-    } else if (depth_mm < contact_depth_mm - parameters_.release_clearance_mm) {
-      in_contact_ = false;
-      reason_ = ContactReason::kAboveSurface;
-      just_left_surface_ = true;
-      ticks_free_ = 0;
+      release(ContactReason::kBelowRelease);
+    } else if (depth_mm < contact_depth_mm - clearance_mm) {
+      release(ContactReason::kAboveSurface);
     } else {
       reason_ = ContactReason::kHeld;
     }
     return in_contact_;
   }
+
   const bool above = magnitude > parameters_.threshold_n;
+  ticks_free_ = above ? 0 : ticks_free_ + 1;
   if (reason_ == ContactReason::kAwaitingFree) {
-    ticks_free_ = above ? 0 : ticks_free_ + 1;
     if (ticks_free_ >= parameters_.free_ticks_to_arm) reason_ = ContactReason::kFree;
     return false;
   }
-  if (reason_ == ContactReason::kAboveSurface) {
-    // What still pulls up here is adhesion, or a filter that has not settled: no new contact before the force
-    // has been quiet or the tip is back at the surface.
-    ticks_free_ = above ? 0 : ticks_free_ + 1;
-    const bool back = depth_mm > contact_depth_mm - 0.5 * parameters_.release_clearance_mm;
-    if (!back && ticks_free_ < parameters_.release_ticks) return false;
+  if (recently_released_) {
+    // What still pulls here is adhesion, or the structure ringing from the impact: no new contact before the
+    // tip is back at the surface or all has been quiet for a while.
+    const bool back = depth_mm > contact_depth_mm - 0.5 * clearance_mm;
+    recently_released_ = !back && ticks_free_ < parameters_.quiet_ticks_after_release;
   }
-  if (above) {
+  if (above && !recently_released_) {
     in_contact_ = true;
     ticks_below_ = 0;
     ++count_;

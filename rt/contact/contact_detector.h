@@ -15,10 +15,12 @@ enum class ContactMethod : std::uint8_t {
 /// Threshold detection of D§3.2 with release hysteresis.
 struct ContactParameters {
   ContactMethod method = ContactMethod::kMatchedInertia;
-  double threshold_n = 0.015;            ///< ε_f
-  double release_ratio = 0.5;            ///< release level as a fraction of ε_f
-  std::uint32_t release_ticks = 5;       ///< consecutive ticks below it; one noisy sample ends no contact
-  double release_clearance_mm = 0.5;     ///< so far back past the contact point there is no object any more
+  double threshold_n = 0.015;         ///< ε_f
+  double release_ratio = 0.5;         ///< release level as a fraction of ε_f
+  std::uint32_t release_ticks = 5;    ///< consecutive ticks below it; one noisy sample ends no contact
+  double release_clearance_mm = 0.5;  ///< so far back past the contact point there is no object any more
+  std::uint32_t quiet_ticks_after_release =
+      100;  ///< within ε_f, before a contact away from the last one may follow it
   std::uint32_t free_ticks_to_arm = 20;  ///< ticks within ε_f before the first contact may be declared
 };
 
@@ -34,15 +36,17 @@ class ContactDetector {
 
   bool in_contact() const noexcept { return in_contact_; }
   bool just_declared() const noexcept { return reason_ == ContactReason::kAboveThreshold; }
-  bool just_left_surface() const noexcept { return just_left_surface_; }
+  bool just_left_surface() const noexcept { return reason_ == ContactReason::kAboveSurface; }
   ContactReason reason() const noexcept { return reason_; }
   std::uint32_t count() const noexcept { return count_; }
 
  private:
+  void release(ContactReason reason) noexcept;
+
   ContactParameters parameters_;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   bool in_contact_ = false;
-  bool just_left_surface_ = false;
+  bool recently_released_ = false;
   std::uint32_t ticks_below_ = 0;
   std::uint32_t ticks_free_ = 0;
   std::uint32_t count_ = 0;

@@ -73,6 +73,8 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("contact.threshold_n", spec.contact.threshold_n, 1e-4, 5.0, "N");
   check.range("contact.release_ratio", spec.contact.release_ratio, 0.0, 1.0, "(fraction of the threshold)");
   check.range("contact.release_ticks", spec.contact.release_ticks, 1, 1000, "ticks");
+  check.range("contact.release_clearance_mm", spec.contact.release_clearance_mm, 0.01, 50.0, "mm");
+  check.range("contact.quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, 1, 10000, "ticks");
   check.range("contact.free_ticks_to_arm", spec.contact.free_ticks_to_arm, 1, 10000, "ticks");
   check.range("wall.position_mm", spec.wall_position_mm, -1000.0, 1000.0, "mm");
   check.range("target.max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, 0.0, 1000.0, "N/mm");

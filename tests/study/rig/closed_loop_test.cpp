@@ -112,7 +112,9 @@ TEST(ContactDetection, EveryTapIsDeclaredOnceAndReleased) {
       if (touching) free_since_s = run.time_s();
       was_touching = touching;
       away_s = touching ? 0.0 : run.time_s() - free_since_s;
-      if (away_s > 0.1) ASSERT_FALSE(run.record().in_contact) << object << " at " << run.time_s() << " s";
+      if (away_s > 0.1) {
+        ASSERT_FALSE(run.record().in_contact) << object << " at " << run.time_s() << " s";
+      }
     }
     EXPECT_EQ(strikes, 6) << object;
     EXPECT_GE(run.record().contact_count, 6U) << object << ": bounces may add to it";

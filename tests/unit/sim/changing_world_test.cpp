@@ -35,7 +35,7 @@ TEST(ChangingObject, APressingHandLiftsOffFirstAndPressesAgain) {
     rig.run(8.0, [&] {
       const double normal_n = rig.truth().normal_force_n;
       if (!rig.truth().in_contact) lifted = true;
-      if (!lifted) ASSERT_LT(normal_n, last_n + 0.1) << "only ever less until the tip is clear";
+      ASSERT_LT(normal_n, lifted ? 10.0 : last_n + 0.1) << "only ever less until the tip is clear";
       ASSERT_LT(std::abs(normal_n - last_n), 1.0) << "no jolt";
       last_n = normal_n;
       most_n = std::max(most_n, normal_n);

@@ -118,7 +118,9 @@ TEST(Elasticity, EraserIsTheMostLinearOfTheFour) {
   };
   for (const char* other : {"sponge_block", "foam_ball", "rubber_ball"}) {
     EXPECT_LT(bend(other), bend("rubber_eraser")) << other;
-    if (std::string(other) != "sponge_block") EXPECT_LT(bend("sponge_block"), bend(other)) << other;
+    if (std::string(other) != "sponge_block") {
+      EXPECT_LT(bend("sponge_block"), bend(other)) << other;
+    }
   }
   EXPECT_GT(bend("rubber_eraser"), 0.9);
 }
