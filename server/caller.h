@@ -1,0 +1,25 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+
+namespace hapticd::server {
+
+/// Who waits for a call, and for how long.
+struct Caller {
+  using Clock = std::chrono::steady_clock;
+
+  Clock::time_point deadline = Clock::time_point::max();   ///< the caller's own
+  std::function<bool()> cancelled = [] { return false; };  ///< true once nobody waits any more
+
+  /// Until when to wait: the caller's deadline, but no longer than `allowance` from now.
+  Clock::time_point until(std::chrono::nanoseconds allowance) const {
+    return std::min(deadline, Clock::now() + allowance);
+  }
+};
+
+/// How long a call may wait for the loop when its caller names no deadline.
+inline constexpr std::chrono::seconds kDefaultPatience{5};
+
+}  // namespace hapticd::server

@@ -1,0 +1,295 @@
+#include "server/config.h"
+
+#include <fmt/format.h>
+#include <sys/un.h>
+
+#include <charconv>
+
+#include "server/scene_file.h"
+#include "server/suggestion.h"
+#include "server/toml_reader.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr Range kRateHz{500.0, 10000.0, "Hz"};
+constexpr Range kFifoPriority{0.0, 99.0, ""};
+constexpr Range kCpu{-1.0, 1023.0, ""};
+constexpr Range kSeed{0.0, 9007199254740992.0, ""};
+constexpr Range kStructuralModeHz{10.0, 1000.0, "Hz"};
+constexpr Range kStructuralDamping{0.0, 2.0, ""};
+constexpr Range kAmplifierPoleHz{10.0, 5000.0, "Hz"};
+constexpr Range kToolMassG{0.0, 500.0, "g"};
+constexpr Range kScale{-1e9, 1e9, ""};
+constexpr Range kBiasS{0.0, 3600.0, "s"};
+
+constexpr Word<RigChoice> kRigWords[] = {{"sim", RigChoice::kSimulated}, {"replay", RigChoice::kReplay}};
+constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
+                                        {"info", LogLevel::kInfo},
+                                        {"warning", LogLevel::kWarning},
+                                        {"error", LogLevel::kError},
+                                        {"off", LogLevel::kOff}};
+constexpr Word<bool> kSpeedWords[] = {{"recorded", false}, {"fast", true}};
+
+template <class E, std::size_t N>
+std::vector<std::string> texts(const Word<E> (&words)[N]) {
+  std::vector<std::string> list;
+  for (const Word<E>& word : words) list.emplace_back(word.text);
+  return list;
+}
+
+template <class E, std::size_t N>
+std::string_view text_of(E value, const Word<E> (&words)[N]) {
+  for (const Word<E>& word : words) {
+    if (word.value == value) return word.text;
+  }
+  return words[0].text;
+}
+
+template <class E, std::size_t N>
+std::optional<hal::Error> read_word(std::string_view text, E& value, const Word<E> (&words)[N],
+                                    std::string_view what, std::string_view where) {
+  for (const Word<E>& word : words) {
+    if (word.text == text) {
+      value = word.value;
+      return std::nullopt;
+    }
+  }
+  const auto list = texts(words);
+  return hal::Error{fmt::format("unknown {} '{}'", what, text), std::string(where), std::string(text),
+                    comma_separated(list), did_you_mean(text, list, "use one of those")};
+}
+
+std::optional<hal::Error> read_number(std::string_view text, double& value, const Range& range,
+                                      std::string_view what, std::string_view where) {
+  double number = 0.0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failure != std::errc{} || end != text.data() + text.size()) {
+    return hal::Error{fmt::format("{} is not a number", what), std::string(where), std::string(text),
+                      to_text(range), "write a number"};
+  }
+  if (auto error = check(number, range, what, where)) return error;
+  value = number;
+  return std::nullopt;
+}
+
+void read_loop(TomlTable table, rt::LoopConfig& loop) {
+  table.read("rate_hz", loop.rate_hz, kRateHz);
+  table.read("fifo_priority", loop.fifo_priority, kFifoPriority);
+  table.read("cpu", loop.cpu, kCpu);
+  table.read("lock_memory", loop.lock_memory);
+  table.read("keep_cpu_awake", loop.keep_cpu_awake);
+}
+
+void read_simulation(TomlTable table, sim::SimulationConfig& simulation) {
+  table.read("device", simulation.device, 64);
+  table.read("object", simulation.object, 64);
+  table.read("seed", simulation.seed, kSeed);
+  table.read("structural_mode_hz", simulation.structural_mode_hz, kStructuralModeHz);
+  table.read("structural_damping", simulation.structural_damping, kStructuralDamping);
+  table.read("amplifier_pole_hz", simulation.amplifier_pole_hz, kAmplifierPoleHz);
+  table.read("tool_mass_g", simulation.tool_mass_g, kToolMassG);
+}
+
+void read_mapping(TomlTable table, replay::ColumnMapping& mapping) {
+  table.read("column", mapping.column, 256);
+  table.read("unit", mapping.unit, 16);
+  table.read("scale", mapping.scale, kScale);
+}
+
+void read_replay(TomlTable table, replay::ReplayConfig& replay) {
+  table.read("path", replay.path, 4096);
+  table.read("speed", replay.as_fast_as_possible, kSpeedWords);
+  table.read("loop", replay.loop);
+  table.read("bias_s", replay.bias_s, kBiasS);
+  read_mapping(table.table("time"), replay.time);
+  read_mapping(table.table("force"), replay.force);
+  read_mapping(table.table("position"), replay.position);
+}
+
+/// One "key=value" of a replay's query.
+std::optional<hal::Error> apply_query(std::string_view key, std::string_view value,
+                                      replay::ReplayConfig& replay, std::string_view where) {
+  struct Column {
+    std::string_view name;
+    replay::ColumnMapping* mapping;
+  };
+  const Column columns[] = {{"time", &replay.time}, {"force", &replay.force}, {"position", &replay.position}};
+  std::vector<std::string> known = {"speed", "loop", "bias_s"};
+  for (const Column& column : columns) {
+    if (key == column.name) {
+      column.mapping->column = value;
+      return std::nullopt;
+    }
+    if (key == std::string(column.name) + "_unit") {
+      column.mapping->unit = value;
+      return std::nullopt;
+    }
+    if (key == std::string(column.name) + "_scale") {
+      return read_number(value, column.mapping->scale, kScale, fmt::format("'{}'", key), where);
+    }
+    known.insert(known.end(), {std::string(column.name), std::string(column.name) + "_unit",
+                               std::string(column.name) + "_scale"});
+  }
+  if (key == "speed") return read_word(value, replay.as_fast_as_possible, kSpeedWords, "speed", where);
+  if (key == "bias_s") return read_number(value, replay.bias_s, kBiasS, "'bias_s'", where);
+  if (key == "loop") {
+    constexpr Word<bool> kFlags[] = {{"true", true}, {"false", false}};
+    return read_word(value, replay.loop, kFlags, "flag", where);
+  }
+  return hal::Error{fmt::format("unknown option '{}' of a replayed rig", key), std::string(where),
+                    std::string(key), comma_separated(known), did_you_mean(key, known, "remove it")};
+}
+
+/// What no single value shows.
+std::optional<hal::Error> check_together(const DaemonConfig& config) {
+  if (config.rig == RigChoice::kReplay && config.replay.path.empty()) {
+    return hal::Error{"a replayed rig needs a recording", "[rig.replay] path", "", "a CSV file",
+                      "name it in the file or as --rig replay:PATH"};
+  }
+  if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
+    return hal::Error{"the path of the unix socket is too long", "[network] unix_socket",
+                      fmt::format("{} bytes", config.unix_socket.size()),
+                      fmt::format("at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
+                      "use a shorter path"};
+  }
+  if (!config.scene.empty()) {
+    if (auto error = check_scene_name(config.scene, "[scene] load")) return error;
+  }
+  return std::nullopt;
+}
+
+std::string write_mapping(std::string_view name, const replay::ColumnMapping& mapping) {
+  return fmt::format("\n[rig.replay.{}]\ncolumn = {}\nunit = {}\nscale = {}\n", name,
+                     toml_quoted(mapping.column), toml_quoted(mapping.unit), toml_number(mapping.scale));
+}
+
+}  // namespace
+
+hal::Result<DaemonConfig> read_config(const std::string& path) {
+  auto text = read_text_file(path);
+  if (!text) return text.error();
+  return parse_config(*text, path);
+}
+
+hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source) {
+  auto document = TomlDocument::parse(text, std::move(source));
+  if (!document) return document.error();
+
+  DaemonConfig config;
+  std::string listen = config.listen.text();
+  TomlTable root = document->root();
+  read_loop(root.table("loop"), config.loop);
+  TomlTable network = root.table("network");
+  network.read("listen", listen, 256);
+  network.read("unix_socket", config.unix_socket, 4096);
+  TomlTable rig = root.table("rig");
+  rig.read("kind", config.rig, kRigWords);
+  read_simulation(rig.table("sim"), config.simulation);
+  read_replay(rig.table("replay"), config.replay);
+  TomlTable scene = root.table("scene");
+  scene.read("load", config.scene, 256);
+  scene.read("folder", config.scene_folder, 4096);
+  root.table("log").read("level", config.log_level, kLogWords);
+  if (auto error = document->error()) return *error;
+
+  const std::string where = network.has("listen")
+                                ? fmt::format("{}, line {}", document->source(), network.line_of("listen"))
+                                : document->source();
+  auto address = parse_listen_address(listen, where);
+  if (!address) return address.error();
+  config.listen = *address;
+  return config;
+}
+
+hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverrides& overrides) {
+  if (overrides.rig) {
+    if (auto error = apply_rig_text(*overrides.rig, config)) return *error;
+  }
+  if (overrides.listen) {
+    auto address = parse_listen_address(*overrides.listen, "--listen");
+    if (!address) return address.error();
+    config.listen = *address;
+  }
+  if (overrides.unix_socket) config.unix_socket = *overrides.unix_socket;
+  if (overrides.scene) config.scene = *overrides.scene;
+  if (overrides.scene_folder) config.scene_folder = *overrides.scene_folder;
+  if (overrides.rate_hz) {
+    if (auto error = check(*overrides.rate_hz, kRateHz, "the loop rate", "--rate-hz")) return *error;
+    config.loop.rate_hz = *overrides.rate_hz;
+  }
+  if (overrides.log_level) {
+    if (auto error =
+            read_word(*overrides.log_level, config.log_level, kLogWords, "log level", "--log-level")) {
+      return *error;
+    }
+  }
+  config.simulation.rate_hz = config.loop.rate_hz;
+  config.replay.rate_hz = config.loop.rate_hz;
+  if (auto error = check_together(config)) return *error;
+  return config;
+}
+
+std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& config) {
+  constexpr std::string_view kWhere = "--rig";
+  const std::size_t colon = text.find(':');
+  const std::string_view kind = text.substr(0, colon);
+  const std::string_view rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
+  if (auto error = read_word(kind, config.rig, kRigWords, "kind of rig", kWhere)) {
+    error->limit = "sim, sim:PRESET, replay:PATH";
+    return error;
+  }
+  if (config.rig == RigChoice::kSimulated) {
+    if (!rest.empty()) config.simulation.device = rest;
+    return std::nullopt;
+  }
+  const std::size_t mark = rest.find('?');
+  if (mark != 0 && !rest.empty()) config.replay.path = rest.substr(0, mark);
+  std::string_view query = mark == std::string_view::npos ? std::string_view{} : rest.substr(mark + 1);
+  while (!query.empty()) {
+    const std::string_view pair = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(pair.size() + 1, query.size()));
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string_view::npos) {
+      return hal::Error{"an option of a replayed rig has no value", std::string(kWhere), std::string(pair),
+                        "key=value", "write key=value, separated by &"};
+    }
+    if (auto error = apply_query(pair.substr(0, equals), pair.substr(equals + 1), config.replay, kWhere)) {
+      return error;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string write_config(const DaemonConfig& config) {
+  std::string text = fmt::format(
+      "[loop]\nrate_hz = {}\nfifo_priority = {}\ncpu = {}\nlock_memory = {}\nkeep_cpu_awake = {}\n",
+      toml_number(config.loop.rate_hz), config.loop.fifo_priority, config.loop.cpu, config.loop.lock_memory,
+      config.loop.keep_cpu_awake);
+  text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\n", toml_quoted(config.listen.text()),
+                      toml_quoted(config.unix_socket));
+  text += fmt::format("\n[rig]\nkind = {}\n", toml_quoted(text_of(config.rig, kRigWords)));
+  const sim::SimulationConfig& simulation = config.simulation;
+  text += fmt::format("\n[rig.sim]\ndevice = {}\nobject = {}\nseed = {}\ntool_mass_g = {}\n",
+                      toml_quoted(simulation.device), toml_quoted(simulation.object), simulation.seed,
+                      toml_number(simulation.tool_mass_g));
+  const auto optional = [&text](std::string_view key, const std::optional<double>& value) {
+    if (value) text += fmt::format("{} = {}\n", key, toml_number(*value));
+  };
+  optional("structural_mode_hz", simulation.structural_mode_hz);
+  optional("structural_damping", simulation.structural_damping);
+  optional("amplifier_pole_hz", simulation.amplifier_pole_hz);
+  const replay::ReplayConfig& replay = config.replay;
+  text += fmt::format("\n[rig.replay]\npath = {}\nspeed = {}\nloop = {}\nbias_s = {}\n",
+                      toml_quoted(replay.path), toml_quoted(text_of(replay.as_fast_as_possible, kSpeedWords)),
+                      replay.loop, toml_number(replay.bias_s));
+  text += write_mapping("time", replay.time) + write_mapping("force", replay.force) +
+          write_mapping("position", replay.position);
+  text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
+                      toml_quoted(config.scene_folder));
+  text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
+  return text;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "hal/error.h"
+#include "hal/replay/replay_rig.h"
+#include "hal/sim/simulated_rig.h"
+#include "rt/loop/periodic_loop.h"
+#include "server/listen_address.h"
+
+namespace hapticd::server {
+
+enum class RigChoice : std::uint8_t { kSimulated, kReplay };
+enum class LogLevel : std::uint8_t { kDebug, kInfo, kWarning, kError, kOff };
+
+/// Everything the daemon can be told before it starts. The defaults are here and nowhere else.
+struct DaemonConfig {
+  rt::LoopConfig loop;  ///< [loop]; its rate is the rig's too
+
+  ListenAddress listen;     ///< [network] listen
+  std::string unix_socket;  ///< [network] unix_socket; empty = none
+
+  RigChoice rig = RigChoice::kSimulated;  ///< [rig] kind
+  sim::SimulationConfig simulation;       ///< [rig.sim]; always paced in real time here
+  replay::ReplayConfig replay;            ///< [rig.replay]; at recorded speed unless told otherwise
+
+  std::string scene;         ///< [scene] load; empty = none
+  std::string scene_folder;  ///< [scene] folder; empty = built-in scenes only
+
+  LogLevel log_level = LogLevel::kInfo;  ///< [log] level
+
+  DaemonConfig() {
+    simulation.real_time = true;
+    replay.as_fast_as_possible = false;
+  }
+};
+
+/// What the command line may override; absent = as in the file, or the default.
+struct ConfigOverrides {
+  std::optional<std::string> rig;  ///< sim, sim:PRESET, replay:PATH[?key=value&…]
+  std::optional<std::string> listen;
+  std::optional<std::string> unix_socket;
+  std::optional<std::string> scene;
+  std::optional<std::string> scene_folder;
+  std::optional<double> rate_hz;
+  std::optional<std::string> log_level;
+};
+
+/// Reads a configuration file. Unknown keys are errors, by name and line.
+hal::Result<DaemonConfig> read_config(const std::string& path);
+/// The same from text; `source` is what errors call it.
+hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source);
+/// The command line over the file over the defaults, then all of it checked against each other.
+hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverrides& overrides);
+/// The whole configuration as TOML, every default written out; reads back as the same.
+std::string write_config(const DaemonConfig& config);
+
+/// Reads "sim", "sim:PRESET" or "replay:PATH?force=load_uN&position=tip_um&speed=recorded" into `config`.
+std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& config);
+
+}  // namespace hapticd::server

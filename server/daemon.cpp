@@ -1,0 +1,124 @@
+#include "server/daemon.h"
+
+#include <chrono>
+#include <utility>
+
+#include "server/grpc_server.h"
+#include "server/instance_lock.h"
+#include "server/log.h"
+#include "server/rig_factory.h"
+#include "server/safety_latch.h"
+#include "server/scene_host.h"
+#include "server/session.h"
+#include "server/target_control.h"
+#include "server/telemetry_hub.h"
+#include "server/version.h"
+
+namespace hapticd::server {
+
+namespace {
+constexpr std::chrono::milliseconds kShutdownPatience{1000};
+}
+
+// In the order in which they are put up; taken down in reverse.
+struct Daemon::Parts {
+  Parts(std::unique_ptr<hal::Rig> rig, const DaemonConfig& config)
+      : session(std::move(rig), config.loop),
+        hub(session.engine()),
+        scenes(session, SceneLibrary(config.scene_folder)),
+        targets(session, scenes),
+        latch(session, hub) {}
+
+  std::unique_ptr<InstanceLock> lock;
+  Session session;
+  TelemetryHub hub;
+  SceneHost scenes;
+  TargetControl targets;
+  SafetyLatch latch;
+  std::unique_ptr<GrpcServer> network;
+};
+
+Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+
+namespace {
+
+/// All that can be wrong before anybody listens: loop, scenes, rig, scene to start with.
+template <class Parts>
+std::unique_ptr<Parts> prepare(const DaemonConfig& config, StartFailure& failure) {
+  const auto fail = [&failure](ExitCode code, const hal::Error& error) {
+    failure = {code, error};
+    return nullptr;
+  };
+  if (const auto loop = rt::validate(config.loop); !loop)
+    return fail(ExitCode::kBadConfiguration, loop.error());
+  if (const auto error = SceneLibrary(config.scene_folder).check_folder()) {
+    return fail(ExitCode::kBadConfiguration, *error);
+  }
+  auto rig = open_rig(config);
+  if (!rig) return fail(ExitCode::kCannotOpenRig, rig.error());
+  auto parts = std::make_unique<Parts>(std::move(*rig), config);
+  if (!config.scene.empty()) {
+    if (const auto error = parts->scenes.preload(config.scene))
+      return fail(ExitCode::kBadConfiguration, *error);
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::unique_ptr<StartFailure> Daemon::check(const DaemonConfig& config) {
+  StartFailure failure;
+  if (prepare<Parts>(config, failure)) return nullptr;
+  return std::make_unique<StartFailure>(std::move(failure));
+}
+
+std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& failure) {
+  set_log_level(config.log_level);
+  auto parts = prepare<Parts>(config, failure);
+  if (!parts) return nullptr;
+  if (!config.unix_socket.empty()) {
+    auto lock = InstanceLock::acquire(config.unix_socket);
+    if (!lock) {
+      failure = {ExitCode::kCannotListen, lock.error()};
+      return nullptr;
+    }
+    parts->lock = std::move(*lock);
+  }
+  // The network comes up before the loop's thread raises itself: threads inherit how their creator is
+  // scheduled.
+  auto network = GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub},
+                                   config.listen, config.unix_socket);
+  if (!network) {
+    failure = {ExitCode::kCannotListen, network.error()};
+    return nullptr;
+  }
+  parts->network = std::move(*network);
+  parts->hub.start();
+  parts->session.start();
+  parts->network->set_serving(true);
+
+  log_info("hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
+           " and listens on " + ListenAddress{config.listen.host, parts->network->port()}.text() +
+           (config.unix_socket.empty() ? std::string() : " and unix:" + config.unix_socket));
+  for (const std::string& shortcoming : parts->session.realtime_shortcomings()) log_warning(shortcoming);
+  return std::unique_ptr<Daemon>(new Daemon(std::move(parts)));
+}
+
+Daemon::~Daemon() {
+  shutdown();
+}
+
+std::uint16_t Daemon::port() const {
+  return parts_->network->port();
+}
+
+void Daemon::shutdown() {
+  if (parts_->session.stopping()) return;
+  parts_->session.stop();  // before anything that may take its time: force to zero
+  parts_->network->set_serving(false);
+  parts_->hub.stop();
+  parts_->network->shutdown(kShutdownPatience);
+  log_info("shut down");
+}
+
+}  // namespace hapticd::server

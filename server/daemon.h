@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "hal/error.h"
+#include "server/config.h"
+
+namespace hapticd::server {
+
+/// How a process ends.
+enum class ExitCode : int {
+  kClean = 0,
+  kBadConfiguration = 2,  ///< command line, configuration file, or the scene to start with
+  kCannotListen = 3,      ///< among other reasons because another daemon does
+  kCannotOpenRig = 4,
+};
+
+struct StartFailure {
+  ExitCode code = ExitCode::kBadConfiguration;
+  hal::Error error;
+};
+
+/// The whole service in one object: rig, loop, fan-out and network, put up in that order and taken down force
+/// first.
+class Daemon {
+ public:
+  /// Serves when it returns. On failure `failure` says why and nothing is left behind.
+  static std::unique_ptr<Daemon> start(const DaemonConfig& config, StartFailure& failure);
+  /// Shuts down.
+  ~Daemon();
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  /// Opens the rig and resolves the scene the way start() would, without serving.
+  static std::unique_ptr<StartFailure> check(const DaemonConfig& config);
+
+  std::uint16_t port() const;
+  /// Zero force first; then streams end, waiting calls are let go, and the sockets close.
+  void shutdown();
+
+ private:
+  struct Parts;
+  explicit Daemon(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace hapticd::server

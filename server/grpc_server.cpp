@@ -1,0 +1,143 @@
+#include "server/grpc_server.h"
+
+#include <fmt/format.h>
+#include <grpc/support/log.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "server/log.h"
+#include "server/services/rendering_service.h"
+#include "server/services/rig_service.h"
+#include "server/services/safety_service.h"
+#include "server/services/scene_service.h"
+#include "server/services/simulation_service.h"
+#include "server/services/telemetry_service.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr int kLargestRequest = 1 << 20;
+/// More than all targets that may wait for their time, with room for the calls of everyone else.
+constexpr int kMostThreads = 64;
+
+/// gRPC tells only that it could not listen. Why, the system tells whoever tries again.
+std::string why_not_bound(const ListenAddress& listen) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  if (const int failure =
+          getaddrinfo(listen.host.c_str(), std::to_string(listen.port).c_str(), &hints, &found);
+      failure != 0) {
+    return gai_strerror(failure);
+  }
+  std::string reason = "unknown";
+  const int probe = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (probe >= 0) {
+    const int on = 1;
+    setsockopt(probe, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    if (bind(probe, found->ai_addr, found->ai_addrlen) != 0 || ::listen(probe, 1) != 0)
+      reason = std::strerror(errno);
+    close(probe);
+  }
+  freeaddrinfo(found);
+  return reason;
+}
+
+void discard(gpr_log_func_args*) {}
+
+void pass_on(gpr_log_func_args* line) {
+  if (line->severity == GPR_LOG_SEVERITY_ERROR) log_warning(std::string("gRPC: ") + line->message);
+}
+
+}  // namespace
+
+struct GrpcServer::State {
+  explicit State(const Parts& parts)
+      : rig(parts.session, parts.scenes, parts.hub),
+        scene(parts.scenes),
+        rendering(parts.targets, parts.hub),
+        telemetry(parts.hub),
+        simulation(parts.session),
+        safety(parts.latch) {}
+
+  RigService rig;
+  SceneService scene;
+  RenderingService rendering;
+  TelemetryService telemetry;
+  SimulationService simulation;
+  SafetyService safety;
+  int port = 0;
+  std::unique_ptr<grpc::Server> server;  // last: ends before the services it calls
+};
+
+GrpcServer::GrpcServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+GrpcServer::~GrpcServer() {
+  if (state_->server) shutdown(std::chrono::milliseconds::zero());
+}
+
+hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, const ListenAddress& listen,
+                                                           const std::string& unix_socket) {
+  auto state = std::make_unique<State>(parts);
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+
+  grpc::ServerBuilder builder;
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // or a second daemon would share the port unseen
+  builder.SetMaxReceiveMessageSize(kLargestRequest);
+  grpc::ResourceQuota quota("hapticd");
+  quota.SetMaxThreads(kMostThreads);
+  builder.SetResourceQuota(quota);
+  builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
+  builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
+  builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
+  builder.AddListeningPort(listen.text(), grpc::InsecureServerCredentials(), &state->port);
+  if (!unix_socket.empty())
+    builder.AddListeningPort("unix:" + unix_socket, grpc::InsecureServerCredentials());
+  for (grpc::Service* service :
+       std::initializer_list<grpc::Service*>{&state->rig, &state->scene, &state->rendering, &state->telemetry,
+                                             &state->simulation, &state->safety}) {
+    builder.RegisterService(service);
+  }
+  gpr_set_log_function(discard);  // a port that is taken is told once, and by us
+  state->server = builder.BuildAndStart();
+  gpr_set_log_function(pass_on);
+  if (state->server == nullptr || state->port == 0) {
+    if (state->port != 0) {
+      return hal::Error{"cannot listen on the unix socket", unix_socket, "", "",
+                        "check that its folder exists and may be written to"};
+    }
+    const std::string reason = why_not_bound(listen);
+    return hal::Error{"cannot listen", listen.text(), reason, "",
+                      "stop whoever listens there (another hapticd?), or choose another port with --listen"};
+  }
+  std::unique_ptr<GrpcServer> server(new GrpcServer(std::move(state)));
+  server->set_serving(false);
+  return server;
+}
+
+std::uint16_t GrpcServer::port() const {
+  return static_cast<std::uint16_t>(state_->port);
+}
+
+void GrpcServer::set_serving(bool serving) {
+  if (auto* health = state_->server->GetHealthCheckService()) health->SetServingStatus(serving);
+}
+
+void GrpcServer::shutdown(std::chrono::milliseconds patience) {
+  state_->server->Shutdown(std::chrono::system_clock::now() + patience);
+  state_->server->Wait();
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <variant>
+
+#include "hal/error.h"
+
+namespace hapticd::server {
+
+/// Kind of a refusal. One to one with the status code a caller sees, so that it is decided where the reason
+/// is known and not guessed at the network.
+enum class RefusalKind : std::uint8_t {
+  kInvalidArgument,     ///< wrong whatever the state of the service
+  kOutOfRange,          ///< a number outside its range
+  kNotFound,            ///< no such name
+  kFailedPrecondition,  ///< right in another state, e.g. with a scene loaded
+  kAborted,             ///< the state changed while the call waited
+  kResourceExhausted,   ///< too many at once
+  kDeadlineExceeded,    ///< withdrawn: it will not take effect later
+  kCancelled,           ///< the caller went away
+  kUnavailable,         ///< starting or shutting down
+  kInternal,
+};
+
+/// Why a call was not served.
+struct Refusal {
+  RefusalKind kind = RefusalKind::kInternal;
+  hal::Error error;
+};
+
+/// What a call yields: a value, or the reason there is none.
+template <class T>
+class [[nodiscard]] Outcome {
+ public:
+  Outcome(T value) : content_(std::move(value)) {}            // NOLINT(google-explicit-constructor)
+  Outcome(Refusal refusal) : content_(std::move(refusal)) {}  // NOLINT(google-explicit-constructor)
+
+  explicit operator bool() const noexcept { return content_.index() == 0; }
+  T& operator*() { return std::get<0>(content_); }
+  const T& operator*() const { return std::get<0>(content_); }
+  T* operator->() { return &std::get<0>(content_); }
+  const T* operator->() const { return &std::get<0>(content_); }
+  const Refusal& refusal() const { return std::get<1>(content_); }
+
+ private:
+  std::variant<T, Refusal> content_;
+};
+
+}  // namespace hapticd::server

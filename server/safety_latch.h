@@ -1,0 +1,39 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+
+#include "rt/scene/tick_record.h"
+#include "server/caller.h"
+#include "server/outcome.h"
+#include "server/session.h"
+#include "server/telemetry_hub.h"
+
+namespace hapticd::server {
+
+/// Stop and clear. Anyone may stop, at any time, without waiting.
+class SafetyLatch {
+ public:
+  SafetyLatch(Session& session, TelemetryHub& hub) : session_(session), hub_(hub) {}
+
+  /// Zero force from the next tick. Returns the fault the guard is latched by: an earlier one stays the one
+  /// told.
+  rt::GuardFault stop(std::string_view reason);
+
+  struct Cleared {
+    rt::GuardState state = rt::GuardState::kRendering;
+    rt::GuardFault fault = rt::GuardFault::kNone;  ///< what was cleared
+    std::uint64_t effective_tick = 0;
+  };
+  /// Refused while the fault persists.
+  Outcome<Cleared> clear(const Caller& caller);
+
+ private:
+  Session& session_;
+  TelemetryHub& hub_;
+  std::atomic<bool> stopped_{false};          ///< since the last clear
+  std::atomic<std::uint64_t> stopped_by_{0};  ///< the tick at which the loop knows of it at the latest
+};
+
+}  // namespace hapticd::server

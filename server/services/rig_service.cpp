@@ -1,0 +1,106 @@
+#include "server/services/rig_service.h"
+
+#include "server/scene_host.h"
+#include "server/services/enums.h"
+#include "server/session.h"
+#include "server/telemetry_hub.h"
+#include "server/version.h"
+
+namespace hapticd::server {
+
+namespace {
+
+v1::RigKind to_proto(hal::RigKind kind) {
+  switch (kind) {
+    case hal::RigKind::kSimulated:
+      return v1::RIG_KIND_SIMULATED;
+    case hal::RigKind::kReplay:
+      return v1::RIG_KIND_REPLAY;
+    case hal::RigKind::kHardware:
+      return v1::RIG_KIND_HARDWARE;
+  }
+  return v1::RIG_KIND_UNSPECIFIED;
+}
+
+double microseconds(std::int64_t nanoseconds) {
+  return static_cast<double>(nanoseconds) * 1e-3;
+}
+
+void summarise(const rt::LatencySnapshot& latency, v1::LatencySummary& summary) {
+  summary.set_count(latency.count);
+  summary.set_mean_us(latency.mean_ns * 1e-3);
+  summary.set_median_us(microseconds(latency.quantile_ns(0.5)));
+  summary.set_p99_us(microseconds(latency.quantile_ns(0.99)));
+  summary.set_p999_us(microseconds(latency.quantile_ns(0.999)));
+  summary.set_max_us(microseconds(latency.max_ns));
+}
+
+}  // namespace
+
+grpc::Status RigService::GetRigInfo(grpc::ServerContext*, const v1::GetRigInfoRequest*,
+                                    v1::RigInfo* response) {
+  const hal::RigInfo& rig = session_.rig_info();
+  response->set_kind(to_proto(rig.kind));
+  response->set_name(rig.name);
+  response->set_loop_rate_hz(rig.rate_hz);
+  v1::DeviceInfo& device = *response->mutable_device();
+  device.set_model(rig.device.model);
+  device.set_max_force_n(rig.device.max_force_n);
+  device.set_max_continuous_force_n(rig.device.max_continuous_force_n);
+  device.set_position_resolution_mm(rig.device.position_resolution_mm);
+  device.set_structural_stiffness_n_per_mm(rig.device.structural_stiffness_n_per_mm);
+  device.set_apparent_mass_g(rig.device.apparent_mass_g);
+  v1::SensorInfo& sensor = *response->mutable_sensor();
+  sensor.set_model(rig.sensor.model);
+  sensor.set_range_n(rig.sensor.range_n);
+  sensor.set_resolution_n(rig.sensor.resolution_n);
+  sensor.set_sample_rate_hz(rig.sensor.sample_rate_hz);
+  sensor.set_tool_mass_g(rig.sensor.tool_mass_g);
+  response->set_renders_force(rig.renders_force);
+  response->set_has_truth(rig.has_truth);
+  for (const hal::UncertainParameter& parameter : rig.uncertain) {
+    v1::UncertainParameter& told = *response->add_uncertain_parameters();
+    told.set_name(parameter.name);
+    told.set_value(parameter.value);
+    told.set_unit(parameter.unit);
+    told.set_source(parameter.source);
+  }
+  response->set_server_version(version());
+  for (const std::string& shortcoming : session_.realtime_shortcomings()) {
+    response->add_realtime_shortcomings(shortcoming);
+  }
+  return grpc::Status::OK;
+}
+
+grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigStateRequest*,
+                                     v1::RigState* response) {
+  const rt::LoopStatistics statistics = session_.statistics();
+  v1::LoopState& loop = *response->mutable_loop();
+  loop.set_ticks(statistics.ticks);
+  summarise(statistics.wakeup, *loop.mutable_wakeup());
+  summarise(statistics.compute, *loop.mutable_compute());
+  summarise(statistics.device, *loop.mutable_device());
+  loop.set_periods_missed(statistics.periods_missed);
+  loop.set_overruns_by_wakeup(statistics.overruns_by_wakeup);
+  loop.set_overruns_by_compute(statistics.overruns_by_compute);
+  loop.set_overruns_by_device(statistics.overruns_by_device);
+  loop.set_running(session_.running());
+
+  const rt::TickRecord record = hub_.latest();
+  response->set_guard_state(to_proto(record.guard_state));
+  response->set_guard_fault(to_proto(record.guard_fault));
+  if (const auto scene = scenes_.current()) response->set_scene(scene->spec.name);
+  response->set_target_stiffness_n_per_mm(record.target_stiffness_n_per_mm);
+  response->set_in_contact(record.in_contact);
+  response->set_reaction_force_n(record.reaction_force_n);
+  response->set_displacement_mm(record.displacement_mm);
+  response->set_hand_force_n(record.hand_force_n);
+  response->set_telemetry_subscribers(hub_.subscriber_count());
+  response->set_telemetry_records_dropped(hub_.records_dropped());
+  response->set_tick(record.tick);
+  response->set_time_ns(record.time_ns);
+  response->set_rig_exhausted(session_.exhausted());
+  return grpc::Status::OK;
+}
+
+}  // namespace hapticd::server

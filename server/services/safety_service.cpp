@@ -1,0 +1,29 @@
+#include "server/services/safety_service.h"
+
+#include "server/safety_latch.h"
+#include "server/services/call.h"
+#include "server/services/enums.h"
+#include "server/services/status.h"
+
+namespace hapticd::server {
+
+grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* context,
+                                              const v1::StopRequest* request, v1::StopResponse* response) {
+  response->set_guard_fault(to_proto(latch_.stop(request->reason())));
+  response->set_guard_state(v1::GUARD_STATE_LATCHED);
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(grpc::Status::OK);
+  return reactor;
+}
+
+grpc::Status SafetyService::Clear(grpc::ServerContext* context, const v1::ClearRequest*,
+                                  v1::ClearResponse* response) {
+  const auto cleared = latch_.clear(caller_of(*context));
+  if (!cleared) return to_status(cleared.refusal());
+  response->set_guard_state(to_proto(cleared->state));
+  response->set_cleared_fault(to_proto(cleared->fault));
+  response->set_effective_tick(cleared->effective_tick);
+  return grpc::Status::OK;
+}
+
+}  // namespace hapticd::server

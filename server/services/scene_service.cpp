@@ -1,0 +1,114 @@
+#include "server/services/scene_service.h"
+
+#include <optional>
+#include <string>
+
+#include "rt/scene/tick_record.h"
+#include "server/scene_file.h"
+#include "server/scene_host.h"
+#include "server/services/call.h"
+#include "server/services/status.h"
+
+namespace hapticd::server {
+
+namespace {
+
+struct ChannelName {
+  std::uint32_t channel;
+  const char* name;
+};
+constexpr ChannelName kChannelNames[] = {
+    {rt::channel::kSample, "sample"},   {rt::channel::kMotion, "motion"},
+    {rt::channel::kContact, "contact"}, {rt::channel::kDeformation, "deformation"},
+    {rt::channel::kTarget, "target"},   {rt::channel::kControl, "control"},
+    {rt::channel::kGuard, "guard"},     {rt::channel::kTiming, "timing"},
+    {rt::channel::kTruth, "truth"}};
+
+void fill(const ResolvedScene& scene, v1::SceneOutline& outline) {
+  outline.set_name(scene.spec.name);
+  outline.set_description(scene.spec.description);
+  outline.set_tip(scene.spec.tip);
+  outline.set_object_model(scene.spec.object_model);
+  for (const std::string& stage : scene.outline.stages) outline.add_stages(stage);
+  for (const std::string& hardware : scene.outline.hardware) outline.add_hardware(hardware);
+  for (const std::string& model : scene.outline.models) outline.add_models(model);
+  for (const ChannelName& channel : kChannelNames) {
+    if ((scene.outline.channels & channel.channel) != 0) outline.add_telemetry_groups(channel.name);
+  }
+  outline.set_target_stiffness_n_per_mm(scene.spec.target_stiffness_n_per_mm);
+  outline.set_max_target_stiffness_n_per_mm(scene.spec.max_target_stiffness_n_per_mm);
+  outline.set_resolved_toml(write_scene(scene.spec));
+}
+
+/// The source a request names; nothing when it names none.
+template <class Request>
+std::optional<SceneSource> source_of(const Request& request) {
+  switch (request.source_case()) {
+    case Request::kName:
+      return SceneSource{SceneSource::Kind::kName, request.name()};
+    case Request::kToml:
+      return SceneSource{SceneSource::Kind::kToml, request.toml()};
+    case Request::SOURCE_NOT_SET:
+      break;
+  }
+  return std::nullopt;
+}
+
+grpc::Status no_source(const char* request) {
+  return to_status(
+      {RefusalKind::kInvalidArgument,
+       {"no scene is named", std::string(request) + ".source", "", "name or toml", "give one of them"}});
+}
+
+}  // namespace
+
+grpc::Status SceneService::ListScenes(grpc::ServerContext*, const v1::ListScenesRequest*,
+                                      v1::ListScenesResponse* response) {
+  const auto current = scenes_.current();
+  bool listed = false;
+  for (const SceneLibrary::Entry& entry : scenes_.library().list()) {
+    v1::SceneSummary& scene = *response->add_scenes();
+    scene.set_name(entry.name);
+    scene.set_description(entry.description);
+    scene.set_loaded(current && current->spec.name == entry.name);
+    listed = listed || scene.loaded();
+  }
+  if (current && !listed) {  // one that came as text
+    v1::SceneSummary& scene = *response->add_scenes();
+    scene.set_name(current->spec.name);
+    scene.set_description(current->spec.description);
+    scene.set_loaded(true);
+  }
+  return grpc::Status::OK;
+}
+
+grpc::Status SceneService::LoadScene(grpc::ServerContext* context, const v1::LoadSceneRequest* request,
+                                     v1::LoadSceneResponse* response) {
+  const auto source = source_of(*request);
+  if (!source) return no_source("LoadSceneRequest");
+  const auto loaded = scenes_.load(*source, caller_of(*context));
+  if (!loaded) return to_status(loaded.refusal());
+  fill(*loaded->scene, *response->mutable_outline());
+  response->set_effective_tick(loaded->effective_tick);
+  return grpc::Status::OK;
+}
+
+grpc::Status SceneService::UnloadScene(grpc::ServerContext* context, const v1::UnloadSceneRequest*,
+                                       v1::UnloadSceneResponse* response) {
+  const auto unloaded = scenes_.unload(caller_of(*context));
+  if (!unloaded) return to_status(unloaded.refusal());
+  response->set_effective_tick(unloaded->effective_tick);
+  return grpc::Status::OK;
+}
+
+grpc::Status SceneService::ExplainScene(grpc::ServerContext*, const v1::ExplainSceneRequest* request,
+                                        v1::SceneOutline* response) {
+  const auto source = source_of(*request);
+  if (!source) return no_source("ExplainSceneRequest");
+  const auto scene = scenes_.resolve(*source);
+  if (!scene) return to_status(scene.refusal());
+  fill(*scene, *response);
+  return grpc::Status::OK;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,74 @@
+#include "server/services/status.h"
+
+#include <google/protobuf/any.pb.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/wire_format_lite.h>
+
+#include <string>
+
+#include "hapticd/v1/common.pb.h"
+
+namespace hapticd::server {
+
+namespace {
+
+grpc::StatusCode code_of(RefusalKind kind) {
+  switch (kind) {
+    case RefusalKind::kInvalidArgument:
+      return grpc::StatusCode::INVALID_ARGUMENT;
+    case RefusalKind::kOutOfRange:
+      return grpc::StatusCode::OUT_OF_RANGE;
+    case RefusalKind::kNotFound:
+      return grpc::StatusCode::NOT_FOUND;
+    case RefusalKind::kFailedPrecondition:
+      return grpc::StatusCode::FAILED_PRECONDITION;
+    case RefusalKind::kAborted:
+      return grpc::StatusCode::ABORTED;
+    case RefusalKind::kResourceExhausted:
+      return grpc::StatusCode::RESOURCE_EXHAUSTED;
+    case RefusalKind::kDeadlineExceeded:
+      return grpc::StatusCode::DEADLINE_EXCEEDED;
+    case RefusalKind::kCancelled:
+      return grpc::StatusCode::CANCELLED;
+    case RefusalKind::kUnavailable:
+      return grpc::StatusCode::UNAVAILABLE;
+    case RefusalKind::kInternal:
+      break;
+  }
+  return grpc::StatusCode::INTERNAL;
+}
+
+/// google.rpc.Status {1: code, 2: message, 3: details} in its wire format. The distribution ships no header
+/// of that message, and a second definition of it would clash with the one inside gRPC's own libraries.
+std::string serialise_rpc_status(grpc::StatusCode code, const std::string& message,
+                                 const google::protobuf::Any& detail) {
+  using google::protobuf::internal::WireFormatLite;
+  std::string bytes;
+  {
+    google::protobuf::io::StringOutputStream stream(&bytes);
+    google::protobuf::io::CodedOutputStream coded(&stream);
+    WireFormatLite::WriteInt32(1, static_cast<int>(code), &coded);
+    WireFormatLite::WriteString(2, message, &coded);
+    WireFormatLite::WriteBytes(3, detail.SerializeAsString(), &coded);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+grpc::Status to_status(const Refusal& refusal) {
+  v1::ErrorDetail detail;
+  detail.set_what(refusal.error.what);
+  detail.set_where(refusal.error.where);
+  detail.set_value(refusal.error.value);
+  detail.set_limit(refusal.error.limit);
+  detail.set_remedy(refusal.error.remedy);
+  google::protobuf::Any any;
+  any.PackFrom(detail);
+  const grpc::StatusCode code = code_of(refusal.kind);
+  const std::string text = refusal.error.text();
+  return {code, text, serialise_rpc_status(code, text, any)};
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include "server/outcome.h"
+
+namespace hapticd::server {
+
+/// The one place where a refusal becomes a gRPC status: code and one line of text, and as structured details
+/// a google.rpc.Status that holds a hapticd.v1.ErrorDetail.
+grpc::Status to_status(const Refusal& refusal);
+
+}  // namespace hapticd::server

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hapticd/v1/telemetry.pb.h"
+#include "rt/scene/tick_record.h"
+
+namespace hapticd::server {
+
+/// Tells the groups of a record that exist and are asked for (bits of rt::channel). `sample` is empty before.
+void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::TelemetrySample& sample);
+
+}  // namespace hapticd::server

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/rig.h"
+#include "rt/loop/engine.h"
+#include "rt/loop/periodic_loop.h"
+#include "server/caller.h"
+#include "server/outcome.h"
+
+namespace hapticd::sim {
+class SimulatedRig;
+}
+
+namespace hapticd::server {
+
+/// One rig, its engine and its loop, from the daemon's start to its end. Everything that is asked of the loop
+/// passes through execute(); nothing here is ever waited for by the loop.
+class Session {
+ public:
+  Session(std::unique_ptr<hal::Rig> rig, const rt::LoopConfig& loop);
+  /// Stops.
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  void start();
+  /// Zero force, then no more ticks; calls that wait for the loop end with kUnavailable.
+  void stop();
+
+  const hal::RigInfo& rig_info() const { return rig_->info(); }
+  /// True where the rig keeps its own time: seconds of it pass in less or more than a second.
+  bool rig_owns_clock() const { return rig_->owns_clock(); }
+  /// Null on a rig that is not simulated.
+  sim::SimulatedRig* simulation() const { return simulation_; }
+  rt::Engine& engine() { return engine_; }
+
+  bool running() const { return loop_.running(); }
+  /// True when the rig had nothing more to read, so that the loop ended by itself.
+  bool exhausted() const { return started_.load() && !stopping_.load() && !loop_.running(); }
+  bool stopping() const { return stopping_.load(); }
+  rt::LoopStatistics statistics() const { return loop_.statistics(); }
+  /// What the loop's thread was not granted; empty before start() has returned.
+  std::vector<std::string> realtime_shortcomings() const;
+
+  /// The rig's time of the last tick.
+  std::int64_t now_ns() const { return engine_.last_time_ns(); }
+
+  /// Nothing, or why the loop takes no commands now.
+  std::optional<Refusal> unavailable() const;
+  /// Has the loop perform a command. When the time is over, or the caller gone, it is withdrawn and will not
+  /// take effect later.
+  Outcome<rt::EngineOutcome> execute(const rt::EngineCommand& command, const Caller& caller,
+                                     std::chrono::nanoseconds allowance);
+
+ private:
+  std::unique_ptr<hal::Rig> rig_;
+  sim::SimulatedRig* simulation_;
+  rt::Engine engine_;
+  rt::PeriodicLoop loop_;
+  std::atomic<bool> started_{false};
+  std::atomic<bool> stopping_{false};
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,211 @@
+#include "server/target_control.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <thread>
+
+#include "rt/target/desired_force.h"
+#include "rt/target/feasible_range.h"
+#include "server/range.h"
+
+namespace hapticd::server {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
+constexpr Range kRampS{0.0, 60.0, "s"};
+constexpr Range kHandForceN{-100.0, 100.0, "N"};
+constexpr nanoseconds kFurthestAhead = std::chrono::seconds{60};
+/// How long before its time a target is handed to the loop. Until then it waits outside, where it can be
+/// withdrawn at once and uses up nothing; longer than any stall of this thread is to be expected.
+constexpr milliseconds kHandOver{100};
+constexpr milliseconds kNap{20};
+
+Refusal refuse(const hal::Error& error, double value) {
+  return {std::isfinite(value) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, error};
+}
+
+std::optional<Refusal> validate(const TargetRequest& request, std::int64_t now_ns) {
+  if (auto error = check(request.stiffness_n_per_mm, kStiffness, "target stiffness",
+                         "SetTargetRequest.stiffness_n_per_mm")) {
+    return refuse(*error, request.stiffness_n_per_mm);
+  }
+  if (request.ramp_s) {
+    if (auto error = check(*request.ramp_s, kRampS, "ramp", "SetTargetRequest.ramp_s")) {
+      return refuse(*error, *request.ramp_s);
+    }
+  }
+  if (request.at_time_ns > now_ns && request.at_time_ns - now_ns > kFurthestAhead.count()) {
+    return Refusal{RefusalKind::kOutOfRange,
+                   {"the time lies too far ahead", "SetTargetRequest.at_time_ns",
+                    fmt::format("{} s ahead", static_cast<double>(request.at_time_ns - now_ns) * 1e-9),
+                    "at most 60 s ahead of RigState.time_ns", "send it later"}};
+  }
+  return std::nullopt;
+}
+
+/// Counts one among the waiting for as long as it lives.
+class Waiting {
+ public:
+  explicit Waiting(std::atomic<int>& count) : count_(count), position_(count.fetch_add(1) + 1) {}
+  ~Waiting() { count_.fetch_sub(1); }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+  int position() const { return position_; }
+
+ private:
+  std::atomic<int>& count_;
+  int position_;
+};
+
+Refusal no_scene() {
+  return {RefusalKind::kFailedPrecondition,
+          {"no scene is loaded", "scene", "", "", "load one first (SceneService.LoadScene)"}};
+}
+
+Refusal not_in_contact(std::string_view field) {
+  return {RefusalKind::kFailedPrecondition,
+          {"not in contact: there is nothing to take the value from",
+           fmt::format("GetFeasibleRangeRequest.{}", field), "", "", "press the object, or give the value"}};
+}
+
+}  // namespace
+
+TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved) {
+  TargetGrant grant;
+  grant.granted_n_per_mm = requested_n_per_mm;
+  if (grant.granted_n_per_mm > resolved.max_target_stiffness_n_per_mm) {
+    grant.granted_n_per_mm = resolved.max_target_stiffness_n_per_mm;
+    grant.reason = LimitingReason::kSceneMaximum;
+    grant.explanation = fmt::format("{:g} N/mm requested; scene '{}' allows at most {:g} N/mm",
+                                    requested_n_per_mm, resolved.name, grant.granted_n_per_mm);
+  }
+  const double structural_limit = rt::kMaxCompensableRatio * resolved.structural_stiffness_n_per_mm;
+  if (resolved.structural_compensation && grant.granted_n_per_mm > structural_limit) {
+    grant.granted_n_per_mm = structural_limit;
+    grant.reason = LimitingReason::kStructuralStiffness;
+    grant.explanation = fmt::format(
+        "{:g} N/mm requested; {:g} of the device's structural stiffness of {:g} N/mm can be compensated",
+        requested_n_per_mm, rt::kMaxCompensableRatio, resolved.structural_stiffness_n_per_mm);
+  }
+  return grant;
+}
+
+std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Caller::Clock::time_point until,
+                                                      const Caller& caller) {
+  // A rig with a clock of its own may pass any time between two naps; the loop itself waits for the tick
+  // then.
+  while (!session_.rig_owns_clock() && time_ns - session_.now_ns() > nanoseconds(kHandOver).count()) {
+    if (auto refusal = session_.unavailable()) return refusal;
+    if (caller.cancelled()) {
+      return Refusal{RefusalKind::kCancelled,
+                     {"the caller went away; the target is withdrawn", "SetTarget", "", "", ""}};
+    }
+    if (Caller::Clock::now() >= until) {
+      return Refusal{RefusalKind::kDeadlineExceeded,
+                     {"the deadline passed before the target's time; it is withdrawn", "SetTarget", "", "",
+                      "set a deadline beyond at_time_ns"}};
+    }
+    std::this_thread::sleep_for(kNap);
+  }
+  return std::nullopt;
+}
+
+Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller& caller) {
+  const std::int64_t now_ns = session_.now_ns();
+  if (auto refusal = validate(request, now_ns)) return *refusal;
+  if (auto refusal = session_.unavailable()) return *refusal;
+  const auto scene = scenes_.current();
+  if (!scene) return no_scene();
+
+  const Waiting waiting(waiting_);
+  const bool later = request.at_time_ns > now_ns;
+  if (later && waiting.position() > kMaxWaiting) {
+    return Refusal{RefusalKind::kResourceExhausted,
+                   {"too many targets wait for their time", "SetTargetRequest.at_time_ns", "",
+                    fmt::format("{} at once", kMaxWaiting), "send it later"}};
+  }
+  const nanoseconds lead{later ? request.at_time_ns - now_ns : 0};
+  const auto until = caller.until(lead + kDefaultPatience);
+  if (later) {
+    if (auto refusal = wait_until_near(request.at_time_ns, until, caller)) return *refusal;
+  }
+
+  const SceneHost::Hold hold = scenes_.hold(until);
+  if (!hold.held()) {
+    return Refusal{RefusalKind::kDeadlineExceeded,
+                   {"a scene is being loaded; the target is withdrawn", "scene", "", "", "try again"}};
+  }
+  if (scenes_.current() != scene) {
+    return Refusal{RefusalKind::kAborted,
+                   {"another scene was loaded while the target waited; it is withdrawn", "scene",
+                    scene->spec.name, "", "set the target anew"}};
+  }
+  TargetSet result;
+  result.grant = grant_target(request.stiffness_n_per_mm, scene->spec);
+
+  rt::EngineCommand command;
+  command.kind = rt::EngineCommand::Kind::kSetTarget;
+  command.at_time_ns = request.at_time_ns;
+  command.stiffness_n_per_mm = result.grant.granted_n_per_mm;
+  command.ramp_s = request.ramp_s.value_or(scene->spec.target_ramp_s);
+  const auto outcome = session_.execute(command, caller, until - Caller::Clock::now());
+  if (!outcome) return outcome.refusal();
+  result.effective_tick = outcome->tick;
+  result.effective_time_ns = outcome->time_ns;
+  return result;
+}
+
+Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
+                                             std::optional<double> object_stiffness_n_per_mm,
+                                             const rt::TickRecord& last) const {
+  Feasibility result;
+  const auto scene = scenes_.current();
+  result.device_max_force_n = scene ? scene->spec.guard.max_force_n : session_.rig_info().device.max_force_n;
+
+  constexpr std::uint32_t kNeeded = rt::channel::kContact | rt::channel::kDeformation | rt::channel::kControl;
+  const bool in_contact = (last.channels & kNeeded) == kNeeded && last.in_contact;
+  if (hand_force_n) {
+    if (auto error =
+            check(*hand_force_n, kHandForceN, "hand force", "GetFeasibleRangeRequest.hand_force_n")) {
+      return refuse(*error, *hand_force_n);
+    }
+    result.hand_force_n = *hand_force_n;
+  } else {
+    if (!in_contact) return not_in_contact("hand_force_n");
+    result.hand_force_n = last.hand_force_n;
+  }
+  if (object_stiffness_n_per_mm) {
+    if (auto error = check(*object_stiffness_n_per_mm, kStiffness, "object stiffness",
+                           "GetFeasibleRangeRequest.object_stiffness_n_per_mm")) {
+      return refuse(*error, *object_stiffness_n_per_mm);
+    }
+    result.object_stiffness_n_per_mm = *object_stiffness_n_per_mm;
+  } else {
+    if (!in_contact || !(last.displacement_mm > 0.0) || !(last.reaction_force_n > 0.0)) {
+      return not_in_contact("object_stiffness_n_per_mm");
+    }
+    result.object_stiffness_n_per_mm = last.reaction_force_n / last.displacement_mm;
+  }
+
+  const rt::FeasibleRange range =
+      rt::feasible_range(result.object_stiffness_n_per_mm, result.hand_force_n, result.device_max_force_n);
+  result.min_n_per_mm = range.min_n_per_mm;
+  result.max_n_per_mm = range.max_n_per_mm;
+  result.max_limited_by =
+      std::isfinite(range.max_n_per_mm) ? LimitingReason::kDeviceForce : LimitingReason::kNone;
+  if (scene) {
+    const TargetGrant grant = grant_target(range.max_n_per_mm, scene->spec);
+    if (grant.reason != LimitingReason::kNone) {
+      result.max_n_per_mm = grant.granted_n_per_mm;
+      result.max_limited_by = grant.reason;
+    }
+  }
+  return result;
+}
+
+}  // namespace hapticd::server

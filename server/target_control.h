@@ -1,0 +1,79 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "rt/scene/scene_spec.h"
+#include "rt/scene/tick_record.h"
+#include "server/caller.h"
+#include "server/outcome.h"
+#include "server/scene_host.h"
+#include "server/session.h"
+
+namespace hapticd::server {
+
+/// What kept a request from being granted in full.
+enum class LimitingReason : std::uint8_t { kNone, kSceneMaximum, kStructuralStiffness, kDeviceForce };
+
+/// As much of a requested stiffness as a scene can serve.
+struct TargetGrant {
+  double granted_n_per_mm = 0.0;
+  LimitingReason reason = LimitingReason::kNone;
+  std::string explanation;  ///< in words, with the numbers; empty when nothing limited
+};
+
+/// min(requested, the scene's maximum, the compensable part of the structural stiffness).
+TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
+
+/// Range of (3.8), cut to what the loaded scene would grant.
+struct Feasibility {
+  double hand_force_n = 0.0;
+  double object_stiffness_n_per_mm = 0.0;
+  double min_n_per_mm = 0.0;
+  double max_n_per_mm = 0.0;
+  LimitingReason max_limited_by = LimitingReason::kNone;
+  double device_max_force_n = 0.0;
+};
+
+struct TargetRequest {
+  double stiffness_n_per_mm = 0.0;
+  std::int64_t at_time_ns = 0;  ///< of the rig's clock; what has passed means now
+  std::optional<double> ramp_s;
+};
+
+struct TargetSet {
+  TargetGrant grant;
+  std::uint64_t effective_tick = 0;
+  std::int64_t effective_time_ns = 0;
+};
+
+/// Sets targets, now or at a given time, and tells what could be rendered.
+class TargetControl {
+ public:
+  /// Targets that may wait for their time together; more are refused, so that waiting ones never use up what
+  /// the loop needs for a clear or a scene.
+  static constexpr int kMaxWaiting = 16;
+
+  TargetControl(Session& session, SceneHost& scenes) : session_(session), scenes_(scenes) {}
+
+  /// Returns once it took effect. A caller that leaves, a deadline or another scene in the meantime withdraw
+  /// it.
+  Outcome<TargetSet> set(const TargetRequest& request, const Caller& caller);
+
+  /// Absent values are taken from `last`, which must then be in contact.
+  Outcome<Feasibility> feasible(std::optional<double> hand_force_n,
+                                std::optional<double> object_stiffness_n_per_mm,
+                                const rt::TickRecord& last) const;
+
+ private:
+  std::optional<Refusal> wait_until_near(std::int64_t time_ns, Caller::Clock::time_point until,
+                                         const Caller& caller);
+
+  Session& session_;
+  SceneHost& scenes_;
+  std::atomic<int> waiting_{0};
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,307 @@
+#include "server/toml_reader.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <map>
+
+#include "server/suggestion.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
+
+std::string type_name(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "a string";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "true or false";
+    default:
+      return "a date or time";
+  }
+}
+
+std::string dotted(const std::string& path, std::string_view key) {
+  return path.empty() ? std::string(key) : path + "." + std::string(key);
+}
+
+}  // namespace
+
+struct TomlTable::State {
+  std::string source;
+  toml::table root;
+  std::map<std::string, std::vector<std::string>> known;  ///< keys that were asked for, by table
+  std::multimap<std::int64_t, hal::Error> errors;         ///< by line
+
+  const toml::table* table(const std::string& path) const {
+    return path.empty() ? &root : root.at_path(path).as_table();
+  }
+  const toml::node* find(const std::string& path, std::string_view key) {
+    auto& keys = known[path];
+    if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.emplace_back(key);
+    const toml::table* owner = table(path);
+    return owner != nullptr ? owner->get(key) : nullptr;
+  }
+  std::string place(std::int64_t line) const { return fmt::format("{}, line {}", source, line); }
+  void fail(const toml::node& node, hal::Error error) {
+    const auto line = static_cast<std::int64_t>(node.source().begin.line);
+    error.where = place(line);
+    errors.emplace(line, std::move(error));
+  }
+  void wrong_type(const toml::node& node, const std::string& key, std::string accepted) {
+    fail(node, {fmt::format("'{}' has the wrong type", key), "", type_name(node), std::move(accepted),
+                "correct the value"});
+  }
+  void find_unknown(const toml::table& node, const std::string& path) {
+    const auto& keys = known[path];
+    for (auto&& [key, value] : node) {
+      const std::string name(key.str());
+      if (std::find(keys.begin(), keys.end(), name) == keys.end()) {
+        const auto line = static_cast<std::int64_t>(key.source().begin.line);
+        hal::Error error;
+        error.what = path.empty() ? fmt::format("unknown key '{}'", name)
+                                  : fmt::format("unknown key '{}' in [{}]", name, path);
+        error.where = place(line);
+        error.limit = comma_separated(keys);
+        error.remedy = did_you_mean(name, keys, "remove it");
+        errors.emplace(line, std::move(error));
+      } else if (const toml::table* inner = value.as_table();
+                 inner != nullptr && known.contains(dotted(path, name))) {
+        find_unknown(*inner, dotted(path, name));
+      }
+    }
+  }
+};
+
+TomlTable TomlTable::table(std::string_view key) {
+  const toml::node* node = state_->find(path_, key);
+  TomlTable inner(state_, dotted(path_, key));
+  state_->known[inner.path_];  // known even if no key of it is ever asked for
+  if (node != nullptr && !node->is_table()) {
+    state_->wrong_type(*node, inner.path_, fmt::format("a table [{}]", inner.path_));
+  }
+  return inner;
+}
+
+bool TomlTable::has(std::string_view key) const {
+  const toml::table* owner = state_->table(path_);
+  return owner != nullptr && owner->contains(key);
+}
+
+std::int64_t TomlTable::line_of(std::string_view key) const {
+  const toml::table* owner = state_->table(path_);
+  const toml::node* node = owner != nullptr ? owner->get(key) : nullptr;
+  return node != nullptr ? static_cast<std::int64_t>(node->source().begin.line) : 0;
+}
+
+void TomlTable::read(std::string_view key, double& value, const Range& range) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return;
+  if (!node->is_number()) {
+    state_->wrong_type(*node, dotted(path_, key), "a number, " + to_text(range));
+    return;
+  }
+  const double number = node->value<double>().value_or(std::numeric_limits<double>::quiet_NaN());
+  if (auto error = check(number, range, "'" + dotted(path_, key) + "'", "")) {
+    state_->fail(*node, std::move(*error));
+    return;
+  }
+  value = number;
+}
+
+void TomlTable::read(std::string_view key, std::optional<double>& value, const Range& range) {
+  double number = 0.0;
+  const std::size_t errors_before = state_->errors.size();
+  read(key, number, range);
+  if (has(key) && state_->errors.size() == errors_before) value = number;
+}
+
+bool TomlTable::integer(std::string_view key, std::int64_t& value, const Range& range) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return false;
+  if (!node->is_integer()) {
+    state_->wrong_type(*node, dotted(path_, key), "a whole number, " + to_text(range));
+    return false;
+  }
+  const std::int64_t number = node->value<std::int64_t>().value_or(0);
+  if (auto error = check(static_cast<double>(number), range, "'" + dotted(path_, key) + "'", "")) {
+    error->value = fmt::format("{}", number);
+    state_->fail(*node, std::move(*error));
+    return false;
+  }
+  value = number;
+  return true;
+}
+
+void TomlTable::read(std::string_view key, int& value, const Range& range) {
+  std::int64_t number = 0;
+  if (integer(key, number, range)) value = static_cast<int>(number);
+}
+
+void TomlTable::read(std::string_view key, std::uint32_t& value, const Range& range) {
+  std::int64_t number = 0;
+  if (integer(key, number, range)) value = static_cast<std::uint32_t>(number);
+}
+
+void TomlTable::read(std::string_view key, std::uint64_t& value, const Range& range) {
+  std::int64_t number = 0;
+  if (integer(key, number, range)) value = static_cast<std::uint64_t>(number);
+}
+
+void TomlTable::read(std::string_view key, bool& value) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return;
+  if (const auto* flag = node->as_boolean()) {
+    value = flag->get();
+  } else {
+    state_->wrong_type(*node, dotted(path_, key), "true or false");
+  }
+}
+
+void TomlTable::read(std::string_view key, std::string& value, std::size_t longest) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return;
+  const auto* text = node->as_string();
+  if (text == nullptr) {
+    state_->wrong_type(*node, dotted(path_, key), "a string");
+  } else if (text->get().size() > longest) {
+    state_->fail(*node, {fmt::format("'{}' is too long", dotted(path_, key)), "",
+                         fmt::format("{} bytes", text->get().size()),
+                         fmt::format("at most {} bytes", longest), "shorten it"});
+  } else {
+    value = text->get();
+  }
+}
+
+void TomlTable::read(std::string_view key, hal::Vector3& value, const Range& range) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  if (array == nullptr || array->size() != 3 || !array->get(0)->is_number() || !array->get(1)->is_number() ||
+      !array->get(2)->is_number()) {
+    state_->wrong_type(*node, dotted(path_, key), "three numbers, each " + to_text(range));
+    return;
+  }
+  double numbers[3] = {};
+  for (std::size_t i = 0; i < 3; ++i) {
+    numbers[i] = array->get(i)->value<double>().value_or(std::numeric_limits<double>::quiet_NaN());
+    if (auto error = check(numbers[i], range, fmt::format("'{}[{}]'", dotted(path_, key), i), "")) {
+      state_->fail(*node, std::move(*error));
+      return;
+    }
+  }
+  value = {numbers[0], numbers[1], numbers[2]};
+}
+
+std::optional<std::size_t> TomlTable::choice(std::string_view key, const std::vector<std::string>& words) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return std::nullopt;
+  const auto* text = node->as_string();
+  if (text == nullptr) {
+    state_->wrong_type(*node, dotted(path_, key), "one of " + comma_separated(words));
+    return std::nullopt;
+  }
+  const auto found = std::find(words.begin(), words.end(), text->get());
+  if (found == words.end()) {
+    state_->fail(*node,
+                 {fmt::format("'{}' is none of the words it may be", dotted(path_, key)), "", text->get(),
+                  comma_separated(words), did_you_mean(text->get(), words, "use one of those")});
+    return std::nullopt;
+  }
+  return static_cast<std::size_t>(found - words.begin());
+}
+
+hal::Result<TomlDocument> TomlDocument::parse(std::string_view text, std::string source) {
+  auto state = std::make_shared<TomlTable::State>();
+  try {
+    state->root = toml::parse(text, std::string_view(source));
+  } catch (const toml::parse_error& error) {
+    return hal::Error{
+        "not valid TOML: " + std::string(error.description()),
+        fmt::format("{}, line {}, column {}", source, error.source().begin.line, error.source().begin.column),
+        "", "", "correct the syntax"};
+  }
+  state->source = std::move(source);
+  return TomlDocument(std::move(state));
+}
+
+hal::Result<TomlDocument> TomlDocument::open(const std::string& path) {
+  auto text = read_text_file(path);
+  if (!text) return text.error();
+  return parse(*text, path);
+}
+
+TomlTable TomlDocument::root() const {
+  return TomlTable(state_, "");
+}
+
+std::optional<hal::Error> TomlDocument::error() const {
+  TomlTable::State judged = *state_;
+  judged.find_unknown(judged.root, "");
+  if (judged.errors.empty()) return std::nullopt;
+  return judged.errors.begin()->second;
+}
+
+const std::string& TomlDocument::source() const {
+  return state_->source;
+}
+
+hal::Result<std::string> read_text_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return hal::Error{"cannot read the file", path, std::string(std::strerror(errno)), "",
+                      "check path and permissions"};
+  }
+  std::string text(kLargestFile + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad() || (file.gcount() == 0 && !file.eof())) {
+    return hal::Error{"cannot read the file", path, "", "a regular file", "check path and permissions"};
+  }
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kLargestFile) {
+    return hal::Error{"the file is too large", path, "more than 1 MiB", "at most 1 MiB", "shorten it"};
+  }
+  return text;
+}
+
+std::string toml_quoted(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted += '\\';
+      quoted += c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      quoted += fmt::format("\\u{:04X}", static_cast<unsigned>(byte));
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+std::string toml_number(double value) {
+  // {} is the shortest text that reads back; TOML tells 1.0 from 1, and 1e-05 is a number to both.
+  std::string text = fmt::format("{}", value);
+  if (std::isfinite(value) && text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+}  // namespace hapticd::server
