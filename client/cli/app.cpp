@@ -1,0 +1,57 @@
+#include <fmt/core.h>
+
+#include "client/cli/commands.h"
+#include "client/cli/names.h"
+
+namespace hapticd::cli {
+
+void build_app(CLI::App& app, Session& session) {
+  app.description("hapticctl - talks to hapticd, which changes how stiff a real object feels");
+  app.footer(std::string("Examples:\n"
+                         "  hapticctl status\n"
+                         "  hapticctl scene load tap_1d\n"
+                         "  hapticctl target set 0.3\n"
+                         "  hapticctl telemetry watch\n\n") +
+             kExitCodeHelp);
+  app.require_subcommand(1);
+  // Global options may stand behind the command as well.
+  app.fallthrough();
+  app.add_option("-s,--server", session.server, "Where hapticd listens: host:port or unix:/path")
+      ->envname("HAPTICD_SERVER")
+      ->capture_default_str();
+  app.add_option("--timeout", session.timeout_s, "Seconds to wait for an answer")
+      ->check(CLI::Range(0.01, 3600.0))
+      ->capture_default_str();
+  app.add_flag("--json", session.json, "JSON for programs instead of text for people");
+
+  add_status_command(app, session);
+  add_scene_command(app, session);
+  add_target_command(app, session);
+  add_feasible_command(app, session);
+  CLI::App* telemetry = app.add_subcommand("telemetry", "The loop's records, live");
+  telemetry->require_subcommand(1);
+  add_telemetry_watch_command(*telemetry, session);
+  add_telemetry_record_command(*telemetry, session);
+  add_sim_command(app, session);
+  add_safety_commands(app, session);
+  add_plot_command(app, session);
+  add_demo_command(app, session);
+  add_completion_command(app);
+}
+
+void add_stream_options(CLI::App& command, StreamOptions& options) {
+  command.add_option("--groups", options.groups, "Field groups, separated by commas: " + group_list());
+  command.add_option("--decimation", options.decimation, "Every n-th tick")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command
+      .add_option("--seconds", options.seconds, "End after so many seconds of the rig's clock; 0 = at Ctrl-C")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+std::string quantity(double value, int decimals, const char* unit) {
+  return fmt::format("{:.{}f} {}", value, decimals, unit);
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,10 @@
+#pragma once
+
+namespace hapticd::cli {
+
+/// From here on SIGINT and SIGTERM ask for an orderly end instead of ending the program.
+void catch_interrupts();
+/// True once one of them came.
+bool interrupted() noexcept;
+
+}  // namespace hapticd::cli

@@ -1,0 +1,29 @@
+#include <cstdlib>
+#include <exception>
+
+#include "client/cli/commands.h"
+
+int main(int argc, char** argv) {
+  using namespace hapticd::cli;
+  // Its log would stand between the lines of a frame; every failure is told by hapticctl itself.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
+
+  Session session;
+  session.server = hapticd::client::kDefaultAddress;
+  CLI::App app;
+  app.name("hapticctl");
+  build_app(app, session);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool asked_for_help = app.exit(error) == 0;
+    return static_cast<int>(asked_for_help ? ExitCode::kOk : ExitCode::kUsage);
+  } catch (const hapticd::client::Error& error) {
+    return static_cast<int>(report(error, session));
+  } catch (const LocalError& error) {
+    return static_cast<int>(report(error, session));
+  } catch (const std::exception& error) {
+    return static_cast<int>(report(LocalError(error.what()), session));
+  }
+  return static_cast<int>(session.exit_code);
+}

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+namespace hapticd::client {
+
+/// Where a daemon listens when nobody says otherwise.
+inline constexpr const char* kDefaultAddress = "127.0.0.1:50051";
+
+/// Turns "host:port", "[v6]:port" or "unix:/path" into the name gRPC knows it by.
+/// Throws Error (kBadAddress) for anything else.
+std::string channel_target(const std::string& address);
+
+}  // namespace hapticd::client

@@ -1,0 +1,171 @@
+#include "client/cpp/client.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "client/cpp/telemetry_stream_state.h"
+#include "hapticd/v1/rendering.grpc.pb.h"
+#include "hapticd/v1/rig.grpc.pb.h"
+#include "hapticd/v1/safety.grpc.pb.h"
+#include "hapticd/v1/scene.grpc.pb.h"
+#include "hapticd/v1/simulation.grpc.pb.h"
+
+namespace hapticd::client {
+namespace {
+
+std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
+  grpc::ChannelArguments arguments;
+  // A proxy meant for web traffic must not stand between a client and a device.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  auto channel = grpc::CreateCustomChannel(channel_target(options.address),
+                                           grpc::InsecureChannelCredentials(), arguments);
+
+  // Waits until connected, but not for a second attempt once the first was turned away.
+  const auto deadline = std::chrono::system_clock::now() + options.timeout;
+  auto state = channel->GetState(true);
+  while (state != GRPC_CHANNEL_READY) {
+    if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || !channel->WaitForStateChange(state, deadline)) {
+      v1::ErrorDetail detail;
+      detail.set_what("no daemon answers");
+      detail.set_where(options.address);
+      detail.set_remedy("start hapticd, or name its address with --server or HAPTICD_SERVER");
+      throw Error(ErrorKind::kUnreachable, "UNAVAILABLE", detail);
+    }
+    state = channel->GetState(true);
+  }
+  return channel;
+}
+
+template <class Request>
+void set_source(Request& request, const SceneSource& source) {
+  if (source.kind == SceneSource::Kind::kName) {
+    request.set_name(source.text);
+  } else {
+    request.set_toml(source.text);
+  }
+}
+
+}  // namespace
+
+struct Client::State {
+  explicit State(ClientOptions given)
+      : options(std::move(given)),
+        channel(connect(options)),
+        rig(v1::RigService::NewStub(channel)),
+        scene(v1::SceneService::NewStub(channel)),
+        rendering(v1::RenderingService::NewStub(channel)),
+        safety(v1::SafetyService::NewStub(channel)),
+        simulation(v1::SimulationService::NewStub(channel)) {}
+
+  /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
+  template <class Stub, class Request, class Response>
+  Response call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                const Request& request, std::chrono::nanoseconds extra_time = {}) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + options.timeout +
+                         std::chrono::duration_cast<std::chrono::milliseconds>(extra_time));
+    Response response;
+    const grpc::Status status = (stub.*method)(&context, request, &response);
+    if (!status.ok()) {
+      throw error_from_status(static_cast<int>(status.error_code()), status.error_message(),
+                              status.error_details(), options.address);
+    }
+    return response;
+  }
+
+  ClientOptions options;
+  std::shared_ptr<grpc::Channel> channel;
+  std::unique_ptr<v1::RigService::Stub> rig;
+  std::unique_ptr<v1::SceneService::Stub> scene;
+  std::unique_ptr<v1::RenderingService::Stub> rendering;
+  std::unique_ptr<v1::SafetyService::Stub> safety;
+  std::unique_ptr<v1::SimulationService::Stub> simulation;
+};
+
+Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {}
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&&) noexcept = default;
+Client::~Client() = default;
+
+const std::string& Client::address() const noexcept {
+  return state_->options.address;
+}
+
+v1::RigInfo Client::rig_info() {
+  return state_->call(*state_->rig, &v1::RigService::Stub::GetRigInfo, v1::GetRigInfoRequest());
+}
+
+v1::RigState Client::rig_state() {
+  return state_->call(*state_->rig, &v1::RigService::Stub::GetRigState, v1::GetRigStateRequest());
+}
+
+v1::ListScenesResponse Client::scenes() {
+  return state_->call(*state_->scene, &v1::SceneService::Stub::ListScenes, v1::ListScenesRequest());
+}
+
+v1::LoadSceneResponse Client::load_scene(const SceneSource& source) {
+  v1::LoadSceneRequest request;
+  set_source(request, source);
+  return state_->call(*state_->scene, &v1::SceneService::Stub::LoadScene, request);
+}
+
+v1::UnloadSceneResponse Client::unload_scene() {
+  return state_->call(*state_->scene, &v1::SceneService::Stub::UnloadScene, v1::UnloadSceneRequest());
+}
+
+v1::SceneOutline Client::explain_scene(const SceneSource& source) {
+  v1::ExplainSceneRequest request;
+  set_source(request, source);
+  return state_->call(*state_->scene, &v1::SceneService::Stub::ExplainScene, request);
+}
+
+v1::SetTargetResponse Client::set_target(const v1::SetTargetRequest& request) {
+  std::chrono::nanoseconds lead{0};
+  if (request.at_time_ns() > 0) {
+    const std::chrono::nanoseconds ahead{request.at_time_ns() - rig_state().time_ns()};
+    // No daemon takes a target further ahead than a minute: one that is absurd is refused at once, not waited
+    // for.
+    lead = std::clamp(ahead, std::chrono::nanoseconds{0}, std::chrono::nanoseconds{std::chrono::minutes(1)});
+  }
+  return state_->call(*state_->rendering, &v1::RenderingService::Stub::SetTarget, request, lead);
+}
+
+v1::FeasibleRange Client::feasible_range(const v1::GetFeasibleRangeRequest& request) {
+  return state_->call(*state_->rendering, &v1::RenderingService::Stub::GetFeasibleRange, request);
+}
+
+v1::StopResponse Client::stop(const std::string& reason) {
+  v1::StopRequest request;
+  request.set_reason(reason);
+  return state_->call(*state_->safety, &v1::SafetyService::Stub::Stop, request);
+}
+
+v1::ClearResponse Client::clear() {
+  return state_->call(*state_->safety, &v1::SafetyService::Stub::Clear, v1::ClearRequest());
+}
+
+v1::SimulationInfo Client::simulation() {
+  return state_->call(*state_->simulation, &v1::SimulationService::Stub::GetSimulation,
+                      v1::GetSimulationRequest());
+}
+
+void Client::set_hand_program(const v1::HandProgram& program) {
+  v1::SetHandProgramRequest request;
+  *request.mutable_program() = program;
+  state_->call(*state_->simulation, &v1::SimulationService::Stub::SetHandProgram, request);
+}
+
+v1::SimulationInfo Client::set_object(const std::string& name) {
+  v1::SetObjectRequest request;
+  request.set_name(name);
+  return state_->call(*state_->simulation, &v1::SimulationService::Stub::SetObject, request).simulation();
+}
+
+TelemetryStream Client::subscribe(const v1::SubscribeRequest& request) {
+  return TelemetryStream(
+      std::make_unique<TelemetryStream::State>(state_->channel, request, state_->options.address));
+}
+
+}  // namespace hapticd::client

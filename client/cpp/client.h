@@ -1,0 +1,77 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "client/cpp/address.h"
+#include "client/cpp/error.h"
+#include "client/cpp/telemetry_stream.h"
+#include "hapticd/v1/rendering.pb.h"
+#include "hapticd/v1/rig.pb.h"
+#include "hapticd/v1/safety.pb.h"
+#include "hapticd/v1/scene.pb.h"
+#include "hapticd/v1/simulation.pb.h"
+#include "hapticd/v1/telemetry.pb.h"
+
+namespace hapticd::client {
+
+struct ClientOptions {
+  /// "host:port", "[v6]:port" or "unix:/path".
+  std::string address = kDefaultAddress;
+  /// For connecting, and for each call; a target set for later is given its lead on top.
+  std::chrono::milliseconds timeout{5000};
+};
+
+/// A scene by the name the daemon knows it by, or as the text of a scene file.
+struct SceneSource {
+  enum class Kind { kName, kToml } kind = Kind::kName;
+  std::string text;
+};
+
+/// A connection to a daemon: one function for each call of the contract, whose messages are described in
+/// proto/hapticd/v1. Every function throws Error when there is no answer. Any thread may call.
+///
+///     hapticd::client::Client client({.address = "127.0.0.1:50051"});
+///     client.load_scene({.text = "tap_1d"});
+///     hapticd::v1::SetTargetRequest request;
+///     request.set_stiffness_n_per_mm(0.3);
+///     const auto answer = client.set_target(request);  // answer.granted_n_per_mm()
+class Client {
+ public:
+  /// Connects; throws Error when the address is none or nobody answers within the timeout.
+  explicit Client(ClientOptions options);
+  Client(Client&&) noexcept;
+  Client& operator=(Client&&) noexcept;
+  ~Client();
+
+  const std::string& address() const noexcept;
+
+  v1::RigInfo rig_info();
+  v1::RigState rig_state();
+
+  v1::ListScenesResponse scenes();
+  v1::LoadSceneResponse load_scene(const SceneSource& source);
+  v1::UnloadSceneResponse unload_scene();
+  v1::SceneOutline explain_scene(const SceneSource& source);
+
+  /// Returns when the target took effect; waits out `at_time_ns`, if that is given, beyond the timeout.
+  v1::SetTargetResponse set_target(const v1::SetTargetRequest& request);
+  v1::FeasibleRange feasible_range(const v1::GetFeasibleRangeRequest& request);
+
+  v1::StopResponse stop(const std::string& reason);
+  v1::ClearResponse clear();
+
+  v1::SimulationInfo simulation();
+  void set_hand_program(const v1::HandProgram& program);
+  v1::SimulationInfo set_object(const std::string& name);
+
+  /// Refusals are told by the stream's first next().
+  TelemetryStream subscribe(const v1::SubscribeRequest& request);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::client

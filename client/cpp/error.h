@@ -1,0 +1,48 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "hapticd/v1/common.pb.h"
+
+namespace hapticd::client {
+
+/// Why a call brought no answer.
+enum class ErrorKind {
+  kBadAddress,   ///< the address given cannot be one
+  kUnreachable,  ///< no daemon answers there, or the connection broke
+  kTimedOut,     ///< it is there, but did not answer within the timeout
+  kRefused,      ///< it answered with a refusal; the detail says what, where, the limit and the remedy
+};
+
+/// Thrown by every call of the library that gets no answer. what() is one line with all that is known.
+class Error : public std::runtime_error {
+ public:
+  /// `code`: name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty where no call was made.
+  Error(ErrorKind kind, std::string code, v1::ErrorDetail detail);
+
+  ErrorKind kind() const noexcept { return kind_; }
+  const std::string& code() const noexcept { return code_; }
+  /// `what` is always filled; the rest as far as the daemon told.
+  const v1::ErrorDetail& detail() const noexcept { return detail_; }
+
+ private:
+  ErrorKind kind_;
+  std::string code_;
+  v1::ErrorDetail detail_;
+};
+
+/// What went wrong in one call, from the parts a gRPC status carries. `code` is the number of the status,
+/// `serialized_details` its binary google.rpc.Status (may be empty), `address` where the daemon was looked
+/// for.
+Error error_from_status(int code, const std::string& message, const std::string& serialized_details,
+                        const std::string& address);
+
+/// "INVALID_ARGUMENT" for 3; "UNKNOWN" for a number that is not a gRPC status.
+std::string_view status_code_name(int code) noexcept;
+
+/// One line: place, complaint, value, what is accepted, remedy.
+std::string one_line(const v1::ErrorDetail& detail);
+
+}  // namespace hapticd::client

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "client/cpp/stream_account.h"
+#include "hapticd/v1/telemetry.pb.h"
+
+namespace hapticd::client {
+
+/// One subscription to the loop's records. Lives as long as this object: destroying it unsubscribes. Use it
+/// from one thread. Reading slowly loses samples of this stream only; account() tells how many.
+class TelemetryStream {
+ public:
+  enum class Event {
+    kBatch,    ///< `batch` was filled and booked
+    kNothing,  ///< nothing came within the wait; try again
+    kEnded,    ///< the daemon closed the stream in good order, or cancel() was called
+  };
+
+  TelemetryStream(TelemetryStream&&) noexcept;
+  TelemetryStream& operator=(TelemetryStream&&) noexcept;
+  ~TelemetryStream();
+
+  /// Waits up to `wait` for the next batch. Throws Error when the subscription was refused or the connection
+  /// broke.
+  Event next(v1::TelemetryBatch& batch, std::chrono::milliseconds wait);
+  void cancel();
+
+  const StreamAccount& account() const noexcept;
+
+ private:
+  friend class Client;
+  struct State;
+  explicit TelemetryStream(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::client
