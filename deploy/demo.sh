@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# hapticd from nothing to a sponge that feels softer and harder than it is: installs what is missing, builds, starts the
+# daemon on the simulated rig, and leads the client session (hapticctl demo). Needs Debian 12, and root or sudo where
+# packages are missing. Runs without a terminal, too.
+#
+#   bash deploy/demo.sh [--out DIR] [--keep]
+#
+#   --out DIR   where recording, plot and results go (default: out/demo)
+#   --keep      leave the daemon running at the end
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+out=out/demo
+keep=false
+while (($#)); do
+  case "$1" in
+    --out) out=${2:?"--out needs a folder"}; shift 2 ;;
+    --keep) keep=true; shift ;;
+    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
+    *) echo "demo.sh: unknown option '$1' (see --help)" >&2; exit 2 ;;
+  esac
+done
+
+bash "$here/deploy/install_packages.sh" build libraries run
+bash "$here/deploy/build.sh" release hapticd hapticctl
+cd "$here"
+bin=build/release/bin
+
+# The daemon runs in a folder of its own and listens where there is room.
+work=$(mktemp -d)
+daemon=
+stop_daemon() {
+  local running=$daemon
+  daemon=
+  [[ -n $running ]] || return 0
+  kill -TERM "$running" 2>/dev/null || true
+  wait "$running"
+}
+clean_up() {
+  stop_daemon || true
+  rm -rf "$work"
+}
+trap clean_up EXIT
+
+"$bin/hapticd" --rig sim:phantom_1_0 --listen 127.0.0.1:0 >"$work/address" 2>"$work/log" &
+daemon=$!
+address=
+for _ in {1..150}; do
+  address=$(sed -n 's/^hapticd listens on //p' "$work/address")
+  [[ -z $address ]] || break
+  kill -0 "$daemon" 2>/dev/null || break
+  sleep 0.1
+done
+if [[ -z $address ]]; then
+  cat "$work/log" >&2
+  echo "demo.sh: hapticd did not start; its log stands above" >&2
+  exit 1
+fi
+echo "hapticd runs on $address"
+
+status=0
+"$bin/hapticctl" --server "$address" demo --out "$out" || status=$?
+if ((status != 0)); then
+  echo "demo.sh: the client session ended with status $status; the daemon's log:" >&2
+  tail -n 20 "$work/log" >&2
+  exit "$status"
+fi
+
+echo
+if $keep; then
+  trap - EXIT
+  echo "The daemon keeps running (process $daemon, log $work/log). Connect by hand:"
+  echo "  $bin/hapticctl --server $address status"
+  echo "End it with: kill $daemon"
+  exit 0
+fi
+if ! stop_daemon; then
+  tail -n 20 "$work/log" >&2
+  echo "demo.sh: hapticd did not end cleanly; its log stands above" >&2
+  exit 1
+fi
+echo "To go on by hand, in two terminals:"
+echo "  $bin/hapticd --rig sim:phantom_1_0"
+echo "  $bin/hapticctl telemetry watch        # and in a third: hapticctl scene load tap_1d, sim hand press, target set 0.3"

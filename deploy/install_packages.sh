@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# The one list of the Debian 12 packages hapticd is built, tested and run with. Installs those that are missing, as root
+# or with sudo; touches nothing, and needs neither, when all are there. Quiet unless it fails.
+#
+#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests; none = all
+#   bash deploy/install_packages.sh --list [GROUP ...]
+set -euo pipefail
+
+declare -A packages=(
+  [build]="cmake ninja-build g++ ccache pkg-config"
+  # What the configuration of the build looks for, the test framework included.
+  [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
+               libmodbus-dev libasio-dev libeigen3-dev
+               libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev
+               libgtest-dev libbenchmark-dev"
+  # hapticctl plot and demo draw with it.
+  [run]="gnuplot-nox"
+  # Instruction counts, and the latency tool the loop is compared with.
+  [tests]="valgrind rt-tests"
+)
+all_groups=(build libraries run tests)
+
+list_only=false
+if [[ "${1:-}" == --list ]]; then
+  list_only=true
+  shift
+fi
+groups=("$@")
+((${#groups[@]})) || groups=("${all_groups[@]}")
+
+wanted=()
+for group in "${groups[@]}"; do
+  if [[ -z "${packages[$group]:-}" ]]; then
+    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]}" >&2
+    exit 2
+  fi
+  read -r -d '' -a names <<<"${packages[$group]}" || true
+  wanted+=("${names[@]}")
+done
+
+if $list_only; then
+  printf '%s\n' "${wanted[@]}"
+  exit 0
+fi
+
+is_installed() {
+  [[ "$(dpkg-query --show --showformat='${Status}' "$1" 2>/dev/null)" == "install ok installed" ]]
+}
+
+missing=()
+for name in "${wanted[@]}"; do
+  is_installed "$name" || missing+=("$name")
+done
+((${#missing[@]})) || exit 0
+
+as_root=()
+if ((EUID != 0)); then
+  if ! command -v sudo >/dev/null; then
+    echo "install_packages.sh: neither root nor sudo; please have these installed: ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+
+echo "Installing ${#missing[@]} Debian packages: ${missing[*]}"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+apt() {
+  # Another package manager may be at work on a machine that has just been started: wait for it.
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=300 "$@" >>"$log" 2>&1
+}
+if ! { apt update && apt install --no-install-recommends "${missing[@]}"; }; then
+  cat "$log" >&2
+  echo "install_packages.sh: apt-get failed; its output stands above" >&2
+  exit 1
+fi
