@@ -31,15 +31,20 @@ HandImpedance impedance_of(const HandProgram& program) {
 }
 
 HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept
-    : program_(program), home_mm_{0.0, 0.0, kHomeHeightMm} {
+    : program_(program), home_mm_{0.0, 0.0, kHomeHeightMm}, aside_mm_{start_mm.x, start_mm.y, 0.0} {
   vertical_.position_mm = start_mm.z;
   const bool passive =
       program.kind == HandProgram::Kind::kWeight || program.kind == HandProgram::Kind::kShake;
   const double ready_mm = program.kind == HandProgram::Kind::kTap ? tap_height_mm() : kHomeHeightMm;
+  constexpr double kMeanMmPerS = 40.0;
+  const double way_mm =
+      std::max({std::abs(ready_mm - start_mm.z), std::abs(start_mm.x), std::abs(start_mm.y)});
+  const double duration_s = std::max(0.2, way_mm / kMeanMmPerS);
+  homeward_ = MinimumJerk({1.0, 0.0, 0.0}, {}, duration_s);
   if (passive) {
     enter(Phase::kFree);
   } else {
-    enter(Phase::kLift, {ready_mm, 0.0, 0.0}, std::max(0.2, std::abs(ready_mm - start_mm.z) / 40.0));
+    enter(Phase::kLift, {ready_mm, 0.0, 0.0}, duration_s);
   }
 }
 
@@ -208,8 +213,13 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
     intent.support_n += knock_n();
   }
   const hal::Vector3& d = program_.stroke_direction;
-  intent.position_mm = {home_mm_.x + d.x * along_mm_, home_mm_.y + d.y * along_mm_, vertical_.position_mm};
-  intent.velocity_mm_per_s = {d.x * along_mm_per_s_, d.y * along_mm_per_s_, vertical_.velocity_mm_per_s};
+  const MotionState aside = homeward_.at(time_s_);
+  intent.position_mm = {home_mm_.x + d.x * along_mm_ + aside_mm_.x * aside.position_mm,
+                        home_mm_.y + d.y * along_mm_ + aside_mm_.y * aside.position_mm,
+                        vertical_.position_mm};
+  intent.velocity_mm_per_s = {d.x * along_mm_per_s_ + aside_mm_.x * aside.velocity_mm_per_s,
+                              d.y * along_mm_per_s_ + aside_mm_.y * aside.velocity_mm_per_s,
+                              vertical_.velocity_mm_per_s};
   return intent;
 }
 

@@ -77,6 +77,8 @@ class HandMotion {
   double along_mm_ = 0.0;  ///< stroke coordinate
   double along_mm_per_s_ = 0.0;
   hal::Vector3 home_mm_;
+  hal::Vector3 aside_mm_;  ///< where it began beside its home
+  MinimumJerk homeward_;   ///< share of that which is left
 };
 
 }  // namespace hapticd::sim

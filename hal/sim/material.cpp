@@ -110,7 +110,7 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
       const double residual = weight_y * y + weight_f * mean_force(y) - right_side;
       (residual > 0.0 ? high : low) = y;
       double next = y - residual / (weight_y + weight_f * mean_slope(y));
-      if (!(next > low && next < high)) next = 0.5 * (low + high);
+      if (!(next >= low && next <= high)) next = 0.5 * (low + high);
       if (std::abs(next - y) < kToleranceMm) return next;
       y = next;
     }

@@ -65,7 +65,7 @@ class Material {
 
   double depth_mm_ = 0.0;
   double last_change_mm_ = 0.0;  ///< where to look first in the next step
-  double elastic_n_ = 0.0;  ///< at depth_mm_
+  double elastic_n_ = 0.0;       ///< at depth_mm_
   std::array<double, 3> branch_force_n_{};
 };
 

@@ -1,6 +1,7 @@
 #include "hal/sim/shape.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace hapticd::sim {
@@ -19,8 +20,10 @@ Projection Sphere::project(const Vector3& p) const noexcept {
   return {centre + normal * radius_mm, normal, radius_mm - distance};
 }
 
-// Stationary point of the squared distance over (u, v): its gradient and Hessian are analytic, and the point
-// straight above or below is a good start for gentle slopes.
+// Least squared distance over (u, v) by Newton's method: its gradient and Hessian are analytic, and the point
+// straight above or below is a good start for gentle slopes. Beyond the radius of curvature the Hessian need
+// not be positive definite; Gauss and Newton's is, and halving a step that leads farther away keeps to a
+// minimum.
 Projection WavyField::project(const Vector3& p) const noexcept {
   const double k = 2.0 * std::numbers::pi / wavelength_mm;
   const double a = amplitude_mm;
@@ -29,7 +32,11 @@ Projection WavyField::project(const Vector3& p) const noexcept {
   double height = 0.0;
   double hu = 0.0;
   double hv = 0.0;
-  for (int iteration = 0; iteration < 12; ++iteration) {
+  double du = 0.0;
+  double dv = 0.0;
+  double least = std::numeric_limits<double>::infinity();
+  const double tolerance = 1e-12 * wavelength_mm;
+  for (int iteration = 0; iteration < 60; ++iteration) {
     const double cu = std::cos(k * u), su = std::sin(k * u);
     const double cv = std::cos(k * v), sv = std::sin(k * v);
     height = a * (cu * cv - 1.0);
@@ -38,17 +45,32 @@ Projection WavyField::project(const Vector3& p) const noexcept {
     const double huu = -a * k * k * cu * cv;
     const double huv = a * k * k * su * sv;
     const double rise = height - p.z;
+    const double squared = (u - p.x) * (u - p.x) + (v - p.y) * (v - p.y) + rise * rise;
+    if (squared > least * (1.0 + 1e-14)) {
+      du *= 0.5;
+      dv *= 0.5;
+      u += du;
+      v += dv;
+      if (std::abs(du) + std::abs(dv) < tolerance) break;
+      continue;
+    }
+    least = squared;
     const double gu = (u - p.x) + rise * hu;
     const double gv = (v - p.y) + rise * hv;
-    const double auu = 1.0 + hu * hu + rise * huu;
-    const double avv = 1.0 + hv * hv + rise * huu;  // h_vv equals h_uu for this field
-    const double auv = hu * hv + rise * huv;
+    double auu = 1.0 + hu * hu + rise * huu;
+    double avv = 1.0 + hv * hv + rise * huu;  // h_vv equals h_uu for this field
+    double auv = hu * hv + rise * huv;
+    if (!(auu > 0.0 && auu * avv - auv * auv > 1e-3 * auu * auu)) {
+      auu = 1.0 + hu * hu;
+      avv = 1.0 + hv * hv;
+      auv = hu * hv;
+    }
     const double determinant = auu * avv - auv * auv;
-    const double du = (avv * gu - auv * gv) / determinant;
-    const double dv = (auu * gv - auv * gu) / determinant;
+    du = (avv * gu - auv * gv) / determinant;
+    dv = (auu * gv - auv * gu) / determinant;
     u -= du;
     v -= dv;
-    if (std::abs(du) + std::abs(dv) < 1e-12 * wavelength_mm) break;
+    if (std::abs(du) + std::abs(dv) < tolerance) break;
   }
   const double length = std::sqrt(1.0 + hu * hu + hv * hv);
   const Vector3 normal{-hu / length, -hv / length, 1.0 / length};

@@ -103,8 +103,18 @@ struct SimulatedRig::State {
     incoming.store(change.release(), std::memory_order_release);
   }
 
+  /// Whether the object that is to come could be there now: the old one is not touched, and the tip is not
+  /// where the new one's matter will be.
+  bool clear_for_object() const noexcept {
+    const hal::TruthSample& truth = simulation.truth();
+    const PlacedObject* next = awaiting_clearance->object.get();
+    return !truth.in_contact &&
+           (next == nullptr || project(next->model.shape, truth.tip_position_mm).depth_mm <= 0.0);
+  }
+
   /// The clock's thread. A new hand takes over at once. A new object waits until the tip is clear of the old
-  /// one; a hand that presses is made to lift off first and starts its program again afterwards.
+  /// one and of where it will be itself; the hand is made to lift off first and starts its program again
+  /// afterwards.
   void take_up_change() noexcept {
     if (awaiting_clearance == nullptr) {
       Change* change = incoming.exchange(nullptr, std::memory_order_acq_rel);
@@ -115,10 +125,10 @@ struct SimulatedRig::State {
       }
       if (!change->replaces_object) return retire(change);
       awaiting_clearance = change;
-      lifted_for_object = simulation.truth().in_contact;
+      lifted_for_object = !clear_for_object();
       if (lifted_for_object) simulation.set_hand(&resting_hand);
     }
-    if (simulation.truth().in_contact) return;
+    if (!clear_for_object()) return;
     std::swap(awaiting_clearance->object, in_place.object);
     simulation.set_object(in_place.object.get());
     if (lifted_for_object) simulation.set_hand(in_place.hand.get());

@@ -23,10 +23,10 @@ struct SimulationConfig {
   /// False: each read() advances exactly one period, however long the caller took (virtual time).
   /// True: read() advances by the wall clock, so a late caller meets a world that moved on without it.
   bool real_time = false;
-  double tool_mass_g = 9.35;                 ///< beyond the sensor (D§3.2.1)
-  std::optional<double> structural_mode_hz;  ///< override of the preset's value
-  std::optional<double> structural_damping;  ///< damping ratio of that mode
-  std::optional<double> amplifier_pole_hz;
+  double tool_mass_g = 9.35;                   ///< beyond the sensor (D§3.2.1)
+  std::optional<double> structural_mode_hz{};  ///< override of the preset's value
+  std::optional<double> structural_damping{};  ///< damping ratio of that mode
+  std::optional<double> amplifier_pole_hz{};
 };
 
 /// Device, hand, object and sensor as one coupled physical system, seeded and bit-repeatable in virtual time.
@@ -47,9 +47,9 @@ class SimulatedRig final : public hal::Rig {
 
   /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
   std::optional<hal::Error> set_program(const HandProgram& program);
-  /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. A hand
-  /// that presses lifts off first and then starts its program again; a passive weight keeps the old object
-  /// under it.
+  /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. A tip
+  /// that touches the old object, or would be inside the new one, is lifted off first; then the program, a
+  /// passive weight's too, starts again.
   std::optional<hal::Error> set_object(const std::string& name);
   std::string object() const;
 

@@ -46,6 +46,7 @@ Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint
       sensor_(tool_mass_kg, seed ^ 0x6e616e6f3137ULL) {
   for (double& phase : tremor_phase_) phase = 2.0 * std::numbers::pi * random_.uniform();
   for (std::size_t i = 0; i < 3; ++i) axes_[i] = {i == 2 ? 10.0 : 0.0, 0.0, i == 2 ? 10.0 : 0.0, 0.0};
+  truth_.tip_position_mm = {0.0, 0.0, 10.0};
   // Biased with the tool hanging free, upright and at rest.
   sensor_.bias_at({0.0, 0.0, -1e-3 * tool_mass_kg * kGravityMmPerS2});
 }
@@ -87,10 +88,9 @@ void Simulation::set_object(PlacedObject* object) noexcept {
 
 void Simulation::command(const Vector3& force_n) noexcept {
   const std::int64_t due = steps_ + std::llround(device_.command_latency_s / kStepS);
-  if (pending_count_ == pending_.size()) {  // commands come faster than the latency: the oldest is overtaken
-    std::move(pending_.begin() + 1, pending_.end(), pending_.begin());
-    --pending_count_;
-  }
+  // Within one step the last word counts; so no more can be on their way than the latency has steps.
+  if (pending_count_ > 0 && pending_[pending_count_ - 1].due_step == due) --pending_count_;
+  if (pending_count_ == pending_.size()) --pending_count_;
   pending_[pending_count_++] = {due, force_n};
 }
 

@@ -81,7 +81,7 @@ class Simulation {
   PlacedObject* object_ = nullptr;
 
   std::array<AxisState, 3> axes_{};
-  std::array<Pending, 4> pending_{};
+  std::array<Pending, 16> pending_{};  ///< one for each step of the latency, and some to spare
   std::size_t pending_count_ = 0;
   hal::Vector3 wanted_n_;     ///< command in force, quantised
   hal::Vector3 amplifier_n_;  ///< after the amplifier's lag

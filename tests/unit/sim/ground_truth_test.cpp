@@ -62,8 +62,9 @@ TEST_P(Truth, FrictionOpposesSlidingAndStaysBelowItsStaticLevel) {
     ASSERT_LE(t.friction_force_n, 1.1 * p.kinetic * p.static_ratio * t.normal_force_n);
     const Vector3 slide_mm = moved_mm - t.outward_normal * dot(moved_mm, t.outward_normal);
     const double power = dot(t.reaction_force_n - t.outward_normal * t.normal_force_n, slide_mm);
-    if (length(slide_mm) > 0.03)
+    if (length(slide_mm) > 0.03) {
       ASSERT_LT(power, 0.3 * t.friction_force_n * length(slide_mm)) << rig.time_s();
+    }
   });
 }
 

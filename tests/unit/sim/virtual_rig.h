@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -52,6 +54,7 @@ class VirtualRig {
     for (const double until_s = time_s() + duration_s; time_s() < until_s - 1e-9;) {
       tick(device_force_n);
       observe();
+      if (testing::Test::HasFatalFailure()) return;  // one is enough
     }
   }
   void run(double duration_s, const hal::Vector3& device_force_n = {}) {
