@@ -80,6 +80,7 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   contact.read("threshold_n", spec.contact.threshold_n, kThresholdN);
   contact.read("release_ratio", spec.contact.release_ratio, kReleaseRatio);
   contact.read("release_ticks", spec.contact.release_ticks, kReleaseTicks);
+  contact.read("quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, kFreeTicks);
   contact.read("free_ticks_to_arm", spec.contact.free_ticks_to_arm, kFreeTicks);
   contact.read("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
 
@@ -132,12 +133,12 @@ std::string write_scene(const rt::SceneSpec& spec) {
                   number(spec.press_axis.z));
   text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", toml_quoted(spec.tip), number(spec.tool_mass_g));
   text += fmt::format(
-      "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_ticks = {}\nfree_ticks_to_arm "
-      "= {}\n"
-      "release_clearance_mm = {}\n",
+      "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_ticks = {}\n"
+      "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n",
       word_for(spec.contact.method, kMethods), number(spec.contact.threshold_n),
-      number(spec.contact.release_ratio), spec.contact.release_ticks, spec.contact.free_ticks_to_arm,
-      number(spec.contact.release_clearance_mm));
+      number(spec.contact.release_ratio), spec.contact.release_ticks,
+      number(spec.contact.release_clearance_mm), spec.contact.quiet_ticks_after_release,
+      spec.contact.free_ticks_to_arm);
   text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
   text += fmt::format("\n[target]\nstiffness_n_per_mm = {}\nmax_stiffness_n_per_mm = {}\nramp_s = {}\n",
                       number(spec.target_stiffness_n_per_mm), number(spec.max_target_stiffness_n_per_mm),

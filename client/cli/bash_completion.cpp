@@ -53,7 +53,7 @@ void add_cases(const CLI::App& command, const std::string& path, std::vector<con
 }  // namespace
 
 std::string bash_completion(const CLI::App& app) {
-  const std::string program = app.get_name();
+  const std::string& program = app.get_name();
   std::string value_options;
   std::string cases;
   collect_value_options(app, value_options);

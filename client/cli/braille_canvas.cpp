@@ -31,7 +31,7 @@ BrailleCanvas::BrailleCanvas(int columns, int rows)
 
 void BrailleCanvas::dot(int x, int y, Color color) {
   if (x < 0 || y < 0 || x >= dot_columns() || y >= dot_rows()) return;
-  Cell& cell = cells_[static_cast<std::size_t>(y / 4 * columns_ + x / 2)];
+  Cell& cell = cells_[index(x / 2, y / 4)];
   cell.dots = static_cast<std::uint8_t>(cell.dots | kDotBits[y % 4][x % 2]);
   cell.color = color;
 }
@@ -46,12 +46,12 @@ void BrailleCanvas::line(int x0, int y0, int x1, int y1, Color color, int dash) 
   }
 }
 
-std::string BrailleCanvas::row(int index, const Terminal& terminal) const {
+std::string BrailleCanvas::row(int row, const Terminal& terminal) const {
   std::string text;
   std::string run;
   Color run_color = Color::kDefault;
   for (int column = 0; column < columns_; ++column) {
-    const Cell& cell = cells_[static_cast<std::size_t>(index * columns_ + column)];
+    const Cell& cell = cells_[index(column, row)];
     if (cell.dots != 0 && cell.color != run_color) {
       text += terminal.paint(run_color, run);
       run.clear();

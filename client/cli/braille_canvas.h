@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -23,13 +24,18 @@ class BrailleCanvas {
   void line(int x0, int y0, int x1, int y1, Color color, int dash = 0);
 
   /// One row of characters, `columns` wide on the terminal.
-  std::string row(int index, const Terminal& terminal) const;
+  std::string row(int row, const Terminal& terminal) const;
 
  private:
   struct Cell {
     std::uint8_t dots = 0;
     Color color = Color::kDefault;
   };
+
+  std::size_t index(int column, int row) const noexcept {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
 
   int columns_;
   int rows_;

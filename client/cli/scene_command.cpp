@@ -30,10 +30,7 @@ void print_outline(const v1::SceneOutline& outline) {
   TextTable table;
   table.add({"tip", outline.tip()});
   table.add({"object model", outline.object_model()});
-  table.add(
-      {"stages", outline.stages().empty()
-                     ? "none"
-                     : fmt::format("{}", fmt::join(outline.stages(), terminal.unicode ? " → " : " > "))});
+  for (int i = 0; i < outline.stages_size(); ++i) table.add({i == 0 ? "stages" : "", outline.stages(i)});
   table.add({"hardware", listed(outline.hardware())});
   table.add({"models", listed(outline.models())});
   table.add({"telemetry", listed(outline.telemetry_groups())});

@@ -93,6 +93,7 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--force-rate", &P::set_force_rate_n_per_s, "How fast the force builds up, in N/s")
       .option("--approach", &P::set_approach_mm_per_s, "Speed of the approach, in mm/s")
       .option("--hold", &P::set_hold_s, "Seconds at full force; negative = for ever")
+      .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)")
       .repetitions();
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_STROKE, "Presses and moves along the surface and back",
                  "  hapticctl sim hand stroke --force 1.5 --speed 100 --length 40 --direction 0 1 0")
@@ -104,7 +105,8 @@ void add_hand_programs(CLI::App& sim, Session& session) {
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_WEIGHT,
                  "A mass on the grip instead of a hand, lowered and left",
                  "  hapticctl sim hand weight --mass 408")
-      .option("--mass", &P::set_mass_g, "In g");
+      .option("--mass", &P::set_mass_g, "In g")
+      .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)");
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_SHAKE,
                  "Free motion driven by a sinusoidal force of the device",
                  "  hapticctl sim hand shake --force 1 --rate 5")

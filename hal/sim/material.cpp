@@ -95,21 +95,19 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
   const double damping =
       viscosity(std::max(depth_mm_, 0.5 * (depth_mm_ + std::max(0.0, free_depth_mm)))) / step_s_;
 
-  // Mean force over the step as a function of the depth at its end; strictly increasing.
-  const auto mean_force = [&](double y) {
-    return 0.5 * (before + (1.0 + intake_sum_) * elastic_force_n(y) + constant) + damping * (y - depth_mm_);
-  };
-  const auto mean_slope = [&](double y) { return 0.5 * (1.0 + intake_sum_) * slope(y) + damping; };
+  // Force at the end of the step, without viscosity, and mean force over it as functions of the depth at its
+  // end; strictly increasing.
+  const auto end_force = [&](double y) { return (1.0 + intake_sum_) * elastic_force_n(y) + constant; };
+  const auto mean_force = [&](double y) { return 0.5 * (before + end_force(y)) + damping * (y - depth_mm_); };
 
-  // y + compliance · mean_force(y) = free depth while touching; compliance absent when the surface moves
-  // alone.
-  const auto solve = [&](double weight_y, double weight_f, double right_side, double low, double high) {
+  // Where something increasing becomes zero, between bounds.
+  const auto root = [&](const auto& value, const auto& steepness, double low, double high) {
     constexpr double kToleranceMm = 1e-11;
     double y = std::clamp(depth_mm_ + last_change_mm_, low, high);
     for (int iteration = 0; iteration < 30; ++iteration) {
-      const double residual = weight_y * y + weight_f * mean_force(y) - right_side;
+      const double residual = value(y);
       (residual > 0.0 ? high : low) = y;
-      double next = y - residual / (weight_y + weight_f * mean_slope(y));
+      double next = y - residual / steepness(y);
       if (!(next >= low && next <= high)) next = 0.5 * (low + high);
       if (std::abs(next - y) < kToleranceMm) return next;
       y = next;
@@ -119,22 +117,29 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
 
   Step step;
   double y = depth_mm_;
-  bool touching = free_depth_mm > 0.0 && mean_force(std::max(0.0, free_depth_mm)) > 0.0;
+  const bool touching = free_depth_mm > 0.0 && mean_force(free_depth_mm) > 0.0;
   if (touching) {
-    // At y = free depth the force is positive, so the solution is not deeper; below, bounded by no force at
-    // all.
-    y = solve(1.0, compliance_mm_per_n, free_depth_mm, std::min(0.0, free_depth_mm) - 1.0, free_depth_mm);
-    step.mean_force_n = mean_force(y);
-    touching = step.mean_force_n > 0.0 && y > 0.0;
+    // y + compliance · mean_force(y) = free depth. There the force is positive, so the solution is not
+    // deeper; above, bounded by the force's reaching zero.
+    y = root([&](double at) { return at + compliance_mm_per_n * mean_force(at) - free_depth_mm; },
+             [&](double at) {
+               return 1.0 + compliance_mm_per_n * (0.5 * (1.0 + intake_sum_) * slope(at) + damping);
+             },
+             -1.0, free_depth_mm);
+    // Matter does not reach above its flat surface: a tip thrown out within the step is let go there.
+    step.mean_force_n = y > 0.0 ? std::max(0.0, mean_force(y)) : free_depth_mm / compliance_mm_per_n;
+    y = std::max(0.0, y);
     step.depth_mm = y;
-  }
-  if (!touching) {
-    // The tip moves on alone; the surface comes back under its own forces, never past flat, never through the
-    // tip.
+  } else {
+    // The tip moves on alone; the surface comes back as fast as its own forces and viscosity let it (at the
+    // step's end there is no force left: their mean would let it oscillate), never past flat, never through
+    // the tip.
     const double alone =
-        depth_mm_ > 0.0 && mean_force(0.0) < 0.0 ? solve(0.0, 1.0, 0.0, 0.0, depth_mm_ + 1.0) : 0.0;
-    y = std::max({0.0, alone, std::min(free_depth_mm, depth_mm_)});
-    step.mean_force_n = 0.0;
+        depth_mm_ > 0.0 && end_force(0.0) - damping * depth_mm_ < 0.0
+            ? root([&](double at) { return end_force(at) + damping * (at - depth_mm_); },
+                   [&](double at) { return (1.0 + intake_sum_) * slope(at) + damping; }, 0.0, depth_mm_ + 1.0)
+            : 0.0;
+    y = std::max({0.0, alone, free_depth_mm});
     step.depth_mm = free_depth_mm;
   }
 

@@ -103,13 +103,14 @@ struct SimulatedRig::State {
     incoming.store(change.release(), std::memory_order_release);
   }
 
-  /// Whether the object that is to come could be there now: the old one is not touched, and the tip is not
-  /// where the new one's matter will be.
+  /// Whether the object that is to come could be there now: the old one is not touched, and the tip is
+  /// neither where the new one's matter will be nor underneath it.
   bool clear_for_object() const noexcept {
     const hal::TruthSample& truth = simulation.truth();
-    const PlacedObject* next = awaiting_clearance->object.get();
-    return !truth.in_contact &&
-           (next == nullptr || project(next->model.shape, truth.tip_position_mm).depth_mm <= 0.0);
+    if (truth.in_contact) return false;
+    if (awaiting_clearance->object == nullptr) return true;
+    const Projection nearest = project(awaiting_clearance->object->model.shape, truth.tip_position_mm);
+    return nearest.depth_mm <= 0.0 && nearest.outward_normal.z > 0.0;
   }
 
   /// The clock's thread. A new hand takes over at once. A new object waits until the tip is clear of the old

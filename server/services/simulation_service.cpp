@@ -53,6 +53,7 @@ sim::HandProgram to_program(const v1::HandProgram& wanted, Kind kind) {
   }
   if (wanted.has_stroke_length_mm()) program.stroke_length_mm = wanted.stroke_length_mm();
   if (wanted.has_mass_g()) program.mass_g = wanted.mass_g();
+  if (wanted.has_knock_n()) program.knock_n = wanted.knock_n();
   return program;
 }
 

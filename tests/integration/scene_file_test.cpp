@@ -16,12 +16,13 @@ namespace {
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, axis, mass, contact, wall, target, max_target, ramp,
          compensation, structural, control, guard] = spec;
-  auto& [method, threshold, ratio, release_ticks, clearance, free_ticks] = contact;
+  auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks] = contact;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume] = guard;
   static_cast<void>(name), static_cast<void>(kind), static_cast<void>(description), static_cast<void>(tip);
   static_cast<void>(object_model), static_cast<void>(compensation), static_cast<void>(method);
-  static_cast<void>(release_ticks), static_cast<void>(free_ticks), static_cast<void>(law);
+  static_cast<void>(release_ticks), static_cast<void>(quiet_ticks), static_cast<void>(free_ticks);
+  static_cast<void>(law);
   return {&axis.x, &axis.y, &axis.z,     &mass,  &threshold,  &ratio,        &clearance,
           &wall,   &target, &max_target, &ramp,  &structural, &proportional, &derivative,
           &force,  &rate,   &power,      &stale, &resume};
@@ -51,6 +52,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     spec.contact.method =
         round % 2 == 0 ? rt::ContactMethod::kMatchedInertia : rt::ContactMethod::kFilteredAcceleration;
     spec.contact.release_ticks = static_cast<std::uint32_t>(1 + round);
+    spec.contact.quiet_ticks_after_release = static_cast<std::uint32_t>(1 + 3 * round);
     spec.contact.free_ticks_to_arm = static_cast<std::uint32_t>(1 + 7 * round);
     spec.controller.law = round % 2 == 0 ? rt::ControlLaw::kClosedLoop : rt::ControlLaw::kOpenLoop;
     for (double* number : numbers_of(spec)) *number = fraction(random);
@@ -69,6 +71,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->structural_compensation, spec.structural_compensation);
     EXPECT_EQ(again->contact.method, spec.contact.method);
     EXPECT_EQ(again->contact.release_ticks, spec.contact.release_ticks);
+    EXPECT_EQ(again->contact.quiet_ticks_after_release, spec.contact.quiet_ticks_after_release);
     EXPECT_EQ(again->contact.free_ticks_to_arm, spec.contact.free_ticks_to_arm);
     EXPECT_EQ(again->controller.law, spec.controller.law);
     EXPECT_EQ(write_scene(*again), text);

@@ -1,5 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <mutex>
+#include <thread>
+#include <vector>
+
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
 #include "tests/integration/temporary_folder.h"

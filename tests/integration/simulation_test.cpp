@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"

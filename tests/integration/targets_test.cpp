@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <thread>
+#include <vector>
 
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"

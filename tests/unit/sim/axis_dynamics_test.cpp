@@ -124,7 +124,7 @@ TEST(AxisDynamics, BendsByForceOverStructuralStiffness) {
   p.hand_stiffness_n_per_mm = p.hand_damping_n_s_per_mm = p.motor_viscosity_n_s_per_mm = 0.0;
   const AxisDynamics dynamics(p, 1e-4);
   AxisState s;
-  for (int i = 0; i < 20'000; ++i) s = dynamics.advance(s, 7.0, -7.0);
+  for (int i = 0; i < 100'000; ++i) s = dynamics.advance(s, 7.0, -7.0);
   EXPECT_NEAR(s.motor_mm - s.tip_mm, 7.0 / p.structural_stiffness_n_per_mm, 1e-9);
 }
 

@@ -130,15 +130,15 @@ TEST_P(Device, AmplifierLagsByItsPole) {
 
 TEST_P(Device, EncodersCountInWholeSteps) {
   VirtualRig rig({.device = model.name, .object = "none"},
-                 {.kind = HandProgram::Kind::kShake, .force_n = 1.0, .rate_hz = 3.0});
+                 {.kind = HandProgram::Kind::kShake, .force_n = 1.0, .rate_hz = 8.0});
   rig.run(2.0, [&] {
     for (const double p_mm :
          {rig.sample().tip_position_mm.x, rig.sample().tip_position_mm.y, rig.sample().tip_position_mm.z}) {
       ASSERT_NEAR(p_mm / model.encoder_resolution_mm, std::round(p_mm / model.encoder_resolution_mm), 1e-9);
     }
-    // Free motion bends the structure by tip mass times acceleration over k_s: here below 0.1 mm.
+    // Free motion bends the structure, by no more than the motors' whole force would.
     ASSERT_NEAR(rig.sample().tip_position_mm.z, rig.truth().tip_position_mm.z,
-                0.5 * model.encoder_resolution_mm + 0.1);
+                0.5 * model.encoder_resolution_mm + 1.1 / model.structural_stiffness_n_per_mm);
   });
 }
 
@@ -186,37 +186,43 @@ TEST_P(Device, StaysPutBelowItsFrictionAndMovesAboveIt) {
   }
 }
 
+// Momentum of both sides together: what brakes it besides the guide is friction, the same at every speed.
 TEST_P(Device, CoulombFrictionBrakesACoastingDeviceEvenly) {
   model.coulomb_friction_n = 0.3;
   model.viscous_friction_n_s_per_mm = 0.0;
+  model.encoder_resolution_mm = 1e-9;
   Bench bench(model, kLetGo, 0.05);
-  bench.simulation.command({0.0, 0.0, 3.0});
+  bench.simulation.command({0.0, 0.0, 5.0});
   bench.step(310);
   bench.simulation.command({});
-  bench.step(300);  // amplifier and structure have settled
-  const double before_mm = bench.tip_mm();
-  bench.step();
-  const double fast_mm_per_s = (bench.tip_mm() - before_mm) / Simulation::kStepS;
-  const double from_mm = bench.tip_mm();
-  bench.step(500);
-  const double to_mm = bench.tip_mm();
-  bench.step();
-  const double slow_mm_per_s = (bench.tip_mm() - to_mm) / Simulation::kStepS;
-  ASSERT_GT(slow_mm_per_s, 10.0) << "still coasting";
-  const double mass_kg = model.apparent_mass_kg + model.sensor_mass_kg + 0.05;
-  // Work and energy: friction, the guide's spring and its damper over the way between the two instants.
-  const double way_mm = to_mm - from_mm;
-  const double spring_n_mm =
-      0.5 * kGuideNPerMm * ((to_mm - 10.0) * (to_mm - 10.0) - (from_mm - 10.0) * (from_mm - 10.0));
-  const double damper_n_mm = 2e-4 * 0.5 * (fast_mm_per_s + slow_mm_per_s) * way_mm;
-  const double lost_n_mm = 0.5e-3 * mass_kg * (fast_mm_per_s * fast_mm_per_s - slow_mm_per_s * slow_mm_per_s);
-  EXPECT_NEAR((lost_n_mm - spring_n_mm - damper_n_mm) / way_mm, 0.3, 0.01);
+  bench.step(100);
+  const double tip_kg = model.tip_side_mass_kg() + model.sensor_mass_kg + 0.05;
+  const auto weighted_kg_mm = [&] {
+    return model.motor_side_mass_kg() * bench.encoders_mm().z + tip_kg * bench.tip_mm();
+  };
+  const auto momentum_n_s = [&] {  // over one step: that of its middle
+    const double before_kg_mm = weighted_kg_mm();
+    bench.step();
+    return 1e-3 * (weighted_kg_mm() - before_kg_mm) / Simulation::kStepS;
+  };
+  double last_n_s = momentum_n_s();
+  double last_mm = bench.tip_mm();
+  for (int i = 0; i < 400; ++i) {
+    const double n_s = momentum_n_s();
+    // Between the middles: the guide's spring at the tip's place then, its damper at the tip's speed.
+    const double tip_mm = bench.tip_mm();
+    const double guide_n = kGuideNPerMm * (last_mm - 10.0) + 2e-4 * (tip_mm - last_mm) / Simulation::kStepS;
+    ASSERT_NEAR((last_n_s - n_s) / Simulation::kStepS - guide_n, 0.3, 0.003);
+    last_n_s = n_s;
+    last_mm = tip_mm;
+  }
 }
 
 TEST_P(Device, StructureRingsAtItsModeWithItsDamping) {
   model.sensor_mass_kg = 0.0;
   model.viscous_friction_n_s_per_mm = 0.0;
-  const Bench bench(model, kLetGo);
+  const Bench bench(model,
+                    {.kind = HandProgram::Kind::kWeight, .mass_g = 1e-9});  // bare: no spring, no damper
   AxisState s{0.0, 0.0, 1.0, 0.0};
   // Extremes of the stretch, half a cycle apart.
   std::vector<double> peak_mm, peak_s;

@@ -114,11 +114,19 @@ TEST(Friction, OpposesMotionInThePlane) {
   }
 }
 
-TEST(Friction, ReversalAsksForTwiceTheBristles) {
+TEST(Friction, ReversalTurnsTheForceRound) {
   Friction friction(plain(), kStepS);
   for (int i = 0; i < 1000; ++i) friction.advance({5e-3, 0.0, 0.0}, 0.0, 1.0);
-  for (int i = 0; i < 10; ++i) friction.advance({-5e-3, 0.0, 0.0}, 0.0, 1.0);
-  EXPECT_NEAR(bend(friction).x, -0.5 + 0.5 * 0.05 / 0.1, 0.02) << "unbends along the elastic line at first";
+  double last = bend(friction).x;
+  EXPECT_NEAR(last, -0.5, 1e-9);
+  for (int i = 0; i < 500; ++i) {
+    friction.advance({-5e-3, 0.0, 0.0}, 0.0, 1.0);
+    ASSERT_GE(bend(friction).x, last - 1e-12);
+    last = bend(friction).x;
+    // The bristles unbend no faster than LuGre's twice the elastic rate allows.
+    ASSERT_LE(last, -0.5 + 2.0 * 0.5 / 0.1 * 5e-3 * (i + 1));
+  }
+  EXPECT_NEAR(last, 0.5, 1e-9);
 }
 
 // Beyond breakaway the update is the solution of the LuGre equation at constant velocity: from one bend to

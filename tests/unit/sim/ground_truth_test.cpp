@@ -96,7 +96,7 @@ TEST_P(Truth, TheDentIsThereUntilItHasRecovered) {
       {.object = GetParam()},
       {.kind = HandProgram::Kind::kPress, .force_n = 3.0, .force_rate_n_per_s = 10.0, .hold_s = 1.0});
   bool pressed = false, dented_without_contact = false;
-  rig.run(12.0, [&] {
+  rig.run(30.0, [&] {
     pressed = pressed || rig.truth().normal_force_n > 2.0;
     if (pressed && !rig.truth().in_contact && rig.truth().surface_depression_mm > 1e-4) {
       dented_without_contact = true;
@@ -127,7 +127,8 @@ TEST_P(Balance, AtRestHandDeviceAndObjectCancelButForTheDevicesFriction) {
   const double friction_n = device_preset(device)->coulomb_friction_n;
   for (const std::string& object : object_preset_names()) {
     VirtualRig rig({.device = device, .object = object}, {.kind = HandProgram::Kind::kWeight});
-    rig.run(25.0, {0.2 * force_n, 0.0, force_n});
+    rig.run(8.0);
+    rig.run(20.0, {0.2 * force_n, 0.0, force_n});
     rig.run(0.2,
             [&] {
               const hal::TruthSample& t = rig.truth();

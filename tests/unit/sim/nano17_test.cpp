@@ -35,7 +35,7 @@ TEST(Nano17, EachSampleIsACountOfItsConverter) {
   for (int i = 0; i < 1000; ++i) {
     const hal::RigSample sample = mean_of(sensor, {0.01 * i, -0.017 * i, 0.03 * i}, 1);
     for (const double f_n : {sample.sensor_force_n.x, sample.sensor_force_n.y, sample.sensor_force_n.z}) {
-      ASSERT_EQ(640.0 * f_n, std::round(640.0 * f_n));
+      ASSERT_NEAR(640.0 * f_n, std::round(640.0 * f_n), 1e-9);
     }
   }
 }
