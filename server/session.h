@@ -51,6 +51,7 @@ class Session {
 
   /// The rig's time of the last tick.
   std::int64_t now_ns() const { return engine_.last_time_ns(); }
+  std::uint64_t last_tick() const { return engine_.last_tick(); }
 
   /// Nothing, or why the loop takes no commands now.
   std::optional<Refusal> unavailable() const;

@@ -16,7 +16,8 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       residual_(resolved.tool_mass_g, rig.rate_hz),
       contact_(resolved.contact),
       target_(resolved.target_stiffness_n_per_mm, rig.rate_hz),
-      controller_(resolved.controller, rig.rate_hz) {}
+      controller_(resolved.controller, rig.rate_hz),
+      fade_(rig.rate_hz) {}
 
 std::uint32_t TapPipeline::channels() const noexcept {
   return channel::kMotion | channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl;
@@ -28,6 +29,7 @@ void TapPipeline::reset() noexcept {
   contact_.reset();
   onset_.forget();
   controller_.reset();
+  fade_.reset();
 }
 
 void TapPipeline::set_target(double stiffness_n_per_mm, double ramp_s) noexcept {
@@ -71,6 +73,7 @@ hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& rec
                   ? desired_force_compensated(reaction_n, target, encoder_mm, structural_n_per_mm_)
                   : desired_force_rigid(reaction_n, target, encoder_mm);
   }
+  desired.force_n = fade_.update(in_contact, desired.force_n);
   const double device_force_n = controller_.device_force_n();
   const double command_n = controller_.update(desired.force_n);
 

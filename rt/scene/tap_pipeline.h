@@ -11,6 +11,7 @@
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "rt/signal/motion_estimator.h"
+#include "rt/target/release_fade.h"
 #include "rt/target/target_ramp.h"
 
 namespace hapticd::rt {
@@ -42,6 +43,7 @@ class TapPipeline final : public Pipeline {
   double contact_depth_mm_ = 0.0;  ///< where the present contact began
   TargetRamp target_;
   ForceController controller_;
+  ReleaseFade fade_;
 };
 
 }  // namespace hapticd::rt

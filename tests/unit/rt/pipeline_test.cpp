@@ -141,6 +141,25 @@ TEST(TapPipeline, StoppedAndClearedItComesBackOverARampFromWhereItIs) {
   EXPECT_NEAR(before, full, 1e-3);
 }
 
+TEST(TapPipeline, AnObjectThatLetsGoWhileTheTipIsDeepCausesNoKnock) {
+  Bench bench(rigid(0.7));
+  bench.press(-5.0, -5.0, 0.4, 50);
+  bench.press(-5.0, 5.0, 0.4, 1000);
+  double before = bench.press(5.0, 5.0, 0.4, 200).device_command_n.z;
+  EXPECT_NEAR(before, 1.5, 0.03);
+  // The surface stays behind: no reaction any more, at 5 mm. What the target asks there is 3.5 N.
+  double largest = 0.0;
+  TickRecord record;
+  for (int i = 0; i < 300; ++i) {
+    record = bench.tick(bench.at_depth(5.0, 0.0));
+    if (!record.in_contact) largest = std::max(largest, before - record.device_command_n.z);
+    before = record.device_command_n.z;
+  }
+  EXPECT_FALSE(record.in_contact);
+  EXPECT_NEAR(record.device_command_n.z, 0.0, 1e-6);
+  EXPECT_LT(largest, 1.5 * 3.5 / 50.0) << "3.5 N over 50 ms";
+}
+
 TEST(TapPipeline, TargetChangesAreRamped) {
   Bench bench(rigid(0.3));
   bench.press(-5.0, -5.0, 0.4, 50);
