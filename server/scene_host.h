@@ -50,7 +50,7 @@ class SceneHost {
 
   /// Null when none is loaded.
   std::shared_ptr<const ResolvedScene> current() const;
-  const SceneLibrary& library() const { return library_; }
+  const SceneLibrary& catalogue() const { return library_; }
 
   /// While held, the scene is not exchanged: what was validated against it is still valid when it takes
   /// effect.

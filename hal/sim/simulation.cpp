@@ -87,6 +87,7 @@ void Simulation::set_object(PlacedObject* object) noexcept {
 }
 
 void Simulation::command(const Vector3& force_n) noexcept {
+  if (!std::isfinite(force_n.x + force_n.y + force_n.z)) return;  // no DAC has a code for it
   const std::int64_t due = steps_ + std::llround(device_.command_latency_s / kStepS);
   // Within one step the last word counts; so no more can be on their way than the latency has steps.
   if (pending_count_ > 0 && pending_[pending_count_ - 1].due_step == due) --pending_count_;

@@ -17,6 +17,7 @@ GuardLimits idle_limits(const hal::RigInfo& rig) {
 Engine::Engine(const hal::Rig& rig, std::size_t record_capacity)
     : rig_(rig),
       renderer_(idle_limits(rig.info()), rig.info().rate_hz),
+      has_time_(rig.owns_clock()),
       mailbox_(kCommandSlots),
       records_(record_capacity) {}
 
@@ -31,12 +32,24 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   record.channels |= channel::kTiming;
   record.timing = timing_;
   if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
-  if (!records_.push(record)) {
+  if (!records_.push(record) && !(has_time_ && push_patiently(record))) {
     records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
   last_time_ns_.store(sample.time_ns, std::memory_order_release);
   last_tick_.store(sample.tick, std::memory_order_release);
   return command;
+}
+
+// A rig that owns its clock waits for nobody's hand: it can wait for a reader, though not for one that never
+// comes.
+bool Engine::push_patiently(const TickRecord& record) noexcept {
+  constexpr int kTries = 100;
+  for (int i = 0; i < kTries; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (records_.push(record)) return true;
+  }
+  has_time_ = false;  // nobody reads: go on without telemetry
+  return false;
 }
 
 // At most kCommandSlots commands exist at all, so both loops are bounded.

@@ -97,9 +97,11 @@ class Engine final : public hal::TickHandler {
   void take_commands(const hal::RigSample& sample) noexcept;
   void perform(Slot& slot, const hal::RigSample& sample) noexcept;
   Slot* acquire_slot();
+  bool push_patiently(const TickRecord& record) noexcept;
 
   const hal::Rig& rig_;
   Renderer renderer_;
+  bool has_time_;  ///< virtual or recorded time: a full ring may be waited for instead of losing the record
   TickTiming timing_;
 
   std::array<Slot, kCommandSlots> slots_;

@@ -86,11 +86,12 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   loop.set_overruns_by_device(statistics.overruns_by_device);
   loop.set_running(session_.running());
 
+  const std::uint64_t tick = session_.last_tick();
+  const std::int64_t time_ns = session_.now_ns();
   rt::TickRecord record = hub_.latest();
-  // Where the ring overflowed the newest records are lost; the clock is told all the same.
-  if (session_.last_tick() > record.tick) {
-    record.tick = session_.last_tick();
-    record.time_ns = session_.now_ns();
+  if (record.tick < tick) {  // the ring overflowed: the newest records are lost, but the clock is known
+    record.tick = tick;
+    record.time_ns = time_ns;
   }
   response->set_guard_state(to_proto(record.guard_state));
   response->set_guard_fault(to_proto(record.guard_fault));

@@ -66,7 +66,7 @@ grpc::Status SceneService::ListScenes(grpc::ServerContext*, const v1::ListScenes
                                       v1::ListScenesResponse* response) {
   const auto current = scenes_.current();
   bool listed = false;
-  for (const SceneLibrary::Entry& entry : scenes_.library().list()) {
+  for (const SceneLibrary::Entry& entry : scenes_.catalogue().list()) {
     v1::SceneSummary& scene = *response->add_scenes();
     scene.set_name(entry.name);
     scene.set_description(entry.description);

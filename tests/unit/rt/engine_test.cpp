@@ -178,6 +178,31 @@ TEST(Engine, LostRecordsAreCountedAndLeaveAGapInTheSequence) {
   EXPECT_EQ(last, 15U);
 }
 
+TEST(Engine, InVirtualTimeASlowReaderLosesNothing) {
+  FakeRig rig(true);
+  Engine engine(rig, 16);
+  std::atomic<bool> done{false};
+  std::thread loop([&] {
+    hal::RigSample sample;
+    for (int i = 0; i < 500; ++i) {
+      rig.read(sample);
+      engine.on_tick(sample);
+    }
+    done = true;
+  });
+  TickRecord record;
+  std::uint64_t expected = 0;
+  while (expected < 500) {
+    if (engine.pop_record(record)) {
+      ASSERT_EQ(record.tick, expected++);
+    } else {
+      std::this_thread::yield();
+    }
+  }
+  loop.join();
+  EXPECT_EQ(engine.records_dropped(), 0U);
+}
+
 TEST(Engine, ManyCallersAtOnceEachGetTheirOwnAnswer) {
   FakeRig rig;
   Engine engine(rig);
