@@ -3,6 +3,7 @@
 #include <ostream>
 #include <string>
 
+#include "tests/study/rig/hands.h"
 #include "tests/study/rig/virtual_run.h"
 
 namespace hapticd::study {
@@ -17,11 +18,7 @@ double rendered_n_per_mm(const std::string& object, double target, double press_
   scene.target_stiffness_n_per_mm = target;
   scene.structural_compensation = compensated;
   VirtualRun run(rig, scene);
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kPress;
-  hand.force_n = press_n;
-  hand.hold_s = -1.0;
-  run.set_hand(hand);
+  run.set_hand(pressing(press_n));
   double force_n = 0.0;
   double depth_mm = 0.0;
   while (run.time_s() < 7.0) {
@@ -70,11 +67,7 @@ TEST(ContactDetection, RaisesNoFalseAlarmWhenShaken) {
   rt::SceneSpec scene;
   scene.name = "tap_1d";
   VirtualRun run(rig, scene);
-  sim::HandProgram shake;
-  shake.kind = sim::HandProgram::Kind::kShake;
-  shake.force_n = 1.0;
-  shake.rate_hz = 5.0;
-  run.set_hand(shake);
+  run.set_hand(shaken());
   while (run.time_s() < 60.0) {
     run.step();
     ASSERT_FALSE(run.record().in_contact) << "at " << run.time_s() << " s";
@@ -89,11 +82,7 @@ TEST(ContactDetection, PublishedCompensationDoesRaiseThem) {
   scene.contact.method = rt::ContactMethod::kFilteredAcceleration;
   scene.contact.free_ticks_to_arm = 1;
   VirtualRun run(rig, scene);
-  sim::HandProgram shake;
-  shake.kind = sim::HandProgram::Kind::kShake;
-  shake.force_n = 1.0;
-  shake.rate_hz = 5.0;
-  run.set_hand(shake);
+  run.set_hand(shaken());
   while (run.time_s() < 5.0) run.step();
   EXPECT_GT(run.record().contact_count, 10U) << "the reason why the matched residual exists";
 }
@@ -105,12 +94,7 @@ TEST(ContactDetection, EveryTapIsDeclaredOnceAndReleased) {
     rt::SceneSpec scene;
     scene.name = "tap_1d";
     VirtualRun run(rig, scene);
-    sim::HandProgram tap;
-    tap.kind = sim::HandProgram::Kind::kTap;
-    tap.speed_mm_per_s = 300.0;
-    tap.rate_hz = 1.0;
-    tap.repetitions = 6;
-    run.set_hand(tap);
+    run.set_hand(tapping(300.0, 6));
     int strikes = 0;
     double free_since_s = 0.0;
     bool was_touching = false;
@@ -138,10 +122,7 @@ TEST(ClosedLoop, IsBitRepeatable) {
       scene.name = "tap_1d";
       return scene;
     }());
-    sim::HandProgram tap;
-    tap.kind = sim::HandProgram::Kind::kTap;
-    tap.repetitions = -1;
-    run.set_hand(tap);
+    run.set_hand(tapping(400.0));
     double sum = 0.0;
     for (int i = 0; i < 5000; ++i) {
       run.step();

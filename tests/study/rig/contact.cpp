@@ -8,6 +8,7 @@
 #include "rt/contact/free_motion_residual.h"
 #include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_compensation.h"
+#include "tests/study/rig/hands.h"
 #include "tests/study/rig/rig_study.h"
 #include "tests/study/rig/virtual_run.h"
 
@@ -21,15 +22,6 @@ struct Watcher {
   rt::ContactMethod method;
   rt::ContactDetector detector;
 };
-
-sim::HandProgram tapping(double speed_mm_per_s) {
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kTap;
-  hand.speed_mm_per_s = speed_mm_per_s;
-  hand.rate_hz = 0.977;  // no multiple of the tick: contacts fall anywhere between two samples
-  hand.repetitions = -1;
-  return hand;
-}
 
 struct Delays {
   std::vector<double> delay_ms;
@@ -115,11 +107,7 @@ void run_thresholds(StudyContext& context) {
   rt::SceneSpec scene;
   scene.name = "tap_1d";
   VirtualRun run(rig, scene);
-  sim::HandProgram shake;
-  shake.kind = sim::HandProgram::Kind::kShake;
-  shake.force_n = 1.0;
-  shake.rate_hz = 5.0;
-  run.set_hand(shake);
+  run.set_hand(shaken());
 
   const std::vector<double> thresholds_n{0.005, 0.0075, 0.010, 0.0125, 0.015, 0.020, 0.030, 0.045, 0.060};
   std::vector<Watcher> watchers;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/study/rig/hands.h"
 #include "tests/study/rig/rig_study.h"
 #include "tests/study/rig/virtual_run.h"
 
@@ -32,10 +33,7 @@ PressResult press(const std::string& device, const std::string& object, double t
   scene.target_stiffness_n_per_mm = target;
   scene.structural_compensation = compensated;
   VirtualRun run(rig, scene);
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kPress;
-  hand.force_n = force_n;
-  hand.hold_s = -1.0;
+  const sim::HandProgram hand = pressing(force_n);
   run.set_hand(hand);
 
   PressResult result;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rt/target/desired_force.h"
+#include "tests/study/rig/hands.h"
 #include "tests/study/rig/oscillation.h"
 #include "tests/study/rig/rig_study.h"
 #include "tests/study/rig/virtual_run.h"
@@ -110,10 +111,7 @@ Limit wall_limit(const sim::SimulationConfig& rig, rt::ControlLaw law) {
   scene.controller.law = law;
   scene.target_stiffness_n_per_mm = kSoftWall;
   VirtualRun run(rig, scene);
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kPress;
-  hand.force_n = 4.0;
-  hand.hold_s = -1.0;
+  sim::HandProgram hand = pressing(4.0);
   hand.knock_n = kKnockN;
   run.set_hand(hand);
   while (run.time_s() < 8.0) run.step();
