@@ -42,7 +42,8 @@ clean_up() {
 }
 trap clean_up EXIT
 
-"$bin/hapticd" --rig sim:phantom_1_0 --listen 127.0.0.1:0 >"$work/address" 2>"$work/log" &
+# nohup: with --keep it outlives this terminal.
+nohup "$bin/hapticd" --rig sim:phantom_1_0 --listen 127.0.0.1:0 </dev/null >"$work/address" 2>"$work/log" &
 daemon=$!
 address=
 for _ in {1..150}; do
