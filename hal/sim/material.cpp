@@ -116,7 +116,7 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
   };
 
   Step step;
-  double y = depth_mm_;
+  double y;
   const bool touching = free_depth_mm > 0.0 && mean_force(free_depth_mm) > 0.0;
   if (touching) {
     // y + compliance · mean_force(y) = free depth. There the force is positive, so the solution is not

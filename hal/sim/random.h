@@ -56,7 +56,7 @@ class Random {
     return result;
   }
 
-  std::uint64_t state_[4];
+  std::uint64_t state_[4]{};
   double spare_ = 0.0;
   bool has_spare_ = false;
 };

@@ -4,7 +4,6 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 
 namespace hapticd::rt {
 
@@ -37,7 +37,7 @@ void increment(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noexce
 
 /// Touches the stack the loop will use, so that no page of it is first met inside a tick.
 void prefault_stack() noexcept {
-  std::array<volatile unsigned char, 256 * 1024> pages;
+  std::array<volatile unsigned char, std::size_t{256} * 1024> pages{};
   for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
 }
 
