@@ -37,8 +37,13 @@ class Watch {
     while (run_.time_s() < until_s) {
       run_.step();
       judge_.add(run_.truth().tip_position_mm.z);
-      if (run_.record().guard_state == rt::GuardState::kLatched) return "the guard latches";
+      if (run_.record().guard_state == rt::GuardState::kLatched) {
+        return run_.record().guard_fault == rt::GuardFault::kSensorSaturated ? "its blows saturate the sensor"
+                                                                             : "the guard latches";
+      }
       if (on_object_ && !run_.truth().in_contact) return "bounces off";
+      // Resting on the object without being rendered is no stability of the rendering.
+      if (on_object_ && !run_.record().in_contact) return "contact is lost to the detector";
     }
     // Only now: what the last step set off has had its time to die away.
     if (judge_.oscillates())
