@@ -4,7 +4,7 @@
 #include <string>
 
 #include "tests/integration/running_service.h"
-#include "tests/integration/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {

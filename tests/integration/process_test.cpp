@@ -3,7 +3,7 @@
 
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/running_service.h"
-#include "tests/integration/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {

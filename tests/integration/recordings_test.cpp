@@ -5,7 +5,7 @@
 
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
-#include "tests/integration/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {

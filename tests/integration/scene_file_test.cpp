@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
+#include <optional>
 #include <random>
 
 #include "server/scene_library.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::server {
 namespace {
@@ -142,13 +142,12 @@ TEST(SceneLibrary, KnowsTheBuiltInScenes) {
 }
 
 TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsTold) {
-  const auto folder = std::filesystem::temp_directory_path() / ("hapticd-scenes-" + std::to_string(getpid()));
-  std::filesystem::create_directory(folder);
-  std::ofstream(folder / "soft.toml") << "description = \"mine\"\n[target]\nstiffness_n_per_mm = 0.1\n";
-  std::ofstream(folder / "wall.toml") << "kind = \"wall\"\ndescription = \"my own wall\"\n";
-  std::ofstream(folder / "broken.toml") << "oops = 1\n";
-  std::ofstream(folder / "not a name.toml") << "";
-  const SceneLibrary library(folder.string());
+  std::optional<test::TemporaryFolder> folder(std::in_place);
+  folder->write("soft.toml", "description = \"mine\"\n[target]\nstiffness_n_per_mm = 0.1\n");
+  folder->write("wall.toml", "kind = \"wall\"\ndescription = \"my own wall\"\n");
+  folder->write("broken.toml", "oops = 1\n");
+  folder->write("not a name.toml", "");
+  const SceneLibrary library(folder->path());
   const auto entries = library.list();
   ASSERT_EQ(entries.size(), 4U);
   EXPECT_EQ(entries[0].name, "broken");
@@ -160,7 +159,7 @@ TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsTold) {
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.error().remedy, "did you mean 'soft'?");
   EXPECT_FALSE(library.find("../soft"));
-  std::filesystem::remove_all(folder);
+  folder.reset();
   EXPECT_TRUE(library.check_folder());
 }
 

@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <string>
 
 #include "client/cli/bash_completion.h"
 #include "client/cli/commands.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {
 namespace {
@@ -53,8 +53,8 @@ TEST(App, EveryOptionIsCompletedWhereItStands) {
 
 TEST(App, TheCompletionScriptWorksInBash) {
   Built built;
-  const std::string path = testing::TempDir() + "hapticctl_completion.bash";
-  std::ofstream(path) << bash_completion(built.app);
+  const test::TemporaryFolder folder;
+  const std::string path = folder.write("hapticctl_completion.bash", bash_completion(built.app));
   const auto completes = [&path](const std::string& words, const std::string& last,
                                  const std::string& expected) {
     const std::string program =

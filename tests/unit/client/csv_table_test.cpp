@@ -3,23 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <string>
 
 #include "client/cli/session.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {
 namespace {
 
-std::string file_with(const std::string& text) {
-  const std::string path = testing::TempDir() + "csv_table_test.csv";
-  std::ofstream(path) << text;
-  return path;
+CsvTable table_of(const std::string& text) {
+  const test::TemporaryFolder folder;
+  return CsvTable::read(folder.write("table.csv", text));
 }
 
 TEST(CsvTable, ReadsNumbersAndPassesOverComments) {
-  const auto table =
-      CsvTable::read(file_with("# a comment\ntime_s,reason,force_n\n0.5,free,-1.5e-3\r\n# more\n1,held,\n"));
+  const auto table = table_of("# a comment\ntime_s,reason,force_n\n0.5,free,-1.5e-3\r\n# more\n1,held,\n");
   EXPECT_EQ(table.rows(), 2U);
   EXPECT_EQ(table.column("time_s"), (std::vector<double>{0.5, 1.0}));
   EXPECT_DOUBLE_EQ(table.column("force_n")[0], -1.5e-3);
@@ -29,7 +27,7 @@ TEST(CsvTable, ReadsNumbersAndPassesOverComments) {
 
 TEST(CsvTable, NamesTheLineThatIsWrong) {
   try {
-    CsvTable::read(file_with("# c\na,b\n1,2\n1,2,3\n"));
+    table_of("# c\na,b\n1,2\n1,2,3\n");
     ADD_FAILURE();
   } catch (const LocalError& error) {
     EXPECT_NE(error.detail().where().find("line 4"), std::string::npos);
@@ -40,10 +38,10 @@ TEST(CsvTable, NamesTheLineThatIsWrong) {
 
 TEST(CsvTable, RefusesWhatIsNoRecording) {
   EXPECT_THROW(CsvTable::read("/nonexistent.csv"), LocalError);
-  EXPECT_THROW(CsvTable::read(testing::TempDir()), LocalError);
-  EXPECT_THROW(CsvTable::read(file_with("")), LocalError);
-  EXPECT_THROW(CsvTable::read(file_with("a,b\n")), LocalError);
-  const auto table = CsvTable::read(file_with("a,b\n1,2\n"));
+  EXPECT_THROW(CsvTable::read(test::TemporaryFolder().path()), LocalError);
+  EXPECT_THROW(table_of(""), LocalError);
+  EXPECT_THROW(table_of("a,b\n"), LocalError);
+  const auto table = table_of("a,b\n1,2\n");
   EXPECT_FALSE(table.has("c"));
   EXPECT_THROW(table.column("c"), LocalError);
 }

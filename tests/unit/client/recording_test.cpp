@@ -10,6 +10,7 @@
 #include "client/cli/csv_table.h"
 #include "client/cli/names.h"
 #include "client/cli/session.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {
 namespace {
@@ -58,7 +59,8 @@ TEST(TelemetryColumns, ARowHasACellForEachColumn) {
 }
 
 TEST(Recording, TellsRigSceneAndWhatIsMissing) {
-  const std::string path = testing::TempDir() + "recording_test/new_folder/recording.csv";
+  const test::TemporaryFolder folder;
+  const std::string path = folder.path("new_folder/deeper/recording.csv");
   v1::RigState state;
   state.set_scene("tap_1d");
   state.set_target_stiffness_n_per_mm(0.5);
