@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "hal/samples.h"
 #include "rt/signal/butterworth_low_pass.h"
 
 namespace hapticd::rt {
@@ -19,27 +20,32 @@ namespace hapticd::rt {
 /// A slow contact is seen through L, τ = 11 ms late; an impact rises above what jerk can do within a tick or
 /// two. j_0 is the jerk with which a motion may begin before the encoders can tell: without it every brisk
 /// start would be taken for a contact.
-class FreeMotionResidual {
+///
+/// `Value` is one number (along a press axis) or a vector of three (rig frame, gravity taken off).
+template <class Value>
+class BasicFreeMotionResidual {
  public:
-  FreeMotionResidual(double tool_mass_g, double rate_hz) noexcept;
+  BasicFreeMotionResidual(double tool_mass_g, double rate_hz) noexcept;
 
-  /// Force along the press axis (positive when pushed back) and depth, both of this tick; true time steps are
-  /// used, so a late tick is no acceleration. Returns r in N. `in_contact`: the jerk is the object's doing
-  /// and teaches nothing about free motion.
-  double update(double sensor_force_n, double depth_mm, std::int64_t time_ns, bool in_contact) noexcept;
+  /// Force the tool was measured to bear and where it is, both of this tick, signed so that in free motion
+  /// force = m · acceleration of `position_mm` (in 1D: pushed back is positive, and so is into the object).
+  /// True time steps are used, so a late tick is no acceleration. Returns r in N. `in_contact`: the jerk is
+  /// the object's doing and teaches nothing about free motion.
+  Value update(const Value& sensor_force_n, const Value& position_mm, std::int64_t time_ns,
+               bool in_contact) noexcept;
   /// The next sample starts anew; whatever it reads counts as residual.
   void reset() noexcept { samples_ = 0; }
   /// The tool is known to be free now: what the filters still remember of the contact is dropped, and the
   /// present reading is taken for inertia.
   void assume_free() noexcept;
 
-  double residual_n() const noexcept { return residual_n_; }
+  const Value& residual_n() const noexcept { return residual_n_; }
   /// Present half-width of the dead zone.
   double explained_by_jerk_n() const noexcept { return seen_jerk_n_ + unseen_n_; }
   /// Upper bound of what free motion may leave in prompt_force_n(), j_0 aside.
   double seen_jerk_n() const noexcept { return seen_jerk_n_; }
   /// f_s - L[m a]: prompt, but off by up to the dead zone. For looking back at how a contact began.
-  double prompt_force_n() const noexcept { return last_force_n_ - last_inertia_n_; }
+  Value prompt_force_n() const noexcept { return last_force_n_ - last_inertia_n_; }
 
  private:
   static constexpr double kCutoffHz =
@@ -54,19 +60,24 @@ class FreeMotionResidual {
   double delay_s_;
   double unseen_n_;
   double jerk_decay_;
-  ButterworthLowPass residual_1_, residual_2_;
-  ButterworthLowPass force_1_, force_2_;
-  ButterworthLowPass inertia_1_, inertia_2_;
+  BasicButterworthLowPass<Value> residual_1_, residual_2_;
+  BasicButterworthLowPass<Value> force_1_, force_2_;
+  BasicButterworthLowPass<Value> inertia_1_, inertia_2_;
   int samples_ = 0;
   std::int64_t last_time_ns_ = 0;
   double last_step_s_ = 0.0;
-  double last_depth_mm_ = 0.0;
-  double last_velocity_mm_per_s_ = 0.0;
-  double last_force_n_ = 0.0;
-  double last_inertia_n_ = 0.0;
+  Value last_position_mm_{};
+  Value last_velocity_mm_per_s_{};
+  Value last_force_n_{};
+  Value last_inertia_n_{};
   double jerk_n_per_s_ = 0.0;  ///< envelope of d(m a)/dt
   double seen_jerk_n_ = 0.0;   ///< γ τ times it
-  double residual_n_ = 0.0;
+  Value residual_n_{};
 };
+
+using FreeMotionResidual = BasicFreeMotionResidual<double>;
+using FreeMotionResidual3 = BasicFreeMotionResidual<hal::Vector3>;
+extern template class BasicFreeMotionResidual<double>;
+extern template class BasicFreeMotionResidual<hal::Vector3>;
 
 }  // namespace hapticd::rt

@@ -86,7 +86,7 @@ void Engine::perform(Slot& slot, const hal::RigSample& sample) noexcept {
   switch (slot.command.kind) {
     case EngineCommand::Kind::kSetTarget:
       if (!renderer_.has_scene()) outcome.status = EngineOutcome::Status::kNoScene;
-      renderer_.set_target(slot.command.stiffness_n_per_mm, slot.command.ramp_s);
+      renderer_.set_target(slot.command.target, slot.command.ramp_s);
       break;
     case EngineCommand::Kind::kExchangeScene:
       outcome.retired = renderer_.exchange(slot.command.pipeline, slot.command.guard);

@@ -22,7 +22,7 @@ struct EngineCommand {
   Kind kind = Kind::kSetTarget;
   std::uint64_t at_tick = 0;    ///< not before this tick; 0 = the next one
   std::int64_t at_time_ns = 0;  ///< nor before this time of the rig
-  double stiffness_n_per_mm = 0.0;
+  TargetLaw target;             ///< kSetTarget
   double ramp_s = 0.0;
   Pipeline* pipeline = nullptr;  ///< kExchangeScene: the new one, or null to unload
   GuardLimits guard;             ///< kExchangeScene

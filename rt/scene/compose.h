@@ -1,14 +1,23 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "hal/error.h"
+#include "rt/model/models.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 
 namespace hapticd::rt {
 
-/// Builds exactly the stages a resolved spec needs. Fails where the rig lacks what the scene needs, by name.
-hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const hal::RigInfo& rig);
+/// What a resolved spec needs of the object's model, in words, e.g. "creep law of 'sponge_cut'"; empty where
+/// measurement is enough.
+std::vector<std::string> needed_models(const SceneSpec& resolved);
+
+/// Builds exactly the stages a resolved spec needs. Fails where the rig or the object's model (null: there is
+/// none) lack what the scene needs, by name.
+hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const hal::RigInfo& rig,
+                                               const ObjectModel* model = nullptr);
 
 }  // namespace hapticd::rt

@@ -4,6 +4,7 @@
 
 #include "hal/samples.h"
 #include "rt/scene/tick_record.h"
+#include "rt/target/target_law.h"
 
 namespace hapticd::rt {
 
@@ -27,8 +28,9 @@ class Pipeline {
   /// contact is declared only once the tool was seen free.
   virtual void reset() noexcept = 0;
 
-  /// New target, reached linearly over `ramp_s` from the value in force now.
-  virtual void set_target(double stiffness_n_per_mm, double ramp_s) noexcept = 0;
+  /// New target, reached over `ramp_s` from the force of the present one. One-dimensional scenes know linear
+  /// targets only; whoever sets one has checked.
+  virtual void set_target(const TargetLaw& target, double ramp_s) noexcept = 0;
 };
 
 }  // namespace hapticd::rt

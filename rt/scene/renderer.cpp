@@ -11,8 +11,8 @@ Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept
   return before;
 }
 
-void Renderer::set_target(double stiffness_n_per_mm, double ramp_s) noexcept {
-  if (pipeline_ != nullptr) pipeline_->set_target(stiffness_n_per_mm, ramp_s);
+void Renderer::set_target(const TargetLaw& target, double ramp_s) noexcept {
+  if (pipeline_ != nullptr) pipeline_->set_target(target, ramp_s);
 }
 
 hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& record) noexcept {

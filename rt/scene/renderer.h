@@ -21,7 +21,7 @@ class Renderer {
 
   hal::DeviceCommand tick(const hal::RigSample& sample, TickRecord& record) noexcept;
 
-  void set_target(double stiffness_n_per_mm, double ramp_s) noexcept;
+  void set_target(const TargetLaw& target, double ramp_s) noexcept;
   void stop() noexcept { guard_.stop(); }
   /// Leaves the latch; authority then rises from zero. Refused (false) while the fault persists.
   bool clear() noexcept { return guard_.clear(); }

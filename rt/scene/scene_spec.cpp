@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "rt/control/default_gains.h"
+#include "rt/scene/compose.h"
 #include "rt/target/desired_force.h"
 
 namespace hapticd::rt {
@@ -41,7 +42,8 @@ class Checker {
 
 hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   const hal::DeviceInfo& device = rig.device;
-  const bool uses_sensor = spec.kind == SceneKind::kTap1d;
+  const bool uses_sensor = spec.kind != SceneKind::kWall;
+  const bool explores = spec.kind == SceneKind::kExplore;
 
   // What the scene leaves to the device.
   if (spec.structural_stiffness_n_per_mm == 0.0) {
@@ -78,14 +80,30 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("contact.free_ticks_to_arm", spec.contact.free_ticks_to_arm, 1, 10000, "ticks");
   check.range("wall.position_mm", spec.wall_position_mm, -1000.0, 1000.0, "mm");
   check.range("target.max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, 0.0, 1000.0, "N/mm");
-  check.range("target.stiffness_n_per_mm", spec.target_stiffness_n_per_mm, 0.0,
-              spec.max_target_stiffness_n_per_mm, "N/mm");
+  if (auto error = rt::check(spec.target, "scene '" + spec.name + "', [target]")) return *error;
+  if (!explores && spec.target.kind != TargetLaw::Kind::kLinear) {
+    check.fail("target.law", 0.0, "\"linear\"", "one-dimensional scenes render linear targets only");
+  }
+  constexpr double kDeepestMm = 20.0;  // what a power law's stiffness is judged at
+  check.range("target's stiffness", greatest_stiffness_n_per_mm(spec.target, kDeepestMm), 0.0,
+              spec.max_target_stiffness_n_per_mm, "N/mm (target.max_stiffness_n_per_mm)");
   check.range("target.ramp_s", spec.target_ramp_s, 0.0, 60.0, "s");
   if (spec.structural_compensation) {
     check.range("structure.stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, 0.01, 1e4, "N/mm");
-    check.range("target.stiffness_n_per_mm", spec.target_stiffness_n_per_mm, 0.0,
-                kMaxCompensableRatio * spec.structural_stiffness_n_per_mm,
-                "N/mm (0.8 of the structural stiffness, as far as it can be compensated)");
+    if (!explores) {
+      check.range("target.stiffness_n_per_mm", spec.target.stiffness_n_per_mm, 0.0,
+                  kMaxCompensableRatio * spec.structural_stiffness_n_per_mm,
+                  "N/mm (0.8 of the structural stiffness, as far as it can be compensated)");
+    }
+  }
+  if (explores) {
+    const ExploreParameters& e = spec.explore;
+    check.range("control.lead_ms", e.lead_ms, 0.0, 50.0, "ms");
+    check.range("structure.cutoff_hz", e.deflection_cutoff_hz, 0.0, 0.4 * rig.rate_hz, "Hz (0: at once)");
+    check.range("contact.force_noise_n", e.force_noise_n, 1e-5, 1.0, "N");
+    const double gravity = std::sqrt(dot(e.gravity_at_bias, e.gravity_at_bias));
+    check.range("tool.gravity_at_bias, its length", gravity, 1e-6, 1e6, "(a direction)");
+    if (gravity > 0.0) spec.explore.gravity_at_bias = e.gravity_at_bias * (1.0 / gravity);
   }
   check.range("guard.max_force_n", spec.guard.max_force_n, 0.0, device.max_force_n,
               "N (the device's own limit)");
@@ -104,26 +122,76 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   return spec;
 }
 
+namespace {
+
+void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
+  const ExploreParameters& e = spec.explore;
+  const bool bearing = spec.tip == Tip::kBallBearing;
+  const bool tracked = e.direction == DirectionMethod::kTracked;
+  stages.emplace_back("motion: adaptive-window velocity, 50 Hz Butterworth acceleration, three axes");
+  stages.emplace_back("tool compensation: gravity and inertia in any orientation (4.5)-(4.8)");
+  stages.emplace_back("contact: force threshold with release hysteresis");
+  stages.emplace_back(bearing ? "friction: Coulomb-viscous, ball bearing (4.11)"
+                              : "friction: Dahl, solid rod (4.12)-(4.15), exact and scaled by the load");
+  stages.emplace_back(tracked ? "direction: closed form in the reaction, tracked with a load-dependent gain"
+                              : "direction: (4.16)-(4.20), 70 Hz Butterworth");
+  const std::string law = e.law == ContactLawKind::kCreep ? "creep law" : "inverse Hunt-Crossley law (4.23)";
+  switch (e.displacement) {
+    case DisplacementEstimator::kFused:
+      stages.push_back("displacement: way and " + law + ", weighed by their variances");
+      break;
+    case DisplacementEstimator::kInverse:
+      stages.push_back("displacement: " + law + " of the 60 Hz filtered force");
+      break;
+    case DisplacementEstimator::kRecursive:
+      stages.emplace_back("displacement: recursive (4.21)");
+      break;
+  }
+  if (spec.structural_compensation) {
+    stages.emplace_back("structural deflection (4.25), below the loop's own speed");
+  }
+  stages.emplace_back(e.friction_feel == FrictionFeel::kKept ? "target force: along the normal, friction kept"
+                                                             : "target force (4.4), friction cancelled");
+  if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
+}
+
+}  // namespace
+
 SceneOutline outline(const SceneSpec& spec) {
   SceneOutline result;
   result.hardware = {"haptic device"};
+  result.models = needed_models(spec);
   result.channels = channel::kSample | channel::kContact | channel::kDeformation | channel::kTarget |
                     channel::kControl | channel::kGuard | channel::kTiming;
-  if (spec.kind == SceneKind::kTap1d) {
+  switch (spec.kind) {
+    case SceneKind::kTap1d:
+      result.stages = {"motion: adaptive-window velocity, 50 Hz Butterworth acceleration",
+                       "tool compensation: inertia (3.4)", "contact: force threshold with release hysteresis",
+                       "displacement: from the contact point along the press axis"};
+      break;
+    case SceneKind::kWall:
+      result.stages = {"contact: position against the wall"};
+      break;
+    case SceneKind::kExplore:
+      outline_explore(spec, result.stages);
+      result.channels |= channel::kDirection;
+      if (spec.explore.displacement == DisplacementEstimator::kFused) result.channels |= channel::kFusion;
+      if (spec.explore.passivity) result.channels |= channel::kPassivity;
+      break;
+  }
+  if (spec.kind != SceneKind::kWall) {
     result.hardware.emplace_back("force sensor");
     result.channels |= channel::kMotion;
-    result.stages = {"motion: adaptive-window velocity, 50 Hz Butterworth acceleration",
-                     "tool compensation: inertia (3.4)", "contact: force threshold with release hysteresis",
-                     "displacement: from the contact point along the press axis"};
-  } else {
-    result.stages = {"contact: position against the wall"};
   }
-  result.stages.emplace_back(spec.structural_compensation
-                                 ? "target force (3.3), structural compensation solved implicitly"
-                                 : "target force (3.3), device taken as rigid");
-  result.stages.emplace_back(spec.controller.law == ControlLaw::kClosedLoop ? "controller: closed loop (3.6)"
-                                                                            : "controller: open loop");
-  if (spec.kind == SceneKind::kTap1d) result.stages.emplace_back("feasible range (3.8)");
+  if (spec.kind != SceneKind::kExplore) {
+    result.stages.emplace_back(spec.structural_compensation
+                                   ? "target force (3.3), structural compensation solved implicitly"
+                                   : "target force (3.3), device taken as rigid");
+  }
+  const std::string axes = spec.kind == SceneKind::kExplore ? ", three axes (4.24)" : " (3.6)";
+  result.stages.push_back(spec.controller.law == ControlLaw::kClosedLoop ? "controller: closed loop" + axes
+                                                                         : "controller: open loop");
+  if (spec.kind != SceneKind::kWall) result.stages.emplace_back("feasible range (3.8)");
   result.stages.emplace_back("guard: finite, force, rate, power, stale sensor");
   return result;
 }

@@ -9,12 +9,57 @@
 #include "rt/contact/contact_detector.h"
 #include "rt/control/force_controller.h"
 #include "rt/guard/guard.h"
+#include "rt/target/target_law.h"
 
 namespace hapticd::rt {
 
 enum class SceneKind : std::uint8_t {
   kTap1d,  ///< stiffness modulation of a real object along one axis (D§3)
   kWall,   ///< an elastic virtual wall, no real object and no force sensor: the comparison stimulus of D§3.4
+  kExplore,  ///< stiffness modulation in any direction: tapping, stroking, contour following (D§4)
+};
+
+/// What is mounted at the end of the tool.
+enum class Tip : std::uint8_t {
+  kRod,          ///< aluminium, 3 mm, round: friction is felt and must be known (D§4.4.1)
+  kBallBearing,  ///< rolls; little friction, much the same on every object
+};
+
+enum class DirectionMethod : std::uint8_t { kTracked, kPublished };
+
+enum class DisplacementEstimator : std::uint8_t {
+  kFused,      ///< way and contact law, weighed by their variances
+  kInverse,    ///< the contact law of the 60 Hz filtered force (4.23)
+  kRecursive,  ///< the contacted particle followed along the surface (4.21); needs no model, drifts
+};
+
+enum class ContactLawKind : std::uint8_t { kCreep, kHuntCrossley };
+
+/// What becomes of the real friction.
+enum class FrictionFeel : std::uint8_t {
+  kKept,       ///< the device adds a normal force only: friction stays as it is
+  kCancelled,  ///< (4.4) as published: the hand feels k~ x along the normal and nothing else
+};
+
+/// What is rendered when an object that recovers slowly lets go of the tip while it is still deep.
+enum class ReleaseMethod : std::uint8_t {
+  kFollow,  ///< the target, along the way back to the undeformed surface
+  kFade,    ///< the last force, fading over 50 ms
+  kCut,     ///< nothing (D§4.3.1)
+};
+
+/// What only scenes of kind kExplore have.
+struct ExploreParameters {
+  DirectionMethod direction = DirectionMethod::kTracked;
+  DisplacementEstimator displacement = DisplacementEstimator::kFused;
+  ContactLawKind law = ContactLawKind::kCreep;
+  FrictionFeel friction_feel = FrictionFeel::kKept;
+  ReleaseMethod release = ReleaseMethod::kFollow;
+  bool passivity = true;                         ///< observer and controller at the hand's port
+  double lead_ms = 0.0;                          ///< displacement is predicted so far ahead
+  double deflection_cutoff_hz = 10.0;            ///< how fast the tip is taken to follow (4.25)
+  double force_noise_n = 0.003;                  ///< standard deviation of a tick's mean, each component
+  hal::Vector3 gravity_at_bias{0.0, 0.0, -1.0};  ///< tool frame, when the sensor was biased (4.6)
 };
 
 /// Everything that defines a scene, validated by compose(). The defaults are the dissertation's; values
@@ -23,9 +68,9 @@ struct SceneSpec {
   std::string name;
   SceneKind kind = SceneKind::kTap1d;
   std::string description;
-  std::string tip = "rod";  ///< what is mounted: "rod" (3 mm, round)
-  std::string object_model =
-      "none";  ///< 1D modulation needs no model of the object: measured force is enough
+  Tip tip = Tip::kRod;
+  /// Identified model of the object; "none" where the measured force is enough.
+  std::string object_model = "none";
 
   hal::Vector3 press_axis{0.0, 0.0, -1.0};  ///< rig frame, into the object; normalised by compose()
   double tool_mass_g = 9.35;                ///< beyond the sensor (D§3.2.1)
@@ -33,12 +78,14 @@ struct SceneSpec {
   ContactParameters contact;
   double wall_position_mm = 0.0;  ///< kWall: the surface, along the press axis
 
-  double target_stiffness_n_per_mm = 0.5;       ///< at load
+  TargetLaw target;                             ///< at load
   double max_target_stiffness_n_per_mm = 20.0;  ///< requests above are granted only this much
   double target_ramp_s = 0.1;                   ///< default ramp of a target change
 
   bool structural_compensation = true;
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = the device's own
+
+  ExploreParameters explore;
 
   ControllerParameters controller;  ///< proportional_gain 0 = the device's own
   GuardLimits guard;                ///< zeros = the device's own
@@ -48,7 +95,7 @@ struct SceneSpec {
 struct SceneOutline {
   std::vector<std::string> stages;    ///< in the order of the walk
   std::vector<std::string> hardware;  ///< "haptic device", "force sensor"
-  std::vector<std::string> models;    ///< names of identified models needed; empty in 1D
+  std::vector<std::string> models;    ///< identified models needed, in words; empty in 1D
   std::uint32_t channels = 0;         ///< bits of channel::
 };
 

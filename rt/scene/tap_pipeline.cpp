@@ -15,7 +15,7 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       contact_parameters_(resolved.contact),
       residual_(resolved.tool_mass_g, rig.rate_hz),
       contact_(resolved.contact),
-      target_(resolved.target_stiffness_n_per_mm, rig.rate_hz),
+      target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
       fade_(rig.rate_hz) {}
 
@@ -32,8 +32,8 @@ void TapPipeline::reset() noexcept {
   fade_.reset();
 }
 
-void TapPipeline::set_target(double stiffness_n_per_mm, double ramp_s) noexcept {
-  target_.set(stiffness_n_per_mm, ramp_s);
+void TapPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
+  target_.set(target.stiffness_n_per_mm, ramp_s);
 }
 
 void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
@@ -51,7 +51,7 @@ bool TapPipeline::update_contact(double sensor_n, double reaction_n, double dept
   onset_.remember(depth_mm, residual_.prompt_force_n());
   const bool in_contact = contact_.update(residual_n, depth_mm, contact_depth_mm_);
   if (contact_.just_declared()) {
-    contact_depth_mm_ = onset_.depth_mm(contact_parameters_.release_ratio * contact_parameters_.threshold_n +
+    contact_depth_mm_ = onset_.place_mm(contact_parameters_.release_ratio * contact_parameters_.threshold_n +
                                         residual_.seen_jerk_n());
   }
   if (contact_.just_left_surface()) residual_.assume_free();

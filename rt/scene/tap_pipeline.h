@@ -26,7 +26,7 @@ class TapPipeline final : public Pipeline {
   hal::Vector3 evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
-  void set_target(double stiffness_n_per_mm, double ramp_s) noexcept override;
+  void set_target(const TargetLaw& target, double ramp_s) noexcept override;
 
  private:
   bool update_contact(double sensor_n, double reaction_n, double depth_mm, std::int64_t time_ns) noexcept;

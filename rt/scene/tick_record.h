@@ -18,6 +18,9 @@ inline constexpr std::uint32_t kControl = 1U << 5;  ///< commanded force, estima
 inline constexpr std::uint32_t kGuard = 1U << 6;    ///< what the guard did
 inline constexpr std::uint32_t kTiming = 1U << 7;   ///< wake-up, compute, device time, overruns
 inline constexpr std::uint32_t kTruth = 1U << 8;    ///< only on a simulated rig
+inline constexpr std::uint32_t kDirection = 1U << 9;   ///< normal, reaction and friction as vectors
+inline constexpr std::uint32_t kFusion = 1U << 10;     ///< what the contact law says, and the deviation
+inline constexpr std::uint32_t kPassivity = 1U << 11;  ///< energy at the hand's port
 }  // namespace channel
 
 /// Why the contact state is what it is.
@@ -67,8 +70,9 @@ struct TickTiming {
   OverrunCause overrun = OverrunCause::kNone;
 };
 
-/// All that is told of one tick, fixed in size; the unit of telemetry. One-dimensional quantities are along
-/// the scene's press axis, positive into the object; forces f_r, f_h, f_d as in (3.1): f_r = f_h + f_d.
+/// All that is told of one tick, fixed in size; the unit of telemetry. Scalars are along the scene's press
+/// axis or, where a scene estimates it, along the deformation direction, positive into the object; forces
+/// f_r, f_h, f_d as in (3.1): f_r = f_h + f_d.
 struct TickRecord {
   std::uint64_t tick = 0;  ///< sequence number: a gap in it is a lost record
   std::int64_t time_ns = 0;
@@ -84,7 +88,7 @@ struct TickRecord {
   double velocity_mm_per_s = 0.0;
   double acceleration_mm_per_s2 = 0.0;
   // channel::kContact
-  double reaction_force_n = 0.0;  ///< f_r, tool inertia removed (3.4)
+  double reaction_force_n = 0.0;  ///< f_r, tool inertia removed (3.4); in 3D its normal part
   bool in_contact = false;
   ContactReason contact_reason = ContactReason::kAwaitingFree;
   std::uint32_t contact_count = 0;  ///< contacts since the scene was loaded
@@ -104,6 +108,17 @@ struct TickRecord {
   GuardFault guard_fault = GuardFault::kNone;
   std::uint8_t guard_limits = 0;  ///< bits of guard_limit
   double authority = 1.0;         ///< 0 … 1, rises after a clear
+  // channel::kDirection, rig frame
+  hal::Vector3 normal;            ///< u^n, out of the object; zero out of contact
+  hal::Vector3 reaction_n;        ///< f_r on the tool (4.5)
+  hal::Vector3 friction_force_n;  ///< f_r^t on the tool, estimated
+  double sliding_mm_per_s = 0.0;  ///< speed across the normal
+  // channel::kFusion
+  double law_displacement_mm = 0.0;        ///< what the contact law alone makes of the force
+  double displacement_deviation_mm = 0.0;  ///< standard deviation of displacement_mm as the filter sees it
+  // channel::kPassivity
+  double hand_energy_mj = 0.0;                ///< taken from the hand since the contact began
+  double passivity_damping_n_s_per_mm = 0.0;  ///< what the controller adds
   // channel::kTiming
   TickTiming timing;
   // channel::kTruth

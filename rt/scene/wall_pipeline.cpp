@@ -8,7 +8,7 @@ WallPipeline::WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),
       wall_depth_mm_(resolved.wall_position_mm),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
-      target_(resolved.target_stiffness_n_per_mm, rig.rate_hz),
+      target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz) {}
 
 std::uint32_t WallPipeline::channels() const noexcept {
@@ -20,8 +20,8 @@ void WallPipeline::reset() noexcept {
   controller_.reset();
 }
 
-void WallPipeline::set_target(double stiffness_n_per_mm, double ramp_s) noexcept {
-  target_.set(stiffness_n_per_mm, ramp_s);
+void WallPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
+  target_.set(target.stiffness_n_per_mm, ramp_s);
 }
 
 void WallPipeline::applied(const hal::Vector3& force_n) noexcept {

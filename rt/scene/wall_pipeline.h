@@ -18,7 +18,7 @@ class WallPipeline final : public Pipeline {
   hal::Vector3 evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
-  void set_target(double stiffness_n_per_mm, double ramp_s) noexcept override;
+  void set_target(const TargetLaw& target, double ramp_s) noexcept override;
 
  private:
   PressAxis axis_;

@@ -5,7 +5,8 @@
 
 namespace hapticd::rt {
 
-ButterworthLowPass::ButterworthLowPass(double cutoff_hz, double rate_hz) noexcept {
+template <class Value>
+BasicButterworthLowPass<Value>::BasicButterworthLowPass(double cutoff_hz, double rate_hz) noexcept {
   const double k = std::tan(std::numbers::pi * cutoff_hz / rate_hz);
   const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
   b0_ = k * k * norm;
@@ -13,21 +14,19 @@ ButterworthLowPass::ButterworthLowPass(double cutoff_hz, double rate_hz) noexcep
   a2_ = (1.0 - std::numbers::sqrt2 * k + k * k) * norm;
 }
 
-double ButterworthLowPass::update(double input) noexcept {
-  output_ = b0_ * input + s1_;
-  s1_ = 2.0 * b0_ * input - a1_ * output_ + s2_;
-  s2_ = b0_ * input - a2_ * output_;
-  return output_;
-}
-
-void ButterworthLowPass::seed(double value) noexcept {
+template <class Value>
+void BasicButterworthLowPass<Value>::seed(const Value& value) noexcept {
   output_ = value;
-  s1_ = (1.0 - b0_) * value;
-  s2_ = (b0_ - a2_) * value;
+  s1_ = value * (1.0 - b0_);
+  s2_ = value * (b0_ - a2_);
 }
 
-double ButterworthLowPass::low_frequency_delay_s(double cutoff_hz) noexcept {
+template <class Value>
+double BasicButterworthLowPass<Value>::low_frequency_delay_s(double cutoff_hz) noexcept {
   return std::numbers::sqrt2 / (2.0 * std::numbers::pi * cutoff_hz);
 }
+
+template class BasicButterworthLowPass<double>;
+template class BasicButterworthLowPass<hal::Vector3>;
 
 }  // namespace hapticd::rt

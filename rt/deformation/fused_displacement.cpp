@@ -1,0 +1,33 @@
+#include "rt/deformation/fused_displacement.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hapticd::rt {
+
+FusedDisplacement::FusedDisplacement(double law_error, double force_noise_n, double rate_hz) noexcept
+    : law_error_(law_error),
+      law_error_ticks_(kLawErrorTimeS * rate_hz),
+      force_variance_n2_(force_noise_n * force_noise_n) {}
+
+void FusedDisplacement::begin(double displacement_mm, double deviation_mm) noexcept {
+  displacement_mm_ = displacement_mm;
+  variance_mm2_ = deviation_mm * deviation_mm;
+}
+
+void FusedDisplacement::update(double way_mm, double slide_mm, const LawEstimate& law) noexcept {
+  displacement_mm_ += way_mm;
+  variance_mm2_ += kDirectionErrorRad * kDirectionErrorRad * kDirectionWayMm * slide_mm;
+  const double model_mm = law_error_ * law.displacement_mm + kLawOffsetMm;
+  const double law_variance_mm2 =
+      law.mm_per_n * law.mm_per_n * force_variance_n2_ + law_error_ticks_ * model_mm * model_mm;
+  const double gain = variance_mm2_ / (variance_mm2_ + law_variance_mm2);
+  displacement_mm_ += gain * (law.displacement_mm - displacement_mm_);
+  variance_mm2_ *= 1.0 - gain;
+}
+
+double FusedDisplacement::deviation_mm() const noexcept {
+  return std::sqrt(variance_mm2_);
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "rt/deformation/contact_law.h"
+
+namespace hapticd::rt {
+
+/// Displacement from two sources that fail at opposite ends. The way of the tip along the normal is exact
+/// from the contact instant and drifts as soon as the tip slides, by the error of the direction; a contact
+/// law does not drift, but is noisy at small force ((4.23): k~x/(m f) newtons per newton) and wrong by a few
+/// per cent always. Both variances are known at each tick, so a scalar Kalman filter weighs them:
+///
+///   x⁻ = x - Δp·u,        P⁻ = P + θ² ℓ |Δp_t|
+///   x  = x⁻ + g (x_law - x⁻),  g = P⁻/(P⁻ + R),  R = (∂x/∂f σ_f)² + (τ/T)(ε x + x_0)²
+///
+/// θ is the error of the direction, which stays much the same over a way ℓ; ε the law's own error, which
+/// stays the same for a time τ and so counts as one reading in τ/T. g is in (0, 1): the estimate is between
+/// the two for whatever they say.
+class FusedDisplacement {
+ public:
+  /// `law_error`: ε; `force_noise_n`: σ_f.
+  FusedDisplacement(double law_error, double force_noise_n, double rate_hz) noexcept;
+
+  /// The contact began `displacement_mm` ago by way, known within `deviation_mm`.
+  void begin(double displacement_mm, double deviation_mm) noexcept;
+  /// `way_mm`: -Δp·u, into the object; `slide_mm`: |Δp_t|.
+  void update(double way_mm, double slide_mm, const LawEstimate& law) noexcept;
+
+  double displacement_mm() const noexcept { return displacement_mm_; }
+  double deviation_mm() const noexcept;
+
+ private:
+  static constexpr double kDirectionErrorRad = 0.08;  // θ: 4.6°, some 8 % of a friction of 0.6
+  static constexpr double kDirectionWayMm = 5.0;      // ℓ
+  static constexpr double kLawErrorTimeS = 0.05;      // τ
+  static constexpr double kLawOffsetMm = 0.05;        // x_0
+
+  double law_error_;
+  double law_error_ticks_;
+  double force_variance_n2_;
+  double displacement_mm_ = 0.0;
+  double variance_mm2_ = 0.0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+
+namespace hapticd::rt {
+
+enum class FrictionLaw : std::uint8_t {
+  kDahl,            ///< (4.12)-(4.15), exact and scaled by the load: a solid tip
+  kCoulombViscous,  ///< (4.11): a rolling tip without presliding
+};
+
+/// Friction of a tip on a surface: f_t = μ_k f_n z + μ_b v with z, |z| ≤ 1, the share of sliding friction
+/// that has built up.
+struct FrictionParameters {
+  double kinetic = 0.0;             ///< μ_k
+  double presliding_mm = 0.0;       ///< δ = f_c / σ: way over which z builds up; unused by Coulomb-viscous
+  double viscous_n_s_per_mm = 0.0;  ///< μ_b
+};
+
+/// What the dissertation identified for a ball-bearing tip, the mean over five soft objects (D§4.4.1). A
+/// rolling tip too gives way a little before it rolls: 0.05 mm, assumed.
+inline constexpr FrictionParameters kBallBearingFriction{0.0643, 0.05, 0.000244};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,61 @@
+#include "rt/model/models.h"
+
+#include <sstream>
+
+namespace hapticd::rt {
+
+namespace {
+std::string shown(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+}  // namespace
+
+std::optional<hal::Error> check(const ObjectModel& model) {
+  std::optional<hal::Error> error;
+  const auto fail = [&](const std::string& key, double value, const std::string& limit) {
+    if (!error) {
+      error = hal::Error{key + " is out of range", "model '" + model.name + "'", shown(value), limit,
+                         "identify the object again, or mend the file"};
+    }
+  };
+  // NaN fails every range.
+  const auto range = [&](const std::string& key, double value, double low, double high) {
+    if (!(value >= low && value <= high)) fail(key, value, shown(low) + " … " + shown(high));
+  };
+  range("max_displacement_mm", model.max_displacement_mm, 0.0, 1e3);
+  range("max_force_n", model.max_force_n, 0.0, 1e3);
+  if (model.hunt_crossley) {
+    const HuntCrossleyParameters& law = model.hunt_crossley->parameters;
+    range("hunt_crossley.stiffness_n_per_mm_m", law.stiffness_n_per_mm_m, 1e-4, 1e3);
+    range("hunt_crossley.damping_n_s_per_mm_m1", law.damping_n_s_per_mm_m1, 0.0, 1e2);
+    range("hunt_crossley.exponent", law.exponent, 1.0, 3.0);
+    range("hunt_crossley.relative_error", model.hunt_crossley->relative_error, 1e-3, 1.0);
+  }
+  if (model.creep) {
+    const CreepParameters& law = model.creep->parameters;
+    double sum = 0.0;
+    for (const double w : law.weight) {
+      range("creep.weight", w, 0.0, 1e3);
+      sum += w;
+    }
+    range("creep.weight's sum", sum, 1e-3, 1e4);
+    for (const double t : law.time_s) range("creep.time_s", t, 1e-4, 1e3);
+    range("creep.max_force_n", law.max_force_n, 1e-3, 1e3);
+    range("creep.displacement_mm, first", law.displacement_mm[0], 0.0, 0.0);
+    for (std::size_t j = 1; j < CreepParameters::kKnots; ++j) {
+      range("creep.displacement_mm must rise; knot " + std::to_string(j), law.displacement_mm[j],
+            law.displacement_mm[j - 1] + 1e-9, 1e3);
+    }
+    range("creep.relative_error", model.creep->relative_error, 1e-3, 1.0);
+  }
+  if (model.rod_friction) {
+    range("rod_friction.kinetic", model.rod_friction->kinetic, 0.0, 5.0);
+    range("rod_friction.presliding_mm", model.rod_friction->presliding_mm, 1e-3, 20.0);
+    range("rod_friction.viscous_n_s_per_mm", model.rod_friction->viscous_n_s_per_mm, 0.0, 1.0);
+  }
+  return error;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+
+#include "rt/target/target_law.h"
+
+namespace hapticd::rt {
+
+/// The target in force. A new one fades in over its ramp: the force is a mixture of the two laws whose
+/// weights move linearly, so it never jumps, pressed or not. A change that comes while one is under way
+/// starts from the mixture's stronger part; what is left of the other would be a jump of at most that rest,
+/// and is faded by keeping the force offset.
+class TargetBlend {
+ public:
+  TargetBlend(const TargetLaw& law, double rate_hz) noexcept : before_(law), law_(law), rate_hz_(rate_hz) {}
+
+  void set(const TargetLaw& law, double ramp_s) noexcept {
+    before_ = law_;
+    law_ = law;
+    weight_ = 0.0;
+    step_ = 1.0 / std::max(1.0, ramp_s * rate_hz_);
+    offset_due_ = true;
+  }
+  /// One tick: the force at the hand.
+  double update(double displacement_mm, double rate_mm_per_s, const hal::Vector3& tip_mm) noexcept {
+    displacement_mm_ = displacement_mm;
+    const double goal_n = law_.force_n(displacement_mm, rate_mm_per_s, tip_mm);
+    if (weight_ >= 1.0) return force_n_ = goal_n;
+    const double before_n = before_.force_n(displacement_mm, rate_mm_per_s, tip_mm);
+    if (offset_due_) offset_n_ = displacement_mm > 0.0 ? force_n_ - before_n : 0.0;
+    offset_due_ = false;
+    weight_ = std::min(1.0, weight_ + step_);
+    force_n_ = weight_ * goal_n + (1.0 - weight_) * std::max(0.0, before_n + offset_n_);
+    return force_n_;
+  }
+  /// Out of contact: nothing to blend but time.
+  void rest() noexcept {
+    weight_ = std::min(1.0, weight_ + step_);
+    offset_due_ = false;
+    offset_n_ = 0.0;
+    force_n_ = displacement_mm_ = 0.0;
+  }
+  /// The stiffness asked for: between linear targets the mixture in force, else force over displacement of
+  /// the last tick.
+  double stiffness_n_per_mm() const noexcept {
+    if (law_.kind == TargetLaw::Kind::kLinear && before_.kind == TargetLaw::Kind::kLinear) {
+      return before_.stiffness_n_per_mm + weight_ * (law_.stiffness_n_per_mm - before_.stiffness_n_per_mm);
+    }
+    return displacement_mm_ > 0.0 ? force_n_ / displacement_mm_ : 0.0;
+  }
+
+ private:
+  TargetLaw before_;
+  TargetLaw law_;
+  double rate_hz_;
+  double weight_ = 1.0;  ///< of law_
+  double step_ = 1.0;
+  double force_n_ = 0.0;  ///< last tick's, as its displacement
+  double displacement_mm_ = 0.0;
+  double offset_n_ = 0.0;  ///< by which a change interrupted another
+  bool offset_due_ = false;
+};
+
+}  // namespace hapticd::rt
