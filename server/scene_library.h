@@ -7,12 +7,11 @@
 
 #include "hal/error.h"
 #include "rt/scene/scene_spec.h"
+#include "server/text_library.h"
 
 namespace hapticd::server {
 
-/// The scenes the daemon knows by name: those built in, and the *.toml files of one folder, read anew at each
-/// call so that a scene may be edited while the daemon runs. A file named like a built-in scene takes its
-/// place.
+/// The scenes the daemon knows by name; see TextLibrary.
 class SceneLibrary {
  public:
   struct Entry {
@@ -21,21 +20,18 @@ class SceneLibrary {
   };
 
   /// An empty folder name: built-in scenes only.
-  explicit SceneLibrary(std::string folder = {}) : folder_(std::move(folder)) {}
+  explicit SceneLibrary(std::string folder = {}) : texts_("scene", builtin_scenes(), std::move(folder)) {}
 
   /// By name.
   std::vector<Entry> list() const;
-  bool contains(const std::string& name) const;
+  bool contains(const std::string& name) const { return texts_.contains(name); }
   /// Unknown names are an error with a suggestion.
   hal::Result<rt::SceneSpec> find(const std::string& name) const;
   /// An error when there is a folder, but it cannot be read.
-  std::optional<hal::Error> check_folder() const;
+  std::optional<hal::Error> check_folder() const { return texts_.check_folder(); }
 
  private:
-  std::vector<std::string> names() const;
-  std::vector<std::string> folder_names() const;
-
-  std::string folder_;
+  TextLibrary texts_;
 };
 
 }  // namespace hapticd::server

@@ -42,6 +42,16 @@ std::string dotted(const std::string& path, std::string_view key) {
   return path.empty() ? std::string(key) : path + "." + std::string(key);
 }
 
+/// An array of exactly so many numbers.
+bool holds_numbers(const toml::array* array, std::size_t count) {
+  return array != nullptr && array->size() == count &&
+         std::all_of(array->begin(), array->end(), [](const toml::node& node) { return node.is_number(); });
+}
+
+double number_at(const toml::array& array, std::size_t i) {
+  return array.get(i)->value<double>().value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
 }  // namespace
 
 struct TomlTable::State {
@@ -103,6 +113,10 @@ TomlTable TomlTable::table(std::string_view key) {
 bool TomlTable::has(std::string_view key) const {
   const toml::table* owner = state_->table(path_);
   return owner != nullptr && owner->contains(key);
+}
+
+bool TomlTable::wants(std::string_view key) {
+  return state_->find(path_, key) != nullptr;
 }
 
 std::int64_t TomlTable::line_of(std::string_view key) const {
@@ -191,23 +205,59 @@ void TomlTable::read(std::string_view key, std::string& value, std::size_t longe
 }
 
 void TomlTable::read(std::string_view key, hal::Vector3& value, const Range& range) {
+  std::array<double, 3> xyz{};
+  if (numbers(key, xyz, range)) value = {xyz[0], xyz[1], xyz[2]};
+}
+
+bool TomlTable::numbers(std::string_view key, std::span<double> values, const Range& range) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return false;
+  const toml::array* array = node->as_array();
+  if (!holds_numbers(array, values.size())) {
+    state_->wrong_type(
+        *node, dotted(path_, key),
+        fmt::format("{} numbers, each {}", values.size() == 3 ? "three" : std::to_string(values.size()),
+                    to_text(range)));
+    return false;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (auto error = check(number_at(*array, i), range, fmt::format("'{}[{}]'", dotted(path_, key), i), "")) {
+      state_->fail(*node, std::move(*error));
+      return false;
+    }
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = number_at(*array, i);
+  return true;
+}
+
+void TomlTable::read(std::string_view key, std::vector<std::array<double, 2>>& pairs,
+                     const std::array<Range, 2>& ranges, std::size_t most) {
   const toml::node* node = state_->find(path_, key);
   if (node == nullptr) return;
   const toml::array* array = node->as_array();
-  if (array == nullptr || array->size() != 3 || !array->get(0)->is_number() || !array->get(1)->is_number() ||
-      !array->get(2)->is_number()) {
-    state_->wrong_type(*node, dotted(path_, key), "three numbers, each " + to_text(range));
+  const bool holds_pairs = array != nullptr && !array->empty() && array->size() <= most &&
+                           std::all_of(array->begin(), array->end(), [](const toml::node& pair) {
+                             return holds_numbers(pair.as_array(), 2);
+                           });
+  if (!holds_pairs) {
+    state_->wrong_type(
+        *node, dotted(path_, key),
+        fmt::format("1 … {} pairs of numbers [{}, {}]", most, to_text(ranges[0]), to_text(ranges[1])));
     return;
   }
-  double numbers[3] = {};
-  for (std::size_t i = 0; i < 3; ++i) {
-    numbers[i] = array->get(i)->value<double>().value_or(std::numeric_limits<double>::quiet_NaN());
-    if (auto error = check(numbers[i], range, fmt::format("'{}[{}]'", dotted(path_, key), i), "")) {
-      state_->fail(*node, std::move(*error));
-      return;
+  std::vector<std::array<double, 2>> read;
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const toml::array& pair = *array->get(i)->as_array();
+    read.push_back({number_at(pair, 0), number_at(pair, 1)});
+    for (std::size_t j = 0; j < 2; ++j) {
+      if (auto error =
+              check(read[i][j], ranges[j], fmt::format("'{}[{}][{}]'", dotted(path_, key), i, j), "")) {
+        state_->fail(*node, std::move(*error));
+        return;
+      }
     }
   }
-  value = {numbers[0], numbers[1], numbers[2]};
+  pairs = std::move(read);
 }
 
 std::optional<std::size_t> TomlTable::choice(std::string_view key, const std::vector<std::string>& words) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +30,8 @@ class TomlTable {
   /// The table under `key`; an empty one when there is none.
   TomlTable table(std::string_view key);
   bool has(std::string_view key) const;
+  /// The same for a key that is optional as a whole: it counts as known even if nothing of it is read.
+  bool wants(std::string_view key);
   std::int64_t line_of(std::string_view key) const;
 
   void read(std::string_view key, double& value, const Range& range);
@@ -39,6 +43,14 @@ class TomlTable {
   void read(std::string_view key, std::string& value, std::size_t longest = 1024);
   /// Three numbers.
   void read(std::string_view key, hal::Vector3& value, const Range& range);
+  /// As many numbers as the array holds.
+  template <std::size_t N>
+  void read(std::string_view key, std::array<double, N>& values, const Range& range) {
+    numbers(key, values, range);
+  }
+  /// At most `most` pairs of numbers, e.g. [[0, 0.2], [5, 0.8]]. Absent: as it was.
+  void read(std::string_view key, std::vector<std::array<double, 2>>& pairs,
+            const std::array<Range, 2>& ranges, std::size_t most);
   /// One of a few words.
   template <class E, std::size_t N>
   void read(std::string_view key, E& value, const Word<E> (&words)[N]) {
@@ -54,6 +66,7 @@ class TomlTable {
       : state_(std::move(state)), path_(std::move(path)) {}
 
   std::optional<std::size_t> choice(std::string_view key, const std::vector<std::string>& words);
+  bool numbers(std::string_view key, std::span<double> values, const Range& range);
   bool integer(std::string_view key, std::int64_t& value, const Range& range);
 
   std::shared_ptr<State> state_;

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace hapticd::server {
+
+/// A TOML file compiled into the daemon.
+struct BuiltinText {
+  std::string_view name;  ///< of the file, without its ending
+  std::string_view toml;
+};
+
+/// All files of server/scenes, by name.
+std::span<const BuiltinText> builtin_scenes();
+/// All files of server/models, by name.
+std::span<const BuiltinText> builtin_models();
+
+}  // namespace hapticd::server
