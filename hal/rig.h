@@ -26,6 +26,7 @@ struct DeviceInfo {
   double position_resolution_mm = 0.0;
   double structural_stiffness_n_per_mm = 0.0;
   double apparent_mass_g = 0.0;
+  double coulomb_friction_n = 0.0;  ///< back-drive friction, data sheet; 0 = unknown
 };
 
 /// Properties of a force sensor.

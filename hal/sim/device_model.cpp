@@ -67,7 +67,8 @@ hal::DeviceInfo DeviceModel::info() const {
           max_continuous_force_n,
           encoder_resolution_mm,
           structural_stiffness_n_per_mm,
-          1e3 * apparent_mass_kg};
+          1e3 * apparent_mass_kg,
+          coulomb_friction_n};
 }
 
 std::vector<hal::UncertainParameter> DeviceModel::uncertain() const {

@@ -23,14 +23,17 @@ struct HandProgram {
   double depth_mm = 0.0;
   double force_rate_n_per_s = 2.0;  ///< how fast a press builds up
   double approach_mm_per_s = 15.0;  ///< guided approach before a press (D§3.4.1)
-  double speed_mm_per_s = 400.0;    ///< tap: at the surface; stroke: along the surface
+  double speed_mm_per_s = 400.0;    ///< tap: at the surface, downwards; stroke: along the surface
   double rate_hz = 1.5;
   double hold_s = 2.0;  ///< press: time at full force before release; negative = for ever
   int repetitions = 1;  ///< press, tap, stroke; negative = for ever
   hal::Vector3 stroke_direction{1.0, 0.0, 0.0};
   double stroke_length_mm = 50.0;
   double mass_g = 408.0;  ///< weight
-  double knock_n = 0.0;   ///< press, weight: a half-sine of 20 ms every two seconds, to disturb
+  double knock_n = 0.0;   ///< press, stroke, weight: a half-sine of 20 ms every two seconds, to disturb
+  hal::Vector3 shake_direction{0.0, 0.0, 1.0};
+  double tap_slant_deg = 0.0;  ///< tap: path from the vertical, towards `stroke_direction`; meets home there
+  double tilt_deg = 0.0;       ///< any: amplitude of the tool's sway about x and about y
 };
 
 }  // namespace hapticd::sim

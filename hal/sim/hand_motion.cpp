@@ -31,14 +31,21 @@ HandImpedance impedance_of(const HandProgram& program) {
 }
 
 HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept
-    : program_(program), home_mm_{0.0, 0.0, kHomeHeightMm}, aside_mm_{start_mm.x, start_mm.y, 0.0} {
+    : program_(program), home_mm_{0.0, 0.0, kHomeHeightMm} {
   vertical_.position_mm = start_mm.z;
+  const hal::Vector3& d = program.stroke_direction;
+  if (program.kind == HandProgram::Kind::kTap) {
+    slant_ = std::tan(program.tap_slant_deg * std::numbers::pi / 180.0);
+  }
+  along_mm_ = slant_ * start_mm.z;
+  aside_mm_ = {start_mm.x - d.x * along_mm_, start_mm.y - d.y * along_mm_, 0.0};
   const bool passive =
       program.kind == HandProgram::Kind::kWeight || program.kind == HandProgram::Kind::kShake;
   const double ready_mm = program.kind == HandProgram::Kind::kTap ? tap_height_mm() : kHomeHeightMm;
   constexpr double kMeanMmPerS = 40.0;
   const double way_mm =
-      std::max({std::abs(ready_mm - start_mm.z), std::abs(start_mm.x), std::abs(start_mm.y)});
+      std::max({std::abs(ready_mm - start_mm.z), std::abs(start_mm.x - d.x * slant_ * ready_mm),
+                std::abs(start_mm.y - d.y * slant_ * ready_mm)});
   const double duration_s = std::max(0.2, way_mm / kMeanMmPerS);
   homeward_ = MinimumJerk({1.0, 0.0, 0.0}, {}, duration_s);
   if (passive) {
@@ -111,12 +118,12 @@ void HandMotion::servo_depth(double step_s, double wanted_mm, const HandPercepti
   vertical_.acceleration_mm_per_s2 = 0.0;
 }
 
-double HandMotion::knock_n() const noexcept {
+double HandMotion::knock_n(double since_s) const noexcept {
   constexpr double kPeriodS = 2.0;
   constexpr double kDurationS = 0.02;
-  const double since_s = std::fmod(phase_time_s_, kPeriodS);
-  if (phase_time_s_ < kPeriodS || since_s > kDurationS) return 0.0;
-  return program_.knock_n * std::sin(std::numbers::pi * since_s / kDurationS);
+  const double into_s = std::fmod(since_s, kPeriodS);
+  if (since_s < kPeriodS || into_s > kDurationS) return 0.0;
+  return program_.knock_n * std::sin(std::numbers::pi * into_s / kDurationS);
 }
 
 HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept {
@@ -155,6 +162,7 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
           phase_ = Phase::kStroke;
           phase_time_s_ = 0.0;
           strokes_ = 0;
+          stroking_s_ = 0.0;
           const double half = 0.5 * program_.stroke_length_mm;
           path_ =
               MinimumJerk({along_mm_, 0.0, 0.0}, {half, 0.0, 0.0}, 1.875 * half / program_.speed_mm_per_s);
@@ -167,6 +175,8 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
     }
 
     case Phase::kStroke: {
+      stroking_s_ += step_s;
+      intent.support_n = knock_n(stroking_s_);
       servo_force(step_s, program_.force_n, felt);
       const MotionState along = path_.at(phase_time_s_);
       along_mm_ = along.position_mm;
@@ -204,13 +214,18 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
         intent.support_n = -1e-3 * program_.mass_g * 9.807 * std::min(1.0, phase_time_s_ / kLoweringS);
       } else if (program_.kind == HandProgram::Kind::kShake) {
         intent.motor_force_n =
-            program_.force_n * std::sin(2.0 * std::numbers::pi * program_.rate_hz * time_s_);
+            program_.shake_direction *
+            (program_.force_n * std::sin(2.0 * std::numbers::pi * program_.rate_hz * time_s_));
       }
       break;
   }
 
   if (phase_ == Phase::kLoad || (phase_ == Phase::kFree && program_.kind == HandProgram::Kind::kWeight)) {
-    intent.support_n += knock_n();
+    intent.support_n += knock_n(phase_time_s_);
+  }
+  if (program_.kind == HandProgram::Kind::kTap) {
+    along_mm_ = slant_ * vertical_.position_mm;
+    along_mm_per_s_ = slant_ * vertical_.velocity_mm_per_s;
   }
   const hal::Vector3& d = program_.stroke_direction;
   const MotionState aside = homeward_.at(time_s_);

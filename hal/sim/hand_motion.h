@@ -33,7 +33,7 @@ struct HandIntent {
   hal::Vector3 position_mm;
   hal::Vector3 velocity_mm_per_s;
   double support_n = 0.0;      ///< upward force on the tool besides the impedance
-  double motor_force_n = 0.0;  ///< vertical force the device is made to give by itself
+  hal::Vector3 motor_force_n;  ///< the device is made to give by itself
 };
 
 /// A program unfolding in time. Bounded work per step, no allocation.
@@ -63,7 +63,7 @@ class HandMotion {
   void finish_repetition() noexcept;
   void strike_again() noexcept;
   double tap_height_mm() const noexcept;
-  double knock_n() const noexcept;
+  double knock_n(double since_s) const noexcept;
 
   HandProgram program_;
   Phase phase_ = Phase::kLift;
@@ -72,9 +72,11 @@ class HandMotion {
   double cycle_began_s_ = 0.0;
   int done_ = 0;
   int strokes_ = 0;
+  double stroking_s_ = 0.0;  ///< since the first stroke began
   MinimumJerk path_;
   MotionState vertical_;
-  double along_mm_ = 0.0;  ///< stroke coordinate
+  double slant_ = 0.0;     ///< tap: way aside per height
+  double along_mm_ = 0.0;  ///< coordinate along `stroke_direction`
   double along_mm_per_s_ = 0.0;
   hal::Vector3 home_mm_;
   hal::Vector3 aside_mm_;  ///< where it began beside its home

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,15 +11,29 @@
 
 namespace hapticd::sim {
 
+/// What the tool ends in.
+enum class Tip : std::uint8_t {
+  kRod,          ///< solid aluminium rod of 3 mm: slides
+  kBallBearing,  ///< ball that rolls (D§4.4.1): little friction, much the same on all objects
+};
+
 /// A real object as the simulated rig knows it. Sources are named in object_model.cpp.
 struct ObjectModel {
   std::string name;
   Shape shape;
   MaterialParameters material;
-  FrictionParameters friction;  ///< with a solid aluminium rod of 3 mm
+  FrictionParameters friction;          ///< with the rod
+  FrictionParameters friction_bearing;  ///< with the ball bearing
+
+  const FrictionParameters& friction_with(Tip tip) const noexcept {
+    return tip == Tip::kRod ? friction : friction_bearing;
+  }
 };
 
 std::optional<ObjectModel> object_preset(const std::string& name);
 std::vector<std::string> object_preset_names();
+
+std::optional<Tip> tip_named(const std::string& name);
+std::vector<std::string> tip_names();
 
 }  // namespace hapticd::sim

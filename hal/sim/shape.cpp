@@ -78,4 +78,21 @@ Projection WavyField::project(const Vector3& p) const noexcept {
   return {point, normal, dot(point - p, normal)};
 }
 
+// In the plane across the edge, from the centre of the round. Above its two radii at 45° the round is
+// nearest, anywhere else the face of the point's own side.
+Projection Ridge::project(const Vector3& p) const noexcept {
+  const double side = std::signbit(p.x) ? -1.0 : 1.0;
+  const double x = std::abs(p.x);
+  const double z = p.z + radius_mm;
+  if (z > x) {
+    const double distance = std::hypot(x, z);
+    const Vector3 normal{p.x / distance, 0.0, z / distance};
+    return {{normal.x * radius_mm, p.y, normal.z * radius_mm - radius_mm}, normal, radius_mm - distance};
+  }
+  constexpr double kHalfRoot = 0.5 * std::numbers::sqrt2;
+  const double depth = radius_mm - (x + z) * kHalfRoot;
+  const Vector3 normal{side * kHalfRoot, 0.0, kHalfRoot};
+  return {p + normal * depth, normal, depth};
+}
+
 }  // namespace hapticd::sim

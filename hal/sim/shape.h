@@ -32,11 +32,20 @@ struct WavyField {
   Projection project(const hal::Vector3& p) const noexcept;
 };
 
-using Shape = std::variant<Plane, Sphere, WavyField>;
+/// Roof of two planes falling at 45° to the left and right of the y axis, its edge rounded. Exact nearest
+/// point. Deeper than the radius below the crest both faces are equally near: there point and normal change
+/// sides at x = 0, while the depth stays continuous.
+struct Ridge {
+  double radius_mm = 3.0;
+  Projection project(const hal::Vector3& p) const noexcept;
+};
+
+using Shape = std::variant<Plane, Sphere, WavyField, Ridge>;
 
 inline Projection project(const Shape& shape, const hal::Vector3& p) noexcept {
   if (const auto* plane = std::get_if<Plane>(&shape)) return plane->project(p);
   if (const auto* sphere = std::get_if<Sphere>(&shape)) return sphere->project(p);
+  if (const auto* ridge = std::get_if<Ridge>(&shape)) return ridge->project(p);
   return std::get_if<WavyField>(&shape)->project(p);
 }
 

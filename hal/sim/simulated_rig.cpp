@@ -13,6 +13,7 @@ namespace hapticd::sim {
 
 namespace {
 
+using hal::Vector3;
 using Clock = std::chrono::steady_clock;
 
 std::string joined(const std::vector<std::string>& names) {
@@ -28,13 +29,16 @@ std::optional<hal::Error> out_of_range(const char* field, double value, double l
                     std::to_string(low) + " … " + std::to_string(high) + " " + unit, ""};
 }
 
+double length(const Vector3& v) {
+  return std::sqrt(dot(v, v));
+}
+
 std::optional<hal::Error> check(const HandProgram& p) {
   struct Range {
     const char* field;
     double value, low, high;
     const char* unit;
   };
-  const double length = std::sqrt(dot(p.stroke_direction, p.stroke_direction));
   for (const Range& r :
        {Range{"force_n", p.force_n, 0.0, 30.0, "N"}, Range{"depth_mm", p.depth_mm, 0.0, 50.0, "mm"},
         Range{"force_rate_n_per_s", p.force_rate_n_per_s, 0.01, 100.0, "N/s"},
@@ -43,7 +47,10 @@ std::optional<hal::Error> check(const HandProgram& p) {
         Range{"rate_hz", p.rate_hz, 0.05, 20.0, "Hz"}, Range{"hold_s", p.hold_s, -1.0, 3600.0, "s"},
         Range{"stroke_length_mm", p.stroke_length_mm, 1.0, 150.0, "mm"},
         Range{"mass_g", p.mass_g, 1.0, 2000.0, "g"}, Range{"knock_n", p.knock_n, 0.0, 20.0, "N"},
-        Range{"stroke_direction's length", length, 1e-6, 1e6, ""}}) {
+        Range{"tap_slant_deg", p.tap_slant_deg, 0.0, 60.0, "°"},
+        Range{"tilt_deg", p.tilt_deg, 0.0, 60.0, "°"},
+        Range{"stroke_direction's length", length(p.stroke_direction), 1e-6, 1e6, ""},
+        Range{"shake_direction's length", length(p.shake_direction), 1e-6, 1e6, ""}}) {
     if (auto error = out_of_range(r.field, r.value, r.low, r.high, r.unit)) return error;
   }
   return std::nullopt;
@@ -73,8 +80,9 @@ class SimulatedDevice final : public hal::HapticDevice {
 }  // namespace
 
 struct SimulatedRig::State {
-  State(const SimulationConfig& config_, const DeviceModel& model)
+  State(const SimulationConfig& config_, const DeviceModel& model, Tip tip_)
       : config(config_),
+        tip(tip_),
         simulation(model, 1e-3 * config_.tool_mass_g, config_.seed),
         device(simulation),
         resting_hand(simulation.prepare(HandProgram{})) {}
@@ -144,6 +152,7 @@ struct SimulatedRig::State {
   }
 
   SimulationConfig config;
+  Tip tip;
   hal::RigInfo info;
   Simulation simulation;
   SimulatedDevice device;
@@ -173,12 +182,17 @@ std::vector<std::string> SimulatedRig::device_presets() {
 std::vector<std::string> SimulatedRig::object_presets() {
   return object_preset_names();
 }
+std::vector<std::string> SimulatedRig::tips() {
+  return tip_names();
+}
 
 hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const SimulationConfig& config) {
   std::optional<DeviceModel> model = device_preset(config.device);
   if (!model) {
     return hal::Error{"unknown device", "[rig.sim] device", config.device, joined(device_preset_names()), ""};
   }
+  const std::optional<Tip> tip = tip_named(config.tip);
+  if (!tip) return hal::Error{"unknown tip", "[rig.sim] tip", config.tip, joined(tip_names()), ""};
   const auto refuse = [](const char* key, double value, const std::string& limit) {
     return hal::Error{std::string(key) + " is out of range", "[rig.sim]", std::to_string(value), limit, ""};
   };
@@ -210,7 +224,7 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
     model->amplifier_pole_hz = *config.amplifier_pole_hz;
   }
 
-  auto state = std::make_unique<State>(config, *model);
+  auto state = std::make_unique<State>(config, *model, *tip);
   state->info.kind = hal::RigKind::kSimulated;
   state->info.name = "sim:" + model->name;
   state->info.rate_hz = config.rate_hz;
@@ -270,8 +284,9 @@ std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) 
   if (auto error = check(program)) return error;
   const std::lock_guard lock(state_->world);
   HandProgram normalised = program;
-  normalised.stroke_direction =
-      program.stroke_direction * (1.0 / std::sqrt(dot(program.stroke_direction, program.stroke_direction)));
+  for (Vector3* direction : {&normalised.stroke_direction, &normalised.shake_direction}) {
+    *direction = *direction * (1.0 / length(*direction));
+  }
   auto change = std::make_unique<Change>();
   change->hand = std::make_unique<PreparedHand>(state_->simulation.prepare(normalised));
   state_->publish(std::move(change));
@@ -290,7 +305,7 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
   const std::lock_guard lock(state_->world);
   auto change = std::make_unique<Change>();
   change->replaces_object = true;
-  if (model) change->object = std::make_unique<PlacedObject>(*model, Simulation::kStepS);
+  if (model) change->object = std::make_unique<PlacedObject>(*model, state_->tip, Simulation::kStepS);
   state_->publish(std::move(change));
   state_->object_name = name;
   return std::nullopt;

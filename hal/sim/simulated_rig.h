@@ -18,6 +18,7 @@ namespace hapticd::sim {
 struct SimulationConfig {
   std::string device = "phantom_1_0";
   std::string object = "sponge_block";  ///< "none" for an empty table
+  std::string tip = "rod";              ///< or "ball_bearing"
   double rate_hz = 1000.0;              ///< of the tick; the physics runs at 10 kHz whatever this is
   std::uint64_t seed = 1;
   /// False: each read() advances exactly one period, however long the caller took (virtual time).
@@ -38,6 +39,7 @@ class SimulatedRig final : public hal::Rig {
 
   static std::vector<std::string> device_presets();
   static std::vector<std::string> object_presets();
+  static std::vector<std::string> tips();
 
   const hal::RigInfo& info() const noexcept override;
   bool owns_clock() const noexcept override;  ///< true in virtual time

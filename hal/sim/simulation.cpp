@@ -13,6 +13,9 @@ namespace {
 constexpr double kGravityMmPerS2 = 9807.0;
 constexpr double kTremorMm = 0.03;
 constexpr double kWobbleRad = 0.005;
+constexpr double kSwayAboutXHz = 0.35;
+constexpr double kSwayAboutYHz = 0.45;
+constexpr double kSwayBuildsUpS = 1.0;
 
 double& component(Vector3& v, std::size_t i) noexcept {
   return i == 0 ? v.x : i == 1 ? v.y : v.z;
@@ -31,10 +34,17 @@ Vector3 to_tool(const hal::Quaternion& q, const Vector3& v) noexcept {
   return v + t * q.w + cross(axis, t);
 }
 
-hal::Quaternion small_rotation(double about_x, double about_y) noexcept {
-  const double x = 0.5 * about_x;
-  const double y = 0.5 * about_y;
-  return {std::sqrt(std::max(0.0, 1.0 - x * x - y * y)), x, y, 0.0};
+/// Rotation by the length of a vector about its direction.
+hal::Quaternion rotation(const Vector3& rad) noexcept {
+  const double half = 0.5 * std::sqrt(dot(rad, rad));
+  const double share = half > 1e-12 ? 0.5 * std::sin(half) / half : 0.5;
+  return {std::cos(half), share * rad.x, share * rad.y, share * rad.z};
+}
+
+/// First b, then a.
+hal::Quaternion composed(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
+  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 
 }  // namespace
@@ -78,6 +88,8 @@ PreparedHand Simulation::prepare(const HandProgram& program) const {
 }
 
 void Simulation::set_hand(const PreparedHand* hand) noexcept {
+  sway_before_rad_ = hand_ != nullptr ? sway(hand_time_s()) : Vector3{};
+  hand_began_step_ = steps_;
   hand_ = hand;
   motion_.emplace(hand->program, Vector3{axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm});
 }
@@ -123,9 +135,21 @@ Vector3 Simulation::tremor(double time_s) const noexcept {
           0.5 * kTremorMm * (wave(8.7, 2) + wave(10.3, 3))};
 }
 
+// Rotation vector of the tilt that the hand means to give the tool. It grows out of where the hand before
+// left it: from upright, unless that one swayed too.
+Vector3 Simulation::sway(double hand_time_s) const noexcept {
+  const double grown =
+      MinimumJerk({}, {1.0, 0.0, 0.0}, kSwayBuildsUpS).at(std::min(hand_time_s, kSwayBuildsUpS)).position_mm;
+  const double amplitude_rad = grown * hand_->program.tilt_deg * std::numbers::pi / 180.0;
+  const double turn = 2.0 * std::numbers::pi * hand_time_s;
+  return sway_before_rad_ * (1.0 - grown) + Vector3{amplitude_rad * std::sin(kSwayAboutXHz * turn),
+                                                    amplitude_rad * std::sin(kSwayAboutYHz * turn), 0.0};
+}
+
 hal::Quaternion Simulation::tool_orientation(double time_s) const noexcept {
-  return small_rotation(kWobbleRad * std::sin(2.0 * time_s + tremor_phase_[0]),
-                        kWobbleRad * std::sin(2.6 * time_s + tremor_phase_[1]));
+  const Vector3 wobble{kWobbleRad * std::sin(2.0 * time_s + tremor_phase_[0]),
+                       kWobbleRad * std::sin(2.6 * time_s + tremor_phase_[1]), 0.0};
+  return composed(rotation(sway(hand_time_s())), rotation(wobble));
 }
 
 void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
@@ -179,7 +203,7 @@ void Simulation::step() noexcept {
   if (is_hand) intent.position_mm = intent.position_mm + tremor_mm_;
 
   Vector3 motor_n = motor_force();
-  motor_n.z += intent.motor_force_n;
+  motor_n = motor_n + intent.motor_force_n;
   truth_.device_force_n = motor_n;
 
   std::array<AxisState, 3> next;
@@ -220,7 +244,8 @@ void Simulation::step() noexcept {
   ++steps_;
 
   // Load on the sensor: what the object gives, less what it takes to accelerate the tool, plus its weight.
-  if (steps_ % kSlowSteps == 0) orientation_ = tool_orientation(time_s);
+  const bool sways = hand_->program.tilt_deg > 0.0 || dot(sway_before_rad_, sway_before_rad_) > 0.0;
+  if (sways || steps_ % kSlowSteps == 0) orientation_ = tool_orientation(time_s);
   const Vector3 gravity{0.0, 0.0, -kGravityMmPerS2};
   sensor_.measure(
       to_tool(orientation_, truth_.reaction_force_n + (gravity - acceleration) * (1e-3 * tool_mass_kg_)));
@@ -232,9 +257,8 @@ void Simulation::read_device(hal::RigSample& sample) noexcept {
     component(sample.tip_position_mm, i) = std::round(axes_[i].motor_mm / quantum) * quantum;
   }
   const double noise = device_.gimbal_noise_rad;
-  const hal::Quaternion read = small_rotation(2.0 * orientation_.x + noise * random_.normal(),
-                                              2.0 * orientation_.y + noise * random_.normal());
-  sample.tip_orientation = read;
+  const double about_x = noise * random_.normal();
+  sample.tip_orientation = composed(orientation_, rotation({about_x, noise * random_.normal(), 0.0}));
   sample.time_ns = time_ns();
 }
 

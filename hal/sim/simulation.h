@@ -26,8 +26,8 @@ struct PreparedHand {
 
 /// An object in place: its shape and the state of its matter.
 struct PlacedObject {
-  PlacedObject(const ObjectModel& object, double step_s)
-      : model(object), material(object.material, step_s), friction(object.friction, step_s) {}
+  PlacedObject(const ObjectModel& object, Tip tip, double step_s)
+      : model(object), material(object.material, step_s), friction(object.friction_with(tip), step_s) {}
   ObjectModel model;
   Material material;
   Friction friction;
@@ -70,6 +70,8 @@ class Simulation {
   void touch(const hal::Vector3& before_mm, std::array<AxisState, 3>& axes,
              const std::array<const AxisDynamics*, 3>& dynamics) noexcept;
   hal::Vector3 tremor(double time_s) const noexcept;
+  double hand_time_s() const noexcept { return static_cast<double>(steps_ - hand_began_step_) * kStepS; }
+  hal::Vector3 sway(double hand_time_s) const noexcept;
   hal::Quaternion tool_orientation(double time_s) const noexcept;
 
   DeviceModel device_;
@@ -88,6 +90,8 @@ class Simulation {
   std::array<double, 4> tremor_phase_{};
   hal::Vector3 tremor_mm_;
   std::int64_t steps_ = 0;
+  std::int64_t hand_began_step_ = 0;
+  hal::Vector3 sway_before_rad_;  ///< when the hand took over
   hal::Quaternion orientation_;
   hal::TruthSample truth_;
 };

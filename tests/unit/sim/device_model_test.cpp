@@ -43,6 +43,7 @@ TEST(DevicePreset, InformationIsThatOfTheModelInItsUnits) {
     EXPECT_EQ(info.position_resolution_mm, device->encoder_resolution_mm);
     EXPECT_EQ(info.structural_stiffness_n_per_mm, device->structural_stiffness_n_per_mm);
     EXPECT_DOUBLE_EQ(info.apparent_mass_g, 1000.0 * device->apparent_mass_kg);
+    EXPECT_EQ(info.coulomb_friction_n, device->coulomb_friction_n);
     EXPECT_EQ(device->command_latency_s, 0.001) << "one tick";
   }
 }

@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "hal/sim/object_model.h"
 #include "hal/sim/random.h"
@@ -176,12 +178,101 @@ TEST(Friction, HoldsATipAsItsSpringWould) {
   EXPECT_NEAR(-friction.advance({kFreeMm, 0.0, 0.0}, kCompliance, kNormalN).x, expected_n, 1e-3 * expected_n);
 }
 
-class FrictionPreset : public testing::TestWithParam<std::string> {
- protected:
-  FrictionParameters parameters = object_preset(GetParam())->friction;
+FrictionParameters rippled() {
+  FrictionParameters p = plain();
+  p.static_ratio = 1.0;
+  p.ripple_share = 0.1;
+  p.ripple_wavelength_mm = 4.0;
+  return p;
+}
+
+TEST(FrictionRipple, TheLevelFollowsTheWaySlipped) {
+  FrictionParameters p = rippled();
+  p.presliding_mm = 1e-3;  // so that the bristles follow the level at once
+  Friction friction(p, kStepS);
+  constexpr double kSlideMm = 0.005;
+  const auto slide = [&](double direction) {
+    return -direction * friction.advance({direction * kSlideMm, 0.0, 0.0}, 0.0, 1.0).x;
+  };
+  double least = 1.0, most = 0.0;
+  for (int i = 0; i < 1600; ++i) {  // two wavelengths there, then back: the way only grows
+    const double way_mm = kSlideMm * (i + 0.5);
+    const double force = slide(i < 800 ? 1.0 : -1.0);
+    if (i % 800 < 10) continue;  // breaking away and turning round take some presliding lengths
+    const double expected = 0.5 * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * way_mm / 4.0));
+    ASSERT_NEAR(force, expected, 1e-3) << "after " << way_mm << " mm";
+    least = std::min(least, force);
+    most = std::max(most, force);
+  }
+  EXPECT_NEAR(least, 0.45, 1e-3);
+  EXPECT_NEAR(most, 0.55, 1e-3);
+}
+
+TEST(FrictionRipple, ContactBeginsTheWayAnew) {
+  Friction used(rippled(), kStepS), fresh(rippled(), kStepS);
+  for (int i = 0; i < 300; ++i) used.advance({0.01, 0.003, 0.0}, 0.0, 2.0);
+  used.release();
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_EQ(used.advance({0.01, 0.0, 0.0}, 0.0, 2.0).x, fresh.advance({0.01, 0.0, 0.0}, 0.0, 2.0).x);
+  }
+}
+
+TEST(FrictionRipple, VibrationStaysWhereItIsOnTheRipple) {
+  // Bending is no way: a million bends later the tip breaks away as the fresh one does.
+  Friction shaken(rippled(), kStepS), fresh(rippled(), kStepS);
+  for (int i = 0; i < 1'000'000; ++i)
+    shaken.advance({(i % 4 == 0 || i % 4 == 3) ? 0.03 : -0.03, 0.0, 0.0}, 0.0, 2.0);
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_NEAR(shaken.advance({0.01, 0.0, 0.0}, 0.0, 2.0).x, fresh.advance({0.01, 0.0, 0.0}, 0.0, 2.0).x,
+                1e-9);
+  }
+}
+
+TEST(FrictionRipple, IsOfSecondOrderInTheStep) {
+  // Work of a slide over a wavelength and a quarter, its pieces ten times and twice as long as the finest.
+  const auto bend_after_5_mm = [](int pieces) {
+    Friction friction(rippled(), kStepS);
+    for (int i = 0; i < pieces; ++i) friction.advance({5.0 / pieces, 0.0, 0.0}, 0.0, 1.0);
+    return bend(friction).x;
+  };
+  const double exact = bend_after_5_mm(20'000);
+  const double coarse = std::abs(bend_after_5_mm(50) - exact);
+  const double fine = std::abs(bend_after_5_mm(100) - exact);
+  EXPECT_LT(coarse, 3e-3 * 0.5) << "0.1 mm a step: 1000 mm/s";
+  EXPECT_LT(fine, 0.3 * coarse);
+}
+
+TEST(FrictionRipple, HugeSlipsStayBounded) {
+  for (const double slide_mm : {1.0, 100.0, 1e6, 1e12}) {
+    Friction friction(rippled(), kStepS);
+    for (int i = 0; i < 200; ++i) {
+      const double direction = i % 3 == 0 ? -1.0 : 1.0;
+      ASSERT_TRUE(test::finite(friction.advance({direction * slide_mm, 0.3 * slide_mm, 0.0}, 0.0, 4.0)));
+      ASSERT_LE(length(bend(friction)), 0.5 * 1.1 + 1e-9);
+    }
+  }
+}
+
+struct Rubbed {
+  std::string object;
+  Tip tip;
 };
-INSTANTIATE_TEST_SUITE_P(Objects, FrictionPreset, testing::ValuesIn(object_preset_names()),
-                         [](const auto& tested) { return tested.param; });
+std::vector<Rubbed> all_pairs() {
+  std::vector<Rubbed> all;
+  for (const std::string& name : object_preset_names()) {
+    all.push_back({name, Tip::kRod});
+    all.push_back({name, Tip::kBallBearing});
+  }
+  return all;
+}
+
+class FrictionPreset : public testing::TestWithParam<Rubbed> {
+ protected:
+  FrictionParameters parameters = object_preset(GetParam().object)->friction_with(GetParam().tip);
+};
+INSTANTIATE_TEST_SUITE_P(Objects, FrictionPreset, testing::ValuesIn(all_pairs()), [](const auto& tested) {
+  return tested.param.object + (tested.param.tip == Tip::kRod ? "_rod" : "_ball_bearing");
+});
 
 TEST_P(FrictionPreset, RandomWalksDissipate) {
   Random random(31);

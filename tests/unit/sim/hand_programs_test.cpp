@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "virtual_rig.h"
 
@@ -202,6 +203,161 @@ TEST(Shake, AcceleratesTheFreeDeviceWithItsForce) {
     ASSERT_FALSE(rig.truth().in_contact);
   });
   EXPECT_NEAR(most_n, 1.0, 1e-3);
+}
+
+TEST(Shake, ActsAlongItsDirection) {
+  VirtualRig rig({.object = "none"}, {.kind = HandProgram::Kind::kShake,
+                                      .force_n = 1.0,
+                                      .rate_hz = 5.0,
+                                      .shake_direction = {3.0, 0.0, -4.0}});
+  double most_n = 0.0, most_mm = 0.0;
+  rig.run(3.0, [&] {
+    const Vector3& force_n = rig.truth().device_force_n;
+    ASSERT_NEAR(0.8 * force_n.x + 0.6 * force_n.z, 0.0, 1e-12);
+    ASSERT_EQ(force_n.y, 0.0);
+    most_n = std::max(most_n, test::length(force_n));
+    most_mm = std::max(most_mm, std::abs(rig.truth().tip_position_mm.x));
+  });
+  EXPECT_NEAR(most_n, 1.0, 1e-3);
+  EXPECT_GT(most_mm, 1.0);
+}
+
+class SlantedTap : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Slants, SlantedTap, testing::Values(20.0, 45.0, 60.0), [](const auto& tested) {
+  return std::to_string(std::lround(tested.param)) + "_deg";
+});
+
+TEST_P(SlantedTap, MeetsTheSurfaceAtHomeUnderItsAngle) {
+  constexpr double kSpeed = 300.0;
+  VirtualRig rig({.object = "rubber_eraser", .rate_hz = 10000.0}, {.kind = HandProgram::Kind::kTap,
+                                                                   .speed_mm_per_s = kSpeed,
+                                                                   .rate_hz = 1.0,
+                                                                   .repetitions = 4,
+                                                                   .stroke_direction = {0.6, -0.8, 0.0},
+                                                                   .tap_slant_deg = GetParam()});
+  const double slant = std::tan(GetParam() * 3.14159265358979 / 180.0);
+  Vector3 last_mm = rig.truth().tip_position_mm;
+  bool armed = false;
+  int taps = 0;
+  double fastest_mm_per_s = 0.0;
+  rig.run(8.0, [&] {
+    const Vector3 tip_mm = rig.truth().tip_position_mm;
+    const Vector3 moved_mm = tip_mm - last_mm;
+    if (rig.time_s() > 1e-3) fastest_mm_per_s = std::max(fastest_mm_per_s, test::length(moved_mm) / 1e-4);
+    if (tip_mm.z > 5.0) armed = true;
+    if (armed && rig.truth().in_contact) {
+      armed = false;
+      ++taps;
+      EXPECT_LT(std::hypot(tip_mm.x, tip_mm.y), 0.5 + 0.02 * slant * kSpeed);
+      EXPECT_NEAR(moved_mm.z / 1e-4, -kSpeed, 0.1 * kSpeed);
+      const double along_mm = 0.6 * moved_mm.x - 0.8 * moved_mm.y;
+      EXPECT_NEAR(along_mm / moved_mm.z, slant, 0.1 * slant);
+      EXPECT_NEAR((0.8 * moved_mm.x + 0.6 * moved_mm.y) / 1e-4, 0.0, 5.0) << "in its plane";
+    }
+    last_mm = tip_mm;
+  });
+  EXPECT_EQ(taps, 4);
+  EXPECT_LT(fastest_mm_per_s, 1.3 * kSpeed * std::sqrt(1.0 + slant * slant)) << "no jump on the way there";
+}
+
+struct Sticking {
+  double still = 0.0;  ///< share of the time, slower than 1 mm/s
+  int jumps = 0;       ///< from rest to five times the hand's fastest
+};
+
+Sticking sticking(const char* object) {
+  constexpr double kSpeed = 12.0;
+  VirtualRig rig({.object = object}, {.kind = HandProgram::Kind::kStroke,
+                                      .force_n = 2.0,
+                                      .force_rate_n_per_s = 4.0,
+                                      .speed_mm_per_s = kSpeed,
+                                      .repetitions = -1,
+                                      .stroke_length_mm = 60.0});
+  rig.run(8.0);
+  Sticking found;
+  int still_ticks = 0, ticks = 0;
+  bool rested = false;
+  Vector3 last_mm = rig.truth().tip_position_mm;
+  rig.run(30.0, [&] {
+    const double speed_mm_per_s = test::length(rig.truth().tip_position_mm - last_mm) / 1e-3;
+    last_mm = rig.truth().tip_position_mm;
+    if (speed_mm_per_s < 1.0) {
+      ++still_ticks;
+      rested = true;
+    } else if (rested && speed_mm_per_s > 5.0 * kSpeed) {
+      ++found.jumps;
+      rested = false;
+    }
+    ++ticks;
+  });
+  found.still = static_cast<double>(still_ticks) / ticks;
+  return found;
+}
+
+TEST(StickSlip, GelSticksAndJumpsWhereSiliconeSlides) {
+  const Sticking gel = sticking("sticky_gel");
+  const Sticking silicone = sticking("silicone_rest");
+  EXPECT_GE(gel.jumps, 12) << "three strokes of 60 mm in jumps of a centimetre";
+  EXPECT_GT(gel.still, 0.5);
+  EXPECT_EQ(silicone.jumps, 0);
+  EXPECT_LT(silicone.still, 0.4) << "where the stroke turns round";
+}
+
+TEST(BallBearing, RollsWithAFractionOfTheRodsFriction) {
+  for (const char* object : {"sponge_block", "rubber_eraser", "silicone_rest", "wood_plate"}) {
+    const ObjectModel model = *object_preset(object);
+    for (const Tip tip : {Tip::kRod, Tip::kBallBearing}) {
+      VirtualRig rig({.object = object, .tip = tip == Tip::kRod ? "rod" : "ball_bearing"},
+                     {.kind = HandProgram::Kind::kStroke,
+                      .force_n = 2.0,
+                      .force_rate_n_per_s = 4.0,
+                      .speed_mm_per_s = 60.0,
+                      .repetitions = -1,
+                      .stroke_length_mm = 40.0});
+      rig.run(4.0);
+      double sum = 0.0;
+      int ticks = 0;
+      Vector3 last_mm = rig.truth().tip_position_mm;
+      rig.run(10.0, [&] {
+        const double speed_mm_per_s = test::length(rig.truth().tip_position_mm - last_mm) / 1e-3;
+        last_mm = rig.truth().tip_position_mm;
+        if (speed_mm_per_s < 30.0 || !rig.truth().in_contact) return;
+        sum += rig.truth().friction_force_n / rig.truth().normal_force_n -
+               model.friction_with(tip).viscous_s_per_mm * speed_mm_per_s;
+        ++ticks;
+      });
+      ASSERT_GT(ticks, 1000);
+      const double kinetic = model.friction_with(tip).kinetic;
+      EXPECT_NEAR(sum / ticks, kinetic, 0.1 * kinetic)
+          << object << " " << tip_names()[static_cast<std::size_t>(tip)];
+    }
+  }
+}
+
+TEST(Knock, DisturbsAStrokeToo) {
+  const HandProgram even{.kind = HandProgram::Kind::kStroke,
+                         .force_n = 2.0,
+                         .force_rate_n_per_s = 8.0,
+                         .speed_mm_per_s = 80.0,
+                         .repetitions = -1,
+                         .stroke_length_mm = 30.0};  // shorter than the knocks' period
+  HandProgram knocked = even;
+  knocked.knock_n = 3.0;
+  VirtualRig calm({}, even), disturbed({}, knocked);
+  std::vector<double> knocks_s;
+  double before_n = 0.0;
+  while (calm.time_s() < 10.0) {
+    calm.tick();
+    disturbed.tick();
+    // The force of the hand jumps where nothing else does; what follows a knock decays.
+    const double difference_n = disturbed.truth().hand_force_n.z - calm.truth().hand_force_n.z;
+    if (difference_n - before_n > 0.2 && (knocks_s.empty() || calm.time_s() > knocks_s.back() + 0.5)) {
+      knocks_s.push_back(calm.time_s());
+    }
+    before_n = difference_n;
+  }
+  ASSERT_GE(knocks_s.size(), 2U);
+  for (std::size_t i = 1; i < knocks_s.size(); ++i) EXPECT_NEAR(knocks_s[i] - knocks_s[i - 1], 2.0, 5e-3);
 }
 
 TEST(Knock, DisturbsEveryTwoSecondsForTwentyMilliseconds) {

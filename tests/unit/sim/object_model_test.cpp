@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <set>
+#include <string>
+#include <vector>
 
 namespace hapticd::sim {
 namespace {
@@ -27,8 +29,9 @@ TEST(ObjectPreset, StiffnessIsTheDissertations) {
 }
 
 TEST(ObjectPreset, AllThatWereUsedAreThere) {
-  for (const char* name : {"sponge_block", "foam_ball", "rubber_ball", "rubber_eraser", "sponge_cut",
-                           "foam_ball_3d", "rubber_ball_3d", "silicone_rest", "wood_plate"}) {
+  for (const char* name :
+       {"sponge_block", "foam_ball", "rubber_ball", "rubber_eraser", "sponge_cut", "foam_ball_3d",
+        "rubber_ball_3d", "silicone_rest", "wood_plate", "sticky_gel", "foam_ridge"}) {
     EXPECT_TRUE(object_preset(name)) << name;
   }
   EXPECT_FALSE(object_preset("anvil"));
@@ -54,10 +57,40 @@ TEST(ObjectPreset, MatterIsPassiveAndRemembers) {
     EXPECT_GE(m.skin_stiffness_n_per_mm, 0.0) << name;
     EXPECT_GE(m.skin_viscosity_n_s_per_mm, 0.0) << name;
     EXPECT_GT(m.skin_depth_mm, 0.0) << name;
-    EXPECT_GT(object.friction.kinetic, 0.0) << name;
-    EXPECT_GE(object.friction.static_ratio, 1.0) << name << ": Stribeck drops from static to kinetic";
-    EXPECT_GT(object.friction.presliding_mm, 0.0) << name;
+    for (const FrictionParameters& f : {object.friction, object.friction_bearing}) {
+      EXPECT_GT(f.kinetic, 0.0) << name;
+      EXPECT_GE(f.static_ratio, 1.0) << name << ": Stribeck drops from static to kinetic";
+      EXPECT_GT(f.presliding_mm, 0.0) << name;
+      EXPECT_GT(f.ripple_share, 0.0) << name << ": no real path is even";
+      EXPECT_LT(f.ripple_share, 1.0) << name;
+      EXPECT_GT(f.ripple_wavelength_mm, 0.0) << name;
+    }
   }
+}
+
+TEST(ObjectPreset, ABallBearingRollsMuchTheSameOnAll) {
+  double sum = 0.0;
+  const std::set<std::string> averaged{"sponge_cut", "foam_ball_3d", "rubber_ball_3d", "silicone_rest"};
+  for (const std::string& name : object_preset_names()) {
+    const ObjectModel object = *object_preset(name);
+    EXPECT_LT(object.friction_bearing.kinetic, 0.2 * object.friction.kinetic) << name;
+    EXPECT_LT(object.friction_bearing.static_ratio, 1.05) << name;
+    EXPECT_NEAR(2.0 * object.friction_bearing.viscous_s_per_mm, 2.4e-4, 1e-9) << name << ": at 2 N";
+    if (averaged.contains(name)) sum += object.friction_bearing.kinetic;
+  }
+  // One model for the four: identified as 0.0643, too low on the first three and too high on the last.
+  EXPECT_NEAR(sum / 4.0, 0.0643, 0.005);
+  EXPECT_LT(object_preset("silicone_rest")->friction_bearing.kinetic, 0.0643);
+  for (const char* name : {"sponge_cut", "foam_ball_3d", "rubber_ball_3d"}) {
+    EXPECT_GT(object_preset(name)->friction_bearing.kinetic, 0.0643) << name;
+  }
+}
+
+TEST(Tip, HasANameOrNone) {
+  EXPECT_EQ(tip_names(), (std::vector<std::string>{"rod", "ball_bearing"}));
+  EXPECT_EQ(tip_named("rod"), Tip::kRod);
+  EXPECT_EQ(tip_named("ball_bearing"), Tip::kBallBearing);
+  EXPECT_FALSE(tip_named("needle"));
 }
 
 TEST(ObjectPreset, EveryShapeTouchesTheOriginAndStaysBelow) {

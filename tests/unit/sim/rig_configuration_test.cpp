@@ -36,10 +36,16 @@ TEST(RigConfiguration, UnknownDeviceIsNamedBesideTheKnown) {
 
 const std::string kObjects =
     "sponge_block, foam_ball, rubber_ball, rubber_eraser, sponge_cut, foam_ball_3d, rubber_ball_3d, "
-    "silicone_rest, wood_plate, none";
+    "silicone_rest, wood_plate, sticky_gel, foam_ridge, none";
 
 TEST(RigConfiguration, UnknownObjectIsNamedBesideTheKnown) {
   expect_error(refusal({.object = "anvil"}), "unknown object", "simulated rig", "anvil", kObjects);
+}
+
+TEST(RigConfiguration, UnknownTipIsNamedBesideTheKnown) {
+  expect_error(refusal({.tip = "needle"}), "unknown tip", "[rig.sim] tip", "needle", "rod, ball_bearing");
+  EXPECT_EQ(refusal({.tip = "rod"}).what, "accepted");
+  EXPECT_EQ(refusal({.tip = "ball_bearing"}).what, "accepted");
 }
 
 TEST(RigConfiguration, RateIsFromHalfToTenKilohertz) {
@@ -102,6 +108,7 @@ TEST(RigConfiguration, InformationTellsWhatWasMade) {
   EXPECT_EQ(info.name, "sim:phantom_1_5_high_force");
   EXPECT_EQ(info.rate_hz, 2000.0);
   EXPECT_EQ(info.device.max_force_n, 37.5);
+  EXPECT_EQ(info.device.coulomb_friction_n, 0.2);
   EXPECT_EQ(info.sensor.model, "nano17_si_25");
   EXPECT_DOUBLE_EQ(info.sensor.tool_mass_g, 12.0);
   EXPECT_TRUE(info.renders_force);
@@ -144,7 +151,9 @@ const Field kFields[] = {{"force_n", &HandProgram::force_n, 0.0, 30.0, "N"},
                          {"hold_s", &HandProgram::hold_s, -1.0, 3600.0, "s"},
                          {"stroke_length_mm", &HandProgram::stroke_length_mm, 1.0, 150.0, "mm"},
                          {"mass_g", &HandProgram::mass_g, 1.0, 2000.0, "g"},
-                         {"knock_n", &HandProgram::knock_n, 0.0, 20.0, "N"}};
+                         {"knock_n", &HandProgram::knock_n, 0.0, 20.0, "N"},
+                         {"tap_slant_deg", &HandProgram::tap_slant_deg, 0.0, 60.0, "°"},
+                         {"tilt_deg", &HandProgram::tilt_deg, 0.0, 60.0, "°"}};
 
 TEST(HandProgramCheck, EveryFieldHasItsRange) {
   test::VirtualRig made({});
@@ -171,12 +180,18 @@ TEST(HandProgramCheck, ADirectionNeedsALength) {
   test::VirtualRig made({});
   for (const hal::Vector3 bad : {hal::Vector3{0.0, 0.0, 0.0}, hal::Vector3{kNan, 0.0, 0.0},
                                  hal::Vector3{0.0, kInfinity, 0.0}, hal::Vector3{1e7, 0.0, 0.0}}) {
-    HandProgram program;
-    program.stroke_direction = bad;
-    const auto error = made.rig().set_program(program);
-    ASSERT_TRUE(error);
-    EXPECT_EQ(error->what, "stroke_direction's length is out of range");
-    EXPECT_EQ(error->where, "hand program");
+    HandProgram stroke;
+    stroke.stroke_direction = bad;
+    const auto stroke_error = made.rig().set_program(stroke);
+    ASSERT_TRUE(stroke_error);
+    EXPECT_EQ(stroke_error->what, "stroke_direction's length is out of range");
+    EXPECT_EQ(stroke_error->where, "hand program");
+    HandProgram shake;
+    shake.shake_direction = bad;
+    const auto shake_error = made.rig().set_program(shake);
+    ASSERT_TRUE(shake_error);
+    EXPECT_EQ(shake_error->what, "shake_direction's length is out of range");
+    EXPECT_EQ(shake_error->where, "hand program");
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -151,6 +152,71 @@ TEST(WavyField, CrestsDipsAndFlanksAreWhereTheCosinesSay) {
   const double slope = 2.0 * 2.0 * std::numbers::pi / 40.0;
   EXPECT_NEAR(flank.depth_mm, 0.0, 1e-12);
   EXPECT_NEAR(flank.outward_normal.x / flank.outward_normal.z, slope, 1e-9);
+}
+
+/// Points along the ridge's profile, dense in the round and on both faces.
+std::vector<Vector3> ridge_profile(const Ridge& ridge, double y) {
+  std::vector<Vector3> profile;
+  const double r = ridge.radius_mm;
+  for (int i = -5000; i <= 5000; ++i) {
+    const double angle = 0.25 * std::numbers::pi * i / 5000.0;  // from the vertical
+    profile.push_back({r * std::sin(angle), y, r * (std::cos(angle) - 1.0)});
+    const double far_mm = 60.0 * std::abs(i) / 5000.0;
+    const double x = (i < 0 ? -1.0 : 1.0) * (r * std::sin(0.25 * std::numbers::pi) + far_mm);
+    profile.push_back({x, y, r * (std::cos(0.25 * std::numbers::pi) - 1.0) - far_mm});
+  }
+  return profile;
+}
+
+TEST(Ridge, NothingIsNearerThanTheNearestPoint) {
+  const Ridge ridge{3.0};
+  Random random(4);
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3 p{40.0 * (random.uniform() - 0.5), 40.0 * (random.uniform() - 0.5),
+                    40.0 * (random.uniform() - 0.5)};
+    double searched_mm = 1e300;
+    for (const Vector3& q : ridge_profile(ridge, p.y)) searched_mm = std::min(searched_mm, length(q - p));
+    const Projection nearest = ridge.project(p);
+    // Neighbours on the searched profile are 0.017 mm apart.
+    EXPECT_NEAR(std::abs(nearest.depth_mm), searched_mm, 0.0085) << p.x << " " << p.y << " " << p.z;
+    EXPECT_LE(std::abs(nearest.depth_mm), searched_mm + 1e-9);
+    EXPECT_NEAR(length(nearest.outward_normal), 1.0, 1e-12);
+    EXPECT_EQ(nearest.point_mm.y, p.y);
+    EXPECT_LT(length(p + nearest.outward_normal * nearest.depth_mm - nearest.point_mm), 1e-9);
+    // The surface as a height over x tells inside from outside.
+    const double x = std::abs(p.x), edge = 3.0 * std::sqrt(0.5);
+    const double height = x < edge ? std::sqrt(9.0 - x * x) - 3.0 : 2.0 * edge - 3.0 - x;
+    EXPECT_EQ(nearest.depth_mm > 0.0, p.z < height) << p.x << " " << p.z;
+  }
+}
+
+TEST(Ridge, CrestFacesAndTheSeamBetweenThem) {
+  const Ridge ridge{3.0};
+  EXPECT_EQ(ridge.project({0.0, 7.0, 0.0}).depth_mm, 0.0);
+  EXPECT_EQ(ridge.project({0.0, 7.0, -2.0}).depth_mm, 2.0);
+  EXPECT_EQ(ridge.project({0.0, 7.0, -2.0}).outward_normal.z, 1.0);
+  // The faces stand at right angles on each other.
+  const Projection right = ridge.project({20.0, 0.0, -10.0});
+  const Projection left = ridge.project({-20.0, 0.0, -10.0});
+  EXPECT_NEAR(dot(right.outward_normal, left.outward_normal), 0.0, 1e-12);
+  EXPECT_GT(right.outward_normal.x, 0.0);
+  EXPECT_EQ(left.depth_mm, right.depth_mm);
+  // Where the round ends, depth and normal go on without a step.
+  for (const double out_mm : {-2.0, 0.0, 5.0}) {
+    const double x = (3.0 + out_mm) * std::sqrt(0.5), z = x - 3.0;
+    const Projection round = ridge.project({x - 1e-9, 0.0, z + 1e-9});
+    const Projection face = ridge.project({x + 1e-9, 0.0, z - 1e-9});
+    EXPECT_NEAR(round.depth_mm, face.depth_mm, 1e-8);
+    EXPECT_LT(length(round.outward_normal - face.outward_normal), 1e-8);
+  }
+  // Deeper than the radius the nearest point changes sides, the depth does not jump.
+  const Projection one = ridge.project({-1e-9, 0.0, -8.0}), other = ridge.project({1e-9, 0.0, -8.0});
+  EXPECT_NEAR(one.depth_mm, other.depth_mm, 1e-8);
+  EXPECT_LT(one.outward_normal.x, -0.7);
+  EXPECT_GT(other.outward_normal.x, 0.7);
+  const Projection centre = ridge.project({0.0, 0.0, -3.0});
+  EXPECT_NEAR(centre.depth_mm, 3.0, 1e-12);
+  EXPECT_NEAR(length(centre.outward_normal), 1.0, 1e-12);
 }
 
 TEST(Shape, FreeSpaceIsNeverInside) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "virtual_rig.h"
 
@@ -75,6 +77,89 @@ TEST(ToolLoad, TiltTurnsTheWeightOfTheTool) {
     square += expected_n.x * expected_n.x + expected_n.y * expected_n.y;
   });
   EXPECT_NEAR(product / square, 1.0, 0.02);
+}
+
+class TiltedTool : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Tilts, TiltedTool, testing::Values(20.0, 60.0), [](const auto& tested) {
+  return std::to_string(std::lround(tested.param)) + "_deg";
+});
+
+TEST_P(TiltedTool, ItsWeightIsToldFromContactByTheGimbal) {
+  for (const double mass_g : {9.35, 50.0}) {
+    VirtualRig rig({.object = "none", .tool_mass_g = mass_g}, {.tilt_deg = GetParam()});
+    const Vector3 weight_n{0.0, 0.0, -1e-3 * mass_g * kGravityNPerKg};
+    // What a tick's mean leaves: noise of the sensor, inertia in the hand's tremor (up to 0.2 m/s²), and half
+    // a millisecond in which the tool turned on while the sensor took its mean.
+    const double per_axis_n = 0.012 + 1e-3 * mass_g * (0.25 + kGravityNPerKg * 0.003);
+    Vector3 sum_n;
+    double most_n = 0.0;
+    int ticks = 0;
+    rig.run(2.0);  // at its home
+    rig.run(20.0, [&] {
+      const Vector3& read_n = rig.sample().sensor_force_n;
+      // Taken upright, the bias was the weight as it is in rig coordinates.
+      const Vector3 contact_n = rotated(rig.sample().tip_orientation, read_n + weight_n) - weight_n;
+      ASSERT_LT(std::abs(contact_n.x), per_axis_n) << rig.time_s();
+      ASSERT_LT(std::abs(contact_n.y), per_axis_n) << rig.time_s();
+      ASSERT_LT(std::abs(contact_n.z), per_axis_n) << rig.time_s();
+      sum_n = sum_n + contact_n;
+      most_n = std::max(most_n, test::length(read_n));
+      ++ticks;
+    });
+    EXPECT_LT(test::length(sum_n * (1.0 / ticks)), 1e-3);
+    const double tilt_rad = GetParam() * 3.14159265 / 180.0;
+    EXPECT_GT(most_n, 2.0 * std::sin(0.5 * tilt_rad) * -weight_n.z) << "the raw reading does carry it";
+  }
+}
+
+TEST_P(TiltedTool, SwaysFromUprightAsFarAsAskedAndWithoutAJump) {
+  VirtualRig rig({.object = "none"}, {.tilt_deg = GetParam()});
+  double most_x_rad = 0.0, most_y_rad = 0.0;
+  Vector3 up_before;
+  const auto up = [&] { return rotated(rig.sample().tip_orientation, {0.0, 0.0, 1.0}); };
+  rig.tick();
+  EXPECT_NEAR(up().z, 1.0, 1e-4) << "upright at first";
+  up_before = up();
+  const auto observe = [&] {
+    const hal::Quaternion& q = rig.sample().tip_orientation;
+    ASSERT_NEAR(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z, 1.0, 1e-12);
+    // A rotation's vector; about z only what wobble and noise make of it.
+    const double angle = 2.0 * std::acos(std::min(1.0, q.w));
+    const double scale = angle > 1e-9 ? angle / std::sin(0.5 * angle) : 2.0;
+    most_x_rad = std::max(most_x_rad, std::abs(scale * q.x));
+    most_y_rad = std::max(most_y_rad, std::abs(scale * q.y));
+    ASSERT_LT(std::abs(scale * q.z), 0.01);
+    ASSERT_LT(test::length(up() - up_before), 8e-3) << "no faster than a wrist turns";
+    up_before = up();
+  };
+  rig.run(30.0, observe);
+  const double tilt_rad = GetParam() * 3.14159265 / 180.0;
+  EXPECT_NEAR(most_x_rad, tilt_rad, 0.01);
+  EXPECT_NEAR(most_y_rad, tilt_rad, 0.01);
+  // Another program takes over from where the tool is, and brings it upright.
+  rig.set_program({});
+  rig.run(1.5, observe);
+  EXPECT_NEAR(up().z, 1.0, 1e-4);
+}
+
+TEST(TiltedToolInContact, IsReadInTheToolsFrameAndTheTipIsWhereAnUprightOnesIs) {
+  const HandProgram upright{
+      .kind = HandProgram::Kind::kPress, .force_n = 3.0, .force_rate_n_per_s = 4.0, .hold_s = -1.0};
+  HandProgram tilted = upright;
+  tilted.tilt_deg = 40.0;
+  VirtualRig one({.tool_mass_g = 0.0}, upright), other({.tool_mass_g = 0.0}, tilted);
+  one.run(6.0);
+  other.run(6.0);
+  double most_across_n = 0.0;
+  for (int i = 0; i < 5000; ++i) {
+    one.tick();
+    other.tick();
+    ASSERT_EQ(one.truth().tip_position_mm.z, other.truth().tip_position_mm.z);
+    const Vector3 read_n = rotated(other.sample().tip_orientation, other.sample().sensor_force_n);
+    ASSERT_LT(test::length(read_n - other.truth().reaction_force_n), 0.025);
+    most_across_n = std::max(most_across_n, std::abs(other.sample().sensor_force_n.x));
+  }
+  EXPECT_GT(most_across_n, 1.0);
 }
 
 TEST(ToolLoad, ContactIsReadInTheToolsFrame) {
