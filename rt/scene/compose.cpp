@@ -52,10 +52,7 @@ bool has(const ObjectModel& model, Part part) {
 /// Names every part that is not there.
 std::optional<hal::Error> missing(const SceneSpec& spec, const ObjectModel* model) {
   std::string names;
-  for (const Part part : needed_parts(spec)) {
-    if (model != nullptr && has(*model, part)) continue;
-    names += std::string(names.empty() ? "" : ", ") + name_of(part) + " of '" + spec.object_model + "'";
-  }
+  for (const std::string& name : needed_models(spec, model)) names += (names.empty() ? "" : ", ") + name;
   if (names.empty()) return std::nullopt;
   return hal::Error{"the scene needs a model that there is not: " + names, "scene '" + spec.name + "'",
                     "object_model = \"" + spec.object_model + "\"", "",
@@ -65,9 +62,10 @@ std::optional<hal::Error> missing(const SceneSpec& spec, const ObjectModel* mode
 
 }  // namespace
 
-std::vector<std::string> needed_models(const SceneSpec& resolved) {
+std::vector<std::string> needed_models(const SceneSpec& resolved, const ObjectModel* model) {
   std::vector<std::string> names;
   for (const Part part : needed_parts(resolved)) {
+    if (model != nullptr && has(*model, part)) continue;
     names.push_back(std::string(name_of(part)) + " of '" + resolved.object_model + "'");
   }
   return names;

@@ -12,8 +12,8 @@
 namespace hapticd::rt {
 
 /// What a resolved spec needs of the object's model, in words, e.g. "creep law of 'sponge_cut'"; empty where
-/// measurement is enough.
-std::vector<std::string> needed_models(const SceneSpec& resolved);
+/// measurement is enough. What `model` has is left out.
+std::vector<std::string> needed_models(const SceneSpec& resolved, const ObjectModel* model = nullptr);
 
 /// Builds exactly the stages a resolved spec needs. Fails where the rig or the object's model (null: there is
 /// none) lack what the scene needs, by name.
