@@ -25,6 +25,8 @@ std::optional<CommandLine> read_command_line(int argc, char** argv, int& exit_co
   app.add_option("--scene", overrides.scene, "Scene to start with")->type_name("NAME");
   app.add_option("--scenes", overrides.scene_folder, "Folder of further scenes (NAME.toml)")
       ->type_name("DIR");
+  app.add_option("--models", overrides.model_folder, "Folder of further models of objects (NAME.toml)")
+      ->type_name("DIR");
   app.add_option("--rate-hz", overrides.rate_hz, "Rate of the loop, 500 … 10000 Hz [1000]")->type_name("HZ");
   app.add_option("--log-level", overrides.log_level, "debug, info, warning, error, off [info]")
       ->type_name("LEVEL");

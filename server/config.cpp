@@ -5,8 +5,8 @@
 
 #include <charconv>
 
-#include "server/scene_file.h"
 #include "server/suggestion.h"
+#include "server/text_library.h"
 #include "server/toml_reader.h"
 
 namespace hapticd::server {
@@ -85,6 +85,7 @@ void read_loop(TomlTable table, rt::LoopConfig& loop) {
 void read_simulation(TomlTable table, sim::SimulationConfig& simulation) {
   table.read("device", simulation.device, 64);
   table.read("object", simulation.object, 64);
+  table.read("tip", simulation.tip, 64);
   table.read("seed", simulation.seed, kSeed);
   table.read("structural_mode_hz", simulation.structural_mode_hz, kStructuralModeHz);
   table.read("structural_damping", simulation.structural_damping, kStructuralDamping);
@@ -155,7 +156,7 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
                       "use a shorter path"};
   }
   if (!config.scene.empty()) {
-    if (auto error = check_scene_name(config.scene, "[scene] load")) return error;
+    if (auto error = check_name("scene", config.scene, "[scene] load")) return error;
   }
   return std::nullopt;
 }
@@ -191,6 +192,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);
+  root.table("models").read("folder", config.model_folder, 4096);
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;
 
@@ -215,6 +217,7 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
   if (overrides.unix_socket) config.unix_socket = *overrides.unix_socket;
   if (overrides.scene) config.scene = *overrides.scene;
   if (overrides.scene_folder) config.scene_folder = *overrides.scene_folder;
+  if (overrides.model_folder) config.model_folder = *overrides.model_folder;
   if (overrides.rate_hz) {
     if (auto error = check(*overrides.rate_hz, kRateHz, "the loop rate", "--rate-hz")) return *error;
     config.loop.rate_hz = *overrides.rate_hz;
@@ -271,9 +274,9 @@ std::string write_config(const DaemonConfig& config) {
                       toml_quoted(config.unix_socket));
   text += fmt::format("\n[rig]\nkind = {}\n", toml_quoted(text_of(config.rig, kRigWords)));
   const sim::SimulationConfig& simulation = config.simulation;
-  text += fmt::format("\n[rig.sim]\ndevice = {}\nobject = {}\nseed = {}\ntool_mass_g = {}\n",
-                      toml_quoted(simulation.device), toml_quoted(simulation.object), simulation.seed,
-                      toml_number(simulation.tool_mass_g));
+  text += fmt::format("\n[rig.sim]\ndevice = {}\nobject = {}\ntip = {}\nseed = {}\ntool_mass_g = {}\n",
+                      toml_quoted(simulation.device), toml_quoted(simulation.object),
+                      toml_quoted(simulation.tip), simulation.seed, toml_number(simulation.tool_mass_g));
   const auto optional = [&text](std::string_view key, const std::optional<double>& value) {
     if (value) text += fmt::format("{} = {}\n", key, toml_number(*value));
   };
@@ -288,6 +291,7 @@ std::string write_config(const DaemonConfig& config) {
           write_mapping("position", replay.position);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
                       toml_quoted(config.scene_folder));
+  text += fmt::format("\n[models]\nfolder = {}\n", toml_quoted(config.model_folder));
   text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
   return text;
 }

@@ -29,6 +29,7 @@ struct DaemonConfig {
 
   std::string scene;         ///< [scene] load; empty = none
   std::string scene_folder;  ///< [scene] folder; empty = built-in scenes only
+  std::string model_folder;  ///< [models] folder; empty = built-in models of objects only
 
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
 
@@ -45,6 +46,7 @@ struct ConfigOverrides {
   std::optional<std::string> unix_socket;
   std::optional<std::string> scene;
   std::optional<std::string> scene_folder;
+  std::optional<std::string> model_folder;
   std::optional<double> rate_hz;
   std::optional<std::string> log_level;
 };

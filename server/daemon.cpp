@@ -25,7 +25,7 @@ struct Daemon::Parts {
   Parts(std::unique_ptr<hal::Rig> rig, const DaemonConfig& config)
       : session(std::move(rig), config.loop),
         hub(session.engine()),
-        scenes(session, SceneLibrary(config.scene_folder)),
+        scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder)),
         targets(session, scenes),
         latch(session, hub) {}
 
@@ -52,6 +52,9 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, StartFailure& failure
   if (const auto loop = rt::validate(config.loop); !loop)
     return fail(ExitCode::kBadConfiguration, loop.error());
   if (const auto error = SceneLibrary(config.scene_folder).check_folder()) {
+    return fail(ExitCode::kBadConfiguration, *error);
+  }
+  if (const auto error = ModelLibrary(config.model_folder).check_folder()) {
     return fail(ExitCode::kBadConfiguration, *error);
   }
   auto rig = open_rig(config);

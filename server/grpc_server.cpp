@@ -15,6 +15,8 @@
 #include <utility>
 
 #include "server/log.h"
+#include "server/scene_host.h"
+#include "server/services/model_service.h"
 #include "server/services/rendering_service.h"
 #include "server/services/rig_service.h"
 #include "server/services/safety_service.h"
@@ -66,6 +68,7 @@ struct GrpcServer::State {
   explicit State(const Parts& parts)
       : rig(parts.session, parts.scenes, parts.hub),
         scene(parts.scenes),
+        model(parts.scenes.models()),
         rendering(parts.targets, parts.hub),
         telemetry(parts.hub),
         simulation(parts.session),
@@ -73,6 +76,7 @@ struct GrpcServer::State {
 
   RigService rig;
   SceneService scene;
+  ModelService model;
   RenderingService rendering;
   TelemetryService telemetry;
   SimulationService simulation;
@@ -106,8 +110,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   if (!unix_socket.empty())
     builder.AddListeningPort("unix:" + unix_socket, grpc::InsecureServerCredentials());
   for (grpc::Service* service :
-       std::initializer_list<grpc::Service*>{&state->rig, &state->scene, &state->rendering, &state->telemetry,
-                                             &state->simulation, &state->safety}) {
+       std::initializer_list<grpc::Service*>{&state->rig, &state->scene, &state->model, &state->rendering,
+                                             &state->telemetry, &state->simulation, &state->safety}) {
     builder.RegisterService(service);
   }
   gpr_set_log_function(discard);  // a port that is taken is told once, and by us

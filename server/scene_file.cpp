@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <array>
+#include <optional>
+#include <vector>
 
+#include "server/text_library.h"
 #include "server/toml_reader.h"
 
 namespace hapticd::server {
@@ -27,35 +30,184 @@ constexpr Range kForceN{0.0, 100.0, "N"};
 constexpr Range kForceRate{0.0, 1e6, "N/s"};
 constexpr Range kPowerW{0.0, 100.0, "W"};
 constexpr Range kStaleMs{0.0, 1000.0, "ms"};
-constexpr std::size_t kLongestName = 64;
+constexpr Range kForceNoiseN{1e-5, 1.0, "N"};
+constexpr Range kCutoffHz{0.0, 5000.0, "Hz"};
+constexpr Range kLeadMs{0.0, 50.0, "ms"};
+constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
+constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
+constexpr Range kExponent{1.0, 3.0, ""};
+constexpr std::size_t kLongestModelName = 64;
 
-constexpr Word<rt::SceneKind> kKinds[] = {{"tap_1d", rt::SceneKind::kTap1d}, {"wall", rt::SceneKind::kWall}};
+constexpr Word<rt::SceneKind> kKinds[] = {
+    {"tap_1d", rt::SceneKind::kTap1d}, {"wall", rt::SceneKind::kWall}, {"explore", rt::SceneKind::kExplore}};
+constexpr Word<rt::Tip> kTips[] = {{"rod", rt::Tip::kRod}, {"ball_bearing", rt::Tip::kBallBearing}};
 constexpr Word<rt::ContactMethod> kMethods[] = {
     {"matched_inertia", rt::ContactMethod::kMatchedInertia},
     {"filtered_acceleration", rt::ContactMethod::kFilteredAcceleration}};
+constexpr Word<rt::DirectionMethod> kDirections[] = {{"tracked", rt::DirectionMethod::kTracked},
+                                                     {"published", rt::DirectionMethod::kPublished}};
+constexpr Word<rt::FrictionFeel> kFeels[] = {{"kept", rt::FrictionFeel::kKept},
+                                             {"cancelled", rt::FrictionFeel::kCancelled}};
+constexpr Word<rt::DisplacementEstimator> kEstimators[] = {
+    {"fused", rt::DisplacementEstimator::kFused},
+    {"inverse", rt::DisplacementEstimator::kInverse},
+    {"recursive", rt::DisplacementEstimator::kRecursive}};
+constexpr Word<rt::ContactLawKind> kContactLaws[] = {{"creep", rt::ContactLawKind::kCreep},
+                                                     {"hunt_crossley", rt::ContactLawKind::kHuntCrossley}};
+constexpr Word<rt::ReleaseMethod> kReleases[] = {{"follow", rt::ReleaseMethod::kFollow},
+                                                 {"fade", rt::ReleaseMethod::kFade},
+                                                 {"cut", rt::ReleaseMethod::kCut}};
+constexpr Word<rt::TargetLaw::Kind> kTargetLaws[] = {
+    {"linear", rt::TargetLaw::Kind::kLinear},
+    {"hunt_crossley", rt::TargetLaw::Kind::kHuntCrossley},
+    {"displacement_profile", rt::TargetLaw::Kind::kDisplacementProfile},
+    {"position_profile", rt::TargetLaw::Kind::kPositionProfile}};
 constexpr Word<rt::ControlLaw> kLaws[] = {{"closed_loop", rt::ControlLaw::kClosedLoop},
                                           {"open_loop", rt::ControlLaw::kOpenLoop}};
 
 template <class E, std::size_t N>
-std::string word_for(E value, const Word<E> (&words)[N]) {
+std::string_view word_for(E value, const Word<E> (&words)[N]) {
   for (const Word<E>& word : words) {
-    if (word.value == value) return toml_quoted(word.text);
+    if (word.value == value) return word.text;
   }
-  return toml_quoted(words[0].text);
+  return words[0].text;
 }
 
-bool name_character(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+template <class E, std::size_t N>
+std::string quoted_word(E value, const Word<E> (&words)[N]) {
+  return toml_quoted(word_for(value, words));
+}
+
+std::string vector_text(const hal::Vector3& v) {
+  return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
+}
+
+bool explores(const rt::SceneSpec& spec) {
+  return spec.kind == rt::SceneKind::kExplore;
+}
+
+/// A key that means something only in scenes of another kind.
+void refuse_foreign(TomlTable& table, std::string_view key, const std::string& shown,
+                    const rt::SceneSpec& spec, std::string_view kinds) {
+  table.refuse(
+      key, {fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown, word_for(spec.kind, kKinds)),
+            "", "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind"});
+}
+
+constexpr std::string_view kExploreOnly = "\"explore\"";
+
+void read_contact(TomlTable& root, rt::SceneSpec& spec) {
+  if (spec.kind == rt::SceneKind::kWall) {
+    return refuse_foreign(root, "contact", "contact", spec, "\"tap_1d\" or \"explore\"");
+  }
+  TomlTable contact = root.table("contact");
+  contact.read("method", spec.contact.method, kMethods);
+  contact.read("threshold_n", spec.contact.threshold_n, kThresholdN);
+  contact.read("release_ratio", spec.contact.release_ratio, kReleaseRatio);
+  contact.read("release_ticks", spec.contact.release_ticks, kReleaseTicks);
+  contact.read("quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, kFreeTicks);
+  contact.read("free_ticks_to_arm", spec.contact.free_ticks_to_arm, kFreeTicks);
+  contact.read("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
+  if (explores(spec)) {
+    contact.read("force_noise_n", spec.explore.force_noise_n, kForceNoiseN);
+  } else {
+    refuse_foreign(contact, "force_noise_n", "contact.force_noise_n", spec, kExploreOnly);
+  }
+}
+
+/// What only scenes of kind "explore" have, section by section.
+void read_explore(TomlTable& root, rt::SceneSpec& spec) {
+  if (!explores(spec)) {
+    for (const char* section : {"direction", "friction", "displacement", "release", "passivity"}) {
+      refuse_foreign(root, section, section, spec, kExploreOnly);
+    }
+    return;
+  }
+  rt::ExploreParameters& explore = spec.explore;
+  root.table("direction").read("method", explore.direction, kDirections);
+  root.table("friction").read("feel", explore.friction_feel, kFeels);
+  TomlTable displacement = root.table("displacement");
+  displacement.read("estimator", explore.displacement, kEstimators);
+  displacement.read("law", explore.law, kContactLaws);
+  root.table("release").read("method", explore.release, kReleases);
+  root.table("passivity").read("control", explore.passivity);
+}
+
+/// The keys of one law; those of the others are refused.
+void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
+  using Kind = rt::TargetLaw::Kind;
+  rt::TargetLaw& law = spec.target;
+  target.read("law", law.kind, kTargetLaws);
+  const auto of_law = [&](std::string_view key, bool belongs, std::string_view laws) {
+    if (!belongs) {
+      target.refuse(key, {fmt::format("'target.{}' means nothing to the law \"{}\"", key,
+                                      word_for(law.kind, kTargetLaws)),
+                          "", "", fmt::format("law = {}", laws), "remove it, or choose such a law"});
+    }
+    return belongs;
+  };
+  if (law.kind != Kind::kLinear && !explores(spec)) {
+    target.refuse("law", {"one-dimensional scenes render linear targets only", "",
+                          std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
+                          "choose kind = \"explore\" for other laws"});
+    return;
+  }
+  if (of_law("stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {
+    target.read("stiffness_n_per_mm", law.stiffness_n_per_mm, kStiffness);
+  }
+  if (!explores(spec)) return;
+  if (of_law("hunt_crossley", law.kind == Kind::kHuntCrossley, "\"hunt_crossley\"")) {
+    TomlTable power = target.table("hunt_crossley");
+    power.read("stiffness_n_per_mm_m", law.hunt_crossley.stiffness_n_per_mm_m, kPowerStiffness);
+    power.read("damping_n_s_per_mm_m1", law.hunt_crossley.damping_n_s_per_mm_m1, kPowerDamping);
+    power.read("exponent", law.hunt_crossley.exponent, kExponent);
+  }
+  const bool by_position = law.kind == Kind::kPositionProfile;
+  if (of_law("profile", by_position || law.kind == Kind::kDisplacementProfile,
+             "\"displacement_profile\" or \"position_profile\"")) {
+    std::vector<std::array<double, 2>> knots;
+    target.read("profile", knots, {kPositionMm, kStiffness}, rt::TargetLaw::kMaxKnots);
+    law.knot_count = static_cast<std::uint32_t>(knots.size());
+    for (std::size_t i = 0; i < knots.size(); ++i) law.knots[i] = {knots[i][0], knots[i][1]};
+  }
+  if (of_law("axis", by_position, "\"position_profile\"")) target.read("axis", law.axis, kAxis);
+}
+
+std::string target_law_text(const rt::TargetLaw& law, bool other_laws) {
+  using Kind = rt::TargetLaw::Kind;
+  std::string text = other_laws ? fmt::format("law = {}\n", quoted_word(law.kind, kTargetLaws)) : "";
+  switch (law.kind) {
+    case Kind::kLinear:
+      return text + fmt::format("stiffness_n_per_mm = {}\n", toml_number(law.stiffness_n_per_mm));
+    case Kind::kHuntCrossley:
+      return text + fmt::format(
+                        "hunt_crossley = {{ stiffness_n_per_mm_m = {}, damping_n_s_per_mm_m1 = {}, "
+                        "exponent = {} }}\n",
+                        toml_number(law.hunt_crossley.stiffness_n_per_mm_m),
+                        toml_number(law.hunt_crossley.damping_n_s_per_mm_m1),
+                        toml_number(law.hunt_crossley.exponent));
+    case Kind::kDisplacementProfile:
+    case Kind::kPositionProfile:
+      break;
+  }
+  std::string knots;
+  for (std::uint32_t i = 0; i < law.knot_count; ++i) {
+    knots += fmt::format("{}[{}, {}]", i == 0 ? "" : ", ", toml_number(law.knots[i].at_mm),
+                         toml_number(law.knots[i].stiffness_n_per_mm));
+  }
+  text += fmt::format("profile = [{}]\n", knots);
+  if (law.kind == Kind::kPositionProfile) text += fmt::format("axis = {}\n", vector_text(law.axis));
+  return text;
 }
 
 }  // namespace
 
-std::optional<hal::Error> check_scene_name(std::string_view name, std::string_view where) {
-  if (!name.empty() && name.size() <= kLongestName && std::all_of(name.begin(), name.end(), name_character)) {
-    return std::nullopt;
-  }
-  return hal::Error{"not a name for a scene", std::string(where), std::string(name.substr(0, kLongestName)),
-                    "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"};
+std::string_view word_of(rt::TargetLaw::Kind kind) {
+  return word_for(kind, kTargetLaws);
+}
+
+std::string_view word_of(rt::Tip tip) {
+  return word_for(tip, kTips);
 }
 
 hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string& source,
@@ -68,26 +220,32 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   root.read("name", spec.name);
   root.read("kind", spec.kind, kKinds);
   root.read("description", spec.description);
-  root.read("object_model", spec.object_model, kLongestName);
-  root.read("press_axis", spec.press_axis, kAxis);
+  root.read("object_model", spec.object_model, kLongestModelName);
+  if (explores(spec)) {
+    refuse_foreign(root, "press_axis", "press_axis", spec, "\"tap_1d\" or \"wall\"");
+  } else {
+    root.read("press_axis", spec.press_axis, kAxis);
+  }
 
   TomlTable tool = root.table("tool");
-  tool.read("tip", spec.tip, kLongestName);
+  tool.read("tip", spec.tip, kTips);
   tool.read("mass_g", spec.tool_mass_g, kToolMassG);
+  if (explores(spec)) {
+    tool.read("gravity_at_bias", spec.explore.gravity_at_bias, kAxis);
+  } else {
+    refuse_foreign(tool, "gravity_at_bias", "tool.gravity_at_bias", spec, kExploreOnly);
+  }
 
-  TomlTable contact = root.table("contact");
-  contact.read("method", spec.contact.method, kMethods);
-  contact.read("threshold_n", spec.contact.threshold_n, kThresholdN);
-  contact.read("release_ratio", spec.contact.release_ratio, kReleaseRatio);
-  contact.read("release_ticks", spec.contact.release_ticks, kReleaseTicks);
-  contact.read("quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, kFreeTicks);
-  contact.read("free_ticks_to_arm", spec.contact.free_ticks_to_arm, kFreeTicks);
-  contact.read("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
-
-  root.table("wall").read("position_mm", spec.wall_position_mm, kPositionMm);
+  read_contact(root, spec);
+  if (spec.kind == rt::SceneKind::kWall) {
+    root.table("wall").read("position_mm", spec.wall_position_mm, kPositionMm);
+  } else {
+    refuse_foreign(root, "wall", "wall", spec, "\"wall\"");
+  }
+  read_explore(root, spec);
 
   TomlTable target = root.table("target");
-  target.read("stiffness_n_per_mm", spec.target_stiffness_n_per_mm, kStiffness);
+  read_target_law(target, spec);
   target.read("max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, kStiffness);
   target.read("ramp_s", spec.target_ramp_s, kRampS);
 
@@ -99,6 +257,13 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   control.read("law", spec.controller.law, kLaws);
   control.read("proportional_gain", spec.controller.proportional_gain, kProportional);
   control.read("derivative_gain_ms", spec.controller.derivative_gain_ms, kDerivativeMs);
+  if (explores(spec)) {
+    structure.read("cutoff_hz", spec.explore.deflection_cutoff_hz, kCutoffHz);
+    control.read("lead_ms", spec.explore.lead_ms, kLeadMs);
+  } else {
+    refuse_foreign(structure, "cutoff_hz", "structure.cutoff_hz", spec, kExploreOnly);
+    refuse_foreign(control, "lead_ms", "control.lead_ms", spec, kExploreOnly);
+  }
 
   TomlTable guard = root.table("guard");
   guard.read("max_force_n", spec.guard.max_force_n, kForceN);
@@ -115,7 +280,7 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
       return hal::Error{"the scene has no name", where, "", "", "add name = \"…\" at its top"};
     spec.name = name;
   }
-  if (auto error = check_scene_name(spec.name, where)) return *error;
+  if (auto error = check_name("scene", spec.name, where)) return *error;
   if (!name.empty() && spec.name != name) {
     return hal::Error{"the scene's name is not that of its file", where, spec.name, name,
                       "rename the one or the other"};
@@ -125,29 +290,44 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
 
 std::string write_scene(const rt::SceneSpec& spec) {
   const auto number = [](double value) { return toml_number(value); };
-  std::string text;
-  text +=
-      fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\npress_axis = [{}, {}, {}]\n",
-                  toml_quoted(spec.name), word_for(spec.kind, kKinds), toml_quoted(spec.description),
-                  toml_quoted(spec.object_model), number(spec.press_axis.x), number(spec.press_axis.y),
-                  number(spec.press_axis.z));
-  text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", toml_quoted(spec.tip), number(spec.tool_mass_g));
-  text += fmt::format(
-      "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_ticks = {}\n"
-      "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n",
-      word_for(spec.contact.method, kMethods), number(spec.contact.threshold_n),
-      number(spec.contact.release_ratio), spec.contact.release_ticks,
-      number(spec.contact.release_clearance_mm), spec.contact.quiet_ticks_after_release,
-      spec.contact.free_ticks_to_arm);
-  text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
-  text += fmt::format("\n[target]\nstiffness_n_per_mm = {}\nmax_stiffness_n_per_mm = {}\nramp_s = {}\n",
-                      number(spec.target_stiffness_n_per_mm), number(spec.max_target_stiffness_n_per_mm),
+  const bool explore = explores(spec);
+  std::string text = fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\n",
+                                 toml_quoted(spec.name), quoted_word(spec.kind, kKinds),
+                                 toml_quoted(spec.description), toml_quoted(spec.object_model));
+  if (!explore) text += fmt::format("press_axis = {}\n", vector_text(spec.press_axis));
+  text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", quoted_word(spec.tip, kTips),
+                      number(spec.tool_mass_g));
+  if (explore) text += fmt::format("gravity_at_bias = {}\n", vector_text(spec.explore.gravity_at_bias));
+  if (spec.kind == rt::SceneKind::kWall) {
+    text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
+  } else {
+    text += fmt::format(
+        "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_ticks = {}\n"
+        "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n",
+        quoted_word(spec.contact.method, kMethods), number(spec.contact.threshold_n),
+        number(spec.contact.release_ratio), spec.contact.release_ticks,
+        number(spec.contact.release_clearance_mm), spec.contact.quiet_ticks_after_release,
+        spec.contact.free_ticks_to_arm);
+  }
+  if (explore) {
+    const rt::ExploreParameters& e = spec.explore;
+    text += fmt::format(
+        "force_noise_n = {}\n\n[direction]\nmethod = {}\n\n[friction]\nfeel = {}\n\n[displacement]\n"
+        "estimator = {}\nlaw = {}\n\n[release]\nmethod = {}\n\n[passivity]\ncontrol = {}\n",
+        number(e.force_noise_n), quoted_word(e.direction, kDirections), quoted_word(e.friction_feel, kFeels),
+        quoted_word(e.displacement, kEstimators), quoted_word(e.law, kContactLaws),
+        quoted_word(e.release, kReleases), e.passivity);
+  }
+  text += fmt::format("\n[target]\n{}max_stiffness_n_per_mm = {}\nramp_s = {}\n",
+                      target_law_text(spec.target, explore), number(spec.max_target_stiffness_n_per_mm),
                       number(spec.target_ramp_s));
   text += fmt::format("\n[structure]\ncompensation = {}\nstiffness_n_per_mm = {}\n",
                       spec.structural_compensation, number(spec.structural_stiffness_n_per_mm));
+  if (explore) text += fmt::format("cutoff_hz = {}\n", number(spec.explore.deflection_cutoff_hz));
   text += fmt::format("\n[control]\nlaw = {}\nproportional_gain = {}\nderivative_gain_ms = {}\n",
-                      word_for(spec.controller.law, kLaws), number(spec.controller.proportional_gain),
+                      quoted_word(spec.controller.law, kLaws), number(spec.controller.proportional_gain),
                       number(spec.controller.derivative_gain_ms));
+  if (explore) text += fmt::format("lead_ms = {}\n", number(spec.explore.lead_ms));
   text += fmt::format(
       "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\nsensor_stale_after_ms = "
       "{}\n"

@@ -1,11 +1,16 @@
 #include "server/scene_host.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "rt/scene/compose.h"
 #include "rt/scene/tick_record.h"
 #include "server/log.h"
 #include "server/scene_file.h"
+#include "server/suggestion.h"
+#include "server/text_library.h"
 
 namespace hapticd::server {
 
@@ -26,10 +31,22 @@ Refusal busy() {
       {"another scene is being loaded or a target is about to take effect", "scene", "", "", "try again"}};
 }
 
+/// How far a part may be trusted: its fit where it has one, and where it comes from.
+std::string remark_on(const std::string& need, const rt::ObjectModel& model) {
+  std::string fit;
+  if (model.creep && need.starts_with("creep")) {
+    fit = fmt::format("fits within {:.3g} %", 100.0 * model.creep->relative_error);
+  } else if (model.hunt_crossley && need.starts_with("Hunt-Crossley")) {
+    fit = fmt::format("fits within {:.3g} %", 100.0 * model.hunt_crossley->relative_error);
+  }
+  if (model.identified_on.empty()) return fit;
+  return fit + (fit.empty() ? "" : "; ") + "identified on " + model.identified_on;
+}
+
 }  // namespace
 
-SceneHost::SceneHost(Session& session, SceneLibrary library)
-    : session_(session), library_(std::move(library)) {}
+SceneHost::SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models)
+    : session_(session), library_(std::move(scenes)), models_(std::move(models)) {}
 
 Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
   const bool by_name = source.kind == SceneSource::Kind::kName;
@@ -38,20 +55,64 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
     const bool unknown = by_name && !library_.contains(source.text);
     return Refusal{unknown ? RefusalKind::kNotFound : RefusalKind::kInvalidArgument, spec.error()};
   }
+  if (!source.object_model.empty()) {
+    if (auto error = check_name("model", source.object_model, "object_model")) {
+      return Refusal{RefusalKind::kInvalidArgument, *error};
+    }
+    spec->object_model = source.object_model;
+  }
   auto resolved = rt::resolve(*spec, session_.rig_info());
   if (!resolved) return Refusal{RefusalKind::kInvalidArgument, resolved.error()};
 
-  ResolvedScene scene{*resolved, rt::outline(*resolved)};
+  ResolvedScene scene{*resolved, rt::outline(*resolved), {}, {}, {}};
+  if (!scene.outline.models.empty()) find_model(scene);
   scene.outline.channels |= rt::channel::kSample | rt::channel::kGuard | rt::channel::kTiming;
   if (session_.rig_info().has_truth) scene.outline.channels |= rt::channel::kTruth;
   return scene;
 }
 
+void SceneHost::find_model(ResolvedScene& scene) const {
+  if (auto model = models_.find(scene.spec.object_model)) {
+    scene.model = std::move(*model);
+  } else {
+    scene.model_problem = model.error();
+  }
+  const auto missing = rt::needed_models(scene.spec, scene.model ? &*scene.model : nullptr);
+  for (const std::string& name : scene.outline.models) {
+    const bool available = std::find(missing.begin(), missing.end(), name) == missing.end();
+    std::string remark = scene.model_problem ? scene.model_problem->text()
+                         : available         ? remark_on(name, *scene.model)
+                                             : "the model has no such part";
+    scene.needs.push_back({name, available, std::move(remark)});
+  }
+}
+
+Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose(const ResolvedScene& scene) const {
+  const std::string& wanted = scene.spec.object_model;
+  // A file that is there but cannot be used is told by its own mistake.
+  if (scene.model_problem && models_.contains(wanted)) {
+    return Refusal{RefusalKind::kFailedPrecondition, *scene.model_problem};
+  }
+  auto pipeline = rt::compose(scene.spec, session_.rig_info(), scene.model ? &*scene.model : nullptr);
+  if (pipeline) return std::move(*pipeline);
+  hal::Error error = pipeline.error();
+  if (std::any_of(scene.needs.begin(), scene.needs.end(),
+                  [](const ModelNeed& need) { return !need.available; })) {
+    std::vector<std::string> able;
+    for (const ModelLibrary::Entry& entry : models_.list()) {
+      if (entry.model && rt::needed_models(scene.spec, &*entry.model).empty()) able.push_back(entry.name);
+    }
+    error.limit = comma_separated(able);
+    if (!scene.model) error.remedy = did_you_mean(wanted, able, error.remedy);
+  }
+  return Refusal{RefusalKind::kFailedPrecondition, error};
+}
+
 std::optional<hal::Error> SceneHost::preload(const std::string& name) {
-  auto scene = resolve({SceneSource::Kind::kName, name});
+  auto scene = resolve({SceneSource::Kind::kName, name, {}});
   if (!scene) return scene.refusal().error;
-  auto pipeline = rt::compose(scene->spec, session_.rig_info());
-  if (!pipeline) return pipeline.error();
+  auto pipeline = compose(*scene);
+  if (!pipeline) return pipeline.refusal().error;
   session_.engine().preload(pipeline->get(), scene->spec.guard);
   live_ = std::move(*pipeline);
   const std::lock_guard lock(current_mutex_);
@@ -62,8 +123,8 @@ std::optional<hal::Error> SceneHost::preload(const std::string& name) {
 Outcome<SceneHost::Loaded> SceneHost::load(const SceneSource& source, const Caller& caller) {
   auto scene = resolve(source);
   if (!scene) return scene.refusal();
-  auto pipeline = rt::compose(scene->spec, session_.rig_info());
-  if (!pipeline) return Refusal{RefusalKind::kFailedPrecondition, pipeline.error()};
+  auto pipeline = compose(*scene);
+  if (!pipeline) return pipeline.refusal();
   const rt::GuardLimits guard = scene->spec.guard;
   return exchange(std::move(*pipeline), guard, std::make_shared<const ResolvedScene>(std::move(*scene)),
                   caller);

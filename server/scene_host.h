@@ -6,11 +6,15 @@
 #include <optional>
 #include <shared_mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "hal/error.h"
+#include "rt/model/models.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "server/caller.h"
+#include "server/model_library.h"
 #include "server/outcome.h"
 #include "server/scene_library.h"
 #include "server/session.h"
@@ -22,19 +26,30 @@ struct SceneSource {
   enum class Kind : std::uint8_t { kName, kToml };
   Kind kind = Kind::kName;
   std::string text;
+  std::string object_model;  ///< in the place of the scene's own; empty = the scene's own
 };
 
-/// A scene resolved against the rig.
+/// A part of the object's model that a scene works with.
+struct ModelNeed {
+  std::string name;  ///< in words, as in SceneOutline::models
+  bool available = false;
+  std::string remark;  ///< how well it fits and where it was identified; where there is none, why
+};
+
+/// A scene resolved against the rig, and what the library has of its object.
 struct ResolvedScene {
   rt::SceneSpec spec;
   rt::SceneOutline outline;  ///< with the channels that every tick has on this rig
+  std::vector<ModelNeed> needs;
+  std::optional<rt::ObjectModel> model;     ///< of spec.object_model, where the scene needs one
+  std::optional<hal::Error> model_problem;  ///< why there is none
 };
 
 /// Keeps the one scene that is loaded: resolves, composes, exchanges pipelines at a tick boundary, and
 /// deletes the retired ones outside the loop. Any thread.
 class SceneHost {
  public:
-  SceneHost(Session& session, SceneLibrary library);
+  SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models);
 
   /// Loaded before the loop runs, so that not a tick of a recording is missed.
   std::optional<hal::Error> preload(const std::string& name);
@@ -45,12 +60,16 @@ class SceneHost {
   };
   Outcome<Loaded> load(const SceneSource& source, const Caller& caller);
   Outcome<Loaded> unload(const Caller& caller);
-  /// What a scene would be made of.
+  /// What a scene would be made of, whether or not all of it is there.
   Outcome<ResolvedScene> resolve(const SceneSource& source) const;
+  /// Its stages, for the caller. Refused where the rig or the object's model lack what it needs, by name.
+  Outcome<std::unique_ptr<rt::Pipeline>> compose(const ResolvedScene& scene) const;
 
   /// Null when none is loaded.
   std::shared_ptr<const ResolvedScene> current() const;
   const SceneLibrary& catalogue() const { return library_; }
+  const ModelLibrary& models() const { return models_; }
+  const hal::RigInfo& rig_info() const { return session_.rig_info(); }
 
   /// While held, the scene is not exchanged: what was validated against it is still valid when it takes
   /// effect.
@@ -65,11 +84,13 @@ class SceneHost {
   Hold hold(Caller::Clock::time_point until);
 
  private:
+  void find_model(ResolvedScene& scene) const;
   Outcome<Loaded> exchange(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
                            std::shared_ptr<const ResolvedScene> scene, const Caller& caller);
 
   Session& session_;
   SceneLibrary library_;
+  ModelLibrary models_;
 
   // Taken in this order. The gate lets an exchange pass a steady stream of holders.
   std::timed_mutex gate_;

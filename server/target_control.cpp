@@ -8,6 +8,7 @@
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
 #include "server/range.h"
+#include "server/scene_file.h"
 
 namespace hapticd::server {
 
@@ -29,11 +30,56 @@ Refusal refuse(const hal::Error& error, double value) {
   return {std::isfinite(value) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, error};
 }
 
-std::optional<Refusal> validate(const TargetRequest& request, std::int64_t now_ns) {
-  if (auto error = check(request.stiffness_n_per_mm, kStiffness, "target stiffness",
-                         "SetTargetRequest.stiffness_n_per_mm")) {
-    return refuse(*error, request.stiffness_n_per_mm);
+/// A sum that no number of the law can be infinite or NaN in without showing.
+double sum_of(const rt::TargetLaw& law) {
+  double sum = law.hunt_crossley.stiffness_n_per_mm_m + law.hunt_crossley.damping_n_s_per_mm_m1 +
+               law.hunt_crossley.exponent + law.axis.x + law.axis.y + law.axis.z;
+  for (const rt::TargetLaw::Knot& knot : law.knots) sum += knot.at_mm + knot.stiffness_n_per_mm;
+  return sum;
+}
+
+/// The law normalised, where it is one.
+std::optional<Refusal> validate(rt::TargetLaw& law) {
+  if (law.kind == rt::TargetLaw::Kind::kLinear) {
+    if (auto error = check(law.stiffness_n_per_mm, kStiffness, "target stiffness",
+                           "SetTargetRequest.stiffness_n_per_mm")) {
+      return refuse(*error, law.stiffness_n_per_mm);
+    }
+    return std::nullopt;
   }
+  const double sum = sum_of(law);
+  if (auto error = rt::check(law, "SetTargetRequest.law")) return refuse(*error, sum);
+  return std::nullopt;
+}
+
+/// What of a law a scene serves.
+Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const rt::SceneSpec& resolved) {
+  TargetSet set;
+  set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, kDeepestTargetMm);
+  if (law.kind == rt::TargetLaw::Kind::kLinear) {
+    set.grant = grant_target(law.stiffness_n_per_mm, resolved);
+    return set;
+  }
+  if (resolved.kind != rt::SceneKind::kExplore) {
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {"one-dimensional scenes render linear targets only", "SetTargetRequest.law",
+                    std::string(word_of(law.kind)), "linear_n_per_mm",
+                    "load a scene of kind \"explore\", or set a linear target"}};
+  }
+  if (set.requested_n_per_mm > resolved.max_target_stiffness_n_per_mm) {
+    return Refusal{RefusalKind::kOutOfRange,
+                   {"the target law is stiffer than the scene allows", "SetTargetRequest.law",
+                    to_text(set.requested_n_per_mm, "N/mm"),
+                    fmt::format("at most {} down to {:g} mm in scene '{}'",
+                                to_text(resolved.max_target_stiffness_n_per_mm, "N/mm"), kDeepestTargetMm,
+                                resolved.name),
+                    "ask for less: only a linear target can be granted in part"}};
+  }
+  set.grant.granted_n_per_mm = set.requested_n_per_mm;
+  return set;
+}
+
+std::optional<Refusal> validate(const TargetRequest& request, std::int64_t now_ns) {
   if (request.ramp_s) {
     if (auto error = check(*request.ramp_s, kRampS, "ramp", "SetTargetRequest.ramp_s")) {
       return refuse(*error, *request.ramp_s);
@@ -85,7 +131,8 @@ TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolve
                                     requested_n_per_mm, resolved.name, grant.granted_n_per_mm);
   }
   const double structural_limit = rt::kMaxCompensableRatio * resolved.structural_stiffness_n_per_mm;
-  if (resolved.structural_compensation && grant.granted_n_per_mm > structural_limit) {
+  const bool solved_for_force = resolved.structural_compensation && resolved.kind != rt::SceneKind::kExplore;
+  if (solved_for_force && grant.granted_n_per_mm > structural_limit) {
     grant.granted_n_per_mm = structural_limit;
     grant.reason = LimitingReason::kStructuralStiffness;
     grant.explanation = fmt::format(
@@ -117,10 +164,15 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
 
 Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller& caller) {
   const std::int64_t now_ns = session_.now_ns();
+  rt::TargetLaw law = request.law;
+  if (auto refusal = validate(law)) return *refusal;
   if (auto refusal = validate(request, now_ns)) return *refusal;
   if (auto refusal = session_.unavailable()) return *refusal;
   const auto scene = scenes_.current();
   if (!scene) return no_scene();
+  Outcome<TargetSet> result = grant_law(law, scene->spec);
+  if (!result) return result;
+  if (law.kind == rt::TargetLaw::Kind::kLinear) law.stiffness_n_per_mm = result->grant.granted_n_per_mm;
 
   const Waiting waiting(waiting_);
   const bool later = request.at_time_ns > now_ns;
@@ -145,18 +197,15 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
                    {"another scene was loaded while the target waited; it is withdrawn", "scene",
                     scene->spec.name, "", "set the target anew"}};
   }
-  TargetSet result;
-  result.grant = grant_target(request.stiffness_n_per_mm, scene->spec);
-
   rt::EngineCommand command;
   command.kind = rt::EngineCommand::Kind::kSetTarget;
   command.at_time_ns = request.at_time_ns;
-  command.stiffness_n_per_mm = result.grant.granted_n_per_mm;
+  command.target = law;
   command.ramp_s = request.ramp_s.value_or(scene->spec.target_ramp_s);
   const auto outcome = session_.execute(command, caller, until - Caller::Clock::now());
   if (!outcome) return outcome.refusal();
-  result.effective_tick = outcome->tick;
-  result.effective_time_ns = outcome->time_ns;
+  result->effective_tick = outcome->tick;
+  result->effective_time_ns = outcome->time_ns;
   return result;
 }
 

@@ -24,8 +24,12 @@ struct TargetGrant {
   std::string explanation;  ///< in words, with the numbers; empty when nothing limited
 };
 
-/// min(requested, the scene's maximum, the compensable part of the structural stiffness).
+/// min(requested, the scene's maximum, the compensable part of the structural stiffness). The last bounds
+/// only scenes that solve the compensation for the device force: those along one axis.
 TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
+
+/// Down to which displacement the greatest stiffness of a law that is not linear is looked for.
+inline constexpr double kDeepestTargetMm = 20.0;
 
 /// Range of (3.8), cut to what the loaded scene would grant.
 struct Feasibility {
@@ -38,12 +42,13 @@ struct Feasibility {
 };
 
 struct TargetRequest {
-  double stiffness_n_per_mm = 0.0;
+  rt::TargetLaw law;            ///< granted in part only where it is linear
   std::int64_t at_time_ns = 0;  ///< of the rig's clock; what has passed means now
   std::optional<double> ramp_s;
 };
 
 struct TargetSet {
+  double requested_n_per_mm = 0.0;  ///< of a law that is not linear: the greatest it asks for
   TargetGrant grant;
   std::uint64_t effective_tick = 0;
   std::int64_t effective_time_ns = 0;

@@ -125,6 +125,12 @@ std::int64_t TomlTable::line_of(std::string_view key) const {
   return node != nullptr ? static_cast<std::int64_t>(node->source().begin.line) : 0;
 }
 
+void TomlTable::refuse(std::string_view key, hal::Error error) {
+  const toml::table* owner = state_->table(path_);
+  const auto* found = owner != nullptr ? owner->get(key) : nullptr;
+  if (found != nullptr) state_->fail(*found, std::move(error));
+}
+
 void TomlTable::read(std::string_view key, double& value, const Range& range) {
   const toml::node* node = state_->find(path_, key);
   if (node == nullptr) return;

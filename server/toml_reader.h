@@ -33,6 +33,8 @@ class TomlTable {
   /// The same for a key that is optional as a whole: it counts as known even if nothing of it is read.
   bool wants(std::string_view key);
   std::int64_t line_of(std::string_view key) const;
+  /// What is said under `key`, if anything is, counts as an error; its place is filled in here.
+  void refuse(std::string_view key, hal::Error error);
 
   void read(std::string_view key, double& value, const Range& range);
   void read(std::string_view key, std::optional<double>& value, const Range& range);

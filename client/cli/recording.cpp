@@ -48,10 +48,11 @@ std::vector<std::string> origin_lines(const v1::RigInfo& rig, const v1::RigState
   lines.push_back(state.scene().empty() ? "scene at the start: none"
                                         : fmt::format("scene at the start: {}, target {:g} N/mm",
                                                       state.scene(), state.target_stiffness_n_per_mm()));
-  lines.push_back(
-      fmt::format("every {} tick(s); a column's unit is the end of its name; x y z in the rig's frame, "
-                  "z up; one-dimensional quantities along the press axis, into the object",
-                  std::max(decimation, 1U)));
+  lines.push_back(fmt::format(
+      "every {} tick(s); a column's unit is the end of its name; x y z in the rig's frame, "
+      "z up; one-dimensional quantities along the press axis or the deformation direction, into the "
+      "object",
+      std::max(decimation, 1U)));
   for (auto& line : lines) line = on_one_line(line);
   return lines;
 }
@@ -91,8 +92,8 @@ std::string account_text(const client::StreamAccount& account) {
 }
 
 std::vector<v1::FieldGroup> groups_of(const v1::RigInfo& rig) {
-  std::vector<v1::FieldGroup> groups =
-      parse_groups("sample,motion,contact,deformation,target,control,guard,timing");
+  std::vector<v1::FieldGroup> groups = parse_groups(
+      "sample,motion,contact,deformation,target,control,guard,timing,direction,fusion,passivity");
   if (rig.has_truth()) groups.push_back(v1::FIELD_GROUP_TRUTH);
   return groups;
 }

@@ -31,6 +31,8 @@ class ProgramCommand {
       : program_(std::make_shared<v1::HandProgram>()),
         command_(hand.add_subcommand(word(kind), description)) {
     program_->set_kind(kind);
+    option("--tilt", &v1::HandProgram::set_tilt_deg,
+           "The tool sways so far about x and y, in degrees (0 to 60)");
     command_->footer(std::string("Examples:\n") + examples);
     command_->callback([&session, program = program_] {
       session.connect().set_hand_program(*program);
@@ -52,16 +54,17 @@ class ProgramCommand {
     return *this;
   }
 
-  ProgramCommand& direction() {
+  ProgramCommand& direction(v1::Vector3* (v1::HandProgram::*field)(), const char* description) {
     command_
         ->add_option_function<std::vector<double>>(
             "--direction",
-            [program = program_](const std::vector<double>& xyz) {
-              program->mutable_stroke_direction()->set_x(xyz[0]);
-              program->mutable_stroke_direction()->set_y(xyz[1]);
-              program->mutable_stroke_direction()->set_z(xyz[2]);
+            [program = program_, field](const std::vector<double>& xyz) {
+              v1::Vector3& direction = *((*program).*field)();
+              direction.set_x(xyz[0]);
+              direction.set_y(xyz[1]);
+              direction.set_z(xyz[2]);
             },
-            "Along the surface, rig frame: x y z")
+            description)
         ->expected(3);
     return *this;
   }
@@ -81,9 +84,12 @@ void add_hand_programs(CLI::App& sim, Session& session) {
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_REST, "Holds the tool still above the object",
                  "  hapticctl sim hand rest");
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_TAP, "Strikes the object repeatedly",
-                 "  hapticctl sim hand tap --speed 300 --rate 2 --repetitions 10")
+                 "  hapticctl sim hand tap --speed 300 --rate 2 --repetitions 10\n"
+                 "  hapticctl sim hand tap --slant 30 --direction 0 1 0")
       .option("--speed", &P::set_speed_mm_per_s, "At the surface, in mm/s (up to 1500)")
       .option("--rate", &P::set_rate_hz, "Taps a second")
+      .option("--slant", &P::set_tap_slant_deg, "Path from the vertical, in degrees (0 to 60)")
+      .direction(&P::mutable_stroke_direction, "Which way a slanted path leads, rig frame: x y z")
       .repetitions();
   ProgramCommand(
       *hand, session, v1::HAND_PROGRAM_KIND_PRESS, "Slow approach, press, hold, release",
@@ -100,7 +106,8 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--force", &P::set_force_n, "Normal force, in N (0 to 30)")
       .option("--speed", &P::set_speed_mm_per_s, "Along the surface, in mm/s (up to 1500)")
       .option("--length", &P::set_stroke_length_mm, "There, in mm; and back again")
-      .direction()
+      .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)")
+      .direction(&P::mutable_stroke_direction, "Along the surface, rig frame: x y z")
       .repetitions();
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_WEIGHT,
                  "A mass on the grip instead of a hand, lowered and left",
@@ -109,9 +116,10 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)");
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_SHAKE,
                  "Free motion driven by a sinusoidal force of the device",
-                 "  hapticctl sim hand shake --force 1 --rate 5")
+                 "  hapticctl sim hand shake --force 1 --rate 5 --direction 1 0 0 --tilt 20")
       .option("--force", &P::set_force_n, "Amplitude, in N (0 to 30)")
-      .option("--rate", &P::set_rate_hz, "Frequency, in Hz");
+      .option("--rate", &P::set_rate_hz, "Frequency, in Hz")
+      .direction(&P::mutable_shake_direction, "Of the force, rig frame: x y z");
 }
 
 }  // namespace

@@ -2,16 +2,22 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "client/cli/commands.h"
 #include "client/cli/message_json.h"
 #include "client/cli/names.h"
+#include "client/cli/target_law.h"
 
 namespace hapticd::cli {
 namespace {
 
 struct TargetOptions {
-  double stiffness_n_per_mm = 0.0;
+  std::optional<double> stiffness_n_per_mm;
+  std::string hunt_crossley;
+  std::string displacement_profile;
+  std::string position_profile;
+  std::string axis;
   double ramp_s = 0.0;
   std::int64_t at_time_ns = 0;
   double in_s = 0.0;
@@ -19,18 +25,46 @@ struct TargetOptions {
   bool has_in = false;
 };
 
+/// What was asked for, linear or not.
+void fill(const TargetOptions& options, v1::SetTargetRequest& request) {
+  if (!options.hunt_crossley.empty()) {
+    *request.mutable_law()->mutable_hunt_crossley() = parse_hunt_crossley(options.hunt_crossley);
+  } else if (!options.displacement_profile.empty()) {
+    *request.mutable_law()->mutable_displacement_profile() =
+        parse_profile(options.displacement_profile, "--displacement-profile");
+  } else if (!options.position_profile.empty()) {
+    auto& profile = *request.mutable_law()->mutable_position_profile();
+    profile = parse_profile(options.position_profile, "--position-profile");
+    if (!options.axis.empty()) *profile.mutable_axis() = parse_axis(options.axis);
+  } else if (options.stiffness_n_per_mm) {
+    request.set_stiffness_n_per_mm(*options.stiffness_n_per_mm);
+  } else {
+    throw LocalError("no target is given", "target set", "",
+                     "N_PER_MM, --hunt-crossley, --displacement-profile or --position-profile",
+                     "give one of them");
+  }
+}
+
+void print_grant(const v1::SetTargetRequest& request, const v1::SetTargetResponse& answer) {
+  if (request.has_law()) {
+    fmt::print("granted: up to {:g} N/mm within 20 mm\n", answer.granted_n_per_mm());
+    return;
+  }
+  fmt::print("requested {:g} N/mm, granted {:g} N/mm\n", answer.requested_n_per_mm(),
+             answer.granted_n_per_mm());
+}
+
 void set_target(const TargetOptions& options, Session& session) {
-  client::Client client = session.connect();
   v1::SetTargetRequest request;
-  request.set_stiffness_n_per_mm(options.stiffness_n_per_mm);
+  fill(options, request);
+  client::Client client = session.connect();
   if (options.has_ramp) request.set_ramp_s(options.ramp_s);
   request.set_at_time_ns(options.at_time_ns);
   if (options.has_in) request.set_at_time_ns(client.rig_state().time_ns() + std::llround(options.in_s * 1e9));
 
   const v1::SetTargetResponse answer = client.set_target(request);
   if (session.json) return print_json(to_json(answer));
-  fmt::print("requested {:g} N/mm, granted {:g} N/mm\n", answer.requested_n_per_mm(),
-             answer.granted_n_per_mm());
+  print_grant(request, answer);
   if (answer.limiting_reason() > v1::LIMITING_REASON_NONE) {
     fmt::print("limited by {}{}{}\n", word(answer.limiting_reason()),
                answer.explanation().empty() ? "" : ": ", answer.explanation());
@@ -50,8 +84,24 @@ void add_target_command(CLI::App& app, Session& session) {
       "Examples:\n"
       "  hapticctl target set 0.3\n"
       "  hapticctl target set 0.7 --ramp 2        over two seconds\n"
-      "  hapticctl target set 0.5 --in 1.5        in a second and a half");
-  set->add_option("N_PER_MM", options->stiffness_n_per_mm, "Target stiffness in N/mm")->required();
+      "  hapticctl target set 0.5 --in 1.5        in a second and a half\n"
+      "In a scene that explores, other laws too:\n"
+      "  hapticctl target set --hunt-crossley 0.05,0.001,1.6\n"
+      "  hapticctl target set --displacement-profile 0:0.2,5:0.8      stiffer the deeper\n"
+      "  hapticctl target set --position-profile -20:0.3,20:0.8 --axis x");
+  CLI::Option* linear =
+      set->add_option("N_PER_MM", options->stiffness_n_per_mm, "Linear: target stiffness in N/mm");
+  CLI::Option* power = set->add_option("--hunt-crossley", options->hunt_crossley,
+                                       "F = K x^M + B x^M dx/dt: K,B,M in N, mm and s");
+  CLI::Option* deep = set->add_option("--displacement-profile", options->displacement_profile,
+                                      "Stiffness by depth: MM:N_PER_MM,...");
+  CLI::Option* along = set->add_option("--position-profile", options->position_profile,
+                                       "Stiffness by the tip's position along an axis: MM:N_PER_MM,...");
+  set->add_option("--axis", options->axis, "Of a position profile: x, y, z or X,Y,Z of the rig; x without it")
+      ->needs(along);
+  linear->excludes(power)->excludes(deep)->excludes(along);
+  power->excludes(deep)->excludes(along);
+  deep->excludes(along);
   CLI::Option* ramp =
       set->add_option("--ramp", options->ramp_s, "Seconds to get there; without it, the scene's own ramp");
   CLI::Option* at =

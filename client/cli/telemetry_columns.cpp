@@ -11,9 +11,10 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-/// "tip_position_mm" and "x" → "tip_position_x_mm".
+/// "tip_position_mm" and "x" → "tip_position_x_mm"; what has no unit, "normal" and "x" → "normal_x".
 std::string component_name(const std::string& quantity, const std::string& component) {
   const auto unit = quantity.rfind('_');
+  if (unit == std::string::npos) return quantity + "_" + component;
   return quantity.substr(0, unit) + "_" + component + quantity.substr(unit);
 }
 

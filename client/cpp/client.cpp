@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/cpp/telemetry_stream_state.h"
+#include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
 #include "hapticd/v1/safety.grpc.pb.h"
@@ -45,6 +46,7 @@ void set_source(Request& request, const SceneSource& source) {
   } else {
     request.set_toml(source.text);
   }
+  request.set_object_model(source.object_model);
 }
 
 }  // namespace
@@ -55,6 +57,7 @@ struct Client::State {
         channel(connect(options)),
         rig(v1::RigService::NewStub(channel)),
         scene(v1::SceneService::NewStub(channel)),
+        model(v1::ModelService::NewStub(channel)),
         rendering(v1::RenderingService::NewStub(channel)),
         safety(v1::SafetyService::NewStub(channel)),
         simulation(v1::SimulationService::NewStub(channel)) {}
@@ -79,6 +82,7 @@ struct Client::State {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::RigService::Stub> rig;
   std::unique_ptr<v1::SceneService::Stub> scene;
+  std::unique_ptr<v1::ModelService::Stub> model;
   std::unique_ptr<v1::RenderingService::Stub> rendering;
   std::unique_ptr<v1::SafetyService::Stub> safety;
   std::unique_ptr<v1::SimulationService::Stub> simulation;
@@ -119,6 +123,16 @@ v1::SceneOutline Client::explain_scene(const SceneSource& source) {
   v1::ExplainSceneRequest request;
   set_source(request, source);
   return state_->call(*state_->scene, &v1::SceneService::Stub::ExplainScene, request);
+}
+
+v1::ListModelsResponse Client::models() {
+  return state_->call(*state_->model, &v1::ModelService::Stub::ListModels, v1::ListModelsRequest());
+}
+
+v1::GetModelResponse Client::model(const std::string& name) {
+  v1::GetModelRequest request;
+  request.set_name(name);
+  return state_->call(*state_->model, &v1::ModelService::Stub::GetModel, request);
 }
 
 v1::SetTargetResponse Client::set_target(const v1::SetTargetRequest& request) {

@@ -7,6 +7,7 @@
 #include "client/cpp/address.h"
 #include "client/cpp/error.h"
 #include "client/cpp/telemetry_stream.h"
+#include "hapticd/v1/model.pb.h"
 #include "hapticd/v1/rendering.pb.h"
 #include "hapticd/v1/rig.pb.h"
 #include "hapticd/v1/safety.pb.h"
@@ -27,6 +28,7 @@ struct ClientOptions {
 struct SceneSource {
   enum class Kind { kName, kToml } kind = Kind::kName;
   std::string text;
+  std::string object_model = {};  ///< in the place of the scene's own; empty = the scene's own
 };
 
 /// A connection to a daemon: one function for each call of the contract, whose messages are described in
@@ -54,6 +56,9 @@ class Client {
   v1::LoadSceneResponse load_scene(const SceneSource& source);
   v1::UnloadSceneResponse unload_scene();
   v1::SceneOutline explain_scene(const SceneSource& source);
+
+  v1::ListModelsResponse models();
+  v1::GetModelResponse model(const std::string& name);
 
   /// Returns when the target took effect; waits out `at_time_ns`, if that is given, beyond the timeout.
   v1::SetTargetResponse set_target(const v1::SetTargetRequest& request);

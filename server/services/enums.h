@@ -41,5 +41,7 @@ static_assert(channel_of(v1::FIELD_GROUP_SAMPLE) == rt::channel::kSample);
 static_assert(channel_of(v1::FIELD_GROUP_CONTACT) == rt::channel::kContact);
 static_assert(channel_of(v1::FIELD_GROUP_GUARD) == rt::channel::kGuard);
 static_assert(channel_of(v1::FIELD_GROUP_TRUTH) == rt::channel::kTruth);
+static_assert(channel_of(v1::FIELD_GROUP_DIRECTION) == rt::channel::kDirection);
+static_assert(channel_of(v1::FIELD_GROUP_PASSIVITY) == rt::channel::kPassivity);
 
 }  // namespace hapticd::server

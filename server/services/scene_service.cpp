@@ -4,10 +4,12 @@
 #include <string>
 
 #include "rt/scene/tick_record.h"
+#include "server/scene_cost.h"
 #include "server/scene_file.h"
 #include "server/scene_host.h"
 #include "server/services/call.h"
 #include "server/services/status.h"
+#include "server/target_control.h"
 
 namespace hapticd::server {
 
@@ -22,20 +24,28 @@ constexpr ChannelName kChannelNames[] = {
     {rt::channel::kContact, "contact"}, {rt::channel::kDeformation, "deformation"},
     {rt::channel::kTarget, "target"},   {rt::channel::kControl, "control"},
     {rt::channel::kGuard, "guard"},     {rt::channel::kTiming, "timing"},
-    {rt::channel::kTruth, "truth"}};
+    {rt::channel::kTruth, "truth"},     {rt::channel::kDirection, "direction"},
+    {rt::channel::kFusion, "fusion"},   {rt::channel::kPassivity, "passivity"}};
 
 void fill(const ResolvedScene& scene, v1::SceneOutline& outline) {
   outline.set_name(scene.spec.name);
   outline.set_description(scene.spec.description);
-  outline.set_tip(scene.spec.tip);
+  outline.set_tip(std::string(word_of(scene.spec.tip)));
   outline.set_object_model(scene.spec.object_model);
   for (const std::string& stage : scene.outline.stages) outline.add_stages(stage);
   for (const std::string& hardware : scene.outline.hardware) outline.add_hardware(hardware);
   for (const std::string& model : scene.outline.models) outline.add_models(model);
+  for (const ModelNeed& need : scene.needs) {
+    v1::ModelNeed& told = *outline.add_model_needs();
+    told.set_name(need.name);
+    told.set_available(need.available);
+    told.set_remark(need.remark);
+  }
   for (const ChannelName& channel : kChannelNames) {
     if ((scene.outline.channels & channel.channel) != 0) outline.add_telemetry_groups(channel.name);
   }
-  outline.set_target_stiffness_n_per_mm(scene.spec.target_stiffness_n_per_mm);
+  outline.set_target_law(std::string(word_of(scene.spec.target.kind)));
+  outline.set_target_stiffness_n_per_mm(rt::greatest_stiffness_n_per_mm(scene.spec.target, kDeepestTargetMm));
   outline.set_max_target_stiffness_n_per_mm(scene.spec.max_target_stiffness_n_per_mm);
   outline.set_resolved_toml(write_scene(scene.spec));
 }
@@ -45,9 +55,9 @@ template <class Request>
 std::optional<SceneSource> source_of(const Request& request) {
   switch (request.source_case()) {
     case Request::kName:
-      return SceneSource{SceneSource::Kind::kName, request.name()};
+      return SceneSource{SceneSource::Kind::kName, request.name(), request.object_model()};
     case Request::kToml:
-      return SceneSource{SceneSource::Kind::kToml, request.toml()};
+      return SceneSource{SceneSource::Kind::kToml, request.toml(), request.object_model()};
     case Request::SOURCE_NOT_SET:
       break;
   }
@@ -108,6 +118,17 @@ grpc::Status SceneService::ExplainScene(grpc::ServerContext*, const v1::ExplainS
   const auto scene = scenes_.resolve(*source);
   if (!scene) return to_status(scene.refusal());
   fill(*scene, *response);
+  const auto pipeline = scenes_.compose(*scene);
+  if (!pipeline) {
+    *response->mutable_obstacle() = to_detail(pipeline.refusal().error);
+    return grpc::Status::OK;
+  }
+  const SceneCost measured = measure_cost(**pipeline, scene->spec, scenes_.rig_info());
+  v1::SceneCost& cost = *response->mutable_cost();
+  cost.set_median_ns(measured.median_ns);
+  cost.set_p999_ns(measured.p999_ns);
+  cost.set_ticks(measured.ticks);
+  cost.set_remark(measured.remark);
   return grpc::Status::OK;
 }
 

@@ -47,13 +47,16 @@ sim::HandProgram to_program(const v1::HandProgram& wanted, Kind kind) {
   if (wanted.has_rate_hz()) program.rate_hz = wanted.rate_hz();
   if (wanted.has_hold_s()) program.hold_s = wanted.hold_s();
   if (wanted.has_repetitions()) program.repetitions = wanted.repetitions();
-  if (wanted.has_stroke_direction()) {
-    const v1::Vector3& direction = wanted.stroke_direction();
-    program.stroke_direction = {direction.x(), direction.y(), direction.z()};
-  }
+  const auto vector = [](const v1::Vector3& message) {
+    return hal::Vector3{message.x(), message.y(), message.z()};
+  };
+  if (wanted.has_stroke_direction()) program.stroke_direction = vector(wanted.stroke_direction());
   if (wanted.has_stroke_length_mm()) program.stroke_length_mm = wanted.stroke_length_mm();
   if (wanted.has_mass_g()) program.mass_g = wanted.mass_g();
   if (wanted.has_knock_n()) program.knock_n = wanted.knock_n();
+  if (wanted.has_tilt_deg()) program.tilt_deg = wanted.tilt_deg();
+  if (wanted.has_shake_direction()) program.shake_direction = vector(wanted.shake_direction());
+  if (wanted.has_tap_slant_deg()) program.tap_slant_deg = wanted.tap_slant_deg();
   return program;
 }
 

@@ -7,8 +7,6 @@
 
 #include <string>
 
-#include "hapticd/v1/common.pb.h"
-
 namespace hapticd::server {
 
 namespace {
@@ -57,15 +55,19 @@ std::string serialise_rpc_status(grpc::StatusCode code, const std::string& messa
 
 }  // namespace
 
-grpc::Status to_status(const Refusal& refusal) {
+v1::ErrorDetail to_detail(const hal::Error& error) {
   v1::ErrorDetail detail;
-  detail.set_what(refusal.error.what);
-  detail.set_where(refusal.error.where);
-  detail.set_value(refusal.error.value);
-  detail.set_limit(refusal.error.limit);
-  detail.set_remedy(refusal.error.remedy);
+  detail.set_what(error.what);
+  detail.set_where(error.where);
+  detail.set_value(error.value);
+  detail.set_limit(error.limit);
+  detail.set_remedy(error.remedy);
+  return detail;
+}
+
+grpc::Status to_status(const Refusal& refusal) {
   google::protobuf::Any any;
-  any.PackFrom(detail);
+  any.PackFrom(to_detail(refusal.error));
   const grpc::StatusCode code = code_of(refusal.kind);
   const std::string text = refusal.error.text();
   return {code, text, serialise_rpc_status(code, text, any)};

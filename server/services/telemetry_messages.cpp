@@ -69,6 +69,25 @@ void fill_truth(const rt::TickRecord& record, v1::TruthGroup& group) {
   group.set_normal_force_n(record.truth.normal_force_n);
   group.set_friction_force_n(record.truth.friction_force_n);
   group.set_in_contact(record.truth.in_contact);
+  fill_vector(record.truth.outward_normal, *group.mutable_normal());
+  fill_vector(record.truth.undeformed_contact_mm, *group.mutable_undeformed_contact_mm());
+}
+
+void fill_direction(const rt::TickRecord& record, v1::DirectionGroup& group) {
+  fill_vector(record.normal, *group.mutable_normal());
+  fill_vector(record.reaction_n, *group.mutable_reaction_n());
+  fill_vector(record.friction_force_n, *group.mutable_friction_force_n());
+  group.set_sliding_mm_per_s(record.sliding_mm_per_s);
+}
+
+void fill_fusion(const rt::TickRecord& record, v1::FusionGroup& group) {
+  group.set_law_displacement_mm(record.law_displacement_mm);
+  group.set_displacement_deviation_mm(record.displacement_deviation_mm);
+}
+
+void fill_passivity(const rt::TickRecord& record, v1::PassivityGroup& group) {
+  group.set_hand_energy_mj(record.hand_energy_mj);
+  group.set_passivity_damping_n_s_per_mm(record.passivity_damping_n_s_per_mm);
 }
 
 }  // namespace
@@ -88,6 +107,9 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   if ((told & kGuard) != 0) fill_guard(record, *sample.mutable_guard());
   if ((told & kTiming) != 0) fill_timing(record, *sample.mutable_timing());
   if ((told & kTruth) != 0) fill_truth(record, *sample.mutable_truth());
+  if ((told & kDirection) != 0) fill_direction(record, *sample.mutable_direction());
+  if ((told & kFusion) != 0) fill_fusion(record, *sample.mutable_fusion());
+  if ((told & kPassivity) != 0) fill_passivity(record, *sample.mutable_passivity());
 }
 
 }  // namespace hapticd::server

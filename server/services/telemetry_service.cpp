@@ -36,11 +36,13 @@ Outcome<Wanted> read_request(const v1::SubscribeRequest& request) {
   for (int i = 0; i < request.groups_size(); ++i) {
     const v1::FieldGroup group = request.groups(i);
     if (!v1::FieldGroup_IsValid(group) || group == v1::FIELD_GROUP_UNSPECIFIED) {
-      return Refusal{RefusalKind::kInvalidArgument,
-                     {"unknown field group", fmt::format("SubscribeRequest.groups[{}]", i),
-                      std::to_string(static_cast<int>(group)),
-                      "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH",
-                      "ask for groups of this list, or for none to get all"}};
+      return Refusal{
+          RefusalKind::kInvalidArgument,
+          {"unknown field group", fmt::format("SubscribeRequest.groups[{}]", i),
+           std::to_string(static_cast<int>(group)),
+           "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, "
+           "FUSION, PASSIVITY",
+           "ask for groups of this list, or for none to get all"}};
     }
     wanted.channels |= channel_of(group);
   }
