@@ -14,6 +14,8 @@ constexpr double kServoMmPerSPerN = 20.0;  // how eagerly a hand corrects a forc
 constexpr double kServoPerS = 8.0;         // and a depth error
 constexpr double kFastestServoMmPerS = 60.0;
 constexpr double kDeepestIntentMm = 80.0;
+constexpr double kCatchUpPerS = 8.0;  // and a tip that lags behind a stroke
+constexpr double kLongestLeadMm = 15.0;
 }  // namespace
 
 // Hand: mass, spring and damper of a pinch grip on a stylus, within the spread of published identifications
@@ -179,7 +181,10 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
       intent.support_n = knock_n(stroking_s_);
       servo_force(step_s, program_.force_n, felt);
       const MotionState along = path_.at(phase_time_s_);
-      along_mm_ = along.position_mm;
+      // Friction holds the tip back; a hand that watches it pulls the more.
+      lead_mm_ += step_s * kCatchUpPerS * (along.position_mm - dot(felt.tip_mm, program_.stroke_direction));
+      lead_mm_ = std::clamp(lead_mm_, -kLongestLeadMm, kLongestLeadMm);
+      along_mm_ = along.position_mm + lead_mm_;
       along_mm_per_s_ = along.velocity_mm_per_s;
       if (path_.over(phase_time_s_)) {
         phase_time_s_ = 0.0;
@@ -187,7 +192,8 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
         const bool again = program_.repetitions < 0 || strokes_ < 2 * program_.repetitions;
         if (again) {
           const double half = 0.5 * program_.stroke_length_mm;
-          path_ = MinimumJerk({along_mm_, 0.0, 0.0}, {along_mm_ > 0.0 ? -half : half, 0.0, 0.0},
+          const double from_mm = along.position_mm;
+          path_ = MinimumJerk({from_mm, 0.0, 0.0}, {from_mm > 0.0 ? -half : half, 0.0, 0.0},
                               1.875 * program_.stroke_length_mm / program_.speed_mm_per_s);
         } else {
           along_mm_per_s_ = 0.0;
@@ -227,6 +233,8 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
     along_mm_ = slant_ * vertical_.position_mm;
     along_mm_per_s_ = slant_ * vertical_.velocity_mm_per_s;
   }
+  intent.follows_contour =
+      program_.kind == HandProgram::Kind::kStroke && phase_ != Phase::kLift && phase_ != Phase::kApproach;
   const hal::Vector3& d = program_.stroke_direction;
   const MotionState aside = homeward_.at(time_s_);
   intent.position_mm = {home_mm_.x + d.x * along_mm_ + aside_mm_.x * aside.position_mm,

@@ -24,12 +24,15 @@ HandImpedance impedance_of(const HandProgram& program);
 /// What the hand perceives.
 struct HandPerception {
   hal::Vector3 tip_mm;
-  double press_force_n = 0.0;  ///< it exerts, downwards
+  double press_force_n = 0.0;  ///< it exerts, downwards or, following a contour, into the surface
   double reaction_n = 0.0;     ///< of the object; a hand feels the touch
 };
 
 /// What the hand means to do right now.
 struct HandIntent {
+  /// The position is meant relative to the surface: x and y along it, z along its normal, as a hand that
+  /// follows a contour feels its way.
+  bool follows_contour = false;
   hal::Vector3 position_mm;
   hal::Vector3 velocity_mm_per_s;
   double support_n = 0.0;      ///< upward force on the tool besides the impedance
@@ -78,6 +81,7 @@ class HandMotion {
   double slant_ = 0.0;     ///< tap: way aside per height
   double along_mm_ = 0.0;  ///< coordinate along `stroke_direction`
   double along_mm_per_s_ = 0.0;
+  double lead_mm_ = 0.0;  ///< by which a stroke's intent runs ahead of its path
   hal::Vector3 home_mm_;
   hal::Vector3 aside_mm_;  ///< where it began beside its home
   MinimumJerk homeward_;   ///< share of that which is left

@@ -1,5 +1,8 @@
 #include "hal/sim/object_model.h"
 
+#include <cmath>
+#include <numbers>
+
 namespace hapticd::sim {
 
 namespace {
@@ -22,6 +25,10 @@ std::vector<ObjectModel> make_presets() {
   const auto add = [&all](std::string name, Shape shape, MaterialParameters material,
                           FrictionParameters friction, FrictionParameters friction_bearing) {
     all.push_back({std::move(name), shape, material, friction, friction_bearing});
+  };
+  const auto uneven = [&all](double share, double wavelength_mm) {
+    all.back().inhomogeneity_share = share;
+    all.back().inhomogeneity_wavelength_mm = wavelength_mm;
   };
   const auto material = [](double k4, double a, double b, double c, double onset,
                            std::array<RelaxationBranch, 3> branches, double skin_k, double skin_c,
@@ -65,9 +72,13 @@ std::vector<ObjectModel> make_presets() {
   add("rubber_ball", Sphere{30.0}, rubber_ball, on_rubber, over_rubber);
   add("rubber_eraser", Plane{}, rubber_eraser, on_rubber, over_rubber);
   add("sponge_cut", WavyField{1.5, 45.0}, sponge_cut, on_sponge, over_sponge);
+  uneven(0.06, 25.0);
   add("foam_ball_3d", Sphere{50.0}, foam_ball_3d, on_foam, over_foam);
+  uneven(0.04, 30.0);
   add("rubber_ball_3d", Sphere{40.0}, rubber_ball, on_rubber, over_rubber);
+  uneven(0.02, 40.0);
   add("silicone_rest", WavyField{2.0, 80.0}, silicone_rest, on_silicone, over_silicone);
+  uneven(0.04, 35.0);
   add("wood_plate", Plane{}, wood_plate, on_wood, over_wood);
   add("sticky_gel", Plane{}, gel, on_gel, over_silicone);
   add("foam_ridge", Ridge{3.0}, foam_ball_3d, on_foam, over_foam);
@@ -80,6 +91,12 @@ const std::vector<ObjectModel>& presets() {
 }
 
 }  // namespace
+
+double ObjectModel::stiffness_scale(const hal::Vector3& surface_point_mm) const noexcept {
+  if (inhomogeneity_share == 0.0) return 1.0;
+  const double k = 2.0 * std::numbers::pi / inhomogeneity_wavelength_mm;
+  return 1.0 + inhomogeneity_share * std::sin(k * surface_point_mm.x) * std::cos(k * surface_point_mm.y);
+}
 
 std::optional<ObjectModel> object_preset(const std::string& name) {
   for (const ObjectModel& model : presets()) {

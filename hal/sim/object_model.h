@@ -24,6 +24,12 @@ struct ObjectModel {
   MaterialParameters material;
   FrictionParameters friction;          ///< with the rod
   FrictionParameters friction_bearing;  ///< with the ball bearing
+  /// No object is strictly homogeneous (D§4.1): its force is (1 + share · sin(2πx/λ) cos(2πy/λ)) times the
+  /// material's at the surface point (x, y); where it is touched first, at the origin, it is the material's.
+  double inhomogeneity_share = 0.0;
+  double inhomogeneity_wavelength_mm = 40.0;
+
+  double stiffness_scale(const hal::Vector3& surface_point_mm) const noexcept;
 
   const FrictionParameters& friction_with(Tip tip) const noexcept {
     return tip == Tip::kRod ? friction : friction_bearing;

@@ -152,6 +152,16 @@ hal::Quaternion Simulation::tool_orientation(double time_s) const noexcept {
   return composed(rotation(sway(hand_time_s())), rotation(wobble));
 }
 
+// Pressing straight down while moving sideways would jam the tip against the flank of anything curved.
+void Simulation::follow_contour(HandIntent& intent) noexcept {
+  const Projection surface = project(object_->model.shape, {intent.position_mm.x, intent.position_mm.y, 0.0});
+  const Vector3& n = surface.outward_normal;
+  const Vector3 along{intent.velocity_mm_per_s.x, intent.velocity_mm_per_s.y, 0.0};
+  intent.velocity_mm_per_s = along - n * dot(along, n) + n * intent.velocity_mm_per_s.z;
+  intent.position_mm = surface.point_mm + n * intent.position_mm.z;
+  contour_normal_ = n;
+}
+
 void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
                        const std::array<const AxisDynamics*, 3>& dynamics) noexcept {
   const Vector3 free_mm{axes[0].tip_mm, axes[1].tip_mm, axes[2].tip_mm};
@@ -162,7 +172,11 @@ void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
   for (std::size_t i = 0; i < 3; ++i) {
     compliance += component(n, i) * component(n, i) * dynamics[i]->tip_position_per_tip_force();
   }
-  const Material::Step step = object_->material.advance(nearest.depth_mm, compliance);
+  // Matter that is stiffer by a factor meets a tip that yields more by it, in forces smaller by it.
+  const double scale = object_->model.stiffness_scale(nearest.point_mm);
+  Material::Step step = object_->material.advance(nearest.depth_mm, compliance * scale);
+  step.mean_force_n *= scale;
+  step.force_n *= scale;
 
   Vector3 tangential_n;
   if (step.mean_force_n > 0.0) {
@@ -193,9 +207,11 @@ void Simulation::step() noexcept {
 
   HandPerception felt;
   felt.tip_mm = {axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm};
-  felt.press_force_n = -truth_.hand_force_n.z;
+  felt.press_force_n = -dot(truth_.hand_force_n, contour_normal_);
   felt.reaction_n = truth_.normal_force_n;
   HandIntent intent = motion_->step(kStepS, felt);
+  contour_normal_ = {0.0, 0.0, 1.0};
+  if (intent.follows_contour && object_ != nullptr) follow_contour(intent);
   const bool is_hand =
       hand_->program.kind != HandProgram::Kind::kWeight && hand_->program.kind != HandProgram::Kind::kShake;
   constexpr std::int64_t kSlowSteps = 10;  // tremor and wobble are slow: once a millisecond will do

@@ -67,6 +67,7 @@ class Simulation {
   };
 
   hal::Vector3 motor_force() noexcept;
+  void follow_contour(HandIntent& intent) noexcept;
   void touch(const hal::Vector3& before_mm, std::array<AxisState, 3>& axes,
              const std::array<const AxisDynamics*, 3>& dynamics) noexcept;
   hal::Vector3 tremor(double time_s) const noexcept;
@@ -89,6 +90,8 @@ class Simulation {
   hal::Vector3 amplifier_n_;  ///< after the amplifier's lag
   std::array<double, 4> tremor_phase_{};
   hal::Vector3 tremor_mm_;
+  hal::Vector3 contour_normal_{0.0, 0.0,
+                               1.0};  ///< where the hand means to be; up unless it follows a contour
   std::int64_t steps_ = 0;
   std::int64_t hand_began_step_ = 0;
   hal::Vector3 sway_before_rad_;  ///< when the hand took over

@@ -17,34 +17,67 @@ TrackedDirection::TrackedDirection(const FrictionParameters& friction, double fo
 
 void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
   normal_ = direction_or(reaction_n, normal_);
-  built_up_ = {};
+  coefficient_ = {};
   friction_n_ = {};
+  // What the first reaction shows is the normal less whatever friction there is.
   const double force_n = std::max(norm(reaction_n), kLeastForceN);
-  variance_rad2_ = std::min(1.0, force_variance_n2_ / (force_n * force_n));
+  friction_variance_ = 0.1 * friction_.kinetic * friction_.kinetic;
+  normal_variance_ = friction_variance_ + std::min(kFirstDeviationRad * kFirstDeviationRad,
+                                                   kOnsetDisorder * force_variance_n2_ / (force_n * force_n));
+  covariance_ = friction_variance_;
 }
 
-void TrackedDirection::update(const hal::Vector3& reaction_n,
+void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
                               const hal::Vector3& velocity_mm_per_s) noexcept {
+  const hal::Vector3 slide_mm = across(step_mm, normal_);
+  const double press_mm = std::abs(dot(step_mm, normal_));
+  const double way_mm = std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm);
   const hal::Vector3 sliding_mm_per_s = across(velocity_mm_per_s, normal_);
-  built_up_ = dahl_step(built_up_, sliding_mm_per_s * period_s_, friction_.presliding_mm);
+  const double speed_mm_per_s = norm(sliding_mm_per_s);
+  const double kinetic = friction_.kinetic;
 
-  const hal::Vector3 viscous_n = sliding_mm_per_s * friction_.viscous_n_s_per_mm;
-  const hal::Vector3 dry = across(built_up_, normal_) * friction_.kinetic;
-  const hal::Vector3 without_viscous_n = reaction_n + viscous_n;
-  const double normal_n = std::max(kLeastForceN, norm(without_viscous_n) / std::sqrt(1.0 + dot(dry, dry)));
-  const hal::Vector3 seen = direction_or(without_viscous_n * (1.0 / normal_n) + dry, normal_);
+  // Prediction. Dahl's step keeps the share `kept` of φ and of its error; the rest is μ_k, known so well.
+  coefficient_ = across(coefficient_, normal_);
+  double kept = 1.0;
+  if (way_mm > 1e-12) {
+    kept = friction_.presliding_mm > 0.0 ? std::exp(-way_mm / friction_.presliding_mm) : 0.0;
+    const hal::Vector3 sliding = direction_or(slide_mm, {}) * kinetic;
+    coefficient_ = sliding + (coefficient_ - sliding) * kept;
+  }
+  const double level_error = kFrictionError * kinetic;
+  const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
+  friction_variance_ = kept * kept * friction_variance_ + (1.0 - kept * kept) * level_error * level_error +
+                       stuck * kinetic * kinetic * (period_s_ / kStuckTimeS);
+  friction_variance_ = std::min(friction_variance_, 4.0 * kinetic * kinetic);
+  covariance_ *= kept;
+  const double turn_rad =
+      (way_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * period_s_;
+  normal_variance_ = std::min(normal_variance_ + turn_rad * turn_rad, 1.0);
 
-  const double turn_rad = period_s_ * (norm(sliding_mm_per_s) * (1.0 / kTightestRadiusMm) + kDriftRadPerS);
-  variance_rad2_ += turn_rad * turn_rad;
-  const double noise_rad2 = std::min(4.0, force_variance_n2_ / (normal_n * normal_n));
-  const double gain = variance_rad2_ / (variance_rad2_ + noise_rad2);
-  variance_rad2_ *= 1.0 - gain;
-  normal_ = direction_or(normal_ + (seen - normal_) * gain, normal_);
-  friction_n_ = (dry * normal_n + viscous_n) * -1.0;
+  // What the reaction shows: u - φ, its length told by f_n.
+  const hal::Vector3 without_viscous_n = reaction_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm;
+  const double normal_n =
+      std::max(kLeastForceN, norm(without_viscous_n) / std::sqrt(1.0 + dot(coefficient_, coefficient_)));
+  const hal::Vector3 innovation =
+      across(without_viscous_n * (1.0 / normal_n) - (normal_ - coefficient_), normal_);
+
+  const double noise = force_variance_n2_ / (normal_n * normal_n);
+  const double to_normal = normal_variance_ - covariance_;
+  const double to_friction = covariance_ - friction_variance_;
+  const double total = to_normal - to_friction + noise;
+  const double normal_gain = to_normal / total;
+  const double friction_gain = to_friction / total;
+  normal_ = direction_or(normal_ + innovation * normal_gain, normal_);
+  coefficient_ = across(coefficient_ + innovation * friction_gain, normal_);
+  normal_variance_ = std::max(0.0, normal_variance_ - normal_gain * to_normal);
+  friction_variance_ = std::max(0.0, friction_variance_ - friction_gain * to_friction);
+  covariance_ -= normal_gain * to_friction;
+
+  friction_n_ = (coefficient_ * normal_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm) * -1.0;
 }
 
 double TrackedDirection::deviation_rad() const noexcept {
-  return std::sqrt(variance_rad2_);
+  return std::sqrt(normal_variance_);
 }
 
 }  // namespace hapticd::rt

@@ -5,41 +5,56 @@
 
 namespace hapticd::rt {
 
-/// Deformation direction with all that a tick knows about it.
+/// Deformation direction and friction, estimated together.
 ///
-/// Friction is a vector z in the tangent plane (dahl.h), built up by the smoothed velocity, so it neither
-/// jumps with an encoder step nor forgets at rest; a Coulomb tip is one with a very short way. With
-/// f_r = f_n (u - μ_k z) - μ_b v_t and z across u the reaction gives f_n and u in closed form, no guess of
-/// the last tick's normal needed:
+/// One reaction cannot tell a turned surface from a changed friction: f_r = f_n (u - φ) - μ_b v_t, with φ the
+/// friction coefficient as a vector in the tangent plane. But they change on different occasions. The normal
+/// turns only where the tip moves on, by its way over the radius of the surface. Friction follows Dahl's
+/// equation while the tip slides, and is anybody's guess while it sticks: held by its own dry friction, the
+/// device does not see the tip bend the asperities, and φ may pass from one side to the other with the
+/// encoders at rest. So a Kalman filter carries both, isotropic in the tangent plane (covariance 2 × 2):
+/// sliding, the reaction's direction is known to the friction's few per cent and corrects the normal; at rest
+/// the normal stays and the reaction tells φ.
 ///
-///   g = f_r + μ_b v_t,  f_n = |g| / √(1 + μ_k² |z|²),  u = g/f_n + μ_k z.
-///
-/// How far a tick may be believed depends on the load: the angle's noise is σ_f/f_n. A scalar Kalman gain
-/// weighs it against how far the surface can have turned since the last tick, v_t T / r.
+/// Pressing straight down and sliding down a slope as steep as the friction look alike: the same motion, the
+/// same force. A normal that is slightly off would see sliding in every press and confirm itself. Motion
+/// across the normal therefore counts as sliding only beyond what a slant of kSlantOfPressing explains.
 class TrackedDirection {
  public:
   /// `force_noise_n`: standard deviation of one component per tick.
   TrackedDirection(const FrictionParameters& friction, double force_noise_n, double rate_hz) noexcept;
 
   void begin(const hal::Vector3& reaction_n) noexcept;
-  void update(const hal::Vector3& reaction_n, const hal::Vector3& velocity_mm_per_s) noexcept;
+  /// Rig frame: reaction on the tool, motion of the tip since the last tick, its velocity.
+  void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
+              const hal::Vector3& velocity_mm_per_s) noexcept;
 
+  /// u, out of the object, length 1.
   const hal::Vector3& normal() const noexcept { return normal_; }
+  /// Friction on the tool.
   const hal::Vector3& friction_n() const noexcept { return friction_n_; }
-  /// Standard deviation of the angle as the filter sees it, friction error aside.
+  /// Standard deviation of u as the filter sees it.
   double deviation_rad() const noexcept;
 
  private:
-  static constexpr double kTightestRadiusMm = 10.0;  // of what is stroked without lifting off
-  static constexpr double kDriftRadPerS = 0.5;       // a surface turns a little under a tip at rest, too
+  static constexpr double kTightestRadiusMm = 15.0;  // of what is stroked without lifting off
+  static constexpr double kDriftRadPerS = 0.02;      // the direction of a soft object under a tip at rest
+  static constexpr double kFrictionError = 0.07;     // of μ_k, while sliding: D§4.4.1 reports 7-15 %
+  static constexpr double kSlantOfPressing = 0.3;
+  static constexpr double kOnsetDisorder = 10.0;     // an impact's force is more than the sensor's noise off
+  static constexpr double kStuckTimeS = 0.1;         // in which friction may change altogether, at rest
+  static constexpr double kStuckMmPerS = 4.0;        // slower than this the encoders may be blind to sliding
+  static constexpr double kFirstDeviationRad = 0.3;  // of the first reaction from the normal
 
   FrictionParameters friction_;
   double period_s_;
   double force_variance_n2_;
   hal::Vector3 normal_{0.0, 0.0, 1.0};
-  hal::Vector3 built_up_;  ///< z
+  hal::Vector3 coefficient_;  ///< φ, along the sliding
   hal::Vector3 friction_n_;
-  double variance_rad2_ = 0.0;
+  double normal_variance_ = 0.0;
+  double friction_variance_ = 0.0;
+  double covariance_ = 0.0;
 };
 
 }  // namespace hapticd::rt

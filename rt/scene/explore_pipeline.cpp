@@ -225,12 +225,9 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
     if (contact_.just_declared()) {
       begin_contact(now);
     } else {
-      if (auto* tracked = std::get_if<TrackedDirection>(&direction_)) {
-        tracked->update(now.reaction_n, now.velocity_mm_per_s);
-      } else {
-        std::get_if<PublishedDirection>(&direction_)
-            ->update(now.reaction_n, now.step_mm, now.velocity_mm_per_s);
-      }
+      std::visit(
+          [&](auto& direction) { direction.update(now.reaction_n, now.step_mm, now.velocity_mm_per_s); },
+          direction_);
     }
     normal_n = dot(now.reaction_n, normal());
   }

@@ -15,7 +15,7 @@ double rendered_n_per_mm(const std::string& object, double target, double press_
   rig.object = object;
   rt::SceneSpec scene;
   scene.name = "tap_1d";
-  scene.target_stiffness_n_per_mm = target;
+  scene.target.stiffness_n_per_mm = target;
   scene.structural_compensation = compensated;
   VirtualRun run(rig, scene);
   run.set_hand(pressing(press_n));

@@ -50,7 +50,7 @@ hal::Result<RecordingAnalysis> analyse_recording(const replay::ReplayConfig& rec
   spec.name = "tap_1d";
   spec.kind = rt::SceneKind::kTap1d;
   spec.tool_mass_g = 0.0;
-  spec.target_stiffness_n_per_mm = target_n_per_mm;
+  spec.target.stiffness_n_per_mm = target_n_per_mm;
   const auto resolved = rt::resolve(spec, (*rig)->info());
   if (!resolved) return resolved.error();
   const auto pipeline = rt::compose(*resolved, (*rig)->info());

@@ -30,7 +30,7 @@ PressResult press(const std::string& device, const std::string& object, double t
   rig.object = object;
   rt::SceneSpec scene;
   scene.name = "tap_1d";
-  scene.target_stiffness_n_per_mm = target;
+  scene.target.stiffness_n_per_mm = target;
   scene.structural_compensation = compensated;
   VirtualRun run(rig, scene);
   const sim::HandProgram hand = pressing(force_n);

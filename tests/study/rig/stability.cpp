@@ -94,11 +94,11 @@ Limit object_limit(const sim::SimulationConfig& rig, bool compensated) {
     scene.name = "tap_1d";
     scene.max_target_stiffness_n_per_mm = 1000.0;
     scene.structural_compensation = compensated;
-    scene.target_stiffness_n_per_mm = std::min(end, softened * object);
+    scene.target.stiffness_n_per_mm = std::min(end, softened * object);
     VirtualRun run(rig, scene);
     run.set_hand(knocked_weight());
     while (run.time_s() < 3.0) run.step();  // odd: each dwell has its knock in the middle
-    limit = sweep(run, true, scene.target_stiffness_n_per_mm, end);
+    limit = sweep(run, true, scene.target.stiffness_n_per_mm, end);
     if (limit.value > 0.0) break;
   }
   return limit;
@@ -114,7 +114,7 @@ Limit wall_limit(const sim::SimulationConfig& rig, rt::ControlLaw law) {
   scene.max_target_stiffness_n_per_mm = 1000.0;
   scene.structural_compensation = false;
   scene.controller.law = law;
-  scene.target_stiffness_n_per_mm = kSoftWall;
+  scene.target.stiffness_n_per_mm = kSoftWall;
   VirtualRun run(rig, scene);
   sim::HandProgram hand = pressing(4.0);
   hand.knock_n = kKnockN;

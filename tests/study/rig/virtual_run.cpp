@@ -15,15 +15,17 @@ T value_of(hal::Result<T> result) {
 }
 }  // namespace
 
-VirtualRun::VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, bool with_scene)
+VirtualRun::VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, bool with_scene,
+                       const rt::ObjectModel* model)
     : rig_(value_of(sim::SimulatedRig::create(rig))),
       scene_(value_of(rt::resolve(scene, rig_->info()))),
-      pipeline_(value_of(rt::compose(scene_, rig_->info()))),
+      pipeline_(value_of(rt::compose(scene_, rig_->info(), model))),
       renderer_(std::make_unique<rt::Renderer>(scene_.guard, rig.rate_hz)) {
   if (with_scene) renderer_->exchange(pipeline_.get(), scene_.guard);
 }
 
 VirtualRun::~VirtualRun() = default;
+VirtualRun::VirtualRun(VirtualRun&&) noexcept = default;
 
 void VirtualRun::set_hand(const sim::HandProgram& program) {
   if (const std::optional<hal::Error> error = rig_->set_program(program))

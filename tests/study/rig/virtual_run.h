@@ -4,6 +4,7 @@
 
 #include "hal/samples.h"
 #include "hal/sim/simulated_rig.h"
+#include "rt/model/models.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/renderer.h"
 #include "rt/scene/scene_spec.h"
@@ -16,13 +17,15 @@ namespace hapticd::study {
 class VirtualRun {
  public:
   /// Throws std::runtime_error with the full complaint where rig or scene are refused. A scene is loaded
-  /// unless `with_scene` is false (bare object, no force).
-  VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, bool with_scene = true);
+  /// unless `with_scene` is false (bare object, no force). `model`: of the object, where the scene needs one.
+  VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, bool with_scene = true,
+             const rt::ObjectModel* model = nullptr);
   ~VirtualRun();
+  VirtualRun(VirtualRun&&) noexcept;
 
   void set_hand(const sim::HandProgram& program);
   void set_target(double stiffness_n_per_mm, double ramp_s) {
-    renderer_->set_target(stiffness_n_per_mm, ramp_s);
+    renderer_->set_target(rt::linear_target(stiffness_n_per_mm), ramp_s);
   }
   void step();
 

@@ -79,16 +79,16 @@ TEST(ContactDetector, NotANumberIsNoContact) {
 TEST(ContactOnset, FindsTheLastQuietTick) {
   ContactOnset onset;
   for (int i = 0; i < 40; ++i) onset.remember(0.1 * i, i <= 30 ? 0.002 : 0.01 * (i - 30));
-  EXPECT_NEAR(onset.depth_mm(0.0075), 3.0, 1e-12);
+  EXPECT_NEAR(onset.place_mm(0.0075), 3.0, 1e-12);
 }
 
 TEST(ContactOnset, FallsBackOnTheOldestItRemembers) {
   ContactOnset onset;
   for (int i = 0; i < 100; ++i) onset.remember(i, 1.0);
-  EXPECT_EQ(onset.depth_mm(0.0075), 100.0 - static_cast<double>(ContactOnset::kMemory));
+  EXPECT_EQ(onset.place_mm(0.0075), 100.0 - static_cast<double>(ContactOnset::kMemory));
   onset.forget();
   onset.remember(7.0, 1.0);
-  EXPECT_EQ(onset.depth_mm(0.0075), 7.0);
+  EXPECT_EQ(onset.place_mm(0.0075), 7.0);
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ class Bench {
 SceneSpec rigid(double target) {
   SceneSpec spec;
   spec.structural_compensation = false;
-  spec.target_stiffness_n_per_mm = target;
+  spec.target.stiffness_n_per_mm = target;
   return spec;
 }
 
@@ -178,7 +178,7 @@ TEST(TapPipeline, TargetChangesAreRamped) {
 
 TEST(TapPipeline, CompensatedDisplacementIsTheTipsNotTheEncoders) {
   SceneSpec spec;
-  spec.target_stiffness_n_per_mm = 0.7;
+  spec.target.stiffness_n_per_mm = 0.7;
   Bench bench(spec);
   bench.press(-5.0, -5.0, 0.4, 50);
   const TickRecord record = bench.press(-5.0, 5.0, 0.4, 2000);
@@ -238,7 +238,7 @@ TEST(Renderer, SurvivesAnySequenceOfSamples) {
   for (const SceneKind kind : {SceneKind::kTap1d, SceneKind::kWall}) {
     SceneSpec spec;
     spec.kind = kind;
-    spec.target_stiffness_n_per_mm = 0.7;
+    spec.target.stiffness_n_per_mm = 0.7;
     Bench bench(spec);
     for (int round = 0; round < 20; ++round) {
       for (int i = 0; i < 2000; ++i) {

@@ -52,7 +52,7 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
     void (*spoil)(SceneSpec&, double);
     double value;
   };
-  const auto target = [](SceneSpec& s, double v) { s.target_stiffness_n_per_mm = v; };
+  const auto target = [](SceneSpec& s, double v) { s.target.stiffness_n_per_mm = v; };
   const auto threshold = [](SceneSpec& s, double v) { s.contact.threshold_n = v; };
   const auto gain = [](SceneSpec& s, double v) { s.controller.proportional_gain = v; };
   const auto axis = [](SceneSpec& s, double v) { s.press_axis = {0.0, 0.0, v}; };
@@ -77,9 +77,9 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
 
 TEST(Scene, HoldsTheTargetWithinTheCompensablePartOfTheStructure) {
   SceneSpec spec = named();
-  spec.target_stiffness_n_per_mm = 2.79;
+  spec.target.stiffness_n_per_mm = 2.79;
   EXPECT_TRUE(resolve(spec, rig()));
-  spec.target_stiffness_n_per_mm = 2.81;
+  spec.target.stiffness_n_per_mm = 2.81;
   EXPECT_FALSE(resolve(spec, rig()));
   spec.structural_compensation = false;
   EXPECT_TRUE(resolve(spec, rig()));

@@ -64,11 +64,11 @@ TEST(ChangingObject, AnObjectIsNotPutAroundTheTip) {
 }
 
 TEST(ChangingObject, AHandBesideABallIsNotInsideThePlate) {
-  // Off the flank of the ball the tip is free, yet below the plate that is to come.
+  // Lifted off the flank of the ball, the tip is free, yet below the plate that is to come.
   VirtualRig rig({.object = "rubber_ball"}, {.kind = HandProgram::Kind::kStroke,
                                              .force_n = 1.0,
                                              .speed_mm_per_s = 100.0,
-                                             .repetitions = -1,
+                                             .repetitions = 1,
                                              .stroke_length_mm = 120.0});
   double lowest_mm = 0.0;
   for (; rig.time_s() < 15.0 && lowest_mm > -8.0;) {

@@ -1,0 +1,162 @@
+#include "rt/identify/friction_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "rt/friction/dahl.h"
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr double kBinMm = 2.0;
+constexpr double kSlidingMmPerS = 10.0;
+constexpr double kBeyondMm = 4.0;  // so far the last known normals are continued, to where strokes turn
+constexpr int kFewestPerWay = 5;
+
+/// Normals along the line, from bins that were passed both ways.
+class NormalsAlongLine {
+ public:
+  NormalsAlongLine(const std::vector<StrokeSample>& strokes) {
+    struct Bin {
+      hal::Vector3 sum[2];
+      int count[2] = {0, 0};
+    };
+    std::map<long, Bin> bins;
+    for (const StrokeSample& s : strokes) {
+      if (std::abs(s.along_mm_per_s) < kSlidingMmPerS || norm(s.reaction_n) < 0.2) continue;
+      Bin& bin = bins[std::lround(s.along_mm / kBinMm)];
+      const int way = s.along_mm_per_s > 0.0 ? 0 : 1;
+      bin.sum[way] = bin.sum[way] + direction_or(s.reaction_n, {});
+      ++bin.count[way];
+    }
+    for (const auto& [place, bin] : bins) {
+      if (bin.count[0] < kFewestPerWay || bin.count[1] < kFewestPerWay) continue;
+      normals_[place] =
+          direction_or(direction_or(bin.sum[0], {}) + direction_or(bin.sum[1], {}), {0.0, 0.0, 1.0});
+    }
+  }
+  bool empty() const { return normals_.size() < 2; }
+  /// Straight between the known places and a little beyond them; false farther away.
+  bool at(double along_mm, hal::Vector3& normal) const {
+    const double place = along_mm / kBinMm;
+    auto after = normals_.upper_bound(static_cast<long>(std::floor(place)));
+    if (after == normals_.begin()) ++after;
+    if (after == normals_.end()) --after;
+    const auto before = std::prev(after);
+    const double from = static_cast<double>(before->first);
+    const double to = static_cast<double>(after->first);
+    if (place < from - kBeyondMm / kBinMm || place > to + kBeyondMm / kBinMm) return false;
+    const double share = (place - from) / (to - from);
+    normal = direction_or(before->second * (1.0 - share) + after->second * share, before->second);
+    return true;
+  }
+
+ private:
+  std::map<long, hal::Vector3> normals_;
+};
+
+struct Row {
+  double normal_n, friction_n, slide_mm, speed_mm_per_s;
+  double way_mm;  ///< slid since the motion last turned
+};
+
+// Regimes of D§4.4.1.
+constexpr double kSlidingWayMm = 3.0;
+constexpr double kPreslidingWayMm = 0.5;
+/// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
+constexpr double kLeastSpeedMmPerS = 2.0;
+
+}  // namespace
+
+hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, const hal::Vector3& along) {
+  const NormalsAlongLine normals(strokes);
+  if (normals.empty()) {
+    return hal::Error{"no place was stroked both ways", "identification of friction",
+                      std::to_string(strokes.size()) + " samples", "strokes to and fro along one line",
+                      "stroke to and fro over the same place"};
+  }
+  std::vector<Row> rows;
+  double last_along_mm = 0.0;
+  double way_mm = 0.0;
+  double heading = 0.0;
+  for (const StrokeSample& s : strokes) {
+    hal::Vector3 normal;
+    if (norm(s.reaction_n) < 0.2 || !normals.at(s.along_mm, normal)) {
+      way_mm = 0.0;
+      last_along_mm = s.along_mm;
+      continue;
+    }
+    const hal::Vector3 tangent = direction_or(across(along, normal), along);
+    const double per_along = 1.0 / std::max(0.2, dot(tangent, along));  // way on the surface
+    const double slide_mm = (s.along_mm - last_along_mm) * per_along;
+    last_along_mm = s.along_mm;
+    if (slide_mm * heading < 0.0) way_mm = 0.0;
+    if (slide_mm != 0.0) heading = slide_mm;
+    way_mm += std::abs(slide_mm);
+    rows.push_back({dot(s.reaction_n, normal), -dot(s.reaction_n, tangent), slide_mm,
+                    s.along_mm_per_s * per_along, way_mm});
+  }
+
+  // Sliding: the level and its viscosity, by least squares.
+  double nn = 0.0, nv = 0.0, vv = 0.0, nf = 0.0, vf = 0.0;
+  for (const Row& row : rows) {
+    if (row.way_mm < kSlidingWayMm || std::abs(row.speed_mm_per_s) < kSlidingMmPerS) continue;
+    const double n = std::copysign(row.normal_n, row.speed_mm_per_s);
+    nn += n * n;
+    nv += n * row.speed_mm_per_s;
+    vv += row.speed_mm_per_s * row.speed_mm_per_s;
+    nf += n * row.friction_n;
+    vf += row.speed_mm_per_s * row.friction_n;
+  }
+  const double determinant = nn * vv - nv * nv;
+  if (!(determinant > 1e-9 * nn * vv)) {
+    return hal::Error{"sliding at one speed and force only", "identification of friction", "",
+                      "strokes at different speeds and forces",
+                      "stroke faster and slower, softer and harder"};
+  }
+  FrictionFit best;
+  best.parameters.kinetic = (nf * vv - vf * nv) / determinant;
+  best.parameters.viscous_n_s_per_mm = (vf * nn - nf * nv) / determinant;
+  if (best.parameters.viscous_n_s_per_mm < 0.0) {
+    best.parameters.viscous_n_s_per_mm = 0.0;
+    best.parameters.kinetic = nf / nn;
+  }
+
+  // Presliding: the way over which the sign of the friction turns, by search.
+  const auto presliding_error = [&](double presliding_mm) {
+    double error = 0.0;
+    double z = 0.0;
+    for (const Row& row : rows) {
+      z = dahl_step(z, row.slide_mm, presliding_mm);
+      if (row.way_mm > 2.0 * kPreslidingWayMm || std::abs(row.speed_mm_per_s) < kLeastSpeedMmPerS) continue;
+      error += std::abs(row.friction_n - best.parameters.kinetic * row.normal_n * z);
+    }
+    return error;
+  };
+  double least = std::numeric_limits<double>::infinity();
+  for (double presliding_mm = 0.05; presliding_mm < 3.0; presliding_mm *= 1.15) {
+    const double error = presliding_error(presliding_mm);
+    if (error >= least) continue;
+    least = error;
+    best.parameters.presliding_mm = presliding_mm;
+  }
+
+  double error = 0.0;
+  double friction = 0.0;
+  double z = 0.0;
+  for (const Row& row : rows) {
+    z = dahl_step(z, row.slide_mm, best.parameters.presliding_mm);
+    if (std::abs(row.speed_mm_per_s) < kLeastSpeedMmPerS) continue;
+    error += std::abs(row.friction_n - best.parameters.kinetic * row.normal_n * z -
+                      best.parameters.viscous_n_s_per_mm * row.speed_mm_per_s);
+    friction += std::abs(row.friction_n);
+  }
+  best.relative_error = friction > 0.0 ? error / friction : 0.0;
+  return best;
+}
+
+}  // namespace hapticd::rt

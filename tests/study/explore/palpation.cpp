@@ -1,0 +1,143 @@
+#include "tests/study/explore/palpation.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "rt/contact/contact_detector.h"
+#include "rt/contact/contact_onset.h"
+#include "rt/contact/free_motion_residual.h"
+#include "rt/identify/contact_fit.h"
+#include "rt/identify/friction_fit.h"
+#include "rt/signal/motion_estimator.h"
+#include "rt/signal/tool_compensation.h"
+#include "tests/study/explore/scenes.h"
+#include "tests/study/rig/virtual_run.h"
+
+namespace hapticd::study {
+
+namespace {
+
+template <class T>
+T value_of(hal::Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().text());
+  return std::move(*result);
+}
+
+/// A recursive scene watches: it needs no model, and rendering is off.
+VirtualRun watching(const std::string& object, rt::SceneSpec& scene) {
+  scene = explore_scene(rt::Tip::kBallBearing);
+  scene.explore.displacement = rt::DisplacementEstimator::kRecursive;
+  scene.target = rt::linear_target(0.0);
+  return VirtualRun(explore_rig("phantom_1_5_high_force", object, "rod"), scene, false);
+}
+
+/// Presses and taps on one spot: depths and speeds as a hand would mix them.
+std::vector<rt::PalpationSample> palpate(const std::string& object) {
+  rt::SceneSpec scene;
+  VirtualRun run = watching(object, scene);
+  rt::ContactDetector contact(scene.contact);
+  rt::FreeMotionResidual residual(scene.tool_mass_g, 1000.0);
+  rt::ContactOnset onset;
+  rt::MotionEstimator motion(run.info().device.position_resolution_mm, 1000.0);
+  double surface_mm = 0.0;
+  bool touched = false;
+  std::vector<rt::PalpationSample> palpation;
+
+  const auto record_for = [&](double seconds) {
+    const double until_s = run.time_s() + seconds;
+    while (run.time_s() < until_s) {
+      run.step();
+      const double depth_mm = -run.sample().tip_position_mm.z;
+      const double force_n = run.sample().sensor_force_n.z;
+      motion.update(depth_mm, run.sample().time_ns);
+      const double r = residual.update(force_n, depth_mm, run.sample().time_ns, contact.in_contact());
+      onset.remember(depth_mm, residual.prompt_force_n());
+      contact.update(r, depth_mm, surface_mm);
+      // The first touch of the rested object tells where its surface is.
+      if (contact.just_declared() && !touched) {
+        surface_mm = onset.place_mm(0.5 * scene.contact.threshold_n + residual.seen_jerk_n());
+        touched = true;
+      }
+      rt::PalpationSample sample;
+      sample.in_contact = contact.in_contact();
+      sample.displacement_mm = touched ? depth_mm - surface_mm : -1.0;
+      sample.rate_mm_per_s = motion.velocity_mm_per_s();
+      sample.normal_force_n =
+          rt::reaction_force_n(force_n, scene.tool_mass_g, motion.acceleration_mm_per_s2());
+      palpation.push_back(sample);
+    }
+  };
+  struct Press {
+    double force_n, rate_n_per_s, hold_s;
+  };
+  for (const Press& press : {Press{1.0, 4.0, 0.1}, Press{3.0, 10.0, 0.1}, Press{6.0, 6.0, 0.5},
+                             Press{5.0, 30.0, 0.1}, Press{2.0, 1.0, 1.0}, Press{12.0, 12.0, 0.2}}) {
+    sim::HandProgram hand;
+    hand.kind = sim::HandProgram::Kind::kPress;
+    hand.force_n = press.force_n;
+    hand.force_rate_n_per_s = press.rate_n_per_s;
+    hand.hold_s = press.hold_s;
+    hand.approach_mm_per_s = 40.0;
+    run.set_hand(hand);
+    record_for(1.2 + 1.875 * press.force_n / press.rate_n_per_s + press.hold_s + 1.2);
+  }
+  for (const double speed : {100.0, 200.0}) {
+    sim::HandProgram hand;
+    hand.kind = sim::HandProgram::Kind::kTap;
+    hand.speed_mm_per_s = speed;
+    hand.repetitions = 2;
+    run.set_hand(hand);
+    record_for(2.5);
+  }
+  return palpation;
+}
+
+std::vector<rt::StrokeSample> stroke(const std::string& object) {
+  rt::SceneSpec scene;
+  VirtualRun run = watching(object, scene);
+  rt::MotionEstimator motion(run.info().device.position_resolution_mm, 1000.0);
+  std::vector<rt::StrokeSample> strokes;
+  for (const auto& [force_n, speed] : {std::pair{2.0, 60.0}, {4.0, 100.0}, {3.0, 150.0}}) {
+    sim::HandProgram hand;
+    hand.kind = sim::HandProgram::Kind::kStroke;
+    hand.force_n = force_n;
+    hand.speed_mm_per_s = speed;
+    hand.stroke_length_mm = 50.0;
+    hand.repetitions = 2;
+    hand.force_rate_n_per_s = 4.0;
+    hand.approach_mm_per_s = 40.0;
+    run.set_hand(hand);
+    const double until_s = run.time_s() + 2.0 + 1.875 * force_n / 4.0 + 4.0 * 1.875 * 50.0 / speed;
+    while (run.time_s() < until_s) {
+      run.step();
+      motion.update(run.sample().tip_position_mm.x, run.sample().time_ns);
+      strokes.push_back(
+          {run.sample().tip_position_mm.x, motion.velocity_mm_per_s(), run.sample().sensor_force_n});
+    }
+  }
+  return strokes;
+}
+
+}  // namespace
+
+IdentificationResult identify(const std::string& object) {
+  const std::vector<rt::PalpationSample> palpation = palpate(object);
+  IdentificationResult result;
+  rt::ObjectModel& model = result.model;
+  model.name = object;
+  model.identified_on = "sim:phantom_1_5_high_force, six presses of 1-12 N and four taps, strokes of 2-4 N";
+  for (const rt::PalpationSample& s : palpation) {
+    if (!s.in_contact) continue;
+    model.max_displacement_mm = std::max(model.max_displacement_mm, s.displacement_mm);
+    model.max_force_n = std::max(model.max_force_n, s.normal_force_n);
+  }
+  model.hunt_crossley = value_of(rt::fit_hunt_crossley(palpation));
+  model.creep = value_of(rt::fit_creep(palpation, 1000.0));
+  const rt::FrictionFit friction = value_of(rt::fit_friction(stroke(object), {1.0, 0.0, 0.0}));
+  model.rod_friction = friction.parameters;
+  result.friction_error = friction.relative_error;
+  return result;
+}
+
+}  // namespace hapticd::study

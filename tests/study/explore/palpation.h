@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "rt/model/models.h"
+
+namespace hapticd::study {
+
+/// What a model was identified from, for the report.
+struct IdentificationResult {
+  rt::ObjectModel model;
+  double friction_error = 0.0;  ///< mean |error| over mean friction, on the data of the fit
+};
+
+/// Touches a simulated object as a user would and identifies all that a scene may ask for: presses and taps
+/// at several speeds on one spot for the contact laws, strokes to and fro with the rod for its friction. Only
+/// encoders and sensor are read, never the truth; no force is rendered meanwhile. On the high-force device
+/// with its finer encoders. Throws std::runtime_error where a fit fails.
+IdentificationResult identify(const std::string& object);
+
+}  // namespace hapticd::study

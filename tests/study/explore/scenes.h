@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hal/sim/simulated_rig.h"
+#include "rt/scene/scene_spec.h"
+
+namespace hapticd::study {
+
+/// The objects of D§4.
+inline const std::vector<std::string>& explored_objects() {
+  static const std::vector<std::string> names{"sponge_cut", "foam_ball_3d", "rubber_ball_3d",
+                                              "silicone_rest"};
+  return names;
+}
+
+inline constexpr double kExploreToolMassG = 12.59;  // D§4.3.1
+
+inline sim::SimulationConfig explore_rig(const std::string& device, const std::string& object,
+                                         const std::string& tip) {
+  sim::SimulationConfig rig;
+  rig.device = device;
+  rig.object = object;
+  rig.tip = tip;
+  rig.tool_mass_g = kExploreToolMassG;
+  return rig;
+}
+
+/// The explore scenes as the service ships them.
+inline rt::SceneSpec explore_scene(rt::Tip tip) {
+  rt::SceneSpec scene;
+  scene.name = tip == rt::Tip::kRod ? "explore_rod" : "explore_bearing";
+  scene.kind = rt::SceneKind::kExplore;
+  scene.tip = tip;
+  scene.tool_mass_g = kExploreToolMassG;
+  scene.contact.threshold_n = 0.02;
+  scene.max_target_stiffness_n_per_mm = 1000.0;
+  return scene;
+}
+
+/// The pipeline of D§4 as published, but for what would diverge or has the wrong sign there: Kd per sample,
+/// Dahl's exact step, (4.25) with the sign of (4.26).
+inline rt::SceneSpec dissertation_scene(rt::Tip tip) {
+  rt::SceneSpec scene = explore_scene(tip);
+  scene.contact.method = rt::ContactMethod::kFilteredAcceleration;
+  scene.contact.threshold_n = 0.06;
+  scene.explore.direction = rt::DirectionMethod::kPublished;
+  scene.explore.displacement = rt::DisplacementEstimator::kInverse;
+  scene.explore.law = rt::ContactLawKind::kHuntCrossley;
+  scene.explore.friction_feel = rt::FrictionFeel::kCancelled;
+  scene.explore.release = rt::ReleaseMethod::kCut;
+  scene.explore.passivity = false;
+  scene.explore.deflection_cutoff_hz = 0.0;
+  return scene;
+}
+
+}  // namespace hapticd::study
