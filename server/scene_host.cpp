@@ -35,9 +35,9 @@ Refusal busy() {
 std::string remark_on(const std::string& need, const rt::ObjectModel& model) {
   std::string fit;
   if (model.creep && need.starts_with("creep")) {
-    fit = fmt::format("fits within {:.3g} %", 100.0 * model.creep->relative_error);
+    fit = fmt::format("rms error {:.3g} %", 100.0 * model.creep->relative_error);
   } else if (model.hunt_crossley && need.starts_with("Hunt-Crossley")) {
-    fit = fmt::format("fits within {:.3g} %", 100.0 * model.hunt_crossley->relative_error);
+    fit = fmt::format("rms error {:.3g} %", 100.0 * model.hunt_crossley->relative_error);
   }
   if (model.identified_on.empty()) return fit;
   return fit + (fit.empty() ? "" : "; ") + "identified on " + model.identified_on;
@@ -78,11 +78,18 @@ void SceneHost::find_model(ResolvedScene& scene) const {
     scene.model_problem = model.error();
   }
   const auto missing = rt::needed_models(scene.spec, scene.model ? &*scene.model : nullptr);
+  std::string problem;
+  if (scene.model_problem) {
+    problem = models_.contains(scene.spec.object_model)
+                  ? scene.model_problem->text()
+                  : "there is no such model; " +
+                        did_you_mean(scene.spec.object_model, models_.names(), "identify the object");
+  }
   for (const std::string& name : scene.outline.models) {
     const bool available = std::find(missing.begin(), missing.end(), name) == missing.end();
-    std::string remark = scene.model_problem ? scene.model_problem->text()
-                         : available         ? remark_on(name, *scene.model)
-                                             : "the model has no such part";
+    std::string remark = !scene.model ? problem
+                         : available  ? remark_on(name, *scene.model)
+                                      : "the model has no such part";
     scene.needs.push_back({name, available, std::move(remark)});
   }
 }

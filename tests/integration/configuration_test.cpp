@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "server/config.h"
+#include "server/rig_factory.h"
 
 namespace hapticd::server {
 namespace {
@@ -45,6 +46,7 @@ kind = "replay"
 [rig.sim]
 device = "phantom_1_5_high_force"
 object = "rubber_ball"
+tip = "ball_bearing"
 seed = 7
 structural_mode_hz = 123.5
 structural_damping = 0.01
@@ -60,6 +62,8 @@ position = { column = "tip_um" }
 [scene]
 load = "tap_1d"
 folder = "/etc/hapticd/scenes"
+[models]
+folder = "/etc/hapticd/models"
 [log]
 level = "debug"
 )",
@@ -75,6 +79,8 @@ level = "debug"
   EXPECT_EQ(again->simulation.structural_mode_hz, 123.5);
   EXPECT_TRUE(again->replay.as_fast_as_possible);
   EXPECT_EQ(again->replay.force.scale, 1e-3);
+  EXPECT_EQ(again->simulation.tip, "ball_bearing");
+  EXPECT_EQ(again->model_folder, "/etc/hapticd/models");
   EXPECT_EQ(again->log_level, LogLevel::kDebug);
 }
 
@@ -84,12 +90,12 @@ TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
       {"unknown key 'fifo_prioity' in [loop]", "hapticd.toml, line 3", "",
        "rate_hz, fifo_priority, cpu, lock_memory, keep_cpu_awake", "did you mean 'fifo_priority'?"});
   expect_config_refused("[lop]\nrate_hz = 1000\n",
-                        {"unknown key 'lop'", "hapticd.toml, line 1", "", "loop, network, rig, scene, log",
-                         "did you mean 'loop'?"});
+                        {"unknown key 'lop'", "hapticd.toml, line 1", "",
+                         "loop, network, rig, scene, models, log", "did you mean 'loop'?"});
   expect_config_refused(
       "[rig.sim]\nforce = 3\n",
       {"unknown key 'force' in [rig.sim]", "hapticd.toml, line 2", "",
-       "device, object, seed, structural_mode_hz, structural_damping, amplifier_pole_hz, tool_mass_g",
+       "device, object, tip, seed, structural_mode_hz, structural_damping, amplifier_pole_hz, tool_mass_g",
        "remove it"});
 }
 
@@ -211,6 +217,27 @@ TEST(RigText, AReplayCarriesItsColumnMapping) {
   EXPECT_EQ(config.replay.position.unit, "um");
   EXPECT_TRUE(config.replay.as_fast_as_possible);
   EXPECT_TRUE(config.replay.loop);
+}
+
+TEST(RigNames, OfASimulatedRigAreSuggested) {
+  const auto refusal = [](const DaemonConfig& config) {
+    const auto rig = open_rig(config);
+    EXPECT_FALSE(rig);
+    return rig ? hal::Error{} : rig.error();
+  };
+  DaemonConfig device;
+  device.simulation.device = "phantom_1.0";
+  EXPECT_EQ(refusal(device).what, "unknown device");
+  EXPECT_EQ(refusal(device).where, "[rig.sim] device");
+  EXPECT_EQ(refusal(device).remedy, "did you mean 'phantom_1_0'?");
+  DaemonConfig object;
+  object.simulation.object = "spnge_block";
+  EXPECT_EQ(refusal(object).where, "[rig.sim] object");
+  EXPECT_EQ(refusal(object).remedy, "did you mean 'sponge_block'?");
+  DaemonConfig tip;
+  tip.simulation.tip = "bal_bearing";
+  expect_error(refusal(tip), {"unknown tip", "[rig.sim] tip", "bal_bearing", "rod, ball_bearing",
+                              "did you mean 'ball_bearing'?"});
 }
 
 TEST(RigText, MistakesAreNamed) {

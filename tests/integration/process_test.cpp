@@ -88,6 +88,7 @@ TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
           "keep_cpu_awake; did you mean 'cpu'?");
   expect_ended(run({"--scene", "tap1d"}), 2, "unknown scene 'tap1d'");
   expect_ended(run({"--scenes", folder.path("none")}), 2, "the scene folder cannot be read");
+  expect_ended(run({"--models", folder.path("none")}), 2, "the model folder cannot be read");
   expect_ended(run({"--rig", "replay:/nowhere.csv"}), 4, "recording '/nowhere.csv': there is no such file");
   expect_ended(run({"--rig", "sim:phantom_9"}), 4, "unknown device");
 }

@@ -42,6 +42,7 @@ RunningService::RunningService(const server::DaemonConfig& config) {
   channel = connect(address());
   rig = v1::RigService::NewStub(channel);
   scene = v1::SceneService::NewStub(channel);
+  model = v1::ModelService::NewStub(channel);
   rendering = v1::RenderingService::NewStub(channel);
   telemetry = v1::TelemetryService::NewStub(channel);
   simulation = v1::SimulationService::NewStub(channel);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
 #include "hapticd/v1/safety.grpc.pb.h"
@@ -53,6 +54,7 @@ class RunningService {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::RigService::Stub> rig;
   std::unique_ptr<v1::SceneService::Stub> scene;
+  std::unique_ptr<v1::ModelService::Stub> model;
   std::unique_ptr<v1::RenderingService::Stub> rendering;
   std::unique_ptr<v1::TelemetryService::Stub> telemetry;
   std::unique_ptr<v1::SimulationService::Stub> simulation;

@@ -24,14 +24,18 @@ TEST(ServiceScenes, LoadExplainListUnload) {
        {"sample", "motion", "contact", "deformation", "target", "control", "guard", "timing", "truth"}) {
     EXPECT_NE(std::find(groups.begin(), groups.end(), group), groups.end()) << group;
   }
+  EXPECT_EQ(groups.size(), 9) << "no direction, fusion or passivity in one dimension";
+  EXPECT_EQ(loaded.outline().target_law(), "linear");
+  EXPECT_TRUE(loaded.outline().model_needs().empty());
   EXPECT_EQ(service.await([&](const v1::RigState& s) { return s.tick() >= loaded.effective_tick(); }).scene(),
             "tap_1d");
 
   v1::ListScenesResponse scenes;
   ASSERT_TRUE(service.scene->ListScenes(call_context().get(), {}, &scenes).ok());
-  ASSERT_EQ(scenes.scenes_size(), 2);
-  EXPECT_TRUE(scenes.scenes(0).loaded());
-  EXPECT_FALSE(scenes.scenes(1).loaded());
+  ASSERT_EQ(scenes.scenes_size(), 4);
+  for (const v1::SceneSummary& scene : scenes.scenes()) {
+    EXPECT_EQ(scene.loaded(), scene.name() == "tap_1d") << scene.name();
+  }
 
   // The resolved text is a scene by itself and means the same.
   v1::ExplainSceneRequest request;
@@ -39,6 +43,8 @@ TEST(ServiceScenes, LoadExplainListUnload) {
   v1::SceneOutline outline;
   const grpc::Status explained = service.scene->ExplainScene(call_context().get(), request, &outline);
   ASSERT_TRUE(explained.ok()) << explained.error_message();
+  EXPECT_TRUE(outline.has_cost()) << "only told where nothing waits for it";
+  outline.clear_cost();
   EXPECT_EQ(outline.SerializeAsString(), loaded.outline().SerializeAsString());
 
   v1::UnloadSceneResponse unloaded;
@@ -57,14 +63,15 @@ TEST(ServiceScenes, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
   expect_refused(
       service.load_toml("name = \"mine\"\n\n[target]\nstifness = 0.3\n"),
       {grpc::StatusCode::INVALID_ARGUMENT, "unknown key 'stifness' in [target]", "scene text, line 4", "",
-       "stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s", "did you mean 'stiffness_n_per_mm'?"});
+       "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s", "did you mean 'stiffness_n_per_mm'?"});
   EXPECT_EQ(service.state().scene(), "");
 }
 
 TEST(ServiceScenes, AnUnknownNameIsRefusedWithASuggestion) {
   const RunningService service;
-  expect_refused(service.load("tap1d"), {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name",
-                                         "tap1d", "tap_1d, wall", "did you mean 'tap_1d'?"});
+  expect_refused(service.load("tap1d"),
+                 {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name", "tap1d",
+                  "explore_bearing, explore_rod, tap_1d, wall", "did you mean 'tap_1d'?"});
 }
 
 TEST(ServiceScenes, ARequestWithoutASceneIsRefused) {
@@ -83,7 +90,7 @@ TEST(ServiceScenes, ARefusedSceneLeavesTheLoadedOneInPlace) {
   EXPECT_EQ(detail_of(status).where(), "scene 'wild'");
   const grpc::Status model = service.load_toml("name = \"model\"\nobject_model = \"sponge\"\n");
   EXPECT_EQ(model.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << model.error_message();
-  EXPECT_EQ(detail_of(model).what(), "model 'sponge' is not known");
+  EXPECT_EQ(detail_of(model).what(), "the scene has no use for a model");
   EXPECT_EQ(service.state().scene(), "wall");
 }
 

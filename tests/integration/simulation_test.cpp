@@ -60,6 +60,30 @@ TEST(ServiceSimulation, RefusesProgramsThatMakeNoSense) {
   }
 }
 
+TEST(ServiceSimulation, TheHandTiltsSlantsAndShakesAsAsked) {
+  const RunningService service;
+  v1::SetHandProgramResponse response;
+  v1::SetHandProgramRequest request;
+  v1::HandProgram& program = *request.mutable_program();
+  program.set_kind(v1::HAND_PROGRAM_KIND_SHAKE);
+  program.mutable_shake_direction()->set_x(2.0);
+  program.set_tilt_deg(20.0);
+  EXPECT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &response).ok());
+  program.set_tilt_deg(90.0);
+  grpc::Status status = service.simulation->SetHandProgram(call_context().get(), request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(detail_of(status).what(), "tilt_deg is out of range");
+  program.set_tilt_deg(0.0);
+  program.mutable_shake_direction()->set_x(0.0);
+  status = service.simulation->SetHandProgram(call_context().get(), request, &response);
+  EXPECT_EQ(detail_of(status).what(), "shake_direction's length is out of range");
+  program.set_kind(v1::HAND_PROGRAM_KIND_TAP);
+  program.clear_shake_direction();
+  program.set_tap_slant_deg(-1.0);
+  status = service.simulation->SetHandProgram(call_context().get(), request, &response);
+  EXPECT_EQ(detail_of(status).what(), "tap_slant_deg is out of range");
+}
+
 TEST(ServiceSimulation, ExistsOnlyOnASimulatedRig) {
   const TemporaryFolder folder;
   server::DaemonConfig config = quiet_config();

@@ -87,6 +87,138 @@ TEST(ServiceTargets, AreGrantedUpToTheScenesMaximum) {
   EXPECT_EQ(response.explanation(), "");
 }
 
+v1::SetTargetRequest power_law(double stiffness, double damping, double exponent) {
+  v1::SetTargetRequest request;
+  v1::HuntCrossleyLaw& law = *request.mutable_law()->mutable_hunt_crossley();
+  law.set_stiffness_n_per_mm_m(stiffness);
+  law.set_damping_n_s_per_mm_m1(damping);
+  law.set_exponent(exponent);
+  return request;
+}
+
+void add_knot(v1::StiffnessProfile& profile, double at_mm, double stiffness_n_per_mm) {
+  v1::StiffnessProfile::Knot& knot = *profile.add_knots();
+  knot.set_at_mm(at_mm);
+  knot.set_stiffness_n_per_mm(stiffness_n_per_mm);
+}
+
+TEST(ServiceTargets, OtherLawsAreGrantedWholeInASceneThatExplores) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  v1::SetTargetResponse response;
+  grpc::Status status = service.set_target(power_law(0.05, 0.001, 1.0), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_DOUBLE_EQ(response.granted_n_per_mm(), 0.05);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+
+  v1::SetTargetRequest deep;
+  add_knot(*deep.mutable_law()->mutable_displacement_profile(), 0.0, 0.2);
+  add_knot(*deep.mutable_law()->mutable_displacement_profile(), 5.0, 0.8);
+  status = service.set_target(deep, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.requested_n_per_mm(), 0.8);
+  EXPECT_EQ(response.granted_n_per_mm(), 0.8);
+  EXPECT_GT(response.effective_tick(), 0U);
+
+  v1::SetTargetRequest along;
+  v1::StiffnessProfile& profile = *along.mutable_law()->mutable_position_profile();
+  add_knot(profile, -20.0, 0.3);
+  add_knot(profile, 20.0, 5.0);
+  profile.mutable_axis()->set_y(3.0);
+  status = service.set_target(along, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.granted_n_per_mm(), 5.0) << "as much as the scene allows";
+
+  v1::SetTargetRequest linear;
+  linear.mutable_law()->set_linear_n_per_mm(0.4);
+  ASSERT_TRUE(service.set_target(linear, &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.4);
+}
+
+TEST(ServiceTargets, ALinearTargetOfASceneThatExploresIsBoundedByTheSceneAlone) {
+  const RunningService service;
+  ASSERT_TRUE(
+      service
+          .load_toml("name = \"stiff\"\nkind = \"explore\"\nobject_model = \"foam_ball_3d\"\n[target]\n"
+                     "max_stiffness_n_per_mm = 15\n")
+          .ok());
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(12.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 12.0) << "beyond the structural stiffness";
+  ASSERT_TRUE(service.set_target(target(20.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 15.0);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+}
+
+TEST(ServiceTargets, ALawThatAsksForTooMuchIsRefusedWhole) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  expect_refused(service.set_target(power_law(6.0, 0.0, 1.0)),
+                 {grpc::StatusCode::OUT_OF_RANGE, "the target law is stiffer than the scene allows",
+                  "SetTargetRequest.law", "6 N/mm", "at most 5 N/mm down to 20 mm in scene 'explore_rod'",
+                  "ask for less: only a linear target can be granted in part"});
+  EXPECT_DOUBLE_EQ(service.await([](const v1::RigState& s) { return s.target_stiffness_n_per_mm() > 0.0; })
+                       .target_stiffness_n_per_mm(),
+                   0.5)
+      << "nothing of it reached the loop";
+}
+
+TEST(ServiceTargets, OtherLawsAreRefusedInOneDimension) {
+  const RunningService service;
+  const Expected expected{grpc::StatusCode::FAILED_PRECONDITION,
+                          "one-dimensional scenes render linear targets only",
+                          "SetTargetRequest.law",
+                          "hunt_crossley",
+                          "linear_n_per_mm",
+                          "load a scene of kind \"explore\", or set a linear target"};
+  for (const char* scene : {"tap_1d", "wall"}) {
+    ASSERT_TRUE(service.load(scene).ok());
+    expect_refused(service.set_target(power_law(0.05, 0.001, 1.6)), expected);
+  }
+  v1::SetTargetRequest linear;
+  linear.mutable_law()->set_linear_n_per_mm(0.4);
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(linear, &response).ok()) << "a linear law is a stiffness";
+  EXPECT_EQ(response.granted_n_per_mm(), 0.4);
+}
+
+TEST(ServiceTargets, ALawThatIsNoneIsRefused) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  const std::string where = "SetTargetRequest.law";
+  v1::SetTargetRequest both = power_law(0.05, 0.001, 1.6);
+  both.set_stiffness_n_per_mm(0.0);
+  expect_refused(service.set_target(both),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "both a stiffness and a law are given", where, "", "",
+                  "give one of them"});
+  v1::SetTargetRequest none;
+  none.mutable_law();
+  expect_refused(service.set_target(none),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "the target law is of no kind", where, "", "",
+                  "give linear_n_per_mm, hunt_crossley, displacement_profile or position_profile"});
+  expect_refused(
+      service.set_target(power_law(0.05, 0.001, 4.0)),
+      {grpc::StatusCode::OUT_OF_RANGE, "hunt_crossley.exponent is out of range", where, "4", "1 … 3 ", ""});
+  EXPECT_EQ(service.set_target(power_law(std::numeric_limits<double>::quiet_NaN(), 0.0, 1.0)).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  v1::SetTargetRequest falling;
+  add_knot(*falling.mutable_law()->mutable_displacement_profile(), 5.0, 0.2);
+  add_knot(*falling.mutable_law()->mutable_displacement_profile(), 0.0, 0.8);
+  const grpc::Status status = service.set_target(falling);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(detail_of(status).what(), "knot 2, at_mm (rising) is out of range");
+  v1::SetTargetRequest empty;
+  empty.mutable_law()->mutable_position_profile();
+  EXPECT_EQ(detail_of(service.set_target(empty)).what(), "profile's number of knots is out of range");
+  v1::SetTargetRequest many;
+  for (int i = 0; i < 17; ++i) add_knot(*many.mutable_law()->mutable_position_profile(), i, 0.5);
+  EXPECT_EQ(detail_of(service.set_target(many)).value(), "17");
+  v1::SetTargetRequest turned;
+  add_knot(*turned.mutable_law()->mutable_displacement_profile(), 0.0, 0.2);
+  turned.mutable_law()->mutable_displacement_profile()->mutable_axis()->set_x(1.0);
+  EXPECT_EQ(detail_of(service.set_target(turned)).what(), "a displacement profile has no axis");
+}
+
 /// Target stiffness by tick, from a subscription that runs while a test acts.
 class TargetTrace {
  public:

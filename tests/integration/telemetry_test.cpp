@@ -66,6 +66,8 @@ TEST(ServiceTelemetry, CarriesEveryTickInOrder) {
   EXPECT_TRUE(sample.has_sample() && sample.has_motion() && sample.has_contact() &&
               sample.has_deformation() && sample.has_target() && sample.has_control() && sample.has_guard() &&
               sample.has_timing() && sample.has_truth());
+  EXPECT_FALSE(sample.has_direction() || sample.has_fusion() || sample.has_passivity())
+      << "not in one dimension";
   EXPECT_EQ(sample.scene_generation(), 1U);
   EXPECT_EQ(sample.guard().state(), v1::GUARD_STATE_RENDERING);
   EXPECT_GT(sample.sample().force_count(), 0U);
@@ -92,6 +94,22 @@ TEST(ServiceTelemetry, DecimatesAndCarriesOnlyWhatExists) {
   EXPECT_EQ(reader.missing(), 0U);
 }
 
+TEST(ServiceTelemetry, AGroupThatTheSceneHasNotIsAskedForInVain) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SubscribeRequest request;
+  request.add_groups(v1::FIELD_GROUP_FUSION);
+  request.add_groups(v1::FIELD_GROUP_CONTACT);
+  Reader reader(service.address(), request);
+  while (reader.samples() < 100) {
+    ASSERT_TRUE(reader.read());
+    for (const v1::TelemetrySample& sample : reader.batch().samples()) {
+      EXPECT_TRUE(sample.has_contact());
+      EXPECT_FALSE(sample.has_fusion());
+    }
+  }
+}
+
 TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
   const RunningService service;
   const auto refuse = [&service](const v1::SubscribeRequest& request) {
@@ -102,7 +120,9 @@ TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
   v1::SubscribeRequest unknown;
   unknown.add_groups(v1::FIELD_GROUP_SAMPLE);
   unknown.add_groups(static_cast<v1::FieldGroup>(42));
-  const std::string groups = "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH";
+  const std::string groups =
+      "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, FUSION, "
+      "PASSIVITY";
   const std::string remedy = "ask for groups of this list, or for none to get all";
   expect_refused(refuse(unknown), {grpc::StatusCode::INVALID_ARGUMENT, "unknown field group",
                                    "SubscribeRequest.groups[1]", "42", groups, remedy});

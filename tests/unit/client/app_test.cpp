@@ -75,6 +75,9 @@ TEST(App, TheCompletionScriptWorksInBash) {
   EXPECT_TRUE(completes("sim hand", "pr", "press"));
   EXPECT_TRUE(completes("--server unix:/x target", "", "set"));
   EXPECT_TRUE(completes("telemetry record", "--sec", "--seconds"));
+  EXPECT_TRUE(completes("model", "sh", "show"));
+  EXPECT_TRUE(completes("target set --position-profile -20:0.3,20:0.8", "--ax", "--axis"));
+  EXPECT_TRUE(completes("scene explain --model foam_ball_3d", "--ti", "--timeout"));
   EXPECT_FALSE(completes("telemetry", "", "press"));
 }
 
@@ -84,6 +87,19 @@ TEST(App, ARangeIsCheckedBeforeAnyCall) {
   EXPECT_THROW(built.app.parse("telemetry watch --decimation 0", false), CLI::ParseError);
   EXPECT_THROW(built.app.parse("target set 0.5 --in 1 --at-ns 5", false), CLI::ParseError);
   EXPECT_THROW(built.app.parse("no_such_command", false), CLI::ParseError);
+  EXPECT_THROW(built.app.parse("target set 0.5 --hunt-crossley 1,0,1", false), CLI::ParseError);
+  EXPECT_THROW(built.app.parse("target set 0.5 --axis x", false), CLI::ParseError);
+  EXPECT_THROW(built.app.parse("target set --displacement-profile 0:1 --position-profile 0:1", false),
+               CLI::ParseError);
+}
+
+TEST(App, ATargetThatIsNoneIsToldBeforeAnyCall) {
+  for (const char* line :
+       {"target set", "target set --hunt-crossley 1", "target set --position-profile -20:x",
+        "target set --position-profile -20:0.3,20:0.8 --axis w"}) {
+    Built built;
+    EXPECT_THROW(built.app.parse(line, false), LocalError) << line;
+  }
 }
 
 TEST(App, TheLibraryTellsWhereNobodyListens) {

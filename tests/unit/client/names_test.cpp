@@ -32,8 +32,10 @@ TEST(Names, AnUnknownGroupIsNamed) {
     ADD_FAILURE();
   } catch (const LocalError& error) {
     EXPECT_EQ(error.detail().value(), "'force'");
-    EXPECT_EQ(error.detail().limit(),
-              "sample, motion, contact, deformation, target, control, guard, timing, truth");
+    EXPECT_EQ(
+        error.detail().limit(),
+        "sample, motion, contact, deformation, target, control, guard, timing, truth, direction, fusion, "
+        "passivity");
   }
 }
 

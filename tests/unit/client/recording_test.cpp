@@ -32,11 +32,32 @@ v1::RigInfo rig() {
 TEST(TelemetryColumns, CarryGroupQuantityComponentAndUnit) {
   const TelemetryColumns columns(groups_of(rig()));
   const auto names = columns.names();
-  for (const char* name :
-       {"tick", "time_s", "scene_generation", "sample_tip_position_x_mm", "sample_status_bits",
-        "contact_reaction_force_n", "contact_count", "contact_in_contact", "deformation_displacement_mm",
-        "target_stiffness_n_per_mm", "control_hand_force_n", "guard_device_command_z_n", "guard_state",
-        "timing_wakeup_ns", "truth_hand_force_z_n", "truth_displacement_mm"}) {
+  for (const char* name : {"tick",
+                           "time_s",
+                           "scene_generation",
+                           "sample_tip_position_x_mm",
+                           "sample_status_bits",
+                           "contact_reaction_force_n",
+                           "contact_count",
+                           "contact_in_contact",
+                           "deformation_displacement_mm",
+                           "target_stiffness_n_per_mm",
+                           "control_hand_force_n",
+                           "guard_device_command_z_n",
+                           "guard_state",
+                           "timing_wakeup_ns",
+                           "truth_hand_force_z_n",
+                           "truth_displacement_mm",
+                           "truth_normal_z",
+                           "truth_undeformed_contact_x_mm",
+                           "direction_normal_x",
+                           "direction_reaction_y_n",
+                           "direction_friction_force_z_n",
+                           "direction_sliding_mm_per_s",
+                           "fusion_law_displacement_mm",
+                           "fusion_displacement_deviation_mm",
+                           "passivity_hand_energy_mj",
+                           "passivity_damping_n_s_per_mm"}) {
     EXPECT_EQ(std::count(names.begin(), names.end(), name), 1) << name;
   }
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());

@@ -1,0 +1,108 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/integration/error_detail.h"
+#include "tests/integration/running_service.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+constexpr const char* kFriction =
+    "[rod_friction]\nkinetic = 0.5\npresliding_mm = 1\nviscous_n_s_per_mm = 0\n";
+
+v1::ListModelsResponse list(const RunningService& service) {
+  v1::ListModelsResponse response;
+  EXPECT_TRUE(service.model->ListModels(call_context().get(), {}, &response).ok());
+  return response;
+}
+
+grpc::Status show(const RunningService& service, const std::string& name, v1::GetModelResponse& response) {
+  v1::GetModelRequest request;
+  request.set_name(name);
+  return service.model->GetModel(call_context().get(), request, &response);
+}
+
+TEST(ServiceModels, AreListedWithTheirPartsAndShownWhole) {
+  const RunningService service;
+  const auto models = list(service);
+  const auto foam = std::find_if(models.models().begin(), models.models().end(),
+                                 [](const auto& model) { return model.name() == "foam_ball_3d"; });
+  ASSERT_NE(foam, models.models().end());
+  EXPECT_TRUE(foam->creep());
+  EXPECT_TRUE(foam->rod_friction());
+  EXPECT_GT(foam->creep_relative_error(), 0.0);
+  EXPECT_GT(foam->max_force_n(), 0.0);
+  EXPECT_GT(foam->max_displacement_mm(), 0.0);
+  EXPECT_EQ(foam->problem(), "");
+
+  v1::GetModelResponse shown;
+  ASSERT_TRUE(show(service, "foam_ball_3d", shown).ok());
+  EXPECT_EQ(shown.summary().SerializeAsString(), foam->SerializeAsString());
+  EXPECT_TRUE(shown.toml().starts_with("name = \"foam_ball_3d\"\n")) << shown.toml();
+  EXPECT_NE(shown.toml().find("\n[creep]\n"), std::string::npos);
+}
+
+TEST(ServiceModels, AnUnknownNameIsRefusedWithASuggestion) {
+  const RunningService service;
+  v1::GetModelResponse shown;
+  const grpc::Status unknown = show(service, "foam_bal_3d", shown);
+  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(detail_of(unknown).what(), "unknown model 'foam_bal_3d'");
+  EXPECT_EQ(detail_of(unknown).remedy(), "did you mean 'foam_ball_3d'?");
+  expect_refused(show(service, "../x", shown),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "not a name for a model", "GetModelRequest.name",
+                  "../x", "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"});
+}
+
+TEST(ServiceModels, ABrokenFileOfTheFolderIsToldAndRefused) {
+  const TemporaryFolder folder;
+  const std::string broken = folder.write("broken.toml", "[creep]\nmax_force = 3\n");
+  folder.write("slippery.toml", kFriction);
+  server::DaemonConfig config = quiet_config();
+  config.model_folder = folder.path();
+  const RunningService service(config);
+  const std::string told = broken + ", line 2: unknown key 'max_force' in [creep]";
+  bool listed = false;
+  const auto models = list(service);
+  for (const auto& model : models.models()) {
+    if (model.name() == "slippery") {
+      EXPECT_TRUE(model.rod_friction());
+      EXPECT_FALSE(model.creep());
+      EXPECT_FALSE(model.has_creep_relative_error());
+    }
+    if (model.name() != "broken") continue;
+    listed = true;
+    EXPECT_TRUE(model.problem().starts_with(told)) << model.problem();
+  }
+  EXPECT_TRUE(listed);
+  v1::GetModelResponse shown;
+  const grpc::Status status = show(service, "broken", shown);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(detail_of(status).where(), broken + ", line 2");
+
+  const grpc::Status load =
+      service.load_toml("name = \"mine\"\nkind = \"explore\"\nobject_model = \"broken\"\n");
+  EXPECT_EQ(load.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(load).what(), "unknown key 'max_force' in [creep]");
+  EXPECT_EQ(detail_of(load).where(), broken + ", line 2");
+  EXPECT_EQ(detail_of(load).remedy(), "did you mean 'max_force_n'?");
+}
+
+TEST(ServiceModels, AFileMayBeEditedWhileTheDaemonRuns) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.model_folder = folder.path();
+  const RunningService service(config);
+  const std::string scene =
+      "name = \"mine\"\nkind = \"explore\"\nobject_model = \"late\"\n"
+      "[displacement]\nestimator = \"recursive\"\n";
+  EXPECT_EQ(service.load_toml(scene).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  folder.write("late.toml", kFriction);
+  const grpc::Status status = service.load_toml(scene);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,43 @@
+#include "client/cli/target_law.h"
+
+#include <gtest/gtest.h>
+
+#include "client/cli/session.h"
+
+namespace hapticd::cli {
+namespace {
+
+TEST(TargetLaw, IsReadFromTheCommandLine) {
+  const auto power = parse_hunt_crossley("0.05,1e-3,1.6");
+  EXPECT_EQ(power.stiffness_n_per_mm_m(), 0.05);
+  EXPECT_EQ(power.damping_n_s_per_mm_m1(), 0.001);
+  EXPECT_EQ(power.exponent(), 1.6);
+  const auto profile = parse_profile("-20:0.3,20:0.8", "--position-profile");
+  ASSERT_EQ(profile.knots_size(), 2);
+  EXPECT_EQ(profile.knots(0).at_mm(), -20.0);
+  EXPECT_EQ(profile.knots(0).stiffness_n_per_mm(), 0.3);
+  EXPECT_EQ(profile.knots(1).at_mm(), 20.0);
+  EXPECT_EQ(parse_axis("y").y(), 1.0);
+  EXPECT_EQ(parse_axis("1,-2,0.5").y(), -2.0);
+}
+
+TEST(TargetLaw, WhatIsNoneIsToldWithTheForm) {
+  for (const char* text : {"", "1,2", "1,2,3,4", "1,2,x", "1,,2", "1,2,3 "}) {
+    EXPECT_THROW(parse_hunt_crossley(text), LocalError) << text;
+  }
+  for (const char* text : {"", "1", "1:2,", "1:2:3", "a:1", "1:2;3:4"}) {
+    EXPECT_THROW(parse_profile(text, "--displacement-profile"), LocalError) << text;
+  }
+  for (const char* text : {"", "w", "1,2", "xyz"}) EXPECT_THROW(parse_axis(text), LocalError) << text;
+  try {
+    parse_profile("1", "--displacement-profile");
+    ADD_FAILURE();
+  } catch (const LocalError& error) {
+    EXPECT_EQ(error.detail().where(), "--displacement-profile");
+    EXPECT_EQ(error.detail().value(), "1");
+    EXPECT_EQ(error.detail().limit(), "MM:N_PER_MM,…");
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::cli
