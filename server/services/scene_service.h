@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mutex>
+
 #include "hapticd/v1/scene.grpc.pb.h"
 
 namespace hapticd::server {
@@ -21,6 +23,7 @@ class SceneService final : public v1::SceneService::Service {
 
  private:
   SceneHost& scenes_;
+  std::mutex measuring_;  ///< one cost at a time: side by side they would measure each other
 };
 
 }  // namespace hapticd::server
