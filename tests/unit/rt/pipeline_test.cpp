@@ -165,7 +165,7 @@ TEST(TapPipeline, TargetChangesAreRamped) {
   bench.press(-5.0, -5.0, 0.4, 50);
   bench.press(-5.0, 5.0, 0.4, 1000);
   double before = bench.press(5.0, 5.0, 0.4, 100).device_command_n.z;
-  bench.renderer().set_target(0.7, 0.1);
+  bench.renderer().set_target(linear_target(0.7), 0.1);
   double largest = 0.0;
   for (int i = 0; i < 200; ++i) {
     const double force = bench.tick(bench.at_depth(5.0, 0.4)).device_command_n.z;
@@ -254,12 +254,12 @@ TEST(Renderer, SurvivesAnySequenceOfSamples) {
         ASSERT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.z));
         ASSERT_LE(std::sqrt(dot(f, f)), 8.5 + 1e-9);
         if (dice(random) == 0) bench.renderer().clear();
-        if (dice(random) == 0) bench.renderer().set_target(std::abs(wild(random)), 0.05);
+        if (dice(random) == 0) bench.renderer().set_target(linear_target(std::abs(wild(random))), 0.05);
       }
       // Good samples again: free, then pressing.
       bench.press(-5.0, -5.0, 0.4, 300);
       ASSERT_TRUE(bench.renderer().clear());
-      bench.renderer().set_target(0.7, 0.0);
+      bench.renderer().set_target(linear_target(0.7), 0.0);
       bench.press(-5.0, -5.0, 0.4, 600);
       const TickRecord back = bench.press(-5.0, 3.0, 0.4, 1000);
       ASSERT_TRUE(back.in_contact) << "round " << round;

@@ -68,7 +68,7 @@ TEST(Tick, NeitherAllocatesNorLocks) {
       command.guard = i % 2 == 0 ? tap.guard : wall.guard;
       engine.execute(command, 30s);
       command.kind = EngineCommand::Kind::kSetTarget;
-      command.stiffness_n_per_mm = 0.1 * (i % 7);
+      command.target = linear_target(0.1 * (i % 7));
       command.ramp_s = 0.01;
       engine.execute(command, 30s);
       engine.stop();
