@@ -1,0 +1,119 @@
+#include <gtest/gtest.h>
+
+#include "explore_bench.h"
+
+namespace hapticd::rt {
+namespace {
+
+using namespace test;
+
+SceneSpec rigid(SceneSpec spec, double target) {
+  spec.structural_compensation = false;
+  spec.target = linear_target(target);
+  return spec;
+}
+
+TEST(ExplorePipeline, GivesTheDifferenceBetweenObjectAndTargetInEveryComposition) {
+  for (const SceneSpec& spec : all_explore_scenes()) {
+    ExploreBench bench(rigid(spec, 0.7));
+    const TickRecord record = bench.press_and_hold();
+    ASSERT_TRUE(record.in_contact) << spec.name;
+    EXPECT_NEAR(record.reaction_force_n, kObjectNPerMm * 4.0, 0.02) << spec.name;
+    // The law knows of creep that this object has not: a few per cent where it is trusted alone.
+    const bool law_alone = spec.explore.displacement == DisplacementEstimator::kInverse;
+    EXPECT_NEAR(record.displacement_mm, 4.0, law_alone ? 0.4 : 0.15) << spec.name;
+    EXPECT_NEAR(record.device_command_n.z, 0.7 * record.displacement_mm - 1.6, 0.02) << spec.name;
+    EXPECT_LT(angle_rad(record.normal, {0.0, 0.0, 1.0}), 0.5 * kDegree) << spec.name;
+    EXPECT_NEAR(norm(record.normal), 1.0, 1e-12);
+    EXPECT_NEAR(record.target_stiffness_n_per_mm, 0.7, 1e-12) << spec.name;
+  }
+}
+
+TEST(ExplorePipeline, DoesNothingInFreeMotionOfATiltedTool) {
+  for (const SceneSpec& spec : all_explore_scenes()) {
+    ExploreBench bench(rigid(spec, 0.7));
+    double largest = 0.0;
+    for (int i = 0; i < 5000; ++i) {
+      const double t = 1e-3 * i;
+      const hal::Quaternion held = turn(direction_or({std::sin(t), std::cos(t), 0.2}, {}), std::sin(0.7 * t));
+      const TickRecord record =
+          bench.tick(bench.at({5.0 * std::sin(t), 0.0, 20.0 + 5.0 * std::cos(t)}, held));
+      largest = std::max(largest, norm(record.device_command_n));
+      ASSERT_FALSE(record.in_contact) << spec.name;
+    }
+    EXPECT_EQ(largest, 0.0) << spec.name;
+  }
+}
+
+TEST(ExplorePipeline, ReleasedItLetsGoEverywhere) {
+  for (const SceneSpec& spec : all_explore_scenes()) {
+    ExploreBench bench(rigid(spec, 0.7));
+    ASSERT_GT(bench.press_and_hold().device_command_n.z, 1.0) << spec.name;
+    bench.move({0.0, 0.0, -4.0}, {0.0, 0.0, 10.0}, 500);
+    const TickRecord record = bench.rest({0.0, 0.0, 10.0}, 600);
+    EXPECT_FALSE(record.in_contact) << spec.name;
+    EXPECT_LT(norm(record.device_command_n), 1e-9) << spec.name;
+  }
+}
+
+TEST(ExplorePipeline, AStrokeKeepsTheNormalAndCorrectsNoFrictionUnlessAsked) {
+  for (const SceneSpec& spec : all_explore_scenes()) {
+    ExploreBench bench(rigid(spec, 0.7));
+    bench.press_and_hold();
+    double most_tilted = 0.0;
+    double shared = 0.0;  // of the friction that the device takes away
+    int counted = 0;
+    for (int i = 1; i <= 4000; ++i) {
+      const double at = 10.0 * std::sin(2.0 * std::numbers::pi * 0.5e-3 * i);
+      const hal::RigSample sample = bench.at({at, 0.0, -4.0});
+      const TickRecord record = bench.tick(sample);
+      ASSERT_TRUE(record.in_contact) << spec.name;
+      if (i < 200) continue;
+      most_tilted = std::max(most_tilted, angle_rad(record.normal, {0.0, 0.0, 1.0}));
+      if (std::abs(sample.sensor_force_n.x) < 0.1) continue;
+      shared += -record.device_command_n.x / sample.sensor_force_n.x;
+      ++counted;
+    }
+    // As published, friction turns at once on a rolling tip; twice 3.7° for as long as it really takes.
+    const bool tracked = spec.explore.direction == DirectionMethod::kTracked;
+    EXPECT_LT(most_tilted, (tracked ? 6.0 : 8.0) * kDegree) << spec.name;
+    ASSERT_GT(counted, 100);
+    if (spec.explore.friction_feel == FrictionFeel::kCancelled) {
+      EXPECT_NEAR(shared / counted, 1.0, 0.1) << spec.name;
+    } else {
+      EXPECT_NEAR(shared / counted, 0.0, 0.1) << spec.name;
+    }
+  }
+}
+
+TEST(ExplorePipeline, ATargetSwitchedUnderPressureIsRamped) {
+  for (const SceneSpec& spec : all_explore_scenes()) {
+    ExploreBench bench(rigid(spec, 0.3));
+    double before = bench.press_and_hold().device_command_n.z;
+    bench.renderer().set_target(linear_target(0.8), 0.2);
+    double largest = 0.0;
+    TickRecord record;
+    for (int i = 0; i < 600; ++i) {
+      record = bench.tick(bench.at({0.0, 0.0, -4.0}));
+      largest = std::max(largest, std::abs(record.device_command_n.z - before));
+      before = record.device_command_n.z;
+    }
+    EXPECT_LT(largest, 0.015) << "2 N over 200 ticks, " << spec.name;
+    EXPECT_NEAR(before, 0.8 * record.displacement_mm - 1.6, 0.02) << spec.name;
+  }
+}
+
+TEST(ExplorePipeline, LoadedUnderPressureWaitsForTheToolToComeFree) {
+  for (const SceneSpec& spec : all_explore_scenes()) {
+    ExploreBench bench(rigid(spec, 0.7));
+    TickRecord record = bench.rest({0.0, 0.0, -4.0}, 1000);
+    EXPECT_FALSE(record.in_contact) << spec.name;
+    EXPECT_EQ(record.contact_reason, ContactReason::kAwaitingFree) << spec.name;
+    EXPECT_EQ(norm(record.device_command_n), 0.0) << spec.name;
+    bench.move({0.0, 0.0, -4.0}, {0.0, 0.0, 10.0}, 500);
+    EXPECT_TRUE(bench.press_and_hold().in_contact) << spec.name;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::rt
