@@ -16,8 +16,10 @@ namespace hapticd::rt::test {
 class ExploreBench {
  public:
   explicit ExploreBench(SceneSpec spec, const ObjectModel& model = bench_model(),
-                        const std::string& device = "phantom_1_5_high_force")
-      : info_(bench_rig(device)), scene_(*resolve(std::move(spec), info_)) {
+                        const std::string& device = "phantom_1_5_high_force", double coulomb_friction_n = 0.0)
+      : info_(bench_rig(device)) {
+    info_.device.coulomb_friction_n = coulomb_friction_n;
+    scene_ = *resolve(std::move(spec), info_);
     friction_ = scene_.tip == Tip::kRod ? *model.rod_friction : kBallBearingFriction;
     pipeline_ = std::move(*compose(scene_, info_, &model));
     renderer_ = std::make_unique<Renderer>(scene_.guard, info_.rate_hz);

@@ -98,6 +98,8 @@ class Mischief {
 /// the slowest that the model has. An abnormal force of 3 kN counts as a mark that deep.
 constexpr int kTicksToRecover = 20'000;
 
+constexpr double kBackDriveN = 0.2;  // so that its compensation takes part
+
 class ExploreProperty : public testing::TestWithParam<std::size_t> {
  protected:
   static SceneSpec spec() {
@@ -111,7 +113,7 @@ class ExploreProperty : public testing::TestWithParam<std::size_t> {
 TEST_P(ExploreProperty, WhateverComesTheCommandIsFiniteAndBoundedAndAfterwardsAllIsWell) {
   double fresh_n = 0.0;
   {
-    ExploreBench bench(spec());
+    ExploreBench bench(spec(), bench_model(), "phantom_1_5_high_force", kBackDriveN);
     bench.rest({0.0, 0.0, 10.0}, 100);
     const TickRecord record = bench.press_and_hold();
     ASSERT_TRUE(record.in_contact);
@@ -121,7 +123,7 @@ TEST_P(ExploreProperty, WhateverComesTheCommandIsFiniteAndBoundedAndAfterwardsAl
   std::uint32_t contacts = 0;
   int latched = 0;
   for (std::uint64_t seed = 1; seed <= 25; ++seed) {
-    ExploreBench bench(spec());
+    ExploreBench bench(spec(), bench_model(), "phantom_1_5_high_force", kBackDriveN);
     const double limit = bench.scene().guard.max_force_n;
     const double change = bench.scene().guard.max_force_rate_n_per_s * 1e-3;
     Mischief mischief(seed);

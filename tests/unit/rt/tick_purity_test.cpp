@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "../allocation_counter.h"
+#include "explore_bench.h"
 #include "fake_rig.h"
 #include "rt/loop/engine.h"
 #include "rt/scene/compose.h"
@@ -31,10 +32,10 @@ namespace hapticd::rt {
 namespace {
 
 TEST(Tick, TheCountersCount) {
-  const long before = test::allocations();
+  const long before = hapticd::test::allocations();
   locks = 0;
   ::operator delete(::operator new(8));  // called by name: a new-expression may be optimised away
-  const long after = test::allocations();
+  const long after = hapticd::test::allocations();
   watched = true;
   pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
   pthread_mutex_lock(&mutex);
@@ -90,11 +91,11 @@ TEST(Tick, NeitherAllocatesNorLocks) {
     sample.tip_position_mm.z = -depth;
     sample.sensor_force_n.z = 0.4 * std::max(0.0, depth);
     if (i % 5000 == 4999) sample.sensor_force_n.x = std::nan("");
-    const long before = test::allocations();
+    const long before = hapticd::test::allocations();
     watched = true;
     engine.on_tick(sample);
     watched = false;
-    allocations += test::allocations() - before;
+    allocations += hapticd::test::allocations() - before;
     while (engine.pop_record(record)) contacts = std::max<std::uint64_t>(contacts, record.contact_count);
     std::this_thread::yield();
   }
@@ -102,6 +103,54 @@ TEST(Tick, NeitherAllocatesNorLocks) {
   EXPECT_EQ(allocations, 0);
   EXPECT_EQ(locks, 0);
   EXPECT_GT(contacts, 0U) << "the ticks went through contact, or this proves little";
+}
+
+/// Contacts that begin, slide and end, switches to every kind of target in and out of contact, faults, stops
+/// and clears, in every composition of an explore scene.
+TEST(Tick, OfAnExploreSceneNeitherAllocatesNorLocks) {
+  const std::vector<SceneSpec> scenes = test::all_explore_scenes();
+  std::array<TargetLaw, 4> targets;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    targets[i].kind = static_cast<TargetLaw::Kind>(i);
+    targets[i].hunt_crossley = {0.2, 1e-3, 1.5};
+    targets[i].knots[0] = {0.0, 0.2};
+    targets[i].knots[1] = {3.0, 0.9};
+    targets[i].knot_count = 2;
+    ASSERT_FALSE(check(targets[i], "test"));
+  }
+  for (const SceneSpec& spec : scenes) {
+    test::ExploreBench bench(spec);
+    bench.rest({0.0, 0.0, 10.0}, 100);
+    locks = 0;
+    long allocations = 0;
+    int began = 0, ended = 0, switched = 0, latched = 0;
+    bool in_contact = false;
+    for (int i = 0; i < 20'000; ++i) {
+      const double t = 1e-3 * i;
+      hal::RigSample sample =
+          bench.at({8.0 * std::sin(2.0 * t), 5.0 * std::sin(1.3 * t), 1.0 - 4.0 * std::sin(5.0 * t)});
+      if (i % 7000 == 6999) sample.sensor_force_n.x = std::nan("");
+      const long before = hapticd::test::allocations();
+      watched = true;
+      if (i % 211 == 0) bench.renderer().set_target(targets[static_cast<std::size_t>(i / 211) % 4], 0.1);
+      if (i % 5000 == 4999) bench.renderer().stop();
+      if (i % 500 == 0) bench.renderer().clear();
+      const TickRecord record = bench.tick(sample);
+      watched = false;
+      allocations += hapticd::test::allocations() - before;
+      if (record.in_contact && !in_contact) ++began;
+      if (!record.in_contact && in_contact) ++ended;
+      in_contact = record.in_contact;
+      if (i % 211 == 0 && in_contact) ++switched;
+      if (record.guard_state == GuardState::kLatched) ++latched;
+    }
+    EXPECT_EQ(allocations, 0) << spec.name;
+    EXPECT_EQ(locks, 0) << spec.name;
+    EXPECT_GT(began, 5) << spec.name << ": or this proves little";
+    EXPECT_GT(ended, 5) << spec.name;
+    EXPECT_GT(switched, 5) << spec.name;
+    EXPECT_GT(latched, 5) << spec.name;
+  }
 }
 
 }  // namespace
