@@ -260,9 +260,11 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   if (explores(spec)) {
     structure.read("cutoff_hz", spec.explore.deflection_cutoff_hz, kCutoffHz);
     control.read("lead_ms", spec.explore.lead_ms, kLeadMs);
+    control.read("back_drive_compensation", spec.explore.back_drive_compensation);
   } else {
     refuse_foreign(structure, "cutoff_hz", "structure.cutoff_hz", spec, kExploreOnly);
     refuse_foreign(control, "lead_ms", "control.lead_ms", spec, kExploreOnly);
+    refuse_foreign(control, "back_drive_compensation", "control.back_drive_compensation", spec, kExploreOnly);
   }
 
   TomlTable guard = root.table("guard");
@@ -327,7 +329,10 @@ std::string write_scene(const rt::SceneSpec& spec) {
   text += fmt::format("\n[control]\nlaw = {}\nproportional_gain = {}\nderivative_gain_ms = {}\n",
                       quoted_word(spec.controller.law, kLaws), number(spec.controller.proportional_gain),
                       number(spec.controller.derivative_gain_ms));
-  if (explore) text += fmt::format("lead_ms = {}\n", number(spec.explore.lead_ms));
+  if (explore) {
+    text += fmt::format("lead_ms = {}\nback_drive_compensation = {}\n", number(spec.explore.lead_ms),
+                        spec.explore.back_drive_compensation);
+  }
   text += fmt::format(
       "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\nsensor_stale_after_ms = "
       "{}\n"

@@ -16,7 +16,17 @@ void ContactDetector::release(ContactReason reason) noexcept {
   in_contact_ = false;
   reason_ = reason;
   ticks_free_ = 0;
+  ticks_disturbed_ = 0;
   recently_released_ = true;
+}
+
+void ContactDetector::declare() noexcept {
+  in_contact_ = true;
+  recently_released_ = false;
+  ticks_below_ = 0;
+  ticks_disturbed_ = 0;
+  ++count_;
+  reason_ = ContactReason::kAboveThreshold;
 }
 
 bool ContactDetector::update(double force_n, double depth_mm, double contact_depth_mm) noexcept {
@@ -45,12 +55,16 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
     // tip is back at the surface or all has been quiet for a while.
     const bool back = depth_mm > contact_depth_mm - 0.5 * clearance_mm;
     recently_released_ = !back && ticks_free_ < parameters_.quiet_ticks_after_release;
+    // Force that stays this long is neither: the tool rests on something whose surface is not where the last
+    // contact left it. Where it is now nobody knows before the tool was free.
+    ticks_disturbed_ = recently_released_ && above ? ticks_disturbed_ + 1 : 0;
+    if (ticks_disturbed_ > kLongestDisturbanceTicks) {
+      reset();
+      return false;
+    }
   }
   if (above && !recently_released_) {
-    in_contact_ = true;
-    ticks_below_ = 0;
-    ++count_;
-    reason_ = ContactReason::kAboveThreshold;
+    declare();
   } else {
     reason_ = ContactReason::kFree;
   }

@@ -32,15 +32,22 @@ class ContactDetector {
   /// `force_n`: what free motion leaves at zero. `depth_mm`: along the press axis, growing into the object;
   /// from `contact_depth_mm`, where the present contact began. Returns the state after this tick.
   bool update(double force_n, double depth_mm, double contact_depth_mm) noexcept;
+  /// Somebody knows better: in contact from this tick on.
+  void declare() noexcept;
   void reset() noexcept;
 
   bool in_contact() const noexcept { return in_contact_; }
   bool just_declared() const noexcept { return reason_ == ContactReason::kAboveThreshold; }
   bool just_left_surface() const noexcept { return reason_ == ContactReason::kAboveSurface; }
   ContactReason reason() const noexcept { return reason_; }
+  /// Ticks under force since a release, away from the last surface: the tool rests on something, but nobody
+  /// knows how deep.
+  std::uint32_t disturbed_ticks() const noexcept { return ticks_disturbed_; }
   std::uint32_t count() const noexcept { return count_; }
 
  private:
+  static constexpr std::uint32_t kLongestDisturbanceTicks = 1000;
+
   void release(ContactReason reason) noexcept;
 
   ContactParameters parameters_;
@@ -49,6 +56,7 @@ class ContactDetector {
   bool recently_released_ = false;
   std::uint32_t ticks_below_ = 0;
   std::uint32_t ticks_free_ = 0;
+  std::uint32_t ticks_disturbed_ = 0;
   std::uint32_t count_ = 0;
 };
 

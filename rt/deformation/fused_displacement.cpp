@@ -23,6 +23,8 @@ void FusedDisplacement::update(double way_mm, double slide_mm, const LawEstimate
       law.mm_per_n * law.mm_per_n * force_variance_n2_ + law_error_ticks_ * model_mm * model_mm;
   const double gain = variance_mm2_ / (variance_mm2_ + law_variance_mm2);
   displacement_mm_ += gain * (law.displacement_mm - displacement_mm_);
+  // While the law sees a force there is no negative displacement, whatever the way added up to.
+  if (law.displacement_mm > 0.0) displacement_mm_ = std::max(0.0, displacement_mm_);
   variance_mm2_ *= 1.0 - gain;
 }
 

@@ -12,9 +12,6 @@ bool sane(const hal::Vector3& v) noexcept {
   constexpr double kAbsurd = 1e4;  // 10 m, 10 kN, 10 N·m
   return std::abs(v.x) < kAbsurd && std::abs(v.y) < kAbsurd && std::abs(v.z) < kAbsurd;
 }
-double norm(const hal::Vector3& v) noexcept {
-  return std::sqrt(dot(v, v));
-}
 }  // namespace
 
 Guard::Guard(const GuardLimits& limits, double rate_hz) noexcept
@@ -87,8 +84,9 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
       }
     }
     force = wanted_n * authority_;
-    if (const double magnitude = norm(force); magnitude > limits_.max_force_n) {
-      force = force * (limits_.max_force_n / magnitude);
+    const double max_force_n = limits_.max_force_n;
+    if (const double squared = dot(force, force); squared > max_force_n * max_force_n) {
+      force = force * (max_force_n / std::sqrt(squared));
       limited |= guard_limit::kForce;
     }
     const double power_w = 1e-3 * dot(force, velocity_mm_per_s_);
@@ -98,8 +96,8 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
     }
     const hal::Vector3 change = force - last_force_n_;
     const double largest_change_n = limits_.max_force_rate_n_per_s * period_s_;
-    if (const double size = norm(change); size > largest_change_n) {
-      force = last_force_n_ + change * (largest_change_n / size);
+    if (const double squared = dot(change, change); squared > largest_change_n * largest_change_n) {
+      force = last_force_n_ + change * (largest_change_n / std::sqrt(squared));
       limited |= guard_limit::kRate;
     }
   }

@@ -11,6 +11,7 @@ namespace {
 constexpr double kInverseCutoffHz = 60.0;
 constexpr double kReleaseS = 0.5;  // the target is followed so long after a release, fading
 constexpr double kOnsetDeviationMm = 0.03;
+constexpr std::uint32_t kRegainTicks = 100;  // ringing after a bounce is over by then
 
 FrictionParameters friction_of(const SceneSpec& spec, const ObjectModel& model) noexcept {
   return spec.tip == Tip::kBallBearing ? kBallBearingFriction
@@ -63,7 +64,8 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
       passivity_(rig.rate_hz),
       controller_{ForceController(resolved.controller, rig.rate_hz),
                   ForceController(resolved.controller, rig.rate_hz),
-                  ForceController(resolved.controller, rig.rate_hz)} {
+                  ForceController(resolved.controller, rig.rate_hz)},
+      back_drive_(resolved.explore.back_drive_compensation ? rig.device.coulomb_friction_n : 0.0) {
   if (options_.release == ReleaseMethod::kFade) {
     release_step_ = 1.0 / (ReleaseFade::kDurationS * rig.rate_hz);
   }
@@ -94,6 +96,8 @@ void ExplorePipeline::reset() noexcept {
   onset_.forget();
   deflection_.reset();
   for (ForceController& axis : controller_) axis.reset();
+  back_drive_.reset();
+  back_drive_n_ = {};
   if (auto* creep = std::get_if<CreepLaw>(&law_)) creep->reset();
   has_tip_ = false;
   displacement_mm_ = 0.0;
@@ -106,9 +110,10 @@ void ExplorePipeline::set_target(const TargetLaw& target, double ramp_s) noexcep
 }
 
 void ExplorePipeline::applied(const hal::Vector3& force_n) noexcept {
-  controller_[0].applied(force_n.x);
-  controller_[1].applied(force_n.y);
-  controller_[2].applied(force_n.z);
+  const hal::Vector3 on_tip_n = force_n - back_drive_n_;  // the rest moves the motors
+  controller_[0].applied(on_tip_n.x);
+  controller_[1].applied(on_tip_n.y);
+  controller_[2].applied(on_tip_n.z);
 }
 
 const hal::Vector3& ExplorePipeline::normal() const noexcept {
@@ -133,6 +138,8 @@ ExplorePipeline::Measured ExplorePipeline::measure(const hal::RigSample& sample)
   const hal::Vector3 device_n{controller_[0].device_force_n(), controller_[1].device_force_n(),
                               controller_[2].device_force_n()};
   now.tip_mm = sample.tip_position_mm - deflection_.update(device_n);
+  back_drive_n_ = back_drive_.update(has_tip_ ? sample.tip_position_mm - last_encoder_mm_ : hal::Vector3{});
+  last_encoder_mm_ = sample.tip_position_mm;
   now.step_mm = has_tip_ ? now.tip_mm - last_tip_mm_ : hal::Vector3{};
   last_tip_mm_ = now.tip_mm;
   has_tip_ = true;
@@ -141,16 +148,23 @@ ExplorePipeline::Measured ExplorePipeline::measure(const hal::RigSample& sample)
 }
 
 bool ExplorePipeline::update_contact(const hal::RigSample& sample, const Measured& now) noexcept {
+  // Where the reaction pushes, the tip is not above the surface, whatever the way says.
+  const bool pushed = dot(now.reaction_n, normal()) > contact_parameters_.threshold_n;
+  const double depth_mm = pushed ? std::max(0.0, displacement_mm_) : displacement_mm_;
   if (contact_parameters_.method == ContactMethod::kFilteredAcceleration) {
-    return contact_.update(norm(now.reaction_n), displacement_mm_, 0.0);
+    return contact_.update(norm(now.reaction_n), depth_mm, 0.0);
   }
   // Signed as the residual wants it: in free motion what the tool bears is -m a.
   const hal::Vector3 residual_n = residual_.update(
       load_.without_weight_n(sample) * -1.0, sample.tip_position_mm, sample.time_ns, contact_.in_contact());
   onset_.remember(now.tip_mm, residual_.prompt_force_n());
-  const bool in_contact = contact_.update(norm(residual_n), displacement_mm_, 0.0);
+  const bool in_contact = contact_.update(norm(residual_n), depth_mm, 0.0);
   if (contact_.just_left_surface()) residual_.assume_free();
-  return in_contact;
+  // After a bounce the tool may rest on the object without the detector knowing how deep. A law does.
+  const bool has_law = !std::holds_alternative<std::monostate>(law_);
+  regained_ = !in_contact && has_law && contact_.disturbed_ticks() >= kRegainTicks;
+  if (regained_) contact_.declare();
+  return contact_.in_contact();
 }
 
 void ExplorePipeline::begin_contact(const Measured& now) noexcept {
@@ -160,9 +174,13 @@ void ExplorePipeline::begin_contact(const Measured& now) noexcept {
     began_mm = onset_.place_mm(contact_parameters_.release_ratio * contact_parameters_.threshold_n +
                                residual_.seen_jerk_n());
   }
+  if (regained_ && std::holds_alternative<HuntCrossleyParameters>(law_)) {
+    law_now_ = law_estimate(norm(now.reaction_n), 0.0);
+  }
   // An object that has not recovered yet is met below its undeformed surface; the law remembers how far.
   const double residual_mm = law_now_.displacement_mm;
-  displacement_mm_ = residual_mm + std::max(0.0, dot(began_mm - now.tip_mm, normal()));
+  displacement_mm_ = residual_mm;
+  if (!regained_) displacement_mm_ += std::max(0.0, dot(began_mm - now.tip_mm, normal()));
   if (auto* fused = std::get_if<FusedDisplacement>(&estimator_)) {
     fused->begin(displacement_mm_, kOnsetDeviationMm + 0.2 * residual_mm);
   } else if (auto* inverse = std::get_if<Inverse>(&estimator_)) {
@@ -236,8 +254,9 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
     if (!contact_.just_declared()) update_displacement(now, normal_n, rate_mm_per_s);
   } else {
     displacement_mm_ -= dot(now.step_mm, normal());  // where the surface was
-    // Only a law with memory has something to say about an object that is not touched.
-    law_now_ = std::holds_alternative<CreepLaw>(law_) ? law_estimate(0.0, 0.0) : LawEstimate{};
+    // Only a law with memory has something to say about an object that is not touched, or not known to be.
+    const double unsure_n = contact_.disturbed_ticks() > 0 ? norm(now.reaction_n) : 0.0;
+    law_now_ = std::holds_alternative<CreepLaw>(law_) ? law_estimate(unsure_n, 0.0) : LawEstimate{};
   }
 
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n, rate_mm_per_s);
@@ -247,8 +266,9 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
                                 controller_[2].device_force_n()};
     desired_n = desired_n + passivity_.update(now.reaction_n, device_n, now.step_mm, now.velocity_mm_per_s);
   }
-  const hal::Vector3 command_n{controller_[0].update(desired_n.x), controller_[1].update(desired_n.y),
-                               controller_[2].update(desired_n.z)};
+  const hal::Vector3 controlled_n{controller_[0].update(desired_n.x), controller_[1].update(desired_n.y),
+                                  controller_[2].update(desired_n.z)};
+  const hal::Vector3 command_n = controlled_n + back_drive_n_;
   tell(now, in_contact, normal_n, rate_mm_per_s, desired_n, command_n, record);
   return command_n;
 }

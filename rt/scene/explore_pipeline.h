@@ -8,6 +8,7 @@
 #include "rt/contact/contact_detector.h"
 #include "rt/contact/contact_onset.h"
 #include "rt/contact/free_motion_residual.h"
+#include "rt/control/back_drive_compensation.h"
 #include "rt/control/force_controller.h"
 #include "rt/deformation/creep_law.h"
 #include "rt/deformation/fused_displacement.h"
@@ -76,6 +77,7 @@ class ExplorePipeline final : public Pipeline {
   FreeMotionResidual3 residual_;
   ContactDetector contact_;
   ContactOnset3 onset_;
+  bool regained_ = false;  ///< the present contact was not seen to begin
 
   std::variant<TrackedDirection, PublishedDirection> direction_;
   /// (4.21): the particle that was touched, followed along the surface.
@@ -97,6 +99,9 @@ class ExplorePipeline final : public Pipeline {
   hal::Vector3 desired_before_n_;  ///< last tick's, for the fade
   HandPortPassivity passivity_;
   std::array<ForceController, 3> controller_;
+  BackDriveCompensation back_drive_;
+  hal::Vector3 back_drive_n_;  ///< in the command besides what the controller wants
+  hal::Vector3 last_encoder_mm_;
 };
 
 }  // namespace hapticd::rt

@@ -5,6 +5,7 @@ namespace hapticd::rt {
 Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept {
   Pipeline* before = pipeline_;
   pipeline_ = next;
+  channels_ = next != nullptr ? next->channels() : 0;
   ++generation_;
   pipeline_is_stale_ = true;
   guard_.set_limits(limits);
@@ -34,7 +35,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
       pipeline_is_stale_ = false;
     }
     wanted = pipeline_->evaluate(sample, record);
-    record.channels |= pipeline_->channels();
+    record.channels |= channels_;
   }
   const bool was_latched = guard_.state() == GuardState::kLatched;
   const hal::Vector3 force = guard_.bound(wanted, sample, record);

@@ -29,6 +29,7 @@ class Renderer {
 
  private:
   Pipeline* pipeline_ = nullptr;
+  std::uint32_t channels_ = 0;  ///< of the pipeline
   Guard guard_;
   std::uint32_t generation_ = 0;    ///< scene loads and unloads so far
   bool pipeline_is_stale_ = false;  ///< a sample unfit for filters was seen: reset before the next fit one

@@ -152,6 +152,8 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   }
   stages.emplace_back(e.friction_feel == FrictionFeel::kKept ? "target force: along the normal, friction kept"
                                                              : "target force (4.4), friction cancelled");
+  if (e.lead_ms > 0.0)
+    stages.push_back("prediction: displacement " + Checker::number(e.lead_ms) + " ms ahead");
   if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
 }
 
@@ -191,6 +193,9 @@ SceneOutline outline(const SceneSpec& spec) {
   const std::string axes = spec.kind == SceneKind::kExplore ? ", three axes (4.24)" : " (3.6)";
   result.stages.push_back(spec.controller.law == ControlLaw::kClosedLoop ? "controller: closed loop" + axes
                                                                          : "controller: open loop");
+  if (spec.kind == SceneKind::kExplore && spec.explore.back_drive_compensation) {
+    result.stages.emplace_back("back-drive compensation: the device's own dry friction");
+  }
   if (spec.kind != SceneKind::kWall) result.stages.emplace_back("feasible range (3.8)");
   result.stages.emplace_back("guard: finite, force, rate, power, stale sensor");
   return result;

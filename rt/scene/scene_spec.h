@@ -56,7 +56,8 @@ struct ExploreParameters {
   FrictionFeel friction_feel = FrictionFeel::kKept;
   ReleaseMethod release = ReleaseMethod::kFollow;
   bool passivity = true;                         ///< observer and controller at the hand's port
-  double lead_ms = 0.0;                          ///< displacement is predicted so far ahead
+  bool back_drive_compensation = true;           ///< of the device's own dry friction
+  double lead_ms = 3.0;                          ///< displacement is predicted so far ahead
   double deflection_cutoff_hz = 10.0;            ///< how fast the tip is taken to follow (4.25)
   double force_noise_n = 0.003;                  ///< standard deviation of a tick's mean, each component
   hal::Vector3 gravity_at_bias{0.0, 0.0, -1.0};  ///< tool frame, when the sensor was biased (4.6)

@@ -25,7 +25,7 @@ class ToolLoad {
 
   /// f_r - m a, rig frame: what is left when weight is taken off ((4.5) without its inertia).
   hal::Vector3 without_weight_n(const hal::RigSample& sample) const noexcept {
-    return rotated(sample.tip_orientation, sample.sensor_force_n + weight_at_bias_n_) - weight_n_;
+    return rotated(unit(sample.tip_orientation), sample.sensor_force_n + weight_at_bias_n_) - weight_n_;
   }
   /// m a (4.7).
   hal::Vector3 inertia_n(const hal::Vector3& acceleration_mm_per_s2) const noexcept {

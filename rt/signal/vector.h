@@ -24,6 +24,13 @@ inline hal::Vector3 direction_or(const hal::Vector3& v, const hal::Vector3& othe
   const double length = norm(v);
   return length > 1e-12 ? v * (1.0 / length) : otherwise;
 }
+/// q of length 1, however a driver rounded it; upright where it has no length at all.
+inline hal::Quaternion unit(const hal::Quaternion& q) noexcept {
+  const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  if (!(squared > 1e-12)) return {};
+  const double scale = 1.0 / std::sqrt(squared);
+  return {q.w * scale, q.x * scale, q.y * scale, q.z * scale};
+}
 /// Tool coordinates into rig coordinates; q of length 1.
 constexpr hal::Vector3 rotated(const hal::Quaternion& q, const hal::Vector3& v) noexcept {
   const hal::Vector3 axis{q.x, q.y, q.z};

@@ -21,8 +21,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks] = contact;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume] = guard;
-  auto& [direction, displacement, contact_law, feel, release, passivity, lead, cutoff, noise, gravity] =
-      explore;
+  auto& [direction, displacement, contact_law, feel, release, passivity, back_drive, lead, cutoff, noise,
+         gravity] = explore;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
@@ -30,7 +30,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(release_ticks), static_cast<void>(quiet_ticks), static_cast<void>(free_ticks);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
-  static_cast<void>(passivity), static_cast<void>(exponent);
+  static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
   std::vector<double*> numbers{&mass,  &max_target, &ramp,  &structural, &proportional, &derivative,
                                &force, &rate,       &power, &stale,      &resume};
   const auto add = [&numbers](std::initializer_list<double*> more) {
@@ -105,6 +105,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
       spec.explore.release =
           turn(round, 9, {rt::ReleaseMethod::kFollow, rt::ReleaseMethod::kFade, rt::ReleaseMethod::kCut});
       spec.explore.passivity = turn(round, 9, {true, false});
+      spec.explore.back_drive_compensation = turn(round, 6, {true, false});
       spec.target.kind =
           turn(round, 12,
                {Kind::kLinear, Kind::kHuntCrossley, Kind::kDisplacementProfile, Kind::kPositionProfile});
@@ -141,6 +142,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->explore.friction_feel, spec.explore.friction_feel);
     EXPECT_EQ(again->explore.release, spec.explore.release);
     EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
+    EXPECT_EQ(again->explore.back_drive_compensation, spec.explore.back_drive_compensation);
     EXPECT_EQ(again->target.kind, spec.target.kind);
     EXPECT_EQ(again->target.knot_count, spec.target.knot_count);
     EXPECT_EQ(again->target.hunt_crossley.exponent, spec.target.hunt_crossley.exponent);

@@ -1,3 +1,4 @@
+#include "tests/study/explore/explore_study.h"
 #include "tests/study/rig/rig_study.h"
 #include "tests/study/study.h"
 
@@ -13,6 +14,17 @@ const std::vector<Study>& studies() {
            {"stability", "largest stable targets and walls, sensitivity to uncertain parameters", run_stability},
            {"speed", "simulated time over wall-clock time", run_speed},
            {"recordings", "contact, stiffness and rendered force on real recordings", run_recordings},
+       }},
+      {"explore",
+       "stiffness modulation in three dimensions, beside the dissertation's pipeline and figures",
+       {
+           {"models", "what is identified on the four objects; the models as files", run_models},
+           {"contact", "threshold without false alarms, delay of detection", run_explore_contact},
+           {"estimation", "direction and displacement on the same strokes", run_estimation},
+           {"stability", "largest stable target while stroking", run_explore_stability},
+           {"rendered", "stiffness at the simulated hand at 0.3 and 0.8 N/mm", run_explore_rendered},
+           {"phenomena", "whether the dissertation's pipeline shows what it showed there", run_phenomena},
+           {"gains", "ultimate-gain search for the controller", run_gains},
        }},
   };
   return all;

@@ -9,7 +9,9 @@
 namespace hapticd::bench {
 namespace {
 
-constexpr double kGoalMedianNs = 500.0;
+constexpr double kGoalMedianNs = 500.0;          // in 1D
+constexpr double kGoalExploreMedianNs = 1000.0;  // all stages of 3D
+constexpr double kGoalExploreP999Ns = 3000.0;
 
 void measure(report::Report& report, report::MarkdownTable& table, const std::string& scene, double seconds) {
   const report::Case conditions{{"scene", scene}};
@@ -17,6 +19,11 @@ void measure(report::Report& report, report::MarkdownTable& table, const std::st
       .figure = "tick_median_ns", .conditions = conditions, .unit = "ns", .goal = kGoalMedianNs};
   report::Figure p999{.figure = "tick_p999_ns", .conditions = conditions, .unit = "ns"};
   report::Figure instructions{.figure = "tick_instructions", .conditions = conditions};
+
+  if (scene.starts_with("explore")) {
+    median.goal = kGoalExploreMedianNs;
+    p999.goal = kGoalExploreP999Ns;
+  }
 
   const auto workload = TickWorkload::create(scene);
   if (!workload) {
@@ -48,10 +55,11 @@ int run_tick(const TickOptions& options) {
   report::MarkdownTable table({"scene", "median [ns]", "free [ns]", "in contact [ns]", "99.9 % [ns]",
                                "instructions", "samples in contact [%]"});
   for (const std::string& scene : tick_scenes()) measure(report, table, scene, options.seconds_per_scene);
-  report.add_table("tick", "One tick, its telemetry record included", table,
-                   "Medians over batches of 32 ticks, 99.9 % over single ticks less the clock's own cost; "
-                   "instructions as\n"
-                   "callgrind counts them. Samples are taps of the simulated hand.");
+  report.add_table(
+      "tick", "One tick, its telemetry record included", table,
+      "Medians over batches of 32 ticks, 99.9 % over single ticks less the clock's own cost; "
+      "instructions as\n"
+      "callgrind counts them. Samples are taps of the simulated hand; in 3D strokes to and fro.");
   return 0;
 }
 

@@ -1,6 +1,8 @@
 #include "tests/bench/tick/tick_workload.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
@@ -14,7 +16,28 @@ constexpr std::size_t kRecordedTicks = 2000;
 struct Scene {
   rt::SceneSpec spec;
   const char* object = "none";
+  const char* tip = "rod";
+  std::optional<rt::ObjectModel> model{};
 };
+
+/// A model of plausible size for the foam ball; what a tick costs does not depend on its numbers.
+rt::ObjectModel foam_model() {
+  rt::ObjectModel model;
+  model.name = "foam_ball_3d";
+  model.max_displacement_mm = 20.0;
+  model.max_force_n = 12.0;
+  model.hunt_crossley = {{0.085, 2.3e-4, 1.57}, 0.11};
+  rt::CreepParameters creep;
+  creep.weight = {0.64, 0.17, 0.05, 0.06, 0.08};
+  creep.max_force_n = 10.0;
+  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
+    const double share = static_cast<double>(j) / (rt::CreepParameters::kKnots - 1);
+    creep.displacement_mm[j] = 22.0 * std::pow(share, 1.3);
+  }
+  model.creep = {creep, 0.02};
+  model.rod_friction = {0.57, 0.13, 1e-3};
+  return model;
+}
 
 hal::Result<Scene> scene_named(const std::string& name) {
   Scene scene;
@@ -30,13 +53,39 @@ hal::Result<Scene> scene_named(const std::string& name) {
     scene.spec.controller.law = rt::ControlLaw::kOpenLoop;
     return scene;
   }
-  return hal::Error{"unknown scene", "hapticd_bench tick", name, "tap_1d, wall", ""};
+  if (name == "explore_rod" || name == "explore_bearing" || name == "explore_dissertation") {
+    scene.spec.kind = rt::SceneKind::kExplore;
+    scene.spec.tool_mass_g = 12.59;
+    scene.spec.contact.threshold_n = 0.02;
+    scene.object = "foam_ball_3d";
+    scene.model = foam_model();
+    if (name == "explore_bearing") {
+      scene.spec.tip = rt::Tip::kBallBearing;
+      scene.tip = "ball_bearing";
+    }
+    if (name == "explore_dissertation") {
+      scene.spec.tip = rt::Tip::kBallBearing;
+      scene.tip = "ball_bearing";
+      rt::ExploreParameters& explore = scene.spec.explore;
+      explore.direction = rt::DirectionMethod::kPublished;
+      explore.displacement = rt::DisplacementEstimator::kInverse;
+      explore.law = rt::ContactLawKind::kHuntCrossley;
+      explore.friction_feel = rt::FrictionFeel::kCancelled;
+      explore.release = rt::ReleaseMethod::kCut;
+      explore.passivity = false;
+      explore.back_drive_compensation = false;
+    }
+    return scene;
+  }
+  return hal::Error{"unknown scene", "hapticd_bench tick", name,
+                    "tap_1d, wall, explore_bearing, explore_rod, explore_dissertation", ""};
 }
 
 }  // namespace
 
 const std::vector<std::string>& tick_scenes() {
-  static const std::vector<std::string> names{"tap_1d", "wall"};
+  static const std::vector<std::string> names{"tap_1d", "wall", "explore_bearing", "explore_rod",
+                                              "explore_dissertation"};
   return names;
 }
 
@@ -51,6 +100,8 @@ hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::strin
   if (!scene) return scene.error();
   sim::SimulationConfig config;
   config.object = scene->object;
+  config.tip = scene->tip;
+  config.tool_mass_g = scene->spec.tool_mass_g;
   const auto rig = sim::SimulatedRig::create(config);
   if (!rig) return rig.error();
   sim::HandProgram taps;
@@ -58,11 +109,23 @@ hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::strin
   taps.speed_mm_per_s = 200.0;
   taps.rate_hz = 2.5;
   taps.repetitions = -1;
-  if (auto error = (*rig)->set_program(taps)) return *error;
+  sim::HandProgram hand = taps;
+  if (scene->model) {  // strokes to and fro, with the tool swaying
+    hand = sim::HandProgram{};
+    hand.kind = sim::HandProgram::Kind::kStroke;
+    hand.force_n = 3.0;
+    hand.speed_mm_per_s = 120.0;
+    hand.stroke_length_mm = 40.0;
+    hand.repetitions = -1;
+    hand.approach_mm_per_s = 100.0;
+    hand.force_rate_n_per_s = 10.0;
+    hand.tilt_deg = 10.0;
+  }
+  if (auto error = (*rig)->set_program(hand)) return *error;
 
   const auto resolved = rt::resolve(scene->spec, (*rig)->info());
   if (!resolved) return resolved.error();
-  auto pipeline = rt::compose(*resolved, (*rig)->info());
+  auto pipeline = rt::compose(*resolved, (*rig)->info(), scene->model ? &*scene->model : nullptr);
   if (!pipeline) return pipeline.error();
   std::unique_ptr<TickWorkload> workload(new TickWorkload(*resolved, std::move(*pipeline), config.rate_hz));
 

@@ -17,8 +17,8 @@ namespace hapticd::bench {
 /// Names of the scenes that are measured.
 const std::vector<std::string>& tick_scenes();
 
-/// A scene and the samples it is fed: two seconds of taps by the simulated hand, free and in contact,
-/// recorded with the very scene in the loop. The same on every machine.
+/// A scene and the samples it is fed: two seconds of taps (in 3D: of strokes) by the simulated hand, recorded
+/// with the very scene in the loop. The same on every machine.
 class TickWorkload {
  public:
   static hal::Result<std::unique_ptr<TickWorkload>> create(const std::string& scene);

@@ -32,8 +32,19 @@ VirtualRun watching(const std::string& object, rt::SceneSpec& scene) {
   return VirtualRun(explore_rig("phantom_1_5_high_force", object, "rod"), scene, false);
 }
 
-/// Presses and taps on one spot: depths and speeds as a hand would mix them.
-std::vector<rt::PalpationSample> palpate(const std::string& object) {
+struct Press {
+  double force_n, rate_n_per_s, hold_s;
+};
+/// Depths and speeds as a hand would mix them.
+const std::vector<Press>& moderate_presses() {
+  static const std::vector<Press> presses{
+      {1.0, 4.0, 0.1}, {3.0, 10.0, 0.1}, {6.0, 6.0, 0.5}, {5.0, 30.0, 0.1}, {2.0, 1.0, 1.0}};
+  return presses;
+}
+constexpr Press kDeepPress{12.0, 12.0, 0.2};
+
+/// Presses on one spot and lets go; if `deep`, presses harder as well and taps.
+std::vector<rt::PalpationSample> palpate(const std::string& object, bool deep) {
   rt::SceneSpec scene;
   VirtualRun run = watching(object, scene);
   rt::ContactDetector contact(scene.contact);
@@ -68,11 +79,9 @@ std::vector<rt::PalpationSample> palpate(const std::string& object) {
       palpation.push_back(sample);
     }
   };
-  struct Press {
-    double force_n, rate_n_per_s, hold_s;
-  };
-  for (const Press& press : {Press{1.0, 4.0, 0.1}, Press{3.0, 10.0, 0.1}, Press{6.0, 6.0, 0.5},
-                             Press{5.0, 30.0, 0.1}, Press{2.0, 1.0, 1.0}, Press{12.0, 12.0, 0.2}}) {
+  std::vector<Press> presses = moderate_presses();
+  if (deep) presses.push_back(kDeepPress);
+  for (const Press& press : presses) {
     sim::HandProgram hand;
     hand.kind = sim::HandProgram::Kind::kPress;
     hand.force_n = press.force_n;
@@ -83,6 +92,7 @@ std::vector<rt::PalpationSample> palpate(const std::string& object) {
     record_for(1.2 + 1.875 * press.force_n / press.rate_n_per_s + press.hold_s + 1.2);
   }
   for (const double speed : {100.0, 200.0}) {
+    if (!deep) break;
     sim::HandProgram hand;
     hand.kind = sim::HandProgram::Kind::kTap;
     hand.speed_mm_per_s = speed;
@@ -122,7 +132,7 @@ std::vector<rt::StrokeSample> stroke(const std::string& object) {
 }  // namespace
 
 IdentificationResult identify(const std::string& object) {
-  const std::vector<rt::PalpationSample> palpation = palpate(object);
+  const std::vector<rt::PalpationSample> palpation = palpate(object, true);
   IdentificationResult result;
   rt::ObjectModel& model = result.model;
   model.name = object;
@@ -137,6 +147,10 @@ IdentificationResult identify(const std::string& object) {
   const rt::FrictionFit friction = value_of(rt::fit_friction(stroke(object), {1.0, 0.0, 0.0}));
   model.rod_friction = friction.parameters;
   result.friction_error = friction.relative_error;
+
+  result.dissertation.name = object;
+  result.dissertation.hunt_crossley = value_of(rt::fit_hunt_crossley(palpate(object, false)));
+  result.dissertation.rod_friction = friction.parameters;
   return result;
 }
 

@@ -9,6 +9,9 @@ namespace hapticd::study {
 /// What a model was identified from, for the report.
 struct IdentificationResult {
   rt::ObjectModel model;
+  /// What the dissertation's procedure gives: the Hunt-Crossley law from presses up to 6 N (the range of D
+  /// Fig. 4.12), the same friction.
+  rt::ObjectModel dissertation;
   double friction_error = 0.0;  ///< mean |error| over mean friction, on the data of the fit
 };
 

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "rt/friction/dahl.h"
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+/// Takes off the hand most of what it costs to drive the device's own motors and cables: their dry friction
+/// stands between the command and the tip, 0.06 N on a small device, 0.2 N on a large one, and its sign is
+/// that of the last motion. Dahl's state follows that motion, so the compensation holds while the hand holds
+/// still and turns over a tenth of a millimetre when it turns back. It gives less than the friction it
+/// compensates, so device and compensation together stay dissipative.
+class BackDriveCompensation {
+ public:
+  static constexpr double kShare = 0.7;
+  static constexpr double kTurnOverMm = 0.1;
+
+  /// Zero where the device's friction is unknown.
+  explicit BackDriveCompensation(double friction_n) noexcept : force_n_(kShare * friction_n) {}
+
+  /// Motion of the encoders since the last tick; returns the force to add to the command.
+  hal::Vector3 update(const hal::Vector3& step_mm) noexcept {
+    direction_ = dahl_step(direction_, step_mm, kTurnOverMm);
+    return direction_ * force_n_;
+  }
+  void reset() noexcept { direction_ = {}; }
+
+ private:
+  double force_n_;
+  hal::Vector3 direction_;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,33 @@
+#include "tests/study/explore/shadow.h"
+
+#include <stdexcept>
+
+#include "rt/scene/compose.h"
+#include "tests/study/explore/scenes.h"
+
+namespace hapticd::study {
+
+namespace {
+template <class T>
+T value_of(hal::Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().text());
+  return std::move(*result);
+}
+}  // namespace
+
+Shadow::Shadow(const hal::RigInfo& rig, const rt::SceneSpec& scene, const rt::ObjectModel& model)
+    : pipeline_(value_of(rt::compose(value_of(rt::resolve(scene, rig)), rig, &model))) {}
+
+void Shadow::watch(const hal::RigSample& sample) {
+  record_ = rt::TickRecord{};
+  pipeline_->evaluate(sample, record_);
+  pipeline_->applied({});
+}
+
+VirtualRun unrendered(const sim::SimulationConfig& rig) {
+  rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
+  scene.explore.displacement = rt::DisplacementEstimator::kRecursive;  // the one that needs no model
+  return VirtualRun(rig, scene, false);
+}
+
+}  // namespace hapticd::study
