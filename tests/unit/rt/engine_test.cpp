@@ -60,7 +60,7 @@ EngineCommand load(Pipeline* pipeline, const SceneSpec& scene) {
 EngineCommand target(double stiffness, std::uint64_t at_tick = 0) {
   EngineCommand command;
   command.kind = EngineCommand::Kind::kSetTarget;
-  command.stiffness_n_per_mm = stiffness;
+  command.target = linear_target(stiffness);
   command.ramp_s = 0.0;
   command.at_tick = at_tick;
   return command;

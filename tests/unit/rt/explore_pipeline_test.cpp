@@ -7,6 +7,8 @@ namespace {
 
 using namespace test;
 
+constexpr hal::Vector3 kHeldMm{0.0, 0.0, -4.0};
+
 SceneSpec rigid(SceneSpec spec, double target) {
   spec.structural_compensation = false;
   spec.target = linear_target(target);
@@ -113,6 +115,52 @@ TEST(ExplorePipeline, LoadedUnderPressureWaitsForTheToolToComeFree) {
     bench.move({0.0, 0.0, -4.0}, {0.0, 0.0, 10.0}, 500);
     EXPECT_TRUE(bench.press_and_hold().in_contact) << spec.name;
   }
+}
+
+TEST(ExplorePipeline, PushedOutTheTipIsDeeperThanTheEncodersSay) {
+  for (const double cutoff_hz : {0.0, 10.0}) {
+    SceneSpec spec = explore_scene(Tip::kBallBearing);
+    spec.target = linear_target(0.7);
+    spec.explore.displacement = DisplacementEstimator::kRecursive;  // the way alone
+    spec.explore.deflection_cutoff_hz = cutoff_hz;
+    ExploreBench bench(spec);
+    const TickRecord record = bench.press_and_hold();
+    ASSERT_GT(record.device_command_n.z, 1.0);
+    EXPECT_NEAR(record.displacement_mm, 4.0 + record.device_command_n.z / 2.537, 0.06) << cutoff_hz << " Hz";
+  }
+}
+
+TEST(ExplorePipeline, AfterAFaultNothingOfTheOldContactIsRemembered) {
+  const SceneSpec spec = rigid(explore_scene(Tip::kRod), 0.7);
+  const auto first_displacement = [](ExploreBench& bench) {
+    for (int i = 0; i < 2000; ++i) {
+      const TickRecord record = bench.tick(bench.at({0.0, 0.0, 0.5 - 1e-3 * i}));
+      if (record.in_contact) return record.displacement_mm;
+    }
+    return HUGE_VAL;
+  };
+  ExploreBench fresh(spec);
+  fresh.rest({0.0, 0.0, 0.5}, 100);
+  const double expected = first_displacement(fresh);
+
+  ExploreBench marked(spec);  // without a fault the law remembers the mark that the press left
+  marked.press_and_hold();
+  marked.rest(kHeldMm, 5000);
+  marked.move(kHeldMm, {0.0, 0.0, 0.5}, 200);
+  marked.rest({0.0, 0.0, 0.5}, 100);
+  EXPECT_GT(first_displacement(marked), expected + 0.05);
+
+  ExploreBench faulted(spec);
+  faulted.press_and_hold();
+  faulted.rest(kHeldMm, 5000);
+  hal::RigSample bad = faulted.at(kHeldMm);
+  bad.sensor_force_n.x = std::nan("");
+  faulted.tick(bad);
+  faulted.rest(kHeldMm, 2);
+  ASSERT_TRUE(faulted.renderer().clear());
+  faulted.move(kHeldMm, {0.0, 0.0, 0.5}, 200);
+  faulted.rest({0.0, 0.0, 0.5}, 100);
+  EXPECT_NEAR(first_displacement(faulted), expected, 0.02);
 }
 
 }  // namespace
