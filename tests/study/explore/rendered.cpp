@@ -83,8 +83,7 @@ void run_explore_rendered(StudyContext& context) {
   report::MarkdownTable table(
       {"object", "target N/mm", "pipeline", "held N/mm", "error %", "swing mm", "stroking N/mm", "error %"});
   report::SvgPlot plot;
-  plot.title =
-      "Force at the hand over displacement, pressing 4 N and letting go (dashed: dissertation's pipeline)";
+  plot.title = "Pressing 4 N and letting go (dashed: dissertation)";
   plot.x = {"displacement of the tip", "mm"};
   plot.y = {"force at the hand", "N"};
   plot.y.minimum = -1.0;

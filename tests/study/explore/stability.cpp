@@ -105,13 +105,12 @@ void run_explore_stability(StudyContext& context) {
   report::MarkdownTable table(
       {"device", "object", "k N/mm", "tip", "dissertation", "beyond", "default", "beyond it", "ratio"});
   report::SvgPlot plot;
-  plot.title = "Largest stable target while stroking, ball bearing (dashed: dissertation's pipeline)";
+  plot.title = "Largest stable target while stroking, ball bearing";
   plot.y = {"target stiffness", "N/mm"};
   plot.y.minimum = 0.0;
   for (const std::string& object : explored_objects()) plot.x.categories.push_back(object);
   report::SvgPlot swing;
-  swing.title =
-      "Swing of the tip against the target, high-force device, ball bearing (dashed: dissertation's)";
+  swing.title = "Swing against target, high-force device (dashed: dissertation)";
   swing.x = {"target stiffness", "N/mm", true};
   swing.y = {"median swing above 10 Hz", "mm", true};
 
