@@ -10,9 +10,11 @@ FusedDisplacement::FusedDisplacement(double law_error, double force_noise_n, dou
       law_error_ticks_(kLawErrorTimeS * rate_hz),
       force_variance_n2_(force_noise_n * force_noise_n) {}
 
-void FusedDisplacement::begin(double displacement_mm, double deviation_mm) noexcept {
+void FusedDisplacement::begin(double displacement_mm, double deviation_mm,
+                              double least_deviation_mm) noexcept {
   displacement_mm_ = displacement_mm;
   variance_mm2_ = deviation_mm * deviation_mm;
+  least_variance_mm2_ = least_deviation_mm * least_deviation_mm;
 }
 
 void FusedDisplacement::update(double way_mm, double slide_mm, const LawEstimate& law) noexcept {
@@ -25,7 +27,7 @@ void FusedDisplacement::update(double way_mm, double slide_mm, const LawEstimate
   displacement_mm_ += gain * (law.displacement_mm - displacement_mm_);
   // While the law sees a force there is no negative displacement, whatever the way added up to.
   if (law.displacement_mm > 0.0) displacement_mm_ = std::max(0.0, displacement_mm_);
-  variance_mm2_ *= 1.0 - gain;
+  variance_mm2_ = std::max(least_variance_mm2_, variance_mm2_ * (1.0 - gain));
 }
 
 double FusedDisplacement::deviation_mm() const noexcept {

@@ -20,8 +20,9 @@ class FusedDisplacement {
   /// `law_error`: ε; `force_noise_n`: σ_f.
   FusedDisplacement(double law_error, double force_noise_n, double rate_hz) noexcept;
 
-  /// The contact began `displacement_mm` ago by way, known within `deviation_mm`.
-  void begin(double displacement_mm, double deviation_mm) noexcept;
+  /// The tip is this deep, known within `deviation_mm`. A contact that was not seen to begin has no way that
+  /// could be trusted more than `least_deviation_mm` later on: there the law goes on to be followed.
+  void begin(double displacement_mm, double deviation_mm, double least_deviation_mm = 0.0) noexcept;
   /// `way_mm`: -Δp·u, into the object; `slide_mm`: |Δp_t|.
   void update(double way_mm, double slide_mm, const LawEstimate& law) noexcept;
 
@@ -39,6 +40,7 @@ class FusedDisplacement {
   double force_variance_n2_;
   double displacement_mm_ = 0.0;
   double variance_mm2_ = 0.0;
+  double least_variance_mm2_ = 0.0;
 };
 
 }  // namespace hapticd::rt

@@ -31,10 +31,12 @@ void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3
                               const hal::Vector3& velocity_mm_per_s) noexcept {
   const hal::Vector3 slide_mm = across(step_mm, normal_);
   const double press_mm = std::abs(dot(step_mm, normal_));
-  const double way_mm = std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm);
   const hal::Vector3 sliding_mm_per_s = across(velocity_mm_per_s, normal_);
   const double speed_mm_per_s = norm(sliding_mm_per_s);
   const double kinetic = friction_.kinetic;
+  // Slower than the encoders can tell, a count is as likely their rounding as a slide.
+  const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
+  const double way_mm = (1.0 - stuck) * std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm);
 
   // Prediction. Dahl's step keeps the share `kept` of φ and of its error; the rest is μ_k, known so well.
   coefficient_ = across(coefficient_, normal_);
@@ -45,7 +47,6 @@ void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3
     coefficient_ = sliding + (coefficient_ - sliding) * kept;
   }
   const double level_error = kFrictionError * kinetic;
-  const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
   friction_variance_ = kept * kept * friction_variance_ + (1.0 - kept * kept) * level_error * level_error +
                        stuck * kinetic * kinetic * (period_s_ / kStuckTimeS);
   friction_variance_ = std::min(friction_variance_, 4.0 * kinetic * kinetic);
@@ -72,8 +73,19 @@ void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3
   normal_variance_ = std::max(0.0, normal_variance_ - normal_gain * to_normal);
   friction_variance_ = std::max(0.0, friction_variance_ - friction_gain * to_friction);
   covariance_ -= normal_gain * to_friction;
+  give_back_excess();
 
   friction_n_ = (coefficient_ * normal_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm) * -1.0;
+}
+
+void TrackedDirection::give_back_excess() noexcept {
+  const double limit = kMostStatic * friction_.kinetic;
+  const double size = norm(coefficient_);
+  if (size <= limit) return;
+  const hal::Vector3 excess = coefficient_ * (1.0 - limit / size);
+  coefficient_ = coefficient_ - excess;
+  normal_ = direction_or(normal_ - excess, normal_);
+  normal_variance_ = std::max(normal_variance_, dot(excess, excess));
 }
 
 double TrackedDirection::deviation_rad() const noexcept {

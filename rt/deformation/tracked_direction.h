@@ -37,6 +37,10 @@ class TrackedDirection {
   double deviation_rad() const noexcept;
 
  private:
+  /// No friction holds more than a few times what it does in sliding: beyond that it was the normal.
+  void give_back_excess() noexcept;
+
+  static constexpr double kMostStatic = 2.5;         // of μ_k; 2.2 for a sticky gel
   static constexpr double kTightestRadiusMm = 15.0;  // of what is stroked without lifting off
   static constexpr double kDriftRadPerS = 0.02;      // the direction of a soft object under a tip at rest
   static constexpr double kFrictionError = 0.07;     // of μ_k, while sliding: D§4.4.1 reports 7-15 %

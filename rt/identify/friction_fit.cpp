@@ -17,6 +17,33 @@ constexpr double kSlidingMmPerS = 10.0;
 constexpr double kBeyondMm = 4.0;  // so far the last known normals are continued, to where strokes turn
 constexpr int kFewestPerWay = 5;
 
+// Regimes of D§4.4.1.
+constexpr double kSlidingWayMm = 3.0;
+constexpr double kPreslidingWayMm = 0.5;
+/// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
+constexpr double kLeastSpeedMmPerS = 2.0;
+
+/// Way along the line since the motion last turned.
+class WaySinceTurn {
+ public:
+  double update(double along_mm) {
+    step_mm_ = started_ ? along_mm - last_mm_ : 0.0;
+    started_ = true;
+    last_mm_ = along_mm;
+    if (step_mm_ * heading_ < 0.0) way_mm_ = 0.0;
+    if (step_mm_ != 0.0) heading_ = step_mm_;
+    way_mm_ += std::abs(step_mm_);
+    return way_mm_;
+  }
+  void restart() { way_mm_ = 0.0; }
+  double step_mm() const { return step_mm_; }
+  double way_mm() const { return way_mm_; }
+
+ private:
+  bool started_ = false;
+  double last_mm_ = 0.0, step_mm_ = 0.0, heading_ = 0.0, way_mm_ = 0.0;
+};
+
 /// Normals along the line, from bins that were passed both ways.
 class NormalsAlongLine {
  public:
@@ -26,12 +53,17 @@ class NormalsAlongLine {
       int count[2] = {0, 0};
     };
     std::map<long, Bin> bins;
+    WaySinceTurn way;
     for (const StrokeSample& s : strokes) {
-      if (std::abs(s.along_mm_per_s) < kSlidingMmPerS || norm(s.reaction_n) < 0.2) continue;
+      const double way_mm = way.update(s.along_mm);
+      // Right after a turn friction has not turned yet.
+      if (way_mm < kSlidingWayMm || std::abs(s.along_mm_per_s) < kSlidingMmPerS || norm(s.reaction_n) < 0.2) {
+        continue;
+      }
       Bin& bin = bins[std::lround(s.along_mm / kBinMm)];
-      const int way = s.along_mm_per_s > 0.0 ? 0 : 1;
-      bin.sum[way] = bin.sum[way] + direction_or(s.reaction_n, {});
-      ++bin.count[way];
+      const int side = s.along_mm_per_s > 0.0 ? 0 : 1;
+      bin.sum[side] = bin.sum[side] + direction_or(s.reaction_n, {});
+      ++bin.count[side];
     }
     for (const auto& [place, bin] : bins) {
       if (bin.count[0] < kFewestPerWay || bin.count[1] < kFewestPerWay) continue;
@@ -64,12 +96,6 @@ struct Row {
   double way_mm;  ///< slid since the motion last turned
 };
 
-// Regimes of D§4.4.1.
-constexpr double kSlidingWayMm = 3.0;
-constexpr double kPreslidingWayMm = 0.5;
-/// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
-constexpr double kLeastSpeedMmPerS = 2.0;
-
 }  // namespace
 
 hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, const hal::Vector3& along) {
@@ -80,25 +106,18 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
                       "stroke to and fro over the same place"};
   }
   std::vector<Row> rows;
-  double last_along_mm = 0.0;
-  double way_mm = 0.0;
-  double heading = 0.0;
+  WaySinceTurn way;
   for (const StrokeSample& s : strokes) {
+    way.update(s.along_mm);
     hal::Vector3 normal;
     if (norm(s.reaction_n) < 0.2 || !normals.at(s.along_mm, normal)) {
-      way_mm = 0.0;
-      last_along_mm = s.along_mm;
+      way.restart();
       continue;
     }
     const hal::Vector3 tangent = direction_or(across(along, normal), along);
     const double per_along = 1.0 / std::max(0.2, dot(tangent, along));  // way on the surface
-    const double slide_mm = (s.along_mm - last_along_mm) * per_along;
-    last_along_mm = s.along_mm;
-    if (slide_mm * heading < 0.0) way_mm = 0.0;
-    if (slide_mm != 0.0) heading = slide_mm;
-    way_mm += std::abs(slide_mm);
-    rows.push_back({dot(s.reaction_n, normal), -dot(s.reaction_n, tangent), slide_mm,
-                    s.along_mm_per_s * per_along, way_mm});
+    rows.push_back({dot(s.reaction_n, normal), -dot(s.reaction_n, tangent), way.step_mm() * per_along,
+                    s.along_mm_per_s * per_along, way.way_mm() * per_along});
   }
 
   // Sliding: the level and its viscosity, by least squares.

@@ -11,6 +11,7 @@ namespace {
 constexpr double kInverseCutoffHz = 60.0;
 constexpr double kReleaseS = 0.5;  // the target is followed so long after a release, fading
 constexpr double kOnsetDeviationMm = 0.03;
+constexpr double kRegainedDeviationMm = 0.15;
 constexpr std::uint32_t kRegainTicks = 100;  // ringing after a bounce is over by then
 
 FrictionParameters friction_of(const SceneSpec& spec, const ObjectModel& model) noexcept {
@@ -99,6 +100,7 @@ void ExplorePipeline::reset() noexcept {
   back_drive_.reset();
   back_drive_n_ = {};
   if (auto* creep = std::get_if<CreepLaw>(&law_)) creep->reset();
+  law_now_ = {};
   has_tip_ = false;
   displacement_mm_ = 0.0;
   release_share_ = 0.0;
@@ -182,13 +184,23 @@ void ExplorePipeline::begin_contact(const Measured& now) noexcept {
   displacement_mm_ = residual_mm;
   if (!regained_) displacement_mm_ += std::max(0.0, dot(began_mm - now.tip_mm, normal()));
   if (auto* fused = std::get_if<FusedDisplacement>(&estimator_)) {
-    fused->begin(displacement_mm_, kOnsetDeviationMm + 0.2 * residual_mm);
+    fused->begin(displacement_mm_, kOnsetDeviationMm + unfelt_displacement_mm() + 0.2 * residual_mm,
+                 regained_ ? kRegainedDeviationMm : 0.0);
   } else if (auto* inverse = std::get_if<Inverse>(&estimator_)) {
     inverse->filter.seed(0.0);
   } else {
     std::get_if<Particle>(&estimator_)->contacted_mm = began_mm;
   }
   passivity_.begin();
+}
+
+double ExplorePipeline::unfelt_displacement_mm() const noexcept {
+  const double unfelt_n = contact_parameters_.release_ratio * contact_parameters_.threshold_n;
+  if (const auto* creep = std::get_if<CreepLaw>(&law_)) return creep->curve(unfelt_n).displacement_mm;
+  if (const auto* law = std::get_if<HuntCrossleyParameters>(&law_)) {
+    return hunt_crossley_displacement(*law, unfelt_n, 0.0).displacement_mm;
+  }
+  return 0.0;
 }
 
 LawEstimate ExplorePipeline::law_estimate(double normal_n, double rate_mm_per_s) noexcept {
@@ -201,17 +213,18 @@ LawEstimate ExplorePipeline::law_estimate(double normal_n, double rate_mm_per_s)
 
 void ExplorePipeline::update_displacement(const Measured& now, double normal_n,
                                           double rate_mm_per_s) noexcept {
-  const double way_mm = -dot(now.step_mm, normal());
+  // By the normal before this tick's: what turned it must not count as way, or dithering would add up.
+  const double way_mm = -dot(now.step_mm, normal_before_);
   if (auto* fused = std::get_if<FusedDisplacement>(&estimator_)) {
     law_now_ = law_estimate(normal_n, rate_mm_per_s);
-    fused->update(way_mm, norm(across(now.step_mm, normal())), law_now_);
+    fused->update(way_mm, norm(across(now.step_mm, normal_before_)), law_now_);
     displacement_mm_ = fused->displacement_mm();
   } else if (auto* inverse = std::get_if<Inverse>(&estimator_)) {
     law_now_ = law_estimate(inverse->filter.update(normal_n), rate_mm_per_s);
     displacement_mm_ = law_now_.displacement_mm;
   } else {
     auto* particle = std::get_if<Particle>(&estimator_);
-    particle->contacted_mm = particle->contacted_mm + across(now.step_mm, normal());  // (4.21)
+    particle->contacted_mm = particle->contacted_mm + across(now.step_mm, normal_before_);  // (4.21)
     displacement_mm_ = dot(particle->contacted_mm - now.tip_mm, normal());
   }
 }
@@ -243,6 +256,7 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
     if (contact_.just_declared()) {
       begin_contact(now);
     } else {
+      normal_before_ = normal();
       std::visit(
           [&](auto& direction) { direction.update(now.reaction_n, now.step_mm, now.velocity_mm_per_s); },
           direction_);

@@ -55,6 +55,8 @@ class ExplorePipeline final : public Pipeline {
   bool update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
   void begin_contact(const Measured& now) noexcept;
   void update_displacement(const Measured& now, double normal_n, double rate_mm_per_s) noexcept;
+  /// How deep a soft object may be pressed before its force is told from nothing.
+  double unfelt_displacement_mm() const noexcept;
   LawEstimate law_estimate(double normal_n, double rate_mm_per_s) noexcept;
   hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n,
                              double rate_mm_per_s) noexcept;
@@ -91,6 +93,7 @@ class ExplorePipeline final : public Pipeline {
   std::variant<FusedDisplacement, Inverse, Particle> estimator_;
   std::variant<std::monostate, CreepLaw, HuntCrossleyParameters> law_;
   LawEstimate law_now_;
+  hal::Vector3 normal_before_;    ///< last tick's
   double displacement_mm_ = 0.0;  ///< in contact: the estimate; after it: counted on along the last normal
   double release_share_ = 0.0;    ///< of the target that is still rendered after a release
   double release_step_;

@@ -1,5 +1,7 @@
 #include "rt/scene/renderer.h"
 
+#include <cmath>
+
 namespace hapticd::rt {
 
 Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept {
@@ -40,7 +42,8 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   const bool was_latched = guard_.state() == GuardState::kLatched;
   const hal::Vector3 force = guard_.bound(wanted, sample, record);
   // A command that was no number came out of the pipeline's own state: start that anew as well.
-  if (!was_latched && guard_.fault() == GuardFault::kNonFinite) pipeline_is_stale_ = true;
+  const bool is_number = std::isfinite(wanted.x + wanted.y + wanted.z);
+  if (!is_number || (!was_latched && guard_.fault() == GuardFault::kNonFinite)) pipeline_is_stale_ = true;
   if (pipeline_ != nullptr) pipeline_->applied(force);
   return {force};
 }

@@ -12,9 +12,11 @@ namespace hapticd::rt {
 /// and is faded by keeping the force offset.
 class TargetBlend {
  public:
-  TargetBlend(const TargetLaw& law, double rate_hz) noexcept : before_(law), law_(law), rate_hz_(rate_hz) {}
+  TargetBlend(const TargetLaw& law, double rate_hz) noexcept
+      : before_(law), law_(law), rate_hz_(rate_hz), stiffness_before_(law.stiffness_n_per_mm) {}
 
   void set(const TargetLaw& law, double ramp_s) noexcept {
+    stiffness_before_ = stiffness_n_per_mm();
     before_ = law_;
     law_ = law;
     weight_ = 0.0;
@@ -44,7 +46,7 @@ class TargetBlend {
   /// the last tick.
   double stiffness_n_per_mm() const noexcept {
     if (law_.kind == TargetLaw::Kind::kLinear && before_.kind == TargetLaw::Kind::kLinear) {
-      return before_.stiffness_n_per_mm + weight_ * (law_.stiffness_n_per_mm - before_.stiffness_n_per_mm);
+      return stiffness_before_ + weight_ * (law_.stiffness_n_per_mm - stiffness_before_);
     }
     return displacement_mm_ > 0.0 ? force_n_ / displacement_mm_ : 0.0;
   }
@@ -53,7 +55,8 @@ class TargetBlend {
   TargetLaw before_;
   TargetLaw law_;
   double rate_hz_;
-  double weight_ = 1.0;  ///< of law_
+  double stiffness_before_;  ///< told when the last change came
+  double weight_ = 1.0;      ///< of law_
   double step_ = 1.0;
   double force_n_ = 0.0;  ///< last tick's, as its displacement
   double displacement_mm_ = 0.0;

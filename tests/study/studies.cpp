@@ -24,6 +24,7 @@ const std::vector<Study>& studies() {
            {"stability", "largest stable target while stroking", run_explore_stability},
            {"rendered", "stiffness at the simulated hand at 0.3 and 0.8 N/mm", run_explore_rendered},
            {"phenomena", "whether the dissertation's pipeline shows what it showed there", run_phenomena},
+           {"difficult", "a sticky gel and a ridge", run_difficult},
            {"gains", "ultimate-gain search for the controller", run_gains},
        }},
   };

@@ -28,6 +28,9 @@ void run_explore_rendered(StudyContext& context);
 /// Whether the pipeline of the dissertation shows here what it showed there.
 void run_phenomena(StudyContext& context);
 
+/// Sticky objects and ridges, which the dissertation's pipeline could not hold.
+void run_difficult(StudyContext& context);
+
 /// Gains by the ultimate-gain search of D§3.3.2.
 void run_gains(StudyContext& context);
 

@@ -23,7 +23,8 @@ struct Response {
 Response respond(const sim::SimulationConfig& rig, const rt::ObjectModel& model, double target_n_per_mm,
                  const rt::ControllerParameters& gains) {
   rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
-  scene.target = rt::linear_target(target_n_per_mm);
+  // Laid down on the object as it is, so that it does not bounce before the target is what is asked.
+  scene.target = rt::linear_target(sim::object_preset(rig.object)->material.stiffness_at_4n_n_per_mm);
   scene.controller = gains;
   scene.explore.passivity = false;                // it would hold what is to be found
   scene.explore.back_drive_compensation = false;  // so would the lack of friction be, for a bare weight
@@ -32,6 +33,8 @@ Response respond(const sim::SimulationConfig& rig, const rt::ObjectModel& model,
   hand.kind = sim::HandProgram::Kind::kWeight;
   hand.knock_n = 1.0;
   run.set_hand(hand);
+  while (run.time_s() < 3.0) run.step();
+  run.set_target(target_n_per_mm, 0.5);
   while (run.time_s() < 4.0) run.step();
   OscillationJudge judge(1000.0);
   Response response;
@@ -78,16 +81,25 @@ void run_gains(StudyContext& context) {
       // so the search starts at the smallest gain that holds. Beyond Kp = 2 the controller oscillates by
       // itself.
       constexpr double kEnd = 1.99;
-      double lowest = 0.0;
+      double lowest = 0.0;  // of the widest range that holds
       double ultimate = kEnd;
       Response at_ultimate;
-      for (double kp = 0.1; kp < kEnd; kp *= 1.08) {
-        const Response response = respond(rig, model, target, {rt::ControlLaw::kClosedLoop, kp, 0.0});
-        if (!response.oscillates && lowest == 0.0) lowest = kp;
-        if (!response.oscillates || lowest == 0.0) continue;
-        ultimate = kp;
-        at_ultimate = response;
-        break;
+      double from = 0.0;  // of the range under way
+      double widest = 0.0;
+      for (double kp = 0.1; kp < kEnd * 1.08; kp *= 1.08) {
+        const bool beyond = kp >= kEnd;
+        const Response response = beyond
+                                      ? Response{true, 0.0}
+                                      : respond(rig, model, target, {rt::ControlLaw::kClosedLoop, kp, 0.0});
+        if (!response.oscillates && from == 0.0) from = kp;
+        if (!response.oscillates || from == 0.0) continue;
+        if (kp / from > widest) {
+          widest = kp / from;
+          lowest = from;
+          ultimate = std::min(kp, kEnd);
+          at_ultimate = response;
+        }
+        from = 0.0;
       }
       report::Figure figure{"ultimate_gain", {{"device", device}, {"object", object}}};
       figure.reference = published.proportional_gain / 0.6;

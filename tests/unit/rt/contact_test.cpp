@@ -67,7 +67,8 @@ TEST(ContactDetector, AfterAQuietWhileAContactMayBeAnywhere) {
   ContactDetector detector = armed();
   detector.update(1.0, 10.0, 10.0);
   detector.update(1.0, 9.4, 10.0);
-  for (std::uint32_t i = 0; i < ContactParameters{}.quiet_ticks_after_release; ++i) detector.update(0.0, 5.0, 10.0);
+  for (std::uint32_t i = 0; i < ContactParameters{}.quiet_ticks_after_release; ++i)
+    detector.update(0.0, 5.0, 10.0);
   EXPECT_TRUE(detector.update(0.1, 5.0, 10.0)) << "another object, higher up";
 }
 

@@ -216,11 +216,9 @@ TEST(Identify, FindsCoulombFrictionExactly) {
   }
 }
 
-// The bins of normals take samples right after a turn, where friction has not turned yet and the mean of the
-// two ways is not the normal. The slow ends of the strokes then show too little friction, and the fit takes
-// the difference for viscosity: μ_k 4 … 18 % too small, μ_b about 1e-3 too large, δ half, on noiseless data.
-// Without presliding (above) it is exact; leaving the first 3 mm after a turn out of the bins mends it.
-TEST(Identify, DISABLED_FindsTheLevelOfFrictionThatPreslides) {
+// Right after a turn friction has not turned yet, and the mean of the two ways is not the normal: those
+// samples must stay out of the bins.
+TEST(Identify, FindsTheLevelOfFrictionThatPreslides) {
   for (const FrictionParameters& truth :
        {FrictionParameters{0.3, 0.3, 0.0}, FrictionParameters{0.6, 0.5, 5e-4}}) {
     Stroking how;
