@@ -62,6 +62,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
     spec.guard.max_force_rate_n_per_s = spec.guard.max_force_n / kFullScaleTimeS;
   }
   if (!uses_sensor) spec.guard.sensor_stale_after_ms = 0.0;
+  if (explores && spec.tool_mass_g == 0.0) spec.tool_mass_g = rig.sensor.tool_mass_g;
 
   Checker check(spec);
   const hal::Vector3 axis = spec.press_axis;
@@ -98,6 +99,10 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   }
   if (explores) {
     const ExploreParameters& e = spec.explore;
+    if (spec.tool_mass_g == 0.0) {
+      check.fail("tool.mass_g", 0.0, "the mass beyond the sensor, in g",
+                 "the rig does not know it: weigh the tool and give it, or its weight is taken for contact");
+    }
     check.range("control.lead_ms", e.lead_ms, 0.0, 50.0, "ms");
     check.range("structure.cutoff_hz", e.deflection_cutoff_hz, 0.0, 0.4 * rig.rate_hz, "Hz (0: at once)");
     check.range("contact.force_noise_n", e.force_noise_n, 1e-5, 1.0, "N");
@@ -133,7 +138,7 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   stages.emplace_back("contact: force threshold with release hysteresis");
   stages.emplace_back(bearing ? "friction: Coulomb-viscous, ball bearing (4.11)"
                               : "friction: Dahl, solid rod (4.12)-(4.15), exact and scaled by the load");
-  stages.emplace_back(tracked ? "direction: closed form in the reaction, tracked with a load-dependent gain"
+  stages.emplace_back(tracked ? "direction: normal and friction told apart by when they change (Kalman)"
                               : "direction: (4.16)-(4.20), 70 Hz Butterworth");
   const std::string law = e.law == ContactLawKind::kCreep ? "creep law" : "inverse Hunt-Crossley law (4.23)";
   switch (e.displacement) {

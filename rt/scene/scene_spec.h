@@ -74,7 +74,7 @@ struct SceneSpec {
   std::string object_model = "none";
 
   hal::Vector3 press_axis{0.0, 0.0, -1.0};  ///< rig frame, into the object; normalised by compose()
-  double tool_mass_g = 9.35;                ///< beyond the sensor (D§3.2.1)
+  double tool_mass_g = 9.35;  ///< beyond the sensor (D§3.2.1); kExplore: 0 = what the rig knows of it
 
   ContactParameters contact;
   double wall_position_mm = 0.0;  ///< kWall: the surface, along the press axis

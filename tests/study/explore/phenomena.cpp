@@ -72,7 +72,7 @@ double ratio_at_depth(const std::string& object, double depth_mm) {
 void run_phenomena(StudyContext& context) {
   using report::fixed;
   report::SvgPlot plot;
-  plot.title = "Jitter of the displacement from tick to tick, sponge held (hand force on the axis)";
+  plot.title = "Jitter of the displacement from tick to tick, sponge held";
   plot.x = {"force", "N", true};
   plot.y = {"standard deviation of the change in a tick", "um"};
   plot.y.minimum = 0.0;

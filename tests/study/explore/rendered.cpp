@@ -45,7 +45,7 @@ Press press(const std::string& object, const rt::SceneSpec& scene, const rt::Obj
         low = std::min(low, truth.displacement_mm);
         high = std::max(high, truth.displacement_mm);
       }
-      if (run.sample().tick % 5 == 0) {
+      if (run.sample().tick % 20 == 0) {
         result.depth_mm.push_back(truth.displacement_mm);
         result.force_n.push_back(run.hand_force_n());
       }
