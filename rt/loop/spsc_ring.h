@@ -36,14 +36,26 @@ class SpscRing {
 
   /// Consumer only. False when empty.
   bool pop(T& value) noexcept {
+    const T* oldest = front();
+    if (oldest == nullptr) return false;
+    value = *oldest;
+    discard();
+    return true;
+  }
+
+  /// Consumer only: the oldest unread, which stays there until discard(); nullptr when empty.
+  const T* front() noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == cached_head_) {
       cached_head_ = head_.load(std::memory_order_acquire);
-      if (tail == cached_head_) return false;
+      if (tail == cached_head_) return nullptr;
     }
-    value = slots_[tail & mask_];
-    tail_.store(tail + 1, std::memory_order_release);
-    return true;
+    return &slots_[tail & mask_];
+  }
+
+  /// Consumer only: drops what front() showed.
+  void discard() noexcept {
+    tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
 
   std::size_t capacity() const noexcept { return mask_ + 1; }

@@ -1,28 +1,22 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <variant>
 
 #include "hal/rig.h"
 #include "rt/contact/contact_detector.h"
 #include "rt/contact/contact_onset.h"
 #include "rt/contact/free_motion_residual.h"
 #include "rt/control/back_drive_compensation.h"
-#include "rt/control/force_controller.h"
-#include "rt/deformation/creep_law.h"
-#include "rt/deformation/fused_displacement.h"
-#include "rt/deformation/hunt_crossley.h"
-#include "rt/deformation/published_direction.h"
-#include "rt/deformation/tracked_direction.h"
+#include "rt/control/three_axis_controller.h"
+#include "rt/deformation/direction.h"
+#include "rt/deformation/displacement.h"
 #include "rt/guard/hand_port_passivity.h"
 #include "rt/model/models.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
-#include "rt/signal/motion_estimator.h"
 #include "rt/signal/structural_deflection.h"
+#include "rt/signal/three_axis_motion.h"
 #include "rt/signal/tool_load.h"
-#include "rt/target/release_fade.h"
 #include "rt/target/target_blend.h"
 
 namespace hapticd::rt {
@@ -48,32 +42,31 @@ class ExplorePipeline final : public Pipeline {
     hal::Vector3 step_mm;  ///< since the last tick
     hal::Vector3 velocity_mm_per_s;
     hal::Vector3 acceleration_mm_per_s2;
+    hal::Vector3 load_n;      ///< on the sensor, weight taken off
     hal::Vector3 reaction_n;  ///< on the tool
   };
 
   Measured measure(const hal::RigSample& sample) noexcept;
   bool update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
   void begin_contact(const Measured& now) noexcept;
-  void update_displacement(const Measured& now, double normal_n, double rate_mm_per_s) noexcept;
-  /// How deep a soft object may be pressed before its force is told from nothing.
-  double unfelt_displacement_mm() const noexcept;
-  LawEstimate law_estimate(double normal_n, double rate_mm_per_s) noexcept;
-  hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n,
-                             double rate_mm_per_s) noexcept;
-  void tell(const Measured& now, bool in_contact, double normal_n, double rate_mm_per_s,
-            const hal::Vector3& desired_n, const hal::Vector3& command_n, TickRecord& record) const noexcept;
-  const hal::Vector3& normal() const noexcept;
-  const hal::Vector3& friction_n() const noexcept;
+  /// Direction and displacement of this tick; returns the normal force.
+  double estimate(const Measured& now, bool in_contact) noexcept;
+  /// Speed into the object.
+  double rate_mm_per_s(const Measured& now) const noexcept;
+  hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n) noexcept;
+  void tell(const Measured& now, bool in_contact, double normal_n, const hal::Vector3& desired_n,
+            const hal::Vector3& command_n, TickRecord& record) const noexcept;
 
   ExploreParameters options_;
   double max_force_n_;
   double lead_s_;
 
   ToolLoad load_;
-  std::array<MotionEstimator, 3> motion_;
+  ThreeAxisMotion motion_;
   StructuralDeflection deflection_;
   bool has_tip_ = false;
   hal::Vector3 last_tip_mm_;
+  hal::Vector3 last_encoder_mm_;
 
   ContactParameters contact_parameters_;
   FreeMotionResidual3 residual_;
@@ -81,30 +74,17 @@ class ExplorePipeline final : public Pipeline {
   ContactOnset3 onset_;
   bool regained_ = false;  ///< the present contact was not seen to begin
 
-  std::variant<TrackedDirection, PublishedDirection> direction_;
-  /// (4.21): the particle that was touched, followed along the surface.
-  struct Particle {
-    hal::Vector3 contacted_mm;
-  };
-  /// (4.23): the force through its 60 Hz filter.
-  struct Inverse {
-    ButterworthLowPass filter;
-  };
-  std::variant<FusedDisplacement, Inverse, Particle> estimator_;
-  std::variant<std::monostate, CreepLaw, HuntCrossleyParameters> law_;
-  LawEstimate law_now_;
-  hal::Vector3 normal_before_;    ///< last tick's
-  double displacement_mm_ = 0.0;  ///< in contact: the estimate; after it: counted on along the last normal
-  double release_share_ = 0.0;    ///< of the target that is still rendered after a release
-  double release_step_;
+  Direction direction_;
+  Displacement displacement_;
 
   TargetBlend target_;
-  hal::Vector3 desired_before_n_;  ///< last tick's, for the fade
+  double release_step_;
+  double release_share_ = 0.0;     ///< of what is still rendered after a release
+  hal::Vector3 desired_before_n_;  ///< in the last tick of contact, for the fade
   HandPortPassivity passivity_;
-  std::array<ForceController, 3> controller_;
+  ThreeAxisController controller_;
   BackDriveCompensation back_drive_;
   hal::Vector3 back_drive_n_;  ///< in the command besides what the controller wants
-  hal::Vector3 last_encoder_mm_;
 };
 
 }  // namespace hapticd::rt

@@ -4,6 +4,16 @@
 #include <cmath>
 
 namespace hapticd::rt {
+namespace {
+
+// 1/n: a division is as dear as all the rest of a step through the window.
+constexpr auto kReciprocal = [] {
+  std::array<double, AdaptiveWindowVelocity::kMaxWindow + 1> reciprocal{};
+  for (std::size_t n = 1; n < reciprocal.size(); ++n) reciprocal[n] = 1.0 / static_cast<double>(n);
+  return reciprocal;
+}();
+
+}  // namespace
 
 AdaptiveWindowVelocity::AdaptiveWindowVelocity(double noise_bound_mm, double rate_hz, Fit fit) noexcept
     : noise_bound_mm_(noise_bound_mm), rate_hz_(rate_hz), fit_(fit) {}
@@ -30,19 +40,19 @@ void AdaptiveWindowVelocity::fit_end() noexcept {
   const double newest = position(0);
   double low = -HUGE_VAL;
   double high = HUGE_VAL;
-  double slope = 0.0;
+  double slope = 0.0;  // per period
   int n = 1;
   for (; n < filled_; ++n) {
-    const double per_second = rate_hz_ / n;
-    const double rise = newest - position(n);
-    const double candidate = rise * per_second;
+    const double share = kReciprocal[static_cast<std::size_t>(n)];
+    const double candidate = (newest - position(n)) * share;
     if (candidate < low || candidate > high) break;
     slope = candidate;
-    low = std::max(low, (rise - noise_bound_mm_) * per_second);
-    high = std::min(high, (rise + noise_bound_mm_) * per_second);
+    const double slack = noise_bound_mm_ * share;
+    low = std::max(low, candidate - slack);
+    high = std::min(high, candidate + slack);
   }
   window_ = n - 1;
-  velocity_mm_per_s_ = slope;
+  velocity_mm_per_s_ = slope * rate_hz_;
 }
 
 void AdaptiveWindowVelocity::fit_best() noexcept {

@@ -23,13 +23,16 @@ class TickWorkload {
  public:
   static hal::Result<std::unique_ptr<TickWorkload>> create(const std::string& scene);
 
-  /// One tick as the loop does it: the scene's computation, and its record through the telemetry ring. The
-  /// samples come round and round.
+  /// One tick as the loop does it: the scene's computation, and its record into the telemetry ring, which
+  /// another thread reads. The samples come round and round.
   void tick() noexcept {
     rt::TickRecord record;
     sink_ = renderer_.tick(samples_[next_], record);
     ring_.push(record);
-    ring_.pop(received_);
+    if (const rt::TickRecord* told = ring_.front(); told != nullptr) {
+      guard_state_ = told->guard_state;
+      ring_.discard();
+    }
     if (++next_ == samples_.size()) next_ = 0;
   }
 
@@ -39,7 +42,7 @@ class TickWorkload {
   std::size_t size() const noexcept { return samples_.size(); }
   double contact_share() const noexcept;
   /// True as long as the guard lets the scene through; a latched tick would be a cheap one.
-  bool renders() const noexcept { return received_.guard_state == rt::GuardState::kRendering; }
+  bool renders() const noexcept { return guard_state_ == rt::GuardState::kRendering; }
 
  private:
   TickWorkload(const rt::SceneSpec& resolved, std::unique_ptr<rt::Pipeline> pipeline, double rate_hz);
@@ -50,7 +53,7 @@ class TickWorkload {
   std::vector<hal::RigSample> samples_;
   std::vector<bool> in_contact_;
   std::size_t next_ = 0;
-  rt::TickRecord received_;
+  rt::GuardState guard_state_{};
   hal::DeviceCommand sink_;
 };
 

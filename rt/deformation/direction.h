@@ -1,0 +1,37 @@
+#pragma once
+
+#include <variant>
+
+#include "rt/deformation/published_direction.h"
+#include "rt/deformation/tracked_direction.h"
+
+namespace hapticd::rt {
+
+/// The one way of finding the deformation direction that a scene composed in.
+class Direction {
+ public:
+  explicit Direction(const TrackedDirection& tracked) noexcept : way_(tracked) {}
+  explicit Direction(const PublishedDirection& published) noexcept : way_(published) {}
+
+  void begin(const hal::Vector3& reaction_n) noexcept {
+    std::visit([&](auto& way) { way.begin(reaction_n); }, way_);
+  }
+  /// Rig frame: reaction on the tool, motion of the tip since the last tick, its velocity.
+  void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
+              const hal::Vector3& velocity_mm_per_s) noexcept {
+    std::visit([&](auto& way) { way.update(reaction_n, step_mm, velocity_mm_per_s); }, way_);
+  }
+  /// u^n, out of the object, length 1.
+  const hal::Vector3& normal() const noexcept {
+    return std::visit([](const auto& way) -> const hal::Vector3& { return way.normal(); }, way_);
+  }
+  /// Friction on the tool.
+  const hal::Vector3& friction_n() const noexcept {
+    return std::visit([](const auto& way) -> const hal::Vector3& { return way.friction_n(); }, way_);
+  }
+
+ private:
+  std::variant<TrackedDirection, PublishedDirection> way_;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <variant>
+
+#include "hal/samples.h"
+#include "rt/deformation/contact_law.h"
+#include "rt/deformation/creep_law.h"
+#include "rt/deformation/fused_displacement.h"
+#include "rt/deformation/hunt_crossley.h"
+#include "rt/signal/butterworth_low_pass.h"
+
+namespace hapticd::rt {
+
+/// The contact law of a scene; none where the displacement is found without.
+using ContactLaw = std::variant<std::monostate, CreepLaw, HuntCrossleyParameters>;
+
+/// (4.21): the particle that was touched, followed along the surface. Needs no law, and drifts.
+struct RecursiveDisplacement {
+  hal::Vector3 contacted_mm;
+};
+
+/// (4.23): the law of the force through a 60 Hz Butterworth filter.
+struct InverseDisplacement {
+  static constexpr double kCutoffHz = 60.0;
+  ButterworthLowPass filter;
+};
+
+/// The one way of finding the displacement that a scene composed in, with its law. In contact it estimates;
+/// out of contact it counts on along the last normal, to tell where the surface was.
+class Displacement {
+ public:
+  using Way = std::variant<FusedDisplacement, InverseDisplacement, RecursiveDisplacement>;
+
+  Displacement(const Way& way, const ContactLaw& law) noexcept : way_(way), law_(law) {}
+
+  /// A contact begins that was seen to begin at `began_mm`; the tip is at `tip_mm` by now. `unfelt_n`: force
+  /// that may have gone unnoticed before.
+  void begin(const hal::Vector3& began_mm, const hal::Vector3& tip_mm, const hal::Vector3& normal,
+             double unfelt_n) noexcept;
+  /// A contact that nobody saw begin: the law says how deep the tip is.
+  void begin_unseen(const hal::Vector3& tip_mm, double normal_n) noexcept;
+  /// One tick in contact. The step is taken along the normal *before* this tick's: what turned the normal
+  /// must not count as way, or an encoder that dithers would add up.
+  void update(const hal::Vector3& tip_mm, const hal::Vector3& step_mm, const hal::Vector3& normal_before,
+              const hal::Vector3& normal, double normal_n, double rate_mm_per_s) noexcept;
+  /// One tick out of contact: `way_mm` into the object, and a force that may yet turn out to be a contact.
+  void rest(double way_mm, double unsure_n) noexcept;
+  void reset() noexcept;
+
+  bool has_law() const noexcept { return !std::holds_alternative<std::monostate>(law_); }
+  double displacement_mm() const noexcept { return displacement_mm_; }
+  /// What the law alone makes of the force.
+  const LawEstimate& by_law() const noexcept { return by_law_; }
+  /// As the filter sees it; 0 where there is none.
+  double deviation_mm() const noexcept;
+
+ private:
+  LawEstimate law_estimate(double normal_n, double rate_mm_per_s) noexcept;
+  double unfelt_displacement_mm(double unfelt_n) const noexcept;
+  void start(const hal::Vector3& began_mm, double deviation_mm, double least_deviation_mm) noexcept;
+
+  Way way_;
+  ContactLaw law_;
+  LawEstimate by_law_;
+  double displacement_mm_ = 0.0;
+};
+
+}  // namespace hapticd::rt
