@@ -12,7 +12,8 @@ declare -A packages=(
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
                libmodbus-dev libasio-dev libeigen3-dev
                libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev
-               libgtest-dev libbenchmark-dev"
+               libsqlitecpp-dev libsqlite3-dev libssl-dev
+               libgtest-dev libbenchmark-dev libceres-dev"
   # hapticctl plot and demo draw with it.
   [run]="gnuplot-nox"
   # Instruction counts, and the latency tool the loop is compared with.

@@ -101,6 +101,10 @@ class Rig {
   /// The truth behind the last sample; false where there is none.
   virtual bool truth(TruthSample&) const noexcept { return false; }
 
+  /// The tip's position by an instrument from outside (an LVDT, a laser), rig frame, at the last sample; false
+  /// where there is none. Unlike the encoders it sees the device bend.
+  virtual bool external_position(Vector3& /*position_mm*/) const noexcept { return false; }
+
   /// Drives the handler until the rig is exhausted or `stop` is set. A rig with an external scheduler
   /// overrides this; the default goes as fast as it can, which is what virtual time means. A zero force is
   /// written before it returns, whatever the cause.

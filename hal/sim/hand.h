@@ -33,6 +33,7 @@ struct HandProgram {
   double knock_n = 0.0;   ///< press, stroke, weight: a half-sine of 20 ms every two seconds, to disturb
   hal::Vector3 shake_direction{0.0, 0.0, 1.0};
   double tap_slant_deg = 0.0;  ///< tap: path from the vertical, towards `stroke_direction`; meets home there
+  hal::Vector3 place_mm;       ///< any: where its home is, beside (x, y) or above (z) the usual one
   double tilt_deg = 0.0;       ///< any: amplitude of the tool's sway about x and about y
 };
 

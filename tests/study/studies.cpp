@@ -1,4 +1,5 @@
 #include "tests/study/explore/explore_study.h"
+#include "tests/study/identify/identify_study.h"
 #include "tests/study/rig/rig_study.h"
 #include "tests/study/study.h"
 
@@ -11,7 +12,8 @@ const std::vector<Study>& studies() {
        {
            {"rendered", "stiffness at the simulated hand against the target", run_rendered_stiffness},
            {"contact", "false alarms in free motion, delay of detection", run_contact},
-           {"stability", "largest stable targets and walls, sensitivity to uncertain parameters", run_stability},
+           {"stability", "largest stable targets and walls, sensitivity to uncertain parameters",
+            run_stability},
            {"speed", "simulated time over wall-clock time", run_speed},
            {"recordings", "contact, stiffness and rendered force on real recordings", run_recordings},
        }},
@@ -26,6 +28,17 @@ const std::vector<Study>& studies() {
            {"phenomena", "whether the dissertation's pipeline shows what it showed there", run_phenomena},
            {"difficult", "a sticky gel and a ridge", run_difficult},
            {"gains", "ultimate-gain search for the controller", run_gains},
+       }},
+      {"identify",
+       "models from touching simulated objects and from real recordings",
+       {
+           {"contact", "laws and methods on the simulated objects, error against run time",
+            run_identify_contact},
+           {"contact_recordings", "contact laws across real recordings", run_identify_contact_recordings},
+           {"friction", "rod and ball bearing on the simulated objects", run_identify_friction},
+           {"friction_recordings", "friction laws on real recordings", run_identify_friction_recordings},
+           {"rig", "structural stiffness, tool, contact threshold and gains", run_identify_rig},
+           {"handover", "tool and threshold of a real hand-held sensor", run_identify_handover},
        }},
   };
   return all;

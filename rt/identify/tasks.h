@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hal/rig.h"
+#include "rt/scene/scene_spec.h"
+
+namespace hapticd::rt {
+
+/// What is to be identified and how far. Each task is carried out by the Identification of its name, which is
+/// given the rig's properties beside it. A recording is a rig of kind RigKind::kReplay whose `rate_hz` is one
+/// over the median step; nothing can be wished of it, gaps and uneven steps are to be expected, its sensor
+/// has no tool mass and its encoders an unknown noise.
+
+enum class ContactFitMethod : std::uint8_t {
+  kRecursiveThenBatch,  ///< recursive while it runs, refined by batch in finish()
+  kRecursive,           ///< gated single-stage log-linear recursive least squares (D§4.5.1)
+  kDoubleStage,         ///< alternating between m and (K, B), recursive (Diolaiti et al. 2005)
+  kBatch,               ///< variable projection over all samples kept
+};
+
+struct ContactTask {
+  std::optional<ContactLawKind> law;  ///< none = all laws
+  ContactFitMethod method = ContactFitMethod::kRecursiveThenBatch;
+  double force_n = 6.0;          ///< what presses shall reach
+  double displacement_mm = 0.0;  ///< coverage required; 0 = what `force_n` gives
+  double speed_mm_per_s = 0.0;   ///< coverage required; 0 = by the object's own stiffness
+  double threshold_n = 0.02;     ///< ε_f of the contact detection
+};
+
+struct FrictionTask {
+  Tip tip = Tip::kRod;
+  double length_mm = 30.0;  ///< of the line scanned and stroked, along x, centred on the home
+  double threshold_n = 0.02;
+  double normal_force_n =
+      0.0;  ///< recordings: the constant normal force where it was not recorded; 0 = it was
+};
+
+struct StructuralStiffnessTask {
+  bool constant = false;  ///< one value for everywhere; false = a field
+};
+
+struct ToolTask {};
+
+struct ThresholdTask {
+  double duration_s = 20.0;  ///< of free motion
+};
+
+struct GainsTask {
+  double target_stiffness_n_per_mm = 1.0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,114 @@
+#include "rt/model/identified_model.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace hapticd::rt {
+
+namespace {
+
+/// The first complaint of a row of ranges; NaN fails every one.
+class Ranges {
+ public:
+  explicit Ranges(std::string where) : where_(std::move(where)) {}
+  void expect(const std::string& key, double value, double low, double high) {
+    if (error || (value >= low && value <= high)) return;
+    std::ostringstream got;
+    std::ostringstream limit;
+    got << value;
+    limit << low << " … " << high;
+    error = hal::Error{key + " is out of range", where_, got.str(), limit.str(), "identify it again"};
+  }
+  void expect(const std::string& key, const hal::Vector3& value, double bound) {
+    expect(key + ".x", value.x, -bound, bound);
+    expect(key + ".y", value.y, -bound, bound);
+    expect(key + ".z", value.z, -bound, bound);
+  }
+  std::optional<hal::Error> error;
+
+ private:
+  std::string where_;
+};
+
+struct ContentCheck {
+  const IdentifiedModel& model;
+  Ranges& ranges;
+
+  void operator()(const ContactModel& contact) const {
+    ObjectModel object;
+    object.name = model.object;
+    object.hunt_crossley = contact.hunt_crossley;
+    object.creep = contact.creep;
+    ranges.expect("number of laws", (contact.hunt_crossley ? 1 : 0) + (contact.creep ? 1 : 0), 1, 2);
+    if (!ranges.error) ranges.error = check(object);
+  }
+  void operator()(const FrictionModel& model_of) const {
+    const FrictionParameters& friction = model_of.friction;
+    ranges.expect("kinetic", friction.kinetic, 0.0, 5.0);
+    ranges.expect("presliding_mm", friction.presliding_mm, 0.0, 20.0);
+    ranges.expect("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, 0.0, 1.0);
+  }
+  void operator()(const StructuralModel& structure) const {
+    ranges.expect("stiffness_n_per_mm", structure.stiffness_n_per_mm, 0.05, 1e4);
+    ranges.expect("centre_mm", structure.centre_mm, 1e3);
+    ranges.expect("gradient_per_mm", structure.gradient_per_mm, 1.0);
+    for (const double h : structure.curvature_per_mm2) ranges.expect("curvature_per_mm2", h, -1.0, 1.0);
+    ranges.expect("covered_from_mm", structure.covered_from_mm, 1e3);
+    ranges.expect("covered_to_mm", structure.covered_to_mm, 1e3);
+  }
+  void operator()(const ToolModel& tool) const {
+    ranges.expect("mass_g", tool.mass_g, 0.0, 1e4);
+    ranges.expect("centre_mm", tool.centre_mm, 1e3);
+    ranges.expect("force_bias_n", tool.force_bias_n, 1e3);
+    ranges.expect("torque_bias_n_mm", tool.torque_bias_n_mm, 1e5);
+    const hal::Quaternion& q = tool.sensor_to_tool;
+    ranges.expect("length of sensor_to_tool", std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z),
+                  1.0 - 1e-6, 1.0 + 1e-6);
+  }
+  void operator()(const ThresholdModel& threshold) const {
+    ranges.expect("threshold_n", threshold.threshold_n, 1e-4, 10.0);
+    ranges.expect("largest_residual_n", threshold.largest_residual_n, 0.0, 10.0);
+    ranges.expect("observed_s", threshold.observed_s, 0.0, 1e6);
+  }
+  void operator()(const GainsModel& gains) const {
+    ranges.expect("proportional_gain", gains.proportional_gain, 1e-3, 2.0);
+    ranges.expect("derivative_ms", gains.derivative_ms, -1e3, 1e3);
+    ranges.expect("ultimate_gain", gains.ultimate_gain, 1e-3, 2.0);
+    ranges.expect("ultimate_period_ms", gains.ultimate_period_ms, 0.0, 1e5);
+  }
+};
+
+}  // namespace
+
+double StructuralModel::stiffness_at(const hal::Vector3& position_mm) const noexcept {
+  const hal::Vector3 q = position_mm - centre_mm;
+  const auto& h = curvature_per_mm2;
+  const double bend = h[0] * q.x * q.x + h[1] * q.y * q.y + h[2] * q.z * q.z +
+                      2.0 * (h[3] * q.x * q.y + h[4] * q.x * q.z + h[5] * q.y * q.z);
+  // Far outside the places tapped at the polynomial means nothing: held within a factor of two.
+  const double relative = 1.0 + dot(gradient_per_mm, q) + bend;
+  return stiffness_n_per_mm / (relative < 0.5 ? 0.5 : relative > 2.0 ? 2.0 : relative);
+}
+
+const char* kind_name(const ModelContent& content) noexcept {
+  constexpr const char* kNames[] = {"contact", "friction",  "structural_stiffness",
+                                    "tool",    "threshold", "gains"};
+  return kNames[content.index()];
+}
+
+std::optional<hal::Error> check(const IdentifiedModel& model) {
+  const std::string kind = kind_name(model.content);
+  Ranges ranges(kind + " model" + (model.object.empty() ? "" : " of '" + model.object + "'"));
+  std::visit(ContentCheck{model, ranges}, model.content);
+  for (const EstimatedParameter& parameter : model.parameters) {
+    if (!std::isfinite(parameter.value)) ranges.expect(parameter.name, parameter.value, -1e300, 1e300);
+    ranges.expect("standard error of " + parameter.name, parameter.standard_error, 0.0, HUGE_VAL);
+  }
+  ranges.expect("max_displacement_mm", model.validity.max_displacement_mm, 0.0, 1e3);
+  ranges.expect("max_speed_mm_per_s", model.validity.max_speed_mm_per_s, 0.0, 1e5);
+  ranges.expect("max_force_n", model.validity.max_force_n, 0.0, 1e3);
+  ranges.expect("residual", model.residual, 0.0, 1e3);
+  return ranges.error;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "hal/samples.h"
+#include "rt/model/models.h"
+#include "rt/scene/scene_spec.h"
+
+namespace hapticd::rt {
+
+/// Contact dynamics of an object; at least one of the laws.
+struct ContactModel {
+  std::optional<IdentifiedLaw<HuntCrossleyParameters>> hunt_crossley;
+  std::optional<IdentifiedLaw<CreepParameters>> creep;
+};
+
+/// Friction between one tip and an object. kRod: Dahl (4.12)-(4.15); kBallBearing: Coulomb-viscous (4.11).
+struct FrictionModel {
+  Tip tip = Tip::kRod;
+  FrictionParameters friction;
+};
+
+/// Structural compliance of a device: the tip gives way by c(p) f_d against the encoders, (4.26). As a field
+///   c(p) = c_0 (1 + g·q + q·H q),  q = p - centre,
+/// with H's upper triangle (xx, yy, zz, xy, xz, yz); a constant one has g = 0 and H = 0.
+struct StructuralModel {
+  double stiffness_n_per_mm = 0.0;  ///< 1/c_0, at the centre
+  hal::Vector3 centre_mm;
+  hal::Vector3 gradient_per_mm;                 ///< g
+  std::array<double, 6> curvature_per_mm2{};    ///< H
+  hal::Vector3 covered_from_mm, covered_to_mm;  ///< where taps were taken
+
+  double stiffness_at(const hal::Vector3& position_mm) const noexcept;
+};
+
+/// What hangs on the sensor and how the sensor sits in the tool. A load l in the sensor's frame is
+/// rotation · (raw - bias) in the tool's.
+struct ToolModel {
+  double mass_g = 0.0;            ///< beyond the sensor
+  hal::Vector3 centre_mm;         ///< of that mass from the sensor's origin, tool frame
+  hal::Vector3 force_bias_n;      ///< sensor frame
+  hal::Vector3 torque_bias_n_mm;  ///< sensor frame
+  hal::Quaternion sensor_to_tool;
+};
+
+/// ε_f of a rig with its tool: no false alarm in free motion (D§3.2.2).
+struct ThresholdModel {
+  double threshold_n = 0.0;
+  double largest_residual_n = 0.0;  ///< seen in free motion
+  double observed_s = 0.0;
+};
+
+/// Controller gains found at the ultimate gain (D§3.3.2).
+struct GainsModel {
+  double proportional_gain = 0.0;
+  double derivative_ms = 0.0;
+  double ultimate_gain = 0.0;
+  double ultimate_period_ms = 0.0;
+};
+
+/// One number of a model with what is known of its error.
+struct EstimatedParameter {
+  std::string name;  ///< as in model files, e.g. "exponent"
+  std::string unit;  ///< "1" for pure numbers
+  double value = 0.0;
+  double standard_error = 0.0;  ///< one sigma; infinite while the data do not determine it
+};
+
+/// Where a model may be trusted; zeros = not applicable.
+struct ValidityRange {
+  double max_displacement_mm = 0.0;
+  double max_speed_mm_per_s = 0.0;
+  double max_force_n = 0.0;
+};
+
+using ModelContent =
+    std::variant<ContactModel, FrictionModel, StructuralModel, ToolModel, ThresholdModel, GainsModel>;
+
+/// The result of one identification: what was found, how sure it is, and on what.
+struct IdentifiedModel {
+  ModelContent content;
+  std::string object;          ///< what was touched; empty for models of the rig alone
+  std::string device;          ///< DeviceInfo::model; empty where a recording does not tell
+  std::string sensor;          ///< SensorInfo::model
+  std::string procedure;       ///< how, in words
+  std::string data_reference;  ///< what it was fitted to: a recording's name and hash, or the session's
+  std::vector<EstimatedParameter> parameters;
+  ValidityRange validity;
+  double residual = 0.0;   ///< rms of what the model leaves over rms of what it explains
+  bool converged = false;  ///< false: partial data, kept for what they are worth
+};
+
+/// "contact", "friction", "structural_stiffness", "tool", "threshold" or "gains".
+const char* kind_name(const ModelContent& content) noexcept;
+
+/// Everything finite and inside the range it is made for; the error names the key and the limit.
+std::optional<hal::Error> check(const IdentifiedModel& model);
+
+}  // namespace hapticd::rt

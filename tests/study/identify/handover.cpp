@@ -1,0 +1,7 @@
+#include "tests/study/identify/identify_study.h"
+
+namespace hapticd::study {
+
+void run_identify_handover(StudyContext&) {}
+
+}  // namespace hapticd::study

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "tests/study/study.h"
+
+namespace hapticd::study {
+
+// The parts of `hapticd_study identify`.
+void run_identify_contact(StudyContext& context);             ///< laws and methods on the simulated objects
+void run_identify_contact_recordings(StudyContext& context);  ///< silicone, meat, nano-indentation
+void run_identify_friction(StudyContext& context);  ///< rod and ball bearing on the simulated objects
+void run_identify_friction_recordings(StudyContext& context);  ///< reciprocating and seal friction
+void run_identify_rig(StudyContext& context);       ///< structural stiffness, tool, threshold, gains
+void run_identify_handover(StudyContext& context);  ///< tool and threshold from a hand-held sensor
+
+}  // namespace hapticd::study

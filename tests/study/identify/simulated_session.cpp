@@ -1,0 +1,78 @@
+#include "tests/study/identify/simulated_session.h"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include "rt/scene/compose.h"
+#include "rt/scene/renderer.h"
+#include "server/palpation/simulated_palpator.h"
+#include "server/palpation/wished_scene.h"
+
+namespace hapticd::study {
+
+namespace {
+
+template <class T>
+T value_of(hal::Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().text());
+  return std::move(*result);
+}
+
+}  // namespace
+
+SessionResult run_session(rt::Identification& identification, const sim::SimulationConfig& config,
+                          double limit_s,
+                          const std::function<void(const rt::Observation&, const hal::TruthSample&)>& watch) {
+  const std::unique_ptr<sim::SimulatedRig> rig = value_of(sim::SimulatedRig::create(config));
+  rt::GuardLimits limits;
+  limits.max_force_n = rig->info().device.max_force_n;
+  limits.max_force_rate_n_per_s = 1e6;
+  limits.sensor_stale_after_ms = 0.0;
+  rt::Renderer renderer(limits, config.rate_hz);
+  std::unique_ptr<rt::Pipeline> pipeline;
+
+  SessionResult result;
+  double next_wish_s = 0.0;
+  rt::Observation observation;
+  rt::TickRecord record;
+  hal::TruthSample truth;
+  using Clock = std::chrono::steady_clock;
+  Clock::duration computation{};
+  for (std::int64_t tick = 0;; ++tick) {
+    if (result.duration_s >= next_wish_s) {
+      result.progress = identification.progress();
+      if (result.progress.converged && result.converged_s < 0.0) result.converged_s = result.duration_s;
+      if (result.progress.converged || result.duration_s >= limit_s) break;
+      const rt::Wish wish = identification.wish();
+      const server::SimulatedMotion motion = server::simulated_motion(wish);
+      if (const auto error = rig->set_program(motion.program)) throw std::runtime_error(error->text());
+      const auto scene = server::wished_scene(wish, rig->info());
+      std::unique_ptr<rt::Pipeline> next;
+      rt::GuardLimits guard = limits;
+      if (scene) {
+        const rt::SceneSpec resolved = value_of(rt::resolve(*scene, rig->info()));
+        next = value_of(rt::compose(resolved, rig->info()));
+        guard = resolved.guard;
+      }
+      renderer.exchange(next.get(), guard);
+      pipeline = std::move(next);
+      next_wish_s = result.duration_s + motion.duration_s;
+    }
+    rig->read(observation.sample);
+    observation.device_command_n = renderer.tick(observation.sample, record).force_n;
+    rig->write({observation.device_command_n});
+    observation.has_external_position = rig->external_position(observation.external_position_mm);
+    rig->truth(truth);
+    if (watch) watch(observation, truth);
+    const auto before = Clock::now();
+    identification.add(observation);
+    computation += Clock::now() - before;
+    result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns);
+  }
+  result.computation_s = std::chrono::duration<double>(computation).count();
+  return result;
+}
+
+}  // namespace hapticd::study

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <functional>
+
+#include "hal/samples.h"
+#include "hal/sim/simulated_rig.h"
+#include "rt/identify/identification.h"
+
+namespace hapticd::study {
+
+/// What an identification on the simulated rig took.
+struct SessionResult {
+  double duration_s = 0.0;     ///< of the rig's time
+  double converged_s = -1.0;   ///< when it had converged; negative: it did not
+  double computation_s = 0.0;  ///< processor time spent in the identification itself
+  rt::IdentificationProgress progress;
+};
+
+/// Does what the identification wishes on a simulated rig in virtual time until it has converged, wants
+/// nothing more, or `limit_s` is over. No force is rendered but what a wish asks for. `watch`, where given,
+/// sees every observation with the truth behind it, e.g. to keep a recording for other methods. Throws
+/// std::runtime_error where the rig cannot be made.
+SessionResult run_session(
+    rt::Identification& identification, const sim::SimulationConfig& rig, double limit_s,
+    const std::function<void(const rt::Observation&, const hal::TruthSample&)>& watch = {});
+
+}  // namespace hapticd::study
