@@ -42,6 +42,17 @@ class AxisDynamics {
     return {out[0], out[1], out[2], out[3]};
   }
 
+  /// Dynamics between two that differ little: `share` 0 is a, 1 is b.
+  static AxisDynamics between(const AxisDynamics& a, const AxisDynamics& b, double share) noexcept {
+    AxisDynamics mixed;
+    for (std::size_t row = 0; row < 4; ++row) {
+      for (std::size_t column = 0; column < 6; ++column) {
+        mixed.map_[row][column] = a.map_[row][column] + share * (b.map_[row][column] - a.map_[row][column]);
+      }
+    }
+    return mixed;
+  }
+
   /// Change of the state per newton that acts throughout the step.
   double motor_velocity_per_motor_force() const noexcept { return map_[1][4]; }
   double tip_position_per_tip_force() const noexcept { return map_[2][5]; }

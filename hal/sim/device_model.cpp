@@ -44,6 +44,18 @@ const std::vector<DeviceModel>& presets() {
 
 }  // namespace
 
+bool StructuralField::constant() const noexcept {
+  if (dot(gradient_per_mm, gradient_per_mm) != 0.0) return false;
+  return std::all_of(curvature_per_mm2.begin(), curvature_per_mm2.end(), [](double h) { return h == 0.0; });
+}
+
+double StructuralField::log_compliance(const hal::Vector3& p) const noexcept {
+  const auto& h = curvature_per_mm2;
+  const double exponent = dot(gradient_per_mm, p) + h[0] * p.x * p.x + h[1] * p.y * p.y + h[2] * p.z * p.z +
+                          2.0 * (h[3] * p.x * p.y + h[4] * p.x * p.z + h[5] * p.y * p.z);
+  return std::clamp(exponent, -std::numbers::ln2, std::numbers::ln2);
+}
+
 // Two free masses on a spring swing at ω² = k/μ with μ = m1 m2 / (m1 + m2); with the sum known this is a
 // quadratic.
 double DeviceModel::tip_side_mass_kg() const {

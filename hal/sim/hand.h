@@ -17,10 +17,13 @@ struct HandProgram {
     kStroke,  ///< presses with `force_n` and moves along `stroke_direction` and back
     kWeight,  ///< a passive mass on the grip, no hand (D§3.3.2): lowered onto the object and left there
     kShake,   ///< free motion driven by the device: a sinusoidal force of `force_n` at `rate_hz` (D§3.2.2)
+    kSway,    ///< waves the tool in free air: up to `speed_mm_per_s` each way, at `rate_hz` and close to it
+    kScan,    ///< touches lightly, `repetitions` times, along `stroke_direction` from home over
+              ///< `stroke_length_mm`, following the surface; `speed_mm_per_s` at the surface
   };
   Kind kind = Kind::kRest;
   double force_n = 2.0;
-  double depth_mm = 0.0;
+  double depth_mm = 0.0;            ///< press; scan: how far below the surface it means to go, 0 = 1 mm
   double force_rate_n_per_s = 2.0;  ///< how fast a press builds up
   double approach_mm_per_s = 15.0;  ///< guided approach before a press (D§3.4.1)
   double speed_mm_per_s = 400.0;    ///< tap: at the surface, downwards; stroke: along the surface
@@ -33,8 +36,16 @@ struct HandProgram {
   double knock_n = 0.0;   ///< press, stroke, weight: a half-sine of 20 ms every two seconds, to disturb
   hal::Vector3 shake_direction{0.0, 0.0, 1.0};
   double tap_slant_deg = 0.0;  ///< tap: path from the vertical, towards `stroke_direction`; meets home there
-  hal::Vector3 place_mm;       ///< any: where its home is, beside (x, y) or above (z) the usual one
-  double tilt_deg = 0.0;       ///< any: amplitude of the tool's sway about x and about y
+  /// Any: where its home is, beside (x, y) or above (z) the usual one. Heights move with it: a tap strikes at
+  /// z = place_mm.z, a depth counts from there; a force is sought wherever it is met.
+  hal::Vector3 place_mm{};
+  double travel_s = 0.0;  ///< any: time to come home from wherever the hand is; 0 = at leisure
+  double tilt_deg = 0.0;  ///< any: amplitude of the tool's sway about x and about y
 };
+
+/// When a program is over and the tool free again, counted from its start; an upper bound as far as it
+/// depends on what is touched. Infinite where it never ends by itself. A program that has only a posture to
+/// keep (rest, sway, weight, shake) is over when the hand has come home.
+double planned_duration_s(const HandProgram& program);
 
 }  // namespace hapticd::sim

@@ -16,7 +16,75 @@ constexpr double kFastestServoMmPerS = 60.0;
 constexpr double kDeepestIntentMm = 80.0;
 constexpr double kCatchUpPerS = 8.0;  // and a tip that lags behind a stroke
 constexpr double kLongestLeadMm = 15.0;
+constexpr double kStrikeShare = 1.9;  // duration of a strike, of a rebound: times way over speed
+constexpr double kReboundShare = 2.0;
+constexpr double kMeanPerPeak = 1.875;  // of a minimum-jerk motion
+constexpr double kScanHeightMm = 3.0;
+constexpr double kScanSettleS = 0.4;
+constexpr double kWaveBuildsUpS = 1.0;
+
+double tap_depth_mm(double speed_mm_per_s) noexcept {
+  return std::max(3.0, 0.01 * speed_mm_per_s);
+}
+double tap_return_s(double height_mm, double speed_mm_per_s) noexcept {
+  return std::max(0.2, 3.0 * height_mm / speed_mm_per_s);
+}
+double height_of_tap_mm(double speed_mm_per_s) noexcept {
+  return std::clamp(0.08 * speed_mm_per_s, 15.0, 80.0);
+}
+double scan_depth_mm(const HandProgram& program) noexcept {
+  return program.depth_mm > 0.0 ? program.depth_mm : 1.0;
+}
+double scan_return_s(const HandProgram& program) noexcept {
+  return std::max(0.25, 3.0 * kScanHeightMm / program.speed_mm_per_s);
+}
+double load_s_of(const HandProgram& program) noexcept {
+  const bool by_depth = program.kind == HandProgram::Kind::kPress && program.depth_mm > 0.0;
+  return by_depth ? kMeanPerPeak * program.depth_mm / program.approach_mm_per_s
+                  : kMeanPerPeak * program.force_n / program.force_rate_n_per_s;
+}
 }  // namespace
+
+double planned_duration_s(const HandProgram& p) {
+  const double home_s = p.travel_s > 0.0 ? p.travel_s : 2.5;  // from 100 mm away, at leisure
+  const bool by_force =
+      p.kind == HandProgram::Kind::kStroke || (p.kind == HandProgram::Kind::kPress && p.depth_mm <= 0.0);
+  // How far a hand leans into what it presses: its own spring and the object.
+  const double leaned_mm =
+      by_force ? p.force_n / impedance_of(p).stiffness_n_per_mm + 20.0 : p.depth_mm + 5.0;
+  const double reach_s = kHomeHeightMm / p.approach_mm_per_s + 0.3;
+  const double retreat_s = std::max(0.3, (kHomeHeightMm + leaned_mm) / 40.0);
+  constexpr double kFreeAgainS = 0.3;
+  if (p.repetitions < 0 && p.kind != HandProgram::Kind::kRest) return HUGE_VAL;
+  switch (p.kind) {
+    case HandProgram::Kind::kPress:
+      if (p.hold_s < 0.0) return HUGE_VAL;
+      return home_s + p.repetitions * (reach_s + load_s_of(p) + p.hold_s + retreat_s) + kFreeAgainS;
+    case HandProgram::Kind::kStroke:
+      return home_s + reach_s + load_s_of(p) + 0.5 +
+             (2.0 * p.repetitions - 0.5) * kMeanPerPeak * p.stroke_length_mm / p.speed_mm_per_s + retreat_s +
+             kFreeAgainS;
+    case HandProgram::Kind::kTap: {
+      const double height_mm = height_of_tap_mm(p.speed_mm_per_s);
+      const double once_s =
+          (kStrikeShare * height_mm + kReboundShare * tap_depth_mm(p.speed_mm_per_s)) / p.speed_mm_per_s +
+          tap_return_s(height_mm, p.speed_mm_per_s);
+      return home_s + p.repetitions * std::max(once_s, 1.0 / p.rate_hz) + kFreeAgainS;
+    }
+    case HandProgram::Kind::kScan: {
+      const double once_s =
+          (kStrikeShare * kScanHeightMm + kReboundShare * scan_depth_mm(p)) / p.speed_mm_per_s +
+          scan_return_s(p);
+      return home_s + kScanSettleS + p.repetitions * once_s + retreat_s + kFreeAgainS;
+    }
+    case HandProgram::Kind::kRest:
+    case HandProgram::Kind::kWeight:
+    case HandProgram::Kind::kShake:
+    case HandProgram::Kind::kSway:
+      break;
+  }
+  return home_s;
+}
 
 // Hand: mass, spring and damper of a pinch grip on a stylus, within the spread of published identifications
 // (20-100 g, 0.3-0.8 N/mm, 2-6 N·s/m). Weight: nothing but mass along the press direction, a light guide
@@ -32,8 +100,9 @@ HandImpedance impedance_of(const HandProgram& program) {
   }
 }
 
-HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept
+HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& from_mm) noexcept
     : program_(program), home_mm_{0.0, 0.0, kHomeHeightMm} {
+  const hal::Vector3 start_mm = from_mm - program.place_mm;
   vertical_.position_mm = start_mm.z;
   const hal::Vector3& d = program.stroke_direction;
   if (program.kind == HandProgram::Kind::kTap) {
@@ -48,7 +117,12 @@ HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& start_mm)
   const double way_mm =
       std::max({std::abs(ready_mm - start_mm.z), std::abs(start_mm.x - d.x * slant_ * ready_mm),
                 std::abs(start_mm.y - d.y * slant_ * ready_mm)});
-  const double duration_s = std::max(0.2, way_mm / kMeanMmPerS);
+  // Places lie further apart than the motions at one place are wide: there people hurry.
+  constexpr double kLongWayMm = 100.0;
+  constexpr double kHurryMmPerS = 250.0;
+  const double leisure_s =
+      std::min(way_mm, kLongWayMm) / kMeanMmPerS + std::max(0.0, way_mm - kLongWayMm) / kHurryMmPerS;
+  const double duration_s = program.travel_s > 0.0 ? program.travel_s : std::max(0.2, leisure_s);
   homeward_ = MinimumJerk({1.0, 0.0, 0.0}, {}, duration_s);
   if (passive) {
     enter(Phase::kFree);
@@ -58,7 +132,7 @@ HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& start_mm)
 }
 
 double HandMotion::tap_height_mm() const noexcept {
-  return std::clamp(0.08 * program_.speed_mm_per_s, 15.0, 80.0);
+  return height_of_tap_mm(program_.speed_mm_per_s);
 }
 
 void HandMotion::enter(Phase phase, const MotionState& to, double duration_s) noexcept {
@@ -70,7 +144,34 @@ void HandMotion::enter(Phase phase, const MotionState& to, double duration_s) no
 void HandMotion::strike_again() noexcept {
   const double speed = program_.speed_mm_per_s;
   cycle_began_s_ = time_s_;
-  enter(Phase::kStrike, {0.0, -speed, 0.0}, 1.9 * tap_height_mm() / speed);
+  enter(Phase::kStrike, {0.0, -speed, 0.0}, kStrikeShare * tap_height_mm() / speed);
+}
+
+void HandMotion::scan_next() noexcept {
+  const int intervals = std::max(1, program_.repetitions - 1);
+  const double to_mm = program_.stroke_length_mm * done_ / intervals;
+  const double duration_s = done_ == 0 ? kScanSettleS : scan_return_s(program_);
+  along_path_ = MinimumJerk({along_mm_, 0.0, 0.0}, {to_mm, 0.0, 0.0}, duration_s);
+  enter(Phase::kReturn, {kScanHeightMm, 0.0, 0.0}, duration_s);
+}
+
+// The wave is told apart from the way home: it grows out of wherever the hand is.
+HandIntent HandMotion::posture(HandIntent intent) const noexcept {
+  if (program_.kind != HandProgram::Kind::kSway) return intent;
+  const MotionState grown =
+      MinimumJerk({}, {1.0, 0.0, 0.0}, kWaveBuildsUpS).at(std::min(time_s_, kWaveBuildsUpS));
+  const auto wave = [&](double hz, double& position_mm, double& velocity_mm_per_s) {
+    const double rad_per_s = 2.0 * std::numbers::pi * hz;
+    const double s_mm = program_.speed_mm_per_s / rad_per_s * std::sin(rad_per_s * time_s_);
+    position_mm += grown.position_mm * s_mm;
+    velocity_mm_per_s += grown.position_mm * program_.speed_mm_per_s * std::cos(rad_per_s * time_s_) +
+                         grown.velocity_mm_per_s * s_mm;
+  };
+  // Not multiples of one another, so that the axes part.
+  wave(program_.rate_hz, intent.position_mm.x, intent.velocity_mm_per_s.x);
+  wave(1.31 * program_.rate_hz, intent.position_mm.y, intent.velocity_mm_per_s.y);
+  wave(0.77 * program_.rate_hz, intent.position_mm.z, intent.velocity_mm_per_s.z);
+  return intent;
 }
 
 void HandMotion::finish_repetition() noexcept {
@@ -84,19 +185,31 @@ void HandMotion::leave_phase() noexcept {
   const double speed = program_.speed_mm_per_s;
   switch (phase_) {
     case Phase::kLift:
-      if (program_.kind == HandProgram::Kind::kRest) return enter(Phase::kFree);
+      if (program_.kind == HandProgram::Kind::kRest || program_.kind == HandProgram::Kind::kSway) {
+        return enter(Phase::kFree);
+      }
+      if (program_.kind == HandProgram::Kind::kScan) return scan_next();
       if (program_.kind == HandProgram::Kind::kTap) return strike_again();
       return enter(Phase::kApproach);
     case Phase::kStrike: {  // through the surface, stopping soon below it
-      const double depth = std::max(3.0, 0.01 * speed);
-      return enter(Phase::kRebound, {-depth, 0.0, 0.0}, 2.0 * depth / speed);
+      const double depth =
+          program_.kind == HandProgram::Kind::kScan ? scan_depth_mm(program_) : tap_depth_mm(speed);
+      return enter(Phase::kRebound, {-depth, 0.0, 0.0}, kReboundShare * depth / speed);
     }
     case Phase::kRebound:
-      return enter(Phase::kReturn, {tap_height_mm(), 0.0, 0.0}, std::max(0.2, 3.0 * tap_height_mm() / speed));
+      if (program_.kind == HandProgram::Kind::kScan) {
+        ++done_;
+        if (done_ < program_.repetitions || program_.repetitions < 0) return scan_next();
+        return enter(Phase::kRetreat, {kHomeHeightMm, 0.0, 0.0}, 0.3);
+      }
+      return enter(Phase::kReturn, {tap_height_mm(), 0.0, 0.0}, tap_return_s(tap_height_mm(), speed));
     case Phase::kReturn:
+      if (program_.kind == HandProgram::Kind::kScan) {
+        return enter(Phase::kStrike, {0.0, -speed, 0.0}, kStrikeShare * kScanHeightMm / speed);
+      }
       return enter(Phase::kPause);
     case Phase::kRetreat:
-      return finish_repetition();
+      return program_.kind == HandProgram::Kind::kScan ? enter(Phase::kFree) : finish_repetition();
     default:
       return;
   }
@@ -128,7 +241,9 @@ double HandMotion::knock_n(double since_s) const noexcept {
   return program_.knock_n * std::sin(std::numbers::pi * into_s / kDurationS);
 }
 
-HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept {
+HandIntent HandMotion::step(double step_s, const HandPerception& perceived) noexcept {
+  HandPerception felt = perceived;
+  felt.tip_mm = felt.tip_mm - program_.place_mm;
   time_s_ += step_s;
   phase_time_s_ += step_s;
   HandIntent intent;
@@ -140,6 +255,11 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
     case Phase::kReturn:
     case Phase::kRetreat:
       vertical_ = path_.at(phase_time_s_);
+      if (program_.kind == HandProgram::Kind::kScan && phase_ == Phase::kReturn) {
+        const MotionState along = along_path_.at(phase_time_s_);
+        along_mm_ = along.position_mm;
+        along_mm_per_s_ = along.velocity_mm_per_s;
+      }
       if (path_.over(phase_time_s_)) leave_phase();
       break;
 
@@ -154,8 +274,7 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
 
     case Phase::kLoad: {
       const bool by_depth = program_.kind == HandProgram::Kind::kPress && program_.depth_mm > 0.0;
-      const double load_s = by_depth ? 1.875 * program_.depth_mm / program_.approach_mm_per_s
-                                     : 1.875 * program_.force_n / program_.force_rate_n_per_s;
+      const double load_s = load_s_of(program_);
       const double share = MinimumJerk({}, {1.0, 0.0, 0.0}, load_s).at(phase_time_s_).position_mm;
       by_depth ? servo_depth(step_s, share * program_.depth_mm, felt)
                : servo_force(step_s, share * program_.force_n, felt);
@@ -233,8 +352,9 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
     along_mm_ = slant_ * vertical_.position_mm;
     along_mm_per_s_ = slant_ * vertical_.velocity_mm_per_s;
   }
-  intent.follows_contour =
-      program_.kind == HandProgram::Kind::kStroke && phase_ != Phase::kLift && phase_ != Phase::kApproach;
+  const bool along_surface =
+      program_.kind == HandProgram::Kind::kStroke || program_.kind == HandProgram::Kind::kScan;
+  intent.follows_contour = along_surface && phase_ != Phase::kLift && phase_ != Phase::kApproach;
   const hal::Vector3& d = program_.stroke_direction;
   const MotionState aside = homeward_.at(time_s_);
   intent.position_mm = {home_mm_.x + d.x * along_mm_ + aside_mm_.x * aside.position_mm,
@@ -243,6 +363,8 @@ HandIntent HandMotion::step(double step_s, const HandPerception& felt) noexcept 
   intent.velocity_mm_per_s = {d.x * along_mm_per_s_ + aside_mm_.x * aside.velocity_mm_per_s,
                               d.y * along_mm_per_s_ + aside_mm_.y * aside.velocity_mm_per_s,
                               vertical_.velocity_mm_per_s};
+  intent = posture(intent);
+  intent.position_mm = intent.position_mm + program_.place_mm;
   return intent;
 }
 

@@ -39,11 +39,11 @@ struct HandIntent {
   hal::Vector3 motor_force_n;  ///< the device is made to give by itself
 };
 
-/// A program unfolding in time. Bounded work per step, no allocation.
+/// A program unfolding in time, told relative to its place. Bounded work per step, no allocation.
 class HandMotion {
  public:
   HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept;
-  HandIntent step(double step_s, const HandPerception& felt) noexcept;
+  HandIntent step(double step_s, const HandPerception& perceived) noexcept;
 
  private:
   enum class Phase : std::uint8_t {
@@ -66,6 +66,8 @@ class HandMotion {
   void finish_repetition() noexcept;
   void strike_again() noexcept;
   double tap_height_mm() const noexcept;
+  void scan_next() noexcept;
+  HandIntent posture(HandIntent intent) const noexcept;
   double knock_n(double since_s) const noexcept;
 
   HandProgram program_;
@@ -83,8 +85,9 @@ class HandMotion {
   double along_mm_per_s_ = 0.0;
   double lead_mm_ = 0.0;  ///< by which a stroke's intent runs ahead of its path
   hal::Vector3 home_mm_;
-  hal::Vector3 aside_mm_;  ///< where it began beside its home
-  MinimumJerk homeward_;   ///< share of that which is left
+  hal::Vector3 aside_mm_;   ///< where it began beside its home
+  MinimumJerk homeward_;    ///< share of that which is left
+  MinimumJerk along_path_;  ///< scan: to the next place
 };
 
 }  // namespace hapticd::sim

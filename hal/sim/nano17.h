@@ -17,19 +17,32 @@ class Nano17 final : public hal::ForceSensor {
 
   /// One 10 kHz sample of the true load on the sensor, tool frame.
   void measure(const hal::Vector3& force_n) noexcept;
+  /// The same with a torque about the sensor's origin of its own [N·mm] and channels of its own that measure
+  /// it, instead of the torque that the force makes at the tip.
+  void measure(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) noexcept;
 
   const hal::SensorInfo& info() const noexcept override { return info_; }
   void read(hal::RigSample& sample) noexcept override;
-  void bias() noexcept override { bias_n_ = bias_n_ + last_mean_n_; }
+  void bias() noexcept override;
   /// Known load taken as zero, as after bias() with the tool at rest but without its noise.
-  void bias_at(const hal::Vector3& force_n) noexcept { bias_n_ = force_n; }
+  void bias_at(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm = {}) noexcept {
+    bias_n_ = force_n;
+    torque_bias_n_mm_ = torque_n_mm;
+  }
+
+  static constexpr double kLeverMm = 60.0;  ///< from its origin to the tip, along -z of the tool
 
  private:
+  hal::Vector3 reading_n(const hal::Vector3& force_n) noexcept;
+
   hal::SensorInfo info_;
   Random random_;
+  Random torque_random_;
   hal::ForceMean mean_;
   hal::Vector3 bias_n_;
   hal::Vector3 last_mean_n_;
+  hal::Vector3 torque_bias_n_mm_;
+  hal::Vector3 last_mean_torque_n_mm_;
   bool saturated_ = false;
 };
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "hal/sim/external_instrument.h"
 #include "hal/sim/simulation.h"
 
 namespace hapticd::sim {
@@ -48,11 +49,38 @@ std::optional<hal::Error> check(const HandProgram& p) {
         Range{"stroke_length_mm", p.stroke_length_mm, 1.0, 150.0, "mm"},
         Range{"mass_g", p.mass_g, 1.0, 2000.0, "g"}, Range{"knock_n", p.knock_n, 0.0, 20.0, "N"},
         Range{"tap_slant_deg", p.tap_slant_deg, 0.0, 60.0, "°"},
-        Range{"tilt_deg", p.tilt_deg, 0.0, 60.0, "°"},
+        Range{"tilt_deg", p.tilt_deg, 0.0, 60.0, "°"}, Range{"place_mm.x", p.place_mm.x, -200.0, 200.0, "mm"},
+        Range{"place_mm.y", p.place_mm.y, -150.0, 150.0, "mm"},
+        Range{"place_mm.z", p.place_mm.z, -100.0, 150.0, "mm"}, Range{"travel_s", p.travel_s, 0.0, 60.0, "s"},
         Range{"stroke_direction's length", length(p.stroke_direction), 1e-6, 1e6, ""},
         Range{"shake_direction's length", length(p.shake_direction), 1e-6, 1e6, ""}}) {
     if (auto error = out_of_range(r.field, r.value, r.low, r.high, r.unit)) return error;
   }
+  if (p.kind == HandProgram::Kind::kScan) {
+    return out_of_range("repetitions of a scan", p.repetitions, 1.0, 10000.0, "");
+  }
+  return std::nullopt;
+}
+
+/// What a configuration says of structure and sensor beyond the preset.
+std::optional<hal::Error> check_extras(const SimulationConfig& config) {
+  const auto refuse = [](const char* key, double value, const char* limit) {
+    return hal::Error{std::string(key) + " is out of range", "[rig.sim]", std::to_string(value), limit, ""};
+  };
+  const double gradient = length(config.structural_gradient_per_mm);
+  if (!(gradient <= 0.02)) return refuse("structural_gradient_per_mm", gradient, "0 … 0.02 1/mm");
+  for (const double h : config.structural_curvature_per_mm2) {
+    if (!(std::abs(h) <= 1e-3)) return refuse("structural_curvature_per_mm2", h, "-0.001 … 0.001 1/mm²");
+  }
+  const double centre = config.tool_centre_mm ? length(*config.tool_centre_mm) : 0.0;
+  if (!(centre <= 200.0)) return refuse("tool_centre_mm", centre, "within 200 mm of the sensor");
+  const double force = length(config.sensor_force_offset_n);
+  if (!(force <= 10.0)) return refuse("sensor_force_offset_n", force, "0 … 10 N");
+  const double torque = length(config.sensor_torque_offset_n_mm);
+  if (!(torque <= 100.0)) return refuse("sensor_torque_offset_n_mm", torque, "0 … 100 N·mm");
+  const hal::Quaternion& q = config.sensor_to_tool;
+  const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  if (!(std::abs(squared - 1.0) <= 1e-6)) return refuse("length of sensor_to_tool", std::sqrt(squared), "1");
   return std::nullopt;
 }
 
@@ -83,7 +111,10 @@ struct SimulatedRig::State {
   State(const SimulationConfig& config_, const DeviceModel& model, Tip tip_)
       : config(config_),
         tip(tip_),
-        simulation(model, 1e-3 * config_.tool_mass_g, config_.seed),
+        simulation(model, 1e-3 * config_.tool_mass_g, config_.seed,
+                   {config_.tool_centre_mm, config_.sensor_to_tool, config_.sensor_force_offset_n,
+                    config_.sensor_torque_offset_n_mm}),
+        instrument({}, config_.seed ^ 0x6c766474ULL),
         device(simulation),
         resting_hand(simulation.prepare(HandProgram{})) {}
   ~State() {
@@ -155,6 +186,8 @@ struct SimulatedRig::State {
   Tip tip;
   hal::RigInfo info;
   Simulation simulation;
+  ExternalInstrument instrument;
+  hal::Vector3 instrument_mm;
   SimulatedDevice device;
 
   std::mutex world;  ///< among callers of set_program and set_object
@@ -224,6 +257,9 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
     model->amplifier_pole_hz = *config.amplifier_pole_hz;
   }
 
+  model->structural_field = {config.structural_gradient_per_mm, config.structural_curvature_per_mm2};
+  if (auto error = check_extras(config)) return *error;
+
   auto state = std::make_unique<State>(config, *model, *tip);
   state->info.kind = hal::RigKind::kSimulated;
   state->info.name = "sim:" + model->name;
@@ -232,6 +268,11 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   state->info.sensor = state->simulation.sensor().info();
   state->info.has_truth = true;
   state->info.uncertain = model->uncertain();
+  if (config.external_instrument) {
+    for (hal::UncertainParameter& parameter : ExternalInstrumentModel{}.uncertain()) {
+      state->info.uncertain.push_back(std::move(parameter));
+    }
+  }
   auto rig = std::unique_ptr<SimulatedRig>(new SimulatedRig(std::move(state)));
   if (auto error = rig->set_object(config.object)) return *error;
   if (auto error = rig->set_program(HandProgram{})) return *error;
@@ -269,6 +310,9 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
   s.device.read(sample);
   s.simulation.sensor().read(sample);
   sample.tick = s.ticks++;
+  if (s.config.external_instrument) {
+    s.instrument_mm = s.instrument.read(s.simulation.truth().tip_position_mm);
+  }
 }
 
 void SimulatedRig::write(const hal::DeviceCommand& command) noexcept {
@@ -277,6 +321,12 @@ void SimulatedRig::write(const hal::DeviceCommand& command) noexcept {
 
 bool SimulatedRig::truth(hal::TruthSample& truth) const noexcept {
   truth = state_->simulation.truth();
+  return true;
+}
+
+bool SimulatedRig::external_position(hal::Vector3& position_mm) const noexcept {
+  if (!state_->config.external_instrument) return false;
+  position_mm = state_->instrument_mm;
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -28,6 +29,16 @@ struct SimulationConfig {
   std::optional<double> structural_mode_hz{};  ///< override of the preset's value
   std::optional<double> structural_damping{};  ///< damping ratio of that mode
   std::optional<double> amplifier_pole_hz{};
+  /// Compliance of the structure over the workspace, see StructuralField; zeros = the same everywhere.
+  hal::Vector3 structural_gradient_per_mm{};
+  std::array<double, 6> structural_curvature_per_mm2{};
+  /// Centre of the tool's mass from the sensor's origin, tool frame (the tip is at z = -60 mm). Without one
+  /// the mass moves as the tip does and torque is that of a load at the tip.
+  std::optional<hal::Vector3> tool_centre_mm{};
+  hal::Vector3 sensor_force_offset_n{};  ///< sensor frame; the rig is biased with its tool upright
+  hal::Vector3 sensor_torque_offset_n_mm{};
+  hal::Quaternion sensor_to_tool{};  ///< rotates sensor coordinates into the tool's; of length 1
+  bool external_instrument = true;   ///< whether external_position() answers
 };
 
 /// Device, hand, object and sensor as one coupled physical system, seeded and bit-repeatable in virtual time.
@@ -46,6 +57,7 @@ class SimulatedRig final : public hal::Rig {
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand& command) noexcept override;
   bool truth(hal::TruthSample& truth) const noexcept override;
+  bool external_position(hal::Vector3& position_mm) const noexcept override;
 
   /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
   std::optional<hal::Error> set_program(const HandProgram& program);

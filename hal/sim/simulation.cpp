@@ -16,6 +16,8 @@ constexpr double kWobbleRad = 0.005;
 constexpr double kSwayAboutXHz = 0.35;
 constexpr double kSwayAboutYHz = 0.45;
 constexpr double kSwayBuildsUpS = 1.0;
+constexpr std::int64_t kSlowSteps = 10;  // tremor and wobble are slow: once a millisecond will do
+constexpr int kFieldSteps = 128;  // neighbours differ by 1 %, so that what lies between is right to 2e-5
 
 double& component(Vector3& v, std::size_t i) noexcept {
   return i == 0 ? v.x : i == 1 ? v.y : v.z;
@@ -34,6 +36,16 @@ Vector3 to_tool(const hal::Quaternion& q, const Vector3& v) noexcept {
   return v + t * q.w + cross(axis, t);
 }
 
+Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+hal::Quaternion inverse(const hal::Quaternion& q) noexcept {
+  return {q.w, -q.x, -q.y, -q.z};
+}
+bool is_zero(const Vector3& v) noexcept {
+  return dot(v, v) == 0.0;
+}
+
 /// Rotation by the length of a vector about its direction.
 hal::Quaternion rotation(const Vector3& rad) noexcept {
   const double half = 0.5 * std::sqrt(dot(rad, rad));
@@ -49,16 +61,30 @@ hal::Quaternion composed(const hal::Quaternion& a, const hal::Quaternion& b) noe
 
 }  // namespace
 
-Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed)
+bool ToolMounting::plain() const noexcept {
+  return !centre_mm && sensor_to_tool.w == 1.0 && is_zero(force_offset_n) && is_zero(torque_offset_n_mm);
+}
+
+Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed,
+                       const ToolMounting& mounting)
     : device_(device),
       tool_mass_kg_(tool_mass_kg),
+      mounting_(mounting),
+      plain_mounting_(mounting.plain()),
       random_(seed),
       sensor_(tool_mass_kg, seed ^ 0x6e616e6f3137ULL) {
   for (double& phase : tremor_phase_) phase = 2.0 * std::numbers::pi * random_.uniform();
   for (std::size_t i = 0; i < 3; ++i) axes_[i] = {i == 2 ? 10.0 : 0.0, 0.0, i == 2 ? 10.0 : 0.0, 0.0};
   truth_.tip_position_mm = {0.0, 0.0, 10.0};
   // Biased with the tool hanging free, upright and at rest.
-  sensor_.bias_at({0.0, 0.0, -1e-3 * tool_mass_kg * kGravityMmPerS2});
+  const Vector3 weight_n{0.0, 0.0, -1e-3 * tool_mass_kg * kGravityMmPerS2};
+  if (plain_mounting_) {
+    sensor_.bias_at(weight_n);
+  } else {
+    const Vector3 lever = mounting_.centre_mm.value_or(Vector3{0.0, 0.0, -Nano17::kLeverMm});
+    sensor_.bias_at(to_tool(mounting_.sensor_to_tool, weight_n) - mounting_.force_offset_n,
+                    to_tool(mounting_.sensor_to_tool, cross(lever, weight_n)) - mounting_.torque_offset_n_mm);
+  }
 }
 
 PreparedHand Simulation::prepare(const HandProgram& program) const {
@@ -81,15 +107,48 @@ PreparedHand Simulation::prepare(const HandProgram& program) const {
   axis.hand_stiffness_n_per_mm = hand.stiffness_n_per_mm;
   axis.hand_damping_n_s_per_mm = hand.damping_n_s_per_mm;
   prepared.along = AxisDynamics(axis, kStepS);
-  axis.hand_stiffness_n_per_mm = hand.lateral_stiffness_n_per_mm;
-  axis.hand_damping_n_s_per_mm = hand.lateral_damping_n_s_per_mm;
-  prepared.across = AxisDynamics(axis, kStepS);
+  AxisParameters across = axis;
+  across.hand_stiffness_n_per_mm = hand.lateral_stiffness_n_per_mm;
+  across.hand_damping_n_s_per_mm = hand.lateral_damping_n_s_per_mm;
+  prepared.across = AxisDynamics(across, kStepS);
+  if (!device_.structural_field.constant()) {
+    const auto field = [](AxisParameters parameters) {
+      std::vector<AxisDynamics> all;
+      const double home_n_per_mm = parameters.structural_stiffness_n_per_mm;
+      for (int i = 0; i <= kFieldSteps; ++i) {
+        const double log_compliance = std::numbers::ln2 * (2.0 * i / kFieldSteps - 1.0);
+        parameters.structural_stiffness_n_per_mm = home_n_per_mm * std::exp(-log_compliance);
+        all.emplace_back(parameters, kStepS);
+      }
+      return all;
+    };
+    prepared.along_field = field(axis);
+    prepared.across_field = field(across);
+  }
   return prepared;
+}
+
+std::array<AxisDynamics, 2> Simulation::dynamics_at(const Vector3& tip_mm) const noexcept {
+  const double log_compliance = device_.structural_field.log_compliance(tip_mm);
+  const double at = 0.5 * kFieldSteps * (1.0 + log_compliance / std::numbers::ln2);
+  const auto below = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, kFieldSteps - 1.0));
+  const double share = at - static_cast<double>(below);
+  const auto mixed = [&](const std::vector<AxisDynamics>& field) {
+    return AxisDynamics::between(field[below], field[below + 1], share);
+  };
+  return {mixed(hand_->across_field), mixed(hand_->along_field)};
 }
 
 void Simulation::set_hand(const PreparedHand* hand) noexcept {
   sway_before_rad_ = hand_ != nullptr ? sway(hand_time_s()) : Vector3{};
+  const Vector3 a_step_ago_rad = hand_ != nullptr ? sway(hand_time_s() - kStepS) : Vector3{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double here = component(sway_before_rad_, i);
+    sway_ends_[i] =
+        MinimumJerk({here, (here - component(a_step_ago_rad, i)) / kStepS, 0.0}, {}, kSwayBuildsUpS);
+  }
   hand_began_step_ = steps_;
+  followed_contour_ = false;
   hand_ = hand;
   motion_.emplace(hand->program, Vector3{axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm});
 }
@@ -142,8 +201,14 @@ Vector3 Simulation::sway(double hand_time_s) const noexcept {
       MinimumJerk({}, {1.0, 0.0, 0.0}, kSwayBuildsUpS).at(std::min(hand_time_s, kSwayBuildsUpS)).position_mm;
   const double amplitude_rad = grown * hand_->program.tilt_deg * std::numbers::pi / 180.0;
   const double turn = 2.0 * std::numbers::pi * hand_time_s;
-  return sway_before_rad_ * (1.0 - grown) + Vector3{amplitude_rad * std::sin(kSwayAboutXHz * turn),
-                                                    amplitude_rad * std::sin(kSwayAboutYHz * turn), 0.0};
+  const double ends_s = std::min(hand_time_s, kSwayBuildsUpS);
+  // Where the tool's mass hangs beside the tip, a wrist that stopped within a step would be a blow.
+  const Vector3 left_rad =
+      plain_mounting_ ? sway_before_rad_ * (1.0 - grown)
+                      : Vector3{sway_ends_[0].at(ends_s).position_mm, sway_ends_[1].at(ends_s).position_mm,
+                                sway_ends_[2].at(ends_s).position_mm};
+  return left_rad + Vector3{amplitude_rad * std::sin(kSwayAboutXHz * turn),
+                            amplitude_rad * std::sin(kSwayAboutYHz * turn), 0.0};
 }
 
 hal::Quaternion Simulation::tool_orientation(double time_s) const noexcept {
@@ -154,12 +219,27 @@ hal::Quaternion Simulation::tool_orientation(double time_s) const noexcept {
 
 // Pressing straight down while moving sideways would jam the tip against the flank of anything curved.
 void Simulation::follow_contour(HandIntent& intent) noexcept {
+  const Vector3 meant_mm = intent.position_mm;
   const Projection surface = project(object_->model.shape, {intent.position_mm.x, intent.position_mm.y, 0.0});
   const Vector3& n = surface.outward_normal;
   const Vector3 along{intent.velocity_mm_per_s.x, intent.velocity_mm_per_s.y, 0.0};
   intent.velocity_mm_per_s = along - n * dot(along, n) + n * intent.velocity_mm_per_s.z;
   intent.position_mm = surface.point_mm + n * intent.position_mm.z;
   contour_normal_ = n;
+  // Away from its usual home the surface lies higher or lower than where the motion counts from: what the
+  // hand meant so far turns into what it means along the contour without a jump.
+  if (is_zero(hand_->program.place_mm)) return;
+  if (!followed_contour_) {
+    followed_contour_ = true;
+    contour_offset_mm_ = meant_mm - intent.position_mm;
+    contour_began_step_ = steps_;
+  }
+  constexpr double kFadeS = 0.3;
+  const double since_s = static_cast<double>(steps_ - contour_began_step_) * kStepS;
+  if (since_s >= kFadeS) return;
+  const MotionState left = MinimumJerk({1.0, 0.0, 0.0}, {}, kFadeS).at(since_s);
+  intent.position_mm = intent.position_mm + contour_offset_mm_ * left.position_mm;
+  intent.velocity_mm_per_s = intent.velocity_mm_per_s + contour_offset_mm_ * left.velocity_mm_per_s;
 }
 
 void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
@@ -203,10 +283,15 @@ void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
 void Simulation::step() noexcept {
   const double time_s = static_cast<double>(steps_) * kStepS;
   const HandImpedance& hand = hand_->impedance;
-  const std::array<const AxisDynamics*, 3> dynamics{&hand_->across, &hand_->across, &hand_->along};
+  std::array<const AxisDynamics*, 3> dynamics{&hand_->across, &hand_->across, &hand_->along};
 
   HandPerception felt;
   felt.tip_mm = {axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm};
+  std::array<AxisDynamics, 2> here;
+  if (!hand_->along_field.empty()) {
+    here = dynamics_at(felt.tip_mm);
+    dynamics = {&here[0], &here[0], &here[1]};
+  }
   felt.press_force_n = -dot(truth_.hand_force_n, contour_normal_);
   felt.reaction_n = truth_.normal_force_n;
   HandIntent intent = motion_->step(kStepS, felt);
@@ -214,7 +299,6 @@ void Simulation::step() noexcept {
   if (intent.follows_contour && object_ != nullptr) follow_contour(intent);
   const bool is_hand =
       hand_->program.kind != HandProgram::Kind::kWeight && hand_->program.kind != HandProgram::Kind::kShake;
-  constexpr std::int64_t kSlowSteps = 10;  // tremor and wobble are slow: once a millisecond will do
   if (is_hand && steps_ % kSlowSteps == 0) tremor_mm_ = tremor(time_s);
   if (is_hand) intent.position_mm = intent.position_mm + tremor_mm_;
 
@@ -258,11 +342,38 @@ void Simulation::step() noexcept {
   axes_ = next;
   truth_.tip_position_mm = {axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm};
   ++steps_;
+  load_sensor(acceleration, time_s);
+}
 
-  // Load on the sensor: what the object gives, less what it takes to accelerate the tool, plus its weight.
+// What the object gives, less what it takes to accelerate the tool, plus its weight.
+void Simulation::load_sensor(const Vector3& acceleration, double time_s) noexcept {
+  const Vector3 gravity{0.0, 0.0, -kGravityMmPerS2};
+  if (!plain_mounting_) {
+    orientation_ = tool_orientation(time_s);
+    Vector3 of_centre = acceleration;
+    if (mounting_.centre_mm) {
+      // The mass is carried round the tip as the tool turns; the sensor's origin is a lever above the tip.
+      const Vector3 arm = *mounting_.centre_mm + Vector3{0.0, 0.0, Nano17::kLeverMm};
+      const Vector3 now = to_tool(inverse(orientation_), arm);
+      if (centres_known_ == 2) {
+        of_centre =
+            of_centre + (now - centre_before_mm_[0] * 2.0 + centre_before_mm_[1]) * (1.0 / (kStepS * kStepS));
+      } else {
+        ++centres_known_;
+      }
+      centre_before_mm_ = {now, centre_before_mm_[0]};
+    }
+    const Vector3 tool_n = to_tool(orientation_, (gravity - of_centre) * (1e-3 * tool_mass_kg_));
+    const Vector3 reaction_n = to_tool(orientation_, truth_.reaction_force_n);
+    const Vector3 tip_mm{0.0, 0.0, -Nano17::kLeverMm};
+    const Vector3 torque_n_mm =
+        cross(tip_mm, reaction_n) + cross(mounting_.centre_mm.value_or(tip_mm), tool_n);
+    sensor_.measure(to_tool(mounting_.sensor_to_tool, reaction_n + tool_n),
+                    to_tool(mounting_.sensor_to_tool, torque_n_mm));
+    return;
+  }
   const bool sways = hand_->program.tilt_deg > 0.0 || dot(sway_before_rad_, sway_before_rad_) > 0.0;
   if (sways || steps_ % kSlowSteps == 0) orientation_ = tool_orientation(time_s);
-  const Vector3 gravity{0.0, 0.0, -kGravityMmPerS2};
   sensor_.measure(
       to_tool(orientation_, truth_.reaction_force_n + (gravity - acceleration) * (1e-3 * tool_mass_kg_)));
 }

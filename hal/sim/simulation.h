@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "hal/samples.h"
 #include "hal/sim/axis_dynamics.h"
@@ -22,6 +23,22 @@ struct PreparedHand {
   HandImpedance impedance;
   AxisDynamics across;
   AxisDynamics along;
+  /// Where the structure's stiffness varies: the same from half the compliance at home to twice as much, in
+  /// equal ratios. Empty where it is constant.
+  std::vector<AxisDynamics> across_field;
+  std::vector<AxisDynamics> along_field;
+};
+
+/// How the tool hangs on the sensor and the sensor sits in the tool.
+struct ToolMounting {
+  /// Of the tool's mass, from the sensor's origin, tool frame. Without: the mass moves as the tip does,
+  /// however the tool turns, and torque is what the whole load would make at the tip.
+  std::optional<hal::Vector3> centre_mm{};
+  hal::Quaternion sensor_to_tool{};  ///< rotates sensor coordinates into the tool's
+  hal::Vector3 force_offset_n{};     ///< sensor frame: what it reads, once biased, besides the load
+  hal::Vector3 torque_offset_n_mm{};
+
+  bool plain() const noexcept;  ///< as if there were no mounting
 };
 
 /// An object in place: its shape and the state of its matter.
@@ -40,7 +57,8 @@ class Simulation {
   static constexpr double kStepS = 1e-4;
   static constexpr std::int64_t kStepNs = 100'000;
 
-  Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed);
+  Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed,
+             const ToolMounting& mounting = {});
 
   PreparedHand prepare(const HandProgram& program) const;
   /// Takes over from where the tip is. The objects live as long as the simulation uses them.
@@ -67,6 +85,8 @@ class Simulation {
   };
 
   hal::Vector3 motor_force() noexcept;
+  std::array<AxisDynamics, 2> dynamics_at(const hal::Vector3& tip_mm) const noexcept;
+  void load_sensor(const hal::Vector3& acceleration_mm_per_s2, double time_s) noexcept;
   void follow_contour(HandIntent& intent) noexcept;
   void touch(const hal::Vector3& before_mm, std::array<AxisState, 3>& axes,
              const std::array<const AxisDynamics*, 3>& dynamics) noexcept;
@@ -77,6 +97,8 @@ class Simulation {
 
   DeviceModel device_;
   double tool_mass_kg_;
+  ToolMounting mounting_;
+  bool plain_mounting_;
   Random random_;
   Nano17 sensor_;
   const PreparedHand* hand_ = nullptr;
@@ -94,8 +116,15 @@ class Simulation {
                                1.0};  ///< where the hand means to be; up unless it follows a contour
   std::int64_t steps_ = 0;
   std::int64_t hand_began_step_ = 0;
-  hal::Vector3 sway_before_rad_;  ///< when the hand took over
+  hal::Vector3 sway_before_rad_;          ///< when the hand took over
+  std::array<MinimumJerk, 3> sway_ends_;  ///< a mounted tool turns on smoothly from there
   hal::Quaternion orientation_;
+  std::array<hal::Vector3, 2>
+      centre_before_mm_{};  ///< of the tool's mass from the tip, rig frame: last, before
+  int centres_known_ = 0;
+  bool followed_contour_ = false;
+  hal::Vector3 contour_offset_mm_;  ///< between what was meant before and along the contour; fades
+  std::int64_t contour_began_step_ = 0;
   hal::TruthSample truth_;
 };
 

@@ -36,7 +36,7 @@ struct Wish {
   double length_mm = 0.0;  ///< stroke, light taps: of the line, along x from the place on
   double tilt_deg = 0.0;   ///< sway: amplitude
   int repetitions = 1;
-  hal::Vector3 place_mm;  ///< beside (x, y) or above (z) the home of the tool, where it is to happen
+  hal::Vector3 place_mm{};  ///< beside (x, y) or above (z) the home of the tool, where it is to happen
   double stiffness_n_per_mm = 0.0;  ///< of the wall or of the target
   double proportional_gain = 0.0;   ///< kModulation
   double derivative_ms = 0.0;

@@ -10,9 +10,12 @@ namespace {
 using Kind = sim::HandProgram::Kind;
 using Motion = rt::Wish::Motion;
 
-constexpr double kMinimumJerkPeak = 1.875;  // fastest over mean
-constexpr double kWayDownS = 1.0;           // from wherever the hand is to its home, and down to the surface
-constexpr double kRecoveryS = 1.0;          // back up, and the object recovers
+constexpr double kTravelS = 1.0;        // from wherever the last wish left the hand
+constexpr double kFreeHeightMm = 80.0;  // where surely no object is
+constexpr double kSwayMmPerS = 150.0;
+constexpr double kSwayHz = 1.2;
+constexpr double kSwayTiltDeg = 45.0;
+constexpr double kScanMmPerS = 40.0;
 
 Kind kind_of(Motion motion) {
   switch (motion) {
@@ -20,12 +23,14 @@ Kind kind_of(Motion motion) {
       return Kind::kPress;
     case Motion::kTap:
     case Motion::kStrikeFree:
-    case Motion::kLightTaps:
       return Kind::kTap;
+    case Motion::kLightTaps:
+      return Kind::kScan;
     case Motion::kStroke:
       return Kind::kStroke;
-    case Motion::kRest:
     case Motion::kSway:
+      return Kind::kSway;
+    case Motion::kRest:
       break;
   }
   return Kind::kRest;
@@ -39,33 +44,40 @@ SimulatedMotion simulated_motion(const rt::Wish& wish) {
   hand.kind = kind_of(wish.motion);
   hand.tilt_deg = wish.tilt_deg;
   hand.place_mm = wish.place_mm;
+  hand.travel_s = kTravelS;
   hand.repetitions = std::max(1, wish.repetitions);
   if (wish.force_n > 0.0) hand.force_n = wish.force_n;
   if (wish.force_rate_n_per_s > 0.0) hand.force_rate_n_per_s = wish.force_rate_n_per_s;
   if (wish.speed_mm_per_s > 0.0) hand.speed_mm_per_s = wish.speed_mm_per_s;
-  hand.hold_s = wish.hold_s;
+  if (wish.length_mm > 0.0) hand.stroke_length_mm = wish.length_mm;
+  hand.hold_s = std::max(0.0, wish.hold_s);
   hand.approach_mm_per_s = 40.0;
-  const double build_up_s = kMinimumJerkPeak * hand.force_n / hand.force_rate_n_per_s;
+  double posture_s = 0.0;
   switch (wish.motion) {
-    case Motion::kPress:
-      motion.duration_s = hand.repetitions * (kWayDownS + build_up_s + hand.hold_s + kRecoveryS);
-      break;
     case Motion::kStroke:
-      hand.stroke_length_mm = wish.length_mm > 0.0 ? wish.length_mm : hand.stroke_length_mm;
-      motion.duration_s =
-          kWayDownS + build_up_s + 0.5 + kRecoveryS +
-          2.0 * (hand.repetitions + 0.5) * kMinimumJerkPeak * hand.stroke_length_mm / hand.speed_mm_per_s;
+      hand.place_mm.x += 0.5 * hand.stroke_length_mm;  // the hand strokes about its home
       break;
-    case Motion::kTap:
-    case Motion::kStrikeFree:
     case Motion::kLightTaps:
-      motion.duration_s = kWayDownS + hand.repetitions / hand.rate_hz;
+      if (!(wish.speed_mm_per_s > 0.0)) hand.speed_mm_per_s = kScanMmPerS;
+      break;
+    case Motion::kStrikeFree:
+      hand.place_mm.z = std::max(hand.place_mm.z, kFreeHeightMm);
+      break;
+    case Motion::kSway:
+      if (!(wish.speed_mm_per_s > 0.0)) hand.speed_mm_per_s = kSwayMmPerS;
+      if (!(wish.tilt_deg > 0.0)) hand.tilt_deg = kSwayTiltDeg;
+      hand.rate_hz = kSwayHz;
+      hand.place_mm.z = std::max(hand.place_mm.z, kFreeHeightMm);
+      posture_s = std::max(1.0, wish.hold_s);
       break;
     case Motion::kRest:
-    case Motion::kSway:
-      motion.duration_s = std::max(1.0, wish.hold_s);
+      posture_s = std::max(1.0, wish.hold_s);
+      break;
+    case Motion::kPress:
+    case Motion::kTap:
       break;
   }
+  motion.duration_s = sim::planned_duration_s(hand) + posture_s;
   return motion;
 }
 

@@ -11,6 +11,7 @@ std::optional<rt::SceneSpec> wished_scene(const rt::Wish& wish, const hal::RigIn
   if (wish.device == rt::Wish::Device::kWall) {
     scene.kind = rt::SceneKind::kWall;
     scene.wall_position_mm = -wish.place_mm.z;
+    scene.structural_compensation = false;  // the encoders are to see the plain wall of (4.26)
   } else if (wish.proportional_gain > 0.0) {
     scene.controller.proportional_gain = wish.proportional_gain;
     scene.controller.derivative_gain_ms = wish.derivative_ms;
