@@ -117,12 +117,7 @@ HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& from_mm) 
   const double way_mm =
       std::max({std::abs(ready_mm - start_mm.z), std::abs(start_mm.x - d.x * slant_ * ready_mm),
                 std::abs(start_mm.y - d.y * slant_ * ready_mm)});
-  // Places lie further apart than the motions at one place are wide: there people hurry.
-  constexpr double kLongWayMm = 100.0;
-  constexpr double kHurryMmPerS = 250.0;
-  const double leisure_s =
-      std::min(way_mm, kLongWayMm) / kMeanMmPerS + std::max(0.0, way_mm - kLongWayMm) / kHurryMmPerS;
-  const double duration_s = program.travel_s > 0.0 ? program.travel_s : std::max(0.2, leisure_s);
+  const double duration_s = program.travel_s > 0.0 ? program.travel_s : std::max(0.2, way_mm / kMeanMmPerS);
   homeward_ = MinimumJerk({1.0, 0.0, 0.0}, {}, duration_s);
   if (passive) {
     enter(Phase::kFree);
