@@ -47,8 +47,9 @@ struct RigInfo {
   double rate_hz = 1000.0;
   DeviceInfo device;
   SensorInfo sensor;
-  bool renders_force = true;  ///< false where commands reach nobody (a recording)
-  bool has_truth = false;     ///< true where truth() answers
+  bool renders_force = true;           ///< false where commands reach nobody (a recording)
+  bool has_truth = false;              ///< true where truth() answers
+  bool has_external_position = false;  ///< true where external_position() does
   std::vector<UncertainParameter> uncertain;
 };
 
@@ -101,8 +102,8 @@ class Rig {
   /// The truth behind the last sample; false where there is none.
   virtual bool truth(TruthSample&) const noexcept { return false; }
 
-  /// The tip's position by an instrument from outside (an LVDT, a laser), rig frame, at the last sample; false
-  /// where there is none. Unlike the encoders it sees the device bend.
+  /// The tip's position by an instrument from outside (an LVDT, a laser), rig frame, at the last sample;
+  /// false where there is none. Unlike the encoders it sees the device bend.
   virtual bool external_position(Vector3& /*position_mm*/) const noexcept { return false; }
 
   /// Drives the handler until the rig is exhausted or `stop` is set. A rig with an external scheduler

@@ -16,6 +16,7 @@
 
 #include "server/log.h"
 #include "server/scene_host.h"
+#include "server/services/identification_service.h"
 #include "server/services/model_service.h"
 #include "server/services/rendering_service.h"
 #include "server/services/rig_service.h"
@@ -71,7 +72,8 @@ struct GrpcServer::State {
         model(parts.scenes.models()),
         rendering(parts.targets, parts.hub),
         telemetry(parts.hub),
-        simulation(parts.session),
+        simulation(parts.session, parts.scenes),
+        identification(parts.identifications),
         safety(parts.latch) {}
 
   RigService rig;
@@ -80,6 +82,7 @@ struct GrpcServer::State {
   RenderingService rendering;
   TelemetryService telemetry;
   SimulationService simulation;
+  IdentificationService identification;
   SafetyService safety;
   int port = 0;
   std::unique_ptr<grpc::Server> server;  // last: ends before the services it calls
@@ -111,7 +114,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
     builder.AddListeningPort("unix:" + unix_socket, grpc::InsecureServerCredentials());
   for (grpc::Service* service :
        std::initializer_list<grpc::Service*>{&state->rig, &state->scene, &state->model, &state->rendering,
-                                             &state->telemetry, &state->simulation, &state->safety}) {
+                                             &state->telemetry, &state->simulation, &state->safety, &state->identification}) {
     builder.RegisterService(service);
   }
   gpr_set_log_function(discard);  // a port that is taken is told once, and by us

@@ -11,6 +11,7 @@
 namespace hapticd::server {
 
 class SafetyLatch;
+class IdentificationRunner;
 class SceneHost;
 class Session;
 class TargetControl;
@@ -26,6 +27,7 @@ class GrpcServer {
     TargetControl& targets;
     SafetyLatch& latch;
     TelemetryHub& hub;
+    IdentificationRunner& identifications;
   };
 
   /// An error when an address cannot be bound. Reports itself as not serving until told otherwise.

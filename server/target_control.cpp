@@ -168,6 +168,7 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
   if (auto refusal = validate(law)) return *refusal;
   if (auto refusal = validate(request, now_ns)) return *refusal;
   if (auto refusal = session_.unavailable()) return *refusal;
+  if (auto refusal = scenes_.reserved()) return *refusal;
   const auto scene = scenes_.current();
   if (!scene) return no_scene();
   Outcome<TargetSet> result = grant_law(law, scene->spec);

@@ -25,10 +25,9 @@ constexpr std::array kForceUnits{Unit{"N", 1.0},   Unit{"mN", 1e-3}, Unit{"uN", 
 constexpr std::array kPositionUnits{Unit{"mm", 1.0},  Unit{"um", 1e-3}, Unit{"µm", 1e-3},
                                     Unit{"nm", 1e-6}, Unit{"cm", 10.0}, Unit{"m", 1e3}};
 
-constexpr std::array<std::string_view, 2> kTimeStems{"time", "t"};
-constexpr std::array<std::string_view, 2> kForceStems{"force", "load"};
-constexpr std::array<std::string_view, 5> kPositionStems{"indentation", "position", "displacement", "depth",
-                                                         "tip"};
+constexpr std::array kTorqueUnits{Unit{"Nmm", 1.0}, Unit{"N·mm", 1.0}, Unit{"Nm", 1e3},
+                                  Unit{"N·m", 1e3}, Unit{"mNm", 1.0},  Unit{"mN·m", 1.0}};
+constexpr std::array kPureUnits{Unit{"", 1.0}, Unit{"1", 1.0}};
 
 std::span<const Unit> units_of(Quantity quantity) {
   switch (quantity) {
@@ -36,22 +35,14 @@ std::span<const Unit> units_of(Quantity quantity) {
       return kTimeUnits;
     case Quantity::kForce:
       return kForceUnits;
+    case Quantity::kTorque:
+      return kTorqueUnits;
+    case Quantity::kPure:
+      return kPureUnits;
     case Quantity::kPosition:
       break;
   }
   return kPositionUnits;
-}
-
-std::span<const std::string_view> stems_of(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::kTime:
-      return kTimeStems;
-    case Quantity::kForce:
-      return kForceStems;
-    case Quantity::kPosition:
-      break;
-  }
-  return kPositionStems;
 }
 
 const Unit* find_unit(Quantity quantity, std::string_view name) {
@@ -75,41 +66,53 @@ std::string listed(const Names& names) {
   return text;
 }
 
-std::string stems_text(Quantity quantity) {
-  return listed(stems_of(quantity));
-}
-
-hal::Result<std::size_t> find_column(const ColumnMapping& mapping, Quantity quantity,
-                                     const std::vector<std::string>& columns, const std::string& place) {
-  const bool by_name = !mapping.column.empty();
+/// Columns that go by one of the role's names. Without a mapped name, the unit may come from the suffix or
+/// from the mapping.
+std::vector<std::size_t> alike(const ColumnMapping& mapping, const ColumnRole& role,
+                               const std::vector<std::string>& columns) {
+  const auto is_stem = [&role](std::string_view name) {
+    return std::find(role.stems.begin(), role.stems.end(), name) != role.stems.end();
+  };
   std::vector<std::size_t> hits;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto [stem, suffix] = stem_and_suffix(columns[i]);
-    const auto stems = stems_of(quantity);
-    // Without a name, the unit may come from the suffix or from the mapping.
-    const bool named_alike = std::find(stems.begin(), stems.end(), stem) != stems.end() &&
-                             (find_unit(quantity, suffix) != nullptr || !mapping.unit.empty());
+    const bool named_alike =
+        is_stem(stem) && (find_unit(role.quantity, suffix) != nullptr || !mapping.unit.empty());
     const bool bare_alike =
-        !mapping.unit.empty() && std::find(stems.begin(), stems.end(), columns[i]) != stems.end();
-    if (by_name ? columns[i] == mapping.column : (named_alike || bare_alike)) hits.push_back(i);
+        is_stem(columns[i]) && (!mapping.unit.empty() || role.quantity == Quantity::kPure);
+    if (named_alike || bare_alike) hits.push_back(i);
+  }
+  return hits;
+}
+
+hal::Result<std::size_t> find_column(const ColumnMapping& mapping, const ColumnRole& role,
+                                     const std::vector<std::string>& columns, const std::string& place) {
+  const bool by_name = !mapping.column.empty();
+  std::vector<std::size_t> hits;
+  if (by_name) {
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (columns[i] == mapping.column) hits.push_back(i);
+    }
+  } else {
+    hits = alike(mapping, role, columns);
   }
   if (hits.size() == 1) return hits.front();
 
-  const std::string quantity_name = name_of(quantity);
   if (hits.empty()) {
-    return hal::Error{.what = by_name ? "there is no column of that name for the " + quantity_name
-                                      : "no column could be recognised as the " + quantity_name,
+    return hal::Error{.what = by_name ? "there is no column of that name for the " + role.name
+                                      : "no column could be recognised as the " + role.name,
                       .where = place,
                       .value = by_name ? "'" + mapping.column + "'" : "",
                       .limit = "the file's columns are " + listed(columns),
-                      .remedy = by_name ? "map the " + quantity_name + " to one of these"
-                                        : "map one by name; recognised are " + stems_text(quantity) +
-                                              " followed by _ and a unit (" + accepted_units(quantity) + ")"};
+                      .remedy = by_name ? "map the " + role.name + " to one of these"
+                                        : "map one by name; recognised are " + listed(role.stems) +
+                                              " followed by _ and a unit (" + accepted_units(role.quantity) +
+                                              ")"};
   }
   std::vector<std::string> names;
   names.reserve(hits.size());
   for (const std::size_t hit : hits) names.push_back(columns[hit]);
-  return hal::Error{.what = "more than one column could be the " + quantity_name,
+  return hal::Error{.what = "more than one column could be the " + role.name,
                     .where = place,
                     .value = listed(names),
                     .limit = {},
@@ -124,44 +127,76 @@ const char* name_of(Quantity quantity) noexcept {
       return "time";
     case Quantity::kForce:
       return "force";
+    case Quantity::kTorque:
+      return "torque";
+    case Quantity::kPure:
+      return "number";
     case Quantity::kPosition:
       break;
   }
   return "position";
 }
 
+ColumnRole role_of(Quantity quantity) {
+  ColumnRole role{name_of(quantity), quantity, {}};
+  switch (quantity) {
+    case Quantity::kTime:
+      role.stems = {"time", "t"};
+      break;
+    case Quantity::kForce:
+      role.stems = {"force", "load"};
+      break;
+    case Quantity::kPosition:
+      role.stems = {"indentation", "position", "displacement", "depth", "tip"};
+      break;
+    case Quantity::kTorque:
+    case Quantity::kPure:
+      role.stems = {role.name};
+      break;
+  }
+  return role;
+}
+
 std::string accepted_units(Quantity quantity) {
   std::vector<std::string_view> names;
-  for (const Unit& unit : units_of(quantity)) names.push_back(unit.name);
+  for (const Unit& unit : units_of(quantity)) {
+    if (!unit.name.empty()) names.push_back(unit.name);
+  }
   return listed(names);
 }
 
-hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, Quantity quantity,
+bool is_recognised(const ColumnRole& role, const std::vector<std::string>& columns) {
+  return !alike({}, role, columns).empty();
+}
+
+hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, const ColumnRole& role,
                                            const std::vector<std::string>& columns,
                                            const std::string& place) {
   if (!std::isfinite(mapping.scale) || mapping.scale == 0.0) {
-    return hal::Error{.what = std::string("the scale of the ") + name_of(quantity) + " is of no use",
+    return hal::Error{.what = "the scale of the " + role.name + " is of no use",
                       .where = place,
                       .value = number_text(mapping.scale),
                       .limit = "finite and not zero; negative turns the sign",
                       .remedy = {}};
   }
-  const auto index = find_column(mapping, quantity, columns, place);
+  const auto index = find_column(mapping, role, columns, place);
   if (!index) return index.error();
 
   const std::string& column = columns[*index];
+  // A pure number's name has no unit to end in: what follows its last _ belongs to the name.
+  const bool pure = role.quantity == Quantity::kPure;
   const std::string unit_name =
-      mapping.unit.empty() ? std::string(stem_and_suffix(column).second) : mapping.unit;
-  const Unit* unit = find_unit(quantity, unit_name);
+      mapping.unit.empty() && !pure ? std::string(stem_and_suffix(column).second) : mapping.unit;
+  const Unit* unit = find_unit(role.quantity, unit_name);
   if (unit == nullptr) {
     const bool unstated = mapping.unit.empty();
-    return hal::Error{
-        .what = unstated ? "the column's name does not end in a unit of " + std::string(name_of(quantity))
-                         : "this is not a unit of " + std::string(name_of(quantity)),
-        .where = place + ", column '" + column + "'",
-        .value = unit_name.empty() ? std::string() : "'" + unit_name + "'",
-        .limit = accepted_units(quantity),
-        .remedy = unstated ? "name the unit in the mapping" : ""};
+    const std::string quantity = name_of(role.quantity);
+    return hal::Error{.what = unstated ? "the column's name does not end in a unit of " + quantity
+                                       : "this is not a unit of " + quantity,
+                      .where = place + ", column '" + column + "'",
+                      .value = unit_name.empty() ? std::string() : "'" + unit_name + "'",
+                      .limit = accepted_units(role.quantity),
+                      .remedy = unstated ? "name the unit in the mapping" : ""};
   }
   return ColumnSelection{.index = *index, .factor = unit->factor * mapping.scale};
 }

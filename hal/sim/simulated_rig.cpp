@@ -267,6 +267,7 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   state->info.device = model->info();
   state->info.sensor = state->simulation.sensor().info();
   state->info.has_truth = true;
+  state->info.has_external_position = true;
   state->info.uncertain = model->uncertain();
   if (config.external_instrument) {
     for (hal::UncertainParameter& parameter : ExternalInstrumentModel{}.uncertain()) {

@@ -17,9 +17,12 @@ GuardLimits idle_limits(const hal::RigInfo& rig) {
 Engine::Engine(const hal::Rig& rig, std::size_t record_capacity)
     : rig_(rig),
       renderer_(idle_limits(rig.info()), rig.info().rate_hz),
-      has_time_(rig.owns_clock()),
+      owns_clock_(rig.owns_clock()),
+      has_time_for_records_(owns_clock_),
+      has_time_for_observations_(owns_clock_),
       mailbox_(kCommandSlots),
-      records_(record_capacity) {}
+      records_(record_capacity),
+      observations_(record_capacity) {}
 
 Engine::~Engine() = default;
 
@@ -32,23 +35,47 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   record.channels |= channel::kTiming;
   record.timing = timing_;
   if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
-  if (!records_.push(record) && !(has_time_ && push_patiently(record))) {
+  if (!records_.push(record) && !push_patiently(records_, record, has_time_for_records_)) {
     records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+  if (observed_.load(std::memory_order_acquire)) {
+    hand_on(sample, command);
+  } else {
+    has_time_for_observations_ = owns_clock_;
   }
   last_time_ns_.store(sample.time_ns, std::memory_order_release);
   last_tick_.store(sample.tick, std::memory_order_release);
   return command;
 }
 
+// An observation that finds no room is lost; the gap in its ticks tells.
+void Engine::hand_on(const hal::RigSample& sample, const hal::DeviceCommand& command) noexcept {
+  Observation observation;
+  observation.sample = sample;
+  observation.device_command_n = command.force_n;
+  observation.has_external_position = rig_.external_position(observation.external_position_mm);
+  if (!observations_.push(observation)) {
+    push_patiently(observations_, observation, has_time_for_observations_);
+  }
+}
+
+void Engine::observe(bool on) noexcept {
+  if (on) {
+    while (observations_.front() != nullptr) observations_.discard();
+  }
+  observed_.store(on, std::memory_order_release);
+}
+
 // A rig that owns its clock waits for nobody's hand: it can wait for a reader, though not for one that never
 // comes.
-bool Engine::push_patiently(const TickRecord& record) noexcept {
+template <class T>
+bool Engine::push_patiently(SpscRing<T>& ring, const T& value, bool& waits) noexcept {
   constexpr int kTries = 100;
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; waits && i < kTries; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    if (records_.push(record)) return true;
+    if (ring.push(value)) return true;
   }
-  has_time_ = false;  // nobody reads: go on without telemetry
+  waits = false;  // nobody reads: go on without
   return false;
 }
 

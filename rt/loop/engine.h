@@ -10,6 +10,7 @@
 
 #include "hal/rig.h"
 #include "rt/loop/spsc_ring.h"
+#include "rt/scene/observation.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/renderer.h"
 #include "rt/scene/tick_record.h"
@@ -83,6 +84,13 @@ class Engine final : public hal::TickHandler {
   /// Records lost because the ring was full.
   std::uint64_t records_dropped() const noexcept { return records_dropped_.load(std::memory_order_relaxed); }
 
+  // -- the one thread that observes, if any
+  // ---------------------------------------------------------------------
+  /// From the next tick on every tick is handed on whole, or none is. Off at first: a loop nobody observes
+  /// pays nothing for it. What was not popped before it is switched on is thrown away.
+  void observe(bool on) noexcept;
+  bool pop_observation(Observation& observation) noexcept { return observations_.pop(observation); }
+
  private:
   /// One command under way. `state` hands it to and fro: the caller takes it from free over reserved to
   /// waiting, the loop over performing to done, the caller back to free. A caller that gives up marks it
@@ -97,11 +105,17 @@ class Engine final : public hal::TickHandler {
   void take_commands(const hal::RigSample& sample) noexcept;
   void perform(Slot& slot, const hal::RigSample& sample) noexcept;
   Slot* acquire_slot();
-  bool push_patiently(const TickRecord& record) noexcept;
+  void hand_on(const hal::RigSample& sample, const hal::DeviceCommand& command) noexcept;
+  template <class T>
+  bool push_patiently(SpscRing<T>& ring, const T& value, bool& waits) noexcept;
 
   const hal::Rig& rig_;
   Renderer renderer_;
-  bool has_time_;  ///< virtual or recorded time: a full ring may be waited for instead of losing the record
+  /// Virtual or recorded time: a full ring may be waited for instead of losing what is told. Each until its
+  /// reader proves to be none.
+  const bool owns_clock_;
+  bool has_time_for_records_;
+  bool has_time_for_observations_;
   TickTiming timing_;
 
   std::array<Slot, kCommandSlots> slots_;
@@ -113,6 +127,8 @@ class Engine final : public hal::TickHandler {
   std::atomic<bool> stop_requested_{false};
   SpscRing<TickRecord> records_;
   std::atomic<std::uint64_t> records_dropped_{0};
+  std::atomic<bool> observed_{false};
+  SpscRing<Observation> observations_;
   std::atomic<std::uint64_t> last_tick_{0};
   std::atomic<std::int64_t> last_time_ns_{0};
 };

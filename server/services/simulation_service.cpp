@@ -7,6 +7,7 @@
 
 #include "hal/sim/simulated_rig.h"
 #include "server/log.h"
+#include "server/scene_host.h"
 #include "server/services/status.h"
 #include "server/session.h"
 #include "server/suggestion.h"
@@ -93,6 +94,7 @@ grpc::Status SimulationService::GetSimulation(grpc::ServerContext*, const v1::Ge
 grpc::Status SimulationService::SetHandProgram(grpc::ServerContext*, const v1::SetHandProgramRequest* request,
                                                v1::SetHandProgramResponse*) {
   if (session_.simulation() == nullptr) return not_simulated(session_);
+  if (const auto refusal = scenes_.reserved()) return to_status(*refusal);  // the hand is busy
   const auto kind = kind_of(request->program().kind());
   if (!kind) {
     return to_status({RefusalKind::kInvalidArgument,
@@ -111,6 +113,7 @@ grpc::Status SimulationService::SetHandProgram(grpc::ServerContext*, const v1::S
 grpc::Status SimulationService::SetObject(grpc::ServerContext*, const v1::SetObjectRequest* request,
                                           v1::SetObjectResponse* response) {
   if (session_.simulation() == nullptr) return not_simulated(session_);
+  if (const auto refusal = scenes_.reserved()) return to_status(*refusal);
   const std::vector<std::string> known = object_names();
   if (std::find(known.begin(), known.end(), request->name()) == known.end()) {
     return to_status({RefusalKind::kNotFound,

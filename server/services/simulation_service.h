@@ -4,12 +4,13 @@
 
 namespace hapticd::server {
 
+class SceneHost;
 class Session;
 
 /// Hand and object of a simulated rig; refuses on any other.
 class SimulationService final : public v1::SimulationService::Service {
  public:
-  explicit SimulationService(Session& session) : session_(session) {}
+  SimulationService(Session& session, const SceneHost& scenes) : session_(session), scenes_(scenes) {}
 
   grpc::Status GetSimulation(grpc::ServerContext* context, const v1::GetSimulationRequest* request,
                              v1::SimulationInfo* response) override;
@@ -20,6 +21,7 @@ class SimulationService final : public v1::SimulationService::Service {
 
  private:
   Session& session_;
+  const SceneHost& scenes_;
 };
 
 }  // namespace hapticd::server

@@ -178,6 +178,37 @@ TEST(Engine, LostRecordsAreCountedAndLeaveAGapInTheSequence) {
   EXPECT_EQ(last, 15U);
 }
 
+TEST(Engine, HandsOnWhatItMeasuredOnlyWhileObserved) {
+  FakeRig rig;
+  Engine engine(rig, 16);
+  hal::RigSample sample;
+  const auto ticks = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      rig.read(sample);
+      engine.on_tick(sample);
+    }
+  };
+  Observation observation;
+  ticks(3);
+  EXPECT_FALSE(engine.pop_observation(observation));
+  engine.observe(true);
+  ticks(2);
+  ASSERT_TRUE(engine.pop_observation(observation));
+  EXPECT_EQ(observation.sample.tick, 3U);
+  EXPECT_EQ(observation.sample.force_count, 10U);
+  EXPECT_FALSE(observation.has_external_position);
+  engine.observe(false);
+  ticks(2);
+  engine.observe(true);  // what was left from before is not the present
+  ticks(1);
+  ASSERT_TRUE(engine.pop_observation(observation));
+  EXPECT_EQ(observation.sample.tick, 7U);
+  ticks(20);  // more than there is room for: a gap in the ticks, and no wait
+  std::uint64_t last = 0;
+  while (engine.pop_observation(observation)) last = observation.sample.tick;
+  EXPECT_EQ(last, 23U);
+}
+
 TEST(Engine, InVirtualTimeASlowReaderLosesNothing) {
   FakeRig rig(true);
   Engine engine(rig, 16);

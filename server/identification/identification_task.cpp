@@ -1,0 +1,124 @@
+#include "server/identification/identification_task.h"
+
+#include <array>
+#include <cmath>
+
+#include "rt/identify/contact_identification.h"
+#include "rt/identify/friction_identification.h"
+#include "rt/identify/gains_identification.h"
+#include "rt/identify/structural_identification.h"
+#include "rt/identify/threshold_identification.h"
+#include "rt/identify/tool_identification.h"
+#include "server/range.h"
+
+namespace hapticd::server {
+
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+/// The first number that is out of its range.
+class FieldCheck {
+ public:
+  void range(double value, const Range& range, const char* what, const char* field) {
+    if (refusal) return;
+    if (auto error = server::check(value, range, what, std::string("StartIdentificationRequest.") + field)) {
+      refusal =
+          Refusal{std::isfinite(value) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, *error};
+    }
+  }
+  std::optional<Refusal> refusal;
+};
+
+}  // namespace
+
+const char* kind_name(const IdentificationTask& task) noexcept {
+  constexpr std::array kNames{"contact", "friction", "structural_stiffness", "tool", "threshold", "gains"};
+  return kNames[task.index()];
+}
+
+bool is_about_object(const IdentificationTask& task) noexcept {
+  return std::holds_alternative<rt::ContactTask>(task) || std::holds_alternative<rt::FrictionTask>(task);
+}
+
+std::optional<RecordedMotion> recorded_motion(const IdentificationTask& task) noexcept {
+  if (std::holds_alternative<rt::ContactTask>(task)) return RecordedMotion::kPress;
+  if (std::holds_alternative<rt::FrictionTask>(task)) return RecordedMotion::kStroke;
+  if (std::holds_alternative<rt::ToolTask>(task) || std::holds_alternative<rt::ThresholdTask>(task)) {
+    return RecordedMotion::kFree;
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> check(const IdentificationTask& task) {
+  FieldCheck fields;
+  std::visit(
+      Overloaded{
+          [&](const rt::ContactTask& t) {
+            fields.range(t.force_n, {0.2, 30.0, "N"}, "force", "contact.force_n");
+            fields.range(t.displacement_mm, {0.0, 100.0, "mm"}, "displacement", "contact.displacement_mm");
+            fields.range(t.speed_mm_per_s, {0.0, 1000.0, "mm/s"}, "speed", "contact.speed_mm_per_s");
+          },
+          [&](const rt::FrictionTask& t) {
+            fields.range(t.length_mm, {5.0, 200.0, "mm"}, "length", "friction.length_mm");
+            fields.range(t.normal_force_n, {0.0, 1000.0, "N"}, "normal force", "recording.normal_force_n");
+          },
+          [](const rt::StructuralStiffnessTask&) {}, [](const rt::ToolTask&) {},
+          [&](const rt::ThresholdTask& t) {
+            fields.range(t.duration_s, {5.0, 600.0, "s"}, "duration", "threshold.duration_s");
+          },
+          [&](const rt::GainsTask& t) {
+            fields.range(t.target_stiffness_n_per_mm, {0.05, 20.0, "N/mm"}, "target stiffness",
+                         "gains.target_stiffness_n_per_mm");
+          }},
+      task);
+  return fields.refusal;
+}
+
+std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigInfo& rig) {
+  const auto lacks = [&](const std::string& what, const std::string& remedy) {
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {"the rig has " + what, "rig '" + rig.name + "'", kind_name(task), "", remedy}};
+  };
+  const bool structural = std::holds_alternative<rt::StructuralStiffnessTask>(task);
+  if (!structural && rig.sensor.model.empty()) {
+    return lacks("no force sensor", "identify on a recording, or on a rig that has one");
+  }
+  if (rig.kind == hal::RigKind::kReplay) {
+    return lacks("nobody who could touch anything", "upload the recording and identify from it");
+  }
+  if (structural && !rig.has_external_position) {
+    return lacks("no instrument that measures the tip from outside",
+                 "mount one (an LVDT, a laser) and name it in the rig's configuration");
+  }
+  return std::nullopt;
+}
+
+std::unique_ptr<rt::Identification> make_identification(const IdentificationTask& task,
+                                                        const hal::RigInfo& rig) {
+  using Made = std::unique_ptr<rt::Identification>;
+  return std::visit(
+      Overloaded{
+          [&](const rt::ContactTask& t) -> Made {
+            return std::make_unique<rt::ContactIdentification>(t, rig);
+          },
+          [&](const rt::FrictionTask& t) -> Made {
+            return std::make_unique<rt::FrictionIdentification>(t, rig);
+          },
+          [&](const rt::StructuralStiffnessTask& t) -> Made {
+            return std::make_unique<rt::StructuralIdentification>(t, rig);
+          },
+          [&](const rt::ToolTask& t) -> Made { return std::make_unique<rt::ToolIdentification>(t, rig); },
+          [&](const rt::ThresholdTask& t) -> Made {
+            return std::make_unique<rt::ThresholdIdentification>(t, rig);
+          },
+          [&](const rt::GainsTask& t) -> Made { return std::make_unique<rt::GainsIdentification>(t, rig); }},
+      task);
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "hal/error.h"
+#include "rt/identify/identification.h"
+#include "rt/identify/tasks.h"
+#include "server/identification/recorded_observations.h"
+#include "server/outcome.h"
+
+namespace hapticd::server {
+
+/// What to identify.
+using IdentificationTask = std::variant<rt::ContactTask, rt::FrictionTask, rt::StructuralStiffnessTask,
+                                        rt::ToolTask, rt::ThresholdTask, rt::GainsTask>;
+
+/// "contact", "friction", "structural_stiffness", "tool", "threshold" or "gains".
+const char* kind_name(const IdentificationTask& task) noexcept;
+
+/// True where an object is touched, and the model is the object's.
+bool is_about_object(const IdentificationTask& task) noexcept;
+
+/// How a recording for this task is to be read; none where only a rig will do.
+std::optional<RecordedMotion> recorded_motion(const IdentificationTask& task) noexcept;
+
+/// Numbers in their ranges; the error names the field.
+std::optional<Refusal> check(const IdentificationTask& task);
+
+/// What the rig lacks for it, if anything: force sensor, device, outside instrument, a simulated hand or a
+/// user.
+std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigInfo& rig);
+
+std::unique_ptr<rt::Identification> make_identification(const IdentificationTask& task,
+                                                        const hal::RigInfo& rig);
+
+}  // namespace hapticd::server

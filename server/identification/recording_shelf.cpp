@@ -1,0 +1,133 @@
+#include "server/identification/recording_shelf.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+
+#include "server/suggestion.h"
+
+namespace hapticd::server {
+
+namespace {
+
+Refusal cannot_write(const std::filesystem::path& path, const std::string& why) {
+  return {RefusalKind::kResourceExhausted,
+          {"the recording cannot be kept: " + why, path.string(), "", "",
+           "make room there, or set TMPDIR to a folder that has some"}};
+}
+
+}  // namespace
+
+struct RecordingShelf::Upload::Digest {
+  Digest() : context(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+    EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
+  }
+  std::string hexadecimal() {
+    std::array<unsigned char, EVP_MAX_MD_SIZE> bytes{};
+    unsigned int length = 0;
+    EVP_DigestFinal_ex(context.get(), bytes.data(), &length);
+    std::string text;
+    for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", bytes[i]);
+    return text;
+  }
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context;
+};
+
+ShelvedRecording::~ShelvedRecording() {
+  std::error_code ignored;
+  if (!path.empty()) std::filesystem::remove(path, ignored);
+}
+
+RecordingShelf::~RecordingShelf() {
+  shelf_.clear();
+  std::error_code ignored;
+  if (!folder_.empty()) std::filesystem::remove(folder_, ignored);
+}
+
+RecordingShelf::Upload::Upload() : digest_(std::make_unique<Digest>()) {}
+RecordingShelf::Upload::~Upload() = default;
+
+std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
+  bytes_ += bytes.size();
+  if (bytes_ > kMostBytes) {
+    return Refusal{RefusalKind::kResourceExhausted,
+                   {"the recording is too large", recording_->description.name,
+                    fmt::format("more than {} bytes", kMostBytes), fmt::format("up to {} bytes", kMostBytes),
+                    "cut it, or leave out columns that are not needed"}};
+  }
+  stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!stream_) return cannot_write(recording_->path, "writing failed");
+  EVP_DigestUpdate(digest_->context.get(), bytes.data(), bytes.size());
+  for (const char c : bytes) {
+    if (last_ == '\n') line_counts_ = c != '#' && c != '\n' && c != '\r';
+    if (c == '\n' && line_counts_) ++recording_->rows;
+    last_ = c;
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> RecordingShelf::make_folder() {
+  if (!folder_.empty()) return std::nullopt;
+  std::error_code failure;
+  std::string pattern =
+      (std::filesystem::temp_directory_path(failure) / "hapticd-recordings-XXXXXX").string();
+  if (failure || mkdtemp(pattern.data()) == nullptr) {
+    return cannot_write(pattern, "the folder cannot be made");
+  }
+  folder_ = pattern;
+  return std::nullopt;
+}
+
+Outcome<std::unique_ptr<RecordingShelf::Upload>> RecordingShelf::begin(
+    const RecordingDescription& description, double normal_force_n) {
+  const std::lock_guard lock(mutex_);
+  if (auto refusal = make_folder()) return *refusal;
+  std::unique_ptr<Upload> upload(new Upload);
+  upload->recording_ = std::make_shared<ShelvedRecording>();
+  ShelvedRecording& recording = *upload->recording_;
+  recording.id = fmt::format("recording-{}", ++uploads_);
+  recording.path = folder_ / (recording.id + ".csv");
+  recording.description = description;
+  recording.normal_force_n = normal_force_n;
+  if (recording.description.name.empty()) recording.description.name = recording.id;
+  upload->stream_.open(recording.path, std::ios::binary);
+  if (!upload->stream_) return cannot_write(recording.path, "the file cannot be made");
+  return upload;
+}
+
+Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::unique_ptr<Upload> upload) {
+  ShelvedRecording& recording = *upload->recording_;
+  upload->stream_.close();
+  if (!upload->stream_) return cannot_write(recording.path, "writing failed");
+  if (upload->last_ != '\n' && upload->line_counts_) ++recording.rows;
+  if (recording.rows > 0) --recording.rows;  // the header
+  if (recording.rows == 0) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"the recording is empty", recording.description.name, "",
+                    "a header line with the columns' names, then rows of numbers", "send a CSV file"}};
+  }
+  recording.sha256 = upload->digest_->hexadecimal();
+  const std::lock_guard lock(mutex_);
+  shelf_.push_back(upload->recording_);
+  if (shelf_.size() > kMostRecordings) shelf_.pop_front();
+  return shelf_.back();
+}
+
+Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::find(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> ids;
+  for (const auto& recording : shelf_) {
+    if (recording->id == id) return recording;
+    ids.push_back(recording->id);
+  }
+  return Refusal{RefusalKind::kNotFound,
+                 {"no such recording", "StartIdentificationRequest.recording", id, comma_separated(ids),
+                  ids.empty() ? "upload it first" : did_you_mean(id, ids, "upload it again")}};
+}
+
+}  // namespace hapticd::server

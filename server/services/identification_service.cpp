@@ -1,0 +1,133 @@
+#include "server/services/identification_service.h"
+
+#include <fmt/format.h>
+
+#include "server/identification/identification_runner.h"
+#include "server/services/call.h"
+#include "server/services/identification_messages.h"
+#include "server/services/status.h"
+
+namespace hapticd::server {
+
+namespace {
+
+/// Counts one among the calls of a kind for as long as it lives.
+class Counted {
+ public:
+  Counted(std::atomic<int>& count, int most) : count_(count), admitted_(count.fetch_add(1) < most) {}
+  ~Counted() { count_.fetch_sub(1); }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+  bool admitted() const { return admitted_; }
+
+ private:
+  std::atomic<int>& count_;
+  bool admitted_;
+};
+
+grpc::Status too_many(const char* what, const char* where, int most) {
+  return to_status({RefusalKind::kResourceExhausted,
+                    {fmt::format("too many {} at once", what), where, "", fmt::format("up to {}", most),
+                     "wait for one to end"}});
+}
+
+/// What a recording can be read as tells how long it is; where it is nothing known, what is missing.
+void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& response) {
+  response.set_recording(recording.id);
+  response.set_rows(recording.rows);
+  response.set_sha256(recording.sha256);
+  std::string why;
+  for (const RecordedMotion motion :
+       {RecordedMotion::kPress, RecordedMotion::kStroke, RecordedMotion::kFree}) {
+    const auto rows = RecordedObservations::open(recording.path, motion, recording.description);
+    if (rows) {
+      const RecordingSummary& summary = rows->summary();
+      response.set_duration_s(summary.duration_s);
+      if (summary.longest_step_s > 5.0 * summary.median_step_s) {
+        response.add_remarks(fmt::format("the longest step is {:g} s, the median {:g} s",
+                                         summary.longest_step_s, summary.median_step_s));
+      }
+      return;
+    }
+    if (why.empty()) why = rows.error().text();
+  }
+  response.add_remarks("not readable as it is: " + why);
+}
+
+}  // namespace
+
+grpc::Status IdentificationService::StartIdentification(grpc::ServerContext*,
+                                                        const v1::StartIdentificationRequest* request,
+                                                        v1::StartIdentificationResponse* response) {
+  const auto wanted = read_request(*request);
+  if (!wanted) return to_status(wanted.refusal());
+  const auto id = runner_.start(*wanted);
+  if (!id) return to_status(id.refusal());
+  response->set_identification(*id);
+  return grpc::Status::OK;
+}
+
+grpc::Status IdentificationService::WatchIdentification(
+    grpc::ServerContext* context, const v1::WatchIdentificationRequest* request,
+    grpc::ServerWriter<v1::IdentificationProgress>* writer) {
+  const Counted counted(watchers_, kMostWatchers);
+  if (!counted.admitted()) return too_many("watchers", "WatchIdentification", kMostWatchers);
+  const Caller caller = caller_of(*context);
+  std::string id = request->identification();
+  for (std::uint64_t seen = 0;;) {
+    const auto report = runner_.report(id, seen, caller);
+    if (!report) return to_status(report.refusal());
+    if (caller.cancelled()) return grpc::Status::CANCELLED;
+    id = report->id;
+    if (report->version != seen) {
+      v1::IdentificationProgress message;
+      fill(*report, message);
+      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+    }
+    seen = report->version;
+    if (report->state != IdentificationState::kRunning) return grpc::Status::OK;
+  }
+}
+
+grpc::Status IdentificationService::CancelIdentification(grpc::ServerContext* context,
+                                                         const v1::CancelIdentificationRequest* request,
+                                                         v1::IdentificationProgress* response) {
+  const auto report = runner_.cancel(request->identification(), caller_of(*context));
+  if (!report) return to_status(report.refusal());
+  fill(*report, *response);
+  return grpc::Status::OK;
+}
+
+grpc::Status IdentificationService::ListIdentifications(grpc::ServerContext*,
+                                                        const v1::ListIdentificationsRequest*,
+                                                        v1::ListIdentificationsResponse* response) {
+  for (const IdentificationReport& report : runner_.list()) fill(report, *response->add_identifications());
+  return grpc::Status::OK;
+}
+
+grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context,
+                                                    grpc::ServerReader<v1::UploadRecordingRequest>* reader,
+                                                    v1::UploadRecordingResponse* response) {
+  const Counted counted(uploads_, kMostUploads);
+  if (!counted.admitted()) return too_many("uploads", "UploadRecording", kMostUploads);
+  v1::UploadRecordingRequest piece;
+  if (!reader->Read(&piece) || !piece.has_description()) {
+    return to_status({RefusalKind::kInvalidArgument,
+                      {"the first message has no description", "UploadRecordingRequest.description", "", "",
+                       "send a description first, then the text"}});
+  }
+  const auto description = read_description(piece.description());
+  if (!description) return to_status(description.refusal());
+  auto upload = runner_.recordings().begin(*description, piece.description().normal_force_n());
+  if (!upload) return to_status(upload.refusal());
+  do {
+    if (auto refusal = (*upload)->append(piece.csv())) return to_status(*refusal);
+  } while (reader->Read(&piece));
+  if (context->IsCancelled()) return grpc::Status::CANCELLED;  // its end never came
+  const auto recording = runner_.recordings().finish(std::move(*upload));
+  if (!recording) return to_status(recording.refusal());
+  describe(**recording, *response);
+  return grpc::Status::OK;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <atomic>
+
+#include "hapticd/v1/identification.grpc.pb.h"
+
+namespace hapticd::server {
+
+class IdentificationRunner;
+
+class IdentificationService final : public v1::IdentificationService::Service {
+ public:
+  /// Streams of progress at once, each of which holds one of the server's threads; more are refused.
+  static constexpr int kMostWatchers = 16;
+  /// The same for recordings on their way.
+  static constexpr int kMostUploads = 4;
+
+  explicit IdentificationService(IdentificationRunner& runner) : runner_(runner) {}
+
+  grpc::Status StartIdentification(grpc::ServerContext* context,
+                                   const v1::StartIdentificationRequest* request,
+                                   v1::StartIdentificationResponse* response) override;
+  grpc::Status WatchIdentification(grpc::ServerContext* context,
+                                   const v1::WatchIdentificationRequest* request,
+                                   grpc::ServerWriter<v1::IdentificationProgress>* writer) override;
+  grpc::Status CancelIdentification(grpc::ServerContext* context,
+                                    const v1::CancelIdentificationRequest* request,
+                                    v1::IdentificationProgress* response) override;
+  grpc::Status ListIdentifications(grpc::ServerContext* context,
+                                   const v1::ListIdentificationsRequest* request,
+                                   v1::ListIdentificationsResponse* response) override;
+  grpc::Status UploadRecording(grpc::ServerContext* context,
+                               grpc::ServerReader<v1::UploadRecordingRequest>* reader,
+                               v1::UploadRecordingResponse* response) override;
+
+ private:
+  IdentificationRunner& runner_;
+  std::atomic<int> watchers_{0};
+  std::atomic<int> uploads_{0};
+};
+
+}  // namespace hapticd::server
