@@ -130,14 +130,20 @@ std::optional<hal::Error> SceneHost::preload(const std::string& name) {
 Outcome<SceneHost::Loaded> SceneHost::load(const SceneSource& source, const Caller& caller) {
   auto scene = resolve(source);
   if (!scene) return scene.refusal();
-  auto pipeline = compose(*scene);
+  if (auto refusal = reserved()) return *refusal;
+  return load_resolved(std::move(*scene), caller);
+}
+
+Outcome<SceneHost::Loaded> SceneHost::load_resolved(ResolvedScene scene, const Caller& caller) {
+  auto pipeline = compose(scene);
   if (!pipeline) return pipeline.refusal();
-  const rt::GuardLimits guard = scene->spec.guard;
-  return exchange(std::move(*pipeline), guard, std::make_shared<const ResolvedScene>(std::move(*scene)),
+  const rt::GuardLimits guard = scene.spec.guard;
+  return exchange(std::move(*pipeline), guard, std::make_shared<const ResolvedScene>(std::move(scene)),
                   caller);
 }
 
 Outcome<SceneHost::Loaded> SceneHost::unload(const Caller& caller) {
+  if (auto refusal = reserved()) return *refusal;
   return exchange(nullptr, idle_limits(session_.rig_info().device), nullptr, caller);
 }
 
@@ -171,6 +177,46 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
 std::shared_ptr<const ResolvedScene> SceneHost::current() const {
   const std::lock_guard lock(current_mutex_);
   return current_;
+}
+
+std::optional<Refusal> SceneHost::reserved() const {
+  const std::lock_guard lock(current_mutex_);
+  if (reserved_by_.empty()) return std::nullopt;
+  return Refusal{RefusalKind::kFailedPrecondition,
+                 {reserved_by_ + " is under way", "scene", "", "", "wait until it is over, or cancel it"}};
+}
+
+Outcome<SceneHost::Reservation> SceneHost::reserve(const std::string& by) {
+  if (auto refusal = reserved()) return *refusal;
+  {
+    const std::lock_guard lock(current_mutex_);
+    reserved_by_ = by;
+  }
+  return Reservation(*this);
+}
+
+SceneHost::Reservation::~Reservation() {
+  if (host_ == nullptr) return;
+  const std::lock_guard lock(host_->current_mutex_);
+  host_->reserved_by_.clear();
+}
+
+Outcome<SceneHost::Loaded> SceneHost::Reservation::load(const rt::SceneSpec& spec, const Caller& caller) {
+  auto resolved = rt::resolve(spec, host_->session_.rig_info());
+  if (!resolved) return Refusal{RefusalKind::kInternal, resolved.error()};
+  ResolvedScene scene;
+  scene.spec = *resolved;
+  scene.outline = rt::outline(*resolved);
+  return host_->load_resolved(std::move(scene), caller);
+}
+
+Outcome<SceneHost::Loaded> SceneHost::Reservation::unload(const Caller& caller) {
+  return host_->exchange(nullptr, idle_limits(host_->session_.rig_info().device), nullptr, caller);
+}
+
+Outcome<SceneHost::Loaded> SceneHost::Reservation::restore(const Caller& caller) {
+  if (!before_) return unload(caller);
+  return host_->load_resolved(*before_, caller);
 }
 
 SceneHost::Hold SceneHost::hold(Caller::Clock::time_point until) {

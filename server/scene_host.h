@@ -83,8 +83,33 @@ class SceneHost {
   };
   Hold hold(Caller::Clock::time_point until);
 
+  /// Sole right to the scene: while it lives, load() and unload() are refused to everyone else, and so are
+  /// targets. Starts with the scene that was loaded; restore() gives that back.
+  class Reservation {
+   public:
+    Reservation(Reservation&& other) noexcept
+        : host_(std::exchange(other.host_, nullptr)), before_(std::move(other.before_)) {}
+    Reservation& operator=(Reservation&&) = delete;
+    ~Reservation();
+    Outcome<Loaded> load(const rt::SceneSpec& spec, const Caller& caller);
+    Outcome<Loaded> unload(const Caller& caller);
+    /// Loads what was loaded before, anew: it knows nothing of a contact that is under way.
+    Outcome<Loaded> restore(const Caller& caller);
+
+   private:
+    friend class SceneHost;
+    explicit Reservation(SceneHost& host) : host_(&host), before_(host.current()) {}
+    SceneHost* host_;
+    std::shared_ptr<const ResolvedScene> before_;
+  };
+  /// `by`: who, for those who are refused meanwhile, e.g. "identification 'contact-3'".
+  Outcome<Reservation> reserve(const std::string& by);
+  /// Why the scene and its target are not to be touched now; nothing when they are.
+  std::optional<Refusal> reserved() const;
+
  private:
   void find_model(ResolvedScene& scene) const;
+  Outcome<Loaded> load_resolved(ResolvedScene scene, const Caller& caller);
   Outcome<Loaded> exchange(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
                            std::shared_ptr<const ResolvedScene> scene, const Caller& caller);
 
@@ -98,6 +123,7 @@ class SceneHost {
 
   mutable std::mutex current_mutex_;
   std::shared_ptr<const ResolvedScene> current_;
+  std::string reserved_by_;             ///< empty: nobody
   std::unique_ptr<rt::Pipeline> live_;  ///< what the loop works with; owned here, changed under exchange_
 };
 
