@@ -27,6 +27,7 @@ void build_app(CLI::App& app, Session& session) {
   add_status_command(app, session);
   add_scene_command(app, session);
   add_model_command(app, session);
+  add_identify_command(app, session);
   add_target_command(app, session);
   add_feasible_command(app, session);
   CLI::App* telemetry = app.add_subcommand("telemetry", "The loop's records, live");

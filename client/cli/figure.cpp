@@ -37,6 +37,10 @@ std::string style(const FigureSeries& series) {
       return fmt::format("with lines lw 1.5 dt (8,6) lc rgb \"{}\"", series.color);
     case FigureSeries::Stroke::kPoints:
       return fmt::format("with points pt 7 ps 0.7 lc rgb \"{}\"", series.color);
+    case FigureSeries::Stroke::kSquares:
+      return fmt::format("with points pt 5 ps 1.6 lc rgb \"{}\"", series.color);
+    case FigureSeries::Stroke::kOpenSquares:
+      return fmt::format("with points pt 4 ps 1.6 lc rgb \"{}\"", series.color);
   }
   return "with lines";
 }

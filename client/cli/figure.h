@@ -9,7 +9,7 @@ namespace hapticd::cli {
 
 /// One curve of a figure.
 struct FigureSeries {
-  enum class Stroke { kLine, kThinLine, kDashed, kPoints };
+  enum class Stroke { kLine, kThinLine, kDashed, kPoints, kSquares, kOpenSquares };
   std::string name{};  ///< for the legend; empty = not listed there
   std::string color = "#333333";
   Stroke stroke = Stroke::kLine;

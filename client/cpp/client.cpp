@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "client/cpp/identification_stream_state.h"
+#include "client/cpp/recording_upload_state.h"
 #include "client/cpp/telemetry_stream_state.h"
+#include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
@@ -16,10 +19,15 @@
 namespace hapticd::client {
 namespace {
 
+constexpr std::chrono::seconds kLastFit{30};
+
 std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
   grpc::ChannelArguments arguments;
   // A proxy meant for web traffic must not stand between a client and a device.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  // Whoever connects anew after a loss must not wait out the pauses between the attempts of another
+  // connection.
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   auto channel = grpc::CreateCustomChannel(channel_target(options.address),
                                            grpc::InsecureChannelCredentials(), arguments);
 
@@ -60,7 +68,8 @@ struct Client::State {
         model(v1::ModelService::NewStub(channel)),
         rendering(v1::RenderingService::NewStub(channel)),
         safety(v1::SafetyService::NewStub(channel)),
-        simulation(v1::SimulationService::NewStub(channel)) {}
+        simulation(v1::SimulationService::NewStub(channel)),
+        identification(v1::IdentificationService::NewStub(channel)) {}
 
   /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
   template <class Stub, class Request, class Response>
@@ -86,6 +95,7 @@ struct Client::State {
   std::unique_ptr<v1::RenderingService::Stub> rendering;
   std::unique_ptr<v1::SafetyService::Stub> safety;
   std::unique_ptr<v1::SimulationService::Stub> simulation;
+  std::unique_ptr<v1::IdentificationService::Stub> identification;
 };
 
 Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -175,6 +185,35 @@ v1::SimulationInfo Client::set_object(const std::string& name) {
   v1::SetObjectRequest request;
   request.set_name(name);
   return state_->call(*state_->simulation, &v1::SimulationService::Stub::SetObject, request).simulation();
+}
+
+v1::StartIdentificationResponse Client::start_identification(const v1::StartIdentificationRequest& request) {
+  return state_->call(*state_->identification, &v1::IdentificationService::Stub::StartIdentification,
+                      request);
+}
+
+v1::IdentificationProgress Client::cancel_identification(const std::string& identification) {
+  v1::CancelIdentificationRequest request;
+  request.set_identification(identification);
+  return state_->call(*state_->identification, &v1::IdentificationService::Stub::CancelIdentification,
+                      request, kLastFit);
+}
+
+v1::ListIdentificationsResponse Client::identifications() {
+  return state_->call(*state_->identification, &v1::IdentificationService::Stub::ListIdentifications,
+                      v1::ListIdentificationsRequest());
+}
+
+IdentificationStream Client::watch_identification(const std::string& identification) {
+  v1::WatchIdentificationRequest request;
+  request.set_identification(identification);
+  return IdentificationStream(
+      std::make_unique<IdentificationStream::State>(state_->channel, request, state_->options.address));
+}
+
+RecordingUpload Client::upload_recording(const v1::RecordingDescription& description) {
+  return RecordingUpload(
+      std::make_unique<RecordingUpload::State>(state_->channel, description, state_->options.address));
 }
 
 TelemetryStream Client::subscribe(const v1::SubscribeRequest& request) {

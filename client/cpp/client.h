@@ -6,7 +6,10 @@
 
 #include "client/cpp/address.h"
 #include "client/cpp/error.h"
+#include "client/cpp/identification_stream.h"
+#include "client/cpp/recording_upload.h"
 #include "client/cpp/telemetry_stream.h"
+#include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
 #include "hapticd/v1/rendering.pb.h"
 #include "hapticd/v1/rig.pb.h"
@@ -70,6 +73,16 @@ class Client {
   v1::SimulationInfo simulation();
   void set_hand_program(const v1::HandProgram& program);
   v1::SimulationInfo set_object(const std::string& name);
+
+  v1::StartIdentificationResponse start_identification(const v1::StartIdentificationRequest& request);
+  /// Returns when it is over, half a minute beyond the timeout at the latest: the last fit takes its time.
+  /// Empty = the one that runs.
+  v1::IdentificationProgress cancel_identification(const std::string& identification);
+  v1::ListIdentificationsResponse identifications();
+  /// Empty = the one that runs, else the last one. Refusals are told by the stream's first next().
+  IdentificationStream watch_identification(const std::string& identification);
+  /// Refusals are told while it is sent.
+  RecordingUpload upload_recording(const v1::RecordingDescription& description);
 
   /// Refusals are told by the stream's first next().
   TelemetryStream subscribe(const v1::SubscribeRequest& request);

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+
+#include "client/cpp/client.h"
+
+namespace hapticd::cli {
+
+/// How an identification is watched.
+struct IdentifyFollow {
+  /// Makes a new connection where one was lost; throws client::Error.
+  std::function<client::Client()> connect;
+  /// Each progress as it comes.
+  std::function<void(const v1::IdentificationProgress&)> on_progress;
+  /// At least ten times a second; the text tells of a lost connection, empty while all is well.
+  std::function<void(const std::string& notice)> on_idle;
+  /// Asked as often: true ends the watching.
+  std::function<bool()> leave;
+  /// A stream that brings nothing for so long is taken for lost.
+  std::chrono::milliseconds silence{5000};
+  /// So long without a connection, and it is given up.
+  std::chrono::milliseconds patience{30000};
+  /// Between two attempts.
+  std::chrono::milliseconds pause{250};
+};
+
+enum class IdentifyEnd {
+  kOver,  ///< the identification is; the last progress told how
+  kLeft,  ///< the watching is, by `leave`
+};
+
+/// Watches `identification` (empty = the one that runs, else the last one) to its end. When the stream breaks
+/// or falls silent, it connects anew, as often as it takes, and goes on with the same identification;
+/// `client` is then the new connection. Throws client::Error when the daemon refuses, or stays away for
+/// `patience`.
+IdentifyEnd follow_identification(client::Client& client, std::string identification,
+                                  const IdentifyFollow& follow);
+
+}  // namespace hapticd::cli

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hapticd/v1/identification.pb.h"
+
+namespace hapticd::cli {
+
+/// What the command line says of an identification; each kind uses its own part.
+struct IdentifyTask {
+  std::string object;
+  std::optional<double> time_limit_s;
+  bool adopt = false;
+
+  // contact
+  std::string law;     ///< "hunt_crossley", "creep", or empty
+  std::string method;  ///< "recursive", "double_stage", "batch", or empty
+  std::optional<double> force_n;
+  std::optional<double> displacement_mm;
+  std::optional<double> speed_mm_per_s;
+  // friction
+  std::string tip;
+  std::optional<double> length_mm;
+  // structural stiffness
+  bool constant = false;
+  // threshold
+  std::optional<double> duration_s;
+  // gains
+  std::optional<double> target_stiffness_n_per_mm;
+
+  // In the place of the rig
+  std::string recording_path;
+  std::vector<std::string> columns;  ///< as written: quantity=NAME[:unit[:scale]]
+  std::optional<double> normal_force_n;
+};
+
+enum class IdentifyKind { kContact, kFriction, kStructuralStiffness, kTool, kThreshold, kGains };
+
+/// The request to start it; `recording` is left for whoever uploads it.
+v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTask& task);
+
+/// What the daemon is told of the recording. Throws LocalError naming the --column that is none.
+v1::RecordingDescription recording_description(const IdentifyTask& task);
+
+}  // namespace hapticd::cli

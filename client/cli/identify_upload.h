@@ -1,0 +1,39 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "client/cpp/client.h"
+
+namespace hapticd::cli {
+
+/// How far an upload is.
+struct UploadState {
+  std::uint64_t sent_bytes = 0;
+  std::optional<std::uint64_t> total_bytes;  ///< absent for what has no length, e.g. a pipe
+  bool sent = false;                         ///< all of it; the daemon makes something of it
+};
+
+struct UploadOptions {
+  /// Without a sign of life for so long it is given up; reading what was sent may take longer by a second for
+  /// each 4 MiB.
+  std::chrono::milliseconds timeout{5000};
+  /// At least ten times a second.
+  std::function<void(const UploadState&)> on_progress;
+  /// Asked as often: true gives it up.
+  std::function<bool()> interrupted;
+};
+
+/// Sends a file, of whatever size, piece by piece. Throws LocalError when it cannot be read, is empty or was
+/// interrupted, client::Error when the daemon refuses it (naming line and column) or is lost.
+v1::UploadRecordingResponse upload_file(client::Client& client, const std::string& path,
+                                        const v1::RecordingDescription& description,
+                                        const UploadOptions& options);
+
+/// What a recording is called after the name of its file: at most 200 characters, without what is no text.
+std::string recording_name(const std::string& path);
+
+}  // namespace hapticd::cli

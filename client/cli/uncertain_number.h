@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+namespace hapticd::cli {
+
+/// A number and its standard error as people write them: the error with two significant digits, the number
+/// with as many decimals.
+struct UncertainText {
+  std::string value;
+  std::string error;  ///< empty where the number is exact or not there
+};
+
+/// 0.07912, 0.00118 → {"0.0791", "0.0012"}. Very large and very small ones share a power of ten: {"7.91e-07",
+/// "0.12e-07"}. An infinite error (the data do not determine it) is "inf" or "∞", one that is none "?"; a
+/// number that is none is "-".
+UncertainText uncertain_parts(double value, double standard_error, bool unicode);
+
+/// "0.0791 ± 0.0012", "+-" without Unicode.
+std::string uncertain_text(double value, double standard_error, bool unicode);
+
+}  // namespace hapticd::cli

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "hapticd/v1/identification.pb.h"
+
+namespace hapticd::client {
+
+/// Watches one identification. Destroying it ends the watching and nothing else: the identification belongs
+/// to the daemon. Use it from one thread.
+class IdentificationStream {
+ public:
+  enum class Event {
+    kProgress,  ///< `progress` was filled
+    kNothing,   ///< nothing came within the wait; try again
+    kEnded,     ///< it is over, as the last progress told
+  };
+
+  IdentificationStream(IdentificationStream&&) noexcept;
+  IdentificationStream& operator=(IdentificationStream&&) noexcept;
+  ~IdentificationStream();
+
+  /// Waits up to `wait` for the next progress. Throws Error when the daemon knows no such identification or
+  /// the connection broke.
+  Event next(v1::IdentificationProgress& progress, std::chrono::milliseconds wait);
+
+ private:
+  friend class Client;
+  struct State;
+  explicit IdentificationStream(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::client

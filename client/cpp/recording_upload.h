@@ -1,0 +1,49 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hapticd/v1/identification.pb.h"
+
+namespace hapticd::client {
+
+/// A recording on its way to the daemon, piece by piece, as fast as the daemon takes it: no more than one
+/// piece is held here. Destroying it before the answer gives the upload up. Use it from one thread.
+///
+///     auto upload = client.upload_recording(description);
+///     while (read(piece)) {
+///       upload.send(std::move(piece));
+///       while (!upload.taken(50ms)) show_progress();
+///     }
+///     upload.finish();
+///     while (!(answer = upload.answer(50ms))) show_progress();
+class RecordingUpload {
+ public:
+  /// What the contract allows a piece to be, in bytes.
+  static constexpr std::size_t kLargestPiece = std::size_t{1} << 20;
+
+  RecordingUpload(RecordingUpload&&) noexcept;
+  RecordingUpload& operator=(RecordingUpload&&) noexcept;
+  ~RecordingUpload();
+
+  /// The next piece of the text, at most kLargestPiece, once the last one was taken.
+  void send(std::string csv);
+  /// Waits up to `wait` until the last piece was taken. Throws Error when the daemon refused the recording
+  /// (it need not wait for the end) or the connection broke.
+  bool taken(std::chrono::milliseconds wait);
+  /// That was all. Nothing may be sent any more.
+  void finish();
+  /// Waits up to `wait` for what the daemon made of it; throws like taken().
+  std::optional<v1::UploadRecordingResponse> answer(std::chrono::milliseconds wait);
+
+ private:
+  friend class Client;
+  struct State;
+  explicit RecordingUpload(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::client
