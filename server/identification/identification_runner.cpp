@@ -10,6 +10,7 @@
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/tick_record.h"
+#include "server/identification/observation_file.h"
 #include "server/log.h"
 #include "server/model_store.h"
 #include "server/palpation/simulated_palpator.h"
@@ -70,6 +71,7 @@ struct IdentificationRunner::Run {
   std::shared_ptr<const ShelvedRecording> recording;
   std::optional<RecordedObservations> rows;
   std::optional<SceneHost::Reservation> reservation;
+  std::optional<ObservationFile> kept;  ///< what the rig measured, where the store has a place for it
   std::string instruction;
   rt::Wish::Device device = rt::Wish::Device::kNothing;  ///< what it does now
 };
@@ -171,6 +173,14 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     if (!reservation) return reservation.refusal();
     run->reservation.emplace(std::move(*reservation));
     run->identification = make_identification(request.task, session_.rig_info());
+    if (!store_.in_memory()) {
+      auto kept = ObservationFile::create(store_.path() + ".data/" + run->id + ".csv");
+      if (kept) {
+        run->kept.emplace(std::move(*kept));
+      } else {
+        log_warning(kept.error().text());
+      }
+    }
   }
 
   ++started_;
@@ -244,6 +254,7 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
       if (began_ns < 0) began_ns = observation.sample.time_ns;
       now_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
       run.identification->add(observation);
+      if (run.kept) run.kept->add(observation);
       if (now_s >= run.request.time_limit_s) break;
     }
     if (cancel_.load()) return {Ending::kCancelled, {}};
@@ -309,6 +320,13 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
       model->device = rig.device.model;
       model->sensor = rig.sensor.model;
       model->data_reference = fmt::format("{:.1f} s on rig '{}'", progress.duration_s, rig.name);
+      if (run.kept) {
+        if (auto kept = run.kept->finish()) {
+          model->data_reference += ": " + *kept;
+        } else {
+          log_warning(kept.error().text());
+        }
+      }
     }
     if (auto error = rt::check(*model)) {
       if (!problem) problem = std::move(error);
@@ -325,6 +343,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     problem = model.error();
   }
 
+  if (run.kept && hash.empty()) run.kept->discard();
   if (run.reservation) {
     // What was in force before comes back, afresh.
     if (sim::SimulatedRig* simulation = session_.simulation()) {

@@ -1,10 +1,8 @@
 #include "server/identification/recording_shelf.h"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdlib>
 #include <system_error>
 #include <utility>
@@ -23,21 +21,6 @@ Refusal cannot_write(const std::filesystem::path& path, const std::string& why) 
 
 }  // namespace
 
-struct RecordingShelf::Upload::Digest {
-  Digest() : context(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
-    EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
-  }
-  std::string hexadecimal() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> bytes{};
-    unsigned int length = 0;
-    EVP_DigestFinal_ex(context.get(), bytes.data(), &length);
-    std::string text;
-    for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", bytes[i]);
-    return text;
-  }
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context;
-};
-
 ShelvedRecording::~ShelvedRecording() {
   std::error_code ignored;
   if (!path.empty()) std::filesystem::remove(path, ignored);
@@ -49,7 +32,6 @@ RecordingShelf::~RecordingShelf() {
   if (!folder_.empty()) std::filesystem::remove(folder_, ignored);
 }
 
-RecordingShelf::Upload::Upload() : digest_(std::make_unique<Digest>()) {}
 RecordingShelf::Upload::~Upload() = default;
 
 std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
@@ -62,7 +44,7 @@ std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
   }
   stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!stream_) return cannot_write(recording_->path, "writing failed");
-  EVP_DigestUpdate(digest_->context.get(), bytes.data(), bytes.size());
+  digest_.add(bytes);
   for (const char c : bytes) {
     if (last_ == '\n') line_counts_ = c != '#' && c != '\n' && c != '\r';
     if (c == '\n' && line_counts_) ++recording_->rows;
@@ -111,7 +93,7 @@ Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::uni
                    {"the recording is empty", recording.description.name, "",
                     "a header line with the columns' names, then rows of numbers", "send a CSV file"}};
   }
-  recording.sha256 = upload->digest_->hexadecimal();
+  recording.sha256 = upload->digest_.finish();
   const std::lock_guard lock(mutex_);
   shelf_.push_back(upload->recording_);
   if (shelf_.size() > kMostRecordings) shelf_.pop_front();

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "server/identification/recorded_observations.h"
+#include "server/identification/sha256_stream.h"
 #include "server/outcome.h"
 
 namespace hapticd::server {
@@ -49,11 +50,10 @@ class RecordingShelf {
 
    private:
     friend class RecordingShelf;
-    struct Digest;
-    Upload();
+    Upload() = default;
     std::shared_ptr<ShelvedRecording> recording_;
     std::ofstream stream_;
-    std::unique_ptr<Digest> digest_;
+    Sha256Stream digest_;
     std::uint64_t bytes_ = 0;
     char last_ = '\n';
     bool line_counts_ = false;

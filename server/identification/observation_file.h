@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "hal/error.h"
+#include "rt/scene/observation.h"
+#include "server/identification/sha256_stream.h"
+
+namespace hapticd::server {
+
+/// What an identification was fed, kept as a CSV file that can be read again as a recording: times, tip,
+/// orientation, sensor load, device command, outside position. A file that cannot be written ends the keeping
+/// and nothing else.
+class ObservationFile {
+ public:
+  /// Makes folder and file; an error says why there is none.
+  static hal::Result<ObservationFile> create(const std::filesystem::path& path);
+
+  void add(const rt::Observation& observation);
+  /// "PATH, sha256 HASH"; an error where not all of it is on the disk.
+  hal::Result<std::string> finish();
+  void discard();
+
+ private:
+  explicit ObservationFile(std::filesystem::path path) : path_(std::move(path)) {}
+  void write(const std::string& text);
+
+  std::filesystem::path path_;
+  std::ofstream stream_;
+  std::unique_ptr<Sha256Stream> digest_ = std::make_unique<Sha256Stream>();
+  std::string row_;
+};
+
+}  // namespace hapticd::server
