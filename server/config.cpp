@@ -192,7 +192,9 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);
-  root.table("models").read("folder", config.model_folder, 4096);
+  TomlTable models = root.table("models");
+  models.read("folder", config.model_folder, 4096);
+  if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;
 
@@ -218,6 +220,7 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
   if (overrides.scene) config.scene = *overrides.scene;
   if (overrides.scene_folder) config.scene_folder = *overrides.scene_folder;
   if (overrides.model_folder) config.model_folder = *overrides.model_folder;
+  if (overrides.model_store) config.model_store = *overrides.model_store;
   if (overrides.rate_hz) {
     if (auto error = check(*overrides.rate_hz, kRateHz, "the loop rate", "--rate-hz")) return *error;
     config.loop.rate_hz = *overrides.rate_hz;
@@ -291,7 +294,8 @@ std::string write_config(const DaemonConfig& config) {
           write_mapping("position", replay.position);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
                       toml_quoted(config.scene_folder));
-  text += fmt::format("\n[models]\nfolder = {}\n", toml_quoted(config.model_folder));
+  text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),
+                      toml_quoted(config.model_store.value_or("")));
   text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
   return text;
 }

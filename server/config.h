@@ -30,6 +30,9 @@ struct DaemonConfig {
   std::string scene;         ///< [scene] load; empty = none
   std::string scene_folder;  ///< [scene] folder; empty = built-in scenes only
   std::string model_folder;  ///< [models] folder; empty = built-in models of objects only
+  /// [models] store; empty or ":memory:" = in memory. Not said: in memory too, but hapticd itself asks
+  /// default_model_store().
+  std::optional<std::string> model_store;
 
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
 
@@ -47,6 +50,7 @@ struct ConfigOverrides {
   std::optional<std::string> scene;
   std::optional<std::string> scene_folder;
   std::optional<std::string> model_folder;
+  std::optional<std::string> model_store;
   std::optional<double> rate_hz;
   std::optional<std::string> log_level;
 };

@@ -1,11 +1,13 @@
 #include "server/daemon.h"
 
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
 #include "server/grpc_server.h"
 #include "server/instance_lock.h"
 #include "server/log.h"
+#include "server/model_store.h"
 #include "server/rig_factory.h"
 #include "server/safety_latch.h"
 #include "server/scene_host.h"
@@ -22,14 +24,16 @@ constexpr std::chrono::milliseconds kShutdownPatience{1000};
 
 // In the order in which they are put up; taken down in reverse.
 struct Daemon::Parts {
-  Parts(std::unique_ptr<hal::Rig> rig, const DaemonConfig& config)
-      : session(std::move(rig), config.loop),
+  Parts(std::unique_ptr<hal::Rig> rig, std::shared_ptr<ModelStore> models, const DaemonConfig& config)
+      : store(std::move(models)),
+        session(std::move(rig), config.loop),
         hub(session.engine()),
-        scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder)),
+        scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder, store)),
         targets(session, scenes),
         latch(session, hub) {}
 
   std::unique_ptr<InstanceLock> lock;
+  std::shared_ptr<ModelStore> store;
   Session session;
   TelemetryHub hub;
   SceneHost scenes;
@@ -42,9 +46,10 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 namespace {
 
-/// All that can be wrong before anybody listens: loop, scenes, rig, scene to start with.
+/// All that can be wrong before anybody listens: loop, scenes, models, rig, scene to start with. A dry one
+/// makes no file: it looks whether the store could be opened, and works with an empty one.
 template <class Parts>
-std::unique_ptr<Parts> prepare(const DaemonConfig& config, StartFailure& failure) {
+std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailure& failure) {
   const auto fail = [&failure](ExitCode code, const hal::Error& error) {
     failure = {code, error};
     return nullptr;
@@ -57,9 +62,14 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, StartFailure& failure
   if (const auto error = ModelLibrary(config.model_folder).check_folder()) {
     return fail(ExitCode::kBadConfiguration, *error);
   }
+  const std::string store_path = config.model_store.value_or("");
+  if (const auto error = ModelStore::check(store_path)) return fail(ExitCode::kBadConfiguration, *error);
+  const bool opens = !dry || std::filesystem::exists(store_path);
+  auto store = ModelStore::open(opens ? store_path : std::string());
+  if (!store) return fail(ExitCode::kBadConfiguration, store.error());
   auto rig = open_rig(config);
   if (!rig) return fail(ExitCode::kCannotOpenRig, rig.error());
-  auto parts = std::make_unique<Parts>(std::move(*rig), config);
+  auto parts = std::make_unique<Parts>(std::move(*rig), std::move(*store), config);
   if (!config.scene.empty()) {
     if (const auto error = parts->scenes.preload(config.scene))
       return fail(ExitCode::kBadConfiguration, *error);
@@ -71,13 +81,13 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, StartFailure& failure
 
 std::unique_ptr<StartFailure> Daemon::check(const DaemonConfig& config) {
   StartFailure failure;
-  if (prepare<Parts>(config, failure)) return nullptr;
+  if (prepare<Parts>(config, true, failure)) return nullptr;
   return std::make_unique<StartFailure>(std::move(failure));
 }
 
 std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& failure) {
   set_log_level(config.log_level);
-  auto parts = prepare<Parts>(config, failure);
+  auto parts = prepare<Parts>(config, false, failure);
   if (!parts) return nullptr;
   if (!config.unix_socket.empty()) {
     auto lock = InstanceLock::acquire(config.unix_socket);
@@ -103,6 +113,12 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   log_info("hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
            " and listens on " + ListenAddress{config.listen.host, parts->network->port()}.text() +
            (config.unix_socket.empty() ? std::string() : " and unix:" + config.unix_socket));
+  if (parts->store->in_memory()) {
+    log_warning(
+        "no model store: models identified now are lost when hapticd ends (--model-store names a file)");
+  } else {
+    log_info("models are kept in " + parts->store->path());
+  }
   for (const std::string& shortcoming : parts->session.realtime_shortcomings()) log_warning(shortcoming);
   return std::unique_ptr<Daemon>(new Daemon(std::move(parts)));
 }

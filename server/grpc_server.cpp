@@ -69,7 +69,7 @@ struct GrpcServer::State {
   explicit State(const Parts& parts)
       : rig(parts.session, parts.scenes, parts.hub),
         scene(parts.scenes),
-        model(parts.scenes.models()),
+        model(parts.scenes),
         rendering(parts.targets, parts.hub),
         telemetry(parts.hub),
         simulation(parts.session, parts.scenes),

@@ -7,6 +7,7 @@
 #include "server/command_line.h"
 #include "server/config.h"
 #include "server/daemon.h"
+#include "server/default_model_store.h"
 #include "server/log.h"
 
 namespace {
@@ -41,6 +42,7 @@ int run(int argc, char** argv) {
   if (config) config = server::override_config(*config, line->overrides);
   if (!config) return fail(ExitCode::kBadConfiguration, config.error());
 
+  if (!config->model_store) config->model_store = server::default_model_store();
   if (line->check_config) {
     if (const auto failure = server::Daemon::check(*config)) return fail(failure->code, failure->error);
     std::fputs(server::write_config(*config).c_str(), stdout);

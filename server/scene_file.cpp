@@ -15,7 +15,7 @@ namespace {
 
 constexpr Range kAxis{-1.0, 1.0, ""};
 constexpr Range kToolMassG{0.0, 500.0, "g"};
-constexpr Range kThresholdN{1e-4, 5.0, "N"};
+constexpr Range kThresholdN{0.0, 5.0, "N"};  // 0 = the rig's
 constexpr Range kReleaseRatio{0.0, 1.0, ""};
 constexpr Range kReleaseTicks{1.0, 1000.0, "ticks"};
 constexpr Range kFreeTicks{1.0, 10000.0, "ticks"};
@@ -36,7 +36,7 @@ constexpr Range kLeadMs{0.0, 50.0, "ms"};
 constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
 constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
 constexpr Range kExponent{1.0, 3.0, ""};
-constexpr std::size_t kLongestModelName = 64;
+constexpr std::size_t kLongestModelName = 129;  // NAME@TAG
 
 constexpr Word<rt::SceneKind> kKinds[] = {
     {"tap_1d", rt::SceneKind::kTap1d}, {"wall", rt::SceneKind::kWall}, {"explore", rt::SceneKind::kExplore}};

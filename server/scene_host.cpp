@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "rt/scene/compose.h"
 #include "rt/scene/tick_record.h"
 #include "server/log.h"
+#include "server/model_fit.h"
 #include "server/scene_file.h"
 #include "server/suggestion.h"
 #include "server/text_library.h"
@@ -31,16 +34,44 @@ Refusal busy() {
       {"another scene is being loaded or a target is about to take effect", "scene", "", "", "try again"}};
 }
 
-/// How far a part may be trusted: its fit where it has one, and where it comes from.
-std::string remark_on(const std::string& need, const rt::ObjectModel& model) {
-  std::string fit;
+Refusal in_contact() {
+  return {RefusalKind::kDeadlineExceeded,
+          {"the tip is in contact: a model is exchanged out of contact only", "scene", "", "",
+           "lift the tool while the call waits, or unload the scene first"}};
+}
+
+/// How long before the caller's deadline an exchange that waits is given up, so that the reason still
+/// arrives.
+constexpr std::chrono::milliseconds kTimeToTell{200};
+constexpr std::chrono::seconds kLongestWaitForFree{60};
+/// An exchange is handed to the loop for so long; in between targets may pass.
+constexpr std::chrono::milliseconds kSlice{100};
+constexpr std::chrono::milliseconds kNap{2};
+
+/// How far a part may be trusted: its fit where it has one, where it comes from, and what speaks against it.
+std::string remark_on(const std::string& need, const FoundModel& found, const rt::SceneSpec& scene,
+                      const hal::RigInfo& rig) {
+  const rt::ObjectModel& model = found.model;
+  std::vector<std::string> said;
+  const FoundModel::Origin* origin = &found.rod_friction;
+  const auto fit = [&said](double relative_error) {
+    said.push_back(fmt::format("rms error {:.3g} %", 100.0 * relative_error));
+  };
   if (model.creep && need.starts_with("creep")) {
-    fit = fmt::format("rms error {:.3g} %", 100.0 * model.creep->relative_error);
+    fit(model.creep->relative_error);
+    origin = &found.creep;
   } else if (model.hunt_crossley && need.starts_with("Hunt-Crossley")) {
-    fit = fmt::format("rms error {:.3g} %", 100.0 * model.hunt_crossley->relative_error);
+    fit(model.hunt_crossley->relative_error);
+    origin = &found.hunt_crossley;
   }
-  if (model.identified_on.empty()) return fit;
-  return fit + (fit.empty() ? "" : "; ") + "identified on " + model.identified_on;
+  if (const StoredModel* stored = origin->get()) {
+    said.push_back("stored model " + stored->short_hash());
+    if (!stored->model.procedure.empty()) said.push_back(stored->model.procedure);
+    for (std::string& caution : cautions(*stored, scene, rig)) said.push_back(std::move(caution));
+  } else if (!model.identified_on.empty()) {
+    said.push_back(found.stored().empty() ? "identified on " + model.identified_on : "from the model file");
+  }
+  return fmt::format("{}", fmt::join(said, "; "));
 }
 
 }  // namespace
@@ -56,51 +87,78 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
     return Refusal{unknown ? RefusalKind::kNotFound : RefusalKind::kInvalidArgument, spec.error()};
   }
   if (!source.object_model.empty()) {
-    if (auto error = check_name("model", source.object_model, "object_model")) {
-      return Refusal{RefusalKind::kInvalidArgument, *error};
+    if (const auto name = ModelName::parse(source.object_model, "object_model"); !name) {
+      return Refusal{RefusalKind::kInvalidArgument, name.error()};
     }
     spec->object_model = source.object_model;
   }
+  ResolvedScene scene;
+  {
+    rt::SceneSpec written = *spec;
+    written.object_model.clear();
+    scene.written = write_scene(written);
+  }
+  RigModelUse of_rig = use_rig_models(models_.of_rig(session_.rig_info()), *spec, session_.rig_info());
   auto resolved = rt::resolve(*spec, session_.rig_info());
   if (!resolved) return Refusal{RefusalKind::kInvalidArgument, resolved.error()};
 
-  ResolvedScene scene{*resolved, rt::outline(*resolved), {}, {}, {}};
+  scene.spec = std::move(*resolved);
+  scene.outline = rt::outline(scene.spec);
+  scene.stored = std::move(of_rig.stored);
+  scene.remarks = std::move(of_rig.remarks);
   if (!scene.outline.models.empty()) find_model(scene);
+  std::sort(scene.stored.begin(), scene.stored.end());
   scene.outline.channels |= rt::channel::kSample | rt::channel::kGuard | rt::channel::kTiming;
   if (session_.rig_info().has_truth) scene.outline.channels |= rt::channel::kTruth;
   return scene;
 }
 
 void SceneHost::find_model(ResolvedScene& scene) const {
-  if (auto model = models_.find(scene.spec.object_model)) {
-    scene.model = std::move(*model);
+  const std::string& wanted = scene.spec.object_model;
+  if (auto found = models_.find_parts(wanted)) {
+    scene.model = std::move(*found);
   } else {
-    scene.model_problem = model.error();
+    scene.model_problem = found.refusal().error;
   }
-  const auto missing = rt::needed_models(scene.spec, scene.model ? &*scene.model : nullptr);
+  const auto missing = rt::needed_models(scene.spec, scene.object_model());
   std::string problem;
   if (scene.model_problem) {
-    problem = models_.contains(scene.spec.object_model)
+    problem = models_.contains(wanted)
                   ? scene.model_problem->text()
-                  : "there is no such model; " +
-                        did_you_mean(scene.spec.object_model, models_.names(), "identify the object");
+                  : "there is no such model; " + did_you_mean(wanted, models_.names(), "identify the object");
   }
   for (const std::string& name : scene.outline.models) {
     const bool available = std::find(missing.begin(), missing.end(), name) == missing.end();
-    std::string remark = !scene.model ? problem
-                         : available  ? remark_on(name, *scene.model)
-                                      : "the model has no such part";
+    std::string remark = problem;
+    if (scene.model && available) {
+      remark = remark_on(name, *scene.model, scene.spec, session_.rig_info());
+    } else if (scene.model) {
+      remark = "the model has no such part";
+      if (name.starts_with("friction") && models_.has_friction_of_bearing(wanted)) {
+        remark += ": its friction was identified with the ball bearing";
+      }
+    }
     scene.needs.push_back({name, available, std::move(remark)});
   }
+  if (!scene.model) return;
+  // Only what the scene works with; the other laws of the object are free to be deleted.
+  const auto uses = [&](const FoundModel::Origin& origin, std::string_view part) {
+    const bool needed = std::any_of(scene.outline.models.begin(), scene.outline.models.end(),
+                                    [part](const std::string& name) { return name.starts_with(part); });
+    if (origin && needed) scene.stored.push_back(origin->hash);
+  };
+  uses(scene.model->creep, "creep");
+  uses(scene.model->hunt_crossley, "Hunt-Crossley");
+  uses(scene.model->rod_friction, "friction");
 }
 
 Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose(const ResolvedScene& scene) const {
   const std::string& wanted = scene.spec.object_model;
-  // A file that is there but cannot be used is told by its own mistake.
+  // What is there but cannot be used is told by its own mistake.
   if (scene.model_problem && models_.contains(wanted)) {
     return Refusal{RefusalKind::kFailedPrecondition, *scene.model_problem};
   }
-  auto pipeline = rt::compose(scene.spec, session_.rig_info(), scene.model ? &*scene.model : nullptr);
+  auto pipeline = rt::compose(scene.spec, session_.rig_info(), scene.object_model());
   if (pipeline) return std::move(*pipeline);
   hal::Error error = pipeline.error();
   if (std::any_of(scene.needs.begin(), scene.needs.end(),
@@ -111,6 +169,11 @@ Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose(const ResolvedScene& s
     }
     error.limit = comma_separated(able);
     if (!scene.model) error.remedy = did_you_mean(wanted, able, error.remedy);
+    for (const ModelNeed& need : scene.needs) {
+      if (!need.available && need.remark.find("ball bearing") != std::string::npos) {
+        error.remedy = need.remark + "; mount that tip and say so in the scene, or identify the rod's";
+      }
+    }
   }
   return Refusal{RefusalKind::kFailedPrecondition, error};
 }
@@ -131,47 +194,103 @@ Outcome<SceneHost::Loaded> SceneHost::load(const SceneSource& source, const Call
   auto scene = resolve(source);
   if (!scene) return scene.refusal();
   if (auto refusal = reserved()) return *refusal;
-  return load_resolved(std::move(*scene), caller);
+  return load_resolved(std::move(*scene), caller, Right::kAnyones);
 }
 
-Outcome<SceneHost::Loaded> SceneHost::load_resolved(ResolvedScene scene, const Caller& caller) {
+Outcome<SceneHost::Loaded> SceneHost::load_resolved(ResolvedScene scene, const Caller& caller, Right right) {
   auto pipeline = compose(scene);
   if (!pipeline) return pipeline.refusal();
   const rt::GuardLimits guard = scene.spec.guard;
   return exchange(std::move(*pipeline), guard, std::make_shared<const ResolvedScene>(std::move(scene)),
-                  caller);
+                  caller, right);
 }
 
 Outcome<SceneHost::Loaded> SceneHost::unload(const Caller& caller) {
   if (auto refusal = reserved()) return *refusal;
-  return exchange(nullptr, idle_limits(session_.rig_info().device), nullptr, caller);
+  return exchange(nullptr, idle_limits(session_.rig_info().device), nullptr, caller, Right::kAnyones);
+}
+
+bool SceneHost::differs_in_models_only(const ResolvedScene* next) const {
+  const auto before = current();
+  if (!before || next == nullptr || next->written.empty() || before->written != next->written) return false;
+  return before->stored != next->stored || !next->outline.models.empty();
+}
+
+std::optional<Refusal> SceneHost::check_stored(const ResolvedScene& scene) const {
+  for (const std::string& hash : scene.stored) {
+    if (models_.store() && !models_.store()->contains(hash)) {
+      return Refusal{RefusalKind::kAborted,
+                     {"a model was deleted while the scene was loaded", "stored model", hash, "",
+                      "load the scene anew"}};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Refusal> SceneHost::await_free(Caller::Clock::time_point until, const Caller& caller) const {
+  while (!session_.engine().free()) {
+    if (auto refusal = session_.unavailable()) return refusal;
+    if (caller.cancelled()) {
+      return Refusal{RefusalKind::kCancelled,
+                     {"the caller went away; the model is not exchanged", "scene", "", "", ""}};
+    }
+    if (Caller::Clock::now() >= until) return in_contact();
+    std::this_thread::sleep_for(kNap);
+  }
+  return std::nullopt;
 }
 
 Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> next,
                                                const rt::GuardLimits& guard,
                                                std::shared_ptr<const ResolvedScene> scene,
-                                               const Caller& caller) {
-  if (auto refusal = session_.unavailable()) return *refusal;
+                                               const Caller& caller, Right right) {
   const auto until = caller.until(kDefaultPatience);
-  const std::unique_lock gate(gate_, until);
-  if (!gate) return busy();
-  const std::unique_lock exclusive(exchange_, until);
-  if (!exclusive) return busy();
-
+  const auto free_until = caller.until(kLongestWaitForFree) - kTimeToTell;
   rt::EngineCommand command;
   command.kind = rt::EngineCommand::Kind::kExchangeScene;
   command.pipeline = next.get();
   command.guard = guard;
-  const auto outcome = session_.execute(command, caller, kDefaultPatience);
-  if (!outcome) return outcome.refusal();
+  for (;;) {
+    if (auto refusal = session_.unavailable()) return *refusal;
+    // Contact may last: it is waited for without the gate, so that targets pass.
+    if (differs_in_models_only(scene.get())) {
+      if (auto refusal = await_free(free_until, caller)) return *refusal;
+    }
+    const auto patience = std::max(until, Caller::Clock::now() + kSlice);
+    const std::unique_lock gate(gate_, patience);
+    if (!gate) return busy();
+    const std::unique_lock exclusive(exchange_, patience);
+    if (!exclusive) return busy();
+    if (right == Right::kAnyones) {
+      if (auto refusal = reserved()) return *refusal;
+    }
+    if (scene) {
+      if (auto refusal = check_stored(*scene)) return *refusal;
+    }
 
-  live_ = std::move(next);  // deletes the retired one, here and not in the loop
-  {
-    const std::lock_guard lock(current_mutex_);
-    current_ = scene;
+    command.when_free = differs_in_models_only(scene.get());
+    const auto outcome = session_.execute(command, caller, command.when_free ? kSlice : kDefaultPatience);
+    if (!outcome) {
+      const bool touched_again =
+          command.when_free && outcome.refusal().kind == RefusalKind::kDeadlineExceeded;
+      if (!touched_again) return outcome.refusal();
+      if (Caller::Clock::now() >= free_until) return in_contact();
+      continue;
+    }
+
+    live_ = std::move(next);  // deletes the retired one, here and not in the loop
+    {
+      const std::lock_guard lock(current_mutex_);
+      current_ = scene;
+    }
+    log_info(scene ? "scene '" + scene->spec.name + "' loaded" : std::string("scene unloaded"));
+    return Loaded{std::move(scene), outcome->tick};
   }
-  log_info(scene ? "scene '" + scene->spec.name + "' loaded" : std::string("scene unloaded"));
-  return Loaded{std::move(scene), outcome->tick};
+}
+
+bool SceneHost::uses(const std::string& hash) const {
+  const auto scene = current();
+  return scene && std::binary_search(scene->stored.begin(), scene->stored.end(), hash);
 }
 
 std::shared_ptr<const ResolvedScene> SceneHost::current() const {
@@ -207,16 +326,17 @@ Outcome<SceneHost::Loaded> SceneHost::Reservation::load(const rt::SceneSpec& spe
   ResolvedScene scene;
   scene.spec = *resolved;
   scene.outline = rt::outline(*resolved);
-  return host_->load_resolved(std::move(scene), caller);
+  return host_->load_resolved(std::move(scene), caller, Right::kReserved);
 }
 
 Outcome<SceneHost::Loaded> SceneHost::Reservation::unload(const Caller& caller) {
-  return host_->exchange(nullptr, idle_limits(host_->session_.rig_info().device), nullptr, caller);
+  return host_->exchange(nullptr, idle_limits(host_->session_.rig_info().device), nullptr, caller,
+                         Right::kReserved);
 }
 
 Outcome<SceneHost::Loaded> SceneHost::Reservation::restore(const Caller& caller) {
   if (!before_) return unload(caller);
-  return host_->load_resolved(*before_, caller);
+  return host_->load_resolved(*before_, caller, Right::kReserved);
 }
 
 SceneHost::Hold SceneHost::hold(Caller::Clock::time_point until) {

@@ -41,8 +41,14 @@ struct ResolvedScene {
   rt::SceneSpec spec;
   rt::SceneOutline outline;  ///< with the channels that every tick has on this rig
   std::vector<ModelNeed> needs;
-  std::optional<rt::ObjectModel> model;     ///< of spec.object_model, where the scene needs one
+  std::optional<FoundModel> model;          ///< of spec.object_model, where the scene needs one
   std::optional<hal::Error> model_problem;  ///< why there is none
+  std::vector<std::string> stored;          ///< hashes of the stored models it works with, sorted
+  std::vector<std::string> remarks;         ///< what it got from the rig's own models
+  /// The scene as it was written, without the object's model: two that agree in it differ in models only.
+  std::string written;
+
+  const rt::ObjectModel* object_model() const { return model ? &model->model : nullptr; }
 };
 
 /// Keeps the one scene that is loaded: resolves, composes, exchanges pipelines at a tick boundary, and
@@ -58,6 +64,8 @@ class SceneHost {
     std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload
     std::uint64_t effective_tick = 0;
   };
+  /// A scene that differs from the loaded one in models only takes its place out of contact: until then this
+  /// waits, to the caller's deadline at the latest. Any other takes it at once.
   Outcome<Loaded> load(const SceneSource& source, const Caller& caller);
   Outcome<Loaded> unload(const Caller& caller);
   /// What a scene would be made of, whether or not all of it is there.
@@ -67,6 +75,8 @@ class SceneHost {
 
   /// Null when none is loaded.
   std::shared_ptr<const ResolvedScene> current() const;
+  /// Whether the loaded scene works with this stored model.
+  bool uses(const std::string& hash) const;
   const SceneLibrary& catalogue() const { return library_; }
   const ModelLibrary& models() const { return models_; }
   const hal::RigInfo& rig_info() const { return session_.rig_info(); }
@@ -109,9 +119,14 @@ class SceneHost {
 
  private:
   void find_model(ResolvedScene& scene) const;
-  Outcome<Loaded> load_resolved(ResolvedScene scene, const Caller& caller);
+  bool differs_in_models_only(const ResolvedScene* next) const;
+  /// An error where a stored model that the scene was resolved with is not there any more.
+  std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
+  std::optional<Refusal> await_free(Caller::Clock::time_point until, const Caller& caller) const;
+  enum class Right : std::uint8_t { kAnyones, kReserved };
+  Outcome<Loaded> load_resolved(ResolvedScene scene, const Caller& caller, Right right);
   Outcome<Loaded> exchange(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
-                           std::shared_ptr<const ResolvedScene> scene, const Caller& caller);
+                           std::shared_ptr<const ResolvedScene> scene, const Caller& caller, Right right);
 
   Session& session_;
   SceneLibrary library_;

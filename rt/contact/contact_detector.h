@@ -15,7 +15,7 @@ enum class ContactMethod : std::uint8_t {
 /// Threshold detection of D§3.2 with release hysteresis.
 struct ContactParameters {
   ContactMethod method = ContactMethod::kMatchedInertia;
-  double threshold_n = 0.015;         ///< ε_f
+  double threshold_n = 0.015;         ///< ε_f; in a scene 0 = the rig's, else 0.015, in 3D 0.02
   double release_ratio = 0.5;         ///< release level as a fraction of ε_f
   std::uint32_t release_ticks = 5;    ///< consecutive ticks below it; one noisy sample ends no contact
   double release_clearance_mm = 0.5;  ///< so far back past the contact point there is no object any more

@@ -43,6 +43,7 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   } else {
     has_time_for_observations_ = owns_clock_;
   }
+  free_.store(renderer_.free(), std::memory_order_release);
   last_time_ns_.store(sample.time_ns, std::memory_order_release);
   last_tick_.store(sample.tick, std::memory_order_release);
   return command;
@@ -89,7 +90,8 @@ void Engine::take_commands(const hal::RigSample& sample) noexcept {
     Slot& slot = slots_[pending_[i]];
     if (slot.state.load(std::memory_order_acquire) == Slot::kWithdrawn) {
       slot.state.store(Slot::kFree, std::memory_order_release);
-    } else if (slot.command.at_tick > sample.tick || slot.command.at_time_ns > sample.time_ns) {
+    } else if (slot.command.at_tick > sample.tick || slot.command.at_time_ns > sample.time_ns ||
+               (slot.command.when_free && !renderer_.free())) {
       pending_[kept++] = pending_[i];
     } else {
       std::uint32_t expected = Slot::kWaiting;

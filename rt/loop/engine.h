@@ -27,6 +27,7 @@ struct EngineCommand {
   double ramp_s = 0.0;
   Pipeline* pipeline = nullptr;  ///< kExchangeScene: the new one, or null to unload
   GuardLimits guard;             ///< kExchangeScene
+  bool when_free = false;        ///< nor before Renderer::free(): out of contact
 };
 
 /// What became of it.
@@ -77,6 +78,9 @@ class Engine final : public hal::TickHandler {
   /// The last tick that was completed and the rig's time of it; how a caller turns a time into a tick.
   std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
   std::int64_t last_time_ns() const noexcept { return last_time_ns_.load(std::memory_order_acquire); }
+
+  /// Renderer::free() after the last tick; by the next one it may be otherwise.
+  bool free() const noexcept { return free_.load(std::memory_order_acquire); }
 
   // -- the one thread that drains telemetry
   // ---------------------------------------------------------------------
@@ -129,6 +133,7 @@ class Engine final : public hal::TickHandler {
   std::atomic<std::uint64_t> records_dropped_{0};
   std::atomic<bool> observed_{false};
   SpscRing<Observation> observations_;
+  std::atomic<bool> free_{true};
   std::atomic<std::uint64_t> last_tick_{0};
   std::atomic<std::int64_t> last_time_ns_{0};
 };

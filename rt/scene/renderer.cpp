@@ -1,5 +1,6 @@
 #include "rt/scene/renderer.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hapticd::rt {
@@ -39,6 +40,8 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
     wanted = pipeline_->evaluate(sample, record);
     record.channels |= channels_;
   }
+  const bool is_free = !record.in_contact && std::abs(record.desired_force_n) < kNothingWantedN;
+  ticks_free_ = is_free ? std::min(ticks_free_ + 1, free_ticks_) : 0;
   const bool was_latched = guard_.state() == GuardState::kLatched;
   const hal::Vector3 force = guard_.bound(wanted, sample, record);
   // A command that was no number came out of the pipeline's own state: start that anew as well.

@@ -12,12 +12,18 @@ namespace hapticd::rt {
 /// lock, no exception; the live loop, the simulator, the replay, the studies and the benchmarks all call it.
 class Renderer {
  public:
-  explicit Renderer(const GuardLimits& limits, double rate_hz) noexcept : guard_(limits, rate_hz) {}
+  Renderer(const GuardLimits& limits, double rate_hz) noexcept
+      : guard_(limits, rate_hz), free_ticks_(static_cast<std::uint32_t>(kFreeS * rate_hz)) {}
 
   /// Swaps the pipeline (null: no scene, zero force) and returns the one before; the caller keeps ownership
   /// of both. The new one starts reset.
   Pipeline* exchange(Pipeline* next, const GuardLimits& limits) noexcept;
   bool has_scene() const noexcept { return pipeline_ != nullptr; }
+  /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
+  /// enough that no release is still fading.
+  bool free() const noexcept {
+    return pipeline_ == nullptr || guard_.state() == GuardState::kLatched || ticks_free_ >= free_ticks_;
+  }
 
   hal::DeviceCommand tick(const hal::RigSample& sample, TickRecord& record) noexcept;
 
@@ -28,9 +34,14 @@ class Renderer {
   const Guard& guard() const noexcept { return guard_; }
 
  private:
+  static constexpr double kFreeS = 0.06;           // the longest fade takes 50 ms
+  static constexpr double kNothingWantedN = 1e-3;  // of the device
+
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline
   Guard guard_;
+  std::uint32_t free_ticks_;
+  std::uint32_t ticks_free_ = 0;    ///< out of contact with no force wanted, up to free_ticks_
   std::uint32_t generation_ = 0;    ///< scene loads and unloads so far
   bool pipeline_is_stale_ = false;  ///< a sample unfit for filters was seen: reset before the next fit one
 };

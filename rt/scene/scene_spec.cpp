@@ -50,6 +50,9 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
     spec.structural_stiffness_n_per_mm = device.structural_stiffness_n_per_mm;
   }
   if (!(spec.structural_stiffness_n_per_mm > 0.0)) spec.structural_compensation = false;  // a rigid device
+  if (spec.contact.threshold_n == 0.0) {
+    spec.contact.threshold_n = explores ? 0.02 : 0.015;  // three axes of noise, and a tool that tilts
+  }
   if (spec.controller.proportional_gain == 0.0) {
     const ControllerParameters gains = default_gains(device.model);
     spec.controller.proportional_gain = gains.proportional_gain;

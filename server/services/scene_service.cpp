@@ -41,6 +41,7 @@ void fill(const ResolvedScene& scene, v1::SceneOutline& outline) {
     told.set_available(need.available);
     told.set_remark(need.remark);
   }
+  for (const std::string& remark : scene.remarks) outline.add_remarks(remark);
   for (const ChannelName& channel : kChannelNames) {
     if ((scene.outline.channels & channel.channel) != 0) outline.add_telemetry_groups(channel.name);
   }

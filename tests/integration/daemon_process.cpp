@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 #include <utility>
@@ -77,8 +78,18 @@ int ChildProcess::wait() {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
+namespace {
+/// A test leaves nothing in the home of whoever runs it.
+std::vector<std::string> without_store(std::vector<std::string> arguments) {
+  if (std::find(arguments.begin(), arguments.end(), "--model-store") == arguments.end()) {
+    arguments.insert(arguments.end(), {"--model-store", ":memory:"});
+  }
+  return arguments;
+}
+}  // namespace
+
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments)
-    : ChildProcess(HAPTICD_BINARY, std::move(arguments)) {}
+    : ChildProcess(HAPTICD_BINARY, without_store(std::move(arguments))) {}
 
 std::string DaemonProcess::await_address() {
   const std::string line = read_line();

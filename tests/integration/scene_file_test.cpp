@@ -217,7 +217,7 @@ TEST(SceneFile, ValuesHaveRangesAndUnits) {
                {"'press_axis' has the wrong type", "scene text, line 2", "an array",
                 "three numbers, each -1 … 1", "correct the value"});
   expect_error("name = \"x\"\n[contact]\nthreshold_n = inf\n",
-               {"'contact.threshold_n' is not finite", "scene text, line 3", "inf", "0.0001 … 5 N",
+               {"'contact.threshold_n' is not finite", "scene text, line 3", "inf", "0 … 5 N",
                 "send a finite number"});
 }
 

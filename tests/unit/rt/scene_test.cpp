@@ -61,7 +61,7 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
   for (const Case& c :
        {Case{"stiffness_n_per_mm", target, nan}, Case{"stiffness_n_per_mm", target, -0.1},
         Case{"target's stiffness", target, 21.0}, Case{"target.stiffness_n_per_mm", target, 2.9},
-        Case{"contact.threshold_n", threshold, 0.0}, Case{"contact.threshold_n", threshold, nan},
+        Case{"contact.threshold_n", threshold, 5e-5}, Case{"contact.threshold_n", threshold, nan},
         Case{"control.proportional_gain", gain, 2.5}, Case{"control.proportional_gain", gain, -1.0},
         Case{"press_axis", axis, 0.0}, Case{"press_axis", axis, nan}, Case{"guard.max_force_n", force, 9.0},
         Case{"tool.mass_g", mass, nan}}) {

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "hal/error.h"
+#include "rt/model/identified_model.h"
+
+namespace hapticd::server {
+
+/// The one text of a model's content: JSON without blanks, keys sorted, numbers the shortest that read back
+/// as the same (std::to_chars), -0 as 0, an infinite standard error as "Infinity". An error where a text is
+/// not UTF-8 or too long, or where rt::check() has something against the model. Two models have the same text
+/// if and only if they are the same.
+hal::Result<std::string> canonical_json(const rt::IdentifiedModel& model);
+/// Reads a canonical text back, strictly: every key there, none unknown, everything in range. `where` is what
+/// errors call it.
+hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, const std::string& where);
+/// The same, and its hash must be `hash`.
+hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, const std::string& hash,
+                                                      const std::string& where);
+
+/// SHA-256, 64 hexadecimal digits in lower case.
+std::string sha256_hex(std::string_view bytes);
+
+/// A model to be carried elsewhere: JSON for people and programs, the content with its hash beside it.
+std::string export_json(std::string_view canonical, const std::string& hash);
+
+struct ImportedModel {
+  rt::IdentifiedModel model;
+  std::string canonical;
+  std::string hash;
+};
+/// Reads what export_json() wrote. Refused where it is no such text, its schema is not known here, the
+/// content does not fit the hash, or a value is out of range.
+hal::Result<ImportedModel> import_json(std::string_view json);
+
+}  // namespace hapticd::server
