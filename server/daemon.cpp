@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/grpc_server.h"
+#include "server/identification/identification_runner.h"
 #include "server/instance_lock.h"
 #include "server/log.h"
 #include "server/model_store.h"
@@ -30,7 +31,8 @@ struct Daemon::Parts {
         hub(session.engine()),
         scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder, store)),
         targets(session, scenes),
-        latch(session, hub) {}
+        latch(session, hub),
+        identifications(session, scenes, hub, *store) {}
 
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;
@@ -39,6 +41,7 @@ struct Daemon::Parts {
   SceneHost scenes;
   TargetControl targets;
   SafetyLatch latch;
+  IdentificationRunner identifications;
   std::unique_ptr<GrpcServer> network;
 };
 
@@ -99,8 +102,9 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   }
   // The network comes up before the loop's thread raises itself: threads inherit how their creator is
   // scheduled.
-  auto network = GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub},
-                                   config.listen, config.unix_socket);
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->identifications},
+      config.listen, config.unix_socket);
   if (!network) {
     failure = {ExitCode::kCannotListen, network.error()};
     return nullptr;
