@@ -3,17 +3,10 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "rt/identify/palpation_sample.h"
 #include "rt/model/models.h"
 
 namespace hapticd::rt {
-
-/// One tick of a palpation: the tip presses and lets go without sliding.
-struct PalpationSample {
-  double displacement_mm = 0.0;  ///< of the tip below where it touched first; ≤ 0 before
-  double rate_mm_per_s = 0.0;
-  double normal_force_n = 0.0;
-  bool in_contact = false;
-};
 
 /// Single-stage log-linear fit of (4.22) (D§4.5.1, Haddadi and Hashtrudi-Zaad): ln f = ln K + m ln x +
 /// (B/K) ẋ by least squares, weighted by f², over samples in contact with f > 0.1 N and x > a tenth of the

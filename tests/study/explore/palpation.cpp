@@ -4,13 +4,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "rt/contact/contact_detector.h"
-#include "rt/contact/contact_onset.h"
-#include "rt/contact/free_motion_residual.h"
 #include "rt/identify/contact_fit.h"
 #include "rt/identify/friction_fit.h"
+#include "rt/identify/palpation_tracker.h"
 #include "rt/signal/motion_estimator.h"
-#include "rt/signal/tool_compensation.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/rig/virtual_run.h"
 
@@ -47,36 +44,15 @@ constexpr Press kDeepPress{12.0, 12.0, 0.2};
 std::vector<rt::PalpationSample> palpate(const std::string& object, bool deep) {
   rt::SceneSpec scene;
   VirtualRun run = watching(object, scene);
-  rt::ContactDetector contact(scene.contact);
-  rt::FreeMotionResidual residual(scene.tool_mass_g, 1000.0);
-  rt::ContactOnset onset;
-  rt::MotionEstimator motion(run.info().device.position_resolution_mm, 1000.0);
-  double surface_mm = 0.0;
-  bool touched = false;
+  rt::PalpationTracker tracker(scene.tool_mass_g, scene.contact.threshold_n,
+                               run.info().device.position_resolution_mm, run.info().rate_hz);
   std::vector<rt::PalpationSample> palpation;
 
   const auto record_for = [&](double seconds) {
     const double until_s = run.time_s() + seconds;
     while (run.time_s() < until_s) {
       run.step();
-      const double depth_mm = -run.sample().tip_position_mm.z;
-      const double force_n = run.sample().sensor_force_n.z;
-      motion.update(depth_mm, run.sample().time_ns);
-      const double r = residual.update(force_n, depth_mm, run.sample().time_ns, contact.in_contact());
-      onset.remember(depth_mm, residual.prompt_force_n());
-      contact.update(r, depth_mm, surface_mm);
-      // The first touch of the rested object tells where its surface is.
-      if (contact.just_declared() && !touched) {
-        surface_mm = onset.place_mm(0.5 * scene.contact.threshold_n + residual.seen_jerk_n());
-        touched = true;
-      }
-      rt::PalpationSample sample;
-      sample.in_contact = contact.in_contact();
-      sample.displacement_mm = touched ? depth_mm - surface_mm : -1.0;
-      sample.rate_mm_per_s = motion.velocity_mm_per_s();
-      sample.normal_force_n =
-          rt::reaction_force_n(force_n, scene.tool_mass_g, motion.acceleration_mm_per_s2());
-      palpation.push_back(sample);
+      palpation.push_back(tracker.update(run.sample()));
     }
   };
   std::vector<Press> presses = moderate_presses();
