@@ -11,13 +11,13 @@ namespace hapticd::cli {
 /// How an identification is watched.
 struct IdentifyFollow {
   /// Makes a new connection where one was lost; throws client::Error.
-  std::function<client::Client()> connect;
+  std::function<client::Client()> connect{};
   /// Each progress as it comes.
-  std::function<void(const v1::IdentificationProgress&)> on_progress;
+  std::function<void(const v1::IdentificationProgress&)> on_progress{};
   /// At least ten times a second; the text tells of a lost connection, empty while all is well.
-  std::function<void(const std::string& notice)> on_idle;
+  std::function<void(const std::string& notice)> on_idle{};
   /// Asked as often: true ends the watching.
-  std::function<bool()> leave;
+  std::function<bool()> leave{};
   /// A stream that brings nothing for so long is taken for lost.
   std::chrono::milliseconds silence{5000};
   /// So long without a connection, and it is given up.

@@ -21,9 +21,9 @@ enum class UserWish {
 struct IdentifyOptions {
   bool adopt = false;   ///< as the start asked for; the report says what follows
   bool detach = false;  ///< start and leave
-  std::string svg;      ///< where to draw fit and coverage at the end; empty = nowhere
+  std::string svg{};    ///< where to draw fit and coverage at the end; empty = nowhere
   std::chrono::milliseconds patience{30000};
-  std::function<UserWish()> user_wish;  ///< none = by the signals that came
+  std::function<UserWish()> user_wish{};  ///< none = by the signals that came
 };
 
 /// The commands that lead, watch and end identifications. They show, and leave the exit code in the session;

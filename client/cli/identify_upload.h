@@ -22,9 +22,9 @@ struct UploadOptions {
   /// each 4 MiB.
   std::chrono::milliseconds timeout{5000};
   /// At least ten times a second.
-  std::function<void(const UploadState&)> on_progress;
+  std::function<void(const UploadState&)> on_progress{};
   /// Asked as often: true gives it up.
-  std::function<bool()> interrupted;
+  std::function<bool()> interrupted{};
 };
 
 /// Sends a file, of whatever size, piece by piece. Throws LocalError when it cannot be read, is empty or was
