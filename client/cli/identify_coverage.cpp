@@ -80,10 +80,6 @@ std::string cell_text(const CoverageCell& cell, std::uint64_t most, const Termin
   return "   ";
 }
 
-std::string label_of(const v1::CoverageMap::Axis& axis) {
-  return axis.unit().empty() || axis.unit() == "1" ? axis.quantity() : axis.quantity() + " / " + axis.unit();
-}
-
 /// Value of the edge below row or column `index` of `count`.
 std::string edge(const v1::CoverageMap::Axis& axis, std::size_t index, std::size_t per_cell) {
   const double bin = std::min(static_cast<double>(index * per_cell), static_cast<double>(axis.bins()));
@@ -91,6 +87,12 @@ std::string edge(const v1::CoverageMap::Axis& axis, std::size_t index, std::size
 }
 
 }  // namespace
+
+std::string axis_label(const v1::CoverageMap::Axis& axis) {
+  if (axis.unit().empty() || axis.unit() == "1") return axis.quantity();
+  const bool compound = axis.unit().find_first_of("/* ") != std::string::npos;
+  return axis.quantity() + (compound ? " / (" + axis.unit() + ")" : " / " + axis.unit());
+}
 
 std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t most_columns,
                                           std::size_t most_rows) {
@@ -112,14 +114,16 @@ std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_
 std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, int height,
                                        const Terminal& terminal) {
   constexpr int kSmallestWidth = 24;
-  constexpr int kSmallestHeight = 4;
+  constexpr int kSmallestHeight = 5;
+  constexpr int kAroundRows = 4;      // heading, axis, its edges, its name
   constexpr std::size_t kMargin = 7;  // of the labels of the rows
   if (width < kSmallestWidth || height < kSmallestHeight) return {};
   const auto columns = (static_cast<std::size_t>(width) - kMargin - 1) / kCellColumns;
-  const auto grid = coverage_grid(map, columns, static_cast<std::size_t>(height - 3));
+  const auto grid = coverage_grid(map, columns, static_cast<std::size_t>(height - kAroundRows));
   if (!grid) return {};
   const std::size_t x_merged = merged(map.x().bins(), columns);
-  const std::size_t y_merged = merged(std::max(map.y().bins(), 1U), static_cast<std::size_t>(height - 3));
+  const std::size_t y_merged =
+      merged(std::max(map.y().bins(), 1U), static_cast<std::size_t>(height - kAroundRows));
   std::uint64_t most = 1;
   for (const CoverageCell& cell : grid->cells) most = std::max(most, cell.count);
 
@@ -127,7 +131,7 @@ std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, in
   std::vector<std::string> lines;
   const double share = std::isfinite(map.share()) ? map.share() : 0.0;
   const std::string covered = fmt::format("covered {:.0f} %", std::floor(100.0 * share + 1e-9));
-  const std::string heading = plane ? label_of(map.y()) : std::string();
+  const std::string heading = plane ? axis_label(map.y()) : std::string();
   const auto whole = static_cast<std::size_t>(width);
   lines.push_back(padded(heading, whole - std::min(whole, covered.size())) + covered);
   for (std::size_t r = grid->rows; r-- > 0;) {
@@ -140,20 +144,24 @@ std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, in
   for (std::size_t i = 0; i < grid->columns * kCellColumns; ++i) axis += terminal.unicode ? "─" : "-";
   lines.push_back(axis);
 
-  // Edges of columns where there is room for them, the quantity at the right end.
-  std::string foot(whole, ' ');
-  const std::string name = label_of(map.x());
-  const std::size_t name_begin = whole - std::min(whole, display_width(name));
+  // Edges of columns, the quantity at the right end, below them where there is no room for both.
+  const std::string name = axis_label(map.x());
+  const std::size_t name_width = std::min(whole, display_width(name));
+  const std::size_t last_edge = kMargin + grid->columns * kCellColumns + 4;
+  const bool beside_edges = last_edge + name_width < whole;
+  const std::size_t edges_end = beside_edges ? whole - name_width - 1 : whole;
+  std::string foot(beside_edges ? whole - name_width : whole, ' ');
   std::size_t next_free = 0;
   for (std::size_t c = 0; c <= grid->columns; ++c) {
     const std::string label = edge(map.x(), c, x_merged);
     const std::size_t middle = kMargin + c * kCellColumns;
     const std::size_t begin = middle - std::min(middle, label.size() / 2);
-    if (begin < next_free || begin + label.size() + 1 > name_begin) continue;
+    if (begin < next_free || begin + label.size() > edges_end) continue;
     foot.replace(begin, label.size(), label);
-    next_free = begin + label.size() + 2;
+    next_free = begin + label.size() + 1;
   }
-  lines.push_back(foot.substr(0, name_begin) + name);
+  lines.push_back(foot + (beside_edges ? name : ""));
+  if (!beside_edges) lines.push_back(padded_left(padded(name, name_width), whole));
   return lines;
 }
 

@@ -42,6 +42,9 @@ struct CoverageGrid {
 std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t most_columns,
                                           std::size_t most_rows);
 
+/// "speed / (mm/s)".
+std::string axis_label(const v1::CoverageMap::Axis& axis);
+
 /// Heat map with axes: shades for the number of samples, brackets around the cells asked for. At most `width`
 /// columns and `height` lines; empty where that is too small for it or the map tells nothing.
 std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, int height,

@@ -18,10 +18,6 @@ using Stroke = FigureSeries::Stroke;
 constexpr std::size_t kMostCells = 40;  // in a row or a column
 constexpr int kMostMaps = 2;
 
-std::string label(const v1::CoverageMap::Axis& axis) {
-  return axis.unit().empty() || axis.unit() == "1" ? axis.quantity() : axis.quantity() + " / " + axis.unit();
-}
-
 FigurePanel fit_panel(const v1::IdentificationProgress& progress) {
   FigureSeries measured{.name = "measured", .color = "#0072b2", .stroke = Stroke::kPoints};
   FigureSeries model{.name = "model", .color = "#d55e00", .stroke = Stroke::kLine};
@@ -88,9 +84,9 @@ FigurePanel coverage_panel(const v1::CoverageMap& map, const CoverageGrid& grid)
                                 {map.x().from(), y_from}}};
   return {
       .title = fmt::format("Covered {:.0f} %", std::floor(100.0 * map.share() + 1e-9)),
-      .x_label = label(map.x()),
-      .y_label = plane ? label(map.y()) : "",
-      .legend = FigurePanel::Legend::kBelow,
+      .x_label = axis_label(map.x()),
+      .y_label = plane ? axis_label(map.y()) : "",
+      .legend = FigurePanel::Legend::kAbove,
       .series = {std::move(frame), std::move(extra), std::move(enough), std::move(few), std::move(missing)}};
 }
 

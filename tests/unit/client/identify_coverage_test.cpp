@@ -51,7 +51,7 @@ TEST(IdentifyCoverage, TheMapIsDrawnWithAxesShadesAndBracketsAroundWhatIsWanted)
   const auto map = map_of(3, 2, {100, 2, 0, 0, 7, 90}, {true, true, true, false, false, true}, 0.5);
   const auto lines = draw_coverage(map, 48, 8, kAscii);
   ASSERT_EQ(lines.size(), 5U);
-  EXPECT_EQ(lines[0], "speed / mm/s                        covered 50 %");
+  EXPECT_EQ(lines[0], "speed / (mm/s)                      covered 50 %");
   EXPECT_EQ(lines[1], "    10|    + [#]");
   EXPECT_EQ(lines[2], "     0|[#][.][ ]");
   EXPECT_EQ(lines[3], "      +---------");
@@ -75,7 +75,7 @@ TEST(IdentifyCoverage, ManyBinsFitTheRoomThereIs) {
   const auto map = map_of(bins, bins, std::vector<std::uint32_t>(bins * bins, 4000000000U),
                           std::vector<bool>(bins * bins, true), 1.0);
   for (const int width : {24, 40, 79}) {
-    for (const int height : {4, 9, 30}) {
+    for (const int height : {5, 9, 30}) {
       const auto lines = draw_coverage(map, width, height, kUnicode);
       ASSERT_FALSE(lines.empty());
       EXPECT_LE(lines.size(), static_cast<std::size_t>(height));
@@ -87,9 +87,14 @@ TEST(IdentifyCoverage, ManyBinsFitTheRoomThereIs) {
 TEST(IdentifyCoverage, AMapOverOneQuantityHasOneRow) {
   auto map = map_of(4, 1, {5, 5, 0, 0}, {true, true, true, true}, 0.5);
   map.mutable_y()->set_bins(0);
-  const auto lines = draw_coverage(map, 40, 8, kAscii);
+  const auto lines = draw_coverage(map, 48, 8, kAscii);
   ASSERT_EQ(lines.size(), 4U);
   EXPECT_EQ(lines[1], "      |[#][#][ ][ ]");
+  // Where the name of the quantity would hide its edges, it stands below them.
+  const auto narrow = draw_coverage(map, 30, 8, kAscii);
+  ASSERT_EQ(narrow.size(), 5U);
+  EXPECT_TRUE(narrow[3].starts_with("       0  1  2  3  4")) << narrow[3];
+  EXPECT_TRUE(narrow[4].ends_with("displacement / mm")) << narrow[4];
 }
 
 TEST(IdentifyCoverage, AMapWhosePartsDoNotFitTogetherIsNotDrawn) {
@@ -113,7 +118,7 @@ TEST(IdentifyFigure, ShowsTheFitAndTheCoverage) {
   ASSERT_EQ(figure.panels.size(), 2U);
   const std::string script = gnuplot_script(figure, "fit.svg");
   for (const char* word :
-       {"\"measured\"", "\"model\"", "\"enough\"", "\"missing\"", "\"force / N\"", "\"speed / mm/s\"",
+       {"\"measured\"", "\"model\"", "\"enough\"", "\"missing\"", "\"force / N\"", "\"speed / (mm/s)\"",
         "contact-7: contact of sponge, running after 12.0 s", "residual 4.1 %"}) {
     EXPECT_NE(script.find(word), std::string::npos) << word;
   }

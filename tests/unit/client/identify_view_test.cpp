@@ -31,7 +31,7 @@ TEST(IdentifyView, AFrameTellsAllThatTheProgressTells) {
   expect_holds(text, {"contact-7", "contact of sponge", "running", "Press deeper than 6 mm, slowly", "60 %",
                       "12.0 of 60 s", "7200 samples", "0.0791  ±   0.0012  N/mm^m", "1.634", "✘ steady",
                       "✘ certain", "covered", "residual 4.1 %", "displacement from 6 to 7 mm",
-                      "the sensor was saturated", "measured", "model", "force / N", "speed / mm/s"});
+                      "the sensor was saturated", "measured", "model", "force / N", "speed / (mm/s)"});
 }
 
 TEST(IdentifyView, AFrameFitsEveryTerminal) {
@@ -80,7 +80,7 @@ TEST(IdentifyView, ALostConnectionTakesThePlaceOfTheInstruction) {
 TEST(IdentifyView, TheCoverageAndTheFitStandSideBySideWhereThereIsRoom) {
   const auto rows_with = [](const std::vector<std::string>& lines) {
     return std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
-      return line.find("speed / mm/s") != std::string::npos && line.find("force / N") != std::string::npos;
+      return line.find("speed / (mm/s)") != std::string::npos && line.find("force / N") != std::string::npos;
     });
   };
   EXPECT_EQ(rows_with(identify_frame(contact_progress(0.6), "", kUnicode)), 1);
