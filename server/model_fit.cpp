@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "rt/control/force_controller.h"
+#include "rt/signal/tool_load.h"
+#include "rt/signal/vector.h"
 
 namespace hapticd::server {
 
 namespace {
 
-constexpr double kNoticedTiltDeg = 1.0;
 constexpr double kNoticedSpread = 0.05;
 
 /// The deepest place a target says something about; 0 where it says the same everywhere.
@@ -58,11 +58,11 @@ class Filling {
     const auto& tool = std::get<rt::ToolModel>(stored.model.content);
     scene_.tool_mass_g = tool.mass_g;
     std::string more;
-    const double tilt_deg =
-        2.0 * std::acos(std::min(1.0, std::abs(tool.sensor_to_tool.w))) * 180.0 / std::numbers::pi;
-    if (tilt_deg > kNoticedTiltDeg) {
-      more = fmt::format("; the sensor sits turned by {:.1f}° in the tool, which scenes do not correct",
-                         tilt_deg);
+    if (!scene_.explore.sensor_mounting) {
+      const rt::SensorMounting mounting{rt::turn_deg_of(tool.sensor_to_tool), tool.force_bias_n};
+      scene_.explore.sensor_mounting = mounting;
+      more = fmt::format("; with the sensor's bias of {:.3g} N and its seat, turned by {:.2g}°",
+                         rt::norm(mounting.force_bias_n), rt::norm(mounting.turn_deg));
     }
     used(stored, fmt::format("tool.mass_g = {:.4g}{} g", tool.mass_g, error_text(stored, "mass_g")), more);
   }

@@ -14,6 +14,8 @@ namespace hapticd::server {
 namespace {
 
 constexpr Range kAxis{-1.0, 1.0, ""};
+constexpr Range kTurnDeg{-180.0, 180.0, "°"};
+constexpr Range kBiasN{-100.0, 100.0, "N"};
 constexpr Range kToolMassG{0.0, 500.0, "g"};
 constexpr Range kThresholdN{0.0, 5.0, "N"};  // 0 = the rig's
 constexpr Range kReleaseRatio{0.0, 1.0, ""};
@@ -232,7 +234,14 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   tool.read("mass_g", spec.tool_mass_g, kToolMassG);
   if (explores(spec)) {
     tool.read("gravity_at_bias", spec.explore.gravity_at_bias, kAxis);
+    if (tool.has("sensor_turn_deg") || tool.has("sensor_bias_n")) {
+      rt::SensorMounting& mounting = spec.explore.sensor_mounting.emplace();
+      tool.read("sensor_turn_deg", mounting.turn_deg, kTurnDeg);
+      tool.read("sensor_bias_n", mounting.force_bias_n, kBiasN);
+    }
   } else {
+    refuse_foreign(tool, "sensor_turn_deg", "tool.sensor_turn_deg", spec, kExploreOnly);
+    refuse_foreign(tool, "sensor_bias_n", "tool.sensor_bias_n", spec, kExploreOnly);
     refuse_foreign(tool, "gravity_at_bias", "tool.gravity_at_bias", spec, kExploreOnly);
   }
 
@@ -300,6 +309,11 @@ std::string write_scene(const rt::SceneSpec& spec) {
   text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", quoted_word(spec.tip, kTips),
                       number(spec.tool_mass_g));
   if (explore) text += fmt::format("gravity_at_bias = {}\n", vector_text(spec.explore.gravity_at_bias));
+  if (explore && spec.explore.sensor_mounting) {
+    text += fmt::format("sensor_turn_deg = {}\nsensor_bias_n = {}\n",
+                        vector_text(spec.explore.sensor_mounting->turn_deg),
+                        vector_text(spec.explore.sensor_mounting->force_bias_n));
+  }
   if (spec.kind == rt::SceneKind::kWall) {
     text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
   } else {

@@ -45,7 +45,9 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
     : options_(resolved.explore),
       max_force_n_(resolved.guard.max_force_n),
       lead_s_(1e-3 * resolved.explore.lead_ms),
-      load_(resolved.tool_mass_g, resolved.explore.gravity_at_bias),
+      load_(resolved.explore.sensor_mounting
+                ? ToolLoad::mounted(resolved.tool_mass_g, *resolved.explore.sensor_mounting)
+                : ToolLoad(resolved.tool_mass_g, resolved.explore.gravity_at_bias)),
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
       deflection_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0,
                   resolved.explore.deflection_cutoff_hz, rig.rate_hz),

@@ -112,6 +112,10 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
     const double gravity = std::sqrt(dot(e.gravity_at_bias, e.gravity_at_bias));
     check.range("tool.gravity_at_bias, its length", gravity, 1e-6, 1e6, "(a direction)");
     if (gravity > 0.0) spec.explore.gravity_at_bias = e.gravity_at_bias * (1.0 / gravity);
+    if (e.sensor_mounting) {
+      check.range("tool.sensor_turn_deg, its length", norm(e.sensor_mounting->turn_deg), 0.0, 180.0, "deg");
+      check.range("tool.sensor_bias_n, its length", norm(e.sensor_mounting->force_bias_n), 0.0, 100.0, "N");
+    }
   }
   check.range("guard.max_force_n", spec.guard.max_force_n, 0.0, device.max_force_n,
               "N (the device's own limit)");

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "rt/contact/contact_detector.h"
 #include "rt/control/force_controller.h"
 #include "rt/guard/guard.h"
+#include "rt/signal/tool_load.h"
 #include "rt/target/target_law.h"
 
 namespace hapticd::rt {
@@ -61,6 +63,8 @@ struct ExploreParameters {
   double deflection_cutoff_hz = 10.0;            ///< how fast the tip is taken to follow (4.25)
   double force_noise_n = 0.003;                  ///< standard deviation of a tick's mean, each component
   hal::Vector3 gravity_at_bias{0.0, 0.0, -1.0};  ///< tool frame, when the sensor was biased (4.6)
+  /// Identified bias and seat of the sensor; none where it was biased as above and sits straight.
+  std::optional<SensorMounting> sensor_mounting{};
 };
 
 /// Everything that defines a scene, validated by compose(). The defaults are the dissertation's; values

@@ -6,6 +6,32 @@
 
 namespace hapticd::rt {
 
+/// How the sensor sits in the tool and what it reads of nothing: a load in tool coordinates is turn (raw -
+/// bias), the turn given by its axis times its angle.
+struct SensorMounting {
+  hal::Vector3 turn_deg;
+  hal::Vector3 force_bias_n;
+
+  /// The turn as a rotation.
+  hal::Quaternion to_tool() const noexcept {
+    constexpr double kHalfRadPerDeg = 0.00872664625997164788;
+    const double angle_deg = norm(turn_deg);
+    const double half = kHalfRadPerDeg * angle_deg;
+    const double s = angle_deg > 0.0 ? std::sin(half) / angle_deg : 0.0;
+    return {std::cos(half), turn_deg.x * s, turn_deg.y * s, turn_deg.z * s};
+  }
+};
+
+/// The shorter of the two turns that a rotation is.
+inline hal::Vector3 turn_deg_of(const hal::Quaternion& rotation) noexcept {
+  constexpr double kDegPerHalfRad = 114.59155902616464;
+  hal::Quaternion q = unit(rotation);
+  if (q.w < 0.0) q = {-q.w, -q.x, -q.y, -q.z};
+  const hal::Vector3 axis{q.x, q.y, q.z};
+  const double s = norm(axis);
+  return s > 0.0 ? axis * (kDegPerHalfRad * std::atan2(s, q.w) / s) : hal::Vector3{};
+}
+
 /// Weight and inertia of the tool in any orientation, (4.5)-(4.8).
 ///
 /// The sensor, biased with the tool hanging still, reads in tool coordinates
@@ -21,11 +47,20 @@ class ToolLoad {
   ToolLoad(double mass_g, const hal::Vector3& gravity_at_bias) noexcept
       : mass_g_(mass_g),
         weight_n_{0.0, 0.0, -inertial_force_n(mass_g, kGravityMmPerS2)},
-        weight_at_bias_n_(gravity_at_bias * inertial_force_n(mass_g, kGravityMmPerS2)) {}
+        offset_n_(gravity_at_bias * inertial_force_n(mass_g, kGravityMmPerS2)) {}
+  /// For a sensor whose bias and seat are known; nothing was taken as zero.
+  static ToolLoad mounted(double mass_g, const SensorMounting& mounting) noexcept {
+    ToolLoad load(mass_g, hal::Vector3{});
+    load.is_turned_ = norm(mounting.turn_deg) > 0.0;
+    load.to_tool_ = mounting.to_tool();
+    load.offset_n_ = rotated(load.to_tool_, mounting.force_bias_n) * -1.0;
+    return load;
+  }
 
   /// f_r - m a, rig frame: what is left when weight is taken off ((4.5) without its inertia).
   hal::Vector3 without_weight_n(const hal::RigSample& sample) const noexcept {
-    return rotated(unit(sample.tip_orientation), sample.sensor_force_n + weight_at_bias_n_) - weight_n_;
+    const hal::Vector3 raw_n = is_turned_ ? rotated(to_tool_, sample.sensor_force_n) : sample.sensor_force_n;
+    return rotated(unit(sample.tip_orientation), raw_n + offset_n_) - weight_n_;
   }
   /// m a (4.7).
   hal::Vector3 inertia_n(const hal::Vector3& acceleration_mm_per_s2) const noexcept {
@@ -35,7 +70,9 @@ class ToolLoad {
  private:
   double mass_g_;
   hal::Vector3 weight_n_;
-  hal::Vector3 weight_at_bias_n_;
+  bool is_turned_ = false;
+  hal::Quaternion to_tool_;
+  hal::Vector3 offset_n_;  ///< tool frame: what is added to a reading to make it the load with its weight
 };
 
 }  // namespace hapticd::rt

@@ -78,5 +78,29 @@ TEST(ToolLoad, OneDegreeOfOrientationCostsTwoMillinewtons) {
   EXPECT_LT(norm(load.without_weight_n(sample)), 1e-15) << "about the vertical it costs nothing";
 }
 
+TEST(ToolLoad, ATurnedAndBiasedSensorReadsTheSameContact) {
+  const SensorMounting mounting{{20.0, -35.0, 90.0}, {0.3, -0.2, 0.5}};
+  const hal::Quaternion seat = mounting.to_tool();
+  const hal::Quaternion back{seat.w, -seat.x, -seat.y, -seat.z};
+  const ToolLoad load = ToolLoad::mounted(kMassG, mounting);
+  const hal::Vector3 contact_n{0.4, 0.1, 2.0};
+  const hal::Vector3 weight_n{0.0, 0.0, -1e-6 * kMassG * ToolLoad::kGravityMmPerS2};
+  hal::RigSample sample;
+  sample.tip_orientation = unit({0.9, 0.2, -0.3, 0.1});
+  const hal::Quaternion& q = sample.tip_orientation;
+  const hal::Vector3 in_tool_n = rotated({q.w, -q.x, -q.y, -q.z}, contact_n + weight_n);
+  sample.sensor_force_n = rotated(back, in_tool_n) + mounting.force_bias_n;
+  const hal::Vector3 error_n = load.without_weight_n(sample) - contact_n;
+  EXPECT_LT(norm(error_n), 1e-12);
+}
+
+TEST(ToolLoad, ATurnAndItsRotationAreTheSame) {
+  for (const hal::Vector3& turn_deg : {hal::Vector3{}, hal::Vector3{1e-9, 0.0, 0.0},
+                                       hal::Vector3{10.0, -20.0, 30.0}, hal::Vector3{0.0, 180.0, 0.0}}) {
+    const hal::Vector3 again_deg = turn_deg_of(SensorMounting{turn_deg, {}}.to_tool());
+    EXPECT_LT(norm(again_deg - turn_deg), 1e-9) << norm(turn_deg);
+  }
+}
+
 }  // namespace
 }  // namespace hapticd::rt
