@@ -28,7 +28,7 @@ struct HandProgram {
   double approach_mm_per_s = 15.0;  ///< guided approach before a press (D§3.4.1)
   double speed_mm_per_s = 400.0;    ///< tap: at the surface, downwards; stroke: along the surface
   double rate_hz = 1.5;
-  double hold_s = 2.0;  ///< press: time at full force before release; negative = for ever
+  double hold_s = 2.0;  ///< press: time at full force before release; sway: of waving; negative = for ever
   int repetitions = 1;  ///< press, tap, stroke; negative = for ever
   hal::Vector3 stroke_direction{1.0, 0.0, 0.0};
   double stroke_length_mm = 50.0;

@@ -80,8 +80,9 @@ double planned_duration_s(const HandProgram& p) {
     case HandProgram::Kind::kRest:
     case HandProgram::Kind::kWeight:
     case HandProgram::Kind::kShake:
+      return home_s;
     case HandProgram::Kind::kSway:
-      break;
+      return p.hold_s < 0.0 ? HUGE_VAL : home_s + p.hold_s + kWaveBuildsUpS + kFreeAgainS;
   }
   return home_s;
 }
@@ -150,11 +151,15 @@ void HandMotion::scan_next() noexcept {
   enter(Phase::kReturn, {kScanHeightMm, 0.0, 0.0}, duration_s);
 }
 
-// The wave is told apart from the way home: it grows out of wherever the hand is.
+// The wave is told apart from the way home: it grows out of wherever the hand is, and dies down in the end.
 HandIntent HandMotion::posture(HandIntent intent) const noexcept {
   if (program_.kind != HandProgram::Kind::kSway) return intent;
-  const MotionState grown =
-      MinimumJerk({}, {1.0, 0.0, 0.0}, kWaveBuildsUpS).at(std::min(time_s_, kWaveBuildsUpS));
+  const double ends_s = program_.hold_s >= 0.0 ? homeward_.duration_s() + program_.hold_s : HUGE_VAL;
+  const double left_s = std::max(0.0, ends_s + kWaveBuildsUpS - time_s_);
+  const bool ending = time_s_ > ends_s;
+  MotionState grown = MinimumJerk({}, {1.0, 0.0, 0.0}, kWaveBuildsUpS)
+                          .at(std::min(ending ? left_s : time_s_, kWaveBuildsUpS));
+  if (ending) grown.velocity_mm_per_s = -grown.velocity_mm_per_s;
   const auto wave = [&](double hz, double& position_mm, double& velocity_mm_per_s) {
     const double rad_per_s = 2.0 * std::numbers::pi * hz;
     const double s_mm = program_.speed_mm_per_s / rad_per_s * std::sin(rad_per_s * time_s_);

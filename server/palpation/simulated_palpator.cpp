@@ -68,7 +68,7 @@ SimulatedMotion simulated_motion(const rt::Wish& wish) {
       if (!(wish.tilt_deg > 0.0)) hand.tilt_deg = kSwayTiltDeg;
       hand.rate_hz = kSwayHz;
       hand.place_mm.z = std::max(hand.place_mm.z, kFreeHeightMm);
-      posture_s = std::max(1.0, wish.hold_s);
+      hand.hold_s = std::max(1.0, wish.hold_s);
       break;
     case Motion::kRest:
       posture_s = std::max(1.0, wish.hold_s);

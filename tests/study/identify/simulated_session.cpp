@@ -35,6 +35,8 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
 
   SessionResult result;
   double next_wish_s = 0.0;
+  rt::Wish wish;
+  int idle_wishes = 0;
   rt::Observation observation;
   rt::TickRecord record;
   hal::TruthSample truth;
@@ -45,7 +47,11 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
       result.progress = identification.progress();
       if (result.progress.converged && result.converged_s < 0.0) result.converged_s = result.duration_s;
       if (result.progress.converged || result.duration_s >= limit_s) break;
-      const rt::Wish wish = identification.wish();
+      wish = identification.wish();
+      // Rest without an end in sight, twice: nothing more is wanted.
+      const bool idle = wish.motion == rt::Wish::Motion::kRest && wish.hold_s <= 0.0;
+      idle_wishes = idle ? idle_wishes + 1 : 0;
+      if (idle_wishes >= 2) break;
       const server::SimulatedMotion motion = server::simulated_motion(wish);
       if (const auto error = rig->set_program(motion.program)) throw std::runtime_error(error->text());
       const auto scene = server::wished_scene(wish, rig->info());
@@ -70,6 +76,11 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
     identification.add(observation);
     computation += Clock::now() - before;
     result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns);
+    // What renders on an object may have to end at once: whoever searches a limit finds it.
+    if (wish.device == rt::Wish::Device::kModulation && tick % 5 == 0 &&
+        identification.wish().device == rt::Wish::Device::kNothing) {
+      next_wish_s = result.duration_s;
+    }
   }
   result.computation_s = std::chrono::duration<double>(computation).count();
   return result;

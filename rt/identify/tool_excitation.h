@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "hal/samples.h"
+#include "rt/signal/butterworth_low_pass.h"
+
+namespace hapticd::rt {
+
+/// What gravity and motion do to a gram of the tool at one moment, beside what the sensor says of it, all
+/// passed through the same low-pass filter. In the tool's frame
+///   f = m (w - B r),  w = Tᵀ(g - a),  B = [α]ₓ + [ω]ₓ²                                   (4.5)-(4.8)
+/// with a of the tip and r from the tip to the mass's centre; B is not in the dissertation, whose tool turns
+/// slowly enough.
+struct ToolExcitation {
+  hal::Vector3 weight_n_per_g;                     ///< w
+  std::array<hal::Vector3, 3> turning_n_per_g_mm;  ///< rows of B
+  hal::Vector3 force_n;                            ///< raw, sensor frame
+  hal::Vector3 torque_n_mm;
+  hal::Vector3 gravity_in_tool;  ///< unit vector, unfiltered
+  double turning_rad_per_s2 = 0.0;
+};
+
+/// Makes them from samples. Differences are central, so that what is derived belongs to the middle of a
+/// window of 32 ms; force and torque are taken from there too.
+class ToolExcitationFilter {
+ public:
+  /// `force_is_mean`: the sensor's value is the mean since the tick before (as on a rig), not a momentary one
+  /// (as in most recordings).
+  ToolExcitationFilter(double rate_hz, bool force_is_mean);
+
+  /// Nothing until window and filters have settled, and again after a gap of more than three periods (or 16
+  /// ms, whatever is longer).
+  std::optional<ToolExcitation> update(const hal::RigSample& sample);
+  void reset() noexcept { count_ = 0; }
+  /// A gap was met at the last update.
+  bool met_gap() const noexcept { return met_gap_; }
+  double cutoff_hz() const noexcept { return cutoff_hz_; }
+
+  static constexpr double kCutoffHz = 6.0;  ///< a hand's voluntary motion stays below
+
+ private:
+  double rate_hz_;
+  bool force_is_mean_;
+  double cutoff_hz_;
+  std::size_t reach_;  ///< ticks from the middle of the window to its end
+  std::vector<hal::RigSample> window_;
+  std::size_t next_ = 0;
+  std::size_t count_ = 0;
+  std::size_t settled_ = 0;  ///< ticks filtered since the start or the last gap
+  bool met_gap_ = false;
+  static constexpr std::size_t kChannels = 6;
+  std::vector<BasicButterworthLowPass<hal::Vector3>> first_, second_;
+};
+
+}  // namespace hapticd::rt
