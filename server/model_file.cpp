@@ -24,6 +24,7 @@ constexpr Range kCurveForceN{1e-3, 1e3, "N"};
 constexpr Range kKinetic{0.0, 5.0, ""};
 constexpr Range kPreslidingMm{1e-3, 20.0, "mm"};
 constexpr Range kViscous{0.0, 1.0, "N·s/mm"};
+constexpr Range kDahlExponent{0.0, 3.0, ""};
 
 /// Reads one section and notes which of its keys are not there.
 class Section {
@@ -34,6 +35,12 @@ class Section {
   Section& read(const char* key, Value& value, const Range& range) {
     table_.read(key, value, range);
     if (!table_.has(key) && missing_.empty()) missing_ = key;
+    return *this;
+  }
+  /// A key that may be left out; the value keeps its default then.
+  template <class Value>
+  Section& read_optional(const char* key, Value& value, const Range& range) {
+    table_.read(key, value, range);
     return *this;
   }
   std::optional<hal::Error> error(const std::string& source) const {
@@ -71,7 +78,8 @@ void read_rod_friction(Section section, rt::ObjectModel& model, std::vector<Sect
   auto& friction = model.rod_friction.emplace();
   section.read("kinetic", friction.kinetic, kKinetic)
       .read("presliding_mm", friction.presliding_mm, kPreslidingMm)
-      .read("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, kViscous);
+      .read("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, kViscous)
+      .read_optional("exponent", friction.exponent, kDahlExponent);
   sections.push_back(std::move(section));
 }
 
@@ -146,6 +154,7 @@ std::string write_model(const rt::ObjectModel& model) {
     text += fmt::format("\n[rod_friction]\nkinetic = {}\npresliding_mm = {}\nviscous_n_s_per_mm = {}\n",
                         toml_number(friction->kinetic), toml_number(friction->presliding_mm),
                         toml_number(friction->viscous_n_s_per_mm));
+    if (friction->exponent != 1.0) text += fmt::format("exponent = {}\n", toml_number(friction->exponent));
   }
   return text;
 }

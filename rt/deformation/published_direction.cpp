@@ -23,7 +23,8 @@ void PublishedDirection::update(const hal::Vector3& reaction_n, const hal::Vecto
   if (way_mm > 1e-9) {
     const hal::Vector3 tangent = slide_mm * (1.0 / way_mm);  // (4.19)
     // What had built up along the old direction is worth this much along the new one.
-    built_up_ = dahl_step(built_up_ * dot(tangent_, tangent), way_mm, friction_.presliding_mm);
+    built_up_ =
+        dahl_step(built_up_ * dot(tangent_, tangent), way_mm, friction_.presliding_mm, friction_.exponent);
     tangent_ = tangent;
   }
   const double normal_n = dot(reaction_n, normal_);  // (4.20)

@@ -42,8 +42,10 @@ void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3
   coefficient_ = across(coefficient_, normal_);
   double kept = 1.0;
   if (way_mm > 1e-12) {
-    kept = friction_.presliding_mm > 0.0 ? std::exp(-way_mm / friction_.presliding_mm) : 0.0;
-    const hal::Vector3 sliding = direction_or(slide_mm, {}) * kinetic;
+    const hal::Vector3 along = direction_or(slide_mm, {});
+    const double to_go = kinetic > 0.0 ? 1.0 - dot(along, coefficient_) / kinetic : 1.0;
+    kept = dahl_kept(std::min(std::abs(to_go), 2.0), way_mm, friction_.presliding_mm, friction_.exponent);
+    const hal::Vector3 sliding = along * kinetic;
     coefficient_ = sliding + (coefficient_ - sliding) * kept;
   }
   const double level_error = kFrictionError * kinetic;

@@ -15,6 +15,7 @@ struct FrictionParameters {
   double kinetic = 0.0;             ///< μ_k
   double presliding_mm = 0.0;       ///< δ = f_c / σ: way over which z builds up; unused by Coulomb-viscous
   double viscous_n_s_per_mm = 0.0;  ///< μ_b
+  double exponent = 1.0;  ///< of Dahl's equation (4.12), 0 … 3: 1 approaches f_c for ever, less gets there
 };
 
 /// What the dissertation identified for a ball-bearing tip, the mean over five soft objects (D§4.4.1). A

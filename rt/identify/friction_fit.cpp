@@ -3,19 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "rt/friction/dahl.h"
+#include "rt/identify/friction_normals.h"
 #include "rt/signal/vector.h"
 
 namespace hapticd::rt {
 
 namespace {
 
-constexpr double kBinMm = 2.0;
 constexpr double kSlidingMmPerS = 10.0;
-constexpr double kBeyondMm = 4.0;  // so far the last known normals are continued, to where strokes turn
-constexpr int kFewestPerWay = 5;
 
 // Regimes of D§4.4.1.
 constexpr double kSlidingWayMm = 3.0;
@@ -44,52 +41,20 @@ class WaySinceTurn {
   double last_mm_ = 0.0, step_mm_ = 0.0, heading_ = 0.0, way_mm_ = 0.0;
 };
 
-/// Normals along the line, from bins that were passed both ways.
-class NormalsAlongLine {
- public:
-  NormalsAlongLine(const std::vector<StrokeSample>& strokes) {
-    struct Bin {
-      hal::Vector3 sum[2];
-      int count[2] = {0, 0};
-    };
-    std::map<long, Bin> bins;
-    WaySinceTurn way;
-    for (const StrokeSample& s : strokes) {
-      const double way_mm = way.update(s.along_mm);
-      // Right after a turn friction has not turned yet.
-      if (way_mm < kSlidingWayMm || std::abs(s.along_mm_per_s) < kSlidingMmPerS || norm(s.reaction_n) < 0.2) {
-        continue;
-      }
-      Bin& bin = bins[std::lround(s.along_mm / kBinMm)];
-      const int side = s.along_mm_per_s > 0.0 ? 0 : 1;
-      bin.sum[side] = bin.sum[side] + direction_or(s.reaction_n, {});
-      ++bin.count[side];
+MeanDirectionNormals normals_along(const std::vector<StrokeSample>& strokes) {
+  MeanDirectionNormals normals;
+  WaySinceTurn way;
+  for (const StrokeSample& s : strokes) {
+    // Right after a turn friction has not turned yet.
+    if (way.update(s.along_mm) < kSlidingWayMm || std::abs(s.along_mm_per_s) < kSlidingMmPerS ||
+        norm(s.reaction_n) < 0.2) {
+      continue;
     }
-    for (const auto& [place, bin] : bins) {
-      if (bin.count[0] < kFewestPerWay || bin.count[1] < kFewestPerWay) continue;
-      normals_[place] =
-          direction_or(direction_or(bin.sum[0], {}) + direction_or(bin.sum[1], {}), {0.0, 0.0, 1.0});
-    }
+    normals.add(s.along_mm, s.along_mm_per_s, s.reaction_n);
   }
-  bool empty() const { return normals_.size() < 2; }
-  /// Straight between the known places and a little beyond them; false farther away.
-  bool at(double along_mm, hal::Vector3& normal) const {
-    const double place = along_mm / kBinMm;
-    auto after = normals_.upper_bound(static_cast<long>(std::floor(place)));
-    if (after == normals_.begin()) ++after;
-    if (after == normals_.end()) --after;
-    const auto before = std::prev(after);
-    const double from = static_cast<double>(before->first);
-    const double to = static_cast<double>(after->first);
-    if (place < from - kBeyondMm / kBinMm || place > to + kBeyondMm / kBinMm) return false;
-    const double share = (place - from) / (to - from);
-    normal = direction_or(before->second * (1.0 - share) + after->second * share, before->second);
-    return true;
-  }
-
- private:
-  std::map<long, hal::Vector3> normals_;
-};
+  normals.settle();
+  return normals;
+}
 
 struct Row {
   double normal_n, friction_n, slide_mm, speed_mm_per_s;
@@ -99,7 +64,7 @@ struct Row {
 }  // namespace
 
 hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, const hal::Vector3& along) {
-  const NormalsAlongLine normals(strokes);
+  const MeanDirectionNormals normals = normals_along(strokes);
   if (normals.empty()) {
     return hal::Error{"no place was stroked both ways", "identification of friction",
                       std::to_string(strokes.size()) + " samples", "strokes to and fro along one line",

@@ -35,6 +35,7 @@ struct FrictionTask {
   double threshold_n = 0.02;
   double normal_force_n =
       0.0;  ///< recordings: the constant normal force where it was not recorded; 0 = it was
+  bool exponent = false;  ///< rod: also find the exponent of Dahl's equation; false: it is 1 (D§4.4.1)
 };
 
 struct StructuralStiffnessTask {

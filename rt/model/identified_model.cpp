@@ -47,6 +47,7 @@ struct ContentCheck {
     ranges.expect("kinetic", friction.kinetic, 0.0, 5.0);
     ranges.expect("presliding_mm", friction.presliding_mm, 0.0, 20.0);
     ranges.expect("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, 0.0, 1.0);
+    ranges.expect("exponent", friction.exponent, 0.0, 3.0);
   }
   void operator()(const StructuralModel& structure) const {
     ranges.expect("stiffness_n_per_mm", structure.stiffness_n_per_mm, 0.05, 1e4);

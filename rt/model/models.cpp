@@ -54,6 +54,7 @@ std::optional<hal::Error> check(const ObjectModel& model) {
     range("rod_friction.kinetic", model.rod_friction->kinetic, 0.0, 5.0);
     range("rod_friction.presliding_mm", model.rod_friction->presliding_mm, 1e-3, 20.0);
     range("rod_friction.viscous_n_s_per_mm", model.rod_friction->viscous_n_s_per_mm, 0.0, 1.0);
+    range("rod_friction.exponent", model.rod_friction->exponent, 0.0, 3.0);
   }
   return error;
 }

@@ -29,7 +29,8 @@ rt::ObjectModel some_model(std::mt19937_64& random) {
     creep.parameters.displacement_mm[i] = creep.parameters.displacement_mm[i - 1] + fraction(random);
   }
   creep.relative_error = fraction(random);
-  model.rod_friction = rt::FrictionParameters{fraction(random), fraction(random), fraction(random)};
+  model.rod_friction =
+      rt::FrictionParameters{fraction(random), fraction(random), fraction(random), fraction(random)};
   return model;
 }
 
@@ -60,6 +61,7 @@ void expect_same(const rt::ObjectModel& a, const rt::ObjectModel& b) {
     EXPECT_EQ(a.rod_friction->kinetic, b.rod_friction->kinetic);
     EXPECT_EQ(a.rod_friction->presliding_mm, b.rod_friction->presliding_mm);
     EXPECT_EQ(a.rod_friction->viscous_n_s_per_mm, b.rod_friction->viscous_n_s_per_mm);
+    EXPECT_EQ(a.rod_friction->exponent, b.rod_friction->exponent);
   }
 }
 
@@ -95,7 +97,7 @@ TEST(ModelFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
                 "did you mean 'hunt_crossley'?"});
   expect_error("name = \"x\"\n[rod_friction]\nkinetik = 1\n",
                {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",
-                "kinetic, presliding_mm, viscous_n_s_per_mm", "did you mean 'kinetic'?"});
+                "kinetic, presliding_mm, viscous_n_s_per_mm, exponent", "did you mean 'kinetic'?"});
 }
 
 TEST(ModelFile, ASectionSaysAllOfItsKeys) {

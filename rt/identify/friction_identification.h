@@ -1,0 +1,93 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/rig.h"
+#include "rt/identify/friction_law_fit.h"
+#include "rt/identify/friction_rows.h"
+#include "rt/identify/identification.h"
+#include "rt/identify/stroke_gate.h"
+#include "rt/identify/stroke_passages.h"
+#include "rt/identify/surface_scan.h"
+#include "rt/identify/tasks.h"
+#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/tool_load.h"
+
+namespace hapticd::rt {
+
+/// Friction of a tip on an object (D§4.4.1): first a scan of the surface by light taps along the line, then
+/// strokes to and fro along it at several forces up to 140 mm/s. kRod: Dahl's law by divide and conquer;
+/// kBallBearing: Coulomb-viscous. See fit_friction_law().
+///
+/// Normals are the scan's where it reaches, else the mean direction of the reaction to and fro; `procedure`
+/// and the remarks say which. Reactions are the sensor's, weight and inertia of the tool taken off.
+///
+/// A recording (RigKind::kReplay) shows position along x, the friction on the tool as sensor_force_n.x
+/// (against the motion, thus negative while x grows) and the normal force as sensor_force_n.z. Its normals
+/// are up, unless the height varies and strokes are long enough to tell the mean direction. Its friction
+/// channel may have an offset, which is found as well. `normal_force_n` > 0 stands for the normal force;
+/// where there is none at all (sensor_force_n.z = 0 throughout) friction is told in newton as
+/// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.
+///
+/// Parameters: "kinetic", "presliding_mm", "viscous_n_s_per_mm"; "exponent", "force_bias_n",
+/// "coulomb_force_n" where they were asked for or apply.
+class FrictionIdentification final : public Identification {
+ public:
+  static constexpr double kNominalNormalN = 10.0;
+
+  FrictionIdentification(const FrictionTask& task, const hal::RigInfo& rig);
+
+  void add(const Observation& observation) override;
+  Wish wish() const override;
+  IdentificationProgress progress() const override;
+  hal::Result<IdentifiedModel> finish() const override;
+
+ private:
+  struct Fit {
+    FrictionLawFit law;
+    FrictionRows rows;
+    NormalSource source = NormalSource::kFlat;
+    double normal_error_rad = 0.0;  ///< mean standard error of the scan's normals
+    bool nominal_normal = false;
+  };
+
+  void count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s);
+  hal::Result<Fit> fit(bool exponent) const;
+  void refit() const;
+  Coverage coverage() const;
+  int scan_taps() const;
+  bool scanned() const;
+  int lacking_force_row() const;  ///< -1: all covered
+  bool certain(const Fit& fit) const;
+  std::vector<std::string> missing(bool steady, bool is_certain) const;
+  std::vector<EstimatedParameter> parameters_of(const Fit& fit) const;
+  std::vector<std::string> remarks(const Fit* fit) const;
+
+  FrictionTask task_;
+  hal::RigInfo rig_;
+  bool replay_;
+  StrokeGate gate_;
+  SurfaceScan scan_;
+  ToolLoad load_;
+  ThreeAxisMotion motion_;
+  StrokePassages passages_;
+  bool in_contact_ = false;
+  bool normal_recorded_ = false;
+  double least_height_mm_ = 0.0, most_height_mm_ = 0.0;
+  double least_along_mm_ = 0.0, most_along_mm_ = 0.0;
+  double begun_s_ = 0.0, last_s_ = 0.0;
+  std::uint64_t contact_samples_ = 0;
+  std::vector<std::uint32_t> counts_;
+  double most_force_n_ = 0.0, most_speed_mm_per_s_ = 0.0;
+
+  // What progress() last found; fitting anew is not worth it before another passage is complete.
+  mutable std::uint64_t fitted_passages_ = 0;
+  mutable std::optional<Fit> fitted_;
+  mutable std::optional<hal::Error> failed_;
+  mutable double change_ = 1.0;  ///< largest relative change of a parameter over the last few passages
+  mutable double completion_ = 0.0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <vector>
+
+#include "hal/error.h"
+#include "rt/friction/friction_model.h"
+#include "rt/friction/maxwell_slip.h"
+#include "rt/identify/friction_rows.h"
+
+namespace hapticd::rt {
+
+/// What is to be found and what is told already.
+struct FrictionFitOptions {
+  FrictionLaw law = FrictionLaw::kDahl;
+  bool exponent = false;  ///< Dahl's exponent is to be found too; else it is 1
+  bool bias = false;      ///< the friction channel may have a constant offset
+  bool viscous = true;    ///< false: no viscous part
+  /// Slower than this the position does not tell whether the tip moves: held by its own dry friction a device
+  /// does not see the tip bend what it stands on. Such rows are left out.
+  double least_speed_mm_per_s = 0.0;
+  /// Slower than this is no sliding.
+  double sliding_mm_per_s = 0.0;
+};
+
+struct FrictionLawFit {
+  FrictionParameters parameters;
+  double bias_n = 0.0;
+  /// One sigma, robust against errors that last as long as a passage: each passage counts as one observation
+  /// of how wrong the law is (cluster-robust, Liang and Zeger 1986). Infinite where undetermined.
+  FrictionParameters error;
+  double bias_error_n = 0.0;
+  double residual = 0.0;        ///< rms left over rms of the friction
+  double relative_error = 0.0;  ///< mean |left| over mean |friction|
+  bool divided = false;         ///< sliding and presliding were told apart; false: fitted together
+  bool viscous_told = false;    ///< speed varied enough, independently of the force
+  int passages = 0;
+  double rows = 0.0;  ///< instants used
+};
+
+/// Coulomb-viscous (4.11) or Dahl (4.12)-(4.15), scaled by the load. Where strokes slid farther than 3 mm,
+/// divide and conquer (D§4.4.1): level and viscosity by linear least squares on sliding (way > 3 mm),
+/// presliding by a search over what the first 0.5 mm after a turn shows (3 mm where the exponent is free: it
+/// is the knee that tells it). Shorter strokes never reach pure sliding: all is fitted together. Fails where
+/// nothing slid or turned, and where friction goes along with the motion (a reversed sign).
+hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& rows,
+                                             const FrictionFitOptions& options);
+
+/// Friction a law gives at each row, the bias included; starts where a row says what is known.
+std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
+                                         const FrictionParameters& parameters, FrictionLaw law,
+                                         double bias_n);
+
+struct MaxwellSlipFit {
+  MaxwellSlipParameters parameters;
+  double bias_n = 0.0;
+  double residual = 0.0;
+};
+
+/// Maxwell-slip law: stiffnesses by non-negative least squares over a ladder of reaches up to the longest
+/// way, then again over the few that mattered. Fails like fit_friction_law().
+hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows, bool bias);
+
+std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
+                                         const MaxwellSlipParameters& parameters, double bias_n);
+
+}  // namespace hapticd::rt

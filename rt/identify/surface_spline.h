@@ -1,0 +1,55 @@
+#pragma once
+
+#include <vector>
+
+#include "hal/error.h"
+
+namespace hapticd::rt {
+
+/// A touched point of a profile.
+struct ProfilePoint {
+  double along_mm = 0.0;
+  double height_mm = 0.0;
+};
+
+/// Value and slope of a profile with their standard errors (one sigma).
+struct ProfileValue {
+  double height_mm = 0.0;
+  double slope = 0.0;  ///< dh/ds
+  double height_error_mm = 0.0;
+  double slope_error = 0.0;
+};
+
+/// Natural cubic smoothing spline (Reinsch 1967): minimises Σ (h_i - g(s_i))² + λ ∫ g''². The smoothing is
+/// what restricted maximum likelihood makes of the points themselves (Wahba 1985), and so is their error; the
+/// standard errors are those of the posterior it amounts to. Straight beyond the outermost points.
+class SurfaceSpline {
+ public:
+  static constexpr std::size_t kMostPoints = 200;
+
+  /// Points closer than 1e-3 mm along count as one. `least_error_mm`: what a point's height is uncertain by
+  /// at least, e.g. the encoders' rounding. Fails with fewer than five places, more than kMostPoints, or
+  /// points that are not finite.
+  static hal::Result<SurfaceSpline> fit(std::vector<ProfilePoint> points, double least_error_mm);
+
+  ProfileValue at(double along_mm) const;
+  /// Where the profile is nearest to a point, e.g. a tip that has pressed it down.
+  double nearest_along_mm(double along_mm, double height_mm) const;
+
+  double from_mm() const { return along_mm_.front(); }
+  double to_mm() const { return along_mm_.back(); }
+  std::size_t points() const { return along_mm_.size(); }
+  double point_error_mm() const { return point_error_mm_; }  ///< scatter of the points about the profile
+
+ private:
+  SurfaceSpline() = default;
+
+  std::vector<double> along_mm_;
+  std::vector<double> height_mm_;       ///< of the spline at the knots
+  std::vector<double> bend_per_mm_;     ///< its second derivative there; 0 at the ends
+  std::vector<double> covariance_mm2_;  ///< of the knots' heights, row by row
+  std::vector<double> bend_of_height_;  ///< bend = this matrix · heights, row by row
+  double point_error_mm_ = 0.0;
+};
+
+}  // namespace hapticd::rt
