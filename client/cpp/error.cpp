@@ -13,6 +13,7 @@ namespace hapticd::client {
 namespace {
 
 constexpr int kDeadlineExceeded = 4;
+constexpr int kUnimplemented = 12;
 constexpr int kUnavailable = 14;
 constexpr int kStatusDetailsField =
     3;  // google.rpc.Status { int32 code = 1; string message = 2; repeated Any details = 3; }
@@ -54,6 +55,11 @@ Error error_from_status(int code, const std::string& message, const std::string&
   const auto explained = find_detail(serialized_details);
   const ErrorKind kind = kind_of(code, explained.has_value());
   v1::ErrorDetail detail = explained.value_or(v1::ErrorDetail{});
+  if (!explained && code == kUnimplemented) {
+    detail.set_what("the daemon does not know this call");
+    detail.set_where(address);
+    detail.set_remedy("it is older than this client: update it");
+  }
   if (detail.what().empty()) detail.set_what(message.empty() ? "no reason given" : message);
   if (kind == ErrorKind::kUnreachable) {
     detail.set_what("the connection to the daemon broke: " + detail.what());

@@ -63,6 +63,13 @@ TEST(Error, TellsADeadDaemonFromOneThatExplainsItself) {
   EXPECT_EQ(error_from_status(4, "", status_with(sent), "h:1").kind(), ErrorKind::kRefused);
 }
 
+TEST(Error, ADaemonThatIsOlderThanTheCallIsTold) {
+  const Error error = error_from_status(12, "", "", "h:1");
+  EXPECT_EQ(error.kind(), ErrorKind::kRefused);
+  EXPECT_EQ(error.detail().what(), "the daemon does not know this call");
+  EXPECT_NE(error.detail().remedy(), "");
+}
+
 TEST(Error, NamesEveryStatus) {
   EXPECT_EQ(status_code_name(0), "OK");
   EXPECT_EQ(status_code_name(16), "UNAUTHENTICATED");
