@@ -20,13 +20,24 @@ double DoubleStageEstimator::covariance_share() const noexcept {
   return std::max({p00_ / kStiffnessVariance, p11_ / kDampingVariance, q_ / kExponentVariance});
 }
 
+void DoubleStageEstimator::change_unit(double unit_mm) noexcept {
+  if (unit_mm_ > 0.0) {
+    const double scale = std::pow(unit_mm / unit_mm_, exponent_);
+    stiffness_ *= scale;
+    damping_ *= scale;
+  }
+  unit_mm_ = unit_mm;
+}
+
 void DoubleStageEstimator::take(double x, double v, double f) noexcept {
   if (!std::isfinite(x) || !std::isfinite(v) || !std::isfinite(f)) return;
   deepest_mm_ = std::max(deepest_mm_, x);
   if (x < options_.least_share * deepest_mm_) return;
+  constexpr double kUnitShare = 0.7;
+  if (kUnitShare * deepest_mm_ > 1.1 * unit_mm_) change_unit(kUnitShare * deepest_mm_);
   ++samples_;
   const double lambda = options_.forgetting;
-  const double log_x = std::log(x);
+  const double log_x = std::log(x / unit_mm_);
   const double power = std::exp(exponent_ * log_x);
 
   // First stage: φ = x^m [1, ẋ].
@@ -58,7 +69,9 @@ std::optional<HuntCrossleyEstimate> DoubleStageEstimator::estimate() const {
   if (samples_ < options_.fewest_samples || !(stiffness_ > 0.0) || !std::isfinite(stiffness_)) {
     return std::nullopt;
   }
-  return HuntCrossleyEstimate{{stiffness_, std::max(0.0, damping_), exponent_}, 0.0, samples_};
+  const double scale = std::pow(unit_mm_, -exponent_);
+  return HuntCrossleyEstimate{
+      {scale * stiffness_, scale * std::max(0.0, damping_), exponent_}, 0.0, samples_};
 }
 
 }  // namespace hapticd::rt

@@ -11,8 +11,9 @@ namespace hapticd::rt {
 /// Recursive double-stage estimator of (4.22) (Diolaiti, Melchiorri, Stramigioli 2005): one least-squares
 /// estimator of K and B with the exponent of the other, f = K x^m + B x^m ẋ; one of the exponent with K and B
 /// of the first, ln(f/(K + Bẋ)) = m ln x, weighted by f². Each trusts the other's last word, so old samples
-/// were judged by worse estimates: they are forgotten. Covariances are bounded, and all is frozen out of
-/// contact.
+/// were judged by worse estimates: they are forgotten. Displacements count in units near those where most
+/// force is, or stiffness and exponent would hang together and the two never come to rest. Covariances are
+/// bounded, and all is frozen out of contact.
 class DoubleStageEstimator {
  public:
   struct Options {
@@ -36,12 +37,14 @@ class DoubleStageEstimator {
   double covariance_share() const noexcept;
 
  private:
+  void change_unit(double unit_mm) noexcept;
   void take(double displacement_mm, double rate_mm_per_s, double force_n) noexcept;
 
   Options options_;
   std::size_t samples_ = 0;
   double deepest_mm_ = 0.0;
-  double stiffness_ = 0.0, damping_ = 0.0, exponent_ = 1.5;
+  double unit_mm_ = 0.0;
+  double stiffness_ = 0.0, damping_ = 0.0, exponent_ = 1.5;  ///< for displacements in units
   double p00_, p01_ = 0.0, p11_, q_;
 };
 

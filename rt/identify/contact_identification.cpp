@@ -26,7 +26,7 @@ constexpr std::size_t kSamplesKept = 16'384;
 constexpr double kRefreshS = 0.25;      ///< of contact, between fits
 constexpr double kSnapshotS = 0.25;     ///< of contact, between looks at whether the estimate still moves
 constexpr double kGradientOverS = 1.0;  ///< of contact
-constexpr double kSteadyPerS = 0.02;    ///< relative
+constexpr double kSteadyPerS = 0.03;    ///< relative
 constexpr double kCertainForce = 0.05;  ///< relative
 constexpr double kCertainExponent = 0.15;
 constexpr double kCertainWeight = 0.1;
@@ -52,6 +52,11 @@ Snapshot snapshot_of(const HuntCrossleyEstimate& estimate, double contact_s, dou
 double change(const Snapshot& a, const Snapshot& b) {
   return std::max({std::abs(a.log_force - b.log_force), std::abs(a.log_force_half - b.log_force_half),
                    std::abs(a.exponent - b.exponent), std::abs(a.rate_term - b.rate_term)});
+}
+
+/// Of what creeps. What yields at once and what within the shortest lag look alike, and it does not matter.
+double largest_weight_error(const CreepEstimate& estimate) {
+  return *std::max_element(estimate.weight_error.begin() + 2, estimate.weight_error.end());
 }
 
 const char* words_of(ContactFitMethod method) {
@@ -106,6 +111,7 @@ struct ContactIdentification::State {
     SingleStageEstimator::Options options;
     options.least_force_n = 5.0 * task.threshold_n;
     if (recorded) options.fewest_samples = 30;
+    options.mean_of = std::clamp(static_cast<int>(rig.rate_hz / 250.0), 1, 4);
     return options;
   }
   DoubleStageEstimator::Options double_options() const {
@@ -251,9 +257,9 @@ ContactDomain ContactIdentification::State::domain() const {
     domain.displacement_mm *= std::pow(task.force_n / largest_n, 0.6);
   }
   if (!recorded) {
-    // As fast as a brisk press gets: down in a fifth of a second.
-    domain.speed_mm_per_s = task.speed_mm_per_s > 0.0 ? task.speed_mm_per_s
-                                                      : std::clamp(5.0 * domain.displacement_mm, 5.0, 100.0);
+    // As fast as a brisk press gets: down in 0.4 s on average.
+    domain.speed_mm_per_s =
+        task.speed_mm_per_s > 0.0 ? task.speed_mm_per_s : std::clamp(2.5 * domain.displacement_mm, 3.0, 60.0);
   }
   return domain;
 }
@@ -324,8 +330,9 @@ void ContactIdentification::State::refresh() {
       next.creep = creep_law(next.creep ? fit : next, false);
     if (fit.creep && next.creep && contact_s > fit.at_contact_s) {
       const auto& before = fit.creep->law.parameters;
-      const CreepLaw was(before, rig.rate_hz), is(next.creep->law.parameters, rig.rate_hz);
-      double moved = std::abs(before.weight[0] - next.creep->law.parameters.weight[0]);
+      const CreepParameters& after = next.creep->law.parameters;
+      const CreepLaw was(before, rig.rate_hz), is(after, rig.rate_hz);
+      double moved = std::abs(before.weight[0] + before.weight[1] - after.weight[0] - after.weight[1]);
       for (const double share : {0.5, 1.0}) {
         const double n = share * before.max_force_n;
         moved =
@@ -367,8 +374,10 @@ void ContactIdentification::State::judge(Fit& current) const {
   char text[120];
   if (wants_hunt_crossley()) {
     const HuntCrossleyUncertainty& u = current.uncertainty;
-    const bool sure = current.hunt_crossley && u.relative_force < kCertainForce &&
-                      u.relative_force_half < kCertainForce && u.exponent < kCertainExponent;
+    // No need to know the parameters better than the law knows the object.
+    const double enough = std::max(kCertainForce, u.residual);
+    const bool sure = current.hunt_crossley && u.relative_force < enough && u.relative_force_half < enough &&
+                      u.exponent < kCertainExponent;
     if (!sure && current.hunt_crossley) {
       std::snprintf(text, sizeof text, "the exponent is known to ±%.2g, the force to ±%.2g %%", u.exponent,
                     100.0 * std::max(u.relative_force, u.relative_force_half));
@@ -377,12 +386,12 @@ void ContactIdentification::State::judge(Fit& current) const {
     current.certain = current.certain && sure;
   }
   if (wants_creep()) {
-    const bool sure = current.creep && current.creep->weight_error[0] < kCertainWeight &&
+    const double off = current.creep ? largest_weight_error(*current.creep) : 1.0;
+    const bool sure = current.creep && off < kCertainWeight &&
                       current.creep->relative_displacement < kCertainForce &&
                       current.creep->relative_displacement_half < kCertainForce;
     if (!sure && current.creep && current.needs.uncertain.empty()) {
-      std::snprintf(text, sizeof text, "how much yields at once is known to ±%.2g",
-                    current.creep->weight_error[0]);
+      std::snprintf(text, sizeof text, "how much creeps is known to ±%.2g", off);
       current.needs.uncertain = text;
     }
     current.certain = current.certain && sure;

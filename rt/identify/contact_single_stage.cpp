@@ -30,19 +30,19 @@ double part_begins(std::size_t part, int bits, int first_octave) noexcept {
 }  // namespace
 
 SingleStageEstimator::SingleStageEstimator(const Options& options)
-    : options_(options), cells_(kDepths * kSpeeds) {}
+    : options_(options), share_(1.0 / options.mean_of), cells_(kDepths * kSpeeds) {}
 
-void SingleStageEstimator::Cell::add(const Cell& o) noexcept {
-  w += o.w;
-  wl += o.wl;
-  wv += o.wv;
-  wll += o.wll;
-  wlv += o.wlv;
-  wvv += o.wvv;
-  wy += o.wy;
-  wly += o.wly;
-  wvy += o.wvy;
-  count += o.count;
+void SingleStageEstimator::Cell::add(const Cell& o, double share) noexcept {
+  w += share * o.w;
+  wl += share * o.wl;
+  wv += share * o.wv;
+  wll += share * o.wll;
+  wlv += share * o.wlv;
+  wvv += share * o.wvv;
+  wy += share * o.wy;
+  wly += share * o.wly;
+  wvy += share * o.wvy;
+  count += share * o.count;
 }
 
 void SingleStageEstimator::take(double displacement_mm, double rate_mm_per_s, double force_n) noexcept {
@@ -86,25 +86,30 @@ void SingleStageEstimator::rescale() noexcept {
 SingleStageEstimator::Cell SingleStageEstimator::gated(double least_mm,
                                                        double greatest_mm_per_s) const noexcept {
   Cell sum;
+  // Cells on the edge count in part, so that an estimate does not jump as its gate moves.
   for (std::size_t depth = 0; depth < kDepths; ++depth) {
-    // A cell belongs where its lower end does, give or take half of it.
-    if (1.1 * part_begins(depth, 2, -7) < least_mm) continue;
+    const double from_mm = part_begins(depth, 2, -7);
+    const double to_mm = part_begins(depth + 1, 2, -7);
+    const double deep = std::clamp((to_mm - least_mm) / (to_mm - from_mm), 0.0, 1.0);
+    if (deep == 0.0) continue;
     for (std::size_t fast = 0; fast < kSpeeds; ++fast) {
-      if (fast > 0 && 1.2 * part_begins(fast - 1, 1, 0) > greatest_mm_per_s) break;
+      const double from = fast > 0 ? part_begins(fast - 1, 1, 0) : 0.0;
+      const double to = part_begins(fast, 1, 0);
+      if (from >= greatest_mm_per_s) break;
       const Cell& cell = cells_[depth * kSpeeds + fast];
-      if (cell.count > 0.0) sum.add(cell);
+      if (cell.count > 0.0) sum.add(cell, deep * std::min(1.0, (greatest_mm_per_s - from) / (to - from)));
     }
   }
   return sum;
 }
 
 std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
-  if (samples_ < options_.fewest_samples) return std::nullopt;
+  if (samples() < options_.fewest_samples) return std::nullopt;
   double greatest_mm_per_s = std::numeric_limits<double>::infinity();
   HuntCrossleyEstimate estimate;
-  for (int pass = 0; pass < 4; ++pass) {
+  for (int pass = 0; pass < 6; ++pass) {
     const Cell s = gated(options_.least_share * deepest_mm_, greatest_mm_per_s);
-    if (s.count < static_cast<double>(options_.fewest_samples)) return std::nullopt;
+    if (s.count * options_.mean_of < static_cast<double>(options_.fewest_samples)) return std::nullopt;
     Eigen::Matrix3d normal;
     normal << s.w, s.wl, s.wv, s.wl, s.wll, s.wlv, s.wv, s.wlv, s.wvv;
     Eigen::Vector3d right(s.wy, s.wly, s.wvy);
@@ -138,10 +143,10 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
     estimate.parameters.stiffness_n_per_mm_m = std::exp(solution(0));
     estimate.parameters.exponent = exponent;
     estimate.parameters.damping_n_s_per_mm_m1 = solution(2) * estimate.parameters.stiffness_n_per_mm_m;
-    estimate.samples = static_cast<std::size_t>(s.count);
+    estimate.samples = static_cast<std::size_t>(s.count) * static_cast<std::size_t>(options_.mean_of);
     if (!(solution(2) > 0.0)) break;
     const double limit = options_.largest_rate_term / solution(2);
-    if (limit == greatest_mm_per_s) break;
+    if (std::abs(limit - greatest_mm_per_s) < 1e-3 * limit) break;
     greatest_mm_per_s = limit;
   }
   if (!std::isfinite(estimate.parameters.stiffness_n_per_mm_m)) return std::nullopt;

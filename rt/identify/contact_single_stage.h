@@ -27,27 +27,38 @@ class SingleStageEstimator {
     double largest_rate_term = 0.1;  ///< |B/K·ẋ|
     double forgetting = 1.0;         ///< λ per sample taken, 0.99 … 1
     std::size_t fewest_samples = 100;
+    /// Means of so many consecutive samples are taken: velocities see over 15 ms, so single milliseconds add
+    /// work but no knowledge. 1 for slow recordings.
+    int mean_of = 4;
   };
 
   SingleStageEstimator() : SingleStageEstimator(Options{}) {}
   explicit SingleStageEstimator(const Options& options);
 
   void add(const PalpationSample& sample) noexcept {
-    if (sample.in_contact && sample.normal_force_n > options_.least_force_n &&
-        sample.displacement_mm > kLeastMm) {
-      take(sample.displacement_mm, sample.rate_mm_per_s, sample.normal_force_n);
+    if (!sample.in_contact || !(sample.normal_force_n > options_.least_force_n) ||
+        !(sample.displacement_mm > kLeastMm)) {
+      gathered_ = 0;
+      return;
     }
+    if (gathered_ == 0) sum_mm_ = sum_mm_per_s_ = sum_n_ = 0.0;
+    sum_mm_ += sample.displacement_mm;
+    sum_mm_per_s_ += sample.rate_mm_per_s;
+    sum_n_ += sample.normal_force_n;
+    if (++gathered_ < options_.mean_of) return;
+    gathered_ = 0;
+    take(share_ * sum_mm_, share_ * sum_mm_per_s_, share_ * sum_n_);
   }
   /// None while the data do not determine it. B ≥ 0, m within 1 … 3.
   std::optional<HuntCrossleyEstimate> estimate() const;
-  std::size_t samples() const noexcept { return samples_; }
+  std::size_t samples() const noexcept { return samples_ * static_cast<std::size_t>(options_.mean_of); }
 
  private:
   /// Weighted sums of φφᵀ and φ ln f, φ = [1, ln x, ẋ].
   struct Cell {
     double w = 0.0, wl = 0.0, wv = 0.0, wll = 0.0, wlv = 0.0, wvv = 0.0, wy = 0.0, wly = 0.0, wvy = 0.0;
     double count = 0.0;
-    void add(const Cell& other) noexcept;
+    void add(const Cell& other, double share) noexcept;
   };
   static constexpr double kLeastMm = 1.0 / 128.0;
   static constexpr std::size_t kDepths = 16 * 4;      ///< quarters of an octave, 2⁻⁷ … 2⁹ mm
@@ -58,9 +69,12 @@ class SingleStageEstimator {
   Cell gated(double least_mm, double greatest_mm_per_s) const noexcept;
 
   Options options_;
+  double share_ = 1.0;  ///< 1 / mean_of
+  int gathered_ = 0;
+  double sum_mm_ = 0.0, sum_mm_per_s_ = 0.0, sum_n_ = 0.0;
   double weight_ = 1.0;  ///< of the next sample: grows instead of all sums shrinking
   double deepest_mm_ = 0.0;
-  std::size_t samples_ = 0;
+  std::size_t samples_ = 0;  ///< means taken
   std::vector<Cell> cells_;
 };
 

@@ -18,7 +18,7 @@ std::string text(const char* format, double a, double b) {
 }
 
 bool gently_touched(const PalpationNeeds& n) {
-  return n.largest_force_n >= 0.3 * n.force_n;
+  return n.largest_force_n >= 0.15 * n.force_n;
 }
 bool force_reached(const PalpationNeeds& n) {
   return n.largest_force_n >= 0.9 * n.force_n;
@@ -67,7 +67,7 @@ Wish next_palpation(const PalpationNeeds& n) {
   if (missing.empty()) return {};
   const std::string& words = missing.front();
   const double f = n.force_n;
-  if (!gently_touched(n)) return press(0.4 * f, 0.8 * f, 0.1, words);
+  if (!gently_touched(n)) return press(0.4 * f, 0.6 * f, 0.3, words);
   if (!depth_reached(n)) {
     // As force grows with depth: no more than twice what was allowed for.
     const double force_n =
@@ -75,15 +75,21 @@ Wish next_palpation(const PalpationNeeds& n) {
     return press(std::clamp(1.05 * force_n, 0.4 * f, 2.0 * f), f, 0.3, words);
   }
   const bool force_wanted = !(n.displacement_mm > 0.0) && !force_reached(n);
-  if (force_wanted || !held(n)) return press(f, f, n.hold_wanted ? 1.0 : 0.3, words);
+  if (force_wanted || !held(n)) {
+    // A soft object takes its time: slower, longer and a little harder from try to try.
+    const double tries = static_cast<double>(std::clamp(n.contacts, 1U, 5U));
+    return press(std::min(1.2, 0.97 + 0.03 * tries) * f, f / tries, (n.hold_wanted ? 0.8 : 0.2) + 0.2 * tries,
+                 words);
+  }
   if (!n.coverage.empty()) {
     const MissingCoverage& cells = n.coverage.front();
     if (cells.need == CoverageNeed::kSlow) return press(0.9 * f, 0.5 * f, 0.2, cells.words);
     if (cells.need == CoverageNeed::kModerate) return press(0.9 * f, 3.0 * f, 0.1, cells.words);
-    if (n.contacts % 2 == 0) return press(0.9 * f, 10.0 * f, 0.1, cells.words);
+    // A hand falls short of a force it has no time for.
+    if (n.contacts % 3 != 1) return press(1.2 * f, 10.0 * f, 0.1, cells.words);
     Wish tap;
     tap.motion = Wish::Motion::kTap;
-    tap.speed_mm_per_s = 1.3 * n.speed_mm_per_s;
+    tap.speed_mm_per_s = std::min(400.0, 4.0 * n.speed_mm_per_s);
     tap.repetitions = 2;
     tap.words = cells.words;
     return tap;

@@ -1,6 +1,7 @@
 #include "rt/identify/coverage_map.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -51,7 +52,11 @@ Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_
       continue;
     }
     map.required[cell_of(depth, 2)] = 1;
-    if (depth < 4) map.required[cell_of(depth, 1)] = map.required[cell_of(depth, 3)] = 1;
+    if (depth < 4) {
+      map.required[cell_of(depth, 3)] = 1;
+      // However fast it is let go.
+      map.required[cell_of(depth, map.counts[cell_of(depth, 0)] > map.counts[cell_of(depth, 1)] ? 0 : 1)] = 1;
+    }
     if (depth < 3) map.required[cell_of(depth, 4)] = 1;
   }
   std::size_t required = 0, filled = 0;
@@ -74,13 +79,16 @@ std::vector<MissingCoverage> missing_coverage(const Coverage& map, const Contact
     const char* words;
     double from;
   };
-  for (const Row& row :
-       {Row{4, CoverageNeed::kFast, "press faster: %.3g mm/s and more between %.3g and %.3g mm", 0.75},
-        Row{3, CoverageNeed::kModerate, "press at a moderate speed: about %.2g mm/s between %.3g and %.3g mm",
-            0.5},
-        Row{1, CoverageNeed::kModerate,
-            "let go at a moderate speed: about %.2g mm/s between %.3g and %.3g mm", 0.5},
-        Row{2, CoverageNeed::kSlow, "press slowly: below %.2g mm/s between %.3g and %.3g mm", 0.25}}) {
+  static constexpr std::array kRows{
+      Row{4, CoverageNeed::kFast, "press faster: %.3g mm/s and more between %.3g and %.3g mm", 0.75},
+      Row{3, CoverageNeed::kModerate, "press at a moderate speed: about %.2g mm/s between %.3g and %.3g mm",
+          0.5},
+      Row{1, CoverageNeed::kModerate, "let go more slowly: at %.2g mm/s and more between %.3g and %.3g mm",
+          0.25},
+      Row{0, CoverageNeed::kModerate, "let go more slowly: at %.2g mm/s and more between %.3g and %.3g mm",
+          0.25},
+      Row{2, CoverageNeed::kSlow, "press slowly: below %.2g mm/s between %.3g and %.3g mm", 0.25}};
+  for (const Row& row : kRows) {
     int first = kDepths, last = -1;
     for (int depth = 0; depth < kDepths; ++depth) {
       const std::size_t cell = cell_of(depth, row.speed);

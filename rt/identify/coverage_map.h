@@ -20,9 +20,9 @@ struct ContactDomain {
 };
 
 /// Samples per cell of displacement × speed (in: positive), and which cells are waited for: slow at all
-/// depths beyond the first fifth, in and out at a half of the speed in the middle of the depths, in at the
-/// full speed in their first half, where a press is fastest. Without required speeds: all depths beyond the
-/// first fifth, at any.
+/// depths beyond the first fifth, in at half of the speed and out at any in the middle of the depths, in at
+/// the full speed in their first half, where a press is fastest. Without required speeds: all depths beyond
+/// the first fifth, at any.
 Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_t stride,
                           const ContactDomain& domain);
 
