@@ -11,6 +11,8 @@ Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept
   channels_ = next != nullptr ? next->channels() : 0;
   ++generation_;
   pipeline_is_stale_ = true;
+  hand_over_n_ = last_force_n_;
+  hand_over_share_ = next != nullptr && dot(last_force_n_, last_force_n_) > 0.0 ? 1.0 : 0.0;
   guard_.set_limits(limits);
   return before;
 }
@@ -43,7 +45,10 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   const bool is_free = !record.in_contact && std::abs(record.desired_force_n) < kNothingWantedN;
   ticks_free_ = is_free ? std::min(ticks_free_ + 1, free_ticks_) : 0;
   const bool was_latched = guard_.state() == GuardState::kLatched;
+  hand_over_share_ = was_latched ? 0.0 : std::max(0.0, hand_over_share_ - hand_over_step_);
+  wanted = hand_over_n_ * hand_over_share_ + wanted * (1.0 - hand_over_share_);
   const hal::Vector3 force = guard_.bound(wanted, sample, record);
+  last_force_n_ = force;
   // A command that was no number came out of the pipeline's own state: start that anew as well.
   const bool is_number = std::isfinite(wanted.x + wanted.y + wanted.z);
   if (!is_number || (!was_latched && guard_.fault() == GuardFault::kNonFinite)) pipeline_is_stale_ = true;

@@ -13,10 +13,14 @@ namespace hapticd::rt {
 class Renderer {
  public:
   Renderer(const GuardLimits& limits, double rate_hz) noexcept
-      : guard_(limits, rate_hz), free_ticks_(static_cast<std::uint32_t>(kFreeS * rate_hz)) {}
+      : guard_(limits, rate_hz),
+        hand_over_step_(1.0 / (kHandOverS * rate_hz)),
+        free_ticks_(static_cast<std::uint32_t>(kFreeS * rate_hz)) {}
 
   /// Swaps the pipeline (null: no scene, zero force) and returns the one before; the caller keeps ownership
-  /// of both. The new one starts reset.
+  /// of both. The new one starts reset, and what it wants takes the place of the force that stands over 50
+  /// ms, so that nothing is cut off in a hand. Without a new one force goes at once, as fast as the guard
+  /// lets it.
   Pipeline* exchange(Pipeline* next, const GuardLimits& limits) noexcept;
   bool has_scene() const noexcept { return pipeline_ != nullptr; }
   /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
@@ -34,12 +38,17 @@ class Renderer {
   const Guard& guard() const noexcept { return guard_; }
 
  private:
+  static constexpr double kHandOverS = 0.05;
   static constexpr double kFreeS = 0.06;           // the longest fade takes 50 ms
   static constexpr double kNothingWantedN = 1e-3;  // of the device
 
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline
   Guard guard_;
+  hal::Vector3 last_force_n_;
+  hal::Vector3 hand_over_n_;  ///< of the pipeline before, when it was exchanged
+  double hand_over_share_ = 0.0;
+  double hand_over_step_;
   std::uint32_t free_ticks_;
   std::uint32_t ticks_free_ = 0;    ///< out of contact with no force wanted, up to free_ticks_
   std::uint32_t generation_ = 0;    ///< scene loads and unloads so far
