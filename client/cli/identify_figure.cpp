@@ -32,8 +32,8 @@ FigurePanel fit_panel(const v1::IdentificationProgress& progress) {
   return {.title = progress.has_residual()
                        ? fmt::format("Fit, residual {:.2g} %", 100.0 * progress.residual())
                        : std::string("Fit"),
-          .x_label = progress.fit_x(),
-          .y_label = progress.fit_y(),
+          .x_label = plot_label(progress.fit_x()),
+          .y_label = plot_label(progress.fit_y()),
           .left = 0.0,
           .bottom = 0.0,
           .width = 0.55,

@@ -35,10 +35,12 @@ std::string unit_of(const v1::EstimatedParameter& parameter) {
   return parameter.unit() == "1" ? "" : parameter.unit();
 }
 
-/// "4.1 %"; shares beyond any sense as they are.
+/// "4.1 %", two significant digits; "190 %" rather than with a power of ten.
 std::string percent(double share) {
   if (!std::isfinite(share)) return "-";
-  return std::abs(share) < 100.0 ? fmt::format("{:.2g} %", 100.0 * share) : fmt::format("{:.2g}", share);
+  if (std::abs(share) >= 10.0) return share > 0.0 ? "> 1000 %" : "< -1000 %";
+  return std::abs(share) < 0.995 ? fmt::format("{:.2g} %", 100.0 * share)
+                                 : fmt::format("{:.0f} %", std::round(10.0 * share) * 10.0);
 }
 
 /// Of all maps, the worst.
@@ -238,6 +240,14 @@ bool is_over(const v1::IdentificationProgress& progress) {
          progress.state() != v1::IDENTIFICATION_STATE_RUNNING;
 }
 
+std::string plot_label(const std::string& text) {
+  const auto open = text.rfind(" [");
+  if (open == std::string::npos || !text.ends_with(']')) return printable(text);
+  const std::string unit = text.substr(open + 2, text.size() - open - 3);
+  const bool compound = unit.find_first_of("/* ") != std::string::npos;
+  return printable(text.substr(0, open) + (compound ? " / (" + unit + ")" : " / " + unit));
+}
+
 std::string identify_subject(const v1::IdentificationProgress& progress) {
   std::string text = progress.kind();
   std::replace(text.begin(), text.end(), '_', ' ');
@@ -254,7 +264,8 @@ std::vector<std::string> draw_fit(const v1::IdentificationProgress& progress, in
   const bool ordered =
       std::is_sorted(progress.fit().begin(), progress.fit().end(),
                      [](const v1::FitPoint& a, const v1::FitPoint& b) { return a.x() < b.x(); });
-  TerminalPlotFrame frame{progress.fit_x(), progress.fit_y(), {0.0, 0.0}, {0.0, 0.0}, width, height};
+  TerminalPlotFrame frame{
+      plot_label(progress.fit_x()), plot_label(progress.fit_y()), {0.0, 0.0}, {0.0, 0.0}, width, height};
   bool any = false;
   for (const auto& point : progress.fit()) {
     if (!std::isfinite(point.x())) continue;
@@ -305,18 +316,19 @@ std::vector<std::string> identify_frame(const v1::IdentificationProgress& progre
 std::string identify_line(const v1::IdentificationProgress& progress, const Terminal& terminal) {
   std::string line = fmt::format("{:7.1f} s  {}  {}", progress.duration_s(), word(progress.state()),
                                  percent_done(progress.completion()));
-  for (const auto& parameter : progress.parameters()) {
-    const std::string unit = unit_of(parameter);
-    line += fmt::format("  {} {}{}", parameter.name(),
-                        uncertain_text(parameter.value(), parameter.standard_error(), terminal.unicode),
-                        unit.empty() ? "" : " " + unit);
-  }
   if (progress.has_residual()) line += "  residual " + percent(progress.residual());
   if (progress.coverage_size() > 0) {
     line += fmt::format("  covered {:.0f} %", std::floor(100.0 * covered(progress) + 1e-9));
   }
   if (!is_over(progress) && !progress.instruction().empty())
     line += "  > " + printable(progress.instruction());
+  // Last: there may be many of them.
+  for (const auto& parameter : progress.parameters()) {
+    const std::string unit = unit_of(parameter);
+    line += fmt::format("  {} {}{}", parameter.name(),
+                        uncertain_text(parameter.value(), parameter.standard_error(), terminal.unicode),
+                        unit.empty() ? "" : " " + unit);
+  }
   return printable(line);
 }
 

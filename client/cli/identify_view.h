@@ -26,6 +26,9 @@ std::vector<std::string> identify_report(const v1::IdentificationProgress& progr
 std::vector<std::string> draw_fit(const v1::IdentificationProgress& progress, int width, int height,
                                   const Terminal& terminal);
 
+/// A label as the plots have it: "displacement / mm" for "displacement [mm]".
+std::string plot_label(const std::string& text);
+
 /// "contact of sponge", "friction of sponge, from the recording recording-3", "tool".
 std::string identify_subject(const v1::IdentificationProgress& progress);
 

@@ -230,8 +230,8 @@ v1::IdentificationProgress contact_progress(double completion) {
     }
   }
   map->set_share(static_cast<double>(enough) / required);
-  progress.set_fit_x("displacement / mm");
-  progress.set_fit_y("force / N");
+  progress.set_fit_x("displacement [mm]");
+  progress.set_fit_y("force [N]");
   for (int i = 0; i < 60; ++i) {
     auto* point = progress.add_fit();
     const double x = 8.0 * completion * i / 59.0;

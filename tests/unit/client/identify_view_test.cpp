@@ -99,6 +99,21 @@ TEST(IdentifyView, TheFitIsDrawnWithoutWhatIsNoNumber) {
   EXPECT_EQ(draw_fit(single, 60, 12, kUnicode).size(), 12U);
 }
 
+TEST(IdentifyView, LabelsHaveTheirUnitsAsInTheOtherPlots) {
+  EXPECT_EQ(plot_label("displacement [mm]"), "displacement / mm");
+  EXPECT_EQ(plot_label("speed [mm/s]"), "speed / (mm/s)");
+  EXPECT_EQ(plot_label("force / N"), "force / N");
+  EXPECT_EQ(plot_label("proportional gain"), "proportional gain");
+}
+
+TEST(IdentifyView, ALargeRelativeErrorIsWrittenOut) {
+  v1::IdentificationProgress progress = contact_end(v1::IDENTIFICATION_STATE_PARTIAL);
+  progress.mutable_parameters(0)->set_standard_error(1.9 * 0.07912);
+  progress.mutable_parameters(1)->set_standard_error(0.996 * 0.00042);
+  progress.mutable_parameters(2)->set_standard_error(1e9);
+  expect_holds(joined(identify_report(progress, false, kAscii)), {"(190 %)", "(100 %)", "(> 1000 %)"});
+}
+
 TEST(IdentifyView, APlainLineTellsTheSameWithoutEscapes) {
   const std::string line = identify_line(contact_progress(0.6), kAscii);
   expect_holds(line, {"12.0 s", "running", " 60 %", "stiffness 0.0791 +- 0.0012 N/mm^m",
