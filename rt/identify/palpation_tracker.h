@@ -24,8 +24,8 @@ class PalpationTracker {
                    double rate_hz) noexcept;
 
   PalpationSample update(const hal::RigSample& sample) noexcept;
-  /// After a gap: velocities and filters start anew, the surface stays where it was found. What the next
-  /// ticks give is told apart by settled().
+  /// After a gap: velocities and filters start anew, the surface stays where it was found and the tool in or
+  /// out of contact. What the next ticks give is told apart by settled().
   void restart() noexcept;
 
   /// False for a while after a restart: velocity and inertia are not known yet.
