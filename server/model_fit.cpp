@@ -75,7 +75,7 @@ class Filling {
     }
     used(stored,
          fmt::format("structure.stiffness_n_per_mm = {:.4g}{} N/mm", structure.stiffness_n_per_mm,
-                     error_text(stored, "stiffness_n_per_mm")),
+                     error_text(stored, "structural_stiffness_n_per_mm")),
          more);
   }
   void threshold(const StoredModel& stored) {
