@@ -50,6 +50,8 @@ void print_outline(const v1::SceneOutline& outline) {
   for (int i = 0; i < outline.model_needs_size(); ++i) {
     table.add({i == 0 ? "models" : "", need_text(outline.model_needs(i), terminal)});
   }
+  for (int i = 0; i < outline.remarks_size(); ++i)
+    table.add({i == 0 ? "of the rig" : "", outline.remarks(i)});
   table.add({"telemetry", listed(outline.telemetry_groups())});
   table.add(
       {"target", fmt::format("{}{:g} N/mm at load, at most {:g} N/mm",
@@ -88,7 +90,9 @@ void add_scene_command(CLI::App& app, Session& session) {
   const auto argument = std::make_shared<std::string>();
   const auto model = std::make_shared<std::string>();
   const auto add_argument = [argument, model](CLI::App* command) {
-    command->add_option("--model", *model, "Model of the object, in the place of the scene's own");
+    command->add_option(
+        "--model", *model,
+        "Model of the object, in the place of the scene's own: NAME, or NAME@TAG for stored ones");
     command->add_option("NAME_OR_FILE", *argument, "A scene the daemon knows, or a scene file (TOML)")
         ->required();
   };

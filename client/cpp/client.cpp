@@ -145,6 +145,56 @@ v1::GetModelResponse Client::model(const std::string& name) {
   return state_->call(*state_->model, &v1::ModelService::Stub::GetModel, request);
 }
 
+v1::ListStoredModelsResponse Client::stored_models(const v1::ListStoredModelsRequest& request) {
+  return state_->call(*state_->model, &v1::ModelService::Stub::ListStoredModels, request);
+}
+
+v1::StoredModel Client::stored_model(const std::string& hash) {
+  v1::GetStoredModelRequest request;
+  request.set_hash(hash);
+  return state_->call(*state_->model, &v1::ModelService::Stub::GetStoredModel, request);
+}
+
+v1::DiffStoredModelsResponse Client::diff_stored_models(const std::string& hash_a,
+                                                        const std::string& hash_b) {
+  v1::DiffStoredModelsRequest request;
+  request.set_hash_a(hash_a);
+  request.set_hash_b(hash_b);
+  return state_->call(*state_->model, &v1::ModelService::Stub::DiffStoredModels, request);
+}
+
+v1::StoredModel Client::tag_stored_model(const std::string& hash, const std::string& tag) {
+  v1::TagStoredModelRequest request;
+  request.set_hash(hash);
+  request.set_tag(tag);
+  return state_->call(*state_->model, &v1::ModelService::Stub::TagStoredModel, request);
+}
+
+v1::StoredModel Client::untag_stored_model(const std::string& hash, const std::string& tag) {
+  v1::UntagStoredModelRequest request;
+  request.set_hash(hash);
+  request.set_tag(tag);
+  return state_->call(*state_->model, &v1::ModelService::Stub::UntagStoredModel, request);
+}
+
+v1::DeleteStoredModelResponse Client::delete_stored_model(const std::string& hash) {
+  v1::DeleteStoredModelRequest request;
+  request.set_hash(hash);
+  return state_->call(*state_->model, &v1::ModelService::Stub::DeleteStoredModel, request);
+}
+
+v1::ExportStoredModelResponse Client::export_stored_model(const std::string& hash) {
+  v1::ExportStoredModelRequest request;
+  request.set_hash(hash);
+  return state_->call(*state_->model, &v1::ModelService::Stub::ExportStoredModel, request);
+}
+
+v1::StoredModel Client::import_stored_model(const std::string& json) {
+  v1::ImportStoredModelRequest request;
+  request.set_json(json);
+  return state_->call(*state_->model, &v1::ModelService::Stub::ImportStoredModel, request);
+}
+
 v1::SetTargetResponse Client::set_target(const v1::SetTargetRequest& request) {
   std::chrono::nanoseconds lead{0};
   if (request.at_time_ns() > 0) {

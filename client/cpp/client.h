@@ -62,6 +62,15 @@ class Client {
 
   v1::ListModelsResponse models();
   v1::GetModelResponse model(const std::string& name);
+  v1::ListStoredModelsResponse stored_models(const v1::ListStoredModelsRequest& request);
+  /// Hashes are whole, or any unambiguous beginning of at least 6 digits.
+  v1::StoredModel stored_model(const std::string& hash);
+  v1::DiffStoredModelsResponse diff_stored_models(const std::string& hash_a, const std::string& hash_b);
+  v1::StoredModel tag_stored_model(const std::string& hash, const std::string& tag);
+  v1::StoredModel untag_stored_model(const std::string& hash, const std::string& tag);
+  v1::DeleteStoredModelResponse delete_stored_model(const std::string& hash);
+  v1::ExportStoredModelResponse export_stored_model(const std::string& hash);
+  v1::StoredModel import_stored_model(const std::string& json);
 
   /// Returns when the target took effect; waits out `at_time_ns`, if that is given, beyond the timeout.
   v1::SetTargetResponse set_target(const v1::SetTargetRequest& request);
