@@ -1,0 +1,140 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "rt/scene/renderer.h"
+
+namespace hapticd::rt {
+namespace {
+
+/// Wants one force, in contact or not.
+class Constant final : public Pipeline {
+ public:
+  explicit Constant(double force_n, bool in_contact = true) : force_n_(force_n), in_contact_(in_contact) {}
+  std::uint32_t channels() const noexcept override { return channel::kContact | channel::kTarget; }
+  hal::Vector3 evaluate(const hal::RigSample&, TickRecord& record) noexcept override {
+    record.in_contact = in_contact_;
+    record.desired_force_n = force_n_;
+    return {0.0, 0.0, force_n_};
+  }
+  void applied(const hal::Vector3& force_n) noexcept override { applied_n = force_n.z; }
+  void reset() noexcept override {}
+  void set_target(const TargetLaw&, double) noexcept override {}
+
+  void set(double force_n, bool in_contact) {
+    force_n_ = force_n;
+    in_contact_ = in_contact;
+  }
+  double applied_n = 0.0;
+
+ private:
+  double force_n_;
+  bool in_contact_;
+};
+
+GuardLimits wide() {
+  GuardLimits limits;
+  limits.max_force_n = 10.0;
+  limits.max_force_rate_n_per_s = 1e6;
+  limits.max_power_w = 100.0;
+  return limits;
+}
+
+class SceneExchange : public testing::Test {
+ protected:
+  double tick() {
+    hal::RigSample sample;
+    sample.tick = tick_++;
+    TickRecord record;
+    return renderer_.tick(sample, record).force_n.z;
+  }
+  double ticks(int count) {
+    double force_n = 0.0;
+    for (int i = 0; i < count; ++i) force_n = tick();
+    return force_n;
+  }
+
+  Renderer renderer_{wide(), 1000.0};
+  std::uint64_t tick_ = 0;
+};
+
+TEST_F(SceneExchange, HandsTheForceOverInFiftyMilliseconds) {
+  Constant before(3.0);
+  Constant after(1.0);
+  renderer_.exchange(&before, wide());
+  EXPECT_EQ(tick(), 3.0) << "nothing stood: nothing to hand over";
+  EXPECT_EQ(renderer_.exchange(&after, wide()), &before);
+  double last_n = 3.0;
+  for (int i = 0; i < 50; ++i) {
+    const double force_n = tick();
+    EXPECT_LE(force_n, last_n);
+    EXPECT_LT(last_n - force_n, 2.0 / 50 + 1e-9);
+    EXPECT_EQ(after.applied_n, force_n) << "what the device is given, whoever wanted it";
+    last_n = force_n;
+  }
+  EXPECT_NEAR(last_n, 1.0, 1e-9);
+  EXPECT_EQ(tick(), 1.0);
+}
+
+TEST_F(SceneExchange, WithoutASceneForceGoesAtOnce) {
+  Constant before(3.0);
+  renderer_.exchange(&before, wide());
+  ticks(3);
+  renderer_.exchange(nullptr, wide());
+  EXPECT_EQ(tick(), 0.0);
+}
+
+TEST_F(SceneExchange, AStopDuringTheHandOverIsWholeAndFinal) {
+  Constant before(3.0);
+  Constant after(0.0);
+  renderer_.exchange(&before, wide());
+  ticks(3);
+  renderer_.exchange(&after, wide());
+  ticks(5);
+  renderer_.stop();
+  EXPECT_EQ(tick(), 0.0);
+  GuardLimits at_once = wide();
+  at_once.resume_ramp_s = 0.0;
+  renderer_.exchange(&after, at_once);
+  EXPECT_TRUE(renderer_.clear());
+  EXPECT_EQ(ticks(100), 0.0) << "nothing of the old force comes back";
+}
+
+TEST_F(SceneExchange, IsFreeOnceNothingWasTouchedOrWantedForLongerThanAnyFade) {
+  EXPECT_TRUE(renderer_.free()) << "no scene";
+  Constant scene(0.0, false);
+  renderer_.exchange(&scene, wide());
+  ticks(60);
+  EXPECT_TRUE(renderer_.free());
+  scene.set(1.0, true);
+  tick();
+  EXPECT_FALSE(renderer_.free());
+  scene.set(0.5, false);  // released, but what was rendered is still fading
+  ticks(200);
+  EXPECT_FALSE(renderer_.free());
+  scene.set(0.0, true);  // in contact, at its turning point
+  ticks(200);
+  EXPECT_FALSE(renderer_.free());
+  scene.set(0.0, false);
+  ticks(59);
+  EXPECT_FALSE(renderer_.free());
+  tick();
+  EXPECT_TRUE(renderer_.free());
+  scene.set(1.0, true);
+  tick();
+  renderer_.stop();
+  EXPECT_TRUE(renderer_.free()) << "latched: there is no force to lose";
+}
+
+TEST_F(SceneExchange, NoNumberIsNoForceEvenWhileHandingOver) {
+  Constant before(3.0);
+  Constant after(std::nan(""));
+  renderer_.exchange(&before, wide());
+  ticks(3);
+  renderer_.exchange(&after, wide());
+  EXPECT_EQ(tick(), 0.0);
+  EXPECT_EQ(renderer_.guard().fault(), GuardFault::kNonFinite);
+}
+
+}  // namespace
+}  // namespace hapticd::rt
