@@ -82,8 +82,10 @@ std::string IdentifySession::upload(const std::string& path, const v1::Recording
   if (session_.json) {
     print_json_line({{"upload", to_json(answer)}});
   } else {
-    say(fmt::format("{}: {} rows, {:.1f} s, is {}", description.name(), answer.rows(), answer.duration_s(),
-                    answer.recording()));
+    // Unknown where the columns were not understood; a remark says so.
+    const std::string length =
+        answer.duration_s() > 0.0 ? fmt::format(", {:.1f} s", answer.duration_s()) : std::string();
+    say(fmt::format("{}: {} rows{}, is {}", description.name(), answer.rows(), length, answer.recording()));
     for (const auto& remark : answer.remarks()) say("  remark   " + remark);
   }
   return answer.recording();
