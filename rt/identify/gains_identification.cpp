@@ -22,6 +22,9 @@ constexpr double kQuietN = 0.05;
 constexpr double kLongestStepS = 0.016;
 // Amplitude below which an oscillation is taken for the hand's own tremor or the encoder's step.
 constexpr double kLeastMm = 0.05;
+constexpr double kViolentMm = 2.0;  // no waiting for more cycles of that size while they grow
+constexpr double kLeastN = 0.25;
+constexpr double kViolentN = 3.0;
 
 bool finite(const hal::Vector3& v) noexcept {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -40,7 +43,8 @@ GainsIdentification::GainsIdentification(const GainsTask& task, const hal::RigIn
     : task_(task),
       rig_(rig),
       oscillation_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0,
-                   std::max(kLeastMm, 1.5 * rig.device.position_resolution_mm)) {
+                   std::max(kLeastMm, 1.5 * rig.device.position_resolution_mm), kViolentMm),
+      in_force_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0, kLeastN, kViolentN) {
   trials_.reserve(kMaxTrials);
   if (!rig.renders_force || rig.kind == hal::RigKind::kReplay) refuse("nothing renders force on a recording");
   if (!(task.target_stiffness_n_per_mm > 0.0 && task.target_stiffness_n_per_mm < 100.0)) {
@@ -67,6 +71,32 @@ double GainsIdentification::bounded_derivative_ms(double gain, double wanted_ms)
   return std::clamp(wanted_ms, 0.0, kDerivativeShare * std::max(0.0, admitted_ms));
 }
 
+/// Oscillates at `end`, or the controller's own limit is there.
+void GainsIdentification::close_range(double end, double period_s) {
+  if (range_from_ > 0.0 && end / range_from_ > ultimate_ / std::max(1e-9, lowest_holding_)) {
+    lowest_holding_ = range_from_;
+    ultimate_ = end;
+    period_s_ = period_s;
+    limit_first_ = end >= kControllerLimit;
+  }
+  range_from_ = 0.0;
+}
+
+/// The next gain, or the end of the search.
+void GainsIdentification::go_on() {
+  phase_ = Phase::kSearch;
+  const bool oscillates = range_from_ == 0.0;
+  if (gain_ < kLastGain && !(oscillates && gain_ >= 1.0 && lowest_holding_ > 0.0)) {
+    return propose(gain_ * kStep, 0.0);
+  }
+  if (gain_ >= kLastGain) close_range(kControllerLimit, 0.0);
+  if (lowest_holding_ == 0.0) {
+    return refuse("no gain below the controller's own limit holds " +
+                  text(task_.target_stiffness_n_per_mm, 2) + " N/mm on this object: ask for another target");
+  }
+  choose();
+}
+
 /// The next gains to try; the one gate to what is ever wished.
 void GainsIdentification::propose(double gain, double derivative_ms) {
   gain = std::min(gain, kLastGain);
@@ -89,7 +119,8 @@ void GainsIdentification::choose() {
 }
 
 void GainsIdentification::end_trial(bool oscillates) {
-  Trial trial{gain_, derivative_ms_, oscillates, oscillation_.period_s(), oscillation_.amplitude_mm()};
+  const UltimateOscillation& told = oscillation_.period_s() > 0.0 ? oscillation_ : in_force_;
+  Trial trial{gain_, derivative_ms_, oscillates, told.period_s(), oscillation_.amplitude()};
   if (trials_.size() == kMaxTrials) trials_.erase(trials_.begin());
   trials_.push_back(trial);
   pressed_ = false;
@@ -98,44 +129,22 @@ void GainsIdentification::end_trial(bool oscillates) {
   free_s_ = 0.0;
   switch (phase_) {
     case Phase::kSearch:
-      if (oscillates && lowest_holding_ > 0.0) {
+      if (oscillates && range_from_ > 0.0) {
         phase_ = Phase::kConfirm;  // the same gain again: one knock of the hand is no limit
         return;
       }
       if (!oscillates) {
-        if (lowest_holding_ == 0.0) lowest_holding_ = gain_;
+        if (range_from_ == 0.0) range_from_ = gain_;
         highest_holding_ = gain_;
       }
-      if (gain_ >= kLastGain) {
-        if (lowest_holding_ == 0.0) {
-          refuse("no gain below the controller's own limit holds " +
-                 text(task_.target_stiffness_n_per_mm, 2) + " N/mm on this object: ask for a softer target");
-          return;
-        }
-        limit_first_ = true;
-        ultimate_ = kControllerLimit;
-        choose();
-        return;
-      }
-      propose(gain_ * kStep, 0.0);
-      return;
+      return go_on();
     case Phase::kConfirm:
-      if (!oscillates) {
-        phase_ = Phase::kSearch;
+      if (oscillates) {
+        close_range(gain_, trial.period_s);
+      } else {
         highest_holding_ = gain_;
-        if (gain_ >= kLastGain) {
-          limit_first_ = true;
-          ultimate_ = kControllerLimit;
-          choose();
-          return;
-        }
-        propose(gain_ * kStep, 0.0);
-        return;
       }
-      ultimate_ = gain_;
-      period_s_ = trial.period_s;
-      choose();
-      return;
+      return go_on();
     case Phase::kVerify:
       if (!oscillates) {
         verified_ = true;
@@ -203,6 +212,7 @@ void GainsIdentification::add(const Observation& observation) {
     silent_s_ = 0.0;
     axis_ = direction_or(load_n, {0.0, 0.0, 1.0});
     oscillation_.reset();
+    in_force_.reset();
   }
   ++used_;
   pressed_s_ += step_s;
@@ -216,9 +226,18 @@ void GainsIdentification::add(const Observation& observation) {
       return;
     }
   }
+  if (command_n > kRunAwayN) {
+    if (std::max(oscillation_.swings(), in_force_.swings()) >= 2) return end_trial(true);
+    return refuse("the device's force ran away to " + text(command_n, 1) + " N under a press of " +
+                  text(kPressN, 0) + " N: this object does not admit " +
+                  text(task_.target_stiffness_n_per_mm, 2) + " N/mm");
+  }
   if (pressed_s_ < kSettleS) return;
   oscillation_.update(dot(sample.tip_position_mm, axis_));
-  if (oscillation_.violent() || oscillation_.sustained()) return end_trial(true);
+  in_force_.update(dot(observation.device_command_n, axis_));
+  for (const UltimateOscillation* o : {&oscillation_, &in_force_}) {
+    if (o->violent() || o->sustained()) return end_trial(true);
+  }
   if (free_s_ > kFreeForS) {
     if (pressed_s_ - free_s_ > kWatchS) {
       end_trial(false);

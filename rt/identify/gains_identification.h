@@ -17,13 +17,15 @@ namespace hapticd::rt {
 /// press.
 ///
 /// With its observer the controller is a lag of 1/Kp - 1 periods: gains that are too low oscillate as well.
-/// The search passes through those up to the first that holds. It never asks for a gain outside the
+/// The search passes through bands that oscillate as long as Kp < 1, where more gain still means less delay,
+/// and keeps the widest range that holds; K_c is its upper end. It never asks for a gain outside the
 /// controller's own stable region (Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), and where no oscillation comes before
 /// Kp = 2 it says so.
 ///
-/// Safety: an oscillation is told within three cycles, one that grows earlier; from that tick on wish() asks
+/// Safety: an oscillation is told within a few cycles, one that grows earlier; from that tick on wish() asks
 /// for a free hand and no force, and whoever carries out wishes should obey at once. Force that stays exactly
-/// zero under a pressing hand after it had acted is a latched guard: the search ends there.
+/// zero under a pressing hand after it had acted is a latched guard, force far beyond the hand's own a target
+/// that this object does not admit: the search ends there.
 class GainsIdentification final : public Identification {
  public:
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);
@@ -41,7 +43,8 @@ class GainsIdentification final : public Identification {
   static constexpr double kPeriodShare = 0.125;     ///< Kd = share · Kp · T_c
   static constexpr double kDerivativeShare = 0.25;  ///< of what the stable region admits for Kd
   static constexpr double kPressN = 2.0;
-  static constexpr double kWatchS = 0.8;  ///< under force, before a gain is said to hold
+  static constexpr double kRunAwayN = 8.0;  ///< of the device, under a press of kPressN
+  static constexpr double kWatchS = 0.8;    ///< under force, before a gain is said to hold
 
  private:
   enum class Phase : std::uint8_t { kSearch, kConfirm, kVerify, kDone, kRefused };
@@ -54,6 +57,8 @@ class GainsIdentification final : public Identification {
   };
 
   void end_trial(bool oscillates);
+  void close_range(double end, double period_s);
+  void go_on();
   void choose();
   void propose(double gain, double derivative_ms);
   double bounded_derivative_ms(double gain, double wanted_ms) const noexcept;
@@ -61,12 +66,14 @@ class GainsIdentification final : public Identification {
 
   GainsTask task_;
   hal::RigInfo rig_;
-  UltimateOscillation oscillation_;
+  UltimateOscillation oscillation_;  ///< of the position, mm
+  UltimateOscillation in_force_;     ///< of the device's force, N: a stiff object moves little
   Phase phase_ = Phase::kSearch;
   double gain_ = kFirstGain;
   double derivative_ms_ = 0.0;
-  double lowest_holding_ = 0.0;
+  double range_from_ = 0.0;  ///< of gains that hold, under way; 0 = none
   double highest_holding_ = 0.0;
+  double lowest_holding_ = 0.0;  ///< of the widest range; its end and how it swings there:
   double ultimate_ = 0.0;
   double period_s_ = 0.0;
   bool limit_first_ = false;

@@ -26,8 +26,8 @@ constexpr double kStiffWall = 0.45;  // N/mm
 constexpr double kSoftWall = 0.3;
 constexpr int kFreeRowsAfter = 150;
 constexpr double kEnoughError = 0.006;  // of the compliance at the centre, relative
-constexpr double kEnoughFieldError = 0.015;
-constexpr std::size_t kMostRounds = 4;
+constexpr double kEnoughFieldError = 0.01;
+constexpr std::size_t kMostRounds = 8;
 constexpr double kOutlier = 4.0;  // times the median press's residual
 
 double component(const hal::Vector3& v, std::size_t i) noexcept {
@@ -75,7 +75,7 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
     : task_(task),
       rig_(rig),
       // As hard as a hand does without haste, and well within what the device gives.
-      press_force_n_(std::min(6.0, rig.device.max_force_n > 0.0 ? 0.6 * rig.device.max_force_n : 6.0)) {
+      press_force_n_(std::min(8.0, rig.device.max_force_n > 0.0 ? 0.8 * rig.device.max_force_n : 6.0)) {
   before_.resize(kBefore);
   presses_.reserve(kMaxPresses);
   const auto place = [&](double x, double y, double z) {
@@ -219,7 +219,7 @@ void StructuralIdentification::close_press() {
 }
 
 bool StructuralIdentification::visited(std::size_t target) const noexcept {
-  constexpr double kNearMm = 38.0;  // a press ends well below where it began
+  constexpr double kNearMm = 45.0;  // a press ends well below where it began
   return std::any_of(presses_.begin(), presses_.end(), [&](const Press& press) {
     return norm(press.place_mm - targets_mm_[target]) < kNearMm && press.force_n > 0.5 * press_force_n_;
   });
@@ -340,7 +340,7 @@ StructuralIdentification::Fit StructuralIdentification::fit(int highest_order) c
       }
       // A fifth of the presses may be wrong; more than that, and it is the model that is.
       if (left_out == 0 || 5 * left_out > within.size()) {
-        left_out = 0;
+        kept.assign(within.size(), true);
         break;
       }
     }

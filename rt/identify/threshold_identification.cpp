@@ -22,11 +22,13 @@ constexpr double kTopSpeedMmPerS = 400.0;
 constexpr double kTopTiltDeg = 60.0;
 constexpr double kEnoughError = 0.25;  // of ε_f, relative
 constexpr double kSmallRecord = 1.15;  // times the one before
-constexpr double kAlone = 8.0;         // times the median second: hardly free motion
+constexpr double kAlone = 4.0;         // times the third greatest second: hardly free motion
 
 // A hand at rest, slow, brisk and striking; turned in the middle range of speeds.
 constexpr int kRestCell = 0;
-constexpr std::uint64_t kFewSeconds = 6;
+// A class may hold seconds of two kinds, with a strike and without: its upper quarter is of one.
+constexpr double kTailShare = 0.25;
+constexpr std::uint64_t kFewSeconds = 10;
 constexpr std::size_t kLevelCount = 480;
 
 double value_of(std::size_t level) noexcept {
@@ -143,21 +145,21 @@ ThresholdIdentification::Tail ThresholdIdentification::tail_of(
   std::size_t middle = 0;
   for (; middle + 1 < kLevels; ++middle) {
     below += levels[middle];
-    if (2 * below >= seconds) break;
+    if (static_cast<double>(below) >= (1.0 - kTailShare) * static_cast<double>(seconds)) break;
   }
-  tail.median_n = value_of(middle);
+  tail.quartile_n = value_of(middle);
   double excess = 0.0, above = 0.0;
   for (std::size_t i = middle + 1; i < kLevels; ++i) {
-    excess += levels[i] * (value_of(i) - tail.median_n);
+    excess += levels[i] * (value_of(i) - tail.quartile_n);
     above += levels[i];
   }
   // No second is known better than to a level.
-  const double level_n = tail.median_n * (std::pow(kHighestN / kLowestN, 1.0 / kLevels) - 1.0);
+  const double level_n = tail.quartile_n * (std::pow(kHighestN / kLowestN, 1.0 / kLevels) - 1.0);
   above = std::max(1.0, above);
   tail.scale_n = std::max(level_n, excess / above);
   const double efolds =
       std::log(std::max(1.0, above / static_cast<double>(seconds) * kAlarmFreeS / kSecondS));
-  tail.level_n = tail.median_n + tail.scale_n * efolds;
+  tail.level_n = tail.quartile_n + tail.scale_n * efolds;
   tail.level_error_n = tail.scale_n * efolds / std::sqrt(above);
   tail.known = true;
   return tail;
@@ -268,17 +270,23 @@ IdentificationProgress ThresholdIdentification::progress() const {
       const double x = value_of(i);
       above -= tail.levels[i];
       const double measured = static_cast<double>(above) / static_cast<double>(tail.seconds);
-      const double model = std::min(1.0, 0.5 * std::exp(-(x - tail.median_n) / tail.scale_n));
+      const double model = std::min(1.0, kTailShare * std::exp(-(x - tail.quartile_n) / tail.scale_n));
       progress.fit.push_back({x, measured, model});
-      if (x >= tail.median_n) {
+      if (x >= tail.quartile_n) {
         square += (measured - model) * (measured - model);
         points += 1.0;
       }
     }
     progress.residual = points > 0.0 ? std::sqrt(square / points) : 0.0;
   }
-  const bool alone = tail.known && largest_n_ > kAlone * tail.median_n &&
-                     largest_n_ > tail.median_n + 4.0 * tail.level_error_n + tail.level_n;
+  // A touch lasts into one more second at most; motion repeats itself.
+  double third_n = 0.0;
+  std::uint32_t greater = 0;
+  for (std::size_t i = kLevels; i-- > 0 && third_n == 0.0;) {
+    for (const auto& levels : levels_) greater += levels[i];
+    if (greater >= 3) third_n = value_of(i);
+  }
+  const bool alone = third_n > 0.0 && largest_n_ > kAlone * third_n;
   const bool long_enough = observed_s_ >= task_.duration_s;
   progress.converged = covered && long_enough && progress.certain && progress.steady && !alone;
   completion_ = std::max(completion_, progress.converged
@@ -319,7 +327,7 @@ hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
   if (!tail.known) {
     return hal::Error{"too little free motion", where,
                       text(observed_s_, 1) + " s of " + text(last_s_ - first_s_, 1),
-                      "at least 6 s without faults and gaps", "move the tool freely, touching nothing"};
+                      "at least 10 s without faults and gaps", "move the tool freely, touching nothing"};
   }
   if (!(largest_n_ > 0.0)) {
     return hal::Error{"the residual never moves", where, "0 N", "a sensor's own noise at least",

@@ -17,9 +17,9 @@ namespace hapticd::rt {
 /// That nothing exceeded the largest residual seen says little beyond the time it was watched: in n seconds
 /// free of alarms the next second raises one with probability 1/(n + 1), whatever the distribution. So the
 /// greatest residual of each second is collected, apart for seconds of slow and of fast motion, and what
-/// exceeds their median is taken to fall off exponentially (peaks over threshold, Pickands 1975); ε_f is what
-/// the tail of the worst class exceeds once in kAlarmFreeS, or the largest residual seen, whichever is
-/// greater. It holds for motion no more violent than what was seen.
+/// exceeds their upper quartile is taken to fall off exponentially (peaks over threshold, Pickands 1975); ε_f
+/// is what the tail of the worst class exceeds once in kAlarmFreeS, or the largest residual seen, whichever
+/// is greater. It holds for motion no more violent than what was seen.
 ///
 /// Believes the tool's mass that the rig states; a sensor biased with the tool upright.
 class ThresholdIdentification final : public Identification {
@@ -42,8 +42,8 @@ class ThresholdIdentification final : public Identification {
   static constexpr std::size_t kClasses = kSpeeds;  ///< of seconds, by the greatest speed in them
 
   struct Tail {
-    double median_n = 0.0;
-    double scale_n = 0.0;  ///< of the exponential beyond the median
+    double quartile_n = 0.0;
+    double scale_n = 0.0;  ///< of the exponential beyond the upper quartile
     double level_n = 0.0;  ///< exceeded once in kAlarmFreeS
     double level_error_n = 0.0;
     std::array<std::uint32_t, kLevels> levels{};

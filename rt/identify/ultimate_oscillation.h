@@ -6,51 +6,55 @@
 
 namespace hapticd::rt {
 
-/// Tells a sustained oscillation from one that dies away, within a few cycles: half-cycles of the position
+/// Tells a sustained oscillation from one that dies away, within a few cycles: half-cycles of a signal
 /// about its slow mean that keep their size, keep their length and are larger than what hand and encoder do
 /// by themselves.
 class UltimateOscillation {
  public:
-  /// Half-cycles smaller than `least_mm` (amplitude) are nothing.
-  UltimateOscillation(double rate_hz, double least_mm) noexcept;
+  /// Half-cycles smaller than `least` (amplitude, in the signal's unit) are nothing; those greater than
+  /// `violent` that still grow are not waited for.
+  UltimateOscillation(double rate_hz, double least, double violent) noexcept;
 
-  void update(double position_mm) noexcept;
+  void update(double value) noexcept;
   void reset() noexcept;
 
   bool sustained() const noexcept { return sustained_; }
   /// It grows beyond anything tolerable; nobody should wait for more cycles.
   bool violent() const noexcept { return violent_; }
-  double period_s() const noexcept { return period_s_; }  ///< of the one found
-  double amplitude_mm() const noexcept { return amplitude_mm_; }
+  /// Half-cycles in a row, whether they keep their size or not.
+  std::size_t swings() const noexcept { return count_; }
+  /// Of the one found, else of the last half-cycles; 0 while there are none.
+  double period_s() const noexcept;
+  double amplitude() const noexcept { return amplitude_; }
 
   static constexpr double kLowestHz = 4.0;  ///< slower is the hand
   static constexpr double kHighestHz = 160.0;
-  static constexpr double kViolentMm = 2.0;
   static constexpr double kKeeps = 0.85;   ///< share of its size that it keeps over three half-cycles
   static constexpr double kRegular = 1.7;  ///< longest over shortest half-cycle
 
  private:
   static constexpr std::size_t kHalves = 8;
   struct Half {
-    double amplitude_mm = 0.0;
+    double amplitude = 0.0;
     double duration_s = 0.0;
   };
   void judge() noexcept;
 
   double period_tick_s_;
-  double least_mm_;
+  double least_;
+  double violent_size_;
   double slow_share_;
   bool started_ = false;
-  double slow_mm_ = 0.0;
-  double last_mm_ = 0.0;
+  double slow_ = 0.0;
+  double last_ = 0.0;
   double since_s_ = 0.0;
-  double extreme_mm_ = 0.0;
+  double extreme_ = 0.0;
   std::array<Half, kHalves> halves_{};
   std::size_t count_ = 0;
   bool sustained_ = false;
   bool violent_ = false;
   double period_s_ = 0.0;
-  double amplitude_mm_ = 0.0;
+  double amplitude_ = 0.0;
 };
 
 }  // namespace hapticd::rt
