@@ -279,11 +279,14 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
       rows.empty() ? 1 : (rows.size() - 1) / std::max<std::size_t>(1, options.most_rows) + 1;
   std::vector<Point> points;
   points.reserve(rows.size() / every + 1);
-  double largest_n = 0.0;
+  double largest_n = 0.0, most_n = 0.0;
+  for (const Row& row : rows) most_n = std::max(most_n, row.force_n[0]);
   for (std::size_t i = 0; i < rows.size(); i += every) {
     const double x = rows[i].displacement_mm - options.surface_mm;
     if (x < 0.01 * deepest_mm) continue;
-    points.push_back({rows[i].force_n, x, 1.0 / (x + 0.05 * deepest_mm)});
+    const double relative = 1.0 / (x + 0.05 * deepest_mm);
+    points.push_back(
+        {rows[i].force_n, x, options.for_force ? relative * (rows[i].force_n[0] + 0.05 * most_n) : relative});
     largest_n = std::max(largest_n, rows[i].force_n[0]);
   }
   if (points.size() < options.fewest_samples || !(deepest_mm > 0.0) || !(largest_n > 0.0))

@@ -47,6 +47,9 @@ class CreepFit {
   /// `step_s`: since the sample before; the force is held over it.
   void add(const PalpationSample& sample, double step_s) noexcept;
 
+  /// The object has rested: a palpation of its own begins.
+  void rest() noexcept { lagged_n_ = {}; }
+
   struct Options {
     double surface_mm = 0.0;  ///< displacement counts from here
     std::size_t fewest_samples = 100;
@@ -54,6 +57,9 @@ class CreepFit {
     const CreepParameters* start = nullptr;  ///< weights to begin the search with
     double first_step = 0.1;                 ///< of the pattern search
     bool with_errors = true;
+    /// Errors count as those of the force they stand for (by the secant stiffness) instead of relative to x:
+    /// for predicting forces from displacements.
+    bool for_force = false;
   };
   /// None where fewer than `fewest_samples` tell anything.
   std::optional<CreepEstimate> solve(const Options& options) const;
