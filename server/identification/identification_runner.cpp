@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 #include "hal/sim/simulated_rig.h"
@@ -90,6 +91,7 @@ IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, 
     report.state = state_of(one.state);
     report.model = one.model_hash;
     report.version = 1;
+    report.progress.residual = std::numeric_limits<double>::quiet_NaN();  // no longer known
     if (!one.problem.empty()) report.problem = hal::Error{one.problem, "", "", "", ""};
     started_ = std::max(started_, number_of(one.id));
     reports_.push_back(std::move(report));
@@ -310,6 +312,8 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
   std::string hash;
   bool converged = false;
   if (auto model = run.identification->finish()) {
+    progress.parameters = model->parameters;  // what the end refined
+    progress.residual = model->residual;
     converged = model->converged && ended.ending != Ending::kFault;
     model->converged = converged;
     model->object = run.request.object;
