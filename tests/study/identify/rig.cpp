@@ -178,7 +178,7 @@ void tool(StudyContext& context) {
   const std::vector<Tool> tools{
       {"rod of 9.35 g", 9.35, {0.0, 0.0, -20.0}, {}, {}, {}},
       {"rod of 12.59 g, bent", 12.59, {2.0, -3.0, -18.0}, {}, {0.2, -0.1, 0.3}, {3.0, -2.0, 1.0}},
-      {"bearing of 30 g, sensor turned by 40°",
+      {"bearing of 30 g, turned by 40°",
        30.0,
        {-5.0, 4.0, -30.0},
        {std::cos(half), 0.6 * std::sin(half), 0.0, 0.8 * std::sin(half)},
@@ -186,10 +186,11 @@ void tool(StudyContext& context) {
        {10.0, 5.0, -4.0}}};
   report::MarkdownTable table({"tool", "device", "mass g", "± g", "mass error", "centre error mm", "± mm",
                                "turn error °", "force bias error mN", "took s", "converged"});
-  report::SvgPlot mass_plot{
-      "Mass of the tool as it is found", {"time", "s"}, {"relative error of the mass", "1", true}};
+  report::SvgPlot mass_plot{"Mass of the tool as it is found, high-force device",
+                            {"time", "s"},
+                            {"relative error of the mass", "1", true}};
   report::SvgPlot centre_plot{
-      "Centre of mass as it is found", {"time", "s"}, {"error of the centre", "mm", true}};
+      "Centre of mass as it is found, high-force device", {"time", "s"}, {"error of the centre", "mm", true}};
   for (const Tool& t : tools) {
     for (const std::string& device : devices()) {
       sim::SimulationConfig config{.device = device, .object = "none"};
@@ -204,7 +205,7 @@ void tool(StudyContext& context) {
       centre_figure.unit = "mm";
       centre_figure.goal = 0.5;
       rt::ToolIdentification identification({}, rig_of(config)->info());
-      report::PlotSeries masses{std::string(t.name) + ", " + device}, centres{masses.label};
+      report::PlotSeries masses{t.name}, centres{masses.label};
       double next_s = 2.5;
       const SessionResult session =
           run_session(identification, config, 60.0, [&](const rt::Observation& o, const hal::TruthSample&) {
@@ -252,6 +253,10 @@ void tool(StudyContext& context) {
       "identify_tool", "Tool from free motion", table,
       "The hand turns the tool by 45° about two axes and waves it at 150 mm/s. The mass hangs beside "
       "the tip, so that turning accelerates it.");
+  mass_plot.y.minimum = 1e-5;
+  mass_plot.y.maximum = 0.1;
+  centre_plot.y.minimum = 1e-3;
+  centre_plot.y.maximum = 10.0;
   mass_plot.references = {{report::PlotReference::Axis::kY, 0.01, "goal"}};
   centre_plot.references = {{report::PlotReference::Axis::kY, 0.5, "goal"}};
   context.report.add_plot("identify_tool_mass", mass_plot);
@@ -348,20 +353,19 @@ void threshold(StudyContext& context) {
     for (const rt::FitPoint& p : session.progress.fit) {
       if (p.measured > 0.0) seen.x.push_back(p.x), seen.y.push_back(p.measured);
     }
-    const double median_n = [&] {
-      for (const rt::FitPoint& p : session.progress.fit) {
-        if (p.measured <= 0.5) return p.x;
-      }
-      return 0.0;
-    }();
     double scale_n = 1e-3;
     for (const rt::EstimatedParameter& p : session.progress.parameters) {
       if (p.name == "tail_scale_n") scale_n = p.value;
     }
+    // The tail's model, drawn on beyond what was seen: where it begins follows from any of its points.
+    double begins_n = 0.0;
+    for (const rt::FitPoint& p : session.progress.fit) {
+      if (p.model < 1.0) begins_n = p.x + scale_n * std::log(p.model / 0.25);
+    }
     for (int i = 0; i <= 40; ++i) {
-      const double r = median_n + (model.threshold_n - median_n) * i / 40.0;
+      const double r = begins_n + (model.threshold_n - begins_n) * i / 40.0;
       tail.x.push_back(r);
-      tail.y.push_back(0.5 * std::exp(-(r - median_n) / scale_n));
+      tail.y.push_back(0.25 * std::exp(-(r - begins_n) / scale_n));
     }
     plot.series.push_back(seen);
     plot.series.push_back(tail);
