@@ -306,6 +306,7 @@ void study_set(StudyContext& context, const Set& set, const std::vector<Cycle>& 
   plot.title = set.name + ", " + cycles[shown].name + ": laws fitted to the other files";
   plot.x = {"displacement", "mm"};
   plot.y = {"force", "N"};
+  plot.y.minimum = 0.0;
   report::PlotSeries measured{"measured", {}, {}};
   for (const rt::PalpationSample& s : cycles[shown].samples) {
     measured.x.push_back(s.displacement_mm);
@@ -453,9 +454,9 @@ void run_identify_contact_recordings(StudyContext& context) {
                            "within: fitted to the file it is "
                            "judged on.\nacross: fitted to the other files; each file was made on a spot of "
                            "its own, and one number of the judged "
-                           "file, where its\nsurface lies, is its own. across_blind: not even that, the "
+                           "file, where its\nsurface lies, is fitted to it. across_blind: not even that, the "
                            "surface is where the first loading points. "
-                           "across_spot: the\nstiffness of the spot is its own, too.");
+                           "across_spot: the\nstiffness of the spot is fitted to it, too.");
   context.report.add_table(
       "recording_models", "What an identification says of each recording", models,
       "As identify contact --recording would: Hunt-Crossley by variable projection with the contact "
