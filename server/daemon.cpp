@@ -117,11 +117,12 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   log_info("hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
            " and listens on " + ListenAddress{config.listen.host, parts->network->port()}.text() +
            (config.unix_socket.empty() ? std::string() : " and unix:" + config.unix_socket));
-  if (parts->store->in_memory()) {
-    log_warning(
-        "no model store: models identified now are lost when hapticd ends (--model-store names a file)");
-  } else {
+  if (!parts->store->in_memory()) {
     log_info("models are kept in " + parts->store->path());
+  } else if (config.model_store == ":memory:" || !config.model_store) {
+    log_info("models are kept in memory: what is identified is lost when hapticd ends");
+  } else {
+    log_warning("there is no place for models: what is identified is lost when hapticd ends (--model-store)");
   }
   for (const std::string& shortcoming : parts->session.realtime_shortcomings()) log_warning(shortcoming);
   return std::unique_ptr<Daemon>(new Daemon(std::move(parts)));

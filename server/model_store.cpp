@@ -81,7 +81,7 @@ hal::Result<std::string> as_prefix(std::string_view hash) {
   const bool digits = std::all_of(prefix.begin(), prefix.end(),
                                   [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
   if (digits && prefix.size() >= kShortestPrefix && prefix.size() <= kHashLength) return prefix;
-  return hal::Error{"not the hash of a model", "hash", prefix.substr(0, kHashLength),
+  return hal::Error{"not the hash of a model", "hash", std::string(hash.substr(0, kHashLength)),
                     "6 … 64 hexadecimal digits", "see which there are: hapticctl model list --stored"};
 }
 

@@ -64,6 +64,7 @@ load = "tap_1d"
 folder = "/etc/hapticd/scenes"
 [models]
 folder = "/etc/hapticd/models"
+store = "/var/lib/hapticd/models.sqlite"
 [log]
 level = "debug"
 )",
@@ -81,6 +82,7 @@ level = "debug"
   EXPECT_EQ(again->replay.force.scale, 1e-3);
   EXPECT_EQ(again->simulation.tip, "ball_bearing");
   EXPECT_EQ(again->model_folder, "/etc/hapticd/models");
+  EXPECT_EQ(again->model_store, "/var/lib/hapticd/models.sqlite");
   EXPECT_EQ(again->log_level, LogLevel::kDebug);
 }
 

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <thread>
 
+#include "server/default_model_store.h"
 #include "server/model_diff.h"
 #include "server/model_json.h"
 #include "server/model_library.h"
@@ -437,6 +439,19 @@ TEST(ModelStoreFile, CheckingMakesNothing) {
   const TemporaryFolder folder;
   EXPECT_FALSE(ModelStore::check(folder.path("new/models.sqlite")));
   EXPECT_TRUE(contents(folder.path()).empty());
+}
+
+TEST(DefaultModelStore, IsWhereStateBelongs) {
+  for (const char* name : {"STATE_DIRECTORY", "XDG_STATE_HOME", "HOME"}) unsetenv(name);
+  EXPECT_EQ(default_model_store(), "");
+  setenv("HOME", "/home/x", 1);
+  EXPECT_EQ(default_model_store(), "/home/x/.local/state/hapticd/models.sqlite");
+  setenv("XDG_STATE_HOME", "not/absolute", 1);
+  EXPECT_EQ(default_model_store(), "/home/x/.local/state/hapticd/models.sqlite") << "to be ignored";
+  setenv("XDG_STATE_HOME", "/state", 1);
+  EXPECT_EQ(default_model_store(), "/state/hapticd/models.sqlite");
+  setenv("STATE_DIRECTORY", "/var/lib/hapticd:/var/lib/other", 1);
+  EXPECT_EQ(default_model_store(), "/var/lib/hapticd/models.sqlite");
 }
 
 // -- differences

@@ -171,7 +171,9 @@ TEST(ServiceStoredModels, TheCurrentOneIsWhatScenesGetAndIsNotDeletedWhileInUse)
   EXPECT_NE(loaded.outline().model_needs(0).remark().find("stored model " + contact.substr(0, 12)),
             std::string::npos)
       << loaded.outline().model_needs(0).remark();
-  for (const auto& stored : list(stub).models()) EXPECT_TRUE(stored.in_use());
+  const auto stored = list(stub);
+  EXPECT_EQ(stored.models_size(), 2);
+  for (const v1::StoredModel& one : stored.models()) EXPECT_TRUE(one.in_use());
   expect_refused(erase(stub, contact),
                  {StatusCode::FAILED_PRECONDITION, "the loaded scene works with this model", "stored model",
                   contact, "", "load another scene or unload it, then delete the model"});
