@@ -1,0 +1,47 @@
+#include <gtest/gtest.h>
+
+#include "rt/identify/contact_identification.h"
+#include "tests/study/identify/simulated_session.h"
+
+namespace hapticd::study {
+namespace {
+
+/// Loses what a busy machine would: some ticks, again and again.
+class Gappy final : public rt::Identification {
+ public:
+  Gappy(rt::Identification& identification, int every, int lost)
+      : identification_(identification), every_(every), lost_(lost) {}
+  void add(const rt::Observation& observation) override {
+    if (++ticks_ % every_ >= lost_) identification_.add(observation);
+  }
+  rt::Wish wish() const override { return identification_.wish(); }
+  rt::IdentificationProgress progress() const override { return identification_.progress(); }
+  hal::Result<rt::IdentifiedModel> finish() const override { return identification_.finish(); }
+
+ private:
+  rt::Identification& identification_;
+  int every_, lost_;
+  int ticks_ = 0;
+};
+
+TEST(ContactSession, ConvergesThoughTicksAreLostEverySecond) {
+  sim::SimulationConfig rig;
+  rig.device = "phantom_1_5_high_force";
+  rig.object = "rubber_ball_3d";
+  const hal::RigInfo info = (*sim::SimulatedRig::create(rig))->info();
+  double whole_s = 0.0;
+  for (const int lost : {0, 6, 20}) {
+    rt::ContactIdentification identification(rt::ContactTask{}, info);
+    Gappy gappy(identification, 1000, lost);
+    const SessionResult result = run_session(gappy, rig, 60.0);
+    ASSERT_GT(result.converged_s, 0.0) << lost << " of 1000 ticks lost";
+    if (lost == 0) whole_s = result.converged_s;
+    EXPECT_LT(result.converged_s, whole_s + 5.0) << lost << " of 1000 ticks lost";
+    const auto model = identification.finish();
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_TRUE(model->converged);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::study
