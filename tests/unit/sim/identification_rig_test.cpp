@@ -38,7 +38,10 @@ TEST(Place, RestTapAndPressHappenThere) {
       EXPECT_NEAR(p.x, tap.time_s() > 4.0 ? kPlace.x : p.x, 0.3);
     }
   });
-  EXPECT_NEAR(lowest, kPlace.z - 3.0, 2.0) << "through its own surface, not that of the table";
+  // It means to turn 3 mm below its own surface; speed over the hand's 50 rad/s carries it up to 4 mm
+  // further.
+  EXPECT_LT(lowest, kPlace.z - 2.0);
+  EXPECT_GT(lowest, kPlace.z - 7.0) << "through its own surface, not that of the table";
   EXPECT_NEAR(speed_there, 200.0, 30.0);
 }
 
