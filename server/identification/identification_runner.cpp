@@ -31,6 +31,7 @@ constexpr std::chrono::milliseconds kNap{1};
 /// A user is told anew what is wanted this often; the simulated hand as soon as it has done it.
 constexpr double kAskUserEveryS = 1.0;
 constexpr std::size_t kRowsBetweenLooks = 4096;
+constexpr std::uint64_t kTicksBetweenLooks = 5;
 
 std::string text_of(IdentificationState state) {
   switch (state) {
@@ -248,6 +249,7 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
   std::int64_t began_ns = -1;
   double now_s = 0.0;
   double next_wish_s = 0.0;
+  int idle_wishes = 0;
   auto next_report = Clock::now();
   for (;;) {
     bool any = false;
@@ -257,6 +259,11 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
       now_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
       run.identification->add(observation);
       if (run.kept) run.kept->add(observation);
+      // Who searches a limit finds it: what is rendered on an object may have to end at once.
+      if (run.device == rt::Wish::Device::kModulation && observation.sample.tick % kTicksBetweenLooks == 0 &&
+          run.identification->wish().device == rt::Wish::Device::kNothing) {
+        next_wish_s = now_s;
+      }
       if (now_s >= run.request.time_limit_s) break;
     }
     if (cancel_.load()) return {Ending::kCancelled, {}};
@@ -276,6 +283,10 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
     if (now_s >= run.request.time_limit_s) return {Ending::kNoMoreData, {}};
     if (ask) {
       const rt::Wish wish = run.identification->wish();
+      // Rest without an end, twice: nothing more is wanted.
+      const bool idle = wish.motion == rt::Wish::Motion::kRest && wish.hold_s <= 0.0;
+      idle_wishes = idle ? idle_wishes + 1 : 0;
+      if (idle_wishes >= 2) return {Ending::kNoMoreData, {}};
       if (auto refusal = arrange(run, wish)) return fault(*refusal);
       next_wish_s = now_s + kAskUserEveryS;
       if (sim::SimulatedRig* simulation = session_.simulation()) {

@@ -172,8 +172,8 @@ TEST(ServiceIdentification, FrictionStructureToolThresholdAndGainsConvergeTooOne
               r.set_object("mine");
             },
             "kinetic", 0.8, 0.1},
-           {[](R& r) { r.mutable_structural_stiffness()->set_constant(true); }, "stiffness_n_per_mm", 3.5,
-            1.1},
+           {[](R& r) { r.mutable_structural_stiffness()->set_constant(true); },
+            "structural_stiffness_n_per_mm", 2.537, 0.03},
            {[](R& r) { r.mutable_tool(); }, "mass_g", 12.59, 0.13},
            {[](R& r) { r.mutable_threshold(); }, "threshold_n", 0.05, 0.04},
            {[](R& r) { r.mutable_gains(); }, "proportional_gain", 1.0, 1.0},
