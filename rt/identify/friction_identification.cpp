@@ -12,16 +12,21 @@ namespace {
 
 constexpr double kTapSpacingMm = 2.5;
 constexpr double kTapMmPerS = 40.0;
-constexpr double kStrokePeakMmPerS = 140.0;
-constexpr double kForceRateNPerS = 4.0;
+constexpr double kStrokePeakMmPerS = 110.0;
+constexpr double kCalmPeakMmPerS = 60.0;  // turns of the rod show presliding best when nothing bends
+constexpr double kForceRateNPerS = 6.0;
+// Strokes overshoot, a tip deep in a curved object is nearest to places farther out, and a profile is known
+// worst at its ends.
+constexpr double kScanBeyondMm = 8.0;
 constexpr double kLeastReactionN = 0.2;
 /// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
 constexpr double kLeastSpeedMmPerS = 2.0;
 constexpr double kSlidingMmPerS = 10.0;
+constexpr double kPreslidingMmPerS = 40.0;
 
-// The plane of conditions: what strokes up to 140 mm/s at three forces visit.
+// The plane of conditions: what strokes up to 110 mm/s at three forces visit.
 constexpr int kSpeedBins = 3;
-constexpr double kMostSpeedMmPerS = 150.0;
+constexpr double kMostSpeedMmPerS = 120.0;
 constexpr int kForceBins = 3;
 constexpr double kMostForceN = 6.0;
 constexpr double kStrokeForceN[kForceBins] = {1.2, 3.0, 5.0};
@@ -152,13 +157,14 @@ int FrictionIdentification::lacking_force_row() const {
 }
 
 int FrictionIdentification::scan_taps() const {
-  return std::clamp(static_cast<int>(std::lround(task_.length_mm / kTapSpacingMm)) + 1, 7, 61);
+  return std::clamp(
+      static_cast<int>(std::lround((task_.length_mm + 2.0 * kScanBeyondMm) / kTapSpacingMm)) + 1, 7, 61);
 }
 
 bool FrictionIdentification::scanned() const {
   // A tap now and then may fail; the spline bridges one.
-  const double half_mm = 0.5 * task_.length_mm;
-  const double widest_mm = 2.5 * task_.length_mm / (scan_taps() - 1);
+  const double half_mm = 0.5 * task_.length_mm + kScanBeyondMm;
+  const double widest_mm = 2.5 * 2.0 * half_mm / (scan_taps() - 1);
   double last_mm = -half_mm;
   for (const ProfilePoint& touch : scan_.touches()) {
     if (touch.along_mm - last_mm > widest_mm) return false;
@@ -176,18 +182,26 @@ Wish FrictionIdentification::wish() const {
   if (!scanned()) {
     wish.motion = Wish::Motion::kLightTaps;
     wish.repetitions = scan_taps();
+    wish.place_mm.x -= kScanBeyondMm;
+    wish.length_mm += 2.0 * kScanBeyondMm;
     wish.speed_mm_per_s = kTapMmPerS;
     wish.words = "touch lightly at " + std::to_string(wish.repetitions) + " places along a line of " +
-                 std::to_string(std::lround(task_.length_mm)) + " mm, to scan the surface";
+                 std::to_string(std::lround(wish.length_mm)) + " mm, to scan the surface";
     return wish;
   }
   refit();
   const int row = lacking_force_row();
   if (row < 0 && fitted_ && certain(*fitted_) && change_ < kSteady) return wish;
+  // Calm strokes first, and again where all is covered but not known well enough.
+  constexpr std::uint64_t kCalmPassages = 3;
+  const bool calm = task_.tip == Tip::kRod && (passages_.completed() < kCalmPassages || row < 0);
+  const int force = passages_.completed() < kCalmPassages ? kForceBins / 2
+                    : row < 0 ? static_cast<int>(passages_.completed() % kForceBins)
+                              : row;
   wish.motion = Wish::Motion::kStroke;
-  wish.force_n = kStrokeForceN[row < 0 ? static_cast<int>(passages_.completed() % kForceBins) : row];
+  wish.force_n = kStrokeForceN[force];
   wish.force_rate_n_per_s = kForceRateNPerS;
-  wish.speed_mm_per_s = kStrokePeakMmPerS;
+  wish.speed_mm_per_s = calm ? kCalmPeakMmPerS : kStrokePeakMmPerS;
   wish.repetitions = 2;
   wish.words = "stroke to and fro along the line, pressing with about " + in_newton(wish.force_n) +
                ", up to " + std::to_string(std::lround(wish.speed_mm_per_s)) + " mm/s";
@@ -255,7 +269,9 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
   options.law = task_.tip == Tip::kRod ? FrictionLaw::kDahl : FrictionLaw::kCoulombViscous;
   options.exponent = exponent && task_.tip == Tip::kRod;
   options.bias = replay_;
+  options.doubt_viscous = replay_;
   options.least_speed_mm_per_s = replay_ ? 0.0 : kLeastSpeedMmPerS;
+  if (!replay_) options.presliding_mm_per_s = kPreslidingMmPerS;
   options.sliding_mm_per_s = replay_ ? 0.2 * fit.rows.most_speed_mm_per_s : kSlidingMmPerS;
   hal::Result<FrictionLawFit> law = fit_friction_law(fit.rows.rows, options);
   if (!law) return law.error();

@@ -18,7 +18,7 @@
 namespace hapticd::rt {
 
 /// Friction of a tip on an object (D§4.4.1): first a scan of the surface by light taps along the line, then
-/// strokes to and fro along it at several forces up to 140 mm/s. kRod: Dahl's law by divide and conquer;
+/// strokes to and fro along it at several forces up to 110 mm/s. kRod: Dahl's law by divide and conquer;
 /// kBallBearing: Coulomb-viscous. See fit_friction_law().
 ///
 /// Normals are the scan's where it reaches, else the mean direction of the reaction to and fro; `procedure`

@@ -20,8 +20,9 @@ constexpr double kLeastPreslidingMm = 1e-3;
 constexpr double kMostPreslidingMm = 20.0;
 constexpr double kMostExponent = 3.0;
 constexpr double kFewestInstants = 50.0;
+constexpr int kRounds = 12;
 /// cos² of the angle between the regressors of level and viscosity beyond which they cannot be told apart.
-constexpr double kAlike = 0.995;
+constexpr double kAlike = 0.95;
 
 hal::Error cannot(const std::string& what, const std::string& value, const std::string& limit,
                   const std::string& remedy) {
@@ -64,12 +65,13 @@ struct Linear {
 
 class LinearSums {
  public:
-  void add(const FrictionRow& row, double z) {
+  void add(const FrictionRow& row, double z, double trust = 1.0) {
     const Eigen::Vector3d a(row.normal_n * z, row.speed_mm_per_s, 1.0);
-    ata_ += row.weight * a * a.transpose();
-    atb_ += row.weight * row.friction_n * a;
-    btb_ += row.weight * row.friction_n * row.friction_n;
-    instants_ += row.weight;
+    const double weight = row.weight * trust;
+    ata_ += weight * a * a.transpose();
+    atb_ += weight * row.friction_n * a;
+    btb_ += weight * row.friction_n * row.friction_n;
+    instants_ += weight;
   }
   double instants() const { return instants_; }
   double squared_n2() const { return btb_; }
@@ -103,19 +105,19 @@ class LinearSums {
 class LawFit {
  public:
   LawFit(const std::vector<FrictionRow>& rows, const FrictionFitOptions& options)
-      : rows_(rows), options_(options) {
+      : rows_(rows), options_(options), trust_(rows.size(), 1.0), slope_(rows.size(), 1.0) {
     // A rolling tip has turned long before D's three millimetres.
     const double sliding_way_mm =
         options.law == FrictionLaw::kDahl ? StrokePassages::kSlidingWayMm : 2.0 * kPreslidingWayMm;
-    const double knee_mm = options.exponent ? StrokePassages::kSlidingWayMm : kPreslidingWayMm;
     for (const FrictionRow& row : rows) {
       const bool usable = row.settled && std::abs(row.speed_mm_per_s) >= options.least_speed_mm_per_s;
       const bool slides =
           usable && row.way_mm > sliding_way_mm && std::abs(row.speed_mm_per_s) >= options.sliding_mm_per_s;
       usable_.push_back(usable);
       sliding_.push_back(slides);
-      presliding_.push_back(usable && row.way_mm < knee_mm);
-      if (slides) instants_sliding_ += row.weight;
+      const bool calm = usable && std::abs(row.speed_mm_per_s) <= options.presliding_mm_per_s;
+      presliding_.push_back(calm && row.way_mm < sliding_way_mm);
+      turning_.push_back(calm && row.way_mm < kPreslidingWayMm);
     }
   }
 
@@ -133,6 +135,14 @@ class LawFit {
                       "stroke farther and faster");
       }
       take(sliding.solve(options_.viscous, options_.bias));
+      for (int round = 0; round < kRounds; ++round) {
+        doubt();
+        LinearSums again;
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+          if (sliding_[i]) again.add(rows_[i], rows_[i].heading, trust_[i]);
+        }
+        take(again.solve(options_.viscous, options_.bias));
+      }
     }
     if (options_.law == FrictionLaw::kDahl) {
       search();
@@ -168,6 +178,27 @@ class LawFit {
     fit_.viscous_told = linear.told;
   }
 
+  /// How far each moment of sliding is to be trusted: Tukey's biweight, scaled by the median deviation. What
+  /// still builds up after three millimetres, or catches, stands out from the level and shall not shift it.
+  void doubt() {
+    std::vector<double> deviations;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (sliding_[i])
+        deviations.push_back(std::abs(rows_[i].friction_n - law_n(rows_[i], rows_[i].heading)));
+    }
+    const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+    std::nth_element(deviations.begin(), middle, deviations.end());
+    constexpr double kDeviationPerMedian = 1.4826;
+    constexpr double kBeyondDoubt = 4.685;
+    const double reach = kBeyondDoubt * kDeviationPerMedian * *middle;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (!sliding_[i] || !(reach > 0.0)) continue;
+      const double u = (rows_[i].friction_n - law_n(rows_[i], rows_[i].heading)) / reach;
+      trust_[i] = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
+      slope_[i] = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - 5.0 * u * u) : 0.0;
+    }
+  }
+
   LinearSums together(const std::vector<double>& z) const {
     LinearSums sums;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -177,12 +208,12 @@ class LawFit {
   }
 
   /// What presliding and exponent leave unexplained.
-  double cost(double presliding_mm, double exponent) const {
+  double cost(double presliding_mm, double exponent, bool refine = true) const {
     const std::vector<double> z = built_up(rows_, options_.law, presliding_mm, exponent);
     if (!fit_.divided) return together(z).solve(options_.viscous, options_.bias).left;
     double sum = 0.0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (!presliding_[i]) continue;
+      if (!(refine ? presliding_[i] : turning_[i])) continue;
       const double error = rows_[i].friction_n - law_n(rows_[i], z[i]);
       sum += rows_[i].weight * error * error;
     }
@@ -202,12 +233,13 @@ class LawFit {
     double best_mm = kLeastPreslidingMm;
     double least = kInfinity;
     for (double trial_mm = kLeastPreslidingMm; trial_mm < most_mm; trial_mm *= 1.3) {
-      const double c = cost(trial_mm, 1.0);
+      const double c = cost(trial_mm, 1.0, false);
       if (c < least) {
         least = c;
         best_mm = trial_mm;
       }
     }
+    least = cost(best_mm, 1.0);
     double log_mm = std::log(best_mm);
     double exponent = 1.0;
     if (options_.exponent) {
@@ -269,9 +301,10 @@ class LawFit {
       if (!dahl && row.way_mm < 2.0 * kPreslidingWayMm) continue;
       const double error = row.friction_n - law_n(row, z[i]);
       left += row.weight * error * error;
-      squared += row.weight * row.friction_n * row.friction_n;
+      const double friction_n = row.friction_n - fit_.bias_n;
+      squared += row.weight * friction_n * friction_n;
       left_abs += row.weight * std::abs(error);
-      friction_abs += row.weight * std::abs(row.friction_n);
+      friction_abs += row.weight * std::abs(friction_n);
       fit_.rows += row.weight;
       if (fit_.divided && !sliding_[i] && !presliding_[i]) continue;
       Vector a = Vector::Zero();
@@ -282,9 +315,11 @@ class LawFit {
         a(3) = p.kinetic * row.normal_n * (z_longer[i] - z[i]) / (kNudge * p.presliding_mm);
         if (options_.exponent) a(4) = p.kinetic * row.normal_n * (z_bent[i] - z[i]) / bend;
       }
-      bread += row.weight * a * a.transpose();
+      const bool robust = sliding_[i] && fit_.divided;
+      const double weight = row.weight * (robust ? trust_[i] : 1.0);
+      bread += (robust ? row.weight * slope_[i] : weight) * a * a.transpose();
       auto& score = scores.try_emplace(row.passage, Vector::Zero()).first->second;
-      score += row.weight * error * a;
+      score += weight * error * a;
     }
     fit_.passages = static_cast<int>(scores.size());
     fit_.residual = squared > 0.0 ? std::sqrt(left / squared) : 0.0;
@@ -322,8 +357,9 @@ class LawFit {
 
   const std::vector<FrictionRow>& rows_;
   FrictionFitOptions options_;
-  std::vector<bool> usable_, sliding_, presliding_;
-  double instants_sliding_ = 0.0;
+  std::vector<bool> usable_, sliding_, presliding_, turning_;
+  std::vector<double> trust_;
+  std::vector<double> slope_;  ///< of trust · deviation over deviation: what a sandwich is bread of
   FrictionLawFit fit_;
 };
 
@@ -404,7 +440,20 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
     return cannot("the tip did not slide to and fro", std::to_string(rows.size()) + " moments of sliding",
                   "strokes both ways", "stroke to and fro over the same place");
   }
-  return LawFit(rows, options).run();
+  hal::Result<FrictionLawFit> fit = LawFit(rows, options).run();
+  constexpr double kSigmas = 2.0;
+  const bool doubtful = fit && options.doubt_viscous && fit->viscous_told &&
+                        fit->parameters.viscous_n_s_per_mm > 0.0 &&
+                        fit->parameters.viscous_n_s_per_mm < kSigmas * fit->error.viscous_n_s_per_mm;
+  if (!doubtful) return fit;
+  // What cannot be told from nothing only makes the level uncertain.
+  FrictionFitOptions without = options;
+  without.viscous = false;
+  hal::Result<FrictionLawFit> simpler = LawFit(rows, without).run();
+  if (!simpler) return fit;
+  simpler->viscous_told = true;
+  simpler->error.viscous_n_s_per_mm = fit->error.viscous_n_s_per_mm;
+  return simpler;
 }
 
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,

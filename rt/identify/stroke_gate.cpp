@@ -35,8 +35,7 @@ StrokeGate::Verdict StrokeGate::judge(const hal::RigSample& sample) noexcept {
     return Verdict::kSkip;
   }
   if ((sample.status & hal::sample_status::kForceSaturated) != 0U ||
-      (range_n_ > 0.0 && norm(sample.sensor_force_n) > 0.995 * range_n_) ||
-      clipped(sample.sensor_force_n.x, sample.tip_position_mm.x)) {
+      (range_n_ > 0.0 && norm(sample.sensor_force_n) > 0.995 * range_n_)) {
     ++saturated_;
     return Verdict::kSkip;
   }
@@ -50,13 +49,14 @@ StrokeGate::Verdict StrokeGate::judge(const hal::RigSample& sample) noexcept {
     ++gaps_;
     longest_gap_s_ = std::max(longest_gap_s_, since_s);
   }
+  watch_for_clipping(sample.sensor_force_n.x, sample.tip_position_mm.x);
   started_ = true;
   last_time_ns_ = sample.time_ns;
   ++used_;
   return gap ? Verdict::kRestart : Verdict::kUse;
 }
 
-bool StrokeGate::clipped(double along_n, double along_mm) noexcept {
+void StrokeGate::watch_for_clipping(double along_n, double along_mm) noexcept {
   if (along_n == last_n_) {
     ++run_;
   } else {
@@ -66,8 +66,10 @@ bool StrokeGate::clipped(double along_n, double along_mm) noexcept {
   last_n_ = along_n;
   largest_n_ = std::max(largest_n_, std::abs(along_n));
   constexpr double kMovesMm = 0.01;
-  return run_ >= kClipRun && std::abs(along_n) >= largest_n_ && along_n != 0.0 &&
-         std::abs(along_mm - run_from_mm_) > kMovesMm;
+  if (run_ >= kClipRun && std::abs(along_n) >= largest_n_ && along_n != 0.0 &&
+      std::abs(along_mm - run_from_mm_) > kMovesMm) {
+    ++repeated_;
+  }
 }
 
 std::vector<std::string> StrokeGate::remarks() const {
@@ -75,6 +77,11 @@ std::vector<std::string> StrokeGate::remarks() const {
   if (non_finite_ > 0) remarks.push_back(counted(non_finite_, "samples that are no numbers left out"));
   if (saturated_ > 0)
     remarks.push_back(counted(saturated_, "samples at the end of the sensor's range left out"));
+  if (repeated_ > 0) {
+    remarks.push_back(counted(repeated_,
+                              "samples repeat the largest force to the last bit: if that is the end of "
+                              "the sensor's range, the friction found is too small"));
+  }
   if (unfit_ > 0) remarks.push_back(counted(unfit_, "samples without a fit force reading left out"));
   if (disordered_ > 0)
     remarks.push_back(counted(disordered_, "samples whose time did not increase left out"));

@@ -28,11 +28,13 @@ class StrokeGate {
   std::vector<std::string> remarks() const;
 
  private:
-  bool clipped(double along_n, double along_mm) noexcept;
+  /// Counts only: the force of a perfectly even sliding repeats as well.
+  void watch_for_clipping(double along_n, double along_mm) noexcept;
 
   /// Longer than so many periods is a gap.
   static constexpr double kGapPeriods = 5.0;
-  /// A force that repeats to the last bit at its extreme so often, while the tip moves, is an end of range.
+  /// A force that repeats to the last bit at its extreme so often, while the tip moves, may be an end of
+  /// range.
   static constexpr int kClipRun = 25;
 
   double period_s_;
@@ -41,7 +43,7 @@ class StrokeGate {
   std::int64_t last_time_ns_ = 0;
   double longest_gap_s_ = 0.0;
   std::uint64_t judged_ = 0, used_ = 0, gaps_ = 0, saturated_ = 0, non_finite_ = 0, unfit_ = 0,
-                disordered_ = 0;
+                disordered_ = 0, repeated_ = 0;
   double last_n_ = 0.0, largest_n_ = 0.0, run_from_mm_ = 0.0;
   int run_ = 0;
 };

@@ -83,7 +83,22 @@ void StrokePassages::learn_noise(double along_mm) {
 }
 
 void StrokePassages::add(const StrokePoint& point) {
-  if (!(resolution_mm_ > 0.0)) learn_noise(point.along_mm);
+  if (resolution_mm_ > 0.0) return take(point);
+  if (raw_count_ == 2) {
+    const double a = raw_[1].along_mm;
+    const double b = raw_[0].along_mm;
+    const double c = point.along_mm;
+    StrokePoint middle = raw_[0];
+    middle.along_mm = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    learn_noise(middle.along_mm);
+    take(middle);
+  }
+  raw_[1] = raw_[0];
+  raw_[0] = point;
+  raw_count_ = std::min(2, raw_count_ + 1);
+}
+
+void StrokePassages::take(const StrokePoint& point) {
   const StrokeRow row{point, 1.0};
   if (!started_) {
     started_ = true;
@@ -143,6 +158,7 @@ void StrokePassages::interrupt() {
   pending_.clear();
   current_ = {};
   remembered_ = 0;
+  raw_count_ = 0;
 }
 
 void StrokePassages::make_room() {

@@ -56,7 +56,8 @@ struct StrokePassage {
 /// instant.
 ///
 /// A turn counts once the tip has come back by more than the noise of its position: 1.5 times the resolution
-/// where that is known, else eight times the deviation that the second differences show.
+/// where that is known, else eight times the deviation that the second differences show. Where it is unknown a
+/// median of three takes single outliers off the position, a sample late.
 class StrokePassages {
  public:
   static constexpr std::size_t kMost = 160;
@@ -79,6 +80,7 @@ class StrokePassages {
 
  private:
   void learn_noise(double along_mm);
+  void take(const StrokePoint& point);
   void close();
   void make_room();
 
@@ -90,6 +92,8 @@ class StrokePassages {
   double farthest_mm_ = 0.0;
   std::uint64_t completed_ = 0;
   std::uint64_t given_up_ = 0;
+  StrokePoint raw_[2];  ///< the last two as they came, the newer one first
+  int raw_count_ = 0;
   double last_mm_[2] = {0.0, 0.0};
   int remembered_ = 0;
   double roughness_mm_ = 0.0;  ///< mean of |second difference| while moving

@@ -33,18 +33,42 @@ bool SurfaceScan::add(const hal::RigSample& sample) {
   onset_.remember(tip_mm, residual_.prompt_force_n());
   contact_.update(norm(r), -tip_mm.z, contact_depth_mm_);
   if (contact_.just_left_surface()) residual_.assume_free();
+  const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
   if (contact_.just_declared()) {
-    const hal::Vector3 place_mm = onset_.place_mm(0.5 * threshold_n_ + residual_.seen_jerk_n());
-    contact_depth_mm_ = -place_mm.z;
-    touch(place_mm);
+    place_mm_ = onset_.place_mm(0.5 * threshold_n_ + residual_.seen_jerk_n());
+    contact_depth_mm_ = -place_mm_.z;
+    began_s_ = now_s;
+    hardest_n_ = 0.0;
+    aside_mm_ = 0.0;
+    touching_ = true;
+  }
+  if (contact_.in_contact()) {
+    follow(force_n, tip_mm, now_s);
+  } else if (touching_) {
+    release(now_s);
   }
   return contact_.in_contact();
+}
+
+void SurfaceScan::follow(const hal::Vector3& force_n, const hal::Vector3& tip_mm, double now_s) {
+  hardest_n_ = std::max(hardest_n_, norm(force_n));
+  aside_mm_ = std::max(aside_mm_, std::abs(tip_mm.x - place_mm_.x));
+  if (hardest_n_ > kLightN) recovered_s_ = now_s + kRecoveryS;
+}
+
+void SurfaceScan::release(double now_s) {
+  touching_ = false;
+  if (hardest_n_ <= kLightN && aside_mm_ <= kInPlaceMm && now_s - began_s_ >= kShortestTapS &&
+      began_s_ >= recovered_s_) {
+    touch(place_mm_);
+  }
 }
 
 void SurfaceScan::restart() {
   residual_.reset();
   onset_.forget();
   contact_.reset();
+  touching_ = false;
 }
 
 void SurfaceScan::touch(const hal::Vector3& place_mm) {

@@ -20,12 +20,17 @@ struct ScannedNormal {
   double error_rad = 0.0;                 ///< standard error
 };
 
-/// Surface along a line from light taps (D§4.4.1): every contact tells the point where it began; a smoothing
-/// spline through the points tells the normal. Cheap per sample, bounded: at most kMostTouches points, those
-/// that crowd most make room.
+/// Surface along a line from light taps (D§4.4.1): each tells the point where it began; a smoothing spline
+/// through the points tells the normal. Only contacts that stayed light and in place count, and only on an
+/// object that had time to recover: a soft one keeps the mark of a stroke for seconds. Cheap per sample,
+/// bounded: at most kMostTouches points, those that crowd most make room.
 class SurfaceScan {
  public:
   static constexpr std::size_t kMostTouches = 128;
+  static constexpr double kLightN = 1.0;         ///< a tap presses no harder,
+  static constexpr double kInPlaceMm = 1.5;      ///< does not slide farther along
+  static constexpr double kShortestTapS = 0.02;  ///< and is no jolt of the tool
+  static constexpr double kRecoveryS = 10.0;     ///< after a contact that was not light
 
   /// `threshold_n`: ε_f of the contact detection.
   SurfaceScan(double threshold_n, const hal::RigInfo& rig);
@@ -43,6 +48,8 @@ class SurfaceScan {
   hal::Result<SurfaceSpline> surface() const;
 
  private:
+  void follow(const hal::Vector3& force_n, const hal::Vector3& tip_mm, double now_s);
+  void release(double now_s);
   void touch(const hal::Vector3& place_mm);
 
   double threshold_n_;
@@ -52,6 +59,12 @@ class SurfaceScan {
   ContactDetector contact_;
   ContactOnset3 onset_;
   double contact_depth_mm_ = 0.0;
+  bool touching_ = false;
+  hal::Vector3 place_mm_;  ///< of the contact under way
+  double began_s_ = 0.0;
+  double hardest_n_ = 0.0;
+  double aside_mm_ = 0.0;
+  double recovered_s_ = 0.0;  ///< when the object will be rested
   std::vector<ProfilePoint> touches_;
   std::uint64_t touched_ = 0;
 };

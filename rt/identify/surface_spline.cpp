@@ -46,6 +46,29 @@ Forms forms_at(const std::vector<double>& s, double at) {
   return f;
 }
 
+/// Variance of single heights as fourth divided differences show it, to which a cubic adds nothing.
+double scatter_mm2(const std::vector<double>& s, const std::vector<double>& heights,
+                   const std::vector<double>& together) {
+  constexpr std::size_t kPoints = 5;
+  double sum = 0.0;
+  double count = 0.0;
+  for (std::size_t i = 0; i + kPoints <= s.size(); ++i) {
+    double difference = 0.0;
+    double variance = 0.0;
+    for (std::size_t j = i; j < i + kPoints; ++j) {
+      double factor = 1.0;
+      for (std::size_t k = i; k < i + kPoints; ++k) {
+        if (k != j) factor /= s[j] - s[k];
+      }
+      difference += factor * heights[j];
+      variance += factor * factor / together[j];
+    }
+    sum += difference * difference / variance;
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
 }  // namespace
 
 hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, double least_error_mm) {
@@ -80,8 +103,26 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
                   "thin them out");
   }
 
-  // Green and Silverman 1994: ∫ g''² = hᵀ K h with K = Q R⁻¹ Qᵀ, and bends inside = R⁻¹ Qᵀ h.
+  // The parabola, its square made orthogonal to straight lines.
   const auto n = static_cast<Eigen::Index>(places);
+  const Eigen::Map<const Eigen::VectorXd> at(spline.along_mm_.data(), n);
+  const Eigen::Map<const Eigen::VectorXd> weights(together.data(), n);
+  spline.centre_mm_ = weights.dot(at) / weights.sum();
+  Eigen::MatrixXd lines(n, 2);
+  lines.col(0).setOnes();
+  lines.col(1) = at.array() - spline.centre_mm_;
+  const Eigen::VectorXd square = 0.5 * lines.col(1).array().square();
+  const Eigen::MatrixXd weighted = weights.asDiagonal() * lines;
+  const Eigen::Matrix2d gram = lines.transpose() * weighted;
+  const Eigen::VectorXd bow = square - lines * gram.ldlt().solve(weighted.transpose() * square);
+  const double bow_squared = bow.dot(weights.cwiseProduct(bow));
+  const double scattered_mm2 = scatter_mm2(spline.along_mm_, heights, together);
+  Eigen::Map<Eigen::VectorXd> remaining(heights.data(), n);
+  spline.curvature_per_mm_ = bow.dot(weights.cwiseProduct(remaining)) / bow_squared;
+  spline.spread_mm2_ = 2.0 * weights.dot(square) / weights.sum();
+  remaining -= spline.curvature_per_mm_ * square;
+
+  // Green and Silverman 1994: ∫ g''² = hᵀ K h with K = Q R⁻¹ Qᵀ, and bends inside = R⁻¹ Qᵀ h.
   Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, n - 2);
   Eigen::MatrixXd r = Eigen::MatrixXd::Zero(n - 2, n - 2);
   const auto gap = [&](Eigen::Index i) {
@@ -115,7 +156,8 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
     }
     return sum / static_cast<double>(n - 2);
   };
-  const double least_mm2 = std::max(least_error_mm * least_error_mm, 1e-12);
+  // A spline that may be as rough as it likes takes noise for roughness; what cubics leave is surely noise.
+  const double least_mm2 = std::max({least_error_mm * least_error_mm, scattered_mm2, 1e-12});
   double best_lambda = 0.0;
   double best = std::numeric_limits<double>::infinity();
   const double scale = std::max(modes.eigenvalues()(n - 1), 1e-300);
@@ -136,6 +178,7 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
   }
   const double variance = std::max(noise_mm2(best_lambda), least_mm2);
   spline.point_error_mm_ = std::sqrt(variance);
+  spline.curvature_error_per_mm_ = std::sqrt(variance / bow_squared);
 
   Eigen::VectorXd shrink(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -182,7 +225,21 @@ ProfileValue SurfaceSpline::at(double along_mm) const {
     const Eigen::Map<const Eigen::MatrixXd> covariance(covariance_mm2_.data(), size, size);
     return std::sqrt(std::max(0.0, g.dot(covariance * g)));
   };
-  return {apply(f.value), apply(f.slope), error(f.value), error(f.slope)};
+  ProfileValue value{apply(f.value), apply(f.slope), error(f.value), error(f.slope)};
+  double slope = 0.0;
+  value.height_mm += parabola(along_mm, slope);
+  value.slope += slope;
+  const double from_centre_mm = along_mm - centre_mm_;
+  const double bow_mm2 = 0.5 * (from_centre_mm * from_centre_mm - spread_mm2_);
+  value.height_error_mm = std::hypot(value.height_error_mm, curvature_error_per_mm_ * bow_mm2);
+  value.slope_error = std::hypot(value.slope_error, curvature_error_per_mm_ * from_centre_mm);
+  return value;
+}
+
+double SurfaceSpline::parabola(double along_mm, double& slope) const {
+  const double from_centre_mm = along_mm - centre_mm_;
+  slope = curvature_per_mm_ * from_centre_mm;
+  return 0.5 * slope * from_centre_mm;
 }
 
 double SurfaceSpline::nearest_along_mm(double along_mm, double height_mm) const {
@@ -196,8 +253,10 @@ double SurfaceSpline::nearest_along_mm(double along_mm, double height_mm) const 
       return form[0] * height_mm_[l] + form[1] * height_mm_[l + 1] + form[2] * bend_per_mm_[l] +
              form[3] * bend_per_mm_[l + 1];
     };
-    const double slope = apply(f.slope);
-    const double step = ((along_mm - s) + slope * (height_mm - apply(f.value))) / (1.0 + slope * slope);
+    double slope = 0.0;
+    const double height = parabola(s, slope) + apply(f.value);
+    slope += apply(f.slope);
+    const double step = ((along_mm - s) + slope * (height_mm - height)) / (1.0 + slope * slope);
     s += step;
     if (std::abs(step) < 1e-6) break;
   }

@@ -20,9 +20,11 @@ struct ProfileValue {
   double slope_error = 0.0;
 };
 
-/// Natural cubic smoothing spline (Reinsch 1967): minimises Σ (h_i - g(s_i))² + λ ∫ g''². The smoothing is
-/// what restricted maximum likelihood makes of the points themselves (Wahba 1985), and so is their error; the
-/// standard errors are those of the posterior it amounts to. Straight beyond the outermost points.
+/// The parabola through the points and, on what it leaves, a natural cubic smoothing spline (Reinsch 1967)
+/// that minimises Σ (h_i - g(s_i))² + λ ∫ g''². Without the parabola a curved surface would be made straight
+/// at its ends, where strokes turn. The smoothing is what restricted maximum likelihood makes of the points
+/// themselves (Wahba 1985), and so is their error; the standard errors are those of the posterior it amounts
+/// to, the parabola's own added. Beyond the outermost points the parabola and the spline's slope go on.
 class SurfaceSpline {
  public:
   static constexpr std::size_t kMostPoints = 200;
@@ -44,6 +46,12 @@ class SurfaceSpline {
  private:
   SurfaceSpline() = default;
 
+  double parabola(double along_mm, double& slope) const;
+
+  double centre_mm_ = 0.0;
+  double curvature_per_mm_ = 0.0;        ///< of the parabola; its slope at the centre is the spline's affair
+  double curvature_error_per_mm_ = 0.0;  ///< one sigma
+  double spread_mm2_ = 0.0;              ///< mean square distance of the points from the centre
   std::vector<double> along_mm_;
   std::vector<double> height_mm_;       ///< of the spline at the knots
   std::vector<double> bend_per_mm_;     ///< its second derivative there; 0 at the ends

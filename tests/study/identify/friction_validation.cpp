@@ -72,13 +72,15 @@ std::vector<FrictionInstant> validation_strokes(const std::string& object, const
 }
 
 FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
-                                 const rt::FrictionParameters& parameters, rt::FrictionLaw law) {
+                                 const rt::FrictionParameters& parameters) {
   FrictionJudgement judgement;
-  const double presliding_mm = law == rt::FrictionLaw::kDahl ? parameters.presliding_mm : 0.0;
   double z = 0.0;
+  constexpr double kMovesMmPerS = 2.0;
+  constexpr double kSlidesMmPerS = 10.0;
+  double moving = 0.0;
+  double left_all = 0.0, whole_all = 0.0;
   double left = 0.0, whole = 0.0, left_sliding = 0.0, whole_sliding = 0.0;
   double way_mm = 0.0, heading = 0.0, farthest_mm = 0.0;
-  std::vector<double> ways;
   double last_s = -1.0;
   for (const FrictionInstant& s : strokes) {
     if (s.time_s - last_s > 0.01) {  // another stroke begins
@@ -87,7 +89,7 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
       heading = 0.0;
       farthest_mm = s.along_mm;
     } else {
-      z = rt::dahl_step(z, s.slide_mm, presliding_mm, parameters.exponent);
+      z = rt::dahl_step(z, s.slide_mm, parameters.presliding_mm, parameters.exponent);
     }
     last_s = s.time_s;
     const double ahead_mm = (s.along_mm - farthest_mm) * (heading == 0.0 ? 1.0 : heading);
@@ -99,25 +101,30 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
       way_mm += ahead_mm;
       farthest_mm = s.along_mm;
     }
-    ways.push_back(way_mm);
     const double predicted =
         parameters.kinetic * s.normal_n * z + parameters.viscous_n_s_per_mm * s.speed_mm_per_s;
     judgement.predicted_n.push_back(predicted);
+    left_all += std::abs(predicted - s.true_friction_n);
+    whole_all += std::abs(s.true_friction_n);
+    const double speed = std::abs(s.speed_mm_per_s);
+    if (speed < kMovesMmPerS) continue;
     left += std::abs(predicted - s.true_friction_n);
     whole += std::abs(s.true_friction_n);
-    if (way_mm < 3.0) continue;
+    moving += 1.0;
+    if (way_mm < 3.0 || speed < kSlidesMmPerS) continue;
     left_sliding += std::abs(predicted - s.true_friction_n);
     whole_sliding += std::abs(s.true_friction_n);
   }
-  if (strokes.empty()) throw std::runtime_error("no stroke touched the object");
+  if (!(whole_sliding > 0.0)) throw std::runtime_error("no stroke touched the object");
   judgement.error = left / whole;
   judgement.sliding_error = left_sliding / whole_sliding;
-  const double least_n = 0.2 * whole / static_cast<double>(strokes.size());
+  judgement.error_at_rest_too = left_all / whole_all;
+  const double least_n = 0.2 * whole / moving;
   double ratios = 0.0;
   double count = 0.0;
   for (std::size_t i = 0; i < strokes.size(); ++i) {
     const double truth = std::abs(strokes[i].true_friction_n);
-    if (truth < least_n) continue;
+    if (truth < least_n || std::abs(strokes[i].speed_mm_per_s) < kMovesMmPerS) continue;
     ratios += std::abs(judgement.predicted_n[i] - strokes[i].true_friction_n) / truth;
     count += 1.0;
   }

@@ -26,15 +26,18 @@ struct FrictionInstant {
 std::vector<FrictionInstant> validation_strokes(const std::string& object, const std::string& tip,
                                                 double length_mm);
 
-/// How well a model predicts them.
+/// How well a model predicts them. The tip counts as moving above 2 mm/s: held by friction at the turns of a
+/// stroke it bends what it stands on without the encoders seeing it, and no law of their motion can tell.
 struct FrictionJudgement {
-  double error = 0.0;  ///< mean |predicted - true| over mean |true|
+  double error = 0.0;  ///< mean |predicted - true| over mean |true| while it moves, turns included
+  double error_at_rest_too = 0.0;  ///< the same over all instants
   double mean_of_ratios =
       0.0;  ///< mean of |predicted - true| / |true| where |true| is above a fifth of its mean
-  double sliding_error = 0.0;  ///< as `error`, beyond 3 mm after each turn
+  double sliding_error = 0.0;  ///< as `error`, beyond 3 mm after each turn and above 10 mm/s
   std::vector<double> predicted_n;
 };
+/// By Dahl's law in its exact form; the ball bearing's too, over its own short way of 0.05 mm.
 FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
-                                 const rt::FrictionParameters& parameters, rt::FrictionLaw law);
+                                 const rt::FrictionParameters& parameters);
 
 }  // namespace hapticd::study

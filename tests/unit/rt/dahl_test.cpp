@@ -60,6 +60,92 @@ TEST(Dahl, ScalesWithTheLoad) {
   }
 }
 
+/// dz/dx = |1 - s z|^i sgn(1 - s z) / δ by Runge and Kutta, stopped at full friction.
+double integrated(double z, double way_mm, double exponent) {
+  const double s = std::copysign(1.0, way_mm);
+  constexpr int kSteps = 20'000;
+  const double h = way_mm / kSteps;
+  const auto slope = [&](double at) {
+    const double u = 1.0 - s * at;
+    return u > 0.0 ? std::pow(u, exponent) / kPreslidingMm : 0.0;
+  };
+  for (int i = 0; i < kSteps; ++i) {
+    const double k1 = slope(z), k2 = slope(z + 0.5 * h * k1), k3 = slope(z + 0.5 * h * k2),
+                 k4 = slope(z + h * k3);
+    z += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+  }
+  return z;
+}
+
+TEST(Dahl, WithAnExponentItIsTheExactSolution) {
+  for (const double exponent : {0.0, 0.05, 0.5, 0.999999, 1.0, 1.000001, 1.5, 2.0, 3.0}) {
+    for (const double way_mm : {0.01, 0.3, 2.0, -0.3, -2.0}) {
+      for (const double start : {-1.0, -0.3, 0.0, 0.9}) {
+        EXPECT_NEAR(dahl_step(start, way_mm, kPreslidingMm, exponent), integrated(start, way_mm, exponent),
+                    3e-4)
+            << "i " << exponent << ", " << way_mm << " mm from " << start;
+      }
+    }
+  }
+}
+
+TEST(Dahl, PassesThroughExponentOneWithoutAStep) {
+  for (const double way_mm : {1e-9, 0.01, 0.4, 5.0}) {
+    const double exact = dahl_step(-0.7, way_mm, kPreslidingMm);
+    for (const double off : {1e-15, 1e-12, 1e-9, 1e-7}) {
+      EXPECT_NEAR(dahl_step(-0.7, way_mm, kPreslidingMm, 1.0 + off), exact, 20.0 * off + 1e-14);
+      EXPECT_NEAR(dahl_step(-0.7, way_mm, kPreslidingMm, 1.0 - off), exact, 20.0 * off + 1e-14);
+    }
+  }
+}
+
+TEST(Dahl, BelowExponentOneFullFrictionIsReached) {
+  // From -1 the way there is δ 2^(1-i) / (1-i).
+  for (const double exponent : {0.0, 0.3, 0.8}) {
+    const double whole_mm = kPreslidingMm * std::pow(2.0, 1.0 - exponent) / (1.0 - exponent);
+    EXPECT_LT(dahl_step(-1.0, 0.99 * whole_mm, kPreslidingMm, exponent), 1.0);
+    EXPECT_EQ(dahl_step(-1.0, 1.0001 * whole_mm, kPreslidingMm, exponent), 1.0);
+    EXPECT_EQ(dahl_step(1.0, 0.1, kPreslidingMm, exponent), 1.0);
+    EXPECT_EQ(dahl_step(1.0, 1e6, kPreslidingMm, exponent), 1.0);
+  }
+}
+
+TEST(Dahl, WithAnyExponentStepsAddUpAndStayBounded) {
+  std::mt19937_64 random(16);
+  std::uniform_real_distribution<double> bend(0.0, 3.0), size(-12.0, 3.0);
+  double z = 0.0;
+  hal::Vector3 v;
+  for (int i = 0; i < 100'000; ++i) {
+    const double exponent = i % 5 == 0 ? std::round(bend(random)) : bend(random);
+    const double way_mm = std::pow(10.0, size(random)) * (i % 2 == 0 ? 1.0 : -1.0);
+    const double presliding_mm = i % 7 == 0 ? 0.0 : std::pow(10.0, size(random));
+    const double whole = dahl_step(z, way_mm, presliding_mm, exponent);
+    const double halves =
+        dahl_step(dahl_step(z, 0.5 * way_mm, presliding_mm, exponent), 0.5 * way_mm, presliding_mm, exponent);
+    ASSERT_NEAR(halves, whole, 1e-7) << "i " << exponent << ", " << way_mm << " mm, δ " << presliding_mm;
+    z = whole;
+    v = dahl_step(v, random_direction(random) * way_mm, presliding_mm, exponent);
+    ASSERT_LE(std::abs(z), 1.0);
+    ASSERT_LE(norm(v), 1.0 + 1e-12);
+  }
+}
+
+TEST(Dahl, InThePlaneTheExponentMeansTheSame) {
+  std::mt19937_64 random(17);
+  std::normal_distribution<double> way(0.0, 0.2);
+  for (const double exponent : {0.0, 0.4, 2.0}) {
+    const hal::Vector3 line = random_direction(random);
+    double z = 0.0;
+    hal::Vector3 v;
+    for (int i = 0; i < 2000; ++i) {
+      const double dx = way(random);
+      z = dahl_step(z, dx, kPreslidingMm, exponent);
+      v = dahl_step(v, line * dx, kPreslidingMm, exponent);
+      ASSERT_LT(norm(v - line * z), 1e-6) << "i " << exponent;
+    }
+  }
+}
+
 TEST(Dahl, WithoutPreslidingItIsCoulombFriction) {
   EXPECT_EQ(dahl_step(-0.4, 1e-9, 0.0), 1.0);
   EXPECT_EQ(dahl_step(0.4, -1e-9, 0.0), -1.0);
