@@ -190,7 +190,15 @@ class LawFit {
     std::nth_element(deviations.begin(), middle, deviations.end());
     constexpr double kDeviationPerMedian = 1.4826;
     constexpr double kBeyondDoubt = 4.685;
-    const double reach = kBeyondDoubt * kDeviationPerMedian * *middle;
+    // An exact fit leaves rounding errors, of which none is worse than the other.
+    constexpr double kLeastOfLevel = 0.01;
+    double largest_n = 0.0;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (sliding_[i]) {
+        largest_n = std::max(largest_n, std::abs(fit_.parameters.kinetic * rows_[i].normal_n));
+      }
+    }
+    const double reach = std::max(kBeyondDoubt * kDeviationPerMedian * *middle, kLeastOfLevel * largest_n);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (!sliding_[i] || !(reach > 0.0)) continue;
       const double u = (rows_[i].friction_n - law_n(rows_[i], rows_[i].heading)) / reach;

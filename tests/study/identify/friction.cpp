@@ -121,7 +121,7 @@ void plot_loop(StudyContext& context, const std::string& object, const Identifie
   report::PlotSeries model{"Dahl, exponent 1"};
   report::PlotSeries with_exponent{"Dahl, exponent found",           {}, {},
                                    report::PlotSeries::Style::kLine, {}, true};
-  // The longest unbroken row of strokes from its second turn on, one round.
+  // The longest unbroken row of strokes from its first turn on, one round.
   std::size_t begin = 0;
   std::size_t longest = 0;
   std::size_t at = 0;
@@ -138,7 +138,7 @@ void plot_loop(StudyContext& context, const std::string& object, const Identifie
   int turns = 0;
   double farthest_mm = found.strokes[begin].along_mm;
   double heading = 0.0;
-  for (std::size_t i = begin; i < found.strokes.size() && turns < 4; ++i) {
+  for (std::size_t i = begin; i < begin + longest && turns < 3; ++i) {
     const FrictionInstant& s = found.strokes[i];
     const double ahead_mm = (s.along_mm - farthest_mm) * (heading == 0.0 ? 1.0 : heading);
     if (heading == 0.0 ? std::abs(ahead_mm) > 1.0 : ahead_mm < -1.0) {
@@ -148,7 +148,7 @@ void plot_loop(StudyContext& context, const std::string& object, const Identifie
     } else if (ahead_mm > 0.0) {
       farthest_mm = s.along_mm;
     }
-    if (turns < 2) continue;
+    if (turns < 1 || turns > 2) continue;
     if (i % 4 == 0) {
       measured.x.push_back(s.along_mm);
       measured.y.push_back(s.measured_friction_n);

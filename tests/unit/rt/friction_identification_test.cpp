@@ -99,6 +99,13 @@ TEST(FrictionIdentification, FindsLongStrokesByDivideAndConquer) {
   EXPECT_NE(model->procedure.find("apart"), std::string::npos);
 }
 
+TEST(FrictionIdentification, AnExactFitIsNoReasonToDoubtOneDirection) {
+  const auto model = found({.truth = {0.5, 0.0, 0.0}});
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_NEAR(friction_of(*model).kinetic, 0.5, 1e-6);
+  EXPECT_NEAR(parameter(*model, "force_bias_n").value, 0.0, 1e-6);
+}
+
 TEST(FrictionIdentification, FindsShortStrokesThatNeverSlide) {
   for (const double exponent : {1.0, 0.2}) {
     Strokes strokes;
