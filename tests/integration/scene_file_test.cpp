@@ -22,7 +22,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume] = guard;
   auto& [direction, displacement, contact_law, feel, release, passivity, back_drive, lead, cutoff, noise,
-         gravity] = explore;
+         gravity, mounting] = explore;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
@@ -39,7 +39,12 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   if (kind == rt::SceneKind::kWall) add({&wall});
   if (kind != rt::SceneKind::kWall) add({&threshold, &ratio, &clearance});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
-  if (kind == rt::SceneKind::kExplore) add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
+  if (kind == rt::SceneKind::kExplore) {
+    add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
+    if (!mounting) mounting.emplace();
+    auto& [turn, bias] = *mounting;
+    add({&turn.x, &turn.y, &turn.z, &bias.x, &bias.y, &bias.z});
+  }
   switch (target_kind) {
     case rt::TargetLaw::Kind::kLinear:
       add({&stiffness});
