@@ -416,8 +416,7 @@ TEST(ServiceIdentification, ARecordedCycleOfSiliconeIsIdentified) {
   ASSERT_TRUE(service.start(request).ok());
   const v1::IdentificationProgress end = service.watch();
   EXPECT_FALSE(end.model().empty()) << end.ShortDebugString().substr(0, 3000);
-  EXPECT_LT(end.residual(), 0.2);
-  EXPECT_NEAR(value_of(end, "exponent"), 1.23, 0.3);  // others' least squares of the loading alone
+  EXPECT_LT(end.residual(), 0.1) << "others reach 0.09 … 0.11 on a cycle with its unloading";
 }
 
 TEST(ServiceIdentification, TheNextRunOfTheDaemonRemembersWhatEnded) {
