@@ -5,6 +5,10 @@
 namespace hapticd::rt {
 
 namespace {
+constexpr std::chrono::milliseconds kPatienceForRecords{100};
+/// Whoever observes asked for it, and may be at a long computation.
+constexpr std::chrono::milliseconds kPatienceForObservations{5000};
+
 GuardLimits idle_limits(const hal::RigInfo& rig) {
   GuardLimits limits;
   limits.max_force_n = rig.device.max_force_n;
@@ -35,7 +39,8 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   record.channels |= channel::kTiming;
   record.timing = timing_;
   if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
-  if (!records_.push(record) && !push_patiently(records_, record, has_time_for_records_)) {
+  if (!records_.push(record) &&
+      !push_patiently(records_, record, has_time_for_records_, kPatienceForRecords)) {
     records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
   if (observed_.load(std::memory_order_acquire)) {
@@ -56,7 +61,7 @@ void Engine::hand_on(const hal::RigSample& sample, const hal::DeviceCommand& com
   observation.device_command_n = command.force_n;
   observation.has_external_position = rig_.external_position(observation.external_position_mm);
   if (!observations_.push(observation)) {
-    push_patiently(observations_, observation, has_time_for_observations_);
+    push_patiently(observations_, observation, has_time_for_observations_, kPatienceForObservations);
   }
 }
 
@@ -70,10 +75,11 @@ void Engine::observe(bool on) noexcept {
 // A rig that owns its clock waits for nobody's hand: it can wait for a reader, though not for one that never
 // comes.
 template <class T>
-bool Engine::push_patiently(SpscRing<T>& ring, const T& value, bool& waits) noexcept {
-  constexpr int kTries = 100;
-  for (int i = 0; waits && i < kTries; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+bool Engine::push_patiently(SpscRing<T>& ring, const T& value, bool& waits,
+                            std::chrono::milliseconds patience) noexcept {
+  constexpr std::chrono::milliseconds kNap{1};
+  for (auto waited = std::chrono::milliseconds::zero(); waits && waited < patience; waited += kNap) {
+    std::this_thread::sleep_for(kNap);
     if (ring.push(value)) return true;
   }
   waits = false;  // nobody reads: go on without

@@ -111,7 +111,8 @@ class Engine final : public hal::TickHandler {
   Slot* acquire_slot();
   void hand_on(const hal::RigSample& sample, const hal::DeviceCommand& command) noexcept;
   template <class T>
-  bool push_patiently(SpscRing<T>& ring, const T& value, bool& waits) noexcept;
+  bool push_patiently(SpscRing<T>& ring, const T& value, bool& waits,
+                      std::chrono::milliseconds patience) noexcept;
 
   const hal::Rig& rig_;
   Renderer renderer_;
