@@ -10,14 +10,14 @@ declare -A packages=(
   [build]="cmake ninja-build g++ ccache pkg-config"
   # What the configuration of the build looks for, the test framework included.
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
-               libmodbus-dev libasio-dev libeigen3-dev
+               libmodbus-dev libasio-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
                libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev
                libsqlitecpp-dev libsqlite3-dev libssl-dev
                libgtest-dev libbenchmark-dev libceres-dev"
   # hapticctl plot and demo draw with it.
   [run]="gnuplot-nox"
-  # Instruction counts, and the latency tool the loop is compared with.
-  [tests]="valgrind rt-tests"
+  # Instruction counts, the latency tool the loop is compared with, and peers of others' making for the drivers.
+  [tests]="valgrind rt-tests socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
 )
 all_groups=(build libraries run tests)
 

@@ -2,9 +2,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "hal/error.h"
+#include "hal/part_report.h"
 #include "hal/samples.h"
 
 namespace hapticd::hal {
@@ -53,26 +56,58 @@ struct RigInfo {
   std::vector<UncertainParameter> uncertain;
 };
 
+/// What the two halves of a rig have in common: hardware that is opened when it is needed.
+class RigPart {
+ public:
+  virtual ~RigPart() = default;
+  /// Opens the hardware and returns once it delivers, or says why it does not. Engaged already: nothing
+  /// happens. Any thread but the clock's; may take seconds, never for ever.
+  virtual std::optional<Error> engage() { return std::nullopt; }
+  /// Lets go of the hardware: no socket, port or device node stays open. Never while the clock runs on it.
+  virtual void disengage() noexcept {}
+  /// How the part fares. Any thread; takes no lock the clock's thread takes.
+  virtual PartReport report() const = 0;
+};
+
+/// Makes the tick happen; told by a clock.
+class ServoBody {
+ public:
+  virtual ~ServoBody() = default;
+  virtual void on_servo() noexcept = 0;
+};
+
+/// A device's own scheduler, where it insists on one.
+class ServoClock {
+ public:
+  virtual ~ServoClock() = default;
+  /// Calls the body once a period, on a thread of the scheduler's, until `stop` is set or the scheduler has
+  /// died. Returns when no call is under way any more.
+  virtual void run(ServoBody& body, const std::atomic<bool>& stop) noexcept = 0;
+};
+
 /// Device half of a sample and the way force takes. Implementations neither block nor allocate in read and
 /// write.
-class HapticDevice {
+class HapticDevice : public RigPart {
  public:
-  virtual ~HapticDevice() = default;
   virtual const DeviceInfo& info() const noexcept = 0;
-  /// Fills position, orientation, time and the device's status bits.
+  /// Fills position, orientation and the device's status bits; touches nothing else. Not engaged: the last
+  /// position known and kDeviceNotReady.
   virtual void read(RigSample& sample) noexcept = 0;
   /// Takes effect no earlier than the device's own latency allows.
   virtual void write(const DeviceCommand& command) noexcept = 0;
+  /// Null where a periodic thread may read and write the device.
+  virtual ServoClock* clock() noexcept { return nullptr; }
 };
 
 /// Sensor half of a sample.
-class ForceSensor {
+class ForceSensor : public RigPart {
  public:
-  virtual ~ForceSensor() = default;
   virtual const SensorInfo& info() const noexcept = 0;
-  /// Fills force, torque, count, age and the sensor's status bits with the mean since the last call.
+  /// Fills force, torque, count, age and the sensor's status bits with the mean since the last call; touches
+  /// nothing else. Neither blocks nor allocates. Not engaged: kForceMissing and an age beyond any limit.
   virtual void read(RigSample& sample) noexcept = 0;
-  /// Takes the present reading as zero. Call it only with the tool free and at rest.
+  /// Takes the present reading as zero. Call it only with the tool free and at rest. Any thread but the
+  /// clock's.
   virtual void bias() noexcept = 0;
 };
 

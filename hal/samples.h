@@ -33,12 +33,21 @@ struct Quaternion {
   double z = 0.0;
 };
 
-/// What the drivers know to be wrong with a sample. Zero means fit for use.
+/// What the drivers know to be wrong with a sample. Zero means fit for use; what
+/// each leads to stands in the table of faults (rt/guard).
 namespace sample_status {
 inline constexpr std::uint32_t kForceMissing = 1U << 0;    ///< no sensor sample arrived since the last tick
 inline constexpr std::uint32_t kForceSaturated = 1U << 1;  ///< at least one channel at its end of range
 inline constexpr std::uint32_t kForceFault = 1U << 2;      ///< the sensor reports itself unfit
 inline constexpr std::uint32_t kDeviceFault = 1U << 3;     ///< the device is lost or reports an error
+inline constexpr std::uint32_t kForceLost = 1U << 4;       ///< no connection to the sensor
+inline constexpr std::uint32_t kForceWarning = 1U << 5;  ///< the sensor reports something, but is fit for use
+inline constexpr std::uint32_t kDeviceNotReady = 1U << 6;   ///< not calibrated, homed or engaged
+inline constexpr std::uint32_t kDeviceWarm = 1U << 7;       ///< motors near their thermal limit
+inline constexpr std::uint32_t kDeviceOverForce = 1U << 8;  ///< the device was asked for more than it gives
+inline constexpr std::uint32_t kDeviceOverSpeed = 1U << 9;  ///< the device moves faster than it may
+inline constexpr std::uint32_t kCommandStale = 1U
+                                               << 10;  ///< no command came in time; the device cut the force
 }  // namespace sample_status
 
 /// One tick's measurement. Rig frame: right-handed, z up, millimetres.

@@ -11,7 +11,7 @@ namespace hapticd::sim {
 /// The force/torque sensor at 10 kHz: noise, quantisation, saturation, software bias. Figures: SI-25-0.25 on
 /// a 16-bit board, 1/640 N and ±35 N along the tool (D§3.1), ±25 N across. Noise: the 10 mN of jitter under
 /// load that D§3.2.2 reports is read as five standard deviations of the ten-sample mean.
-class Nano17 final : public hal::ForceSensor {
+class Nano17 {
  public:
   Nano17(double tool_mass_kg, std::uint64_t seed);
 
@@ -21,9 +21,9 @@ class Nano17 final : public hal::ForceSensor {
   /// it, instead of the torque that the force makes at the tip.
   void measure(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) noexcept;
 
-  const hal::SensorInfo& info() const noexcept override { return info_; }
-  void read(hal::RigSample& sample) noexcept override;
-  void bias() noexcept override;
+  const hal::SensorInfo& info() const noexcept { return info_; }
+  void read(hal::RigSample& sample) noexcept;
+  void bias() noexcept;
   /// Known load taken as zero, as after bias() with the tool at rest but without its noise.
   void bias_at(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm = {}) noexcept {
     bias_n_ = force_n;

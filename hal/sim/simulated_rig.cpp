@@ -92,19 +92,6 @@ struct Change {
   Change* next_retired = nullptr;
 };
 
-class SimulatedDevice final : public hal::HapticDevice {
- public:
-  explicit SimulatedDevice(Simulation& simulation)
-      : simulation_(simulation), info_(simulation.device().info()) {}
-  const hal::DeviceInfo& info() const noexcept override { return info_; }
-  void read(hal::RigSample& sample) noexcept override { simulation_.read_device(sample); }
-  void write(const hal::DeviceCommand& command) noexcept override { simulation_.command(command.force_n); }
-
- private:
-  Simulation& simulation_;
-  hal::DeviceInfo info_;
-};
-
 }  // namespace
 
 struct SimulatedRig::State {
@@ -115,7 +102,6 @@ struct SimulatedRig::State {
                    {config_.tool_centre_mm, config_.sensor_to_tool, config_.sensor_force_offset_n,
                     config_.sensor_torque_offset_n_mm}),
         instrument({}, config_.seed ^ 0x6c766474ULL),
-        device(simulation),
         resting_hand(simulation.prepare(HandProgram{})) {}
   ~State() {
     delete incoming.exchange(nullptr);
@@ -188,7 +174,6 @@ struct SimulatedRig::State {
   Simulation simulation;
   ExternalInstrument instrument;
   hal::Vector3 instrument_mm;
-  SimulatedDevice device;
 
   std::mutex world;  ///< among callers of set_program and set_object
   std::string object_name;
@@ -308,7 +293,7 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
   while (s.simulation.time_ns() + Simulation::kStepNs <= until_ns) s.simulation.step();
 
   sample = hal::RigSample{};
-  s.device.read(sample);
+  s.simulation.read_device(sample);
   s.simulation.sensor().read(sample);
   sample.tick = s.ticks++;
   if (s.config.external_instrument) {
@@ -317,7 +302,7 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
 }
 
 void SimulatedRig::write(const hal::DeviceCommand& command) noexcept {
-  state_->device.write(command);
+  state_->simulation.command(command.force_n);
 }
 
 bool SimulatedRig::truth(hal::TruthSample& truth) const noexcept {

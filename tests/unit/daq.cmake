@@ -1,0 +1,1 @@
+# hal/daq against its emulated peer.

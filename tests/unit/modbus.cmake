@@ -1,0 +1,1 @@
+# hal/modbus against its emulated peer.

@@ -1,0 +1,1 @@
+# hal/netft against its emulated peer.

@@ -1,0 +1,1 @@
+# hal/openhaptics against its emulated peer.

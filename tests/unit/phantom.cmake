@@ -1,0 +1,1 @@
+# hal/phantom against its emulated peer.
