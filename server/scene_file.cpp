@@ -282,6 +282,8 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   guard.read("max_power_w", spec.guard.max_power_w, kPowerW);
   guard.read("sensor_stale_after_ms", spec.guard.sensor_stale_after_ms, kStaleMs);
   guard.read("resume_ramp_s", spec.guard.resume_ramp_s, kRampS);
+  guard.read("fall_ramp_s", spec.guard.fall_ramp_s, kRampS);
+  guard.read("loop_gap_ms", spec.guard.loop_gap_ms, kStaleMs);
   if (auto error = document->error()) return *error;
 
   const std::string where =
@@ -350,10 +352,10 @@ std::string write_scene(const rt::SceneSpec& spec) {
   text += fmt::format(
       "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\nsensor_stale_after_ms = "
       "{}\n"
-      "resume_ramp_s = {}\n",
+      "resume_ramp_s = {}\nfall_ramp_s = {}\nloop_gap_ms = {}\n",
       number(spec.guard.max_force_n), number(spec.guard.max_force_rate_n_per_s),
       number(spec.guard.max_power_w), number(spec.guard.sensor_stale_after_ms),
-      number(spec.guard.resume_ramp_s));
+      number(spec.guard.resume_ramp_s), number(spec.guard.fall_ramp_s), number(spec.guard.loop_gap_ms));
   return text;
 }
 

@@ -1,6 +1,7 @@
 #include "rt/guard/guard.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace hapticd::rt {
@@ -12,46 +13,97 @@ bool sane(const hal::Vector3& v) noexcept {
   constexpr double kAbsurd = 1e4;  // 10 m, 10 kN, 10 N·m
   return std::abs(v.x) < kAbsurd && std::abs(v.y) < kAbsurd && std::abs(v.z) < kAbsurd;
 }
+
+constexpr FaultSet kTakesForce =
+    faults_that([](const FaultRule& r) { return r.action != FaultAction::kWarn; });
+constexpr FaultSet kCuts = faults_that([](const FaultRule& r) { return r.action == FaultAction::kCut; });
+constexpr FaultSet kLatches =
+    kTakesForce & faults_that([](const FaultRule& r) { return r.clearing != FaultClearing::kItself; });
+constexpr FaultSet kUnfit = faults_that([](const FaultRule& r) { return r.unfit; });
+constexpr FaultSet kOfSensor = faults_that([](const FaultRule& r) { return r.of_sensor; });
+
+/// The faults that the drivers' status bits mean.
+FaultSet faults_in(std::uint32_t sample_status) noexcept {
+  FaultSet set = 0;
+  for (const FaultRule& rule : kFaultTable) {
+    if ((rule.sample_status & sample_status) != 0) set |= set_of(rule.fault);
+  }
+  return set;
+}
+
+/// The one to tell of several: the most drastic, and of those the first in the table.
+GuardFault foremost(FaultSet faults) noexcept {
+  const FaultSet cutting = faults & kCuts;
+  return static_cast<GuardFault>(std::countr_zero(cutting != 0 ? cutting : faults));
+}
 }  // namespace
 
 Guard::Guard(const GuardLimits& limits, double rate_hz) noexcept
     : limits_(limits), period_s_(1.0 / rate_hz) {}
 
-void Guard::latch(GuardFault fault) noexcept {
-  if (state_ == GuardState::kLatched) return;  // the first cause is the one to tell
-  state_ = GuardState::kLatched;
-  fault_ = fault;
-  authority_ = 0.0;
+FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
+  FaultSet faults = sample.status != 0 ? faults_in(sample.status) : 0;
+  const hal::Quaternion& q = sample.tip_orientation;
+  if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) {
+    faults |= set_of(GuardFault::kNonFinite);
+  }
+  if (limits_.sensor_stale_after_ms > 0.0) {  // the scene listens to a force sensor
+    if (!sane(sample.sensor_force_n) || !sane(sample.sensor_torque_n_mm)) {
+      faults |= set_of(GuardFault::kNonFinite);
+    }
+    if (static_cast<double>(sample.force_age_ns) > 1e6 * limits_.sensor_stale_after_ms) {
+      faults |= set_of(GuardFault::kSensorStale);
+    }
+  } else {
+    faults &= ~kOfSensor;
+  }
+  const auto gap_ns = static_cast<double>(sample.time_ns - last_time_ns_);
+  if (has_time_ && limits_.loop_gap_ms > 0.0 && gap_ns > 1e6 * limits_.loop_gap_ms) {
+    faults |= set_of(GuardFault::kLoopGap);
+  }
+  last_time_ns_ = sample.time_ns;
+  has_time_ = true;
+  return faults;
 }
 
-GuardFault Guard::fault_of(const hal::RigSample& sample) const noexcept {
-  using namespace hal::sample_status;
-  if ((sample.status & kDeviceFault) != 0) return GuardFault::kDeviceFault;
-  const hal::Quaternion& q = sample.tip_orientation;
-  if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) return GuardFault::kNonFinite;
-  if (limits_.sensor_stale_after_ms > 0.0) {  // the scene listens to a force sensor
-    if (!sane(sample.sensor_force_n) || !sane(sample.sensor_torque_n_mm)) return GuardFault::kNonFinite;
-    if ((sample.status & kForceFault) != 0) return GuardFault::kSensorFault;
-    if ((sample.status & kForceSaturated) != 0) return GuardFault::kSensorSaturated;
-    if (static_cast<double>(sample.force_age_ns) > 1e6 * limits_.sensor_stale_after_ms) {
-      return GuardFault::kSensorStale;
-    }
+void Guard::heed(FaultSet faults) noexcept {
+  const FaultSet taking = faults & kTakesForce;
+  if (taking == 0) return;
+  const FaultSet latching = taking & kLatches;
+  if (latching != 0 && state_ != GuardState::kLatched) {  // the first cause is the one to tell
+    falls_ = holds_back() ? falls_ : true;
+    state_ = GuardState::kLatched;
+    fault_ = foremost(latching);
+  } else if (!holds_back()) {
+    falls_ = true;
+    state_ = GuardState::kSuspended;
+    fault_ = foremost(taking);
   }
-  return GuardFault::kNone;
+  if ((taking & kCuts) != 0) {
+    falls_ = false;
+    authority_ = 0.0;
+  }
 }
 
 bool Guard::admit(const hal::RigSample& sample) noexcept {
-  const GuardFault fault = fault_of(sample);
-  last_sample_fit_ = fault == GuardFault::kNone;
-  if (!last_sample_fit_) {
-    latch(fault);
-    has_position_ = false;
+  present_ = faults_of(sample);
+  heed(present_);
+  if (state_ == GuardState::kSuspended && (present_ & kTakesForce) == 0) {
+    state_ = GuardState::kResuming;
+    fault_ = GuardFault::kNone;
   }
-  return last_sample_fit_;
+  const bool fit = (present_ & kUnfit) == 0;
+  if (!fit) has_position_ = false;
+  return fit;
+}
+
+void Guard::raise(GuardFault fault) noexcept {
+  raised_ |= set_of(fault);
+  heed(set_of(fault));
 }
 
 bool Guard::clear() noexcept {
-  if (!last_sample_fit_) return false;
+  if ((present_ & kTakesForce) != 0) return false;
   if (state_ == GuardState::kLatched) {
     state_ = GuardState::kResuming;
     fault_ = GuardFault::kNone;
@@ -60,10 +112,20 @@ bool Guard::clear() noexcept {
   return true;
 }
 
+void Guard::update_authority() noexcept {
+  const auto step = [this](double ramp_s) { return ramp_s > 0.0 ? period_s_ / ramp_s : 1.0; };
+  if (holds_back()) {
+    authority_ = falls_ ? std::max(0.0, authority_ - step(limits_.fall_ramp_s)) : 0.0;
+  } else if (state_ == GuardState::kResuming) {
+    authority_ = std::min(1.0, authority_ + step(limits_.resume_ramp_s));
+    if (authority_ == 1.0) state_ = GuardState::kRendering;
+  }
+}
+
 hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sample,
                           TickRecord& record) noexcept {
   std::uint8_t limited = 0;
-  if (last_sample_fit_) {
+  if ((present_ & kUnfit) == 0) {
     // Smoothed over about eight ticks: the bound on power needs no promptness, and one encoder step is not a
     // motion.
     const hal::Vector3 raw = (sample.tip_position_mm - last_position_mm_) * (1.0 / period_s_);
@@ -72,17 +134,14 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
     last_position_mm_ = sample.tip_position_mm;
     has_position_ = true;
   }
-  if (state_ != GuardState::kLatched && !sane(wanted_n)) latch(GuardFault::kNonFinite);
+  if (!sane(wanted_n)) {
+    present_ |= set_of(GuardFault::kNonFinite);
+    heed(set_of(GuardFault::kNonFinite));
+  }
+  update_authority();
 
   hal::Vector3 force;
-  if (state_ != GuardState::kLatched) {
-    if (state_ == GuardState::kResuming) {
-      authority_ += limits_.resume_ramp_s > 0.0 ? period_s_ / limits_.resume_ramp_s : 1.0;
-      if (authority_ >= 1.0) {
-        authority_ = 1.0;
-        state_ = GuardState::kRendering;
-      }
-    }
+  if (authority_ > 0.0) {
     force = wanted_n * authority_;
     const double max_force_n = limits_.max_force_n;
     if (const double squared = dot(force, force); squared > max_force_n * max_force_n) {
@@ -107,6 +166,8 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
   record.device_command_n = force;
   record.guard_state = state_;
   record.guard_fault = fault_;
+  record.faults_present = present_ | raised_;
+  raised_ = 0;
   record.guard_limits = limited;
   record.authority = authority_;
   return force;

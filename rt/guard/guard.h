@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "hal/samples.h"
+#include "rt/guard/fault_table.h"
 #include "rt/scene/tick_record.h"
 
 namespace hapticd::rt {
@@ -14,40 +15,56 @@ struct GuardLimits {
   double max_power_w = 2.0;  ///< force · velocity into the hand; 2 W is a brisk push (4 N at 0.5 m/s)
   double sensor_stale_after_ms = 2.0;  ///< age of the newest force sample that latches; 0 = no sensor needed
   double resume_ramp_s = 0.5;          ///< authority 0 → 1 after a clear
+  double fall_ramp_s = 0.1;  ///< authority 1 → 0 where a fault lets force fall instead of cutting it
+  /// Between two ticks, by the rig's time, before the force that stood meanwhile is cut; 0 = any.
+  double loop_gap_ms = 50.0;
 };
 
-/// The one gate to the device: finite, bounded in magnitude, rate and power; zero and latched on any fault.
+/// The one gate to the device: finite, bounded in magnitude, rate and power. What a fault does to the force
+/// stands in the table of faults and nowhere here.
 class Guard {
  public:
   Guard(const GuardLimits& limits, double rate_hz) noexcept;
 
-  /// True when the sample may enter a pipeline: finite and without fault bits. Otherwise latches.
+  /// Looks for faults; true when the sample may enter a pipeline.
   bool admit(const hal::RigSample& sample) noexcept;
   /// Bounds `wanted_n` and fills the record's guard group. Call once a tick, after admit().
   hal::Vector3 bound(const hal::Vector3& wanted_n, const hal::RigSample& sample, TickRecord& record) noexcept;
 
-  void stop() noexcept { latch(GuardFault::kStopped); }
-  /// True when the latch was left: the last sample must have been fit.
+  /// A fault that shows in no sample: a stop, a table that turns. Warnings are told with the next tick only.
+  void raise(GuardFault fault) noexcept;
+  /// True when the latch was left: no fault that takes the force away may be present.
   bool clear() noexcept;
   void set_limits(const GuardLimits& limits) noexcept { limits_ = limits; }
 
   GuardState state() const noexcept { return state_; }
   GuardFault fault() const noexcept { return fault_; }
+  /// True while a fault keeps the force at zero.
+  bool silent() const noexcept { return holds_back() && authority_ == 0.0; }
 
  private:
-  void latch(GuardFault fault) noexcept;
-  GuardFault fault_of(const hal::RigSample& sample) const noexcept;
+  bool holds_back() const noexcept {
+    return state_ == GuardState::kLatched || state_ == GuardState::kSuspended;
+  }
+  FaultSet faults_of(const hal::RigSample& sample) noexcept;
+  /// Does what the table says about the faults of a set.
+  void heed(FaultSet faults) noexcept;
+  void update_authority() noexcept;
 
   GuardLimits limits_;
   double period_s_;
   GuardState state_ = GuardState::kRendering;
   GuardFault fault_ = GuardFault::kNone;
-  bool last_sample_fit_ = true;
+  FaultSet present_ = 0;  ///< in the last sample
+  FaultSet raised_ = 0;   ///< since the last record
+  bool falls_ = false;    ///< held back, but not cut: authority falls over a ramp
   double authority_ = 1.0;
   hal::Vector3 last_force_n_;
   hal::Vector3 last_position_mm_;
   hal::Vector3 velocity_mm_per_s_;  ///< smoothed over a few ticks; only for the power bound
   bool has_position_ = false;
+  std::int64_t last_time_ns_ = 0;
+  bool has_time_ = false;
 };
 
 }  // namespace hapticd::rt

@@ -1,5 +1,6 @@
 #include "rt/loop/engine.h"
 
+#include <bit>
 #include <thread>
 
 namespace hapticd::rt {
@@ -32,7 +33,11 @@ Engine::~Engine() = default;
 
 hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   take_commands(sample);
-  if (stop_requested_.exchange(false, std::memory_order_acq_rel)) renderer_.stop();
+  if (raised_.load(std::memory_order_relaxed) != 0) {
+    FaultSet raised = raised_.exchange(0, std::memory_order_acq_rel);
+    for (; raised != 0; raised &= raised - 1)
+      renderer_.raise(static_cast<GuardFault>(std::countr_zero(raised)));
+  }
 
   TickRecord record;
   const hal::DeviceCommand command = renderer_.tick(sample, record);

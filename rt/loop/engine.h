@@ -73,7 +73,9 @@ class Engine final : public hal::TickHandler {
   /// each waits by itself.
   EngineOutcome execute(const EngineCommand& command, std::chrono::nanoseconds timeout);
   /// Latches the guard at the next tick. Never blocks, never fails.
-  void stop() noexcept { stop_requested_.store(true, std::memory_order_release); }
+  void stop() noexcept { raise(GuardFault::kStopped); }
+  /// Any other fault that shows in no sample: heeded at the next tick.
+  void raise(GuardFault fault) noexcept { raised_.fetch_or(set_of(fault), std::memory_order_acq_rel); }
 
   /// The last tick that was completed and the rig's time of it; how a caller turns a time into a tick.
   std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
@@ -129,7 +131,7 @@ class Engine final : public hal::TickHandler {
   std::array<std::uint32_t, kCommandSlots> pending_{};  ///< the loop's own: taken, but not due yet
   std::size_t pending_count_ = 0;
 
-  std::atomic<bool> stop_requested_{false};
+  std::atomic<FaultSet> raised_{0};
   SpscRing<TickRecord> records_;
   std::atomic<std::uint64_t> records_dropped_{0};
   std::atomic<bool> observed_{false};

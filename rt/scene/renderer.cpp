@@ -44,7 +44,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   }
   const bool is_free = !record.in_contact && std::abs(record.desired_force_n) < kNothingWantedN;
   ticks_free_ = is_free ? std::min(ticks_free_ + 1, free_ticks_) : 0;
-  const bool was_latched = guard_.state() == GuardState::kLatched;
+  const bool was_latched = guard_.silent();
   hand_over_share_ = was_latched ? 0.0 : std::max(0.0, hand_over_share_ - hand_over_step_);
   wanted = hand_over_n_ * hand_over_share_ + wanted * (1.0 - hand_over_share_);
   const hal::Vector3 force = guard_.bound(wanted, sample, record);

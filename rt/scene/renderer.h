@@ -26,13 +26,14 @@ class Renderer {
   /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
   /// enough that no release is still fading.
   bool free() const noexcept {
-    return pipeline_ == nullptr || guard_.state() == GuardState::kLatched || ticks_free_ >= free_ticks_;
+    return pipeline_ == nullptr || guard_.silent() || ticks_free_ >= free_ticks_;
   }
 
   hal::DeviceCommand tick(const hal::RigSample& sample, TickRecord& record) noexcept;
 
   void set_target(const TargetLaw& target, double ramp_s) noexcept;
-  void stop() noexcept { guard_.stop(); }
+  /// A stop, or another fault that shows in no sample.
+  void raise(GuardFault fault) noexcept { guard_.raise(fault); }
   /// Leaves the latch; authority then rises from zero. Refused (false) while the fault persists.
   bool clear() noexcept { return guard_.clear(); }
   const Guard& guard() const noexcept { return guard_; }

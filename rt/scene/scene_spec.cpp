@@ -122,6 +122,8 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("guard.max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, 1.0, 1e6, "N/s");
   check.range("guard.max_power_w", spec.guard.max_power_w, 0.0, 100.0, "W");
   check.range("guard.resume_ramp_s", spec.guard.resume_ramp_s, 0.0, 60.0, "s");
+  check.range("guard.fall_ramp_s", spec.guard.fall_ramp_s, 0.0, 1.0, "s");
+  check.range("guard.loop_gap_ms", spec.guard.loop_gap_ms, 0.0, 1000.0, "ms (0 = any)");
   if (uses_sensor)
     check.range("guard.sensor_stale_after_ms", spec.guard.sensor_stale_after_ms, 0.1, 1000.0, "ms");
   if (!gains_are_stable(spec.controller, rig.rate_hz)) {

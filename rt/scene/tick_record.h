@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "hal/samples.h"
+#include "rt/guard/fault.h"
 
 namespace hapticd::rt {
 
@@ -37,18 +38,8 @@ enum class ContactReason : std::uint8_t {
 enum class GuardState : std::uint8_t {
   kRendering,  ///< commands pass, bounded
   kResuming,   ///< after a clear: commands pass scaled by a rising authority
-  kLatched,    ///< zero force until someone clears
-};
-
-/// Why the guard latched.
-enum class GuardFault : std::uint8_t {
-  kNone,
-  kStopped,          ///< someone asked for it
-  kNonFinite,        ///< a measurement or a command was NaN, infinite or absurd (beyond 10 m, 10 kN)
-  kSensorStale,      ///< the newest force sample is too old
-  kSensorSaturated,  ///< a sensor channel is at its end
-  kSensorFault,      ///< the sensor reports itself unfit
-  kDeviceFault,      ///< the device is lost or reports an error
+  kLatched,    ///< zero force, or falling to it, until someone clears
+  kSuspended,  ///< the same until the fault is over by itself
 };
 
 namespace guard_limit {
@@ -105,9 +96,10 @@ struct TickRecord {
   // channel::kGuard
   hal::Vector3 device_command_n;  ///< what went to the device, rig frame
   GuardState guard_state = GuardState::kRendering;
-  GuardFault guard_fault = GuardFault::kNone;
-  std::uint8_t guard_limits = 0;  ///< bits of guard_limit
-  double authority = 1.0;         ///< 0 … 1, rises after a clear
+  GuardFault guard_fault = GuardFault::kNone;  ///< why it is latched or suspended
+  std::uint32_t faults_present = 0;            ///< this tick, warnings too: bit n is the fault of number n
+  std::uint8_t guard_limits = 0;               ///< bits of guard_limit
+  double authority = 1.0;                      ///< 0 … 1, rises after a clear
   // channel::kDirection, rig frame
   hal::Vector3 normal;            ///< u^n, out of the object; zero out of contact
   hal::Vector3 reaction_n;        ///< f_r on the tool (4.5)

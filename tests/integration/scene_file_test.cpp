@@ -20,7 +20,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
          compensation, structural, explore, control, guard] = spec;
   auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks] = contact;
   auto& [law, proportional, derivative] = control;
-  auto& [force, rate, power, stale, resume] = guard;
+  auto& [force, rate, power, stale, resume, fall, gap] = guard;
   auto& [direction, displacement, contact_law, feel, release, passivity, back_drive, lead, cutoff, noise,
          gravity, mounting] = explore;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
@@ -31,8 +31,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
-  std::vector<double*> numbers{&mass,  &max_target, &ramp,  &structural, &proportional, &derivative,
-                               &force, &rate,       &power, &stale,      &resume};
+  std::vector<double*> numbers{&mass, &max_target, &ramp,  &structural, &proportional, &derivative, &force,
+                               &rate, &power,      &stale, &resume,     &fall,         &gap};
   const auto add = [&numbers](std::initializer_list<double*> more) {
     numbers.insert(numbers.end(), more.begin(), more.end());
   };

@@ -47,7 +47,7 @@ class Mischief {
     if (chance(10)) bench.set_time_ns(bench.time_ns() + pick(200) * 1'000'000);  // a gap
     if (chance(11)) bench.set_time_ns(bench.time_ns() - pick(50) * 1'000'000);   // backwards
     bench.set_period_ns(chance(12) ? pick(3) * 500'000 : 1'000'000);
-    if (chance(13)) bench.renderer().stop();
+    if (chance(13)) bench.renderer().raise(GuardFault::kStopped);
     if (pick(200) == 0) bench.renderer().clear();
     if (chance(14)) {
       TargetLaw law;

@@ -132,7 +132,7 @@ TEST(Guard, NonFiniteCommandLatches) {
 TEST(Guard, ResumesOverARamp) {
   Guard guard(limits(), 1000.0);
   TickRecord record;
-  guard.stop();
+  guard.raise(GuardFault::kStopped);
   EXPECT_EQ(norm(pass(guard, {0.0, 0.0, 5.0}, {}, record)), 0.0);
   EXPECT_EQ(record.guard_fault, GuardFault::kStopped);
   ASSERT_TRUE(guard.clear());

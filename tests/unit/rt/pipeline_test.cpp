@@ -128,7 +128,7 @@ TEST(TapPipeline, StoppedAndClearedItComesBackOverARampFromWhereItIs) {
   bench.press(-5.0, -5.0, 0.4, 50);
   bench.press(-5.0, 5.0, 0.4, 1000);
   const double full = bench.press(5.0, 5.0, 0.4, 100).device_command_n.z;
-  bench.renderer().stop();
+  bench.renderer().raise(GuardFault::kStopped);
   EXPECT_EQ(bench.tick(bench.at_depth(5.0, 0.4)).device_command_n.z, 0.0);
   ASSERT_TRUE(bench.renderer().clear());
   double before = 0.0;

@@ -91,7 +91,7 @@ TEST_F(SceneExchange, AStopDuringTheHandOverIsWholeAndFinal) {
   ticks(3);
   renderer_.exchange(&after, wide());
   ticks(5);
-  renderer_.stop();
+  renderer_.raise(GuardFault::kStopped);
   EXPECT_EQ(tick(), 0.0);
   GuardLimits at_once = wide();
   at_once.resume_ramp_s = 0.0;
@@ -122,7 +122,7 @@ TEST_F(SceneExchange, IsFreeOnceNothingWasTouchedOrWantedForLongerThanAnyFade) {
   EXPECT_TRUE(renderer_.free());
   scene.set(1.0, true);
   tick();
-  renderer_.stop();
+  renderer_.raise(GuardFault::kStopped);
   EXPECT_TRUE(renderer_.free()) << "latched: there is no force to lose";
 }
 

@@ -133,7 +133,7 @@ TEST(Tick, OfAnExploreSceneNeitherAllocatesNorLocks) {
       const long before = hapticd::test::allocations();
       watched = true;
       if (i % 211 == 0) bench.renderer().set_target(targets[static_cast<std::size_t>(i / 211) % 4], 0.1);
-      if (i % 5000 == 4999) bench.renderer().stop();
+      if (i % 5000 == 4999) bench.renderer().raise(GuardFault::kStopped);
       if (i % 500 == 0) bench.renderer().clear();
       const TickRecord record = bench.tick(sample);
       watched = false;

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+namespace hapticd::rt {
+
+/// Everything that can go wrong with a rig while it renders. What follows from each stands in fault_table.h.
+enum class GuardFault : std::uint8_t {
+  kNone,
+  kStopped,            ///< someone asked for it
+  kNonFinite,          ///< a measurement or a command was NaN, infinite or absurd (beyond 10 m, 10 kN)
+  kSensorStale,        ///< the newest force sample is too old
+  kSensorSaturated,    ///< a sensor channel is at its end
+  kSensorFault,        ///< the sensor reports itself unfit
+  kDeviceFault,        ///< the device is lost or reports an error
+  kSensorLost,         ///< no connection to the sensor
+  kSensorWarning,      ///< the sensor reports something, but is fit for use
+  kDeviceNotReady,     ///< not calibrated, homed or engaged
+  kDeviceWarm,         ///< motors near their thermal limit
+  kDeviceOverForce,    ///< the device was asked for more than it gives
+  kDeviceOverSpeed,    ///< the device moves faster than it may
+  kCommandStale,       ///< commands did not reach the device in time, so that it cut the force itself
+  kLoopGap,            ///< too long between two ticks: the last force stood meanwhile
+  kTurntableMoving,    ///< the table turns while the tool touches or the device renders
+  kTurntableLost,      ///< no word from the table while it turns
+  kTurntableStalled,   ///< told to move, it does not
+  kTurntableTimedOut,  ///< a motion did not end in time
+  kTurntableAlarm,     ///< its drive reports an alarm
+};
+
+}  // namespace hapticd::rt
