@@ -95,6 +95,11 @@ class HapticDevice : public RigPart {
   virtual void read(RigSample& sample) noexcept = 0;
   /// Takes effect no earlier than the device's own latency allows.
   virtual void write(const DeviceCommand& command) noexcept = 0;
+  /// Takes the present pose as the reset pose; the error of a device that needs no such thing. Any thread but
+  /// the clock's.
+  virtual std::optional<Error> home() {
+    return Error{"the device homes itself", "haptic device", "", "", "there is nothing to do"};
+  }
   /// Null where a periodic thread may read and write the device.
   virtual ServoClock* clock() noexcept { return nullptr; }
 };
@@ -107,8 +112,8 @@ class ForceSensor : public RigPart {
   /// nothing else. Neither blocks nor allocates. Not engaged: kForceMissing and an age beyond any limit.
   virtual void read(RigSample& sample) noexcept = 0;
   /// Takes the present reading as zero. Call it only with the tool free and at rest. Any thread but the
-  /// clock's.
-  virtual void bias() noexcept = 0;
+  /// clock's; waits for what it averages, and says why where nothing comes.
+  virtual std::optional<Error> bias() = 0;
 };
 
 /// Called once a period by whoever owns the clock.
@@ -118,17 +123,35 @@ class TickHandler {
   virtual DeviceCommand on_tick(const RigSample& sample) noexcept = 0;
 };
 
-/// Device, sensor and clock. Two kinds:
-/// - a *paced* rig has no clock of its own (`owns_clock()` is false): a periodic thread calls read() and
-///   write() once a period;
-/// - a rig that owns its clock (virtual time, a file, a vendor's scheduler) is given the handler by run()
-///   and calls it itself.
+/// The parts that hardware can be behind.
+enum class RigPartKind : std::uint8_t { kDevice, kForceSensor };
+
+/// Device, sensor and clock. Three kinds:
+/// - a *paced* rig has no clock of its own: a periodic thread calls read() and write() once a period;
+/// - a rig whose device brings a scheduler (`clock()` is not null): that calls read() and write();
+/// - a rig that owns its time (`owns_clock()`: virtual time, a file) is given the handler by run() and calls
+///   it itself.
 class Rig {
  public:
   virtual ~Rig() = default;
   virtual const RigInfo& info() const noexcept = 0;
 
   virtual bool owns_clock() const noexcept = 0;
+  virtual ServoClock* clock() noexcept { return nullptr; }
+
+  /// Opens the hardware behind a part and returns once it delivers, or says why it does not. Any thread but
+  /// the clock's, which may be running: until then, and after disengage(), its part of the samples says that
+  /// it is not there. Where there is no hardware there is nothing to do.
+  virtual std::optional<Error> engage(RigPartKind /*part*/) { return std::nullopt; }
+  /// Lets go of it again; no other thread than engage()'s.
+  virtual void disengage(RigPartKind /*part*/) noexcept {}
+  /// How the parts with hardware behind them fare. Any thread.
+  virtual std::vector<PartReport> reports() const { return {}; }
+  /// Takes the present load of the sensor as zero: the tool free and at rest. Waits for what it averages.
+  virtual std::optional<Error> bias_force_sensor() { return nothing_to("bias", "force sensor"); }
+  /// Takes the present pose of the device as its reset pose.
+  virtual std::optional<Error> home_device() { return nothing_to("home", "haptic device"); }
+
   /// Next measurement. Bounded time, no allocation.
   virtual void read(RigSample& sample) noexcept = 0;
   virtual void write(const DeviceCommand& command) noexcept = 0;
@@ -141,9 +164,8 @@ class Rig {
   /// false where there is none. Unlike the encoders it sees the device bend.
   virtual bool external_position(Vector3& /*position_mm*/) const noexcept { return false; }
 
-  /// Drives the handler until the rig is exhausted or `stop` is set. A rig with an external scheduler
-  /// overrides this; the default goes as fast as it can, which is what virtual time means. A zero force is
-  /// written before it returns, whatever the cause.
+  /// Drives the handler until the rig is exhausted or `stop` is set, as fast as it can, which is what virtual
+  /// time means. A zero force is written before it returns, whatever the cause.
   virtual void run(TickHandler& handler, const std::atomic<bool>& stop) noexcept {
     RigSample sample;
     while (!stop.load(std::memory_order_relaxed) && !exhausted()) {
@@ -151,6 +173,11 @@ class Rig {
       write(handler.on_tick(sample));
     }
     write(DeviceCommand{});
+  }
+
+ protected:
+  static Error nothing_to(const char* deed, const char* part) {
+    return {std::string("there is nothing to ") + deed, part, "", "a rig with hardware that needs it", ""};
   }
 };
 

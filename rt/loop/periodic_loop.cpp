@@ -83,7 +83,10 @@ hal::Result<LoopConfig> validate(const LoopConfig& config) {
 }
 
 PeriodicLoop::PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config)
-    : rig_(rig), engine_(engine), config_(config) {}
+    : rig_(rig),
+      engine_(engine),
+      config_(config),
+      period_ns_(static_cast<std::int64_t>(std::llround(1e9 / config.rate_hz))) {}
 
 PeriodicLoop::~PeriodicLoop() {
   stop();
@@ -141,8 +144,13 @@ void PeriodicLoop::thread_main() {
   prepared_.store(true);
   prepared_.notify_one();
 
+  timing_ = {};
+  servo_deadline_ns_ = 0;
   if (rig_.owns_clock()) {
     rig_.run(engine_, stop_requested_);
+  } else if (hal::ServoClock* clock = rig_.clock()) {
+    clock->run(*this, stop_requested_);
+    rig_.write(hal::DeviceCommand{});
   } else {
     run_paced();
   }
@@ -150,56 +158,64 @@ void PeriodicLoop::thread_main() {
 }
 
 void PeriodicLoop::run_paced() noexcept {
-  const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / config_.rate_hz));
-  hal::RigSample sample;
-  TickTiming timing;
-  std::int64_t deadline_ns = now_ns() + period_ns;
-
+  std::int64_t deadline_ns = now_ns() + period_ns_;
   while (!stop_requested_.load(std::memory_order_acquire) && !rig_.exhausted()) {
     sleep_until_ns(deadline_ns);
-    const std::int64_t woken_ns = now_ns();
-    timing.wakeup_ns = woken_ns - deadline_ns;
-
-    rig_.read(sample);
-    const std::int64_t read_ns = now_ns();
-    timing.device_ns += read_ns - woken_ns;  // with the last tick's write
-    engine_.note_timing(timing);
-    const hal::DeviceCommand command = engine_.on_tick(sample);
-    const std::int64_t computed_ns = now_ns();
-    rig_.write(command);
-    const std::int64_t done_ns = now_ns();
-
-    const std::int64_t compute_ns = computed_ns - read_ns;
-    const std::int64_t device_ns = (read_ns - woken_ns) + (done_ns - computed_ns);
-    wakeup_.record(timing.wakeup_ns);
-    compute_.record(compute_ns);
-    device_.record(device_ns);
-    increment(ticks_);
-
-    TickTiming next;
-    next.device_ns = done_ns - computed_ns;
-    next.compute_ns = compute_ns;
-    deadline_ns += period_ns;
-    if (done_ns > deadline_ns) {
-      // Late: skip what was missed and name what took the longest.
-      const std::int64_t missed = (done_ns - deadline_ns) / period_ns + 1;
-      deadline_ns += missed * period_ns;
-      next.periods_missed = static_cast<std::uint32_t>(std::min<std::int64_t>(missed, UINT32_MAX));
-      increment(periods_missed_, static_cast<std::uint64_t>(missed));
-      if (timing.wakeup_ns >= compute_ns && timing.wakeup_ns >= device_ns) {
-        next.overrun = OverrunCause::kWakeUp;
-        increment(overruns_by_wakeup_);
-      } else if (compute_ns >= device_ns) {
-        next.overrun = OverrunCause::kCompute;
-        increment(overruns_by_compute_);
-      } else {
-        next.overrun = OverrunCause::kDevice;
-        increment(overruns_by_device_);
-      }
-    }
-    timing = next;
+    deadline_ns = tick(deadline_ns, now_ns());
   }
   rig_.write(hal::DeviceCommand{});
+}
+
+// A foreign scheduler keeps no grid that we know of: its next call is expected a period after this one.
+void PeriodicLoop::on_servo() noexcept {
+  const std::int64_t woken_ns = now_ns();
+  tick(servo_deadline_ns_ == 0 ? woken_ns : servo_deadline_ns_, woken_ns);
+  servo_deadline_ns_ = woken_ns + period_ns_;
+}
+
+std::int64_t PeriodicLoop::tick(std::int64_t deadline_ns, std::int64_t woken_ns) noexcept {
+  TickTiming& timing = timing_;
+  timing.wakeup_ns = std::max<std::int64_t>(0, woken_ns - deadline_ns);
+
+  rig_.read(sample_);
+  const std::int64_t read_ns = now_ns();
+  timing.device_ns += read_ns - woken_ns;  // with the last tick's write
+  engine_.note_timing(timing);
+  const hal::DeviceCommand command = engine_.on_tick(sample_);
+  const std::int64_t computed_ns = now_ns();
+  rig_.write(command);
+  const std::int64_t done_ns = now_ns();
+
+  const std::int64_t compute_ns = computed_ns - read_ns;
+  const std::int64_t device_ns = (read_ns - woken_ns) + (done_ns - computed_ns);
+  wakeup_.record(timing.wakeup_ns);
+  compute_.record(compute_ns);
+  device_.record(device_ns);
+  increment(ticks_);
+
+  TickTiming next;
+  next.device_ns = done_ns - computed_ns;
+  next.compute_ns = compute_ns;
+  deadline_ns += period_ns_;
+  if (done_ns > deadline_ns) {
+    // Late: skip what was missed and name what took the longest.
+    const std::int64_t missed = (done_ns - deadline_ns) / period_ns_ + 1;
+    deadline_ns += missed * period_ns_;
+    next.periods_missed = static_cast<std::uint32_t>(std::min<std::int64_t>(missed, UINT32_MAX));
+    increment(periods_missed_, static_cast<std::uint64_t>(missed));
+    if (timing.wakeup_ns >= compute_ns && timing.wakeup_ns >= device_ns) {
+      next.overrun = OverrunCause::kWakeUp;
+      increment(overruns_by_wakeup_);
+    } else if (compute_ns >= device_ns) {
+      next.overrun = OverrunCause::kCompute;
+      increment(overruns_by_compute_);
+    } else {
+      next.overrun = OverrunCause::kDevice;
+      increment(overruns_by_device_);
+    }
+  }
+  timing = next;
+  return deadline_ns;
 }
 
 LoopStatistics PeriodicLoop::statistics() const noexcept {

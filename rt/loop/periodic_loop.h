@@ -37,14 +37,15 @@ struct LoopStatistics {
   std::uint64_t overruns_by_device = 0;
 };
 
-/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. Wakes at
+/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own, a
+/// device's scheduler included. Wakes at
 /// absolute times; a period that was missed is skipped and counted, never caught up in a burst. Runs without
 /// privileges too, and says what it lacks.
-class PeriodicLoop {
+class PeriodicLoop final : private hal::ServoBody {
  public:
   PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);
   /// Stops: the last thing written to the device is a zero force.
-  ~PeriodicLoop();
+  ~PeriodicLoop() override;
   PeriodicLoop(const PeriodicLoop&) = delete;
   PeriodicLoop& operator=(const PeriodicLoop&) = delete;
 
@@ -60,6 +61,10 @@ class PeriodicLoop {
   void thread_main();
   void prepare_thread();
   void run_paced() noexcept;
+  /// Called by a device's own scheduler.
+  void on_servo() noexcept override;
+  /// Read, compute, write; told when it was due and when it began. Returns when the next one is due.
+  std::int64_t tick(std::int64_t deadline_ns, std::int64_t woken_ns) noexcept;
 
   hal::Rig& rig_;
   Engine& engine_;
@@ -69,6 +74,12 @@ class PeriodicLoop {
   std::atomic<bool> prepared_{false};
   std::atomic<bool> running_{false};
   std::vector<std::string> shortcomings_;
+
+  // The clock's thread's own.
+  std::int64_t period_ns_;
+  hal::RigSample sample_;
+  TickTiming timing_;                   ///< of the tick to come, as far as known
+  std::int64_t servo_deadline_ns_ = 0;  ///< when a device's scheduler is expected to call next; 0 = unknown
 
   LatencyHistogram wakeup_;
   LatencyHistogram compute_;

@@ -1,0 +1,125 @@
+#include "hal/composed_rig.h"
+
+#include <cstdint>
+#include <limits>
+#include <thread>
+#include <utility>
+
+namespace hapticd::hal {
+
+namespace {
+
+constexpr std::uint32_t kOfForce = sample_status::kForceMissing | sample_status::kForceSaturated |
+                                   sample_status::kForceFault | sample_status::kForceLost |
+                                   sample_status::kForceWarning;
+
+RigInfo describe(const RigParts& parts, double rate_hz) {
+  RigInfo info;
+  if (parts.base) info = parts.base->info();
+  info.kind = RigKind::kHardware;
+  info.rate_hz = rate_hz;
+  info.renders_force = parts.device != nullptr || (parts.base && parts.base->info().renders_force);
+  // What the base knows of its own world is not the truth about a part that is elsewhere.
+  info.has_truth = false;
+  info.has_external_position = false;
+  if (parts.device) info.device = parts.device->info();
+  if (parts.sensor) info.sensor = parts.sensor->info();
+  std::string name;
+  const auto add = [&name](const std::string& part) { name += (name.empty() ? "" : " + ") + part; };
+  if (parts.device) add(parts.device->report().driver);
+  if (parts.sensor) add(parts.sensor->report().driver);
+  if (parts.base) add(parts.base->info().name);
+  info.name = name;
+  return info;
+}
+
+}  // namespace
+
+// The clock's thread says that it reads, then looks whether it may; here it is the other way round. So one of
+// the two sees the other (both orders sequentially consistent).
+void ComposedRig::Access::close() noexcept {
+  open_.store(false);
+  while (in_use_.load()) std::this_thread::sleep_for(std::chrono::microseconds(50));
+}
+
+ComposedRig::ComposedRig(RigParts parts, double rate_hz)
+    : parts_(std::move(parts)), info_(describe(parts_, rate_hz)) {}
+
+ComposedRig::~ComposedRig() {
+  disengage(RigPartKind::kForceSensor);
+  disengage(RigPartKind::kDevice);
+}
+
+std::optional<Error> ComposedRig::engage(RigPartKind part) {
+  const bool is_device = part == RigPartKind::kDevice;
+  RigPart* hardware = is_device ? static_cast<RigPart*>(parts_.device.get()) : parts_.sensor.get();
+  if (hardware == nullptr) return std::nullopt;
+  if (auto error = hardware->engage()) return error;
+  (is_device ? device_access_ : sensor_access_).open();
+  return std::nullopt;
+}
+
+void ComposedRig::disengage(RigPartKind part) noexcept {
+  const bool is_device = part == RigPartKind::kDevice;
+  RigPart* hardware = is_device ? static_cast<RigPart*>(parts_.device.get()) : parts_.sensor.get();
+  if (hardware == nullptr) return;
+  (is_device ? device_access_ : sensor_access_).close();
+  hardware->disengage();
+}
+
+std::vector<PartReport> ComposedRig::reports() const {
+  std::vector<PartReport> all;
+  if (parts_.device) all.push_back(parts_.device->report());
+  if (parts_.sensor) all.push_back(parts_.sensor->report());
+  return all;
+}
+
+std::optional<Error> ComposedRig::bias_force_sensor() {
+  return parts_.sensor ? parts_.sensor->bias() : Rig::bias_force_sensor();
+}
+
+std::optional<Error> ComposedRig::home_device() {
+  return parts_.device ? parts_.device->home() : Rig::home_device();
+}
+
+void ComposedRig::read(RigSample& sample) noexcept {
+  if (parts_.base) {
+    parts_.base->read(sample);
+  } else {
+    sample = RigSample{};
+    const Clock::time_point now = Clock::now();
+    if (ticks_ == 0) started_ = now;
+    sample.time_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now - started_).count();
+    sample.status |= sample_status::kForceMissing;
+  }
+  sample.tick = ticks_++;
+  if (parts_.device) {
+    sample.status &= kOfForce;
+    sample.tip_position_mm = last_.tip_position_mm;
+    sample.tip_orientation = last_.tip_orientation;
+    if (!device_access_.with([&] { parts_.device->read(sample); })) {
+      sample.status |= sample_status::kDeviceNotReady;
+    }
+    last_ = sample;
+  }
+  if (parts_.sensor) {
+    sample.status &= ~kOfForce;
+    if (!sensor_access_.with([&] { parts_.sensor->read(sample); })) {
+      sample.sensor_force_n = {};
+      sample.sensor_torque_n_mm = {};
+      sample.force_count = 0;
+      sample.force_age_ns = std::numeric_limits<std::int64_t>::max();
+      sample.status |= sample_status::kForceMissing;
+    }
+  }
+}
+
+void ComposedRig::write(const DeviceCommand& command) noexcept {
+  if (!parts_.device) {
+    if (parts_.base) parts_.base->write(command);
+    return;
+  }
+  device_access_.with([&] { parts_.device->write(command); });
+}
+
+}  // namespace hapticd::hal

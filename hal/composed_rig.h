@@ -1,0 +1,75 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "hal/rig.h"
+
+namespace hapticd::hal {
+
+/// What a rig is put together of. A part that is not given is the base's; without a base there is none.
+struct RigParts {
+  std::unique_ptr<Rig> base;  ///< simulated or replayed in real time; may be null
+  std::unique_ptr<HapticDevice> device;
+  std::unique_ptr<ForceSensor> sensor;
+};
+
+/// Any real device and any real sensor, with what is missing taken from a simulated or replayed rig. Force
+/// goes to the real device if there is one, and then nowhere else.
+class ComposedRig final : public Rig {
+ public:
+  /// `rate_hz` of the tick. Opens nothing. The base must not own its clock.
+  ComposedRig(RigParts parts, double rate_hz);
+  ~ComposedRig() override;
+
+  const RigInfo& info() const noexcept override { return info_; }
+  bool owns_clock() const noexcept override { return false; }
+  ServoClock* clock() noexcept override { return parts_.device ? parts_.device->clock() : nullptr; }
+  std::optional<Error> engage(RigPartKind part) override;
+  void disengage(RigPartKind part) noexcept override;
+  std::vector<PartReport> reports() const override;
+  std::optional<Error> bias_force_sensor() override;
+  std::optional<Error> home_device() override;
+  void read(RigSample& sample) noexcept override;
+  void write(const DeviceCommand& command) noexcept override;
+  bool exhausted() const noexcept override { return parts_.base && parts_.base->exhausted(); }
+
+  Rig* base() noexcept { return parts_.base.get(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// Whether a part may be read by the clock's thread. Letting go of the hardware waits for a read under way.
+  class Access {
+   public:
+    void open() noexcept { open_.store(true); }
+    /// Returns when no read is under way any more.
+    void close() noexcept;
+    /// Runs `use` unless closed; on the clock's thread.
+    template <class Use>
+    bool with(Use use) noexcept {
+      in_use_.store(true);
+      const bool open = open_.load();
+      if (open) use();
+      in_use_.store(false, std::memory_order_release);
+      return open;
+    }
+
+   private:
+    std::atomic<bool> open_{false};
+    std::atomic<bool> in_use_{false};
+  };
+
+  RigParts parts_;
+  RigInfo info_;
+  Access device_access_;
+  Access sensor_access_;
+  std::uint64_t ticks_ = 0;
+  Clock::time_point started_{};
+  RigSample last_;  ///< what an absent device keeps saying of its pose
+};
+
+}  // namespace hapticd::hal
