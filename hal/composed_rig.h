@@ -28,6 +28,7 @@ class ComposedRig final : public Rig {
   const RigInfo& info() const noexcept override { return info_; }
   bool owns_clock() const noexcept override { return false; }
   ServoClock* clock() noexcept override { return parts_.device ? parts_.device->clock() : nullptr; }
+  /// The device is engaged before anybody else holds info(): it may change what that says of the device.
   std::optional<Error> engage(RigPartKind part) override;
   void disengage(RigPartKind part) noexcept override;
   std::vector<PartReport> reports() const override;

@@ -27,9 +27,10 @@ std::optional<CommandLine> read_command_line(int argc, char** argv, int& exit_co
       ->type_name("DIR");
   app.add_option("--models", overrides.model_folder, "Folder of further models of objects (NAME.toml)")
       ->type_name("DIR");
-  app.add_option("--model-store", overrides.model_store,
-                 "Where identified models are kept, :memory: = nowhere "
-                 "[$STATE_DIRECTORY, else $XDG_STATE_HOME/hapticd, else ~/.local/state/hapticd, /models.sqlite]")
+  app.add_option(
+         "--model-store", overrides.model_store,
+         "Where identified models are kept, :memory: = nowhere "
+         "[$STATE_DIRECTORY, else $XDG_STATE_HOME/hapticd, else ~/.local/state/hapticd, /models.sqlite]")
       ->type_name("FILE");
   app.add_option("--rate-hz", overrides.rate_hz, "Rate of the loop, 500 … 10000 Hz [1000]")->type_name("HZ");
   app.add_option("--log-level", overrides.log_level, "debug, info, warning, error, off [info]")

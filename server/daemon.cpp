@@ -72,10 +72,18 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailur
   if (!store) return fail(ExitCode::kBadConfiguration, store.error());
   auto rig = open_rig(config);
   if (!rig) return fail(ExitCode::kCannotOpenRig, rig.error());
+  // Before anybody asks for its limits: the device itself may know them better than its data sheet.
+  if (!dry) {
+    if (const auto error = (*rig)->engage(hal::RigPartKind::kDevice))
+      return fail(ExitCode::kCannotOpenRig, *error);
+  }
   auto parts = std::make_unique<Parts>(std::move(*rig), std::move(*store), config);
   if (!config.scene.empty()) {
     if (const auto error = parts->scenes.preload(config.scene))
       return fail(ExitCode::kBadConfiguration, *error);
+  }
+  if (!dry) {
+    if (const auto error = parts->scenes.open_hardware()) return fail(ExitCode::kCannotOpenRig, *error);
   }
   return parts;
 }
@@ -90,16 +98,23 @@ std::unique_ptr<StartFailure> Daemon::check(const DaemonConfig& config) {
 
 std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& failure) {
   set_log_level(config.log_level);
-  auto parts = prepare<Parts>(config, false, failure);
-  if (!parts) return nullptr;
+  // A second daemon must not reach for the hardware of the first.
+  std::unique_ptr<InstanceLock> lock;
   if (!config.unix_socket.empty()) {
-    auto lock = InstanceLock::acquire(config.unix_socket);
-    if (!lock) {
-      failure = {ExitCode::kCannotListen, lock.error()};
+    auto acquired = InstanceLock::acquire(config.unix_socket);
+    if (!acquired) {
+      failure = {ExitCode::kCannotListen, acquired.error()};
       return nullptr;
     }
-    parts->lock = std::move(*lock);
+    lock = std::move(*acquired);
   }
+  if (const auto error = GrpcServer::check(config.listen)) {
+    failure = {ExitCode::kCannotListen, *error};
+    return nullptr;
+  }
+  auto parts = prepare<Parts>(config, false, failure);
+  if (!parts) return nullptr;
+  parts->lock = std::move(lock);
   // The network comes up before the loop's thread raises itself: threads inherit how their creator is
   // scheduled.
   auto network = GrpcServer::start(

@@ -33,7 +33,7 @@ constexpr int kLargestRequest = 1 << 20;
 /// More than all targets that may wait for their time, with room for the calls of everyone else.
 constexpr int kMostThreads = 64;
 
-/// gRPC tells only that it could not listen. Why, the system tells whoever tries again.
+/// gRPC tells only that it could not listen. Why, the system tells whoever tries; empty where it lets one.
 std::string why_not_bound(const ListenAddress& listen) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
@@ -44,7 +44,7 @@ std::string why_not_bound(const ListenAddress& listen) {
       failure != 0) {
     return gai_strerror(failure);
   }
-  std::string reason = "unknown";
+  std::string reason;
   const int probe = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (probe >= 0) {
     const int on = 1;
@@ -55,6 +55,11 @@ std::string why_not_bound(const ListenAddress& listen) {
   }
   freeaddrinfo(found);
   return reason;
+}
+
+hal::Error cannot_listen(const ListenAddress& listen, const std::string& reason) {
+  return {"cannot listen", listen.text(), reason.empty() ? "unknown" : reason, "",
+          "stop whoever listens there (another hapticd?), or choose another port with --listen"};
 }
 
 void discard(gpr_log_func_args*) {}
@@ -88,6 +93,12 @@ struct GrpcServer::State {
   std::unique_ptr<grpc::Server> server;  // last: ends before the services it calls
 };
 
+std::optional<hal::Error> GrpcServer::check(const ListenAddress& listen) {
+  const std::string reason = why_not_bound(listen);
+  if (reason.empty()) return std::nullopt;
+  return cannot_listen(listen, reason);
+}
+
 GrpcServer::GrpcServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 GrpcServer::~GrpcServer() {
@@ -112,9 +123,9 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   builder.AddListeningPort(listen.text(), grpc::InsecureServerCredentials(), &state->port);
   if (!unix_socket.empty())
     builder.AddListeningPort("unix:" + unix_socket, grpc::InsecureServerCredentials());
-  for (grpc::Service* service :
-       std::initializer_list<grpc::Service*>{&state->rig, &state->scene, &state->model, &state->rendering,
-                                             &state->telemetry, &state->simulation, &state->safety, &state->identification}) {
+  for (grpc::Service* service : std::initializer_list<grpc::Service*>{
+           &state->rig, &state->scene, &state->model, &state->rendering, &state->telemetry,
+           &state->simulation, &state->safety, &state->identification}) {
     builder.RegisterService(service);
   }
   gpr_set_log_function(discard);  // a port that is taken is told once, and by us
@@ -125,9 +136,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
       return hal::Error{"cannot listen on the unix socket", unix_socket, "", "",
                         "check that its folder exists and may be written to"};
     }
-    const std::string reason = why_not_bound(listen);
-    return hal::Error{"cannot listen", listen.text(), reason, "",
-                      "stop whoever listens there (another hapticd?), or choose another port with --listen"};
+    return cannot_listen(listen, why_not_bound(listen));
   }
   std::unique_ptr<GrpcServer> server(new GrpcServer(std::move(state)));
   server->set_serving(false);

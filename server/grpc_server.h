@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "hal/error.h"
@@ -30,6 +31,8 @@ class GrpcServer {
     IdentificationRunner& identifications;
   };
 
+  /// An error when somebody listens there already: to be asked before anything else is taken hold of.
+  static std::optional<hal::Error> check(const ListenAddress& listen);
   /// An error when an address cannot be bound. Reports itself as not serving until told otherwise.
   static hal::Result<std::unique_ptr<GrpcServer>> start(const Parts& parts, const ListenAddress& listen,
                                                         const std::string& unix_socket);

@@ -21,23 +21,7 @@ std::string one_line(std::string_view reason) {
 }
 
 std::string_view name_of(rt::GuardFault fault) {
-  switch (fault) {
-    case rt::GuardFault::kNone:
-      return "none";
-    case rt::GuardFault::kStopped:
-      return "stopped";
-    case rt::GuardFault::kNonFinite:
-      return "a measurement or command was not finite";
-    case rt::GuardFault::kSensorStale:
-      return "the force sensor fell silent";
-    case rt::GuardFault::kSensorSaturated:
-      return "the force sensor is saturated";
-    case rt::GuardFault::kSensorFault:
-      return "the force sensor reports a fault";
-    case rt::GuardFault::kDeviceFault:
-      return "the device is lost or reports a fault";
-  }
-  return "unknown";
+  return fault == rt::GuardFault::kNone ? "nothing was latched" : rt::rule_of(fault).cause;
 }
 
 }  // namespace
@@ -68,6 +52,7 @@ Outcome<SafetyLatch::Cleared> SafetyLatch::clear(const Caller& caller) {
     Refusal refusal = outcome.refusal();
     if (refusal.kind == RefusalKind::kFailedPrecondition && cleared.fault != rt::GuardFault::kNone) {
       refusal.error.value = name_of(cleared.fault);
+      refusal.error.remedy = std::string(rt::rule_of(cleared.fault).remedy) + ", then clear again";
     }
     return refusal;
   }

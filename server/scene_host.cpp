@@ -40,6 +40,12 @@ Refusal in_contact() {
            "lift the tool while the call waits, or unload the scene first"}};
 }
 
+bool uses_sensor(const ResolvedScene* scene) {
+  if (scene == nullptr) return false;
+  const auto& hardware = scene->outline.hardware;
+  return std::find(hardware.begin(), hardware.end(), "force sensor") != hardware.end();
+}
+
 /// How long before the caller's deadline an exchange that waits is given up, so that the reason still
 /// arrives.
 constexpr std::chrono::milliseconds kTimeToTell{200};
@@ -244,6 +250,17 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
                                                const rt::GuardLimits& guard,
                                                std::shared_ptr<const ResolvedScene> scene,
                                                const Caller& caller, Right right) {
+  // Hardware may take seconds to answer: it is opened before anybody has to wait for it.
+  if (auto refusal = open_hardware(scene.get())) return *refusal;
+  auto loaded = exchange_open(std::move(next), guard, std::move(scene), caller, right);
+  if (!loaded && !uses_sensor(current().get())) session_.disengage_sensor();
+  return loaded;
+}
+
+Outcome<SceneHost::Loaded> SceneHost::exchange_open(std::unique_ptr<rt::Pipeline> next,
+                                                    const rt::GuardLimits& guard,
+                                                    std::shared_ptr<const ResolvedScene> scene,
+                                                    const Caller& caller, Right right) {
   const auto until = caller.until(kDefaultPatience);
   const auto free_until = caller.until(kLongestWaitForFree) - kTimeToTell;
   rt::EngineCommand command;
@@ -267,6 +284,8 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
     if (scene) {
       if (auto refusal = check_stored(*scene)) return *refusal;
     }
+    // Another exchange may have let go of it meanwhile; mostly this finds it open.
+    if (auto refusal = open_hardware(scene.get())) return *refusal;
 
     command.when_free = differs_in_models_only(scene.get());
     const auto outcome = session_.execute(command, caller, command.when_free ? kSlice : kDefaultPatience);
@@ -283,9 +302,22 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
       const std::lock_guard lock(current_mutex_);
       current_ = scene;
     }
+    if (!uses_sensor(scene.get())) session_.disengage_sensor();
     log_info(scene ? "scene '" + scene->spec.name + "' loaded" : std::string("scene unloaded"));
     return Loaded{std::move(scene), outcome->tick};
   }
+}
+
+std::optional<hal::Error> SceneHost::open_hardware() const {
+  if (auto refusal = open_hardware(current().get())) return refusal->error;
+  return std::nullopt;
+}
+
+std::optional<Refusal> SceneHost::open_hardware(const ResolvedScene* scene) const {
+  if (!uses_sensor(scene)) return std::nullopt;
+  auto error = session_.engage_sensor();
+  if (!error) return std::nullopt;
+  return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
 }
 
 bool SceneHost::uses(const std::string& hash) const {

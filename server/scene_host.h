@@ -59,6 +59,8 @@ class SceneHost {
 
   /// Loaded before the loop runs, so that not a tick of a recording is missed.
   std::optional<hal::Error> preload(const std::string& name);
+  /// Opens the hardware that the scene in force needs; load() does it by itself.
+  std::optional<hal::Error> open_hardware() const;
 
   struct Loaded {
     std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload
@@ -122,11 +124,17 @@ class SceneHost {
   bool differs_in_models_only(const ResolvedScene* next) const;
   /// An error where a stored model that the scene was resolved with is not there any more.
   std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
+  /// Opens what a scene (null: none) needs and is not open.
+  std::optional<Refusal> open_hardware(const ResolvedScene* scene) const;
   std::optional<Refusal> await_free(Caller::Clock::time_point until, const Caller& caller) const;
   enum class Right : std::uint8_t { kAnyones, kReserved };
   Outcome<Loaded> load_resolved(ResolvedScene scene, const Caller& caller, Right right);
   Outcome<Loaded> exchange(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
                            std::shared_ptr<const ResolvedScene> scene, const Caller& caller, Right right);
+  /// The same once its hardware is open.
+  Outcome<Loaded> exchange_open(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
+                                std::shared_ptr<const ResolvedScene> scene, const Caller& caller,
+                                Right right);
 
   Session& session_;
   SceneLibrary library_;

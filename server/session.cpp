@@ -1,7 +1,9 @@
 #include "server/session.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "hal/composed_rig.h"
 #include "hal/sim/simulated_rig.h"
 
 namespace hapticd::server {
@@ -11,12 +13,18 @@ namespace {
 // A command waits in slices this long, so that a caller who leaves or a service that ends is noticed.
 constexpr std::chrono::milliseconds kSlice{250};
 
+sim::SimulatedRig* simulated_part(hal::Rig* rig) {
+  if (auto* composed = dynamic_cast<hal::ComposedRig*>(rig)) rig = composed->base();
+  return dynamic_cast<sim::SimulatedRig*>(rig);
+}
+
 }  // namespace
 
 Session::Session(std::unique_ptr<hal::Rig> rig, const rt::LoopConfig& loop)
     : rig_(std::move(rig)),
-      simulation_(dynamic_cast<sim::SimulatedRig*>(rig_.get())),
+      simulation_(simulated_part(rig_.get())),
       engine_(*rig_),
+      loop_config_(loop),
       loop_(*rig_, engine_, loop) {}
 
 Session::~Session() {
@@ -31,6 +39,56 @@ void Session::start() {
 void Session::stop() {
   stopping_.store(true);
   loop_.stop();
+  disengage_sensor();
+  rig_->disengage(hal::RigPartKind::kDevice);
+}
+
+std::optional<hal::Error> Session::engage_sensor() {
+  const std::lock_guard lock(hardware_);
+  auto error = rig_->engage(hal::RigPartKind::kForceSensor);
+  sensor_engaged_ = !error;
+  return error;
+}
+
+void Session::disengage_sensor() {
+  const std::lock_guard lock(hardware_);
+  if (std::exchange(sensor_engaged_, false)) rig_->disengage(hal::RigPartKind::kForceSensor);
+}
+
+Session::Probe Session::probe_parts() {
+  const std::lock_guard lock(hardware_);
+  Probe probe;
+  const bool opens = !sensor_engaged_;
+  if (opens) probe.error = rig_->engage(hal::RigPartKind::kForceSensor);
+  probe.reports = rig_->reports();
+  if (opens && !probe.error) rig_->disengage(hal::RigPartKind::kForceSensor);
+  return probe;
+}
+
+std::optional<Refusal> Session::refuse_in_contact(const char* deed) const {
+  if (engine_.free()) return std::nullopt;
+  return Refusal{RefusalKind::kFailedPrecondition,
+                 {std::string("the tool is in contact: it cannot be ") + deed, "rig", "", "",
+                  "lift the tool and let it rest, then try again"}};
+}
+
+std::optional<Refusal> Session::bias_force_sensor() {
+  if (auto refusal = refuse_in_contact("biased")) return refusal;
+  const std::lock_guard lock(hardware_);
+  const bool opens = !sensor_engaged_;
+  std::optional<hal::Error> error = opens ? rig_->engage(hal::RigPartKind::kForceSensor) : std::nullopt;
+  if (!error) {
+    error = rig_->bias_force_sensor();
+    if (opens) rig_->disengage(hal::RigPartKind::kForceSensor);
+  }
+  if (error) return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
+  return std::nullopt;
+}
+
+std::optional<Refusal> Session::home_device() {
+  if (auto refusal = refuse_in_contact("homed")) return refusal;
+  if (auto error = rig_->home_device()) return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
+  return std::nullopt;
 }
 
 std::vector<std::string> Session::realtime_shortcomings() const {

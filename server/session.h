@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,14 +31,32 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
+  /// Ticks from now on. Where the rig has a device with hardware behind it, that is engaged already.
   void start();
-  /// Zero force, then no more ticks; calls that wait for the loop end with kUnavailable.
+  /// Zero force, then no more ticks, then the hardware is let go; calls that wait for the loop end with
+  /// kUnavailable.
   void stop();
 
+  /// Opens the force sensor unless it is open, and returns once it delivers.
+  std::optional<hal::Error> engage_sensor();
+  /// Nobody needs the force sensor any more.
+  void disengage_sensor();
+  std::vector<hal::PartReport> part_reports() const { return rig_->reports(); }
+  struct Probe {
+    std::vector<hal::PartReport> reports;
+    std::optional<hal::Error> error;  ///< of a part that could not be opened
+  };
+  /// The reports, with a sensor that nobody uses opened for the moment.
+  Probe probe_parts();
+  /// Out of contact only.
+  std::optional<Refusal> bias_force_sensor();
+  std::optional<Refusal> home_device();
+
   const hal::RigInfo& rig_info() const { return rig_->info(); }
+  const rt::LoopConfig& loop_config() const { return loop_config_; }
   /// True where the rig keeps its own time: seconds of it pass in less or more than a second.
   bool rig_owns_clock() const { return rig_->owns_clock(); }
-  /// Null on a rig that is not simulated.
+  /// Null on a rig of which nothing is simulated.
   sim::SimulatedRig* simulation() const { return simulation_; }
   rt::Engine& engine() { return engine_; }
 
@@ -61,10 +80,15 @@ class Session {
                                      std::chrono::nanoseconds allowance);
 
  private:
+  std::optional<Refusal> refuse_in_contact(const char* deed) const;
+
   std::unique_ptr<hal::Rig> rig_;
   sim::SimulatedRig* simulation_;
   rt::Engine engine_;
+  rt::LoopConfig loop_config_;
   rt::PeriodicLoop loop_;
+  std::mutex hardware_;  ///< among those who open and close the sensor
+  bool sensor_engaged_ = false;
   std::atomic<bool> started_{false};
   std::atomic<bool> stopping_{false};
 };

@@ -13,7 +13,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kIdle{50};
+constexpr std::chrono::milliseconds kNap{50};
 constexpr std::uint64_t kReadPerSecond = std::uint64_t{4} << 20;
 constexpr std::size_t kLongestName = 200;
 
@@ -114,7 +114,7 @@ v1::UploadRecordingResponse upload_file(client::Client& client, const std::strin
     if (piece.empty()) break;
     const std::uint64_t bytes = piece.size();
     upload.send(std::move(piece));
-    wait_for([&upload] { return upload.taken(kIdle); }, options.timeout, state, options, client.address());
+    wait_for([&upload] { return upload.taken(kNap); }, options.timeout, state, options, client.address());
     state.sent_bytes += bytes;
     if (options.on_progress) options.on_progress(state);
   }
@@ -127,7 +127,7 @@ v1::UploadRecordingResponse upload_file(client::Client& client, const std::strin
   std::optional<v1::UploadRecordingResponse> answer;
   wait_for(
       [&] {
-        answer = upload.answer(kIdle);
+        answer = upload.answer(kNap);
         return answer.has_value();
       },
       options.timeout + reading, state, options, client.address());

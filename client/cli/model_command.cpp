@@ -24,7 +24,7 @@ std::string stored_text(const v1::ModelSummary& model) {
   return text.empty() ? "-" : text;
 }
 
-void list(Session& session) {
+void list_models(Session& session) {
   const auto answer = session.connect().models();
   if (session.json) return print_json(to_json(answer));
   const Terminal terminal = Terminal::detect();
@@ -76,7 +76,7 @@ void add_model_command(CLI::App& app, Session& session) {
   list_command->add_option("--tag", filter->tag, "Only those with this tag")->needs(of_store);
   list_command->callback([&session, stored, filter] {
     if (*stored) return list_stored_models(session, *filter);
-    list(session);
+    list_models(session);
   });
 
   const auto name = std::make_shared<std::string>();

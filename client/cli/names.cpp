@@ -5,19 +5,22 @@
 #include <cctype>
 
 #include "client/cli/session.h"
+#include "hapticd/v1/rig.pb.h"
 
 namespace hapticd::cli {
 namespace {
 
 struct BitNames {
   std::string_view field;
-  std::array<std::string_view, 4> words;  // from bit 0
+  std::array<std::string_view, 11> words;  // from bit 0
 };
 
 // As documented at the fields in telemetry.proto.
 constexpr std::array<BitNames, 2> kBitNames{{
-    {"status_bits", {"force_missing", "force_saturated", "sensor_fault", "device_fault"}},
-    {"limited_bits", {"force", "rate", "power", ""}},
+    {"status_bits",
+     {"force_missing", "force_saturated", "sensor_fault", "device_fault", "sensor_lost", "sensor_warning",
+      "device_not_ready", "device_warm", "over_force", "over_speed", "command_stale"}},
+    {"limited_bits", {"force", "rate", "power"}},
 }};
 
 std::string lower(std::string text) {
@@ -46,12 +49,21 @@ std::string enum_word(const google::protobuf::EnumDescriptor& type, int value) {
   return lower(name.starts_with(prefix) ? name.substr(prefix.size()) : name);
 }
 
+std::string spaced(std::string text) {
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
+}
+
 std::vector<std::string> bit_words(std::string_view field, std::uint32_t bits) {
   std::vector<std::string> words;
   const auto names = std::find_if(kBitNames.begin(), kBitNames.end(),
                                   [field](const BitNames& candidate) { return candidate.field == field; });
   for (std::size_t bit = 0; bit < 32; ++bit) {
     if ((bits >> bit & 1U) == 0) continue;
+    if (field == "faults_present_bits") {
+      words.push_back(enum_word(*v1::GuardFault_descriptor(), static_cast<int>(bit) + 1));
+      continue;
+    }
     const bool named = names != kBitNames.end() && bit < names->words.size() && !names->words[bit].empty();
     words.push_back(named ? std::string(names->words[bit]) : "unknown_bit_" + std::to_string(bit));
   }

@@ -20,6 +20,9 @@ std::string word(Enum value) {
   return enum_word(*google::protobuf::GetEnumDescriptor<Enum>(), static_cast<int>(value));
 }
 
+/// "device fault" for "device_fault".
+std::string spaced(std::string text);
+
 /// Words for the bits of a field such as "status_bits" or "limited_bits"; empty when no bit is set.
 std::vector<std::string> bit_words(std::string_view field, std::uint32_t bits);
 

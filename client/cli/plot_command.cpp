@@ -28,11 +28,11 @@ struct Trace {
   double sign = 1.0;
 };
 
-constexpr Trace kForces[] = {{"truth_hand_force_z_n", "hand, true", "#999999", -1.0},
+constexpr Trace kForceTraces[] = {{"truth_hand_force_z_n", "hand, true", "#999999", -1.0},
                              {"contact_reaction_force_n", "reaction", "#e69f00"},
                              {"control_hand_force_n", "hand, estimated", "#0072b2"},
                              {"control_commanded_force_n", "device, commanded", "#cc79a7"}};
-constexpr Trace kDisplacements[] = {{"truth_displacement_mm", "true", "#999999"},
+constexpr Trace kDisplacementTraces[] = {{"truth_displacement_mm", "true", "#999999"},
                                     {"deformation_displacement_mm", "estimated", "#009e73"}};
 constexpr Trace kTarget{"target_stiffness_n_per_mm", "target", "#d55e00"};
 
@@ -73,7 +73,7 @@ Figure figure_of(const CsvTable& table) {
                     .bottom = 0.0,
                     .width = 0.5,
                     .height = 0.95};
-  for (const Trace& trace : kForces) {
+  for (const Trace& trace : kForceTraces) {
     const bool is_truth =
         std::string_view(trace.column).starts_with("truth_") && table.has("truth_displacement_mm");
     add_trace(curve, table, is_truth ? table.column("truth_displacement_mm") : displacement, trace,
@@ -86,7 +86,7 @@ Figure figure_of(const CsvTable& table) {
                      .bottom = 0.64,
                      .width = 0.5,
                      .height = 0.31};
-  for (Trace trace : kForces) {
+  for (Trace trace : kForceTraces) {
     trace.name = "";  // told beside
     add_trace(forces, table, time_s, trace, FigureSeries::Stroke::kThinLine);
   }
@@ -98,7 +98,7 @@ Figure figure_of(const CsvTable& table) {
                     .width = 0.5,
                     .height = 0.31,
                     .legend = FigurePanel::Legend::kAbove};
-  for (const Trace& trace : kDisplacements)
+  for (const Trace& trace : kDisplacementTraces)
     add_trace(depth, table, time_s, trace, FigureSeries::Stroke::kThinLine);
   FigurePanel target{.title = "",
                      .x_label = "time / s",

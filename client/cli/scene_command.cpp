@@ -69,7 +69,7 @@ void print_outline(const v1::SceneOutline& outline) {
   table.print(terminal, 2);
 }
 
-void list(Session& session) {
+void list_scenes(Session& session) {
   const auto answer = session.connect().scenes();
   if (session.json) return print_json(to_json(answer));
   const Terminal terminal = Terminal::detect();
@@ -99,7 +99,7 @@ void add_scene_command(CLI::App& app, Session& session) {
 
   scene->add_subcommand("list", "The scenes the daemon knows; the loaded one is marked")
       ->footer("Example:\n  hapticctl scene list --json")
-      ->callback([&session] { list(session); });
+      ->callback([&session] { list_scenes(session); });
 
   CLI::App* load = scene->add_subcommand("load", "Loads a scene in the place of the one before");
   load->footer(

@@ -1,7 +1,5 @@
 #include <fmt/core.h>
 
-#include <algorithm>
-
 #include "client/cli/commands.h"
 #include "client/cli/message_json.h"
 #include "client/cli/names.h"
@@ -11,11 +9,6 @@ namespace hapticd::cli {
 namespace {
 
 using Align = TextTable::Align;
-
-std::string spaced(std::string text) {
-  std::replace(text.begin(), text.end(), '_', ' ');
-  return text;
-}
 
 std::string rig_text(const v1::RigInfo& rig) {
   return fmt::format("{} ({}{}), loop {:g} Hz, hapticd {}", rig.name(), word(rig.kind()),
@@ -44,10 +37,28 @@ std::string guard_text(const v1::RigState& state, const Terminal& terminal) {
     case v1::GUARD_STATE_LATCHED:
       return terminal.paint(Color::kRed, text) + ": " + spaced(word(state.guard_fault())) +
              "; no force until hapticctl clear";
+    case v1::GUARD_STATE_SUSPENDED:
+      return terminal.paint(Color::kYellow, text) + ": " + spaced(word(state.guard_fault())) +
+             "; the force comes back with its end";
     case v1::GUARD_STATE_RESUMING:
       return terminal.paint(Color::kYellow, text);
     default:
       return terminal.paint(Color::kGreen, text);
+  }
+}
+
+/// What has hardware behind it, and what speaks against it.
+void print_parts(const v1::RigState& state, const Terminal& terminal) {
+  for (const v1::PartReport& part : state.parts()) {
+    fmt::print("\n{}  {} {}{}{}\n", terminal.bold(part.part()), part.driver(), spaced(word(part.state())),
+               part.connection().empty() ? "" : ", ", part.connection());
+    for (const auto& finding : part.findings()) fmt::print("  - {}\n", finding);
+    std::string figures;
+    for (const v1::PartFigure& figure : part.figures()) {
+      figures += fmt::format("{}{} {:g}{}{}", figures.empty() ? "  " : ", ", spaced(figure.name()),
+                             figure.value(), figure.unit().empty() ? "" : " ", figure.unit());
+    }
+    if (!figures.empty()) fmt::print("{}\n", figures);
   }
 }
 
@@ -98,6 +109,7 @@ void print_status(const v1::RigInfo& rig, const v1::RigState& state) {
              fmt::format("{} subscribers, {} records lost for all of them", state.telemetry_subscribers(),
                          state.telemetry_records_dropped())});
   facts.print(terminal);
+  print_parts(state, terminal);
   print_loop(state.loop(), terminal);
 
   if (!rig.realtime_shortcomings().empty()) {

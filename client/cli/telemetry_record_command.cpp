@@ -12,7 +12,7 @@ namespace hapticd::cli {
 namespace {
 
 /// Rides out a disk that stalls: 60 s at 1 kHz.
-constexpr std::uint32_t kQueueSamples = 60000;
+constexpr std::uint32_t kRecorderQueue = 60000;
 
 struct RecordOptions {
   StreamOptions stream;
@@ -51,7 +51,7 @@ void record(const RecordOptions& options, Session& session) {
   v1::SubscribeRequest request;
   for (const auto group : groups) request.add_groups(group);
   request.set_decimation(options.stream.decimation);
-  request.set_queue_samples(kQueueSamples);
+  request.set_queue_samples(kRecorderQueue);
   client::TelemetryStream stream = client.subscribe(request);
   Recording recording(options.path, origin_lines(rig, client.rig_state(), options.stream.decimation), groups);
 

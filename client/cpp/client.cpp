@@ -20,6 +20,8 @@ namespace hapticd::client {
 namespace {
 
 constexpr std::chrono::seconds kLastFit{30};
+/// What hardware may take to answer, beyond the timeout.
+constexpr std::chrono::seconds kHardwareAnswers{10};
 
 std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
   grpc::ChannelArguments arguments;
@@ -115,6 +117,21 @@ v1::RigState Client::rig_state() {
   return state_->call(*state_->rig, &v1::RigService::Stub::GetRigState, v1::GetRigStateRequest());
 }
 
+v1::Diagnosis Client::diagnose(bool probe) {
+  v1::DiagnoseRequest request;
+  request.set_probe(probe);
+  return state_->call(*state_->rig, &v1::RigService::Stub::Diagnose, request, kHardwareAnswers);
+}
+
+void Client::bias_force_sensor() {
+  state_->call(*state_->rig, &v1::RigService::Stub::BiasForceSensor, v1::BiasForceSensorRequest(),
+               kHardwareAnswers);
+}
+
+void Client::home_device() {
+  state_->call(*state_->rig, &v1::RigService::Stub::HomeDevice, v1::HomeDeviceRequest(), kHardwareAnswers);
+}
+
 v1::ListScenesResponse Client::scenes() {
   return state_->call(*state_->scene, &v1::SceneService::Stub::ListScenes, v1::ListScenesRequest());
 }
@@ -122,7 +139,7 @@ v1::ListScenesResponse Client::scenes() {
 v1::LoadSceneResponse Client::load_scene(const SceneSource& source) {
   v1::LoadSceneRequest request;
   set_source(request, source);
-  return state_->call(*state_->scene, &v1::SceneService::Stub::LoadScene, request);
+  return state_->call(*state_->scene, &v1::SceneService::Stub::LoadScene, request, kHardwareAnswers);
 }
 
 v1::UnloadSceneResponse Client::unload_scene() {
@@ -218,6 +235,10 @@ v1::StopResponse Client::stop(const std::string& reason) {
 
 v1::ClearResponse Client::clear() {
   return state_->call(*state_->safety, &v1::SafetyService::Stub::Clear, v1::ClearRequest());
+}
+
+v1::ListFaultsResponse Client::faults() {
+  return state_->call(*state_->safety, &v1::SafetyService::Stub::ListFaults, v1::ListFaultsRequest());
 }
 
 v1::SimulationInfo Client::simulation() {

@@ -54,8 +54,13 @@ class Client {
 
   v1::RigInfo rig_info();
   v1::RigState rig_state();
+  /// Waits ten seconds beyond the timeout: hardware may take its time.
+  v1::Diagnosis diagnose(bool probe);
+  void bias_force_sensor();
+  void home_device();
 
   v1::ListScenesResponse scenes();
+  /// Waits ten seconds beyond the timeout: the hardware of the scene may have to be opened.
   v1::LoadSceneResponse load_scene(const SceneSource& source);
   v1::UnloadSceneResponse unload_scene();
   v1::SceneOutline explain_scene(const SceneSource& source);
@@ -78,6 +83,7 @@ class Client {
 
   v1::StopResponse stop(const std::string& reason);
   v1::ClearResponse clear();
+  v1::ListFaultsResponse faults();
 
   v1::SimulationInfo simulation();
   void set_hand_program(const v1::HandProgram& program);

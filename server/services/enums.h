@@ -1,7 +1,9 @@
 #pragma once
 
 #include "hapticd/v1/rig.pb.h"
+#include "hapticd/v1/safety.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
+#include "rt/guard/fault_table.h"
 #include "rt/scene/tick_record.h"
 
 namespace hapticd::server {
@@ -12,14 +14,24 @@ constexpr v1::GuardState to_proto(rt::GuardState state) {
   return static_cast<v1::GuardState>(static_cast<int>(state) + 1);
 }
 static_assert(to_proto(rt::GuardState::kRendering) == v1::GUARD_STATE_RENDERING);
-static_assert(to_proto(rt::GuardState::kLatched) == v1::GUARD_STATE_LATCHED);
+static_assert(to_proto(rt::GuardState::kSuspended) == v1::GUARD_STATE_SUSPENDED);
 
 constexpr v1::GuardFault to_proto(rt::GuardFault fault) {
   return static_cast<v1::GuardFault>(static_cast<int>(fault) + 1);
 }
 static_assert(to_proto(rt::GuardFault::kNone) == v1::GUARD_FAULT_NONE);
 static_assert(to_proto(rt::GuardFault::kSensorStale) == v1::GUARD_FAULT_SENSOR_STALE);
-static_assert(to_proto(rt::GuardFault::kDeviceFault) == v1::GUARD_FAULT_DEVICE_FAULT);
+static_assert(to_proto(rt::GuardFault::kTurntableAlarm) == v1::GUARD_FAULT_TURNTABLE_ALARM);
+
+constexpr v1::FaultAction to_proto(rt::FaultAction action) {
+  return static_cast<v1::FaultAction>(static_cast<int>(action) + 1);
+}
+static_assert(to_proto(rt::FaultAction::kCut) == v1::FAULT_ACTION_CUT);
+
+constexpr v1::FaultClearing to_proto(rt::FaultClearing clearing) {
+  return static_cast<v1::FaultClearing>(static_cast<int>(clearing) + 1);
+}
+static_assert(to_proto(rt::FaultClearing::kAnyClient) == v1::FAULT_CLEARING_ANY_CLIENT);
 
 constexpr v1::ContactReason to_proto(rt::ContactReason reason) {
   return static_cast<v1::ContactReason>(static_cast<int>(reason) + 1);

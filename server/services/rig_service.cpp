@@ -1,7 +1,10 @@
 #include "server/services/rig_service.h"
 
+#include "rt/guard/fault_table.h"
+#include "server/diagnosis/diagnosis.h"
 #include "server/scene_host.h"
 #include "server/services/enums.h"
+#include "server/services/status.h"
 #include "server/session.h"
 #include "server/telemetry_hub.h"
 #include "server/version.h"
@@ -20,6 +23,20 @@ v1::RigKind to_proto(hal::RigKind kind) {
       return v1::RIG_KIND_HARDWARE;
   }
   return v1::RIG_KIND_UNSPECIFIED;
+}
+
+void tell(const hal::PartReport& report, v1::PartReport& told) {
+  told.set_part(report.part);
+  told.set_driver(report.driver);
+  told.set_state(static_cast<v1::PartState>(static_cast<int>(report.state) + 1));
+  told.set_connection(report.connection);
+  for (const std::string& finding : report.findings) told.add_findings(finding);
+  for (const hal::PartFigure& figure : report.figures) {
+    v1::PartFigure& number = *told.add_figures();
+    number.set_name(figure.name);
+    number.set_value(figure.value);
+    number.set_unit(figure.unit);
+  }
 }
 
 double microseconds(std::int64_t nanoseconds) {
@@ -107,7 +124,36 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   response->set_tick(record.tick);
   response->set_time_ns(record.time_ns);
   response->set_rig_exhausted(session_.exhausted());
+  for (const rt::FaultRule& rule : rt::kFaultTable) {
+    if ((record.faults_present & rt::set_of(rule.fault)) != 0)
+      response->add_faults_present(to_proto(rule.fault));
+  }
+  for (const hal::PartReport& report : session_.part_reports()) tell(report, *response->add_parts());
   return grpc::Status::OK;
+}
+
+grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseRequest* request,
+                                  v1::Diagnosis* response) {
+  for (const Finding& finding : diagnose(session_, request->probe())) {
+    v1::Finding& told = *response->add_findings();
+    told.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));
+    told.set_topic(finding.topic);
+    told.set_text(finding.text);
+    told.set_remedy(finding.remedy);
+  }
+  return grpc::Status::OK;
+}
+
+grpc::Status RigService::BiasForceSensor(grpc::ServerContext*, const v1::BiasForceSensorRequest*,
+                                         v1::BiasForceSensorResponse*) {
+  const auto refusal = session_.bias_force_sensor();
+  return refusal ? to_status(*refusal) : grpc::Status::OK;
+}
+
+grpc::Status RigService::HomeDevice(grpc::ServerContext*, const v1::HomeDeviceRequest*,
+                                    v1::HomeDeviceResponse*) {
+  const auto refusal = session_.home_device();
+  return refusal ? to_status(*refusal) : grpc::Status::OK;
 }
 
 }  // namespace hapticd::server

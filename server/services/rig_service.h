@@ -8,19 +8,25 @@ class Session;
 class SceneHost;
 class TelemetryHub;
 
-/// What the rig is and how it fares, from copies: costs the loop nothing.
+/// What the rig is and how it fares, from copies; and what only hardware needs.
 class RigService final : public v1::RigService::Service {
  public:
-  RigService(const Session& session, const SceneHost& scenes, TelemetryHub& hub)
+  RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub)
       : session_(session), scenes_(scenes), hub_(hub) {}
 
   grpc::Status GetRigInfo(grpc::ServerContext* context, const v1::GetRigInfoRequest* request,
                           v1::RigInfo* response) override;
   grpc::Status GetRigState(grpc::ServerContext* context, const v1::GetRigStateRequest* request,
                            v1::RigState* response) override;
+  grpc::Status Diagnose(grpc::ServerContext* context, const v1::DiagnoseRequest* request,
+                        v1::Diagnosis* response) override;
+  grpc::Status BiasForceSensor(grpc::ServerContext* context, const v1::BiasForceSensorRequest* request,
+                               v1::BiasForceSensorResponse* response) override;
+  grpc::Status HomeDevice(grpc::ServerContext* context, const v1::HomeDeviceRequest* request,
+                          v1::HomeDeviceResponse* response) override;
 
  private:
-  const Session& session_;
+  Session& session_;
   const SceneHost& scenes_;
   TelemetryHub& hub_;
 };

@@ -26,4 +26,17 @@ grpc::Status SafetyService::Clear(grpc::ServerContext* context, const v1::ClearR
   return grpc::Status::OK;
 }
 
+grpc::Status SafetyService::ListFaults(grpc::ServerContext*, const v1::ListFaultsRequest*,
+                                       v1::ListFaultsResponse* response) {
+  for (const rt::FaultRule& rule : rt::kFaultTable) {
+    v1::FaultRule& told = *response->add_faults();
+    told.set_fault(to_proto(rule.fault));
+    told.set_cause(std::string(rule.cause));
+    told.set_action(to_proto(rule.action));
+    told.set_clearing(to_proto(rule.clearing));
+    told.set_remedy(std::string(rule.remedy));
+  }
+  return grpc::Status::OK;
+}
+
 }  // namespace hapticd::server

@@ -16,6 +16,8 @@ class SafetyService final : public v1::SafetyService::WithCallbackMethod_Stop<v1
                                  v1::StopResponse* response) override;
   grpc::Status Clear(grpc::ServerContext* context, const v1::ClearRequest* request,
                      v1::ClearResponse* response) override;
+  grpc::Status ListFaults(grpc::ServerContext* context, const v1::ListFaultsRequest* request,
+                          v1::ListFaultsResponse* response) override;
 
  private:
   SafetyLatch& latch_;

@@ -50,6 +50,7 @@ void fill_guard(const rt::TickRecord& record, v1::GuardGroup& group) {
   group.set_fault(to_proto(record.guard_fault));
   group.set_limited_bits(record.guard_limits);
   group.set_authority(record.authority);
+  group.set_faults_present_bits(record.faults_present);
 }
 
 void fill_timing(const rt::TickRecord& record, v1::TimingGroup& group) {

@@ -1,0 +1,103 @@
+#include "server/diagnosis/diagnosis.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <thread>
+
+#include "server/diagnosis/machine_findings.h"
+#include "server/session.h"
+
+namespace hapticd::server {
+
+namespace {
+
+using enum FindingSeverity;
+
+constexpr double kTolerableRateError = 0.01;
+/// Wake-ups later than this share of a period are felt as jitter.
+constexpr double kTolerableLateness = 0.25;
+
+Findings examine_loop(Session& session) {
+  using Clock = std::chrono::steady_clock;
+  Findings findings;
+  if (!session.running()) {
+    findings.push_back(
+        {kProblem, "loop", "does not run", "start the daemon anew; its log says why it ended"});
+    return findings;
+  }
+  const double wanted_hz = session.rig_info().rate_hz;
+  if (!session.rig_owns_clock()) {
+    const auto began = Clock::now();
+    const std::uint64_t first = session.statistics().ticks;
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    const double seconds = std::chrono::duration<double>(Clock::now() - began).count();
+    const double rate_hz = static_cast<double>(session.statistics().ticks - first) / seconds;
+    const bool close = std::abs(rate_hz / wanted_hz - 1.0) <= kTolerableRateError;
+    findings.push_back(
+        {close ? kGood : kWarning, "loop",
+         fmt::format("{:.0f} ticks a second, {:g} wanted", rate_hz, wanted_hz),
+         close ? "" : "see which of wake-up, computation and device is late (hapticctl status)"});
+    const rt::LoopStatistics statistics = session.statistics();
+    const double late_us = 1e-3 * static_cast<double>(statistics.wakeup.quantile_ns(0.999));
+    const bool prompt = late_us <= kTolerableLateness * 1e6 / wanted_hz;
+    findings.push_back(
+        {prompt ? kGood : kWarning, "loop",
+         fmt::format("one wake-up in a thousand is later than {:.0f} µs; {} periods missed of {}", late_us,
+                     statistics.periods_missed, statistics.ticks),
+         prompt ? "" : "real-time kernel, isolated CPU, priority: see the findings on those"});
+  }
+  for (const std::string& shortcoming : session.realtime_shortcomings()) {
+    const std::size_t semicolon = shortcoming.find("; ");
+    const bool splits = semicolon != std::string::npos;
+    findings.push_back({kWarning, "loop", shortcoming.substr(0, semicolon),
+                        splits ? shortcoming.substr(semicolon + 2) : std::string()});
+  }
+  return findings;
+}
+
+}  // namespace
+
+Findings examine_part(const hal::PartReport& report) {
+  Findings findings;
+  const std::string name =
+      report.connection.empty() ? report.driver : report.driver + ", " + report.connection;
+  switch (report.state) {
+    case hal::PartState::kIdle:
+      findings.push_back({kNote, report.part, name + ": not in use, nothing of it is open", ""});
+      break;
+    case hal::PartState::kConnecting:
+      findings.push_back(
+          {kProblem, report.part, name + ": nothing comes", "check supply, cable and address"});
+      break;
+    case hal::PartState::kReady:
+      findings.push_back({kGood, report.part, name + ": delivers", ""});
+      break;
+    case hal::PartState::kFaulty:
+      findings.push_back({kProblem, report.part, name + ": reports a fault", "see the findings that follow"});
+      break;
+  }
+  for (const std::string& finding : report.findings) {
+    findings.push_back(
+        {report.state == hal::PartState::kFaulty ? kProblem : kWarning, report.part, finding, ""});
+  }
+  return findings;
+}
+
+Findings diagnose(Session& session, bool probe) {
+  Findings findings = examine_machine(session.loop_config());
+  const auto add = [&findings](Findings more) {
+    findings.insert(findings.end(), std::make_move_iterator(more.begin()),
+                    std::make_move_iterator(more.end()));
+  };
+  add(examine_loop(session));
+  const Session::Probe looked = probe ? session.probe_parts() : Session::Probe{session.part_reports(), {}};
+  if (looked.error)
+    findings.push_back({kProblem, "force sensor", looked.error->text(), looked.error->remedy});
+  for (const hal::PartReport& report : looked.reports) add(examine_part(report));
+  return findings;
+}
+
+}  // namespace hapticd::server
