@@ -15,8 +15,8 @@ struct Nano17Calibration {
   double range_across_n;     ///< Fx and Fy
   double range_along_n;      ///< Fz
   double range_torque_n_mm;  ///< each of Tx, Ty, Tz
-  double resolution_n;       ///< of a force; Fz of the two smaller ones and the rest alike
-  double resolution_n_mm;    ///< of a torque
+  double resolution_n;       ///< of each force
+  double resolution_n_mm;    ///< of each torque
 };
 
 std::span<const Nano17Calibration> nano17_calibrations();

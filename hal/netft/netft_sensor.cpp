@@ -23,7 +23,8 @@ constexpr std::chrono::milliseconds kBiasTime{250};
 constexpr std::chrono::milliseconds kBiasPatience{2000};
 constexpr std::chrono::milliseconds kBiasSettling{50};
 constexpr int kBiasAttempts = 3;
-constexpr std::uint64_t kFewestBiasSamples = 20;
+/// Of the samples that come in this time at the lowest rate allowed.
+constexpr double kFewestBiasShare = 0.5;
 /// A box that has biased itself reads zero to within this share of its range.
 constexpr double kBiasedShare = 0.005;
 /// A mean over more than this tells nothing of now: then the newest sample alone is taken.
@@ -345,13 +346,15 @@ std::optional<hal::Error> NetFtSensor::try_bias() {
 }
 
 hal::Result<SixAxes<double>> NetFtSensor::measure_mean() {
+  const auto fewest = static_cast<std::uint64_t>(std::ceil(kFewestBiasShare * config_.lowest_rate_hz *
+                                                           std::chrono::duration<double>(kBiasTime).count()));
   const auto give_up = Clock::now() + kBiasPatience;
   const RdtTotals before = stream_.totals();
   RdtTotals after = before;
   do {
     std::this_thread::sleep_for(kBiasTime);
     after = stream_.totals();
-  } while (after.good - before.good < kFewestBiasSamples && Clock::now() < give_up);
+  } while (after.good - before.good < fewest && Clock::now() < give_up);
 
   const auto refusal = [this](std::string what, std::string value, std::string limit, std::string remedy) {
     return hal::Error{.what = std::move(what),
@@ -361,10 +364,9 @@ hal::Result<SixAxes<double>> NetFtSensor::measure_mean() {
                       .remedy = std::move(remedy)};
   };
   const std::uint64_t samples = after.good - before.good;
-  if (samples < kFewestBiasSamples) {
+  if (samples < fewest) {
     return refusal("too few samples came for a bias", std::to_string(samples),
-                   "at least " + std::to_string(kFewestBiasSamples),
-                   "see to the connection, then bias again");
+                   "at least " + std::to_string(fewest), "see to the connection, then bias again");
   }
   if (after.saturated != before.saturated || after.faulty != before.faulty) {
     return refusal("the sensor was saturated or unfit while the bias was taken", "", "",
@@ -556,6 +558,7 @@ hal::PartReport NetFtSensor::report() const {
   add("silences", counters_.silences);
   add("stream_requests", counters_.requests);
   add("send_errors", counters_.send_errors);
+  add("exceptions", counters_.exceptions);
   add("samples_skipped", skipped_);
   return report;
 }

@@ -72,7 +72,16 @@ class RdtStream::Receiver {
     request_stream();
     receive();
     supervise();
-    thread_ = std::thread([this] { context_.run(); });
+    thread_ = std::thread([this] {
+      for (bool done = false; !done;) {
+        try {
+          context_.run();
+          done = true;
+        } catch (const std::exception&) {  // out of memory: what was to be done next is done later
+          count(counters_.exceptions);
+        }
+      }
+    });
     pthread_setname_np(thread_.native_handle(), "hapticd-netft");
     if (fifo_priority == 0) return {};
     sched_param parameter{};

@@ -55,6 +55,7 @@ struct RdtCounters {
   std::atomic<std::uint64_t> silences{0};
   std::atomic<std::uint64_t> requests{0};  ///< for the stream, the first included
   std::atomic<std::uint64_t> send_errors{0};
+  std::atomic<std::uint64_t> exceptions{0};  ///< of the receiving thread, survived
   std::atomic<std::int64_t> last_silence_ns{0};
   std::atomic<std::uint32_t> recent_status{0};  ///< all status bits of the last second or two
   std::atomic<double> rate_hz{0.0};             ///< over the last second

@@ -73,6 +73,7 @@ TEST(NetFtBias, IsRefusedWhenSwitchedOffNotEngagedOrSilent) {
   bench.config.bias = BiasBy::kSoftware;
   ASSERT_FALSE(bench.engage());
   bench.box.set_silent(true);
+  bench.settle();
   const auto silent = bench.sensor->try_bias();
   ASSERT_TRUE(silent);
   EXPECT_NE(silent->what.find("too few samples"), std::string::npos);
