@@ -25,7 +25,7 @@ struct NetFtConfig {
   double rate_hz = 7000.0;           ///< wanted of the box; a lower one is a finding
   double lowest_rate_hz = 1000.0;    ///< below this engage() refuses: ticks would go without a sample
   double connect_timeout_s = 5.0;    ///< from engage() to the first good sample
-  double stale_after_ms = 100.0;     ///< silence after which the connection counts as lost
+  double stale_after_ms = 100.0;     ///< silence that counts as lost; a mean spans no more than this
   double retry_first_ms = 50.0;      ///< then the stream is asked for again, after this …
   double retry_longest_ms = 2000.0;  ///< … doubling up to this
   BiasBy bias = BiasBy::kSoftware;

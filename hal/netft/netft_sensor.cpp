@@ -27,8 +27,6 @@ constexpr int kBiasAttempts = 3;
 constexpr double kFewestBiasShare = 0.5;
 /// A box that has biased itself reads zero to within this share of its range.
 constexpr double kBiasedShare = 0.005;
-/// A mean over more than this tells nothing of now: then the newest sample alone is taken.
-constexpr std::int64_t kLongestMeanNs = 100'000'000;
 constexpr double kNoticeableLoss = 0.01;
 constexpr std::int64_t kRecentlyNs = 60'000'000'000;
 
@@ -88,7 +86,10 @@ hal::Result<std::unique_ptr<NetFtSensor>> NetFtSensor::create(const NetFtConfig&
 }
 
 NetFtSensor::NetFtSensor(const NetFtConfig& config, const hal::AxisMap& axes)
-    : config_(config), axes_(axes), info_(info_of(config)) {}
+    : config_(config),
+      axes_(axes),
+      info_(info_of(config)),
+      stale_after_ns_(std::llround(1e6 * config.stale_after_ms)) {}
 
 NetFtSensor::~NetFtSensor() {
   disengage();
@@ -167,7 +168,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
   const auto milliseconds = [](double value) {
     return std::chrono::nanoseconds(static_cast<std::int64_t>(std::llround(1e6 * value)));
   };
-  settings.stale_after = milliseconds(config_.stale_after_ms);
+  settings.stale_after = std::chrono::nanoseconds(stale_after_ns_);
   settings.retry_first = milliseconds(config_.retry_first_ms);
   settings.retry_longest = milliseconds(config_.retry_longest_ms);
   settings.fifo_priority = config_.fifo_priority;
@@ -265,7 +266,8 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
   std::uint64_t taken = came;
   if (came > 0) {
     SixAxes<double> counts{};
-    if (now_ns - last_read_ns_ > kLongestMeanNs) {
+    // A mean over what would count as stale tells nothing of now.
+    if (now_ns - last_read_ns_ > stale_after_ns_) {
       taken = 1;
       skipped_.store(skipped_.load(std::memory_order_relaxed) + came - 1, std::memory_order_relaxed);
       for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = static_cast<double>(now.newest_counts[i]);
@@ -291,7 +293,7 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
                            : std::max<std::int64_t>(now_ns - arrival_ns, 0);
   };
   sample.force_age_ns = age(now.newest_good_ns);
-  if (age(now.newest_ns) > static_cast<std::int64_t>(1e6 * config_.stale_after_ms)) {
+  if (age(now.newest_ns) > stale_after_ns_) {
     sample.status |= status::kForceLost;
   }
   if (now.saturated != seen_.saturated) sample.status |= status::kForceSaturated;

@@ -70,6 +70,7 @@ class NetFtSensor final : public hal::ForceSensor {
   const NetFtConfig config_;
   const hal::AxisMap axes_;
   const hal::SensorInfo info_;
+  const std::int64_t stale_after_ns_;
 
   // The tick's end.
   LatestValue<RdtTotals> latest_;

@@ -29,7 +29,7 @@ struct NetFtBench {
     config.address = "127.0.0.1";
     config.rdt_port = box.udp_port();
     config.http_port = box.http_port();
-    config.stale_after_ms = 300.0;
+    config.stale_after_ms = 500.0;
     config.retry_first_ms = 20.0;
     config.retry_longest_ms = 100.0;
     config.fifo_priority = 0;

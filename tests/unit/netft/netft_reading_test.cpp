@@ -61,7 +61,10 @@ TEST(NetFtReading, TouchesOnlyItsHalfOfTheSample) {
 }
 
 TEST(NetFtReading, AfterALongPauseOnlyTheNewestSampleTellsOfNow) {
-  FedBench bench;
+  emulators::NetFtBoxSettings settings;
+  settings.continue_sequence = true;  // the silence makes the sensor ask for the stream again
+  FedBench bench(settings);
+  bench.config.stale_after_ms = 100.0;
   ASSERT_FALSE(bench.engage());
   bench.feed({-5.0, 0.0, 0.0});
   bench.feed({-5.0, 0.0, 0.0});

@@ -24,12 +24,12 @@ TEST(NetFtSection, DefaultsWrittenOutReadBackAsTheSame) {
 
 TEST(NetFtSection, EveryKeyIsReadAndWritten) {
   const std::string text =
-      "address = \"10.1.2.3\"\nrdt_port = 49153\nhttp_port = 8080\nhttp_path = \"/x.xml\"\nrate_hz = 5000\n"
-      "lowest_rate_hz = 900\nconnect_timeout_s = 2.5\nstale_after_ms = 50\nretry_first_ms = 25\n"
-      "retry_longest_ms = 500\nbias = \"box\"\nmodel = \"nano17_si_12\"\nserial = \"FT1\"\nlow_pass_hz = "
-      "838\n"
-      "tool_mass_g = 11.5\naxes = \"+y -x +z\"\nread_configuration = false\ncounts_per_force = 4448\n"
-      "counts_per_torque = 200\nforce_unit = \"lbf\"\ntorque_unit = \"lbf-in\"\nfifo_priority = 0\n";
+      "address = \"10.1.2.3\"\nrdt_port = 49153\nhttp_port = 8080\nhttp_path = \"/x.xml\"\nrate_hz = 5000.0\n"
+      "lowest_rate_hz = 900.0\nconnect_timeout_s = 2.5\nstale_after_ms = 50.0\nretry_first_ms = 25.0\n"
+      "retry_longest_ms = 500.0\nbias = \"box\"\nmodel = \"nano17_si_12\"\nserial = \"FT1\"\nlow_pass_hz = "
+      "838.0\n"
+      "tool_mass_g = 11.5\naxes = \"+y -x +z\"\nread_configuration = false\ncounts_per_force = 4448.0\n"
+      "counts_per_torque = 200.0\nforce_unit = \"lbf\"\ntorque_unit = \"lbf-in\"\nfifo_priority = 0\n";
   const auto config = parse(text);
   ASSERT_TRUE(config) << config.error().text();
   EXPECT_EQ(write_netft(*config), text);
