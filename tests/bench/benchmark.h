@@ -27,4 +27,14 @@ int run_live(const LiveOptions& options);
 /// One subscriber of `live`: reads for so many seconds, then writes what it received to `result`.
 int run_live_child(const std::string& address, double seconds, const std::string& result);
 
+/// `hapticd_bench netft`: a force sensor behind an emulated Net F/T box at 7 kHz, read at 1 kHz.
+struct NetFtOptions {
+  std::string folder;
+  double seconds = 20.0;
+};
+int run_netft(const NetFtOptions& options);
+
+/// The box of `netft`, until it is told to end.
+int run_netft_child();
+
 }  // namespace hapticd::bench

@@ -31,6 +31,19 @@ int main(int argc, char** argv) {
   tick_child->add_option("--ticks", ticks)->required();
   tick_child->callback([&] { status = run_tick_child(scene, ticks); });
 
+  NetFtOptions netft;
+  auto* netft_command =
+      app.add_subcommand("netft", "a force sensor behind a Net F/T box at 7 kHz, read at 1 kHz");
+  netft_command->add_option("--out", netft.folder, "folder for figures.jsonl and the table; made if need be")
+      ->required();
+  netft_command->add_option("--seconds", netft.seconds, "length of the run")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->capture_default_str();
+  netft_command->callback([&] { status = run_netft(netft); });
+  auto* netft_child =
+      app.add_subcommand("netft-child", "")->group("");  // hidden: the box, started by `netft`
+  netft_child->callback([&] { status = run_netft_child(); });
+
 #ifdef HAPTICD_BENCH_LIVE
   LiveOptions live;
   auto* live_command =

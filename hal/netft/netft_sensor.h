@@ -1,0 +1,108 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hal/axis_map.h"
+#include "hal/force_mean.h"
+#include "hal/netft/latest_value.h"
+#include "hal/netft/netft_config.h"
+#include "hal/netft/netft_configuration.h"
+#include "hal/netft/rdt_stream.h"
+#include "hal/rig.h"
+
+namespace hapticd::netft {
+
+/// A Nano17 behind a Net F/T box.
+///
+/// engage(), disengage(), bias() and the like serialise among themselves; read() shares no lock with them and
+/// is wait-free. A box that restarts goes on being read, but what it was told is checked again: it has
+/// forgotten a bias set on it, and may have another configuration. A lost bias is reported and every sample
+/// carries a warning; it is not set again by itself, since nobody here knows whether the tool is free, and a
+/// bias taken under load would make that load unfelt from then on.
+class NetFtSensor final : public hal::ForceSensor {
+ public:
+  /// Checks the configuration; opens nothing.
+  static hal::Result<std::unique_ptr<NetFtSensor>> create(const NetFtConfig& config);
+  ~NetFtSensor() override;
+  NetFtSensor(const NetFtSensor&) = delete;
+  NetFtSensor& operator=(const NetFtSensor&) = delete;
+
+  std::optional<hal::Error> engage() override;
+  void disengage() noexcept override;
+  hal::PartReport report() const override;
+  /// From the configuration alone.
+  const hal::SensorInfo& info() const noexcept override { return info_; }
+  void read(hal::RigSample& sample) noexcept override;
+  /// As try_bias(); why it failed stands in the report.
+  void bias() noexcept override;
+
+  /// Takes the mean of a quarter of a second as zero, or has the box do so and checks that it did. Waits for
+  /// it, at most 3 s.
+  std::optional<hal::Error> try_bias();
+  /// Resets the latch of the box's threshold conditions, which it reports as a warning until then.
+  std::optional<hal::Error> reset_condition_latch();
+
+ private:
+  NetFtSensor(const NetFtConfig& config, const hal::AxisMap& axes);
+
+  std::optional<hal::Error> connect(std::chrono::steady_clock::time_point deadline);
+  hal::Result<BoxConfiguration> read_box(std::chrono::steady_clock::time_point deadline) const;
+  std::optional<hal::Error> await_sample(std::chrono::steady_clock::time_point deadline);
+  std::optional<hal::Error> bias_in_software();
+  std::optional<hal::Error> bias_on_box();
+  /// Mean counts of good samples over at least kBiasTime.
+  hal::Result<SixAxes<double>> measure_mean();
+  void check_after_restarts(const std::stop_token& stop);
+  void check_restarted_box(const std::stop_token& stop);
+  hal::Error not_engaged(const char* what) const;
+  std::string place() const;
+  /// As its page said; 0 when it said nothing.
+  double box_rate_hz() const;
+
+  const NetFtConfig config_;
+  const hal::AxisMap axes_;
+  const hal::SensorInfo info_;
+  const std::int64_t stale_after_ns_;
+
+  // The tick's end.
+  LatestValue<RdtTotals> latest_;
+  RdtTotals seen_;
+  std::int64_t last_read_ns_ = 0;
+  hal::ForceMean mean_;
+  std::atomic<bool> engaged_{false};
+  std::atomic<bool> bias_lost_{false};
+  std::atomic<bool> configuration_changed_{false};
+  std::atomic<std::uint64_t> skipped_{0};  ///< samples too old to be part of a mean
+
+  mutable std::mutex control_;  ///< one at a time opens, closes, biases
+  RdtCounters counters_;
+  RdtStream stream_{latest_, counters_};
+  std::string numeric_address_;
+  double newtons_per_count_ = 0.0;
+  double newton_millimetres_per_count_ = 0.0;
+
+  mutable std::mutex told_;  ///< guards what follows; held briefly only
+  std::optional<BoxConfiguration> box_;
+  std::string connection_;
+  std::string refusal_;       ///< why engage() failed last
+  std::string bias_failure_;  ///< why bias() failed last
+  std::string change_;        ///< how a restarted box differs
+  std::string shortcoming_;
+  /// Offsets of the gages the box had when it was biased last or engaged; empty = not known.
+  std::optional<std::array<double, 6>> box_bias_;
+
+  std::mutex restart_mutex_;
+  std::condition_variable_any restarted_;
+  bool restart_seen_ = false;
+  std::jthread checker_;  ///< looks after a box that restarted
+};
+
+}  // namespace hapticd::netft

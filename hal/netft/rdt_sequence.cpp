@@ -1,0 +1,42 @@
+#include "hal/netft/rdt_sequence.h"
+
+namespace hapticd::netft {
+
+RdtOrderVerdict RdtSequence::judge(std::uint32_t number, bool after_silence) noexcept {
+  if (!started_) {
+    started_ = true;
+    newest_ = number;
+    return {RdtOrder::kInOrder, 0};
+  }
+  // Differences of unsigned numbers are right across the wrap.
+  const std::uint32_t ahead = number - newest_;
+  const std::uint32_t behind = newest_ - number;
+  if (ahead == 0) return {RdtOrder::kDuplicate, 0};
+  if (ahead <= kWindow) {
+    newest_ = number;
+    run_ = 0;
+    return {RdtOrder::kInOrder, ahead - 1};
+  }
+
+  const std::uint32_t step = number - run_newest_;
+  if (run_ > 0 && step == 0) return {RdtOrder::kDuplicate, 0};
+  if (run_ > 0 && step <= kWindow) {
+    ++run_;
+  } else {
+    run_ = 1;
+    run_begin_ = number;
+  }
+  run_newest_ = number;
+
+  const bool near = behind <= kWindow;
+  const std::uint32_t needed = near && !after_silence ? kRestartRun : 2;
+  if (run_ < needed) return {near ? RdtOrder::kOld : RdtOrder::kUnconfirmed, 0};
+  // Half the circle ahead of what was expected is a long gap, the other half a new beginning.
+  const std::uint32_t gap = run_begin_ - newest_;
+  newest_ = number;
+  run_ = 0;
+  if (gap < 0x8000'0000U) return {RdtOrder::kInOrder, ahead - 1};
+  return {RdtOrder::kRestart, 0};
+}
+
+}  // namespace hapticd::netft

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "hal/netft/netft_config.h"
+#include "server/toml_reader.h"
+
+namespace hapticd::server {
+
+/// The keys of a Net F/T box; see hal/netft/README.md. What is absent stays as it was.
+void read_netft(TomlTable table, netft::NetFtConfig& config);
+
+/// All of them, every default written out, without the header of the table; reads back as the same. An
+/// expected filter is written only where there is one.
+std::string write_netft(const netft::NetFtConfig& config);
+
+}  // namespace hapticd::server

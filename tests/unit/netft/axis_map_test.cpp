@@ -1,0 +1,71 @@
+#include "hal/axis_map.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+namespace hapticd::hal {
+namespace {
+
+void expect_vector(const Vector3& got, const Vector3& wanted) {
+  EXPECT_EQ(got.x, wanted.x);
+  EXPECT_EQ(got.y, wanted.y);
+  EXPECT_EQ(got.z, wanted.z);
+}
+
+TEST(AxisMap, IsTheIdentityUnlessTold) {
+  const AxisMap map;
+  expect_vector(map.to_tool({1.0, 2.0, 3.0}), {1.0, 2.0, 3.0});
+  EXPECT_EQ(map.text(), "+x +y +z");
+}
+
+TEST(AxisMap, NamesTheSensorsAxisForEachOfTheTools) {
+  const auto map = AxisMap::parse("+y -x +z", "here");
+  ASSERT_TRUE(map) << map.error().text();
+  expect_vector(map->to_tool({1.0, 2.0, 3.0}), {2.0, -1.0, 3.0});
+  EXPECT_EQ(map->text(), "+y -x +z");
+}
+
+TEST(AxisMap, ReadsWithoutPlusAndBlanks) {
+  const auto map = AxisMap::parse("yzx", "here");
+  ASSERT_TRUE(map);
+  EXPECT_EQ(map->text(), "+y +z +x");
+}
+
+/// Of the 48 signed permutations exactly the 24 rotations are mountings.
+TEST(AxisMap, AcceptsTheTwentyFourQuarterTurnsAndNoMirrorImage) {
+  const std::array<std::string, 6> orders{"xyz", "yzx", "zxy", "xzy", "zyx", "yxz"};
+  int accepted = 0;
+  for (const std::string& order : orders) {
+    for (int signs = 0; signs < 8; ++signs) {
+      std::string text;
+      for (std::size_t i = 0; i < 3; ++i) {
+        text += (signs >> i & 1) != 0 ? '-' : '+';
+        text += order[i];
+      }
+      const auto map = AxisMap::parse(text, "here");
+      if (!map) continue;
+      ++accepted;
+      // A rotation keeps the cross product of two vectors.
+      const Vector3 a = map->to_tool({1.0, 0.0, 0.0});
+      const Vector3 b = map->to_tool({0.0, 1.0, 0.0});
+      const Vector3 cross{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+      expect_vector(cross, map->to_tool({0.0, 0.0, 1.0}));
+    }
+  }
+  EXPECT_EQ(accepted, 24);
+}
+
+TEST(AxisMap, RefusesWhatIsNoMounting) {
+  for (const char* text :
+       {"", "+x +y", "+x +x +z", "+x +y +w", "+x +y +z +x", "+x +y -z", "x y +", "+-x y z"}) {
+    const auto map = AxisMap::parse(text, "[netft] axes");
+    ASSERT_FALSE(map) << text;
+    EXPECT_EQ(map.error().where, "[netft] axes");
+    EXPECT_FALSE(map.error().remedy.empty());
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::hal

@@ -1,0 +1,147 @@
+// Who takes zero for zero, and what is left of it when the box restarts.
+
+#include <gtest/gtest.h>
+
+#include "netft_bench.h"
+
+namespace hapticd::netft {
+namespace {
+
+namespace status = hal::sample_status;
+
+constexpr std::uint16_t kBiasCommand = 0x42;
+
+/// Reads until a sample has arrived that satisfies the condition.
+bool reads(NetFtBench& bench, const std::function<bool(const hal::RigSample&)>& condition) {
+  return eventually([&] { return condition(bench.read()); });
+}
+
+bool near(double value, double wanted) {
+  return std::abs(value - wanted) < 2e-6;
+}
+
+TEST(NetFtBias, InSoftwareIsTheMeanAndIsTakenInTheToolsAxes) {
+  NetFtBench bench;
+  bench.config.axes = "+y -x +z";
+  bench.box.set_offset({0.5, -0.25, 2.0}, {10.0, 20.0, 30.0});
+  ASSERT_FALSE(bench.engage());
+  ASSERT_TRUE(reads(bench, [](const auto& s) { return near(s.sensor_force_n.x, -0.25); }));
+  const auto error = bench.sensor->try_bias();
+  ASSERT_FALSE(error) << error->text();
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return s.force_count > 0 && near(s.sensor_force_n.z, 0.0); }));
+  bench.box.load({1.0, 2.0, 3.0}, {40.0, 0.0, 0.0});
+  EXPECT_TRUE(reads(bench, [](const auto& s) {
+    return near(s.sensor_force_n.x, 2.0) && near(s.sensor_force_n.y, -1.0) && near(s.sensor_force_n.z, 3.0) &&
+           std::abs(s.sensor_torque_n_mm.y + 40.0) < 2e-3;
+  }));
+  EXPECT_EQ(bench.box.commands(kBiasCommand), 0);
+}
+
+TEST(NetFtBias, OnTheBoxIsCommandedAndChecked) {
+  NetFtBench bench;
+  bench.config.bias = BiasBy::kBox;
+  bench.box.set_offset({0.5, -0.25, 2.0}, {10.0, 20.0, 30.0});
+  ASSERT_FALSE(bench.engage());
+  const auto error = bench.sensor->try_bias();
+  ASSERT_FALSE(error) << error->text();
+  EXPECT_EQ(bench.box.commands(kBiasCommand), 1);
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return near(s.sensor_force_n.z, 0.0); }));
+}
+
+TEST(NetFtBias, OnABoxThatDoesNotHearItIsAnErrorAfterSomeAttempts) {
+  NetFtBench bench;
+  bench.config.bias = BiasBy::kBox;
+  bench.box.set_offset({0.0, 0.0, 2.0}, {});
+  ASSERT_FALSE(bench.engage());
+  bench.box.set_deaf(true);
+  bench.sensor->bias();
+  EXPECT_TRUE(bench.finds("no bias was taken"));
+  EXPECT_TRUE(bench.finds("did not take the bias"));
+  bench.box.set_deaf(false);
+  bench.sensor->bias();
+  EXPECT_FALSE(bench.finds("no bias was taken"));
+}
+
+TEST(NetFtBias, IsRefusedWhenSwitchedOffNotEngagedOrSilent) {
+  NetFtBench bench;
+  bench.config.bias = BiasBy::kNone;
+  ASSERT_FALSE(bench.engage());
+  ASSERT_TRUE(bench.sensor->try_bias());
+  bench.sensor->bias();
+  EXPECT_TRUE(bench.finds("biasing is switched off"));
+
+  bench.config.bias = BiasBy::kSoftware;
+  ASSERT_FALSE(bench.engage());
+  bench.box.set_silent(true);
+  bench.settle();
+  const auto silent = bench.sensor->try_bias();
+  ASSERT_TRUE(silent);
+  EXPECT_NE(silent->what.find("too few samples"), std::string::npos);
+
+  bench.sensor->disengage();
+  const auto idle = bench.sensor->try_bias();
+  ASSERT_TRUE(idle);
+  EXPECT_EQ(idle->value, "not engaged");
+}
+
+TEST(NetFtBias, IsRefusedWhileTheSensorIsSaturated) {
+  NetFtBench bench;
+  ASSERT_FALSE(bench.engage());
+  bench.box.load({30.0, 0.0, 0.0}, {});
+  ASSERT_TRUE(reads(bench, [](const auto& s) { return (s.status & status::kForceSaturated) != 0; }));
+  const auto error = bench.sensor->try_bias();
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->what.find("saturated"), std::string::npos);
+}
+
+TEST(NetFtBias, OfABoxThatRestartedIsReportedLostAndNeverSetAgainByItself) {
+  NetFtBench bench;
+  bench.config.bias = BiasBy::kBox;
+  bench.box.set_offset({0.0, 0.0, 2.0}, {});
+  ASSERT_FALSE(bench.engage());
+  ASSERT_FALSE(bench.sensor->try_bias());
+  ASSERT_TRUE(reads(bench, [](const auto& s) { return s.status == 0 && near(s.sensor_force_n.z, 0.0); }));
+
+  bench.box.restart(0.5);
+  ASSERT_TRUE(eventually([&] { return bench.figure("box_restarts") == 1.0; }));
+  ASSERT_TRUE(reads(bench, [](const auto& s) { return s.force_count > 0 && near(s.sensor_force_n.z, 2.0); }));
+  EXPECT_TRUE(eventually([&] { return bench.finds("a bias set on it before is lost"); }));
+  EXPECT_NE(bench.read().status & status::kForceWarning, 0U);
+  EXPECT_EQ(bench.box.commands(kBiasCommand), 1);
+
+  ASSERT_FALSE(bench.sensor->try_bias());
+  EXPECT_FALSE(bench.finds("is lost"));
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return s.status == 0 && near(s.sensor_force_n.z, 0.0); }));
+}
+
+TEST(NetFtBias, InSoftwareOutlastsARestartOfABoxThatHadNone) {
+  NetFtBench bench;
+  bench.box.set_offset({0.0, 0.0, 2.0}, {});
+  ASSERT_FALSE(bench.engage());
+  ASSERT_FALSE(bench.sensor->try_bias());
+  const int pages = bench.box.page().requests();
+  bench.box.restart(0.5);
+  ASSERT_TRUE(eventually([&] { return bench.figure("box_restarts") == 1.0; }));
+  ASSERT_TRUE(eventually([&] { return bench.box.page().requests() > pages; }));
+  EXPECT_TRUE(eventually([&] { return !bench.finds("is lost"); }));
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return s.status == 0 && near(s.sensor_force_n.z, 0.0); }));
+}
+
+TEST(NetFtBias, ABoxThatRestartsWithOtherCountsIsUnfitUntilEngagedAnew) {
+  emulators::NetFtBoxSettings settings;
+  NetFtBench bench(settings);
+  bench.box.load({1.0, 0.0, 0.0}, {});
+  ASSERT_FALSE(bench.engage());
+  settings.counts_per_force = 2e6;
+  bench.box.change_settings(settings);
+  bench.box.restart(0.5);
+  EXPECT_TRUE(eventually([&] { return bench.finds("other counts or units"); }));
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return (s.status & status::kForceFault) != 0; }));
+  EXPECT_EQ(bench.sensor->report().state, hal::PartState::kFaulty);
+  bench.sensor->disengage();
+  ASSERT_FALSE(bench.sensor->engage());
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return s.status == 0 && near(s.sensor_force_n.x, 1.0); }));
+}
+
+}  // namespace
+}  // namespace hapticd::netft
