@@ -20,3 +20,11 @@ hapticd_test(test_board_sections
 find_package(fmt REQUIRED)
 target_include_directories(test_board_sections PRIVATE ${CMAKE_SOURCE_DIR})
 target_link_libraries(test_board_sections PRIVATE fmt::fmt)
+
+# The comedi board needs a stand-in for the kernel's side, compiled in so that it goes before libcomedi.
+if(HAPTICD_HAS_COMEDI)
+  hapticd_test(test_daq_comedi
+    SOURCES ${HERE}/comedi_board_test.cpp ${CMAKE_SOURCE_DIR}/tests/emulators/board/comedi_stand_in.cpp
+    LINK hapticd_daq hapticd_emulator_board hapticd_test_support Threads::Threads)
+  target_link_options(test_daq_comedi PRIVATE -Wl,--wrap=read)
+endif()

@@ -114,8 +114,9 @@ TEST(PhantomSection, WrongValuesAreNamed) {
   const auto wrong = [](const std::string& text) {
     return complaint<phantom::PhantomConfig>(text, read_phantom);
   };
-  EXPECT_NE(wrong("model = \"phantom_premium_1_5_hi_force\"").find("did you mean 'phantom_premium_1_5_high_force'"),
-            std::string::npos)
+  EXPECT_NE(
+      wrong("model = \"phantom_premium_1_5_hi_force\"").find("did you mean 'phantom_premium_1_5_high_force'"),
+      std::string::npos)
       << wrong("model = \"phantom_premium_1_5_hi_force\"");
   EXPECT_NE(wrong("watchdog_ms = 0").find("watchdog_ms"), std::string::npos);
   EXPECT_NE(wrong("transmission = 11.2").find("transmission"), std::string::npos);
