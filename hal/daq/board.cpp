@@ -1,0 +1,69 @@
+#include "hal/daq/board.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace hapticd::daq {
+
+std::optional<hal::Error> Board::engage(BoardUse use) {
+  const std::lock_guard lock(users_mutex_);
+  int& users = users_[static_cast<std::size_t>(use)];
+  if (users == 0) {
+    if (auto error = open(use)) return error;
+    if (use == BoardUse::kMotion) {
+      const BoardInfo now = info();
+      counter_bits_.store(std::clamp(now.counter_bits, 1, 64), std::memory_order_relaxed);
+      output_low_v_.store(now.output_low_v, std::memory_order_relaxed);
+      output_high_v_.store(now.output_high_v, std::memory_order_relaxed);
+      unwrap_anew_.store(true, std::memory_order_release);
+    }
+  }
+  ++users;
+  return std::nullopt;
+}
+
+void Board::release(BoardUse use) noexcept {
+  const std::lock_guard lock(users_mutex_);
+  int& users = users_[static_cast<std::size_t>(use)];
+  if (users == 0) return;
+  if (--users > 0) return;
+  if (use == BoardUse::kMotion) {
+    constexpr std::array<double, kMaxOutputs> kZero{};
+    write_volts(std::span(kZero).first(std::min(kMaxOutputs, info().outputs)));
+  }
+  close(use);
+}
+
+std::int64_t Board::now_ns() const noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+bool Board::read_counters(std::span<std::int64_t> counts) noexcept {
+  std::array<std::uint64_t, kMaxCounters> raw{};
+  const std::size_t n = std::min(counts.size(), raw.size());
+  if (unwrap_anew_.exchange(false, std::memory_order_acq_rel)) {
+    for (CounterUnwrap& counter : unwrap_) counter.restart();
+  }
+  if (!read_raw_counters(std::span(raw).first(n))) return false;
+  const int bits = counter_bits_.load(std::memory_order_relaxed);
+  for (std::size_t i = 0; i < n; ++i) counts[i] = unwrap_[i].add(raw[i], bits);
+  return true;
+}
+
+bool Board::write_volts(std::span<const double> volts) noexcept {
+  std::array<double, kMaxOutputs> checked{};
+  const std::size_t n = std::min(volts.size(), checked.size());
+  const double low_v = output_low_v_.load(std::memory_order_relaxed);
+  const double high_v = output_high_v_.load(std::memory_order_relaxed);
+  const bool finite =
+      std::all_of(volts.begin(), volts.end(), [](double v) noexcept { return std::isfinite(v); });
+  for (std::size_t i = 0; finite && i < n; ++i) checked[i] = std::clamp(volts[i], low_v, high_v);
+  const bool taken = put_volts(std::span<const double>(checked).first(n)) && finite;
+  if (!taken) refused_outputs_.fetch_add(1, std::memory_order_relaxed);
+  return taken;
+}
+
+}  // namespace hapticd::daq

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/daq/counter_unwrap.h"
+#include "hal/error.h"
+#include "hal/part_report.h"
+
+namespace hapticd::daq {
+
+inline constexpr std::size_t kMaxInputs = 8;    ///< six gauges and two to spare
+inline constexpr std::size_t kMaxOutputs = 4;   ///< three motors and one to spare
+inline constexpr std::size_t kMaxCounters = 6;  ///< three joints and a gimbal
+
+/// One scan of all analog inputs.
+struct Scan {
+  std::int64_t time_ns = 0;  ///< by Board::now_ns(), when it arrived
+  std::array<double, kMaxInputs> volts{};
+};
+
+/// What read_scans() found.
+struct ScanReading {
+  std::size_t count = 0;       ///< scans written, oldest first
+  bool overrun = false;        ///< the board's own buffer overflowed since the last call: scans are missing
+  bool running = false;        ///< false: the acquisition has stopped, or the board is gone
+  std::int64_t newest_ns = 0;  ///< arrival of the newest scan ever, also when there is none now
+};
+
+/// What a board is; certain once it is engaged.
+struct BoardInfo {
+  std::string driver{};  ///< e.g. "comedi"
+  std::string model{};   ///< as the board calls itself, e.g. "pci-6251"
+  std::size_t inputs = 0;
+  double input_low_v = -10.0;  ///< ends of the converter's range
+  double input_high_v = 10.0;
+  int input_bits = 16;
+  double scan_rate_hz = 10000.0;
+  std::size_t outputs = 0;
+  double output_low_v = -10.0;
+  double output_high_v = 10.0;
+  int output_bits = 16;
+  std::size_t counters = 0;
+  int counter_bits = 32;  ///< a reading is in [0, 2^bits)
+};
+
+/// The two halves of a board, opened apart: a scene that needs only the sensor drives no motor.
+enum class BoardUse : std::uint8_t {
+  kInputs,  ///< streaming analog inputs
+  kMotion,  ///< analog outputs and encoder counters
+};
+
+/// An analog and digital board: streaming analog inputs, analog outputs, encoder counters. One board may
+/// serve a sensor and a device at once. read_scans(), read_counters() and write_volts() neither block,
+/// allocate nor take a lock; the first two have one caller each, the last may have several (the tick and its
+/// watchdog). What is common to all boards is done here: users are counted, what goes out is checked and
+/// counters are unwrapped.
+class Board {
+ public:
+  virtual ~Board() = default;
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+
+  /// Opens what `use` needs, or says why it cannot. Each engage() has its release().
+  std::optional<hal::Error> engage(BoardUse use);
+  /// The last user of a half closes it; outputs are at zero volts then.
+  void release(BoardUse use) noexcept;
+
+  virtual BoardInfo info() const = 0;
+  /// The clock that stamps the scans, monotonic.
+  virtual std::int64_t now_ns() const noexcept;
+
+  /// All scans since the last call, or the newest that fit. Not engaged: none, not running.
+  virtual ScanReading read_scans(std::span<Scan> scans) noexcept = 0;
+  /// Counters 0 … n-1 since they were engaged, unwrapped to 64 bits (right as long as none moves by half its
+  /// range between two calls). False: nothing was read.
+  bool read_counters(std::span<std::int64_t> counts) noexcept;
+  /// Volts to outputs 0 … n-1, held within the range. Anything not finite makes all of them zero and the
+  /// answer false, as does a board that does not take them.
+  bool write_volts(std::span<const double> volts) noexcept;
+
+  /// Adds connection, findings and figures to the report of whoever uses the board. Any thread.
+  virtual void describe(hal::PartReport& report) const = 0;
+
+ protected:
+  Board() = default;
+
+  /// Called on the first engage() and after the last release() of a half; never both at once.
+  virtual std::optional<hal::Error> open(BoardUse use) = 0;
+  virtual void close(BoardUse use) noexcept = 0;
+  /// Counters as they stand, each in [0, 2^counter_bits).
+  virtual bool read_raw_counters(std::span<std::uint64_t> raw) noexcept = 0;
+  /// Finite and within the range.
+  virtual bool put_volts(std::span<const double> volts) noexcept = 0;
+
+  std::uint64_t refused_outputs() const noexcept { return refused_outputs_.load(std::memory_order_relaxed); }
+
+ private:
+  std::mutex users_mutex_;
+  std::array<int, 2> users_{};
+  std::array<CounterUnwrap, kMaxCounters> unwrap_{};
+  std::atomic<bool> unwrap_anew_{true};
+  std::atomic<int> counter_bits_{32};
+  std::atomic<double> output_low_v_{0.0};
+  std::atomic<double> output_high_v_{0.0};
+  std::atomic<std::uint64_t> refused_outputs_{0};
+};
+
+}  // namespace hapticd::daq

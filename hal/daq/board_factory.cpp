@@ -1,0 +1,65 @@
+#include "hal/daq/board_factory.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace hapticd::daq {
+
+namespace {
+
+bool is_index(double value, double most) {
+  return value >= 0.0 && value <= most && value == std::floor(value);
+}
+
+constexpr double kMostChannel = 255.0;
+
+hal::Error bad(std::string what, std::string value, std::string limit) {
+  return {std::move(what), "board", std::move(value), std::move(limit), "correct the board's section"};
+}
+
+}  // namespace
+
+hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
+  if (!(config.scan_rate_hz >= 100.0 && config.scan_rate_hz <= 100'000.0)) {
+    return bad("the scan rate is out of range", fmt::format("{}", config.scan_rate_hz), "100 … 100000 Hz");
+  }
+  if (config.driver != "comedi") {
+    return hal::Error{fmt::format("unknown board driver '{}'", config.driver), "board", config.driver,
+                      fmt::format("{}", fmt::join(board_drivers(), ", ")), "use one of those"};
+  }
+  const ComediConfig& comedi = config.comedi;
+  for (const double channel : comedi.input_channels) {
+    if (!is_index(channel, kMostChannel)) {
+      return bad("an input channel is no channel", fmt::format("{}", channel), "0 … 255");
+    }
+  }
+  for (const double channel : comedi.output_channels) {
+    if (!is_index(channel, kMostChannel)) {
+      return bad("an output channel is no channel", fmt::format("{}", channel), "0 … 255");
+    }
+  }
+  if (comedi.counters.size() > kMaxCounters) {
+    return bad("too many counters", fmt::format("{}", comedi.counters.size()),
+               fmt::format("at most {}", kMaxCounters));
+  }
+  for (const auto& [subdevice, channel] : comedi.counters) {
+    if (!is_index(subdevice, kMostChannel) || !is_index(channel, kMostChannel)) {
+      return bad("a counter is no counter", fmt::format("[{}, {}]", subdevice, channel),
+                 "[subdevice, channel], each 0 … 255");
+    }
+  }
+  if (!(comedi.input_low_v < comedi.input_high_v) || !(comedi.output_low_v < comedi.output_high_v)) {
+    return bad("a range of voltages is empty",
+               fmt::format("{} … {} V in, {} … {} V out", comedi.input_low_v, comedi.input_high_v,
+                           comedi.output_low_v, comedi.output_high_v),
+               "low below high");
+  }
+  return create_comedi_board(config);
+}
+
+std::vector<std::string> board_drivers() {
+  return {"comedi"};
+}
+
+}  // namespace hapticd::daq

@@ -1,0 +1,105 @@
+#include "hal/phantom/drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace hapticd::phantom {
+
+Drive::Drive(const PhantomConfig& config) noexcept {
+  for (std::size_t i = 0; i < 3; ++i) {
+    rad_per_count_[i] = config.encoder_sign[i] * 2.0 * std::numbers::pi /
+                        (config.encoder_counts_per_turn[i] * config.transmission[i]);
+    n_mm_per_a_[i] = config.torque_constant_n_mm_per_a[i] * config.transmission[i];
+    signed_gain_a_per_v_[i] = config.motor_sign[i] * config.amplifier_gain_a_per_v[i];
+  }
+}
+
+JointAngles Drive::turn_rad(const std::array<std::int64_t, 3>& counts,
+                            const std::array<std::int64_t, 3>& zero) const noexcept {
+  JointAngles turn{};
+  for (std::size_t i = 0; i < 3; ++i) turn[i] = static_cast<double>(counts[i] - zero[i]) * rad_per_count_[i];
+  return turn;
+}
+
+Currents Drive::currents_for(const std::array<double, 3>& joint_torque_n_mm) const noexcept {
+  Currents current{};
+  for (std::size_t i = 0; i < 3; ++i) current[i] = joint_torque_n_mm[i] / n_mm_per_a_[i];
+  return current;
+}
+
+Volts Drive::volts_for(const Currents& current_a) const noexcept {
+  Volts volts{};
+  for (std::size_t i = 0; i < 3; ++i) volts[i] = current_a[i] / signed_gain_a_per_v_[i];
+  return volts;
+}
+
+Currents Drive::currents_of(const Volts& volts) const noexcept {
+  Currents current{};
+  for (std::size_t i = 0; i < 3; ++i) current[i] = volts[i] * signed_gain_a_per_v_[i];
+  return current;
+}
+
+std::array<double, 3> Drive::joint_torques_of_n_mm(const Currents& current_a) const noexcept {
+  std::array<double, 3> torque{};
+  for (std::size_t i = 0; i < 3; ++i) torque[i] = current_a[i] * n_mm_per_a_[i];
+  return torque;
+}
+
+Volts volts_for_force(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
+                      const hal::Vector3& force_n) noexcept {
+  return drive.volts_for(drive.currents_for(torques_for_n_mm(arm, q, force_n)));
+}
+
+hal::Vector3 force_of_volts_n(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
+                              const Volts& volts) noexcept {
+  return force_of_n(arm, q, drive.joint_torques_of_n_mm(drive.currents_of(volts)));
+}
+
+double tip_resolution_mm(const PhantomConfig& config, const JointAngles& q) noexcept {
+  const Jacobian j = jacobian(config.arm, q);
+  const Drive drive(config);
+  double coarsest_mm = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    coarsest_mm =
+        std::max(coarsest_mm, std::hypot(j[0][i], j[1][i], j[2][i]) * std::abs(drive.rad_per_count()[i]));
+  }
+  return coarsest_mm;
+}
+
+namespace {
+
+/// How often the force fits into what the currents can hold: the joint that gives in first decides.
+double times_it_fits(const PhantomConfig& config, const JointAngles& q, const Currents& current_a,
+                     const hal::Vector3& force_n) noexcept {
+  const Currents needed_a = Drive(config).currents_for(torques_for_n_mm(config.arm, q, force_n));
+  double times = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (needed_a[i] != 0.0) times = std::min(times, std::abs(current_a[i] / needed_a[i]));
+  }
+  return times;
+}
+
+}  // namespace
+
+std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngles& q,
+                                    const Currents& current_a) noexcept {
+  return {times_it_fits(config, q, current_a, {1.0, 0.0, 0.0}),
+          times_it_fits(config, q, current_a, {0.0, 1.0, 0.0}),
+          times_it_fits(config, q, current_a, {0.0, 0.0, 1.0})};
+}
+
+double force_any_way_n(const PhantomConfig& config, const JointAngles& q,
+                       const Currents& current_a) noexcept {
+  const Jacobian j = jacobian(config.arm, q);
+  const std::array<double, 3> torque_n_mm = Drive(config).joint_torques_of_n_mm(current_a);
+  double force_n = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double lever_mm = std::hypot(j[0][i], j[1][i], j[2][i]);
+    if (lever_mm > 0.0) force_n = std::min(force_n, std::abs(torque_n_mm[i]) / lever_mm);
+  }
+  return force_n;
+}
+
+}  // namespace hapticd::phantom

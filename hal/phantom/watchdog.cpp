@@ -1,0 +1,56 @@
+#include "hal/phantom/watchdog.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+namespace hapticd::phantom {
+
+Watchdog::Watchdog(daq::Board& board, std::size_t outputs, double patience_ms) noexcept
+    : board_(board), outputs_(outputs), patience_ns_(std::llround(1e6 * patience_ms)) {}
+
+Watchdog::~Watchdog() {
+  stop();
+}
+
+void Watchdog::start() {
+  stop();
+  stopping_ = false;
+  armed_.store(false, std::memory_order_relaxed);
+  cut_.store(false, std::memory_order_relaxed);
+  thread_ = std::thread([this] { run(); });
+}
+
+void Watchdog::stop() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  stopped_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Watchdog::fed(std::int64_t now_ns) noexcept {
+  fed_ns_.store(now_ns, std::memory_order_relaxed);
+  armed_.store(true, std::memory_order_release);
+}
+
+// A command that was under way when the cut came arms the dog again and is cut in its turn.
+void Watchdog::run() noexcept {
+  constexpr std::array<double, daq::kMaxOutputs> kZero{};
+  const std::chrono::nanoseconds nap(std::clamp<std::int64_t>(patience_ns_ / 4, 500'000, 5'000'000));
+  std::unique_lock lock(mutex_);
+  while (!stopped_.wait_for(lock, nap, [this] { return stopping_; })) {
+    if (!armed_.load(std::memory_order_acquire)) continue;
+    if (board_.now_ns() - fed_ns_.load(std::memory_order_relaxed) <= patience_ns_) continue;
+    // Told before it is done: a command that comes in between is withheld, not cut off after a moment.
+    armed_.store(false, std::memory_order_release);
+    cut_.store(true, std::memory_order_release);
+    cuts_.fetch_add(1, std::memory_order_relaxed);
+    const bool done = board_.write_volts(std::span(kZero).first(outputs_));
+    if (!done) armed_.store(true, std::memory_order_release);  // tried again until the board takes it
+  }
+}
+
+}  // namespace hapticd::phantom

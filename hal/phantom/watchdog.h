@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+
+#include "hal/daq/board.h"
+
+namespace hapticd::phantom {
+
+/// Writes zero volts when no command has come for a while, from a thread of its own. Every command arms it
+/// anew; while a cut is unread, commands must be withheld. The tick's side takes no lock.
+class Watchdog {
+ public:
+  Watchdog(daq::Board& board, std::size_t outputs, double patience_ms) noexcept;
+  ~Watchdog();
+
+  void start();
+  void stop() noexcept;
+
+  /// The tick has written volts.
+  void fed(std::int64_t now_ns) noexcept;
+  /// True once after each cut.
+  bool take_cut() noexcept { return cut_.exchange(false, std::memory_order_acq_rel); }
+  /// A cut has happened that nobody has been told of.
+  bool cut() const noexcept { return cut_.load(std::memory_order_acquire); }
+  std::uint64_t cuts() const noexcept { return cuts_.load(std::memory_order_relaxed); }
+
+ private:
+  void run() noexcept;
+
+  daq::Board& board_;
+  const std::size_t outputs_;
+  const std::int64_t patience_ns_;
+  std::thread thread_;
+  std::mutex mutex_;  ///< guards stopping_; never taken by the tick
+  std::condition_variable stopped_;
+  bool stopping_ = false;
+  std::atomic<std::int64_t> fed_ns_{0};
+  std::atomic<bool> armed_{false};
+  std::atomic<bool> cut_{false};
+  std::atomic<std::uint64_t> cuts_{0};
+};
+
+}  // namespace hapticd::phantom

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "hal/phantom/phantom_config.h"
+#include "server/toml_reader.h"
+
+namespace hapticd::server {
+
+/// A PHANToM on [rig.board]. `model` names the preset the other keys start from.
+void read_phantom(TomlTable table, phantom::PhantomConfig& config);
+/// Every key with its value, without the table's header; reads back as the same.
+std::string write_phantom(const phantom::PhantomConfig& config);
+
+}  // namespace hapticd::server

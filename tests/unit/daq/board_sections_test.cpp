@@ -1,0 +1,128 @@
+// The sections of a rig file that speak of the board, the sensor on it and the device on it.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "server/rig_file/daq_section.h"
+#include "server/rig_file/phantom_section.h"
+
+namespace hapticd::server {
+namespace {
+
+/// Reads [part] of a text with one of the section readers.
+template <class Config>
+hal::Result<Config> read(const std::string& text, void (*reader)(TomlTable, Config&)) {
+  auto document = TomlDocument::parse("[part]\n" + text, "rig.toml");
+  if (!document) return document.error();
+  Config config;
+  reader(document->root().table("part"), config);
+  if (auto error = document->error()) return *error;
+  return config;
+}
+
+template <class Config>
+std::string complaint(const std::string& text, void (*reader)(TomlTable, Config&)) {
+  const auto config = read<Config>(text, reader);
+  return config ? "none" : config.error().text();
+}
+
+TEST(BoardSection, ReadsBackAsWritten) {
+  daq::BoardConfig config;
+  EXPECT_EQ(write_board(*read<daq::BoardConfig>("", read_board)), write_board(config)) << "defaults";
+  config.scan_rate_hz = 7000.5;
+  config.comedi.device = "/dev/comedi3";
+  config.comedi.input_subdevice = 2;
+  config.comedi.input_channels = {16.0, 17.0, 18.0, 19.0, 20.0, 21.0};
+  config.comedi.input_low_v = -5.0;
+  config.comedi.input_high_v = 5.0;
+  config.comedi.input_reference = daq::InputReference::kGround;
+  config.comedi.output_channels = {3.0, 2.0, 1.0};
+  config.comedi.counters = {{11.0, 0.0}, {12.0, 0.0}, {13.0, 0.0}, {14.0, 0.0}};
+  config.comedi.counter_setup = daq::CounterSetup::kNiQuadrature;
+  config.comedi.calibrated = false;
+  config.comedi.calibration_file = "/etc/a \"file\".calibration";
+  config.comedi.fifo_priority = 80;
+  const auto again = read<daq::BoardConfig>(write_board(config), read_board);
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(write_board(*again), write_board(config));
+  EXPECT_EQ(again->comedi.counters, config.comedi.counters);
+  EXPECT_EQ(again->comedi.input_channels, config.comedi.input_channels);
+  EXPECT_EQ(again->comedi.counter_setup, config.comedi.counter_setup);
+  EXPECT_EQ(again->comedi.calibration_file, config.comedi.calibration_file);
+}
+
+TEST(BoardSection, WrongValuesAreNamedWithTheirLine) {
+  const auto wrong = [](const std::string& text) { return complaint<daq::BoardConfig>(text, read_board); };
+  EXPECT_NE(wrong("scan_rate_hz = 1e9").find("line 2"), std::string::npos) << wrong("scan_rate_hz = 1e9");
+  EXPECT_NE(wrong("scan_rate_hz = nan").find("scan_rate_hz"), std::string::npos);
+  EXPECT_NE(wrong("input_channels = [0, 1, 2]").find("input_channels"), std::string::npos);
+  EXPECT_NE(wrong("input_reference = \"diff\"").find("differential"), std::string::npos);
+  EXPECT_NE(wrong("counter_setup = \"quadrature\"").find("ni_quadrature"), std::string::npos);
+  EXPECT_NE(wrong("counters = [[0, 1, 2]]").find("counters"), std::string::npos);
+  EXPECT_NE(wrong("input_low_v = 10.0").find("input_low_v"), std::string::npos);
+  EXPECT_NE(wrong("output_low_v = 3.0\noutput_high_v = 2.0").find("output_high_v"), std::string::npos);
+  EXPECT_NE(wrong("scan_rate = 10000").find("did you mean 'scan_rate_hz'"), std::string::npos);
+}
+
+TEST(DaqSection, ReadsBackAsWritten) {
+  daq::DaqSensorConfig config;
+  EXPECT_EQ(write_daq(*read<daq::DaqSensorConfig>("", read_daq)), write_daq(config));
+  config = {"/a/b.cal", "SI-12-0.12", "-x +y -z", 0.9, false, 5.0, 9.35};
+  const auto again = read<daq::DaqSensorConfig>(write_daq(config), read_daq);
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(write_daq(*again), write_daq(config));
+  EXPECT_EQ(again->axes, config.axes);
+  EXPECT_FALSE(again->bias_on_engage);
+  EXPECT_NE(complaint<daq::DaqSensorConfig>("saturation_share = 0.2", read_daq).find("saturation_share"),
+            std::string::npos);
+  EXPECT_NE(complaint<daq::DaqSensorConfig>("cal_file = \"x\"", read_daq).find("calibration_file"),
+            std::string::npos);
+}
+
+TEST(PhantomSection, EveryPresetReadsBackAsWritten) {
+  for (const std::string& model : phantom::phantom_presets()) {
+    const phantom::PhantomConfig config = *phantom::phantom_preset(model);
+    const std::string text = write_phantom(config);
+    const auto again = read<phantom::PhantomConfig>(text, read_phantom);
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_EQ(write_phantom(*again), text);
+    EXPECT_FALSE(phantom::check(*again));
+    // The name alone brings all of it.
+    const auto short_text = read<phantom::PhantomConfig>("model = \"" + model + "\"", read_phantom);
+    ASSERT_TRUE(short_text);
+    EXPECT_EQ(write_phantom(*short_text), text);
+  }
+}
+
+TEST(PhantomSection, KeysChangeThePreset) {
+  const auto config = read<phantom::PhantomConfig>(
+      "transmission = [1.0, 2.0, 3.0]\nmodel = \"phantom_premium_1_0\"\ngimbal = true\n"
+      "origin_mm = [1, 2, 3]\nwatchdog_ms = 10\n",
+      read_phantom);
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->transmission, (std::array{1.0, 2.0, 3.0})) << "whatever their order";
+  EXPECT_DOUBLE_EQ(config->arm.first_link_mm, 139.7);
+  EXPECT_TRUE(config->gimbal);
+  EXPECT_DOUBLE_EQ(config->origin_mm.y, 2.0);
+  EXPECT_DOUBLE_EQ(config->watchdog_ms, 10.0);
+  EXPECT_EQ(write_phantom(*read<phantom::PhantomConfig>(write_phantom(*config), read_phantom)),
+            write_phantom(*config));
+}
+
+TEST(PhantomSection, WrongValuesAreNamed) {
+  const auto wrong = [](const std::string& text) {
+    return complaint<phantom::PhantomConfig>(text, read_phantom);
+  };
+  EXPECT_NE(
+      wrong("model = \"phantom_premium_1_5_hi_force\"").find("did you mean 'phantom_premium_1_5_high_force'"),
+      std::string::npos)
+      << wrong("model = \"phantom_premium_1_5_hi_force\"");
+  EXPECT_NE(wrong("watchdog_ms = 0").find("watchdog_ms"), std::string::npos);
+  EXPECT_NE(wrong("transmission = 11.2").find("transmission"), std::string::npos);
+  EXPECT_NE(wrong("peak_current_a = [1, 1, inf]").find("peak_current_a"), std::string::npos);
+  EXPECT_NE(wrong("peak_current = [1, 1, 1]").find("did you mean 'peak_current_a'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hapticd::server

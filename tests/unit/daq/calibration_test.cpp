@@ -1,0 +1,300 @@
+// Calibration files: both versions, units, transforms, and everything that may be wrong with one.
+
+#include "hal/daq/calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/emulators/board/gauge_emulator.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::daq {
+namespace {
+
+using emulators::CalibrationFileStyle;
+using emulators::GaugeEmulator;
+
+/// The file's text with one piece of it replaced; fails when it is not there.
+std::string with(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return at == std::string::npos ? text : text.replace(at, what.size(), by);
+}
+
+std::string file(const CalibrationFileStyle& style = {}) {
+  return GaugeEmulator().calibration_file(style);
+}
+
+double largest_difference(const Calibration& calibration) {
+  const GaugeEmulator gauges;
+  double largest = 0.0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = 0; j < 6; ++j) {
+      largest = std::max(largest, std::abs(calibration.matrix[i][j] - gauges.load_per_volt()[i][j]));
+    }
+  }
+  return largest;
+}
+
+TEST(Calibration, UserAxesAreTheMatrix) {
+  const auto calibration = parse_calibration(file(), "made up");
+  ASSERT_TRUE(calibration) << calibration.error().text();
+  EXPECT_LT(largest_difference(*calibration), 1e-11);
+  EXPECT_EQ(calibration->serial, "FT00042");
+  EXPECT_EQ(calibration->body_style, "Nano17");
+  EXPECT_EQ(calibration->part_number, "SI-25-0.25");
+  EXPECT_EQ(calibration->file_version, "1.1");
+  EXPECT_DOUBLE_EQ(calibration->output_low_v, -10.0);
+  EXPECT_DOUBLE_EQ(calibration->output_high_v, 10.0);
+  EXPECT_DOUBLE_EQ(calibration->max_load[2], 35.0);
+  EXPECT_DOUBLE_EQ(calibration->max_load[5], 250.0);
+  EXPECT_TRUE(calibration->notes.empty());
+}
+
+TEST(Calibration, LoadFromGaugesIsTheLoadThatWasPutOn) {
+  const auto calibration = parse_calibration(file(), "made up");
+  ASSERT_TRUE(calibration);
+  const hal::Vector3 force{3.0, -7.0, 11.0};
+  const hal::Vector3 torque{40.0, -20.0, 90.0};
+  const auto volts = GaugeEmulator().volts(force, torque);
+  const double expected[] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
+  for (std::size_t i = 0; i < 6; ++i) {
+    double load = 0.0;
+    for (std::size_t j = 0; j < 6; ++j) load += calibration->matrix[i][j] * volts[j];
+    EXPECT_NEAR(load, expected[i], 1e-8);
+  }
+}
+
+// A file of version 1.1 holds both forms; told to be 1.0 its axes must lead to the same matrix.
+TEST(Calibration, AxesScalesAndTransformMakeTheSameMatrix) {
+  for (const auto& turn : {std::array<double, 3>{}, std::array<double, 3>{10.0, -25.0, 130.0}}) {
+    for (const auto& shift :
+         {std::array<double, 3>{0.0, 0.0, 6.096}, std::array<double, 3>{1.5, -2.5, 4.0}}) {
+      CalibrationFileStyle style;
+      style.transform = {shift, turn};
+      const std::string text = with(file(style), "CalFileVersion=\"1.1\"", "CalFileVersion=\"1.0\"");
+      const auto calibration = parse_calibration(text, "made up");
+      ASSERT_TRUE(calibration) << calibration.error().text();
+      EXPECT_LT(largest_difference(*calibration), 1e-6) << "the scales have seven decimals";
+    }
+  }
+}
+
+TEST(Calibration, VersionOneHoldsNoUserAxes) {
+  CalibrationFileStyle style;
+  style.version = "1.0";
+  const std::string text = file(style);
+  ASSERT_EQ(text.find("UserAxis"), std::string::npos);
+  const auto calibration = parse_calibration(text, "made up");
+  ASSERT_TRUE(calibration) << calibration.error().text();
+  EXPECT_LT(largest_difference(*calibration), 1e-6);
+  // Left out, the transform is missed.
+  const auto unmoved = parse_calibration(with(text, "Dz=\"6.096", "Dz=\"0.000"), "made up");
+  ASSERT_TRUE(unmoved);
+  EXPECT_GT(largest_difference(*unmoved), 1.0);
+}
+
+TEST(Calibration, FiveDecimalsAsTheMakerPrintsThemAreGoodForATenthOfAPercent) {
+  CalibrationFileStyle style;
+  style.version = "1.0";
+  style.decimals = 5;
+  const auto calibration = parse_calibration(file(style), "made up");
+  ASSERT_TRUE(calibration) << calibration.error().text();
+  EXPECT_LT(largest_difference(*calibration), 1e-3 * 25.0);
+}
+
+TEST(Calibration, UnitsAreConverted) {
+  for (const char* version : {"1.0", "1.1"}) {
+    CalibrationFileStyle style;
+    style.version = version;
+    style.newton_metres = true;
+    const auto calibration = parse_calibration(file(style), "made up");
+    ASSERT_TRUE(calibration) << calibration.error().text();
+    EXPECT_LT(largest_difference(*calibration), 1e-6);
+    EXPECT_NEAR(calibration->max_load[3], 250.0, 1e-9);
+  }
+  const auto pounds = parse_calibration(with(file(), "ForceUnits=\"N\"", "ForceUnits=\"lbf\""), "made up");
+  ASSERT_TRUE(pounds);
+  EXPECT_NEAR(pounds->matrix[2][0] / GaugeEmulator().load_per_volt()[2][0], 4.4482216152605, 1e-9);
+  const auto inches =
+      parse_calibration(with(file(), "TorqueUnits=\"N-mm\"", "TorqueUnits=\"in-lb\""), "made up");
+  ASSERT_TRUE(inches);
+  EXPECT_NEAR(inches->matrix[4][1] / GaugeEmulator().load_per_volt()[4][1], 112.984829, 1e-5);
+}
+
+TEST(Calibration, AUnipolarRangeStartsAtZero) {
+  const auto calibration =
+      parse_calibration(with(file(), "OutputBipolar=\"True\"", "OutputBipolar=\"False\""), "made up");
+  ASSERT_TRUE(calibration);
+  EXPECT_DOUBLE_EQ(calibration->output_low_v, 0.0);
+  EXPECT_DOUBLE_EQ(calibration->output_high_v, 20.0);
+}
+
+TEST(Calibration, TemperatureCompensationInSoftwareIsNoted) {
+  const auto calibration = parse_calibration(
+      with(file(), "<UserAxis Name=\"Fx\"", "<BiasSlope values=\"0 0 0 0 0 0\"/><UserAxis Name=\"Fx\""),
+      "made up");
+  ASSERT_TRUE(calibration);
+  ASSERT_EQ(calibration->notes.size(), 1U);
+  EXPECT_NE(calibration->notes[0].find("temperature"), std::string::npos);
+}
+
+TEST(Calibration, OneOfSeveralIsChosenByPartNumber) {
+  const std::string one = file();
+  const std::size_t from = one.find("\t<Calibration");
+  const std::size_t to = one.find("</FTSensor>");
+  const std::string second =
+      with(one.substr(from, to - from), "PartNumber=\"SI-25-0.25\"", "PartNumber=\"SI-12-0.12\"");
+  const std::string both =
+      one.substr(0, to) + with(second, "max=\"35.000000\"", "max=\"17\"") + "</FTSensor>";
+  const auto undecided = parse_calibration(both, "made up");
+  ASSERT_FALSE(undecided);
+  EXPECT_NE(undecided.error().text().find("part_number"), std::string::npos);
+  const auto small = parse_calibration(both, "made up", "SI-12-0.12");
+  ASSERT_TRUE(small) << small.error().text();
+  EXPECT_EQ(small->part_number, "SI-12-0.12");
+  const auto other = parse_calibration(both, "made up", "SI-50-0.5");
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().limit.find("SI-12-0.12"), std::string::npos);
+}
+
+struct Flaw {
+  const char* name;
+  const char* what;
+  const char* by;
+  const char* complaint;  ///< in the error's text
+  const char* place;      ///< so is this
+};
+
+class CalibrationFlaw : public testing::TestWithParam<Flaw> {};
+
+TEST_P(CalibrationFlaw, IsRefusedByName) {
+  const Flaw& flaw = GetParam();
+  const auto calibration = parse_calibration(with(file(), flaw.what, flaw.by), "made up");
+  ASSERT_FALSE(calibration);
+  const std::string text = calibration.error().text();
+  EXPECT_NE(text.find(flaw.complaint), std::string::npos) << text;
+  EXPECT_NE(text.find(flaw.place), std::string::npos) << text;
+  EXPECT_NE(text.find("made up"), std::string::npos) << text;
+  EXPECT_FALSE(calibration.error().remedy.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    AFile, CalibrationFlaw,
+    testing::Values(
+        Flaw{"WrongRoot", "<FTSensor ", "<Sensor ", "", "made up"},
+        Flaw{"UnknownVersion", "CalFileVersion=\"1.1\"", "CalFileVersion=\"2.0\"", "2.0", "CalFileVersion"},
+        Flaw{"NoVersion", "CalFileVersion=\"1.1\"", "", "CalFileVersion", "FTSensor"},
+        Flaw{"SevenGauges", "NumGages=\"6\"", "NumGages=\"7\"", "NumGages", "7"},
+        Flaw{"GaugesNoNumber", "NumGages=\"6\"", "NumGages=\"six\"", "NumGages", "six"},
+        Flaw{"ForceUnit", "ForceUnits=\"N\"", "ForceUnits=\"dyn\"", "ForceUnits", "dyn"},
+        Flaw{"TorqueUnit", "TorqueUnits=\"N-mm\"", "TorqueUnits=\"N/mm\"", "TorqueUnits", "N/mm"},
+        Flaw{"NoForceUnit", "ForceUnits=\"N\"", "", "ForceUnits", "Calibration"},
+        Flaw{"NoRange", "OutputRange=\"20\"", "", "OutputRange", "Calibration"},
+        Flaw{"NegativeRange", "OutputRange=\"20\"", "OutputRange=\"-20\"", "OutputRange", "-20"},
+        Flaw{"OddPolarity", "OutputBipolar=\"True\"", "OutputBipolar=\"Perhaps\"", "OutputBipolar",
+             "Perhaps"},
+        Flaw{"MissingAxis", "<UserAxis Name=\"Ty\"", "<Axes Name=\"Ty\"", "missing", "UserAxis Ty"},
+        Flaw{"DoubledAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Tx\"", "twice", "UserAxis Tx"},
+        Flaw{"UnknownAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Qy\"", "not known", "UserAxis Qy"},
+        Flaw{"NamelessAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Title=\"Ty\"", "Name", "UserAxis"},
+        Flaw{"NoValues", "<UserAxis Name=\"Fz\" values=", "<UserAxis Name=\"Fz\" numbers=", "values",
+             "UserAxis Fz"},
+        Flaw{"SevenNumbers", "<UserAxis Name=\"Fz\" values=\"", "<UserAxis Name=\"Fz\" values=\"0.5 ",
+             "6 finite numbers", "UserAxis Fz"},
+        Flaw{"NoNumber", "<UserAxis Name=\"Fz\" values=\"", "<UserAxis Name=\"Fz\" values=\"a",
+             "6 finite numbers", "UserAxis Fz"},
+        Flaw{"NotFinite", "<UserAxis Name=\"Fz\" values=\" ", "<UserAxis Name=\"Fz\" values=\" nan1 ",
+             "6 finite numbers", "UserAxis Fz"}),
+    [](const testing::TestParamInfo<Flaw>& flaw) { return std::string(flaw.param.name); });
+
+/// A file whose six rows of numbers are these.
+std::string with_rows(const std::array<const char*, 6>& rows, const char* version = "1.1") {
+  std::string text = "<FTSensor NumGages=\"6\" CalFileVersion=\"" + std::string(version) +
+                     "\"><Calibration ForceUnits=\"N\" TorqueUnits=\"N-mm\" DistUnits=\"mm\" "
+                     "OutputRange=\"20\" OutputBipolar=\"True\">";
+  const char* const names[] = {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::string element = std::string(version) == "1.0" ? "Axis" : "UserAxis";
+    text += "<" + element + " Name=\"" + names[i] + "\" values=\"" + rows[i] + "\"/>";
+  }
+  return text + "</Calibration></FTSensor>";
+}
+
+TEST(Calibration, PlainRowsWithoutAnythingOptionalWillDo) {
+  for (const char* version : {"1.0", "1.1"}) {
+    const auto calibration = parse_calibration(with_rows({"+1 0 0 0 0 0", "0\t2 0 0 0 0", "0 0 3e0 0 0 0",
+                                                          "0 0 0 -4 0 0", "0 0 0 0 5 0\n", " 0 0 0 0 0 6"},
+                                                         version),
+                                               "plain");
+    ASSERT_TRUE(calibration) << calibration.error().text();
+    EXPECT_DOUBLE_EQ(calibration->matrix[0][0], 1.0);
+    EXPECT_DOUBLE_EQ(calibration->matrix[3][3], -4.0);
+  }
+}
+
+TEST(Calibration, ASingularOrMeaninglessMatrixIsRefused) {
+  const std::array<std::array<const char*, 6>, 4> all = {{
+      {"1 0 0 0 0 0", "1 0 0 0 0 0", "0 0 1 0 0 0", "0 0 0 1 0 0", "0 0 0 0 1 0", "0 0 0 0 0 1"},
+      {"1 0 0 0 0 0", "0 1 0 0 0 0", "0 0 0 0 0 0", "0 0 0 1 0 0", "0 0 0 0 1 0", "0 0 0 0 0 1"},
+      {"1 0 0 0 0 0", "0 1 0 0 0 0", "1 1 0 0 0 0", "0 0 0 1 0 0", "0 0 0 0 1 0", "0 0 0 0 0 1"},
+      {"0 0 0 0 0 0", "0 0 0 0 0 0", "0 0 0 0 0 0", "0 0 0 0 0 0", "0 0 0 0 0 0", "0 0 0 0 0 0"},
+  }};
+  for (const auto& rows : all) {
+    const auto calibration = parse_calibration(with_rows(rows), "flat");
+    ASSERT_FALSE(calibration);
+    EXPECT_NE(calibration.error().text().find("singular"), std::string::npos);
+  }
+  const auto huge = parse_calibration(with_rows({"1e300 0 0 0 0 0", "0 1 0 0 0 0", "0 0 1 0 0 0",
+                                                 "0 0 0 1 0 0", "0 0 0 0 1 0", "0 0 0 0 0 1"}),
+                                      "huge");
+  ASSERT_FALSE(huge);
+  EXPECT_NE(huge.error().text().find("UserAxis Fx"), std::string::npos);
+}
+
+TEST(Calibration, VersionOneIsCheckedToo) {
+  CalibrationFileStyle style;
+  style.version = "1.0";
+  const std::string text = file(style);
+  const auto no_scale = parse_calibration(with(text, "scale=\"5.8934167", "scale=\"0\" was=\""), "made up");
+  ASSERT_FALSE(no_scale);
+  EXPECT_NE(no_scale.error().text().find("Axis Fz"), std::string::npos);
+  const auto unit = parse_calibration(with(text, "DistUnits=\"mm\"", "DistUnits=\"yd\""), "made up");
+  ASSERT_FALSE(unit);
+  EXPECT_NE(unit.error().text().find("DistUnits"), std::string::npos);
+  const auto shift = parse_calibration(with(text, "Dz=\"6.096", "Dz=\"inf"), "made up");
+  ASSERT_FALSE(shift);
+  EXPECT_NE(shift.error().text().find("BasicTransform"), std::string::npos);
+  const auto angle =
+      parse_calibration(with(text, "DistUnits=\"mm\"", "DistUnits=\"mm\" AngleUnits=\"gon\""), "x");
+  ASSERT_FALSE(angle);
+  EXPECT_NE(angle.error().text().find("AngleUnits"), std::string::npos);
+}
+
+TEST(Calibration, TruncatedOrForeignBytesAreRefused) {
+  const std::string whole = file();
+  for (std::size_t length = 0; length + 12 < whole.size(); length += 37) {
+    EXPECT_FALSE(parse_calibration(std::string_view(whole).substr(0, length), "cut")) << length;
+  }
+  EXPECT_FALSE(parse_calibration("", "empty"));
+  EXPECT_FALSE(parse_calibration(std::string(1000, '\0'), "zeros"));
+  EXPECT_FALSE(parse_calibration("<FTSensor/>", "bare"));
+}
+
+TEST(Calibration, FilesAreReadAndMissingOnesNamed) {
+  const test::TemporaryFolder folder;
+  const auto calibration = load_calibration(folder.write("sensor.cal", file()));
+  ASSERT_TRUE(calibration) << calibration.error().text();
+  const auto none = load_calibration(folder.path("other.cal"));
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().text().find("other.cal"), std::string::npos);
+  const auto large = load_calibration(folder.write("large.cal", std::string((1U << 20U) + 10, ' ')));
+  ASSERT_FALSE(large);
+  EXPECT_NE(large.error().text().find("too large"), std::string::npos);
+  EXPECT_FALSE(load_calibration(folder.path())) << "a folder is no file";
+}
+
+}  // namespace
+}  // namespace hapticd::daq

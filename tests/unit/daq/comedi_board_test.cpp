@@ -1,0 +1,350 @@
+// The comedi board against a stand-in for what would reach the kernel: streaming, calibration, outputs,
+// counters, and a stream that ends, overflows, falls silent or comes in pieces.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <thread>
+
+#include "hal/daq/board_factory.h"
+#include "hal/daq/daq_sensor.h"
+#include "tests/emulators/board/comedi_stand_in.h"
+#include "tests/emulators/board/gauge_emulator.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::daq {
+namespace {
+
+using emulators::ComediStandIn;
+using std::chrono::milliseconds;
+namespace status = hal::sample_status;
+
+bool eventually(const std::function<bool()>& condition) {
+  for (int k = 0; k < 10'000; ++k) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  return false;
+}
+
+class ComediBoard : public testing::Test {
+ protected:
+  ComediBoard() {
+    config.comedi.device = folder.write("comedi0", "");
+    config.comedi.counters = {{3.0, 0.0}, {3.0, 1.0}, {3.0, 5.0}};
+    stand_in.reset(config.comedi.device);
+  }
+
+  std::shared_ptr<Board> make() {
+    auto made = create_board(config);
+    EXPECT_TRUE(made) << made.error().text();
+    return made ? *made : nullptr;
+  }
+
+  /// The newest scan, when there is one with these volts on the first input.
+  static bool sees(Board& board, double volts, Scan* seen = nullptr) {
+    return eventually([&] {
+      std::array<Scan, 64> scans;
+      const ScanReading reading = board.read_scans(scans);
+      if (reading.count == 0) return false;
+      const Scan& newest = scans[reading.count - 1];
+      if (seen != nullptr) *seen = newest;
+      return std::abs(newest.volts[0] - volts) < 1e-3;
+    });
+  }
+
+  static double figure(const Board& board, const std::string& name) {
+    hal::PartReport report;
+    board.describe(report);
+    for (const hal::PartFigure& f : report.figures) {
+      if (f.name == name) return f.value;
+    }
+    ADD_FAILURE() << "no figure " << name;
+    return -1.0;
+  }
+
+  test::TemporaryFolder folder;
+  BoardConfig config;
+  ComediStandIn& stand_in = ComediStandIn::get();
+};
+
+TEST_F(ComediBoard, StreamsItsDifferentialChannelsAsVolts) {
+  config.comedi.input_channels = {0.0, 1.0, 2.0, 3.0, 4.0, 9.0};
+  for (const bool wide : {false, true}) {
+    stand_in.reset(config.comedi.device);
+    stand_in.set_wide_samples(wide);
+    std::array<double, 16> volts{1.5, -2.5, 9.9, -9.9, 0.0};
+    volts[9] = 4.25;
+    stand_in.set_inputs_v(volts);
+    const auto board = make();
+    const auto error = board->engage(BoardUse::kInputs);
+    ASSERT_FALSE(error) << error->text();
+    Scan scan;
+    ASSERT_TRUE(sees(*board, 1.5, &scan));
+    for (std::size_t j = 0; j < 5; ++j) EXPECT_NEAR(scan.volts[j], volts[j], 20.0 / 65535.0);
+    EXPECT_NEAR(scan.volts[5], 4.25, 20.0 / 65535.0);
+    EXPECT_EQ(board->info().input_bits, wide ? 18 : 16);
+    EXPECT_TRUE(stand_in.wakes_every_scan());
+    ASSERT_EQ(stand_in.last_channels().size(), 6U);
+    EXPECT_EQ(stand_in.last_channels()[5] & 0xffffU, 9U);
+    EXPECT_EQ(stand_in.last_channels()[5] >> 24U, 2U) << "differential";
+    board->release(BoardUse::kInputs);
+    EXPECT_EQ(stand_in.opened(), 0);
+  }
+}
+
+TEST_F(ComediBoard, TakesTheNarrowestRangeThatHoldsWhatIsWanted) {
+  config.comedi.input_low_v = -4.0;
+  config.comedi.input_high_v = 4.0;
+  stand_in.set_inputs_v({3.0});
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  EXPECT_DOUBLE_EQ(board->info().input_high_v, 5.0);
+  EXPECT_TRUE(sees(*board, 3.0));
+  config.comedi.input_high_v = 40.0;
+  const auto error = make()->engage(BoardUse::kInputs);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->what.find("range"), std::string::npos);
+}
+
+TEST_F(ComediBoard, ScansThatComeInPiecesArePutTogether) {
+  stand_in.split_writes(true);
+  stand_in.set_inputs_v({1.0, 2.0, 3.0, 4.0, 5.0, 6.0});
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  std::size_t seen = 0;
+  ASSERT_TRUE(eventually([&] {
+    std::array<Scan, 64> scans;
+    const ScanReading reading = board->read_scans(scans);
+    for (std::size_t k = 0; k < reading.count; ++k) {
+      for (std::size_t j = 0; j < 6; ++j) {
+        EXPECT_NEAR(scans[k].volts[j], static_cast<double>(j + 1), 1e-3);
+      }
+    }
+    seen += reading.count;
+    return seen > 200;
+  }));
+}
+
+TEST_F(ComediBoard, AnOverflowIsSaidOnceAndMended) {
+  stand_in.set_inputs_v({1.0});
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  ASSERT_TRUE(sees(*board, 1.0));
+  const auto before = stand_in.commands();
+  stand_in.overflow_stream();
+  std::array<Scan, 64> scans;
+  ASSERT_TRUE(eventually([&] { return board->read_scans(scans).overrun; }));
+  EXPECT_FALSE(board->read_scans(scans).overrun);
+  EXPECT_TRUE(sees(*board, 1.0));
+  EXPECT_EQ(stand_in.commands(), before + 1);
+  EXPECT_EQ(figure(*board, "board_overruns"), 1.0);
+  EXPECT_EQ(stand_in.opened(), 1) << "the old handle is closed";
+}
+
+TEST_F(ComediBoard, AStreamThatEndsIsStartedAgain) {
+  stand_in.set_inputs_v({1.0});
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  ASSERT_TRUE(sees(*board, 1.0));
+  stand_in.set_busy(true);  // at first in vain
+  stand_in.end_stream();
+  std::array<Scan, 64> scans;
+  ASSERT_TRUE(eventually([&] { return !board->read_scans(scans).running; }));
+  std::this_thread::sleep_for(milliseconds(150));
+  EXPECT_FALSE(board->read_scans(scans).running);
+  stand_in.set_busy(false);
+  ASSERT_TRUE(eventually([&] { return board->read_scans(scans).running; }));
+  EXPECT_TRUE(sees(*board, 1.0));
+  EXPECT_EQ(figure(*board, "board_restarts"), 1.0);
+}
+
+TEST_F(ComediBoard, AStreamThatFallsSilentIsStartedAgain) {
+  stand_in.set_inputs_v({1.0});
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  ASSERT_TRUE(sees(*board, 1.0));
+  stand_in.mute_stream(true);
+  std::array<Scan, 64> scans;
+  ASSERT_TRUE(eventually([&] { return !board->read_scans(scans).running; }));
+  stand_in.mute_stream(false);
+  EXPECT_TRUE(sees(*board, 1.0));
+}
+
+TEST_F(ComediBoard, ABoardThatWasPulledOutMayComeBack) {
+  stand_in.set_inputs_v({1.0});
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  ASSERT_TRUE(sees(*board, 1.0));
+  ASSERT_EQ(std::remove(config.comedi.device.c_str()), 0);
+  stand_in.end_stream();
+  std::array<Scan, 64> scans;
+  ASSERT_TRUE(eventually([&] { return !board->read_scans(scans).running; }));
+  folder.write("comedi0", "");
+  EXPECT_TRUE(sees(*board, 1.0));
+}
+
+TEST_F(ComediBoard, InputsThatAnotherHoldsAreRefused) {
+  stand_in.set_busy(true);
+  const auto error = make()->engage(BoardUse::kInputs);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->remedy.find("other program"), std::string::npos) << error->text();
+  EXPECT_EQ(stand_in.opened(), 0);
+}
+
+TEST_F(ComediBoard, ARateTheBoardCannotDoIsRefusedWithTheNearest) {
+  stand_in.set_fastest_scan_ns(200'000);
+  const auto error = make()->engage(BoardUse::kInputs);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->limit.find("5000.0 Hz"), std::string::npos) << error->text();
+  config.scan_rate_hz = 5000.0;
+  EXPECT_FALSE(make()->engage(BoardUse::kInputs));
+}
+
+TEST_F(ComediBoard, ChannelsAndSubdevicesThatAreNotThereAreRefused) {
+  config.comedi.input_channels[5] = 99.0;
+  auto error = make()->engage(BoardUse::kInputs);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->limit.find("0 … 15"), std::string::npos) << error->text();
+  config.comedi.input_channels[5] = 5.0;
+  config.comedi.input_subdevice = 2;
+  error = make()->engage(BoardUse::kInputs);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->value.find("2"), std::string::npos);
+  config.comedi.counters = {{2.0, 0.0}};
+  error = make()->engage(BoardUse::kMotion);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->what.find("counter"), std::string::npos) << error->text();
+  EXPECT_EQ(stand_in.opened(), 0);
+}
+
+TEST_F(ComediBoard, OutputsAndCountersGoByOneInstructionListEach) {
+  stand_in.set_counters({5, 0xfffffeU, 0, 0, 0, 77});
+  const auto board = make();
+  const auto error = board->engage(BoardUse::kMotion);
+  ASSERT_FALSE(error) << error->text();
+  EXPECT_EQ(board->info().counter_bits, 24);
+  EXPECT_EQ(board->info().model, "stand-in-16");
+  std::array<std::int64_t, 3> counts{};
+  ASSERT_TRUE(board->read_counters(counts));
+  EXPECT_EQ(counts, (std::array<std::int64_t, 3>{5, -2, 77})) << "24 bits, signed";
+  ASSERT_TRUE(board->write_volts(std::array{0.0, 10.0, -10.0}));
+  EXPECT_EQ(stand_in.output_counts()[0], 32768U);
+  EXPECT_EQ(stand_in.output_counts()[1], 65535U);
+  EXPECT_EQ(stand_in.output_counts()[2], 0U);
+  ASSERT_TRUE(board->write_volts(std::array{5.0, 99.0, -99.0}));
+  EXPECT_EQ(stand_in.output_counts()[0], 49151U);
+  EXPECT_EQ(stand_in.output_counts()[1], 65535U);
+  EXPECT_EQ(stand_in.output_counts()[2], 0U);
+  stand_in.fail_instructions(true);
+  EXPECT_FALSE(board->read_counters(counts));
+  EXPECT_FALSE(board->write_volts(std::array{0.0, 0.0, 0.0}));
+  stand_in.fail_instructions(false);
+  ASSERT_TRUE(board->write_volts(std::array{1.0, 1.0, 1.0}));
+  board->release(BoardUse::kMotion);
+  EXPECT_EQ(stand_in.output_counts()[0], 32768U) << "zero volts are left";
+  EXPECT_EQ(stand_in.opened(), 0);
+  EXPECT_TRUE(stand_in.setup_calls().empty()) << "counters are as they were found";
+}
+
+TEST_F(ComediBoard, GeneralPurposeCountersAreSetUpForEncoders) {
+  config.comedi.counters = {{3.0, 0.0}};
+  config.comedi.counter_setup = CounterSetup::kNiQuadrature;
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kMotion));
+  const auto calls = stand_in.setup_calls();
+  ASSERT_GE(calls.size(), 3U);
+  EXPECT_EQ(calls.front(), "reset 3");
+  EXPECT_EQ(calls.back(), "arm 3");
+  // Quadrature, four counts a line (3 << 16), up and down by the hardware (2 << 24).
+  EXPECT_NE(std::find(calls.begin(), calls.end(), "mode 3 " + std::to_string((3U << 16U) | (2U << 24U))),
+            calls.end());
+}
+
+/// A calibration as comedi_soft_calibrate leaves one: 1 % less gain and an offset, for range 0.
+std::string soft_calibration(unsigned subdevice) {
+  return "#calibration file made for a test\n{\n\tdriver_name => \"stand_in\",\n\tboard_name => "
+         "\"stand-in-16\",\n\tcalibrations =>\n\t[\n\t\t{\n\t\t\tsubdevice => " +
+         std::to_string(subdevice) +
+         ",\n\t\t\tchannels => [],\n\t\t\tranges => [0,],\n\t\t\tarefs => [],\n\t\t\tcaldacs =>\n\t\t\t[\n"
+         "\t\t\t],\n\t\t\tsoftcal_to_phys =>\n\t\t\t{\n\t\t\t\texpansion_origin => 0,\n"
+         "\t\t\t\tcoefficients => [-9.8,3.02129e-04,],\n\t\t\t},\n\t\t},\n\t],\n}\n";
+}
+
+TEST_F(ComediBoard, ASoftwareCalibrationIsUsed) {
+  stand_in.set_soft_calibrated(true, folder.write("soft.calibration", soft_calibration(0)));
+  stand_in.set_inputs_v({0.0});  // count 32768
+  const auto board = make();
+  const auto error = board->engage(BoardUse::kInputs);
+  ASSERT_FALSE(error) << error->text();
+  EXPECT_TRUE(sees(*board, -9.8 + 32768 * 3.02129e-04));
+}
+
+TEST_F(ComediBoard, AMissingSoftwareCalibrationIsRefusedUnlessDoneWithout) {
+  stand_in.set_soft_calibrated(true, folder.path("none.calibration"));
+  stand_in.set_inputs_v({2.0});
+  const auto error = make()->engage(BoardUse::kInputs);
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->remedy.find("comedi_soft_calibrate"), std::string::npos) << error->text();
+  config.comedi.calibrated = false;
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  EXPECT_TRUE(sees(*board, 2.0));
+}
+
+TEST_F(ComediBoard, InputsAndMotionComeAndGoApart) {
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kMotion));
+  EXPECT_EQ(stand_in.opened(), 1);
+  EXPECT_EQ(stand_in.last_channels().size(), 0U) << "no stream for a device alone";
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  EXPECT_EQ(stand_in.opened(), 2);
+  board->release(BoardUse::kMotion);
+  EXPECT_TRUE(sees(*board, 0.0));
+  board->release(BoardUse::kInputs);
+  EXPECT_EQ(stand_in.opened(), 0);
+  ASSERT_FALSE(board->engage(BoardUse::kInputs)) << "and again";
+  EXPECT_TRUE(sees(*board, 0.0));
+}
+
+// The whole way: gauges, board, stream, calibration, sensor.
+TEST_F(ComediBoard, ASensorOnItTellsTheLoad) {
+  const emulators::GaugeEmulator gauges;
+  const auto put = [&](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
+    std::array<double, 16> inputs{};
+    const auto volts = gauges.volts(force_n, torque_n_mm);
+    std::copy(volts.begin(), volts.end(), inputs.begin());
+    for (double& v : inputs) v += 0.3;
+    stand_in.set_inputs_v(inputs);
+  };
+  put({}, {});
+  DaqSensorConfig sensor_config;
+  sensor_config.calibration_file = folder.write("sensor.cal", gauges.calibration_file({}));
+  sensor_config.engage_timeout_s = 20.0;
+  auto made = DaqSensor::create(sensor_config, make());
+  ASSERT_TRUE(made) << made.error().text();
+  const auto error = (*made)->engage();
+  ASSERT_FALSE(error) << error->text();
+  put({1.0, -2.0, 5.0}, {20.0, 0.0, -10.0});
+  hal::RigSample sample;
+  EXPECT_TRUE(eventually([&] {
+    sample = {};
+    (*made)->read(sample);
+    return sample.force_count > 0 && std::abs(sample.sensor_force_n.z - 5.0) < 0.01;
+  }));
+  EXPECT_EQ(sample.status, 0U);
+  EXPECT_NEAR(sample.sensor_force_n.x, 1.0, 0.01);
+  EXPECT_NEAR(sample.sensor_force_n.y, -2.0, 0.01);
+  EXPECT_NEAR(sample.sensor_torque_n_mm.z, -10.0, 0.1);
+  const hal::PartReport report = (*made)->report();
+  EXPECT_EQ(report.state, hal::PartState::kReady);
+  EXPECT_NE(report.connection.find("comedi"), std::string::npos);
+  (*made)->disengage();
+  EXPECT_EQ(stand_in.opened(), 0);
+}
+
+}  // namespace
+}  // namespace hapticd::daq

@@ -1,0 +1,228 @@
+// The arm's geometry: forward against inverse, the Jacobian against differences, both against a description
+// of the same arm by other means.
+
+#include "hal/phantom/kinematics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "hal/phantom/phantom_config.h"
+#include "tests/emulators/board/arm_emulator.h"
+
+namespace hapticd::phantom {
+namespace {
+
+double length(const hal::Vector3& v) {
+  return std::sqrt(dot(v, v));
+}
+
+/// Poses all over the joint space within the stops: a grid, and at random up to the stops themselves.
+std::vector<JointAngles> poses_within_stops(const ArmGeometry& arm) {
+  std::vector<JointAngles> poses;
+  const auto add = [&](const JointAngles& q) {
+    if (beyond_stops_rad(arm, q) <= 0.0) poses.push_back(q);
+  };
+  constexpr int kSteps = 24;
+  const auto at = [&](std::size_t i, int k) {
+    return arm.low_rad[i] + (arm.high_rad[i] - arm.low_rad[i]) * k / kSteps;
+  };
+  for (int a = 0; a <= kSteps; ++a) {
+    for (int b = 0; b <= kSteps; ++b) {
+      for (int c = 0; c <= kSteps; ++c) add({at(0, a), at(1, b), at(2, c)});
+    }
+  }
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  while (poses.size() < 40'000) {
+    JointAngles q{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      q[i] = arm.low_rad[i] + (arm.high_rad[i] - arm.low_rad[i]) * share(random);
+    }
+    add(q);
+  }
+  return poses;
+}
+
+TEST(Kinematics, AtTheResetPoseTheFirstLinkIsLevelAndTheSecondHangs) {
+  const PhantomConfig config;
+  const hal::Vector3 tip = forward_mm(config.arm, {0.0, 0.0, 0.0});
+  EXPECT_DOUBLE_EQ(tip.x, 215.0);
+  EXPECT_DOUBLE_EQ(tip.y, 0.0);
+  EXPECT_DOUBLE_EQ(tip.z, -170.0);
+}
+
+TEST(Kinematics, InverseUndoesForwardAllOverTheWorkspace) {
+  for (const std::string& model : phantom_presets()) {
+    const ArmGeometry arm = phantom_preset(model)->arm;
+    double worst_mm = 0.0;
+    double worst_rad = 0.0;
+    std::size_t behind = 0;
+    for (const JointAngles& q : poses_within_stops(arm)) {
+      const hal::Vector3 tip = forward_mm(arm, q);
+      const auto found = inverse(arm, tip, q[0]);
+      ASSERT_TRUE(found) << model << ": " << q[0] << " " << q[1] << " " << q[2];
+      worst_mm = std::max(worst_mm, length(forward_mm(arm, *found) - tip));
+      const double reach = std::hypot(tip.x, tip.y);
+      if (tip.x < 0.0) ++behind;
+      // At a quarter turn sideways both signs of the reach lead to the same place.
+      const bool sideways = std::abs(tip.x) < 1e-6 * reach;
+      if (reach < 1.0 || sideways) continue;
+      for (std::size_t i = 0; i < 3; ++i) worst_rad = std::max(worst_rad, std::abs((*found)[i] - q[i]));
+    }
+    EXPECT_LT(worst_mm, 1e-9) << model;
+    EXPECT_LT(worst_rad, 1e-9) << model;
+    EXPECT_GT(behind, 100U) << "the stops let the tip behind the vertical axis, and that is looked at too";
+  }
+}
+
+TEST(Kinematics, OnTheVerticalAxisTheTurnIsKept) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  // cos q2 = 0.6, sin q3 = -0.6 l1/l2 has none; look for the pose with zero reach at q3 = -20°.
+  const double q3 = -20.0 * kRadPerDegree;
+  const double q2 = std::acos(-arm.second_link_mm * std::sin(q3) / arm.first_link_mm);
+  const hal::Vector3 tip = forward_mm(arm, {0.4, -q2, q3});
+  ASSERT_LT(std::hypot(tip.x, tip.y), 1e-9);
+  const auto found = inverse(arm, {0.0, 0.0, tip.z}, 0.4);
+  ASSERT_TRUE(found);
+  EXPECT_DOUBLE_EQ((*found)[0], 0.4);
+  EXPECT_LT(length(forward_mm(arm, *found) - tip), 1e-9);
+}
+
+TEST(Kinematics, OutOfReachThereIsNoPose) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  EXPECT_FALSE(inverse(arm, {400.0, 0.0, 0.0}));
+  EXPECT_FALSE(inverse(arm, {0.0, 20.0, 10.0})) << "nearer than the links' difference";
+  EXPECT_FALSE(inverse(arm, {std::nan(""), 0.0, -250.0}));
+  EXPECT_FALSE(inverse(arm, {200.0, 0.0, std::nan("")}));
+}
+
+TEST(Kinematics, JacobianIsTheSlopeOfForward) {
+  for (const std::string& model : phantom_presets()) {
+    const ArmGeometry arm = phantom_preset(model)->arm;
+    constexpr double kStep = 1e-5;
+    double worst = 0.0;
+    for (const JointAngles& q : poses_within_stops(arm)) {
+      const Jacobian j = jacobian(arm, q);
+      for (std::size_t i = 0; i < 3; ++i) {
+        JointAngles ahead = q;
+        JointAngles behind = q;
+        ahead[i] += kStep;
+        behind[i] -= kStep;
+        const hal::Vector3 slope = (forward_mm(arm, ahead) - forward_mm(arm, behind)) * (1.0 / (2.0 * kStep));
+        worst = std::max(worst, length(slope - hal::Vector3{j[0][i], j[1][i], j[2][i]}));
+      }
+    }
+    EXPECT_LT(worst, 1e-6) << model << ": of some 200 mm/rad; differences lose l h²/6 + 1e-13/h";
+  }
+}
+
+TEST(Kinematics, AgreesWithTheSameArmDescribedByOtherMeans) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  const emulators::ArmEmulator other{emulators::ArmDescription{}};
+  for (const JointAngles& q : poses_within_stops(arm)) {
+    const hal::Vector3 tip = forward_mm(arm, q);
+    EXPECT_LT(length(other.tip_mm(q) - tip), 1e-10);
+    if (std::hypot(tip.x, tip.y) < 1.0 || std::abs(tip.x) < 1e-6) continue;
+    const auto joints = other.joints(tip);
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(joints[i], q[i], 1e-6) << q[0] << " " << q[1] << " " << q[2];
+  }
+}
+
+TEST(Kinematics, TorquesDoTheForcesWork) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  const JointAngles q{0.3, 0.4, 0.2};
+  const hal::Vector3 force{1.0, -2.0, 3.0};
+  const auto torque = torques_for_n_mm(arm, q, force);
+  constexpr double kStep = 1e-5;
+  for (std::size_t i = 0; i < 3; ++i) {
+    JointAngles ahead = q;
+    JointAngles behind = q;
+    ahead[i] += kStep;
+    behind[i] -= kStep;
+    const double work = dot(force, forward_mm(arm, ahead) - forward_mm(arm, behind));
+    EXPECT_NEAR(torque[i], work / (2.0 * kStep), 1e-5);
+  }
+}
+
+TEST(Kinematics, ForceAndTorqueUndoEachOther) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  const hal::Vector3 force{1.0, -2.0, 3.0};
+  double worst = 0.0;
+  for (const JointAngles& q : poses_within_stops(arm)) {
+    const hal::Vector3 tip = forward_mm(arm, q);
+    if (std::hypot(tip.x, tip.y) < 10.0) continue;
+    worst = std::max(worst, length(force_of_n(arm, q, torques_for_n_mm(arm, q, force)) - force));
+  }
+  EXPECT_LT(worst, 1e-9);
+}
+
+TEST(Kinematics, SingularPosesAreBounded) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  // Torques that 10 N make at the reset pose.
+  const auto torque = torques_for_n_mm(arm, {0.0, 0.0, 0.0}, {10.0, 10.0, 10.0});
+  for (int k = -2000; k <= 2000; ++k) {
+    const double small = 1e-6 * k;
+    for (const JointAngles& q : {JointAngles{0.0, std::numbers::pi / 2.0 + small, 0.0},  // no reach
+                                 JointAngles{0.0, small, std::numbers::pi / 2.0},        // stretched
+                                 JointAngles{0.0, std::numbers::pi / 2.0, std::numbers::pi + small}}) {
+      const hal::Vector3 force = force_of_n(arm, q, torque);
+      ASSERT_TRUE(std::isfinite(force.x) && std::isfinite(force.y) && std::isfinite(force.z));
+      ASSERT_LT(length(force), 2000.0);
+      const auto back = torques_for_n_mm(arm, q, {10.0, 10.0, 10.0});
+      for (const double t : back) ASSERT_LT(std::abs(t), 10.0 * std::sqrt(3.0) * 400.0);
+    }
+  }
+}
+
+TEST(Kinematics, StopsAreTold) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  EXPECT_LT(beyond_stops_rad(arm, {0.0, 0.0, 0.0}), 0.0);
+  const auto beyond_deg = [&](double q1, double q2, double q3) {
+    return beyond_stops_rad(arm, {q1 * kRadPerDegree, q2 * kRadPerDegree, q3 * kRadPerDegree}) /
+           kRadPerDegree;
+  };
+  EXPECT_NEAR(beyond_deg(95.0, 0.0, 0.0), 5.0, 1e-9);
+  EXPECT_NEAR(beyond_deg(-91.0, 0.0, 0.0), 1.0, 1e-9);
+  EXPECT_NEAR(beyond_deg(0.0, 121.0, 100.0), 2.0, 1e-9);
+  EXPECT_NEAR(beyond_deg(0.0, -20.0, -32.0), 3.0, 1e-9);
+  EXPECT_NEAR(beyond_deg(0.0, 70.0, 0.0), 5.0, 1e-9) << "q2 - q3";
+  EXPECT_NEAR(beyond_deg(0.0, 0.0, 56.0), 1.0, 1e-9) << "q3 - q2";
+}
+
+hal::Vector3 turned(const hal::Quaternion& q, const hal::Vector3& v) {
+  const hal::Vector3 u{q.x, q.y, q.z};
+  const auto cross = [](const hal::Vector3& a, const hal::Vector3& b) {
+    return hal::Vector3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  };
+  const hal::Vector3 t = cross(u, v) * 2.0;
+  return v + t * q.w + cross(u, t);
+}
+
+TEST(Kinematics, TheGimbalTurnsWithTheSecondLink) {
+  const ArmGeometry arm = PhantomConfig{}.arm;
+  const JointAngles q{0.5, 0.2, 0.7};
+  const hal::Quaternion o = orientation(q, {0.0, 0.0, 0.0});
+  EXPECT_NEAR(o.w * o.w + o.x * o.x + o.y * o.y + o.z * o.z, 1.0, 1e-12);
+  // What hangs along the second link at the reset pose points along it at any.
+  const hal::Vector3 elbow{arm.first_link_mm * std::cos(q[1]) * std::cos(q[0]),
+                           arm.first_link_mm * std::cos(q[1]) * std::sin(q[0]),
+                           arm.first_link_mm * std::sin(q[1])};
+  const hal::Vector3 along = (forward_mm(arm, q) - elbow) * (1.0 / arm.second_link_mm);
+  EXPECT_LT(length(turned(o, {0.0, 0.0, -1.0}) - along), 1e-12);
+  // The gimbal's first angle turns about the second link and leaves that direction alone.
+  EXPECT_LT(length(turned(orientation(q, {1.1, 0.0, 0.0}), {0.0, 0.0, -1.0}) - along), 1e-12);
+  // Its last one turns about the stylus, x at the reset pose.
+  EXPECT_LT(length(turned(orientation({}, {0.0, 0.0, 0.9}), {1.0, 0.0, 0.0}) - hal::Vector3{1.0, 0.0, 0.0}),
+            1e-12);
+  EXPECT_LT(length(turned(orientation({}, {0.0, std::numbers::pi / 2.0, 0.0}), {1.0, 0.0, 0.0}) -
+                   hal::Vector3{0.0, 0.0, -1.0}),
+            1e-12);
+}
+
+}  // namespace
+}  // namespace hapticd::phantom
