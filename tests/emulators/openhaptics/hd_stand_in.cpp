@@ -295,7 +295,7 @@ STAND_IN_EXPORT DeviceHandle hdInitDevice(const char* name) {
     if (page.init_fails_silently) return kNoDevice;
     if (const Code error = page.init_error) {
       lib.push(error, kNoDevice);
-      return kNoDevice;
+      if (error >> 8 != 2) return kNoDevice;
     }
     if (page.open) {
       lib.push(kAlreadyOpen, kNoDevice);

@@ -32,7 +32,8 @@ struct HdPageDevice {
   std::atomic<std::uint32_t> calibration_updates_needed;  ///< so many updates make a calibration; 0 = never
 
   // -- in: what is wrong with it
-  std::atomic<std::uint32_t> init_error;   ///< hdInitDevice pushes this and fails
+  std::atomic<std::uint32_t>
+      init_error;  ///< hdInitDevice pushes this and fails, unless it is one of force (0x02..)
   std::atomic<bool> init_fails_silently;   ///< returns the invalid handle and no error
   std::atomic<std::uint32_t> frame_error;  ///< pushed by each of the next `frame_error_frames` frames …
   std::atomic<std::uint32_t> frame_error_frames;
