@@ -12,3 +12,8 @@ hapticd_test(test_openhaptics
     ${CMAKE_CURRENT_LIST_DIR}/allocation_counter.cpp
   LINK hapticd_openhaptics hapticd_hd_page hapticd_test_support)
 hd_stand_in_test(test_openhaptics)
+# The simulated physics between emulated peers, with this driver at their other end.
+hapticd_test(test_emulated_bench
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/openhaptics/bench_test.cpp
+  LINK hapticd_openhaptics hapticd_emulated_bench hapticd_hd_page hapticd_test_support)
+hd_stand_in_test(test_emulated_bench)
