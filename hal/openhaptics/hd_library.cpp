@@ -15,7 +15,8 @@ namespace {
 
 /// What is loaded, by the loader's handle: the same file always has the same one.
 struct Registry {
-  std::mutex mutex;
+  /// Loading and unloading are one at a time; a library that will not do is unloaded while others are tried.
+  std::recursive_mutex mutex;
   std::map<void*, std::weak_ptr<HdLibrary>> loaded;
   std::vector<std::shared_ptr<HdLibrary>> abandoned;
 };
@@ -62,7 +63,9 @@ hal::Result<std::shared_ptr<HdLibrary>> HdLibrary::load(const std::vector<std::s
 }
 
 HdLibrary::~HdLibrary() {
-  if (!abandoned()) dlclose(handle_);
+  if (abandoned()) return;
+  const std::lock_guard lock(registry().mutex);
+  dlclose(handle_);
 }
 
 std::optional<hal::Error> HdLibrary::bind() {

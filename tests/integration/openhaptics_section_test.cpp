@@ -26,21 +26,21 @@ TEST(OpenHapticsSection, WhatIsWrittenReadsBackAsTheSame) {
   const std::string all = R"(library = "libHD.so.3.4, /opt/a \"b\"/libHD.so"
 device_name = "left one"
 model = "phantom_omni"
-rate_hz = 500
+rate_hz = 500.0
 max_force_n = 2.5
 max_continuous_force_n = 0.7
-structural_stiffness_n_per_mm = 0
-apparent_mass_g = 50
+structural_stiffness_n_per_mm = 0.0
+apparent_mass_g = 50.0
 position_resolution_mm = 0.05
-origin_mm = [1, -2.5, 3]
-tip_offset_mm = [0, 0, -60]
-tool_to_stylus = [0, 0.6, 0, -0.8]
+origin_mm = [1.0, -2.5, 3.0]
+tip_offset_mm = [0.0, 0.0, -60.0]
+tool_to_stylus = [0.0, 0.6, 0.0, -0.8]
 warm_share = 0.8
 reset_encoders = true
-calibration_wait_s = 0
-patience_s = 3
+calibration_wait_s = 0.0
+patience_s = 3.0
 stall_s = 0.05
-death_s = 2
+death_s = 2.0
 )";
   const auto config = read(all);
   ASSERT_TRUE(config) << config.error().text();
