@@ -41,12 +41,9 @@ class NetFtSensor final : public hal::ForceSensor {
   /// From the configuration alone.
   const hal::SensorInfo& info() const noexcept override { return info_; }
   void read(hal::RigSample& sample) noexcept override;
-  /// As try_bias(); why it failed stands in the report.
-  void bias() noexcept override;
-
   /// Takes the mean of a quarter of a second as zero, or has the box do so and checks that it did. Waits for
   /// it, at most 3 s.
-  std::optional<hal::Error> try_bias();
+  std::optional<hal::Error> bias() override;
   /// Resets the latch of the box's threshold conditions, which it reports as a warning until then.
   std::optional<hal::Error> reset_condition_latch();
 

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/error.h"
+#include "hal/openhaptics/hd_library.h"
+#include "hal/openhaptics/openhaptics_config.h"
+#include "hal/openhaptics/servo.h"
+#include "hal/rig.h"
+
+namespace hapticd::openhaptics {
+
+/// What the device says of itself once it is open.
+struct DeviceFacts {
+  std::string library;
+  std::string model_type, vendor, serial_number, driver_version;
+  double max_force_n = 0.0;             ///< as read; 0 = not told or not plausible
+  double max_continuous_force_n = 0.0;  ///< as read
+  double max_stiffness_n_per_mm = 0.0;  ///< as read: the stiffest wall the vendor recommends
+  double force_ramping_rate_n_per_s = 0.0;
+  std::optional<bool> force_ramping, max_force_clamping, software_force_limit;  ///< as the vendor set them
+  int calibration_styles = 0;                                                   ///< bits, as read
+  bool calibration_known = true;
+  double force_limit_n = 0.0;  ///< what the driver holds to
+  std::string lacking;         ///< optional functions the library does not have
+};
+
+/// A device from hdInitDevice to hdDisableDevice. Every function may be kept waiting by the vendor's library
+/// and is to be called through a VendorThread; a session that hangs is kept alive by whoever hangs in it.
+class DeviceSession {
+ public:
+  explicit DeviceSession(const OpenHapticsConfig& config) : config_(config) {}
+  ~DeviceSession() { close(); }
+  DeviceSession(const DeviceSession&) = delete;
+  DeviceSession& operator=(const DeviceSession&) = delete;
+
+  /// Loads the library, opens the device, reads its limits, sees to its calibration and tries whether it
+  /// takes force. Undone as a whole if anything fails.
+  std::optional<hal::Error> open();
+  /// Force off, callback in the scheduler, scheduler on.
+  std::optional<hal::Error> start();
+  /// After the callback's last turn.
+  void stop();
+  /// The same where the callback did not have one: a frame without force is tried from here.
+  void stop_dead(bool frame_is_ours);
+  /// Force off, device closed, library unloaded if nobody else uses it.
+  void close();
+
+  // -- after open()
+  const DeviceFacts& facts() const noexcept { return facts_; }
+  const std::shared_ptr<HdLibrary>& library() const noexcept { return library_; }
+  Servo& servo() noexcept { return *servo_; }
+  const std::shared_ptr<ErrorSeat>& seat() const noexcept { return seat_; }
+
+ private:
+  std::optional<hal::Error> init();
+  std::optional<hal::Error> prepare();
+  void read_facts();
+  bool calibrate();
+  std::optional<hal::Error> try_force();
+  std::optional<hal::Error> failure(const std::string& what, const std::string& value);
+  std::optional<double> number(hd::Enum what);
+  std::optional<bool> enabled(hd::Enum what);
+  std::optional<int> integer(hd::Enum what);
+  std::string text(hd::Enum what);
+  void make_current();
+
+  const OpenHapticsConfig config_;
+  std::shared_ptr<HdLibrary> library_;
+  hd::Handle device_ = hd::kInvalidHandle;
+  std::shared_ptr<ErrorSeat> seat_;
+  DeviceFacts facts_;
+  std::unique_ptr<Servo> servo_;
+  hd::SchedulerHandle scheduled_ = 0;
+  bool is_scheduled_ = false;
+};
+
+}  // namespace hapticd::openhaptics

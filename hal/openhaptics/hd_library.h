@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/openhaptics/error_seat.h"
+#include "hal/openhaptics/hd_api.h"
+
+namespace hapticd::openhaptics {
+
+/// The vendor's library, loaded at run time and shared by all devices that use the same file: it has one
+/// scheduler and one stack of errors, whatever the number of devices.
+class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
+ public:
+  static constexpr std::size_t kSeats = 4;
+  /// What hdGetError may hold at once, at most; more is taken for a library that invents errors.
+  static constexpr int kDeepestStack = 32;
+
+  /// The first of the names (or paths) that can be loaded and has all it needs. Blocks as long as the
+  /// library's own initialisation does.
+  static hal::Result<std::shared_ptr<HdLibrary>> load(const std::vector<std::string>& names);
+  /// Unloads, unless it was abandoned.
+  ~HdLibrary();
+  HdLibrary(const HdLibrary&) = delete;
+  HdLibrary& operator=(const HdLibrary&) = delete;
+
+  const hd::Api& api() const noexcept { return api_; }
+  const std::string& name() const noexcept { return name_; }
+  /// Names of the optional functions it lacks.
+  const std::vector<std::string>& lacking() const noexcept { return lacking_; }
+
+  /// The scheduler runs while at least one device wants it to. Blocks as long as the vendor does.
+  void start_scheduler();
+  void stop_scheduler();
+
+  /// Null when all are taken. Outlives the library, so that its counts can still be read.
+  std::shared_ptr<ErrorSeat> take_seat(hd::Handle device) noexcept;
+  static void leave_seat(ErrorSeat& seat) noexcept { seat.device.store(hd::kInvalidHandle); }
+  /// Takes all errors off the stack, each to the seat of its device; those of nobody's go to `mine`.
+  /// Wait-free but for the library's own doing. Returns how many there were; kDeepestStack means that there
+  /// may be more.
+  int drain(ErrorSeat& mine) noexcept;
+  /// One error to the seat of its device.
+  void deliver(const hd::ErrorInfo& error, ErrorSeat& mine) noexcept;
+  /// As drain() outside the callback: the most recent one that is not another device's, kSuccess if there is
+  /// none; the rest is dropped.
+  hd::ErrorInfo last_error(hd::Handle mine) noexcept;
+  /// "HD_COMM_ERROR (0x302, internal 5): what the library says".
+  std::string describe(const hd::ErrorInfo& error) const;
+
+  /// A thread of it hangs: it is never unloaded and never used again.
+  void abandon();
+  bool abandoned() const noexcept { return abandoned_.load(); }
+
+ private:
+  HdLibrary(void* handle, std::string name) : handle_(handle), name_(std::move(name)) {}
+  std::optional<hal::Error> bind();
+  ErrorSeat* seat_of(hd::Handle device) noexcept;
+
+  void* handle_;
+  std::string name_;
+  hd::Api api_;
+  std::vector<std::string> lacking_;
+  std::mutex scheduler_;
+  int scheduler_users_ = 0;
+  std::shared_ptr<std::array<ErrorSeat, kSeats>> seats_ = std::make_shared<std::array<ErrorSeat, kSeats>>();
+  std::atomic<bool> abandoned_{false};
+};
+
+}  // namespace hapticd::openhaptics

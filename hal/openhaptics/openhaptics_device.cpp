@@ -1,0 +1,326 @@
+#include "hal/openhaptics/openhaptics_device.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "hal/openhaptics/device_figures.h"
+#include "hal/openhaptics/device_report.h"
+#include "hal/openhaptics/device_session.h"
+#include "hal/openhaptics/vendor_thread.h"
+#include "hal/openhaptics/words.h"
+
+namespace hapticd::openhaptics {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kPoll{1};
+/// For the last frame, and for a turn under way to come back.
+constexpr milliseconds kLeave{250};
+/// For one call that ends a run: somebody waits for it.
+constexpr milliseconds kStopPatience{2000};
+constexpr std::chrono::seconds kRateWindow{1};
+
+milliseconds in_ms(double seconds) {
+  return milliseconds(static_cast<std::int64_t>(1e3 * seconds));
+}
+
+hal::DeviceInfo described(const OpenHapticsConfig& config) {
+  hal::DeviceInfo info = device_figures(config.model)->info;
+  info.max_force_n = std::min(info.max_force_n, config.max_force_n.value_or(info.max_force_n));
+  info.max_continuous_force_n = config.max_continuous_force_n.value_or(info.max_continuous_force_n);
+  info.structural_stiffness_n_per_mm =
+      config.structural_stiffness_n_per_mm.value_or(info.structural_stiffness_n_per_mm);
+  info.apparent_mass_g = config.apparent_mass_g.value_or(info.apparent_mass_g);
+  info.position_resolution_mm = config.position_resolution_mm.value_or(info.position_resolution_mm);
+  return info;
+}
+
+/// Sessions in which a thread of the vendor's still is, or may be. Kept for ever: it may come back any time.
+void bury(std::shared_ptr<DeviceSession> session) {
+  static std::mutex mutex;
+  static auto* graves = new std::vector<std::shared_ptr<DeviceSession>>;
+  const std::lock_guard lock(mutex);
+  graves->push_back(std::move(session));
+}
+
+}  // namespace
+
+struct OpenHapticsDevice::State {
+  explicit State(const OpenHapticsConfig& config_) : config(config_), info(described(config_)) {}
+
+  const OpenHapticsConfig config;
+  hal::DeviceInfo info;
+
+  std::mutex control;  ///< engage, disengage, begin and end of a run
+  std::condition_variable run_ended;
+  std::shared_ptr<DeviceSession> session;  ///< while engaged
+  std::weak_ptr<HdLibrary> library;        ///< the session's
+  std::unique_ptr<VendorThread> vendor;
+  bool running = false;
+  std::atomic<bool> quit{false};  ///< ends a run under way
+
+  std::atomic<Servo*> servo{nullptr};  ///< while engaged; for read and write
+  hal::Vector3 last_tip_mm;            ///< while not
+  hal::Quaternion last_orientation;
+
+  mutable std::mutex view_mutex;
+  DeviceView view;
+
+  template <class F>
+  void show(F&& change) {
+    const std::lock_guard lock(view_mutex);
+    change(view);
+  }
+
+  std::optional<hal::Error> open();
+  void close();
+  bool begin_run(hal::ServoBody& body);
+  bool watch(const Servo& turning, const std::atomic<bool>& stop);
+  void end_run(Servo& turning);
+  void abandon(const std::string& call);
+};
+
+/// The library did not come back from a call. `control` is held.
+void OpenHapticsDevice::State::abandon(const std::string& call) {
+  servo = nullptr;
+  if (const auto hanging = library.lock()) hanging->abandon();
+  bury(std::move(session));
+  session = nullptr;
+  vendor = nullptr;
+  show([&](DeviceView& v) {
+    v.engaged = false;
+    v.refusal = "the vendor's library does not return from " + call +
+                ": switch the device off and on and restart the service";
+  });
+}
+
+std::optional<hal::Error> OpenHapticsDevice::State::open() {
+  session = std::make_shared<DeviceSession>(config);
+  vendor = std::make_unique<VendorThread>();
+  const auto outcome = std::make_shared<std::optional<hal::Error>>();
+  if (!vendor->call([opening = session, outcome] { *outcome = opening->open(); }, in_ms(config.patience_s))) {
+    session = nullptr;  // the thread that hangs has it to itself, and closes it if it ever comes back
+    vendor = nullptr;
+    return hal::Error{"the vendor's library does not return from opening the device", "OpenHaptics device",
+                      config.device_name, "within " + text_of(config.patience_s) + " s",
+                      "switch the device off and on, check its connection and restart the service"};
+  }
+  if (*outcome) {
+    session = nullptr;
+    vendor = nullptr;
+    return *outcome;
+  }
+  const DeviceFacts& facts = session->facts();
+  info = described(config);
+  info.max_force_n = facts.force_limit_n;
+  if (facts.max_continuous_force_n > 0.0 && !config.max_continuous_force_n) {
+    info.max_continuous_force_n = facts.max_continuous_force_n;
+  }
+  servo = &session->servo();
+  library = session->library();
+  show([&](DeviceView& v) {
+    v = {};
+    v.engaged = true;
+    v.facts = facts;
+    v.servo = session->servo().report();
+    v.seat = session->seat();
+  });
+  return std::nullopt;
+}
+
+void OpenHapticsDevice::State::close() {
+  if (session == nullptr) return;
+  hal::RigSample last;
+  session->servo().read(last);
+  last_tip_mm = last.tip_position_mm;
+  last_orientation = last.tip_orientation;
+  servo = nullptr;
+  if (!vendor->call([closing = session] { closing->close(); }, in_ms(config.patience_s))) {
+    return abandon("closing the device");
+  }
+  session = nullptr;
+  vendor = nullptr;
+  show([](DeviceView& v) {
+    v.engaged = false;
+    v.stalled = false;
+    v.lost = false;
+  });
+}
+
+/// `control` is held.
+bool OpenHapticsDevice::State::begin_run(hal::ServoBody& body) {
+  Servo& turning = session->servo();
+  turning.arm(body);
+  const auto outcome = std::make_shared<std::optional<hal::Error>>();
+  if (!vendor->call([starting = session, outcome] { *outcome = starting->start(); }, kStopPatience)) {
+    turning.give_up(kLeave);
+    abandon("starting the scheduler");
+    return false;
+  }
+  if (*outcome) {
+    turning.give_up(kLeave);
+    show([&](DeviceView& v) { v.refusal = (*outcome)->text(); });
+    return false;
+  }
+  show([](DeviceView& v) {
+    v.refusal.clear();
+    v.running = true;
+    v.rate_hz = 0.0;
+  });
+  return true;
+}
+
+/// Until it is time to stop. False when the scheduler has died.
+bool OpenHapticsDevice::State::watch(const Servo& turning, const std::atomic<bool>& stop) {
+  const ServoReport& told = *turning.report();
+  std::uint64_t frames = told.frames;
+  std::uint64_t window_frames = frames;
+  Clock::time_point last_frame = Clock::now();
+  Clock::time_point window = last_frame;
+  bool stalled = false;
+  while (!stop.load(std::memory_order_relaxed) && !quit.load(std::memory_order_relaxed)) {
+    std::this_thread::sleep_for(kPoll);
+    const Clock::time_point now = Clock::now();
+    const std::uint64_t frames_now = told.frames;
+    if (frames_now != frames) {
+      frames = frames_now;
+      last_frame = now;
+    }
+    const double silence_s = std::chrono::duration<double>(now - last_frame).count();
+    if (stalled != (silence_s > config.stall_s)) {
+      stalled = !stalled;
+      show([&](DeviceView& v) { v.stalled = stalled; });
+    }
+    if (silence_s > config.death_s) return false;
+    if (now - window >= kRateWindow) {
+      const double rate_hz =
+          static_cast<double>(frames - window_frames) / std::chrono::duration<double>(now - window).count();
+      show([&](DeviceView& v) { v.rate_hz = rate_hz; });
+      window = now;
+      window_frames = frames;
+    }
+  }
+  return true;
+}
+
+/// `control` is held.
+void OpenHapticsDevice::State::end_run(Servo& turning) {
+  turning.finish();
+  const Clock::time_point until = Clock::now() + kLeave;
+  while (!turning.finished() && Clock::now() < until) std::this_thread::sleep_for(kPoll);
+  const bool finished = turning.finished();
+  const Servo::Leaving leaving = turning.give_up(kLeave);
+  const bool back_in_time = vendor->call(
+      [stopping = session, finished, leaving] {
+        if (finished) {
+          stopping->stop();
+        } else {
+          stopping->stop_dead(leaving == Servo::Leaving::kClean);
+        }
+      },
+      kStopPatience);
+  if (!back_in_time) return abandon("stopping the scheduler");
+  if (leaving == Servo::Leaving::kStuck) return abandon("a frame of the scheduler's");
+}
+
+hal::Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::create(const OpenHapticsConfig& config) {
+  if (auto error = check(config)) return *error;
+  return std::unique_ptr<OpenHapticsDevice>(new OpenHapticsDevice(std::make_unique<State>(config)));
+}
+
+OpenHapticsDevice::OpenHapticsDevice(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+OpenHapticsDevice::~OpenHapticsDevice() {
+  disengage();
+}
+
+const hal::DeviceInfo& OpenHapticsDevice::info() const noexcept {
+  return state_->info;
+}
+
+std::optional<hal::Error> OpenHapticsDevice::engage() {
+  State& s = *state_;
+  const std::lock_guard lock(s.control);
+  if (s.running) return std::nullopt;
+  if (s.session != nullptr) {
+    bool unfit = false;
+    {
+      const std::lock_guard view_lock(s.view_mutex);
+      const std::uint32_t status = s.view.servo->status.load();
+      unfit = s.view.lost || (status & hal::sample_status::kDeviceFault) != 0 || !s.view.servo->calibrated;
+    }
+    if (!unfit) return std::nullopt;
+    s.close();
+  }
+  auto error = s.open();
+  if (error) s.show([&](DeviceView& v) { v.refusal = error->text(); });
+  return error;
+}
+
+void OpenHapticsDevice::disengage() noexcept {
+  State& s = *state_;
+  std::unique_lock lock(s.control);
+  s.quit = true;
+  s.run_ended.wait(lock, [&] { return !s.running; });
+  s.quit = false;
+  s.close();
+  s.show([](DeviceView& v) { v.refusal.clear(); });
+}
+
+hal::PartReport OpenHapticsDevice::report() const {
+  DeviceView view;
+  {
+    const std::lock_guard lock(state_->view_mutex);
+    view = state_->view;
+  }
+  return report_on(state_->config, view);
+}
+
+void OpenHapticsDevice::read(hal::RigSample& sample) noexcept {
+  const State& s = *state_;
+  if (const Servo* servo = s.servo.load(std::memory_order_relaxed)) {
+    servo->read(sample);
+  } else {
+    sample.tip_position_mm = s.last_tip_mm;
+    sample.tip_orientation = s.last_orientation;
+    sample.status |= hal::sample_status::kDeviceNotReady;
+  }
+}
+
+void OpenHapticsDevice::write(const hal::DeviceCommand& command) noexcept {
+  if (Servo* servo = state_->servo.load(std::memory_order_relaxed)) servo->write(command);
+}
+
+void OpenHapticsDevice::run(hal::ServoBody& body, const std::atomic<bool>& stop) noexcept {
+  State& s = *state_;
+  std::shared_ptr<DeviceSession> session;  // keeps the servo while it is watched
+  {
+    const std::lock_guard lock(s.control);
+    if (s.running || s.session == nullptr || s.quit) return;
+    session = s.session;
+    if (!s.begin_run(body)) return;
+    s.running = true;
+  }
+  const bool alive = s.watch(session->servo(), stop);
+  {
+    const std::lock_guard lock(s.control);
+    s.end_run(session->servo());
+    s.running = false;
+    s.show([&](DeviceView& v) {
+      v.running = false;
+      v.stalled = false;
+      v.lost = !alive;
+    });
+    s.run_ended.notify_all();  // under the lock: who waits may be about to destroy all this
+  }
+}
+
+}  // namespace hapticd::openhaptics

@@ -1,0 +1,247 @@
+#include "hal/openhaptics/servo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+namespace hapticd::openhaptics {
+
+namespace {
+
+using namespace hal::sample_status;
+
+/// A fault stays visible for this long after it was last reported, so that one that flickers is one fault.
+constexpr std::int64_t kFaultHoldNs = 100'000'000;
+constexpr double kSlowPeriodS = 0.1;
+/// No device reaches farther; what claims to is not a position.
+constexpr double kFarthestMm = 2000.0;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+bool is_function_error(hd::ErrorCode code) noexcept {
+  return code >= hd::kInvalidEnum && code <= hd::kBadHandle;
+}
+
+}  // namespace
+
+Servo::Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_ptr<ErrorSeat> seat,
+             const ServoSetup& setup)
+    : library_(std::move(library)),
+      api_(library_->api()),
+      device_(device),
+      seat_(std::move(seat)),
+      setup_(setup),
+      slow_every_(static_cast<std::uint64_t>(std::max(1.0, std::round(kSlowPeriodS * setup.rate_hz)))) {
+  told_->calibrated.store(setup.calibrated);
+  told_->motors = setup.motors;
+  status_ = kDeviceNotReady;
+}
+
+void Servo::arm(hal::ServoBody& body) noexcept {
+  body_ = &body;
+  finishing_.store(false);
+  finished_.store(false);
+  command_n_ = {};
+  limited_ = false;
+  turns_ = 0;
+  last_turn_ns_ = 0;
+  state_.store(kIdle, std::memory_order_release);
+}
+
+bool Servo::move(int from, int to) noexcept {
+  return state_.compare_exchange_strong(from, to, std::memory_order_acq_rel);
+}
+
+Servo::Leaving Servo::give_up(std::chrono::milliseconds patience) noexcept {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (true) {
+    if (move(kIdle, kOver) || state_.load(std::memory_order_acquire) == kOver) {
+      status_ = kDeviceNotReady;
+      return Leaving::kClean;
+    }
+    // A turn in our own code comes back by itself, however long it takes; one in the vendor's may not.
+    if (std::chrono::steady_clock::now() >= until && move(kInFrame, kOver)) return Leaving::kStuck;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+hd::CallbackCode Servo::turn() noexcept {
+  if (!move(kIdle, kInFrame)) return hd::kCallbackDone;
+  told_->frames.fetch_add(1, std::memory_order_relaxed);
+  if (finishing_.load(std::memory_order_acquire)) {
+    last_frame();
+    state_.store(kOver, std::memory_order_release);
+    finished_.store(true, std::memory_order_release);
+    return hd::kCallbackDone;
+  }
+  mark_time();
+  const bool slow = turns_++ % slow_every_ == 0;
+  if (slow) calibrate();
+  begin();
+  measure();
+  if (slow) feel_motors();
+  command_n_ = {};                 // a body that writes nothing asks for nothing
+  if (!move(kInFrame, kInBody)) {  // given up while the library kept us
+    render({});
+    api_.disable(hd::kForceOutput);
+    return hd::kCallbackDone;
+  }
+  body_->on_servo();
+  state_.store(kInFrame, std::memory_order_release);
+  end();
+  return move(kInFrame, kIdle) ? hd::kCallbackContinue : hd::kCallbackDone;
+}
+
+void Servo::mark_time() noexcept {
+  now_ns_ = ErrorSeat::now_ns();
+  if (last_turn_ns_ != 0) {
+    const Nanoseconds gap = now_ns_ - last_turn_ns_;
+    if (gap > told_->longest_gap_ns.load(std::memory_order_relaxed)) {
+      told_->longest_gap_ns.store(gap, std::memory_order_relaxed);
+    }
+    if (gap > setup_.stall_ns) {
+      told_->stalls.fetch_add(1, std::memory_order_relaxed);
+      fault_until_ns_ = now_ns_ + kFaultHoldNs;
+    }
+  }
+  last_turn_ns_ = now_ns_;
+}
+
+void Servo::begin() noexcept {
+  if (api_.make_current_device != nullptr) api_.make_current_device(device_);
+  api_.begin_frame(device_);
+}
+
+void Servo::render(const hal::Vector3& force) noexcept {
+  const hal::Vector3 device_force = device_from_rig(force);
+  const double force_n[3] = {device_force.x, device_force.y, device_force.z};
+  api_.set_doublev(hd::kCurrentForce, force_n);
+  api_.end_frame(device_);
+  drain();
+}
+
+void Servo::end() noexcept {
+  // Whoever is unfit gives no force, whatever he was asked for; nor does a servo nobody waits for any more.
+  const bool fit =
+      (status_ & (kDeviceFault | kDeviceNotReady)) == 0 && state_.load(std::memory_order_acquire) == kInFrame;
+  render(fit ? command_n_ : hal::Vector3{});
+}
+
+void Servo::last_frame() noexcept {
+  begin();
+  render({});
+  api_.disable(hd::kForceOutput);
+  drain();
+  status_ = kDeviceNotReady;  // nothing is measured any more
+}
+
+void Servo::drain() noexcept {
+  if (library_->drain(*seat_) == HdLibrary::kDeepestStack) {
+    told_->error_stacks_overfull.fetch_add(1, std::memory_order_relaxed);
+    seat_->fresh.fetch_or(kDeviceFault, std::memory_order_relaxed);
+  }
+}
+
+void Servo::calibrate() noexcept {
+  if (api_.check_calibration == nullptr) return;
+  if (api_.make_current_device != nullptr) api_.make_current_device(device_);
+  const hd::Enum state = api_.check_calibration();
+  const bool ready = told_->calibrated.load(std::memory_order_relaxed);
+  told_->wants_calibration_update.store(ready && state == hd::kCalibrationNeedsUpdate,
+                                        std::memory_order_relaxed);
+  if (state == hd::kCalibrationOk) {
+    told_->calibrated.store(true, std::memory_order_relaxed);
+  } else if (state == hd::kCalibrationNeedsManualInput) {
+    told_->calibrated.store(false, std::memory_order_relaxed);
+  } else if (state == hd::kCalibrationNeedsUpdate && !ready && setup_.calibration_style != 0 &&
+             api_.update_calibration != nullptr) {
+    // Never while it may render: the position jumps.
+    api_.update_calibration(static_cast<hd::Enum>(setup_.calibration_style));
+  }
+}
+
+void Servo::measure() noexcept {
+  take_pose();
+  drain();
+  std::uint32_t status = seat_->take();
+  if (pose_fault_) status |= kDeviceFault;
+  if ((status & kDeviceFault) != 0) fault_until_ns_ = now_ns_ + kFaultHoldNs;
+  if (now_ns_ < fault_until_ns_) status |= kDeviceFault;
+  if (!told_->calibrated.load(std::memory_order_relaxed)) status |= kDeviceNotReady;
+  if (limited_) status |= kDeviceOverForce;
+  limited_ = false;
+  for (std::size_t motor = 0; motor < static_cast<std::size_t>(setup_.motors); ++motor) {
+    if (told_->temperatures[motor].load(std::memory_order_relaxed) >= setup_.warm_share)
+      status |= kDeviceWarm;
+  }
+  status_ = status;
+  told_->status.store(status, std::memory_order_relaxed);
+}
+
+void Servo::take_pose() noexcept {
+  Transform transform;
+  transform.fill(kNan);  // what the library leaves alone must not pass for a measurement
+  double position_mm[3] = {kNan, kNan, kNan};
+  api_.get_doublev(hd::kCurrentTransform, transform.data());
+  api_.get_doublev(hd::kCurrentPosition, position_mm);
+
+  const hal::Vector3 position{position_mm[0], position_mm[1], position_mm[2]};
+  const bool rotation_finite = std::all_of(transform.begin(), transform.begin() + 11,
+                                           [](double value) { return std::isfinite(value); });
+  pose_fault_ = !rotation_finite || !(std::abs(position.x) <= kFarthestMm) ||
+                !(std::abs(position.y) <= kFarthestMm) || !(std::abs(position.z) <= kFarthestMm);
+  if (pose_fault_) {
+    told_->positions_rejected.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  if (const auto stylus = orientation_in_rig(transform)) {
+    orientation_ = product(*stylus, setup_.tool_to_stylus);
+  } else {
+    told_->orientations_rejected.fetch_add(1, std::memory_order_relaxed);
+  }
+  tip_mm_ = rig_from_device(position - setup_.origin_mm) + rotated(orientation_, setup_.tip_offset_mm);
+}
+
+void Servo::feel_motors() noexcept {
+  if (!temperature_known_) return;
+  double shares[ServoReport::kMostMotors];
+  std::fill(std::begin(shares), std::end(shares), -1.0);
+  api_.get_doublev(hd::kMotorTemperature, shares);
+  for (int taken = 0; taken < HdLibrary::kDeepestStack; ++taken) {
+    const hd::ErrorInfo error = api_.get_error();
+    if (error.code == hd::kSuccess) break;
+    if (is_function_error(error.code)) {
+      temperature_known_ = false;  // a device without it is not at fault
+    } else {
+      library_->deliver(error, *seat_);
+    }
+  }
+  for (std::size_t motor = 0; motor < static_cast<std::size_t>(setup_.motors); ++motor) {
+    const bool valid = temperature_known_ && std::isfinite(shares[motor]);
+    told_->temperatures[motor].store(valid ? shares[motor] : -1.0, std::memory_order_relaxed);
+  }
+}
+
+void Servo::read(hal::RigSample& sample) const noexcept {
+  sample.tip_position_mm = tip_mm_;
+  sample.tip_orientation = orientation_;
+  sample.status |= status_;
+}
+
+void Servo::write(const hal::DeviceCommand& command) noexcept {
+  command_n_ = {};
+  if (!finite(command.force_n)) {
+    told_->commands_not_finite.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  const double magnitude_n = std::hypot(command.force_n.x, command.force_n.y, command.force_n.z);
+  command_n_ = command.force_n;
+  if (magnitude_n > setup_.force_limit_n * (1.0 + 1e-9)) {
+    command_n_ = command.force_n * (setup_.force_limit_n / magnitude_n);
+    if (!finite(command_n_)) command_n_ = {};
+    told_->commands_limited.fetch_add(1, std::memory_order_relaxed);
+    limited_ = true;
+  }
+}
+
+}  // namespace hapticd::openhaptics

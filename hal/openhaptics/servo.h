@@ -1,0 +1,130 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+
+#include "hal/openhaptics/device_frame.h"
+#include "hal/openhaptics/error_seat.h"
+#include "hal/openhaptics/hd_library.h"
+#include "hal/rig.h"
+
+namespace hapticd::openhaptics {
+
+/// What a servo needs to know of its device.
+struct ServoSetup {
+  double rate_hz = 1000.0;
+  double force_limit_n = 0.0;
+  double warm_share = 0.9;
+  std::int64_t stall_ns = 0;
+  hal::Vector3 origin_mm;  ///< device frame
+  hal::Vector3 tip_offset_mm;
+  hal::Quaternion tool_to_stylus;
+  int motors = 3;
+  bool calibrated = false;
+  int calibration_style = 0;  ///< to be asked for while the servo runs; 0 = none
+};
+
+/// What a servo tells any thread. Outlives it, so that it can be read after the device was closed.
+struct ServoReport {
+  static constexpr std::size_t kMostMotors = 32;  ///< room for more than any device has
+  ServoReport() {
+    for (auto& share : temperatures) share.store(-1.0, std::memory_order_relaxed);
+  }
+
+  std::atomic<std::uint64_t> frames{0};
+  std::atomic<std::uint64_t> stalls{0};
+  std::atomic<std::int64_t> longest_gap_ns{0};
+  std::atomic<std::uint64_t> commands_limited{0};
+  std::atomic<std::uint64_t> commands_not_finite{0};
+  std::atomic<std::uint64_t> positions_rejected{0};
+  std::atomic<std::uint64_t> orientations_rejected{0};
+  std::atomic<std::uint64_t> error_stacks_overfull{0};
+  std::atomic<std::uint32_t> status{0};  ///< of the last sample
+  std::atomic<bool> calibrated{false};
+  std::atomic<bool> wants_calibration_update{false};
+  int motors = 0;
+  /// 0 … 1 of what each motor bears; negative: not known.
+  std::array<std::atomic<double>, kMostMotors> temperatures;
+};
+
+/// One device in the vendor's scheduler: all that happens in its callback. Nothing in there locks, allocates
+/// or waits but the vendor's own functions.
+class Servo {
+ public:
+  Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_ptr<ErrorSeat> seat,
+        const ServoSetup& setup);
+
+  // -- the thread that runs the clock, while no callback is scheduled
+  /// Ready for a new run.
+  void arm(hal::ServoBody& body) noexcept;
+  static hd::CallbackCode callback(void* servo) noexcept { return static_cast<Servo*>(servo)->turn(); }
+  hd::Handle device() const noexcept { return device_; }
+
+  // -- the thread that runs the clock, while one is
+  /// The next turn writes zero force in a frame of its own, switches the force off and is the last one.
+  void finish() noexcept { finishing_.store(true, std::memory_order_release); }
+  bool finished() const noexcept { return finished_.load(std::memory_order_acquire); }
+  enum class Leaving {
+    kClean,  ///< no turn is under way and none will do anything any more
+    kStuck,  ///< one is inside the vendor's library and will do nothing more if it ever returns
+  };
+  /// Keeps the callback from doing anything from now on; waits for a turn under way.
+  Leaving give_up(std::chrono::milliseconds patience) noexcept;
+
+  // -- inside the callback (from on_servo), or when no run is under way
+  void read(hal::RigSample& sample) const noexcept;
+  void write(const hal::DeviceCommand& command) noexcept;
+
+  // -- any thread
+  const std::shared_ptr<ServoReport>& report() const noexcept { return told_; }
+
+ private:
+  using Nanoseconds = std::int64_t;
+  enum State : int { kIdle, kInFrame, kInBody, kOver };
+
+  hd::CallbackCode turn() noexcept;
+  bool move(int from, int to) noexcept;
+  void last_frame() noexcept;
+  void begin() noexcept;
+  void render(const hal::Vector3& force_n) noexcept;
+  void end() noexcept;
+  void mark_time() noexcept;
+  void calibrate() noexcept;
+  void measure() noexcept;
+  void take_pose() noexcept;
+  void feel_motors() noexcept;
+  void drain() noexcept;
+
+  const std::shared_ptr<HdLibrary> library_;
+  const hd::Api& api_;
+  const hd::Handle device_;
+  const std::shared_ptr<ErrorSeat> seat_;
+  const ServoSetup setup_;
+  const std::uint64_t slow_every_;  ///< turns between two looks at what changes slowly
+
+  // Shared between the callback and the thread that runs the clock.
+  std::atomic<int> state_{kOver};
+  std::atomic<bool> finishing_{false};
+  std::atomic<bool> finished_{false};
+  hal::ServoBody* body_ = nullptr;
+
+  // The callback's own.
+  hal::Vector3 tip_mm_;
+  hal::Quaternion orientation_;
+  std::uint32_t status_ = 0;
+  bool pose_fault_ = false;
+  bool limited_ = false;
+  bool temperature_known_ = true;  ///< false once the library says that the device has no such thing
+  hal::Vector3 command_n_;
+  std::uint64_t turns_ = 0;
+  Nanoseconds now_ns_ = 0;
+  Nanoseconds last_turn_ns_ = 0;
+  Nanoseconds fault_until_ns_ = 0;
+
+  const std::shared_ptr<ServoReport> told_ = std::make_shared<ServoReport>();
+};
+
+}  // namespace hapticd::openhaptics

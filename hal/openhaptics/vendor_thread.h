@@ -1,0 +1,29 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+
+namespace hapticd::openhaptics {
+
+/// Calls the vendor's library, which may never return, on a thread of its own, so that whoever waits for the
+/// result waits no longer than he means to. All calls outside the vendor's callback go through one of these:
+/// the library also sees one and the same thread.
+class VendorThread {
+ public:
+  VendorThread();
+  ~VendorThread();
+  VendorThread(const VendorThread&) = delete;
+  VendorThread& operator=(const VendorThread&) = delete;
+
+  /// Does the job and returns true; false when it has not returned in time. It then goes on by itself, must
+  /// own all it uses, and every later call is refused at once.
+  bool call(std::function<void()> job, std::chrono::milliseconds patience);
+  bool stuck() const;
+
+ private:
+  struct Shared;
+  std::shared_ptr<Shared> shared_;
+};
+
+}  // namespace hapticd::openhaptics

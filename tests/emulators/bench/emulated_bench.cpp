@@ -1,0 +1,191 @@
+#include "tests/emulators/bench/emulated_bench.h"
+
+#include <time.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+#include <utility>
+
+namespace hapticd::emulators {
+
+namespace {
+
+using hal::Quaternion;
+using hal::Vector3;
+
+// The vendor's axes in terms of the rig's and back. The rig's z is up, the vendor's y is; the vendor's z
+// comes towards the user, who sits at the rig's negative y.
+Vector3 to_vendor(const Vector3& rig) noexcept {
+  return {rig.x, rig.z, -rig.y};
+}
+Vector3 to_rig(const Vector3& vendor) noexcept {
+  return {vendor.x, -vendor.z, vendor.y};
+}
+/// The same as a turn of -90° about x, before the tool's own.
+Quaternion to_vendor(const Quaternion& q) noexcept {
+  const double h = std::sqrt(0.5);
+  return {h * (q.w + q.x), h * (q.x - q.w), h * (q.y + q.z), h * (q.z - q.y)};
+}
+
+std::int64_t monotonic_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{1'000'000'000} * now.tv_sec + now.tv_nsec;
+}
+
+struct Free {
+  void operator()(void* memory) const noexcept { std::free(memory); }
+};
+
+}  // namespace
+
+struct EmulatedBench::State {
+  State(const BenchConfig& config_, HdPage& page_, ForceSink sink_, std::unique_ptr<sim::SimulatedRig> rig_)
+      : config(config_),
+        page(page_),
+        sink(std::move(sink_)),
+        rig(std::move(rig_)),
+        truths(static_cast<BenchTruth*>(std::malloc(config_.truth_capacity * sizeof(BenchTruth)))) {}
+
+  const BenchConfig config;
+  HdPage& page;
+  const ForceSink sink;
+  const std::unique_ptr<sim::SimulatedRig> rig;
+  std::thread thread;
+  std::atomic<bool> stop{false};
+
+  // Filled by the bench's thread; what is counted is final.
+  const std::unique_ptr<BenchTruth[], Free> truths;
+  std::atomic<std::size_t> truth_count{0};
+  std::atomic<std::uint64_t> truths_lost{0};
+  std::atomic<std::uint64_t> turns{0};
+  std::atomic<std::uint64_t> turns_missed{0};
+
+  void run();
+  void turn();
+  void keep(const BenchTruth& truth);
+};
+
+void EmulatedBench::State::turn() {
+  hal::RigSample sample;
+  rig->read(sample);
+  page.set_pose(to_vendor(sample.tip_position_mm) + config.origin_mm, to_vendor(sample.tip_orientation),
+                config.page_device);
+  if (sink) sink(sample.sensor_force_n, sample.sensor_torque_n_mm);
+  const Vector3 force_n = to_rig(page.force_n(config.page_device));
+  rig->write({force_n});
+  if (turns.fetch_add(1, std::memory_order_relaxed) % static_cast<std::uint64_t>(config.truth_every) == 0) {
+    BenchTruth truth;
+    truth.monotonic_ns = monotonic_ns();
+    truth.time_ns = sample.time_ns;
+    rig->truth(truth.truth);
+    truth.encoder_position_mm = sample.tip_position_mm;
+    truth.sensor_force_n = sample.sensor_force_n;
+    truth.asked_force_n = force_n;
+    keep(truth);
+  }
+}
+
+void EmulatedBench::State::keep(const BenchTruth& truth) {
+  const std::size_t count = truth_count.load(std::memory_order_relaxed);
+  if (count >= config.truth_capacity) {
+    truths_lost.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  std::memcpy(static_cast<void*>(&truths[count]), &truth, sizeof truth);
+  truth_count.store(count + 1, std::memory_order_release);
+}
+
+void EmulatedBench::State::run() {
+  const auto period_ns = static_cast<std::int64_t>(1e9 / config.rate_hz);
+  std::int64_t due_ns = monotonic_ns();
+  while (!stop) {
+    turn();
+    due_ns += period_ns;
+    const std::int64_t late_ns = monotonic_ns() - due_ns;
+    if (late_ns > period_ns) {  // the physics catches up by itself
+      const std::int64_t missed = late_ns / period_ns;
+      due_ns += missed * period_ns;
+      turns_missed.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
+    }
+    const timespec due{static_cast<time_t>(due_ns / 1'000'000'000),
+                       static_cast<long>(due_ns % 1'000'000'000)};
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr);
+  }
+}
+
+hal::Result<std::unique_ptr<EmulatedBench>> EmulatedBench::create(const BenchConfig& config, HdPage& page,
+                                                                  ForceSink sink) {
+  if (!(config.rate_hz >= 100.0 && config.rate_hz <= 10000.0) || config.truth_every < 1) {
+    return hal::Error{"the bench's rate is out of range", "emulated bench", std::to_string(config.rate_hz),
+                      "100 … 10000 Hz, a truth at least every turn", ""};
+  }
+  sim::SimulationConfig simulation = config.simulation;
+  simulation.real_time = true;
+  simulation.rate_hz = config.rate_hz;
+  auto rig = sim::SimulatedRig::create(simulation);
+  if (!rig) return rig.error();
+  auto state = std::make_unique<State>(config, page, std::move(sink), std::move(*rig));
+  if (state->truths == nullptr) {
+    return hal::Error{"no memory for the truth", "emulated bench", std::to_string(config.truth_capacity), "",
+                      ""};
+  }
+  state->turn();
+  return std::unique_ptr<EmulatedBench>(new EmulatedBench(std::move(state)));
+}
+
+EmulatedBench::EmulatedBench(std::unique_ptr<State> state) : state_(std::move(state)) {}
+EmulatedBench::~EmulatedBench() {
+  stop();
+}
+
+void EmulatedBench::start() {
+  if (state_->thread.joinable()) return;
+  state_->stop = false;
+  state_->thread = std::thread([state = state_.get()] { state->run(); });
+}
+
+void EmulatedBench::stop() {
+  state_->stop = true;
+  if (state_->thread.joinable()) state_->thread.join();
+}
+
+const hal::RigInfo& EmulatedBench::info() const noexcept {
+  return state_->rig->info();
+}
+std::optional<hal::Error> EmulatedBench::set_program(const sim::HandProgram& program) {
+  return state_->rig->set_program(program);
+}
+std::optional<hal::Error> EmulatedBench::set_object(const std::string& name) {
+  return state_->rig->set_object(name);
+}
+
+std::size_t EmulatedBench::truth_count() const noexcept {
+  return state_->truth_count.load(std::memory_order_acquire);
+}
+BenchTruth EmulatedBench::truth(std::size_t index) const {
+  return state_->truths[index];
+}
+std::vector<BenchTruth> EmulatedBench::truth_from(std::size_t index) const {
+  std::vector<BenchTruth> list;
+  for (const std::size_t count = truth_count(); index < count; ++index) list.push_back(state_->truths[index]);
+  return list;
+}
+std::optional<BenchTruth> EmulatedBench::latest() const {
+  const std::size_t count = truth_count();
+  if (count == 0) return std::nullopt;
+  return state_->truths[count - 1];
+}
+std::uint64_t EmulatedBench::truths_lost() const noexcept {
+  return state_->truths_lost;
+}
+std::uint64_t EmulatedBench::turns() const noexcept {
+  return state_->turns;
+}
+std::uint64_t EmulatedBench::turns_missed() const noexcept {
+  return state_->turns_missed;
+}
+
+}  // namespace hapticd::emulators

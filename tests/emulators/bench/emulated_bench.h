@@ -1,0 +1,84 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/samples.h"
+#include "hal/sim/simulated_rig.h"
+#include "tests/emulators/openhaptics/page.h"
+
+namespace hapticd::emulators {
+
+struct BenchConfig {
+  /// What is simulated; `real_time` and `rate_hz` are the bench's to set.
+  sim::SimulationConfig simulation{};
+  double rate_hz = 7000.0;  ///< of its turns: as fast as a Net F/T box measures
+  /// Where the rig's origin lies in the device's coordinates (vendor's frame).
+  hal::Vector3 origin_mm{};
+  std::size_t page_device = 0;
+  int truth_every = 7;                   ///< turns between two of the truths kept
+  std::size_t truth_capacity = 600'000;  ///< ten minutes; memory is taken as it is filled
+};
+
+/// What was true at one turn. Rig frame.
+struct BenchTruth {
+  std::int64_t monotonic_ns = 0;  ///< CLOCK_MONOTONIC
+  std::int64_t time_ns = 0;       ///< of the simulation
+  hal::TruthSample truth;
+  hal::Vector3 encoder_position_mm;  ///< what the page was told
+  hal::Vector3 sensor_force_n;       ///< what the sink was told
+  hal::Vector3 asked_force_n;        ///< what the page asked for, before the device's own lag
+};
+static_assert(std::is_trivially_copyable_v<BenchTruth>);
+
+/// The simulated physics between emulated peers: on one thread, several times per tick of whoever drives the
+/// peers, the hand, the object, the tool and the sensor move on by the wall clock; the pose goes to the page
+/// of the stand-in library, the sensor's reading to a sink (a Net F/T box, a board), and the force the
+/// stand-in's device gives comes back. The simulated device adds its own latency of a millisecond.
+class EmulatedBench {
+ public:
+  /// Called from the bench's thread with the sensor's reading, tool frame; must not block.
+  using ForceSink = std::function<void(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm)>;
+
+  /// The page outlives the bench. An empty sink is none.
+  static hal::Result<std::unique_ptr<EmulatedBench>> create(const BenchConfig& config, HdPage& page,
+                                                            ForceSink sink);
+  ~EmulatedBench();
+  EmulatedBench(const EmulatedBench&) = delete;
+  EmulatedBench& operator=(const EmulatedBench&) = delete;
+
+  /// The world begins to move; it already shows its first pose.
+  void start();
+  /// The world stands still; what was recorded stays.
+  void stop();
+
+  const hal::RigInfo& info() const noexcept;
+  // Any thread, at any time; see SimulatedRig.
+  std::optional<hal::Error> set_program(const sim::HandProgram& program);
+  std::optional<hal::Error> set_object(const std::string& name);
+
+  // -- any thread, at any time
+  /// How many truths are kept so far. Each is final once it is counted.
+  std::size_t truth_count() const noexcept;
+  BenchTruth truth(std::size_t index) const;
+  std::vector<BenchTruth> truth_from(std::size_t index) const;
+  /// The newest; nothing before the first.
+  std::optional<BenchTruth> latest() const;
+  std::uint64_t truths_lost() const noexcept;  ///< for want of capacity
+  std::uint64_t turns() const noexcept;
+  std::uint64_t turns_missed() const noexcept;  ///< the machine was late by more than a period
+
+ private:
+  struct State;
+  explicit EmulatedBench(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::emulators

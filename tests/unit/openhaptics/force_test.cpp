@@ -1,0 +1,164 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "hd_bench.h"
+
+namespace hapticd::test {
+namespace {
+
+double magnitude(const hal::Vector3& v) {
+  return std::sqrt(dot(v, v));
+}
+
+TEST(OpenHapticsForce, LimitsAreReadFromTheDevice) {
+  HdBench bench;
+  bench.page.device().max_force_n = 3.3;
+  bench.page.device().max_continuous_force_n = 0.88;
+  bench.page.device().max_stiffness_n_per_mm = 0.5;
+  EXPECT_DOUBLE_EQ(bench.device->info().max_force_n, 8.5);  // of the data sheet
+  ASSERT_FALSE(bench.device->engage());
+  EXPECT_DOUBLE_EQ(bench.device->info().max_force_n, 3.3);
+  EXPECT_DOUBLE_EQ(bench.device->info().max_continuous_force_n, 0.88);
+  EXPECT_DOUBLE_EQ(bench.figure("device_max_stiffness"), 0.5);
+  EXPECT_DOUBLE_EQ(bench.figure("force_limit"), 3.3);
+  EXPECT_DOUBLE_EQ(bench.figure("force_ramping"), 1.0);
+  EXPECT_DOUBLE_EQ(bench.figure("max_force_clamping"), 0.0);
+  EXPECT_DOUBLE_EQ(bench.figure("force_ramping_rate"), 2000.0);
+}
+
+TEST(OpenHapticsForce, ALowerLimitOfTheConfigurationHoldsAHigherOneDoesNot) {
+  HdBench lower([](OpenHapticsConfig& config) { config.max_force_n = 2.0; });
+  ASSERT_FALSE(lower.device->engage());
+  EXPECT_DOUBLE_EQ(lower.device->info().max_force_n, 2.0);
+  EXPECT_FALSE(lower.finds("beyond"));
+  lower.device->disengage();
+  HdBench higher([](OpenHapticsConfig& config) { config.max_force_n = 20.0; });
+  ASSERT_FALSE(higher.device->engage());
+  EXPECT_DOUBLE_EQ(higher.device->info().max_force_n, 8.5);
+  EXPECT_TRUE(higher.finds("beyond the device's 8.5 N"));
+}
+
+TEST(OpenHapticsForce, ALimitThatIsNoneGivesWayToTheDataSheet) {
+  for (const double nonsense : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), 1e9}) {
+    HdBench bench;
+    bench.page.device().max_force_n = nonsense;
+    ASSERT_FALSE(bench.device->engage());
+    EXPECT_DOUBLE_EQ(bench.device->info().max_force_n, 8.5);
+    EXPECT_TRUE(bench.finds("does not tell its force limits"));
+  }
+}
+
+TEST(OpenHapticsForce, TooMuchIsScaledDownInItsDirectionAndReported) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  bench.body->ask({30.0, 0.0, 40.0});
+  bench.start_running();
+  ASSERT_TRUE(bench.feels(0.8 * 8.5));
+  EXPECT_NEAR(magnitude(bench.page.force_n()), 8.5, 1e-9);
+  EXPECT_TRUE(bench.sees(status::kDeviceOverForce));
+  EXPECT_EQ(bench.figure("HD_EXCEEDED_MAX_FORCE"), -1.0);  // the device itself was not asked for too much
+  EXPECT_GE(bench.figure("commands_limited"), 1.0);
+  bench.body->ask({0.0, 0.0, 8.5});  // the limit itself is not beyond it
+  EXPECT_TRUE(bench.sees_no(status::kDeviceOverForce));
+  EXPECT_TRUE(bench.feels(8.5));
+}
+
+TEST(OpenHapticsForce, WhatIsNotANumberIsNoForce) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  bench.body->ask({0.0, 0.0, 1.0});
+  bench.start_running();
+  ASSERT_TRUE(bench.feels(1.0));
+  for (const double nonsense :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    bench.body->ask({nonsense, 0.0, 1.0});
+    EXPECT_TRUE(bench.feels(0.0));
+    EXPECT_EQ(bench.page.force_n().x, 0.0);
+    bench.body->ask({0.0, 0.0, 1.0});
+    EXPECT_TRUE(bench.feels(1.0));
+  }
+  EXPECT_GE(bench.figure("commands_not_finite"), 2.0);
+  bench.body->ask({1e300, 1e300, 1e300});  // whose square is not finite
+  EXPECT_TRUE(bench.feels(8.5 / std::sqrt(3.0)));
+}
+
+TEST(OpenHapticsForce, ATickThatWritesNothingIsOneWithoutForce) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  bench.body->ask({0.0, 0.0, 1.0});
+  bench.start_running();
+  ASSERT_TRUE(bench.feels(1.0));
+  bench.body->write_nothing();
+  EXPECT_TRUE(bench.feels(0.0));
+}
+
+TEST(OpenHapticsForce, IsInTheFrameOfTheVeryTickThatAskedForIt) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  /// Asks for the position it reads, in newtons.
+  class Echo final : public hal::ServoBody {
+   public:
+    Echo(hal::HapticDevice& device, emulators::HdPage& page) : device_(device), page_(page) {}
+    void on_servo() noexcept override {
+      hal::RigSample sample;
+      device_.read(sample);
+      if (calls > 0 && std::abs(page_.device().force_n[1] - last) > 1e-12) ++misses;
+      last = 0.001 * static_cast<double>(calls.load() % 1000);
+      device_.write({{0.0, 0.0, last}});
+      ++calls;
+    }
+    std::atomic<int> calls{0}, misses{0};
+    double last = 0.0;
+
+   private:
+    hal::HapticDevice& device_;
+    emulators::HdPage& page_;
+  } echo(*bench.device, bench.page);
+  std::thread runner([&] { bench.device->run(echo, bench.stop); });
+  EXPECT_TRUE(eventually([&] { return echo.calls > 500; }));
+  bench.stop = true;
+  runner.join();
+  EXPECT_EQ(echo.misses, 0);
+}
+
+TEST(OpenHapticsForce, ADeviceThatRefusesForceIsNotEngaged) {
+  HdBench bench;
+  bench.page.device().refuses_force = true;
+  const auto error = bench.device->engage();
+  ASSERT_TRUE(error);
+  EXPECT_NE(error->text().find("takes no force"), std::string::npos) << error->text();
+  EXPECT_TRUE(bench.left_clean());
+  bench.page.device().refuses_force = false;
+  EXPECT_FALSE(bench.device->engage());
+}
+
+TEST(OpenHapticsForce, MotorTemperaturesAreToldAndWarmOnesWarnOf) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  bench.body->ask({0.0, 0.0, 1.0});
+  bench.start_running();
+  EXPECT_TRUE(eventually([&] { return bench.figure("motor_3_temperature") == 0.2; }));
+  bench.page.device().motor_temperature[1] = 0.95;
+  EXPECT_TRUE(bench.sees(status::kDeviceWarm));
+  EXPECT_TRUE(bench.finds("motor 2 is at 95 %"));
+  EXPECT_TRUE(bench.feels(1.0));  // what follows from it is not the driver's to decide
+  bench.page.device().motor_temperature[1] = 0.3;
+  EXPECT_TRUE(bench.sees_no(status::kDeviceWarm));
+}
+
+TEST(OpenHapticsForce, ADeviceWithoutTemperaturesIsNotAtFault) {
+  HdBench bench;
+  bench.page.device().lacks_temperature = true;
+  ASSERT_FALSE(bench.device->engage());
+  bench.body->ask({0.0, 0.0, 1.0});
+  bench.start_running();
+  ASSERT_TRUE(bench.ticks(300));
+  EXPECT_EQ(bench.body->seen() & (status::kDeviceFault | status::kDeviceWarm), 0U);
+  EXPECT_EQ(bench.figure("motor_1_temperature"), -1.0);
+  EXPECT_TRUE(bench.feels(1.0));
+}
+
+}  // namespace
+}  // namespace hapticd::test
