@@ -22,7 +22,10 @@ RigInfo describe(const RigParts& parts, double rate_hz) {
   // What the base knows of its own world is not the truth about a part that is elsewhere.
   info.has_truth = false;
   info.has_external_position = false;
-  if (parts.device) info.device = parts.device->info();
+  if (parts.device) {
+    info.device = parts.device->info();
+    info.uncertain = parts.device->uncertain();
+  }
   if (parts.sensor) info.sensor = parts.sensor->info();
   std::string name;
   const auto add = [&name](const std::string& part) { name += (name.empty() ? "" : " + ") + part; };

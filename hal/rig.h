@@ -100,6 +100,8 @@ class HapticDevice : public RigPart {
   virtual std::optional<Error> home() {
     return Error{"the device homes itself", "haptic device", "", "", "there is nothing to do"};
   }
+  /// What its figures rest on.
+  virtual std::vector<UncertainParameter> uncertain() const { return {}; }
   /// Null where a periodic thread may read and write the device.
   virtual ServoClock* clock() noexcept { return nullptr; }
 };

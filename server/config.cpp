@@ -5,6 +5,10 @@
 
 #include <charconv>
 
+#include "server/rig_file/daq_section.h"
+#include "server/rig_file/netft_section.h"
+#include "server/rig_file/openhaptics_section.h"
+#include "server/rig_file/phantom_section.h"
 #include "server/suggestion.h"
 #include "server/text_library.h"
 #include "server/toml_reader.h"
@@ -24,7 +28,13 @@ constexpr Range kToolMassG{0.0, 500.0, "g"};
 constexpr Range kScale{-1e9, 1e9, ""};
 constexpr Range kBiasS{0.0, 3600.0, "s"};
 
-constexpr Word<RigChoice> kRigWords[] = {{"sim", RigChoice::kSimulated}, {"replay", RigChoice::kReplay}};
+constexpr Word<RigChoice> kRigWords[] = {
+    {"sim", RigChoice::kSimulated}, {"replay", RigChoice::kReplay}, {"hardware", RigChoice::kHardware}};
+constexpr Word<DeviceChoice> kDeviceWords[] = {{"of_kind", DeviceChoice::kOfKind},
+                                               {"openhaptics", DeviceChoice::kOpenHaptics},
+                                               {"phantom", DeviceChoice::kPhantom}};
+constexpr Word<SensorChoice> kSensorWords[] = {
+    {"of_kind", SensorChoice::kOfKind}, {"netft", SensorChoice::kNetFt}, {"daq", SensorChoice::kDaq}};
 constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
                                         {"info", LogLevel::kInfo},
                                         {"warning", LogLevel::kWarning},
@@ -149,6 +159,17 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
     return hal::Error{"a replayed rig needs a recording", "[rig.replay] path", "", "a CSV file",
                       "name it in the file or as --rig replay:PATH"};
   }
+  const bool names_parts = config.device != DeviceChoice::kOfKind || config.sensor != SensorChoice::kOfKind;
+  if (config.rig == RigChoice::kHardware && !names_parts) {
+    return hal::Error{"a rig of hardware alone names no part", "[rig] device, sensor", "of_kind",
+                      "device = openhaptics or phantom, sensor = netft or daq",
+                      "name what is there, or let a simulation stand in: kind = \"sim\""};
+  }
+  if (config.rig == RigChoice::kReplay && names_parts && config.replay.as_fast_as_possible) {
+    return hal::Error{"a recording beside hardware cannot be played as fast as possible",
+                      "[rig.replay] speed", "fast", "recorded",
+                      "hardware keeps real time: set speed = \"recorded\""};
+  }
   if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
     return hal::Error{"the path of the unix socket is too long", "[network] unix_socket",
                       fmt::format("{} bytes", config.unix_socket.size()),
@@ -189,6 +210,13 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   rig.read("kind", config.rig, kRigWords);
   read_simulation(rig.table("sim"), config.simulation);
   read_replay(rig.table("replay"), config.replay);
+  rig.read("device", config.device, kDeviceWords);
+  rig.read("sensor", config.sensor, kSensorWords);
+  read_openhaptics(rig.table("openhaptics"), config.openhaptics);
+  read_phantom(rig.table("phantom"), config.phantom);
+  read_netft(rig.table("netft"), config.netft);
+  read_daq(rig.table("daq"), config.daq);
+  read_board(rig.table("board"), config.board);
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);
@@ -233,6 +261,7 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
   }
   config.simulation.rate_hz = config.loop.rate_hz;
   config.replay.rate_hz = config.loop.rate_hz;
+  config.openhaptics.rate_hz = config.loop.rate_hz;
   if (auto error = check_together(config)) return *error;
   return config;
 }
@@ -243,8 +272,13 @@ std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& co
   const std::string_view kind = text.substr(0, colon);
   const std::string_view rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
   if (auto error = read_word(kind, config.rig, kRigWords, "kind of rig", kWhere)) {
-    error->limit = "sim, sim:PRESET, replay:PATH";
+    error->limit = "sim, sim:PRESET, replay:PATH, hardware";
     return error;
+  }
+  if (config.rig == RigChoice::kHardware) {
+    if (rest.empty()) return std::nullopt;
+    return hal::Error{"hardware takes no more words", std::string(kWhere), std::string(rest), "hardware",
+                      "say in the configuration file what is there"};
   }
   if (config.rig == RigChoice::kSimulated) {
     if (!rest.empty()) config.simulation.device = rest;
@@ -275,7 +309,9 @@ std::string write_config(const DaemonConfig& config) {
       config.loop.keep_cpu_awake);
   text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\n", toml_quoted(config.listen.text()),
                       toml_quoted(config.unix_socket));
-  text += fmt::format("\n[rig]\nkind = {}\n", toml_quoted(text_of(config.rig, kRigWords)));
+  text += fmt::format(
+      "\n[rig]\nkind = {}\ndevice = {}\nsensor = {}\n", toml_quoted(text_of(config.rig, kRigWords)),
+      toml_quoted(text_of(config.device, kDeviceWords)), toml_quoted(text_of(config.sensor, kSensorWords)));
   const sim::SimulationConfig& simulation = config.simulation;
   text += fmt::format("\n[rig.sim]\ndevice = {}\nobject = {}\ntip = {}\nseed = {}\ntool_mass_g = {}\n",
                       toml_quoted(simulation.device), toml_quoted(simulation.object),
@@ -292,6 +328,11 @@ std::string write_config(const DaemonConfig& config) {
                       replay.loop, toml_number(replay.bias_s));
   text += write_mapping("time", replay.time) + write_mapping("force", replay.force) +
           write_mapping("position", replay.position);
+  text += "\n[rig.openhaptics]\n" + write_openhaptics(config.openhaptics);
+  text += "\n[rig.phantom]\n" + write_phantom(config.phantom);
+  text += "\n[rig.netft]\n" + write_netft(config.netft);
+  text += "\n[rig.daq]\n" + write_daq(config.daq);
+  text += "\n[rig.board]\n" + write_board(config.board);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
                       toml_quoted(config.scene_folder));
   text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),

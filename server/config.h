@@ -5,7 +5,12 @@
 #include <string>
 #include <string_view>
 
+#include "hal/daq/board_config.h"
+#include "hal/daq/daq_sensor.h"
 #include "hal/error.h"
+#include "hal/netft/netft_config.h"
+#include "hal/openhaptics/openhaptics_config.h"
+#include "hal/phantom/phantom_config.h"
 #include "hal/replay/replay_rig.h"
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/periodic_loop.h"
@@ -13,7 +18,10 @@
 
 namespace hapticd::server {
 
-enum class RigChoice : std::uint8_t { kSimulated, kReplay };
+/// What stands in for the parts of the rig that are not named; kHardware: nothing does.
+enum class RigChoice : std::uint8_t { kSimulated, kReplay, kHardware };
+enum class DeviceChoice : std::uint8_t { kOfKind, kOpenHaptics, kPhantom };
+enum class SensorChoice : std::uint8_t { kOfKind, kNetFt, kDaq };
 enum class LogLevel : std::uint8_t { kDebug, kInfo, kWarning, kError, kOff };
 
 /// Everything the daemon can be told before it starts. The defaults are here and nowhere else.
@@ -23,9 +31,17 @@ struct DaemonConfig {
   ListenAddress listen;     ///< [network] listen
   std::string unix_socket;  ///< [network] unix_socket; empty = none
 
-  RigChoice rig = RigChoice::kSimulated;  ///< [rig] kind
-  sim::SimulationConfig simulation;       ///< [rig.sim]; always paced in real time here
-  replay::ReplayConfig replay;            ///< [rig.replay]; at recorded speed unless told otherwise
+  RigChoice rig = RigChoice::kSimulated;        ///< [rig] kind
+  DeviceChoice device = DeviceChoice::kOfKind;  ///< [rig] device
+  SensorChoice sensor = SensorChoice::kOfKind;  ///< [rig] sensor
+  sim::SimulationConfig simulation;             ///< [rig.sim]; always paced in real time here
+  replay::ReplayConfig replay;                  ///< [rig.replay]; at recorded speed unless told otherwise
+
+  openhaptics::OpenHapticsConfig openhaptics;  ///< [rig.openhaptics]
+  phantom::PhantomConfig phantom;              ///< [rig.phantom]; on the board
+  netft::NetFtConfig netft;                    ///< [rig.netft]
+  daq::DaqSensorConfig daq;                    ///< [rig.daq]; on the board
+  daq::BoardConfig board;                      ///< [rig.board]; sensor and device may share it
 
   std::string scene;         ///< [scene] load; empty = none
   std::string scene_folder;  ///< [scene] folder; empty = built-in scenes only

@@ -6,6 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "hal/composed_rig.h"
+#include "hal/daq/board_factory.h"
+#include "hal/netft/netft_sensor.h"
+#include "hal/openhaptics/openhaptics_device.h"
+#include "hal/phantom/phantom_device.h"
 #include "server/suggestion.h"
 
 namespace hapticd::server {
@@ -34,17 +39,68 @@ std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {
   return unknown("object", simulation.object, std::move(objects));
 }
 
-}  // namespace
-
-hal::Result<std::unique_ptr<hal::Rig>> open_rig(const DaemonConfig& config) {
+/// What stands in for the parts that are not named; null where nothing does.
+hal::Result<std::unique_ptr<hal::Rig>> open_base(const DaemonConfig& config) {
   switch (config.rig) {
     case RigChoice::kSimulated:
       if (auto error = check_names(config.simulation)) return *error;
       return as_rig(sim::SimulatedRig::create(config.simulation));
     case RigChoice::kReplay:
       return as_rig(replay::ReplayRig::open(config.replay));
+    case RigChoice::kHardware:
+      return std::unique_ptr<hal::Rig>();
   }
-  return hal::Error{"unknown kind of rig", "[rig] kind", "", "sim, replay", ""};
+  return hal::Error{"unknown kind of rig", "[rig] kind", "", "sim, replay, hardware", ""};
+}
+
+template <class Part, class Driver>
+std::optional<hal::Error> take(hal::Result<std::unique_ptr<Driver>> made, std::unique_ptr<Part>& part) {
+  if (!made) return made.error();
+  part = std::move(*made);
+  return std::nullopt;
+}
+
+std::optional<hal::Error> make_parts(const DaemonConfig& config, hal::RigParts& parts) {
+  // One board for both, where both are wired to it.
+  std::shared_ptr<daq::Board> board;
+  if (config.device == DeviceChoice::kPhantom || config.sensor == SensorChoice::kDaq) {
+    auto made = daq::create_board(config.board);
+    if (!made) return made.error();
+    board = std::move(*made);
+  }
+  std::optional<hal::Error> error;
+  switch (config.device) {
+    case DeviceChoice::kOfKind:
+      break;
+    case DeviceChoice::kOpenHaptics:
+      error = take(openhaptics::OpenHapticsDevice::create(config.openhaptics), parts.device);
+      break;
+    case DeviceChoice::kPhantom:
+      error = take(phantom::PhantomDevice::create(config.phantom, board), parts.device);
+      break;
+  }
+  if (error) return error;
+  switch (config.sensor) {
+    case SensorChoice::kOfKind:
+      return std::nullopt;
+    case SensorChoice::kNetFt:
+      return take(netft::NetFtSensor::create(config.netft), parts.sensor);
+    case SensorChoice::kDaq:
+      return take(daq::DaqSensor::create(config.daq, board), parts.sensor);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+hal::Result<std::unique_ptr<hal::Rig>> open_rig(const DaemonConfig& config) {
+  auto base = open_base(config);
+  if (!base) return base.error();
+  if (config.device == DeviceChoice::kOfKind && config.sensor == SensorChoice::kOfKind) return base;
+  hal::RigParts parts;
+  parts.base = std::move(*base);
+  if (auto error = make_parts(config, parts)) return *error;
+  return std::unique_ptr<hal::Rig>(std::make_unique<hal::ComposedRig>(std::move(parts), config.loop.rate_hz));
 }
 
 }  // namespace hapticd::server

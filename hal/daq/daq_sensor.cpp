@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-#include "hal/daq/axes.h"
+#include "hal/axis_map.h"
 #include "hal/daq/gauge_bias.h"
 #include "hal/force_mean.h"
 
@@ -24,7 +24,7 @@ using std::chrono::milliseconds;
 constexpr std::size_t kScansATick = 128;  // 10 kHz at 500 Hz is twenty; more means the tick was away
 constexpr std::int64_t kBeyondAnyLimitNs = std::numeric_limits<std::int64_t>::max();
 constexpr milliseconds kNap{1};
-constexpr milliseconds kPatienceForBias{200};
+constexpr milliseconds kPatienceForBias{1000};
 constexpr std::int64_t kSilentNs = 100'000'000;
 
 /// "Nano17" "SI-25-0.25" → "nano17_si_25_0_25".
@@ -60,7 +60,8 @@ hal::SensorInfo describe(const DaqSensorConfig& config, const Calibration& calib
 }  // namespace
 
 struct DaqSensor::State {
-  State(const DaqSensorConfig& config_, Calibration calibration_, Axes axes_, std::shared_ptr<Board> board_)
+  State(const DaqSensorConfig& config_, Calibration calibration_, hal::AxisMap axes_,
+        std::shared_ptr<Board> board_)
       : config(config_),
         calibration(std::move(calibration_)),
         axes(axes_),
@@ -70,7 +71,7 @@ struct DaqSensor::State {
 
   const DaqSensorConfig config;
   const Calibration calibration;
-  const Axes axes;
+  const hal::AxisMap axes;
   const std::shared_ptr<Board> board;
   const hal::SensorInfo info;
 
@@ -114,7 +115,7 @@ hal::Vector3 DaqSensor::State::row(std::size_t first, const GaugeBias::Volts& vo
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < kGauges; ++j) load[i] += calibration.matrix[first + i][j] * volts[j];
   }
-  return axes.apply({load[0], load[1], load[2]});
+  return axes.to_tool({load[0], load[1], load[2]});
 }
 
 bool DaqSensor::State::use(const Scan& scan, bool& saturated) noexcept {
@@ -187,11 +188,8 @@ hal::Result<std::unique_ptr<DaqSensor>> DaqSensor::create(const DaqSensorConfig&
     return hal::Error{"no calibration file", where, "", "the .cal file that came with the sensor",
                       "name it with calibration_file"};
   }
-  auto axes = parse_axes(config.axes);
-  if (!axes) {
-    return hal::Error{"the axes are no permutation of the sensor's", where, config.axes,
-                      "x, y and z, each once and with a sign", "e.g. \"+x +y +z\""};
-  }
+  const auto axes = hal::AxisMap::parse(config.axes, where);
+  if (!axes) return axes.error();
   if (!(config.saturation_share > 0.5 && config.saturation_share <= 1.0)) {
     return hal::Error{"saturation_share is out of range", where, fmt::format("{}", config.saturation_share),
                       "0.5 … 1", "0.98 leaves a hundredth of the range at either end"};
@@ -249,14 +247,22 @@ void DaqSensor::disengage() noexcept {
   state.board->release(BoardUse::kInputs);
 }
 
-void DaqSensor::bias() noexcept {
+std::optional<hal::Error> DaqSensor::bias() {
   State& state = *state_;
   const std::uint64_t number = state.bias_wanted.fetch_add(1, std::memory_order_acq_rel) + 1;
-  if (!state.engaged.load(std::memory_order_acquire)) return;
+  if (!state.engaged.load(std::memory_order_acquire)) {
+    return hal::Error{"the bias cannot be taken", "force sensor on the board", "not engaged", "",
+                      "load a scene that uses the sensor"};
+  }
   const auto deadline = Clock::now() + kPatienceForBias;
-  while (state.bias_taken.load(std::memory_order_acquire) < number && Clock::now() < deadline) {
+  while (state.bias_taken.load(std::memory_order_acquire) < number) {
+    if (Clock::now() >= deadline) {
+      return hal::Error{"no bias was taken yet", "force sensor on the board", "",
+                        "a quarter of a second of scans", "it is taken as soon as they have come"};
+    }
     std::this_thread::sleep_for(kNap);
   }
+  return std::nullopt;
 }
 
 void DaqSensor::read(hal::RigSample& sample) noexcept {

@@ -38,9 +38,9 @@ class DaqSensor final : public hal::ForceSensor {
   hal::PartReport report() const override;
   const hal::SensorInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;
-  /// The mean of the last quarter of a second becomes zero; taken by the next read() that has one. Returns
-  /// when it was, or after 0.2 s at most when nobody reads.
-  void bias() noexcept override;
+  /// The mean of the last quarter of a second becomes zero; taken by the next read() that has one. An error
+  /// when none had within a second: it is taken nevertheless as soon as one has.
+  std::optional<hal::Error> bias() override;
 
   const Calibration& calibration() const noexcept;
 

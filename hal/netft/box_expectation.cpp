@@ -41,7 +41,7 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
                           "select it on the box's configuration page, or connect that sensor, or correct "
                           "'serial'"};
   }
-  const auto calibration = hal::find_nano17_calibration(config.model, "[netft] model");
+  const auto calibration = hal::find_nano17_calibration(config.model, "[rig.netft] model");
   if (!calibration) return calibration.error();
   if (box.ranges) {
     constexpr std::array<const char*, 6> kAxes{"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"};

@@ -20,7 +20,7 @@ std::string number(double value) {
 }
 
 std::string place(const char* key) {
-  return std::string("[netft] ") + key;
+  return std::string("[rig.netft] ") + key;
 }
 
 struct Bound {

@@ -80,7 +80,7 @@ hal::Result<std::string> numeric_address(const std::string& address, const std::
 
 hal::Result<std::unique_ptr<NetFtSensor>> NetFtSensor::create(const NetFtConfig& config) {
   if (auto error = check(config)) return *error;
-  const auto axes = hal::AxisMap::parse(config.axes, "[netft] axes");
+  const auto axes = hal::AxisMap::parse(config.axes, "[rig.netft] axes");
   if (!axes) return axes.error();
   return std::unique_ptr<NetFtSensor>(new NetFtSensor(config, *axes));
 }
@@ -185,7 +185,6 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
   {
     const std::lock_guard told(told_);
     change_.clear();
-    bias_failure_.clear();
     box_bias_ = box ? box->bias : std::nullopt;
     box_ = box;
     connection_ = "udp " + numeric_address_ + ":" + std::to_string(config_.rdt_port);
@@ -307,23 +306,14 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
   last_read_ns_ = now_ns;
 }
 
-void NetFtSensor::bias() noexcept {
-  try {
-    const auto error = try_bias();
-    const std::lock_guard told(told_);
-    bias_failure_ = error ? error->text() : "";
-  } catch (const std::exception&) {  // out of memory
-  }
-}
-
-std::optional<hal::Error> NetFtSensor::try_bias() {
+std::optional<hal::Error> NetFtSensor::bias() {
   const std::lock_guard control(control_);
   if (!engaged_.load()) return not_engaged("the bias cannot be taken");
   std::optional<hal::Error> error;
   switch (config_.bias) {
     case BiasBy::kNone:
       return hal::Error{.what = "biasing is switched off",
-                        .where = "[netft] bias",
+                        .where = "[rig.netft] bias",
                         .value = "none",
                         .limit = "software, box",
                         .remedy = "choose who is to subtract the reading of the unloaded sensor"};
@@ -498,7 +488,6 @@ hal::PartReport NetFtSensor::report() const {
     } else if (!refusal_.empty()) {
       findings.push_back(refusal_);
     }
-    if (!bias_failure_.empty()) findings.push_back("no bias was taken: " + bias_failure_);
   }
   if (engaged) {
     const auto described = describe_rdt_status(status);

@@ -89,9 +89,8 @@ class NetFtSensor final : public hal::ForceSensor {
   mutable std::mutex told_;  ///< guards what follows; held briefly only
   std::optional<BoxConfiguration> box_;
   std::string connection_;
-  std::string refusal_;       ///< why engage() failed last
-  std::string bias_failure_;  ///< why bias() failed last
-  std::string change_;        ///< how a restarted box differs
+  std::string refusal_;  ///< why engage() failed last
+  std::string change_;   ///< how a restarted box differs
   std::string shortcoming_;
   /// Offsets of the gages the box had when it was biased last or engaged; empty = not known.
   std::optional<std::array<double, 6>> box_bias_;

@@ -36,10 +36,10 @@ class PhantomDevice final : public hal::HapticDevice {
 
   /// Takes the pose the arm rests in for its reset pose, as soon as it has rested for home_still_ms while
   /// read() is called. Any thread; does not wait. Error: not engaged.
-  std::optional<hal::Error> home();
+  std::optional<hal::Error> home() override;
   bool homed() const noexcept;
   /// What the figures of this device rest on.
-  std::vector<hal::UncertainParameter> uncertain() const;
+  std::vector<hal::UncertainParameter> uncertain() const override;
 
  private:
   struct State;

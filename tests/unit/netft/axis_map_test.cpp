@@ -60,9 +60,9 @@ TEST(AxisMap, AcceptsTheTwentyFourQuarterTurnsAndNoMirrorImage) {
 TEST(AxisMap, RefusesWhatIsNoMounting) {
   for (const char* text :
        {"", "+x +y", "+x +x +z", "+x +y +w", "+x +y +z +x", "+x +y -z", "x y +", "+-x y z"}) {
-    const auto map = AxisMap::parse(text, "[netft] axes");
+    const auto map = AxisMap::parse(text, "[rig.netft] axes");
     ASSERT_FALSE(map) << text;
-    EXPECT_EQ(map.error().where, "[netft] axes");
+    EXPECT_EQ(map.error().where, "[rig.netft] axes");
     EXPECT_FALSE(map.error().remedy.empty());
   }
 }

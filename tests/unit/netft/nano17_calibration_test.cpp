@@ -18,7 +18,7 @@ TEST(Nano17Calibration, IsFoundByModelAndByTheManufacturersName) {
 }
 
 TEST(Nano17Calibration, RefusesOthersAndNamesThoseThereAre) {
-  const auto none = find_nano17_calibration("gamma", "[netft] model");
+  const auto none = find_nano17_calibration("gamma", "[rig.netft] model");
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().limit, "nano17_si_12, nano17_si_25, nano17_si_50");
 }
