@@ -68,6 +68,12 @@ void find_of_servo(const OpenHapticsConfig& config, const DeviceView& view,
                    std::vector<std::string>& findings) {
   const ServoReport& servo = *view.servo;
   if (!servo.calibrated) findings.push_back("the device is not calibrated: " + how_to_calibrate(view.facts));
+  if (servo.force_off || (!view.running && view.facts.output_stays_off)) {
+    findings.push_back(
+        "the device takes no force, its output stays off: check its power and its emergency switch, then "
+        "start "
+        "again");
+  }
   if (servo.wants_calibration_update) {
     findings.push_back(
         "the device asks for its calibration to be updated, which moves its position: done when it is "

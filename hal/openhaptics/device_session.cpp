@@ -182,13 +182,9 @@ std::optional<hal::Error> DeviceSession::try_force() {
   const hd::Api& api = library_->api();
   api.enable(hd::kForceOutput);
   auto error = failure("the device takes no force", config_.device_name);
-  const bool refused = !error && api.is_enabled != nullptr && api.is_enabled(hd::kForceOutput) == 0;
+  facts_.output_stays_off = !enabled(hd::kForceOutput).value_or(true);
   api.disable(hd::kForceOutput);
   library_->last_error(device_);
-  if (refused) {
-    return hal::Error{"the device takes no force: its output stays off", "OpenHaptics device",
-                      config_.device_name, "", "check the device's power and its emergency switch"};
-  }
   return error;
 }
 

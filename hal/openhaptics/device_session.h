@@ -22,6 +22,7 @@ struct DeviceFacts {
   double max_stiffness_n_per_mm = 0.0;  ///< as read: the stiffest wall the vendor recommends
   double force_ramping_rate_n_per_s = 0.0;
   std::optional<bool> force_ramping, max_force_clamping, software_force_limit;  ///< as the vendor set them
+  bool output_stays_off = false;                                                ///< when it was tried
   int calibration_styles = 0;                                                   ///< bits, as read
   bool calibration_known = true;
   double force_limit_n = 0.0;  ///< what the driver holds to

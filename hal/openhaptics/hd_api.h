@@ -61,13 +61,10 @@ inline constexpr Enum kDeviceVendor = 0x2503;
 inline constexpr Enum kDeviceSerialNumber = 0x2504;
 inline constexpr Enum kOutputDof = 0x2554;                  ///< integer
 inline constexpr Enum kCalibrationStyle = 0x2555;           ///< integer, bits below
-inline constexpr Enum kInstantaneousUpdateRate = 0x2601;    ///< integer, Hz
 inline constexpr Enum kNominalMaxStiffness = 0x2602;        ///< double, N/mm
 inline constexpr Enum kNominalMaxForce = 0x2603;            ///< double, N
 inline constexpr Enum kNominalMaxContinuousForce = 0x2604;  ///< double, N
 inline constexpr Enum kMotorTemperature = 0x2605;           ///< one double a motor, 0 … 1 of what it bears
-inline constexpr Enum kSoftwareVelocityLimit = 0x2606;      ///< double, mm/s
-inline constexpr Enum kSoftwareForceImpulseLimit = 0x2607;  ///< double, N/ms
 inline constexpr Enum kForceRampingRate = 0x2608;           ///< double, N/s
 inline constexpr Enum kCurrentForce = 0x2700;               ///< 3 doubles, N
 

@@ -43,6 +43,7 @@ void Servo::arm(hal::ServoBody& body) noexcept {
   finished_.store(false);
   command_n_ = {};
   limited_ = false;
+  told_->force_off.store(false, std::memory_order_relaxed);
   turns_ = 0;
   last_turn_ns_ = 0;
   state_.store(kIdle, std::memory_order_release);
@@ -79,7 +80,10 @@ hd::CallbackCode Servo::turn() noexcept {
   if (slow) calibrate();
   begin();
   measure();
-  if (slow) feel_motors();
+  if (slow) {
+    feel_motors();
+    check_output();
+  }
   command_n_ = {};                 // a body that writes nothing asks for nothing
   if (!move(kInFrame, kInBody)) {  // given up while the library kept us
     render({});
@@ -168,6 +172,7 @@ void Servo::measure() noexcept {
   if ((status & kDeviceFault) != 0) fault_until_ns_ = now_ns_ + kFaultHoldNs;
   if (now_ns_ < fault_until_ns_) status |= kDeviceFault;
   if (!told_->calibrated.load(std::memory_order_relaxed)) status |= kDeviceNotReady;
+  if (told_->force_off.load(std::memory_order_relaxed)) status |= kDeviceNotReady;
   if (limited_) status |= kDeviceOverForce;
   limited_ = false;
   for (std::size_t motor = 0; motor < static_cast<std::size_t>(setup_.motors); ++motor) {
@@ -202,20 +207,36 @@ void Servo::take_pose() noexcept {
   tip_mm_ = rig_from_device(position - setup_.origin_mm) + rotated(orientation_, setup_.tip_offset_mm);
 }
 
+/// Whether the last question was one the library understands; a device that lacks what was asked for is not
+/// at fault. The stack was empty before.
+bool Servo::knows_what_was_asked() noexcept {
+  bool known = true;
+  for (int taken = 0; taken < HdLibrary::kDeepestStack; ++taken) {
+    const hd::ErrorInfo error = api_.get_error();
+    if (error.code == hd::kSuccess) break;
+    if (is_function_error(error.code)) {
+      known = false;
+    } else {
+      library_->deliver(error, *seat_);
+    }
+  }
+  return known;
+}
+
+/// The library may switch the output off by itself. It is not switched on again behind the user's back.
+void Servo::check_output() noexcept {
+  if (!output_known_ || api_.is_enabled == nullptr) return;
+  const bool on = api_.is_enabled(hd::kForceOutput) != 0;
+  output_known_ = knows_what_was_asked();
+  told_->force_off.store(output_known_ && !on, std::memory_order_relaxed);
+}
+
 void Servo::feel_motors() noexcept {
   if (!temperature_known_) return;
   double shares[ServoReport::kMostMotors];
   std::fill(std::begin(shares), std::end(shares), -1.0);
   api_.get_doublev(hd::kMotorTemperature, shares);
-  for (int taken = 0; taken < HdLibrary::kDeepestStack; ++taken) {
-    const hd::ErrorInfo error = api_.get_error();
-    if (error.code == hd::kSuccess) break;
-    if (is_function_error(error.code)) {
-      temperature_known_ = false;  // a device without it is not at fault
-    } else {
-      library_->deliver(error, *seat_);
-    }
-  }
+  temperature_known_ = knows_what_was_asked();
   for (std::size_t motor = 0; motor < static_cast<std::size_t>(setup_.motors); ++motor) {
     const bool valid = temperature_known_ && std::isfinite(shares[motor]);
     told_->temperatures[motor].store(valid ? shares[motor] : -1.0, std::memory_order_relaxed);

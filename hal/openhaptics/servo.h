@@ -45,6 +45,7 @@ struct ServoReport {
   std::atomic<std::uint32_t> status{0};  ///< of the last sample
   std::atomic<bool> calibrated{false};
   std::atomic<bool> wants_calibration_update{false};
+  std::atomic<bool> force_off{false};  ///< the library says that the output is off while it should be on
   int motors = 0;
   /// 0 … 1 of what each motor bears; negative: not known.
   std::array<std::atomic<double>, kMostMotors> temperatures;
@@ -96,6 +97,8 @@ class Servo {
   void measure() noexcept;
   void take_pose() noexcept;
   void feel_motors() noexcept;
+  void check_output() noexcept;
+  bool knows_what_was_asked() noexcept;
   void drain() noexcept;
 
   const std::shared_ptr<HdLibrary> library_;
@@ -118,6 +121,7 @@ class Servo {
   bool pose_fault_ = false;
   bool limited_ = false;
   bool temperature_known_ = true;  ///< false once the library says that the device has no such thing
+  bool output_known_ = true;
   hal::Vector3 command_n_;
   std::uint64_t turns_ = 0;
   Nanoseconds now_ns_ = 0;

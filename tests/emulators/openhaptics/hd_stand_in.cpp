@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -140,14 +141,16 @@ void Library::open_page() {
   void* memory = MAP_FAILED;
   if (const char* path = std::getenv("HD_STAND_IN_PAGE")) {
     const int file = open(path, O_RDWR | O_CLOEXEC);
-    if (file >= 0) {
+    struct stat state {};
+    if (file >= 0 && fstat(file, &state) == 0 && state.st_size == sizeof(HdPageLayout)) {
       memory = mmap(nullptr, sizeof(HdPageLayout), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
       close(file);
     } else {
-      std::fprintf(stderr, "stand-in: cannot open HD_STAND_IN_PAGE=%s\n", path);
+      std::fprintf(stderr, "stand-in: HD_STAND_IN_PAGE=%s is not a page\n", path);
+      if (file >= 0) close(file);
     }
   }
-  mapped = memory != MAP_FAILED;
+  mapped = memory != MAP_FAILED && static_cast<HdPageLayout*>(memory)->magic == HdPageLayout::kMagic;
   if (mapped) {
     page = static_cast<HdPageLayout*>(memory);
     return;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -28,10 +29,8 @@ HdPage::HdPage(const std::string& path) : path_(path) {
   if (file < 0 || ftruncate(file, sizeof(HdPageLayout)) != 0) {
     throw std::runtime_error("cannot make the page " + path + ": " + std::strerror(errno));
   }
-  void* memory = mmap(nullptr, sizeof(HdPageLayout), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-  close(file);
-  if (memory == MAP_FAILED) throw std::runtime_error("cannot map the page " + path);
-  layout_ = new (memory) HdPageLayout();  // all zero
+  map(file);
+  new (layout_) HdPageLayout();  // all zero
   const char* names[] = {"Default Device", "Second Device"};
   for (std::size_t index = 0; index < HdPageLayout::kDevices; ++index) {
     HdPageDevice& device = layout_->devices[index];
@@ -46,6 +45,23 @@ HdPage::HdPage(const std::string& path) : path_(path) {
     set_pose({}, {}, index);
   }
   layout_->magic = HdPageLayout::kMagic;
+}
+
+HdPage::HdPage(const std::string& path, Join) : path_(path) {
+  const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+  struct stat state {};
+  if (file < 0 || fstat(file, &state) != 0 || state.st_size != sizeof(HdPageLayout)) {
+    throw std::runtime_error(path + " is not a page");
+  }
+  map(file);
+  if (layout_->magic != HdPageLayout::kMagic) throw std::runtime_error(path + " is not a page");
+}
+
+void HdPage::map(int file) {
+  void* memory = mmap(nullptr, sizeof(HdPageLayout), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  close(file);
+  if (memory == MAP_FAILED) throw std::runtime_error("cannot map the page " + path_);
+  layout_ = static_cast<HdPageLayout*>(memory);
 }
 
 HdPage::~HdPage() {

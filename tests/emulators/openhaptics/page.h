@@ -112,6 +112,9 @@ class HdPage {
  public:
   /// Makes the file and maps it, with sound devices at rest: "Default Device" and "Second Device".
   explicit HdPage(const std::string& path);
+  /// A page that another process has made.
+  struct Join {};
+  HdPage(const std::string& path, Join);
   ~HdPage();
   HdPage(const HdPage&) = delete;
   HdPage& operator=(const HdPage&) = delete;
@@ -135,6 +138,8 @@ class HdPage {
   static constexpr std::int64_t kWatchdogNs = 200'000'000;
 
  private:
+  void map(int file);
+
   std::string path_;
   HdPageLayout* layout_ = nullptr;
 };

@@ -123,15 +123,36 @@ TEST(OpenHapticsForce, IsInTheFrameOfTheVeryTickThatAskedForIt) {
   EXPECT_EQ(echo.misses, 0);
 }
 
-TEST(OpenHapticsForce, ADeviceThatRefusesForceIsNotEngaged) {
+TEST(OpenHapticsForce, ADeviceThatRefusesForceIsNotReady) {
   HdBench bench;
   bench.page.device().refuses_force = true;
-  const auto error = bench.device->engage();
-  ASSERT_TRUE(error);
-  EXPECT_NE(error->text().find("takes no force"), std::string::npos) << error->text();
-  EXPECT_TRUE(bench.left_clean());
+  ASSERT_FALSE(bench.device->engage());
+  EXPECT_TRUE(bench.finds("takes no force"));
+  bench.body->ask({0.0, 0.0, 1.0});
+  bench.start_running();
+  EXPECT_TRUE(bench.sees(status::kDeviceNotReady));
+  bench.stop_running();
   bench.page.device().refuses_force = false;
-  EXPECT_FALSE(bench.device->engage());
+  bench.start_running();
+  EXPECT_TRUE(bench.feels(1.0));
+  EXPECT_FALSE(bench.finds("takes no force"));
+}
+
+TEST(OpenHapticsForce, AnOutputSwitchedOffWhileRunningStaysOffUntilTheNextRun) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  bench.body->ask({0.0, 0.0, 1.0});
+  bench.start_running();
+  ASSERT_TRUE(bench.feels(1.0));
+  bench.page.device().force_enabled = false;  // by the library itself
+  EXPECT_TRUE(bench.sees(status::kDeviceNotReady));
+  EXPECT_TRUE(bench.finds("takes no force"));
+  ASSERT_TRUE(bench.ticks(200));
+  EXPECT_FALSE(bench.page.device().force_enabled);
+  bench.stop_running();
+  bench.start_running();
+  EXPECT_TRUE(bench.feels(1.0));
+  EXPECT_EQ(bench.body->sample().status, 0U);
 }
 
 TEST(OpenHapticsForce, MotorTemperaturesAreToldAndWarmOnesWarnOf) {

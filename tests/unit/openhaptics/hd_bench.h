@@ -116,10 +116,12 @@ class HdBench {
     return eventually([&] { return body->calls() >= from + count; });
   }
   bool sees(std::uint32_t bit) {
-    return eventually([&] { return (body->sample().status & bit) != 0; });
+    return eventually([&] { return (body->seen() & bit) != 0; });  // in any tick since it was last asked
   }
   bool sees_no(std::uint32_t bit) {
-    return eventually([&] { return (body->sample().status & bit) == 0; });
+    const bool gone = eventually([&] { return (body->sample().status & bit) == 0; });
+    body->seen();
+    return gone;
   }
   bool feels(double z_n) {
     return eventually([&] { return std::abs(page.force_n().y - z_n) < 1e-9; });

@@ -1,4 +1,6 @@
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "hd_bench.h"
 
@@ -86,6 +88,28 @@ TEST(OpenHapticsLibrary, WhatTheDeviceSaysOfItselfIsToldAndAHighForceModelPointe
                 "PHANTOM 1.5 High Force");
   ASSERT_FALSE(bench.device->engage());
   EXPECT_TRUE(bench.finds("hal/phantom"));
+}
+
+TEST(OpenHapticsLibrary, ThePageIsSharedBetweenProcesses) {
+  HdBench bench;
+  // The world's end in another process, as an emulator is.
+  const pid_t child = fork();
+  if (child == 0) {
+    HdPage world(bench.page.path(), HdPage::Join{});
+    for (int i = 0; i < 10'000 && world.force_n().y < 0.9; ++i) {
+      world.set_pose({0.0, 0.25, 0.0}, {});
+      usleep(1000);
+    }
+    std::_Exit(world.force_n().y > 0.9 ? 0 : 1);
+  }
+  ASSERT_FALSE(bench.device->engage());
+  bench.start_running();
+  EXPECT_TRUE(eventually([&] { return bench.body->sample().tip_position_mm.z == 0.25; }));
+  bench.body->ask({0.0, 0.0, 1.0});
+  int result = 0;
+  ASSERT_EQ(waitpid(child, &result, 0), child);
+  EXPECT_TRUE(WIFEXITED(result) && WEXITSTATUS(result) == 0);
+  EXPECT_THROW(HdPage("/dev/null", HdPage::Join{}), std::runtime_error);
 }
 
 TEST(OpenHapticsLibrary, ADeviceIsOpenedByItsName) {
