@@ -1,6 +1,7 @@
 #include "hal/daq/comedi_channels.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -41,8 +42,10 @@ hal::Result<comedi_polynomial_t> find_converter(comedi_t* device, const ComediCo
   }
   const std::string remedy = "run comedi_soft_calibrate -f " + config.device +
                              ", or accept the nominal ranges with calibrated = false";
+  // Looked at first: the library loses memory over a file that is not there.
+  const bool readable = access(path.c_str(), R_OK) == 0;
   const std::unique_ptr<comedi_calibration_t, CalibrationCleaner> calibration(
-      comedi_parse_calibration_file(path.c_str()));
+      readable ? comedi_parse_calibration_file(path.c_str()) : nullptr);
   if (!calibration) {
     return hal::Error{"the board is calibrated by software and has no calibration file", config.device, path,
                       "", remedy};
