@@ -2,7 +2,7 @@
 # The one list of the Debian 12 packages hapticd is built, tested and run with. Installs those that are missing, as root
 # or with sudo; touches nothing, and needs neither, when all are there. Quiet unless it fails.
 #
-#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests; none = all
+#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz; none = all but fuzz
 #   bash deploy/install_packages.sh --list [GROUP ...]
 set -euo pipefail
 
@@ -18,6 +18,8 @@ declare -A packages=(
   [run]="gnuplot-nox"
   # Instruction counts, the latency tool the loop is compared with, and peers of others' making for the drivers.
   [tests]="valgrind rt-tests socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
+  # The compiler that fuzzes; only for who asks for it.
+  [fuzz]="clang libclang-rt-14-dev"
 )
 all_groups=(build libraries run tests)
 

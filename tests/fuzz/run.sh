@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Searches for inputs that break a parser, from the corpus on. What it finds stays in build/fuzz/findings.
+#
+#   bash tests/fuzz/run.sh SECONDS [NAME ...]     so long for each; no name = all
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+seconds=$1
+shift
+bash deploy/install_packages.sh fuzz
+bash deploy/build.sh fuzz fuzz
+names=("$@")
+((${#names[@]})) || for source in tests/fuzz/corpus/*/; do names+=("$(basename "$source")"); done
+
+mkdir -p build/fuzz/findings
+for name in "${names[@]}"; do
+  grown=build/fuzz/corpus/$name
+  mkdir -p "$grown"
+  log=build/fuzz/$name.log
+  if ! "build/fuzz/bin/fuzz_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
+    -artifact_prefix="build/fuzz/findings/$name-" "$grown" "tests/fuzz/corpus/$name" >"$log" 2>&1; then
+    tail -40 "$log" >&2
+    echo "fuzz: $name broke; the input is in build/fuzz/findings" >&2
+    exit 1
+  fi
+  echo "fuzz: $name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") inputs in $seconds s, none broke it"
+done
