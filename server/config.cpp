@@ -5,6 +5,7 @@
 
 #include <charconv>
 
+#include "server/rig_file/turntable_section.h"
 #include "server/suggestion.h"
 #include "server/text_library.h"
 #include "server/toml_reader.h"
@@ -189,6 +190,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   rig.read("kind", config.rig, kRigWords);
   read_simulation(rig.table("sim"), config.simulation);
   read_replay(rig.table("replay"), config.replay);
+  read_turntable(rig.table("turntable"), config.turntable);
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);
@@ -292,6 +294,7 @@ std::string write_config(const DaemonConfig& config) {
                       replay.loop, toml_number(replay.bias_s));
   text += write_mapping("time", replay.time) + write_mapping("force", replay.force) +
           write_mapping("position", replay.position);
+  text += write_turntable(config.turntable);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
                       toml_quoted(config.scene_folder));
   text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),

@@ -10,6 +10,7 @@
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/periodic_loop.h"
 #include "server/listen_address.h"
+#include "server/turntable/turntable_config.h"
 
 namespace hapticd::server {
 
@@ -26,6 +27,8 @@ struct DaemonConfig {
   RigChoice rig = RigChoice::kSimulated;  ///< [rig] kind
   sim::SimulationConfig simulation;       ///< [rig.sim]; always paced in real time here
   replay::ReplayConfig replay;            ///< [rig.replay]; at recorded speed unless told otherwise
+
+  TurntableConfig turntable;  ///< [rig.turntable]
 
   std::string scene;         ///< [scene] load; empty = none
   std::string scene_folder;  ///< [scene] folder; empty = built-in scenes only
