@@ -16,6 +16,7 @@ class SceneHost;
 class Session;
 class TargetControl;
 class TelemetryHub;
+class TurntableHost;
 
 /// The network's end of the daemon: all services, health checking and reflection on loopback TCP and a unix
 /// socket.
@@ -28,6 +29,7 @@ class GrpcServer {
     SafetyLatch& latch;
     TelemetryHub& hub;
     IdentificationRunner& identifications;
+    TurntableHost& turntable;
   };
 
   /// An error when an address cannot be bound. Reports itself as not serving until told otherwise.

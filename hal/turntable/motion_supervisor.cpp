@@ -117,10 +117,12 @@ MotionSupervisor::Action MotionSupervisor::observe_stopping(double now_s, const 
   if (stands(now_s, reading)) {
     end(now_s, stop_end_);
   } else if (now_s - stop_sent_s_ > settings_.stop_timeout_s) {
-    report_.problem = hal::Error{"the table was told to stop but still moves", "turntable",
-                                 text("%.3f deg", reading.position_deg),
-                                 text("to stand within %.1f s", settings_.stop_timeout_s),
-                                 "cut the drive's power, then look at its stop order in the register map"};
+    hal::Error still{"the table was told to stop but still moves", "turntable",
+                     text("%.3f deg", reading.position_deg),
+                     text("to stand within %.1f s", settings_.stop_timeout_s),
+                     "cut the drive's power, then look at its stop order in the register map"};
+    if (report_.problem) still.what = report_.problem->what + "; " + still.what;
+    report_.problem = std::move(still);
     end(now_s, stop_end_);
   }
   return Action::kNone;

@@ -39,8 +39,9 @@ class DrivenRig {
  public:
   enum class Over { kTcp, kRtu };
 
-  explicit DrivenRig(Over over, EmulatedDrive::Make make = EmulatedDrive::Make::kPlain,
-                     const std::function<void(modbus::ModbusConfig&, turntable::TurntableSettings&)>& adapt = {})
+  explicit DrivenRig(
+      Over over, EmulatedDrive::Make make = EmulatedDrive::Make::kPlain,
+      const std::function<void(modbus::ModbusConfig&, turntable::TurntableSettings&)>& adapt = {})
       : drive({make, 1, over == Over::kTcp ? 0 : -1, over == Over::kRtu}) {
     modbus::ModbusConfig config;
     config.map = built_in_map(make == EmulatedDrive::Make::kPlain ? "plain_drive" : "oriental_az");
@@ -64,8 +65,9 @@ class DrivenRig {
       hal::TurntableStatus now = table->status();
       if (condition(now)) return now;
       if (std::chrono::steady_clock::now() > until) {
-        ADD_FAILURE() << "waited in vain: " << hal::word_of(now.state) << " at " << now.position_deg.value_or(-999.0)
-                      << ", motion " << now.motion.number << " " << hal::word_of(now.motion.end) << " "
+        ADD_FAILURE() << "waited in vain: " << hal::word_of(now.state) << " at "
+                      << now.position_deg.value_or(-999.0) << ", motion " << now.motion.number << " "
+                      << hal::word_of(now.motion.end) << " "
                       << (now.motion.problem ? now.motion.problem->text() : "");
         return now;
       }

@@ -22,12 +22,13 @@ class ModbusTurntable : public testing::TestWithParam<Case> {
   DrivenRig rig{GetParam().over, GetParam().make};
 };
 
-INSTANTIATE_TEST_SUITE_P(Drives, ModbusTurntable,
-                         testing::Values(Case{DrivenRig::Over::kTcp, EmulatedDrive::Make::kPlain, "PlainTcp"},
-                                         Case{DrivenRig::Over::kRtu, EmulatedDrive::Make::kPlain, "PlainRtu"},
-                                         Case{DrivenRig::Over::kTcp, EmulatedDrive::Make::kOrientalAz, "AzTcp"},
-                                         Case{DrivenRig::Over::kRtu, EmulatedDrive::Make::kOrientalAz, "AzRtu"}),
-                         [](const auto& one) { return one.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Drives, ModbusTurntable,
+    testing::Values(Case{DrivenRig::Over::kTcp, EmulatedDrive::Make::kPlain, "PlainTcp"},
+                    Case{DrivenRig::Over::kRtu, EmulatedDrive::Make::kPlain, "PlainRtu"},
+                    Case{DrivenRig::Over::kTcp, EmulatedDrive::Make::kOrientalAz, "AzTcp"},
+                    Case{DrivenRig::Over::kRtu, EmulatedDrive::Make::kOrientalAz, "AzRtu"}),
+    [](const auto& one) { return one.param.name; });
 
 TEST_P(ModbusTurntable, OpensNothingBeforeItIsEngagedAndLetsGoAfterwards) {
   EXPECT_EQ(rig.table->status().state, TurntableState::kIdle);
