@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <string_view>
+#include <thread>
 
 namespace hapticd::modbus {
 
@@ -17,6 +18,14 @@ namespace {
 /// Others are taken by the library for 9600 without a word.
 constexpr std::array kBauds{1200,   2400,   4800,   9600,   19200,  38400,  57600,
                             115200, 230400, 460800, 500000, 921600, 1000000};
+
+/// After a frame that makes no sense, the rest of it comes within this time.
+constexpr double kFrameEndS = 0.02;
+
+/// The drive understood, and refused.
+bool is_exception(int error) {
+  return error > MODBUS_ENOBASE && error < EMBBADCRC;
+}
 
 struct Free {
   void operator()(modbus_t* context) const noexcept { modbus_free(context); }
@@ -141,7 +150,7 @@ struct ModbusLink::State {
       told.limit = limit;
       told.remedy = config.transport == Transport::kRtu ? "check wiring, speed, parity and unit"
                                                         : "check that the drive is alive, or allow more time";
-    } else if (error > MODBUS_ENOBASE && error < EMBBADCRC) {
+    } else if (is_exception(error)) {
       const int code = error - MODBUS_ENOBASE;
       ++counts.exceptions;
       told.what = "the drive refused: " + exception_name(code);
@@ -165,10 +174,16 @@ struct ModbusLink::State {
     return told;
   }
 
-  /// A late answer would be taken for that to the next request.
+  /// A late answer must not be taken for that to the next request. Over TCP its transaction tells; on a
+  /// serial line nothing does but silence, so that one is waited for.
   std::optional<hal::Error> failed(int error, Table table, unsigned address) {
     hal::Error told = explain(error, table, address);
-    if (connected) modbus_flush(context.get());
+    if (!connected) return told;
+    if (config.transport == Transport::kRtu && !is_exception(error)) {
+      const double wait_s = error == ETIMEDOUT ? config.response_timeout_s : kFrameEndS;
+      std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
+    }
+    modbus_flush(context.get());
     return told;
   }
 };

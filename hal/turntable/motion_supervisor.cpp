@@ -132,6 +132,11 @@ MotionSupervisor::Action MotionSupervisor::observe_move(double now_s, const Driv
   const double target = *report_.target_deg;
   const bool near = std::abs(reading.position_deg - target) <= settings_.tolerance_deg;
   const bool done = !reading.moving.value_or(false) && reading.in_position.value_or(true);
+  if (!reading.homed.value_or(true)) {
+    return stop(now_s, hal::MotionEnd::kLost,
+                hal::Error{"the drive lost its homing on the way: where the table stands is not known",
+                           "turntable", "", "", "see whether its power failed, then home the table"});
+  }
   if (near && done) {
     if (!settling_since_s_) settling_since_s_ = now_s;
     if (now_s - *settling_since_s_ >= settings_.settle_s) end(now_s, hal::MotionEnd::kArrived);

@@ -143,6 +143,8 @@ void read_turntable(TomlTable table, TurntableConfig& config) {
   interlock.read("contact_force_n", config.interlock.contact_force_n, kForceN);
   interlock.read("device_force_n", config.interlock.device_force_n, kForceN);
   interlock.read("turn_without_sensor", config.interlock.turn_without_sensor);
+  interlock.read("sensor_silence_s", config.interlock.sensor_silence_s, kTimeoutS);
+  interlock.read("loop_silence_s", config.interlock.loop_silence_s, kTimeoutS);
 
   TomlTable sim = table.table("sim");
   sim.read("start_deg", config.sim.start_deg, kAngleDeg);
@@ -181,6 +183,8 @@ std::string write_turntable(const TurntableConfig& config) {
   number("contact_force_n", config.interlock.contact_force_n);
   number("device_force_n", config.interlock.device_force_n);
   text += fmt::format("turn_without_sensor = {}\n", config.interlock.turn_without_sensor);
+  number("sensor_silence_s", config.interlock.sensor_silence_s);
+  number("loop_silence_s", config.interlock.loop_silence_s);
   text += "\n[rig.turntable.sim]\n";
   number("start_deg", config.sim.start_deg);
   number("homing_deg_per_s", config.sim.homing_deg_per_s);

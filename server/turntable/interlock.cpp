@@ -8,9 +8,6 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr std::chrono::milliseconds kLoopStandsStill{250};
-/// A tick without a sensor sample happens; a sensor that is silent for so long tells nothing of contact.
-constexpr std::chrono::milliseconds kSensorSilent{100};
 constexpr const char* kWhere = "interlock of the turntable";
 constexpr std::uint32_t kNoForce =
     hal::sample_status::kForceMissing | hal::sample_status::kForceLost | hal::sample_status::kForceFault;
@@ -36,7 +33,8 @@ std::optional<hal::Error> Interlock::why_not(const rt::TickRecord& last, bool fr
   seen_ = true;
   tick_ = last.tick;
 
-  if (now - tick_seen_ > kLoopStandsStill) {
+  using Seconds = std::chrono::duration<double>;
+  if (now - tick_seen_ > Seconds(config_.loop_silence_s)) {
     return refuse("the loop stands still: nobody watches for contact", fmt::format("tick {}", last.tick), "",
                   "see in 'hapticctl status' how the loop fares");
   }
@@ -46,13 +44,13 @@ std::optional<hal::Error> Interlock::why_not(const rt::TickRecord& last, bool fr
   if (last.guard_state == rt::GuardState::kResuming) {
     return refuse("the device's force is returning after a clear", "", "", "try again in a second");
   }
+  if (!free) return refuse("the tool is in contact", "", "", "lift it off the object");
   const double command_n = magnitude(last.device_command_n);
   if (!(command_n <= config_.device_force_n)) {
     return refuse("the device renders force", newtons(command_n),
                   "at most " + newtons(config_.device_force_n), "lift the tool off the object");
   }
-  if (!free) return refuse("the tool is in contact", "", "", "lift it off the object");
-  if (now - force_seen_ > kSensorSilent) {
+  if (now - force_seen_ > Seconds(config_.sensor_silence_s)) {
     if (config_.turn_without_sensor) return std::nullopt;
     return refuse(
         "the force sensor tells nothing: whether the tool touches an object is not known", "", "",

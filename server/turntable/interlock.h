@@ -19,8 +19,7 @@ class Interlock {
   explicit Interlock(const InterlockConfig& config) : config_(config) {}
 
   /// Nothing, or why the table must not turn at `now`. `free`: no scene sees a contact (rt::Engine::free());
-  /// `last`: the loop's last record. A loop that has not completed a tick for a quarter of a second watches
-  /// nothing.
+  /// `last`: the loop's last record. A loop that has completed no tick for too long watches nothing.
   std::optional<hal::Error> why_not(const rt::TickRecord& last, bool free, Clock::time_point now);
 
  private:

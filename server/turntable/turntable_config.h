@@ -19,6 +19,9 @@ struct InterlockConfig {
   double device_force_n = 0.05;
   /// Turn although no force sensor tells whether the tool touches anything.
   bool turn_without_sensor = false;
+  /// A sensor, and a loop, that are silent for longer than this watch nothing.
+  double sensor_silence_s = 0.1;
+  double loop_silence_s = 0.25;
 };
 
 /// [rig.turntable]

@@ -16,6 +16,7 @@ using Json = nlohmann::json;
 server::DaemonConfig with_table() {
   server::DaemonConfig config = quiet_config();
   config.turntable.kind = server::TurntableChoice::kSimulated;
+  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
   config.turntable.settings.stale_after_s = 2.0;
   config.turntable.sim.homed = true;
   config.turntable.settings.stations = {{"sponge", 0.0, "sponge_block"}, {"rubber", 40.0, "rubber_ball"}};

@@ -17,6 +17,7 @@ server::DaemonConfig with_table() {
   config.turntable.kind = server::TurntableChoice::kSimulated;
   config.turntable.settings.speed_deg_per_s = 120.0;
   config.turntable.settings.acceleration_deg_per_s2 = 480.0;
+  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
   config.turntable.settings.stale_after_s = 2.0;  // a stall of the machine is no fault of the drive
   config.turntable.sim.homing_deg_per_s = 120.0;
   config.turntable.settings.stations = {
@@ -265,7 +266,9 @@ TEST_F(ServiceTurntable, ContactOnTheWayStopsItAtOnce) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED) << status.error_message();
   EXPECT_EQ(detail_of(status).where(), "interlock of the turntable");
   EXPECT_EQ(last.motion().end(), v1::TURNTABLE_MOTION_END_FORBIDDEN);
-  EXPECT_TRUE(service.state().in_contact());
+  EXPECT_NE(detail_of(status).what().find("the tool is in contact"), std::string::npos)
+      << status.error_message();
+  service.await([](const v1::RigState& s) { return s.in_contact(); });
   EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_STANDING);
   EXPECT_LT(get().status().position_deg(), 169.0);
 }

@@ -141,6 +141,16 @@ TEST_F(Supervised, AnAlarmEndsIt) {
   EXPECT_EQ(supervisor.report().problem->value, "code 48");
 }
 
+TEST_F(Supervised, ADriveThatLosesItsHomingOnTheWayIsLost) {
+  supervisor.begin_move(now, 0.0, 90.0, kLimits);
+  run(1.0, [](double) {
+    DriveReading reading = at(5.0, false, true);
+    reading.homed = false;
+    return reading;
+  });
+  EXPECT_EQ(end(), MotionEnd::kLost);
+}
+
 TEST_F(Supervised, AStopIsOverWhenTheTableStands) {
   supervisor.begin_move(now, 0.0, 90.0, kLimits);
   run(0.5, [](double t) { return at(30.0 * (t - 100.0), true, false); });
