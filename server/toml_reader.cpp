@@ -42,6 +42,10 @@ std::string dotted(const std::string& path, std::string_view key) {
   return path.empty() ? std::string(key) : path + "." + std::string(key);
 }
 
+std::string indexed(const std::string& path, std::size_t i) {
+  return fmt::format("{}[{}]", path, i);
+}
+
 /// An array of exactly so many numbers.
 bool holds_numbers(const toml::array* array, std::size_t count) {
   return array != nullptr && array->size() == count &&
@@ -95,6 +99,12 @@ struct TomlTable::State {
       } else if (const toml::table* inner = value.as_table();
                  inner != nullptr && known.contains(dotted(path, name))) {
         find_unknown(*inner, dotted(path, name));
+      } else if (const toml::array* array = value.as_array()) {
+        for (std::size_t i = 0; i < array->size(); ++i) {
+          const std::string element = indexed(dotted(path, name), i);
+          const toml::table* one = array->get(i)->as_table();
+          if (one != nullptr && known.contains(element)) find_unknown(*one, element);
+        }
       }
     }
   }
@@ -108,6 +118,33 @@ TomlTable TomlTable::table(std::string_view key) {
     state_->wrong_type(*node, inner.path_, fmt::format("a table [{}]", inner.path_));
   }
   return inner;
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t most) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return {};
+  const std::string path = dotted(path_, key);
+  const toml::array* array = node->as_array();
+  const bool fits = array != nullptr && array->size() <= most &&
+                    std::all_of(array->begin(), array->end(), [](const toml::node& one) { return one.is_table(); });
+  if (!fits) {
+    state_->wrong_type(*node, path, fmt::format("up to {} tables, [{{…}}, {{…}}]", most));
+    return {};
+  }
+  std::vector<TomlTable> tables;
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    tables.push_back(TomlTable(state_, indexed(path, i)));
+    state_->known[tables.back().path_];
+  }
+  return tables;
+}
+
+std::vector<std::string> TomlTable::keys() const {
+  std::vector<std::string> names;
+  const toml::table* owner = state_->table(path_);
+  if (owner == nullptr) return names;
+  for (auto&& [key, value] : *owner) names.emplace_back(key.str());
+  return names;
 }
 
 bool TomlTable::has(std::string_view key) const {
