@@ -36,7 +36,11 @@ struct Daemon::Parts {
         targets(session, scenes),
         latch(session, hub),
         identifications(session, scenes, hub, *store),
-        turntable(std::move(table), config.turntable.interlock, session, scenes, hub) {}
+        turntable(std::move(table), config.turntable.interlock, session, scenes, hub) {
+    scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
+    turntable.on_fault(
+        [this](TurntableFault fault, const hal::Error&) { session.engine().raise(guard_fault_of(fault)); });
+  }
 
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;

@@ -73,7 +73,7 @@ void pass_on(gpr_log_func_args* line) {
 
 struct GrpcServer::State {
   explicit State(const Parts& parts)
-      : rig(parts.session, parts.scenes, parts.hub),
+      : rig(parts.session, parts.scenes, parts.hub, parts.turntable),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),

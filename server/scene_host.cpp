@@ -314,6 +314,9 @@ std::optional<hal::Error> SceneHost::open_hardware() const {
 }
 
 std::optional<Refusal> SceneHost::open_hardware(const ResolvedScene* scene) const {
+  if (scene != nullptr && !scene->spec.turntable_station.empty() && check_station_) {
+    if (auto refusal = check_station_(scene->spec.turntable_station)) return refusal;
+  }
   if (!uses_sensor(scene)) return std::nullopt;
   auto error = session_.engage_sensor();
   if (!error) return std::nullopt;

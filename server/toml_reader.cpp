@@ -125,8 +125,9 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t most)
   if (node == nullptr) return {};
   const std::string path = dotted(path_, key);
   const toml::array* array = node->as_array();
-  const bool fits = array != nullptr && array->size() <= most &&
-                    std::all_of(array->begin(), array->end(), [](const toml::node& one) { return one.is_table(); });
+  const bool fits =
+      array != nullptr && array->size() <= most &&
+      std::all_of(array->begin(), array->end(), [](const toml::node& one) { return one.is_table(); });
   if (!fits) {
     state_->wrong_type(*node, path, fmt::format("up to {} tables, [{{…}}, {{…}}]", most));
     return {};

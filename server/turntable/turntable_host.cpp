@@ -66,6 +66,24 @@ std::vector<std::string> station_names(const hal::TurntableInfo& info) {
 
 }  // namespace
 
+rt::GuardFault guard_fault_of(TurntableFault fault) noexcept {
+  switch (fault) {
+    case TurntableFault::kTimeout:
+    case TurntableFault::kMissed:
+      return rt::GuardFault::kTurntableTimedOut;
+    case TurntableFault::kStall:
+      return rt::GuardFault::kTurntableStalled;
+    case TurntableFault::kAlarm:
+    case TurntableFault::kRefused:
+      return rt::GuardFault::kTurntableAlarm;
+    case TurntableFault::kLost:
+      return rt::GuardFault::kTurntableLost;
+    case TurntableFault::kInterlock:
+      return rt::GuardFault::kTurntableMoving;
+  }
+  return rt::GuardFault::kTurntableLost;
+}
+
 const char* word_of(TurntableFault fault) noexcept {
   switch (fault) {
     case TurntableFault::kTimeout:
@@ -308,7 +326,7 @@ std::optional<Refusal> TurntableHost::require_station(const std::string& name) {
   const auto names = station_names(table_->info());
   if (std::find(names.begin(), names.end(), name) == names.end()) {
     return Refusal{RefusalKind::kFailedPrecondition,
-                   {"the scene needs a station that the turntable does not have", "scene, station", name,
+                   {"the scene needs a station that the turntable does not have", "scene, turntable_station", name,
                     comma_separated(names), did_you_mean(name, names, "add it to [rig.turntable.stations]")}};
   }
   if (auto refusal = ready()) return refusal;

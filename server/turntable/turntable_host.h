@@ -9,6 +9,7 @@
 #include <string>
 
 #include "hal/turntable.h"
+#include "rt/guard/fault.h"
 #include "server/caller.h"
 #include "server/outcome.h"
 #include "server/turntable/interlock.h"
@@ -30,6 +31,7 @@ enum class TurntableFault : std::uint8_t {
   kInterlock,  ///< contact, force or the guard stopped it on the way
 };
 const char* word_of(TurntableFault fault) noexcept;
+rt::GuardFault guard_fault_of(TurntableFault fault) noexcept;
 
 /// Where a motion is to lead.
 struct TurntableDestination {
