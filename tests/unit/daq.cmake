@@ -19,6 +19,7 @@ hapticd_test(test_board_sections
   LINK hapticd_model_file hapticd_daq hapticd_phantom)
 find_package(fmt REQUIRED)
 target_include_directories(test_board_sections PRIVATE ${CMAKE_SOURCE_DIR})
+target_compile_definitions(test_board_sections PRIVATE HAPTICD_SOURCE_FOLDER="${CMAKE_SOURCE_DIR}")
 target_link_libraries(test_board_sections PRIVATE fmt::fmt)
 
 # The comedi board needs a stand-in for the kernel's side, compiled in so that it goes before libcomedi.
