@@ -108,7 +108,7 @@ grpc::Status TurntableService::GetTurntable(grpc::ServerContext*, const v1::GetT
   response->set_connection(report.connection);
   for (const std::string& finding : report.findings) response->add_findings(printable(finding));
   for (const hal::PartFigure& figure : report.figures) {
-    v1::TurntableFigure& told = *response->add_figures();
+    v1::PartFigure& told = *response->add_figures();
     told.set_name(figure.name);
     told.set_value(figure.value);
     told.set_unit(figure.unit);
