@@ -65,6 +65,8 @@ class SceneHost {
   void check_stations_with(StationCheck check) { check_station_ = std::move(check); }
   /// Opens the hardware that the scene in force needs; load() does it by itself.
   std::optional<hal::Error> open_hardware() const;
+  /// Lets go of the force sensor where no scene listens to it: after others than scenes have used it.
+  void release_unused_hardware() const;
 
   struct Loaded {
     std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload

@@ -64,6 +64,23 @@ std::vector<std::string> station_names(const hal::TurntableInfo& info) {
   return names;
 }
 
+/// While the table turns the force sensor is watched, also where no scene has it open.
+class SensorForMotion {
+ public:
+  SensorForMotion(Session& session, SceneHost& scenes, bool dispensable) : scenes_(scenes) {
+    auto error = session.engage_sensor();
+    if (!dispensable) error_ = std::move(error);
+  }
+  ~SensorForMotion() { scenes_.release_unused_hardware(); }
+  SensorForMotion(const SensorForMotion&) = delete;
+  SensorForMotion& operator=(const SensorForMotion&) = delete;
+  const std::optional<hal::Error>& error() const { return error_; }
+
+ private:
+  SceneHost& scenes_;
+  std::optional<hal::Error> error_;
+};
+
 }  // namespace
 
 rt::GuardFault guard_fault_of(TurntableFault fault) noexcept {
@@ -106,7 +123,12 @@ const char* word_of(TurntableFault fault) noexcept {
 
 TurntableHost::TurntableHost(std::unique_ptr<hal::Turntable> table, const InterlockConfig& interlock,
                              Session& session, SceneHost& scenes, TelemetryHub& hub)
-    : session_(session), scenes_(scenes), hub_(hub), interlock_(interlock), table_(std::move(table)) {
+    : session_(session),
+      scenes_(scenes),
+      hub_(hub),
+      config_(interlock),
+      interlock_(interlock),
+      table_(std::move(table)) {
   if (table_) table_->set_permit([this] { return this->interlock(); });
 }
 
@@ -232,10 +254,21 @@ Outcome<hal::TurntableStatus> TurntableHost::move_to(const TurntableDestination&
   return perform([&] { return table_->move_to(*angle, limits); }, caller, progress);
 }
 
+std::optional<Refusal> TurntableHost::needed_where_it_is() const {
+  const auto scene = scenes_.current();
+  if (!scene || scene->spec.turntable_station.empty()) return std::nullopt;
+  return Refusal{RefusalKind::kFailedPrecondition,
+                 {"the loaded scene needs the table where it stands", "scene '" + scene->spec.name + "'",
+                  scene->spec.turntable_station, "", "unload it first: hapticctl scene unload"}};
+}
+
 Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const Caller& caller,
                                                      const Progress& progress) {
   auto reservation = scenes_.reserve(kWho);
   if (!reservation) return reservation.refusal();
+  if (auto refusal = needed_where_it_is()) return *refusal;
+  const SensorForMotion sensor(session_, scenes_, config_.turn_without_sensor);
+  if (sensor.error()) return Refusal{RefusalKind::kUnavailable, *sensor.error()};
   // A tick without a sample, or the very first one, is no reason to refuse.
   const auto patience = Caller::Clock::now() + kGlitch;
   while (this->interlock() && Caller::Clock::now() < patience) std::this_thread::sleep_for(kLook);
@@ -325,9 +358,10 @@ std::optional<Refusal> TurntableHost::require_station(const std::string& name) {
   }
   const auto names = station_names(table_->info());
   if (std::find(names.begin(), names.end(), name) == names.end()) {
-    return Refusal{RefusalKind::kFailedPrecondition,
-                   {"the scene needs a station that the turntable does not have", "scene, turntable_station", name,
-                    comma_separated(names), did_you_mean(name, names, "add it to [rig.turntable.stations]")}};
+    return Refusal{
+        RefusalKind::kFailedPrecondition,
+        {"the scene needs a station that the turntable does not have", "scene, turntable_station", name,
+         comma_separated(names), did_you_mean(name, names, "add it to [rig.turntable.stations]")}};
   }
   if (auto refusal = ready()) return refusal;
   const hal::TurntableStatus now = table_->status();

@@ -84,6 +84,8 @@ class TurntableHost {
   using Begin = std::function<hal::Result<std::uint64_t>()>;
   std::optional<Refusal> unavailable() const;
   std::optional<Refusal> ready();
+  /// Why the table must stay: the scene that is loaded was loaded for its station.
+  std::optional<Refusal> needed_where_it_is() const;
   Outcome<hal::TurntableStatus> perform(const Begin& begin, const Caller& caller, const Progress& progress);
   Outcome<hal::TurntableStatus> conclude(const hal::TurntableStatus& end, const std::optional<Refusal>& left);
   Outcome<double> angle_of(const TurntableDestination& destination) const;
@@ -92,6 +94,7 @@ class TurntableHost {
   Session& session_;
   SceneHost& scenes_;
   TelemetryHub& hub_;
+  const InterlockConfig config_;
   Interlock interlock_;
   FaultCallback on_fault_;
   std::atomic<bool> shutting_down_{false};

@@ -111,6 +111,15 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   const grpc::Status there = service.load_toml(kAtStation);
   EXPECT_TRUE(there.ok()) << there.error_message();
   EXPECT_EQ(table_of(service), v1::PART_STATE_READY);
+
+  request.set_station("sponge");
+  const auto again = call_context();
+  const auto refused = turntable->MoveTo(again.get(), request);
+  for (v1::TurntableStatus progress; refused->Read(&progress);) {
+  }
+  const grpc::Status kept = refused->Finish();
+  EXPECT_EQ(kept.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(kept).what(), "the loaded scene needs the table where it stands");
 }
 
 }  // namespace
