@@ -49,10 +49,10 @@ class Trial {
         recover();
       }
       settle();
+      keep_series();
       if (trial_.spoilt.empty()) press_again();
     }
     look_for_stalls();
-    keep_series();
     return std::move(trial_);
   }
 
@@ -296,11 +296,9 @@ class Trial {
   }
 
   void keep_series() {
-    if (trial_.aware_tick == 0) return;
     const std::size_t aware = place_of(trial_.aware_tick);
-    for (std::size_t i = aware - std::min<std::size_t>(aware, 100); i < std::min(aware + 1200, count());
-         ++i) {
-      trial_.time_ms.push_back(static_cast<double>(i) - static_cast<double>(aware));
+    for (std::size_t i = aware - std::min<std::size_t>(aware, 100); i < count(); ++i) {
+      trial_.ticks.push_back(static_cast<double>(i) - static_cast<double>(aware));
       trial_.force_n.push_back(force_of(at(i)));
     }
   }

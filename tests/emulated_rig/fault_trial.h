@@ -49,7 +49,7 @@ struct FaultTrial {
   double step_again_n = 0.0;     ///< the same when the hand lifts and presses anew
   double force_again_n = 0.0;    ///< then
 
-  std::vector<double> time_ms;  ///< ticks from 100 before to 1200 after the one that knew; a tick is 1 ms
+  std::vector<double> ticks;  ///< from 100 before the one that knew to the last before the hand lifts
   std::vector<double> force_n;
 };
 

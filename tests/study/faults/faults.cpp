@@ -70,10 +70,17 @@ class FaultReport {
         table_({"fault", "peer", "what it does", "action", "ticks to zero", "at the device", "guard",
                 "told as", "all faults told", "refused while it lasts", "N before", "step before N",
                 "recovery step N", "N recovered", "step pressing again N", "attempts", "verdict"}) {
-    plot_.title = "Force of the device around a fault (cleared, where latched, after it was mended)";
-    plot_.x = {"after the first tick that could know", "ms"};
-    plot_.y = {"device force", "N"};
-    plot_.y.minimum = 0.0;
+    for (report::SvgPlot* plot : {&fall_, &recovery_}) {
+      plot->x = {"after the first that could know", "ticks"};
+      plot->y = {"device force", "N"};
+      plot->y.minimum = 0.0;
+    }
+    fall_.title = "Force taken away";
+    fall_.x.minimum = -10.0;
+    fall_.x.maximum = 15.0;
+    recovery_.title = "… and given back: at once where filters stayed whole, after lifting where not";
+    recovery_.x.minimum = -100.0;
+    recovery_.x.maximum = 1300.0;
   }
 
   template <class Rig>
@@ -122,11 +129,16 @@ class FaultReport {
                     std::to_string(attempted.attempts), verdict.empty() ? "as the table says" : verdict});
     report::Report::note(fault.peer + ", " + fault.name + ": " + ticks(trial.ticks_to_zero) + " ticks, " +
                          (verdict.empty() ? "as the table says" : verdict));
-    const bool plotted = fault.name == "unplugged" || fault.name == "silence" || fault.name == "warm_error" ||
-                         fault.name == "stall_70_ms" || fault.name == "stop";
-    if (plotted && !trial.time_ms.empty()) {
-      plot_.series.push_back({std::string(rule.name) + ": " + fault.action, trial.time_ms, trial.force_n});
+    const char* label = label_of(fault.name);
+    if (label == nullptr) return;
+    report::PlotSeries series{label, {}, {}, report::PlotSeries::Style::kLinePoints};
+    for (std::size_t i = 0; i < trial.ticks.size(); ++i) {
+      if (trial.ticks[i] < -10.0 || trial.ticks[i] > 15.0) continue;
+      series.x.push_back(trial.ticks[i]);
+      series.y.push_back(trial.force_n[i]);
     }
+    fall_.series.push_back(series);
+    recovery_.series.push_back({label, trial.ticks, trial.force_n});
   }
 
   void write() {
@@ -149,13 +161,25 @@ class FaultReport {
         "samples that are older than 1 ms because this machine paused are passed on as 1 ms old (guard limit "
         "2 "
         "ms); a pause of more than 20 ms, or another fault than the one made, spoils an attempt.");
-    context_.report.add_plot("faults", plot_);
+    context_.report.add_plot("faults_fall", fall_);
+    context_.report.add_plot("faults_recovery", recovery_);
   }
 
  private:
+  /// Of those that are plotted.
+  static const char* label_of(const std::string& name) {
+    if (name == "silence") return "sensor silent";
+    if (name == "unplugged") return "device unplugged";
+    if (name == "exceeded_velocity") return "device too fast";
+    if (name == "warm_error") return "motors warm";
+    if (name == "stall_70_ms") return "loop gap 70 ms";
+    return nullptr;
+  }
+
   StudyContext& context_;
   report::MarkdownTable table_;
-  report::SvgPlot plot_;
+  report::SvgPlot fall_;
+  report::SvgPlot recovery_;
 };
 
 /// Whether a quick run has it.
