@@ -76,14 +76,12 @@ hd::CallbackCode Servo::turn() noexcept {
     return hd::kCallbackDone;
   }
   mark_time();
-  const bool slow = turns_++ % slow_every_ == 0;
-  if (slow) calibrate();
+  calibrate();
   begin();
+  drain();
+  feel_motors();
+  check_output();
   measure();
-  if (slow) {
-    feel_motors();
-    check_output();
-  }
   command_n_ = {};                 // a body that writes nothing asks for nothing
   if (!move(kInFrame, kInBody)) {  // given up while the library kept us
     render({});
@@ -147,6 +145,7 @@ void Servo::drain() noexcept {
 }
 
 void Servo::calibrate() noexcept {
+  ++turns_;
   if (api_.check_calibration == nullptr) return;
   if (api_.make_current_device != nullptr) api_.make_current_device(device_);
   const hd::Enum state = api_.check_calibration();
@@ -158,7 +157,7 @@ void Servo::calibrate() noexcept {
   } else if (state == hd::kCalibrationNeedsManualInput) {
     told_->calibrated.store(false, std::memory_order_relaxed);
   } else if (state == hd::kCalibrationNeedsUpdate && !ready && setup_.calibration_style != 0 &&
-             api_.update_calibration != nullptr) {
+             api_.update_calibration != nullptr && turns_ % slow_every_ == 0) {
     // Never while it may render: the position jumps.
     api_.update_calibration(static_cast<hd::Enum>(setup_.calibration_style));
   }

@@ -106,7 +106,7 @@ class Servo {
   const hd::Handle device_;
   const std::shared_ptr<ErrorSeat> seat_;
   const ServoSetup setup_;
-  const std::uint64_t slow_every_;  ///< turns between two looks at what changes slowly
+  const std::uint64_t slow_every_;  ///< turns between two updates of a calibration that needs some
 
   // Shared between the callback and the thread that runs the clock.
   std::atomic<int> state_{kOver};

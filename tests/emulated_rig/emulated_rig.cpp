@@ -108,6 +108,12 @@ EmulatedRig::EmulatedRig(const EmulatedRigConfig& config) {
   scene_ = value_of(rt::resolve(config.scene, composed_->info()));
   pipeline_ = value_of(rt::compose(scene_, composed_->info(), config.model));
   tapped_ = std::make_unique<TappedRig>(*composed_, [this] { return magnitude(page_->force_n()); });
+  tapped_->change_samples([this](hal::RigSample& sample) {
+    constexpr std::int64_t kYoungNs = 1'000'000;
+    if (!forgives_.load() || sample.force_age_ns <= kYoungNs) return;
+    sample.force_age_ns = kYoungNs;
+    forgiven_.fetch_add(1);
+  });
   engine_ = std::make_unique<rt::Engine>(*tapped_, 65536);
   engine_->preload(pipeline_.get(), scene_.guard);
   rt::LoopConfig loop;

@@ -52,6 +52,10 @@ class EmulatedRig final : public Run {
   const rt::SceneSpec& scene() const { return scene_; }
   rt::LoopStatistics statistics() const { return loop_->statistics(); }
 
+  /// While it does, samples that are old because this machine paused do not look old; by default it does not.
+  void forgive_stalls(bool forgives) { forgives_.store(forgives); }
+  std::uint64_t forgiven() const { return forgiven_.load(); }  ///< ticks
+
   /// Done once, on the bench's thread, just before the next record of the box is made.
   void before_record(std::function<void()> deed);
   /// CLOCK_MONOTONIC when that record had been sent, or would have been; none yet.
@@ -75,6 +79,8 @@ class EmulatedRig final : public Run {
   std::unique_ptr<rt::Engine> engine_;
   std::unique_ptr<rt::PeriodicLoop> loop_;
 
+  std::atomic<bool> forgives_{false};
+  std::atomic<std::uint64_t> forgiven_{0};
   std::mutex deed_mutex_;
   std::function<void()> deed_;
   std::atomic<bool> deed_waits_{false};

@@ -95,9 +95,10 @@ PressOutcome press_once(const PressTask& task, Disturbance& disturbance) {
 }  // namespace
 
 void PressJudge::take(double time_s, const hal::TruthSample& truth) {
+  const bool was_over = over();
   time_s_ = time_s;
   if (!touched() && truth.in_contact) touched_s_ = time_s;
-  if (!touched() || truth.displacement_mm <= 0.0 || since_s() > to_s_) return;
+  if (!touched() || truth.displacement_mm <= 0.0 || was_over) return;
   const double force_n = -truth.hand_force_n.z;
   points_.push_back({since_s(), truth.displacement_mm, force_n});
   if (!judging()) return;

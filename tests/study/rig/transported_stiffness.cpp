@@ -60,10 +60,27 @@ report::PlotSeries curve(const std::string& label, const PressOutcome& outcome, 
   return series;
 }
 
+/// Errors of the direct rig with other noise: how far two runs of the same press lie apart anyway.
+std::string spread(const Compared& compared) {
+  constexpr std::uint64_t kSeeds = 6;
+  double low = 1e9;
+  double high = -1e9;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    PressTask task = compared.task;
+    task.rig.seed = seed;
+    const PressOutcome outcome = press_direct(task);
+    if (!outcome.failed.empty()) continue;
+    const double error = 100.0 * (outcome.rendered_n_per_mm / compared.target - 1.0);
+    low = std::min(low, error);
+    high = std::max(high, error);
+  }
+  return low > high ? std::string(report::kNoNumber) : fixed(low, 2) + " … " + fixed(high, 2);
+}
+
 report::MarkdownTable new_table() {
-  return report::MarkdownTable({"object", "target N/mm", "press N", "direct %", "board %", "emulated %",
-                                "board − direct", "emulated − direct", "attempts", "longest gap ms",
-                                "ticks missed", "remark"});
+  return report::MarkdownTable({"object", "target N/mm", "press N", "direct %", "direct, 6 seeds %",
+                                "board %", "emulated %", "board − direct", "emulated − direct", "attempts",
+                                "longest gap ms", "ticks missed", "remark"});
 }
 
 void compare(StudyContext& context, const Compared& compared, report::MarkdownTable& table,
@@ -86,7 +103,7 @@ void compare(StudyContext& context, const Compared& compared, report::MarkdownTa
   }
   const Disturbance& machine = live.disturbance;
   table.add_row({compared.object, fixed(compared.target, 1), fixed(compared.task.hand.force_n, 2),
-                 percent(direct, compared.target), percent(board, compared.target),
+                 percent(direct, compared.target), spread(compared), percent(board, compared.target),
                  percent(live.outcome, compared.target), difference(board, direct, compared.target),
                  difference(live.outcome, direct, compared.target), std::to_string(live.attempts),
                  fixed(std::max(machine.longest_tick_gap_ms, machine.longest_world_gap_ms), 1),
@@ -123,7 +140,8 @@ PressTask feasible_tap(const std::string& object, double target) {
 
 constexpr const char* kHowLive =
     "True force of the hand over true displacement of the tip, mean of one second of the hold; errors "
-    "relative to the target, differences in percent of it. Direct: simulated rig in virtual time. Board: the "
+    "relative to the target, differences in percent of it. Direct: simulated rig in virtual "
+    "time, and the span of it over six seeds of its noise. Board: the "
     "same physics through analog inputs, encoder counters and motor outputs of a scripted board with the "
     "drivers daq and phantom, in virtual time. Emulated: live, the physics at 7 kHz, force through a Net F/T "
     "box over UDP and HTTP, the device through a stand-in for the vendor's library, whose scheduler is the "

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-const Terminal kUnicode{.unicode = true};
-const Terminal kAscii{};
+const Terminal kUnicodeTerminal{.unicode = true};
+const Terminal kAsciiTerminal{};
 
 std::string text(double value, double error) {
   return uncertain_text(value, error, true);
@@ -59,22 +59,22 @@ TEST(UncertainNumber, AnErrorOfArithmeticDoesNotMakeEndlessDigits) {
 }
 
 TEST(ProgressBar, HasItsWidthWhateverTheFraction) {
-  for (const Terminal& terminal : {kUnicode, kAscii}) {
+  for (const Terminal& terminal : {kUnicodeTerminal, kAsciiTerminal}) {
     for (const int width : {3, 10, 41}) {
       for (const double fraction : {-1.0, 0.0, 0.3, 0.999, 1.0, 7.0, kInfinity, kNone}) {
         EXPECT_EQ(display_width(progress_bar(fraction, width, terminal)), static_cast<std::size_t>(width));
       }
     }
   }
-  EXPECT_EQ(progress_bar(0.5, 0, kAscii), "");
+  EXPECT_EQ(progress_bar(0.5, 0, kAsciiTerminal), "");
 }
 
 TEST(ProgressBar, IsFullOnlyAtTheEnd) {
-  EXPECT_EQ(progress_bar(0.5, 12, kAscii), "[#####.....]");
-  EXPECT_EQ(progress_bar(0.9999, 12, kAscii), "[#########.]");
-  EXPECT_EQ(progress_bar(1.0, 12, kAscii), "[##########]");
-  EXPECT_EQ(progress_bar(0.55, 12, kUnicode), "[█████▌····]");
-  EXPECT_EQ(progress_bar(kNone, 7, kAscii), "[.....]");
+  EXPECT_EQ(progress_bar(0.5, 12, kAsciiTerminal), "[#####.....]");
+  EXPECT_EQ(progress_bar(0.9999, 12, kAsciiTerminal), "[#########.]");
+  EXPECT_EQ(progress_bar(1.0, 12, kAsciiTerminal), "[##########]");
+  EXPECT_EQ(progress_bar(0.55, 12, kUnicodeTerminal), "[█████▌····]");
+  EXPECT_EQ(progress_bar(kNone, 7, kAsciiTerminal), "[.....]");
   EXPECT_EQ(percent_done(0.9999), " 99 %");
   EXPECT_EQ(percent_done(1.0), "100 %");
   EXPECT_EQ(percent_done(kNone), "  0 %");

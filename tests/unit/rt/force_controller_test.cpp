@@ -74,6 +74,15 @@ TEST(ForceController, PublishedGainsPerSecondWouldDiverge) {
   }
 }
 
+TEST(DefaultGains, AreTheDevicesWhoeverDrivesIt) {
+  EXPECT_EQ(default_gains("phantom_premium_1_5_high_force").proportional_gain,
+            default_gains("phantom_1_5_high_force").proportional_gain);
+  EXPECT_EQ(default_gains("phantom_premium_1_0").proportional_gain,
+            default_gains("phantom_1_0").proportional_gain);
+  EXPECT_NE(default_gains("phantom_premium_1_5_high_force").proportional_gain,
+            default_gains("phantom_premium_1_5").proportional_gain);
+}
+
 TEST(ForceController, ABoundedCommandDoesNotWindUp) {
   ForceController controller(default_gains("phantom_1_0"), 1000.0);
   for (int i = 0; i < 100000; ++i) controller.applied(std::min(8.5, controller.update(50.0)));
