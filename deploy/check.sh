@@ -2,12 +2,13 @@
 # Installs what is missing, builds everything and runs the tests; the last lines are ctest's summary.
 # Needs Debian 12, and root or sudo where packages are missing.
 #
-#   bash deploy/check.sh
+#   bash deploy/check.sh [PRESET]     release, or one of the sanitizers' (asan, asan-network, tsan)
 #
 # HAPTICD_RECORDINGS may name a folder with real recordings; the tests that need them skip without it, and say so.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+preset=${1:-release}
 bash deploy/install_packages.sh
-bash deploy/build.sh release
-exec ctest --preset release -j2
+bash deploy/build.sh "$preset"
+exec ctest --preset "$preset" -j2

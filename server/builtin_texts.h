@@ -15,5 +15,7 @@ struct BuiltinText {
 std::span<const BuiltinText> builtin_scenes();
 /// All files of server/models, by name.
 std::span<const BuiltinText> builtin_models();
+/// All files of hal/modbus/maps, by name.
+std::span<const BuiltinText> builtin_turntable_maps();
 
 }  // namespace hapticd::server

@@ -9,6 +9,7 @@
 #include "server/rig_file/netft_section.h"
 #include "server/rig_file/openhaptics_section.h"
 #include "server/rig_file/phantom_section.h"
+#include "server/rig_file/turntable_section.h"
 #include "server/suggestion.h"
 #include "server/text_library.h"
 #include "server/toml_reader.h"
@@ -217,6 +218,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   read_netft(rig.table("netft"), config.netft);
   read_daq(rig.table("daq"), config.daq);
   read_board(rig.table("board"), config.board);
+  read_turntable(rig.table("turntable"), config.turntable);
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);
@@ -333,6 +335,7 @@ std::string write_config(const DaemonConfig& config) {
   text += "\n[rig.netft]\n" + write_netft(config.netft);
   text += "\n[rig.daq]\n" + write_daq(config.daq);
   text += "\n[rig.board]\n" + write_board(config.board);
+  text += write_turntable(config.turntable);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
                       toml_quoted(config.scene_folder));
   text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),

@@ -15,6 +15,7 @@
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/periodic_loop.h"
 #include "server/listen_address.h"
+#include "server/turntable/turntable_config.h"
 
 namespace hapticd::server {
 
@@ -42,6 +43,8 @@ struct DaemonConfig {
   netft::NetFtConfig netft;                    ///< [rig.netft]
   daq::DaqSensorConfig daq;                    ///< [rig.daq]; on the board
   daq::BoardConfig board;                      ///< [rig.board]; sensor and device may share it
+
+  TurntableConfig turntable;  ///< [rig.turntable]
 
   std::string scene;         ///< [scene] load; empty = none
   std::string scene_folder;  ///< [scene] folder; empty = built-in scenes only

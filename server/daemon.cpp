@@ -15,6 +15,8 @@
 #include "server/session.h"
 #include "server/target_control.h"
 #include "server/telemetry_hub.h"
+#include "server/turntable/turntable_factory.h"
+#include "server/turntable/turntable_host.h"
 #include "server/version.h"
 
 namespace hapticd::server {
@@ -25,14 +27,20 @@ constexpr std::chrono::milliseconds kShutdownPatience{1000};
 
 // In the order in which they are put up; taken down in reverse.
 struct Daemon::Parts {
-  Parts(std::unique_ptr<hal::Rig> rig, std::shared_ptr<ModelStore> models, const DaemonConfig& config)
+  Parts(std::unique_ptr<hal::Rig> rig, std::unique_ptr<hal::Turntable> table,
+        std::shared_ptr<ModelStore> models, const DaemonConfig& config)
       : store(std::move(models)),
         session(std::move(rig), config.loop),
         hub(session.engine()),
         scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder, store)),
         targets(session, scenes),
         latch(session, hub),
-        identifications(session, scenes, hub, *store) {}
+        identifications(session, scenes, hub, *store),
+        turntable(std::move(table), config.turntable.interlock, session, scenes, hub) {
+    scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
+    turntable.on_fault(
+        [this](TurntableFault fault, const hal::Error&) { session.engine().raise(guard_fault_of(fault)); });
+  }
 
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;
@@ -42,6 +50,7 @@ struct Daemon::Parts {
   TargetControl targets;
   SafetyLatch latch;
   IdentificationRunner identifications;
+  TurntableHost turntable;
   std::unique_ptr<GrpcServer> network;
 };
 
@@ -77,7 +86,9 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailur
     if (const auto error = (*rig)->engage(hal::RigPartKind::kDevice))
       return fail(ExitCode::kCannotOpenRig, *error);
   }
-  auto parts = std::make_unique<Parts>(std::move(*rig), std::move(*store), config);
+  auto turntable = make_turntable(config.turntable);
+  if (!turntable) return fail(ExitCode::kBadConfiguration, turntable.error());
+  auto parts = std::make_unique<Parts>(std::move(*rig), std::move(*turntable), std::move(*store), config);
   if (!config.scene.empty()) {
     if (const auto error = parts->scenes.preload(config.scene))
       return fail(ExitCode::kBadConfiguration, *error);
@@ -117,9 +128,9 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   parts->lock = std::move(lock);
   // The network comes up before the loop's thread raises itself: threads inherit how their creator is
   // scheduled.
-  auto network = GrpcServer::start(
-      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->identifications},
-      config.listen, config.unix_socket);
+  auto network = GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
+                                    parts->identifications, parts->turntable},
+                                   config.listen, config.unix_socket);
   if (!network) {
     failure = {ExitCode::kCannotListen, network.error()};
     return nullptr;
@@ -154,6 +165,7 @@ std::uint16_t Daemon::port() const {
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   parts_->session.stop();  // before anything that may take its time: force to zero
+  parts_->turntable.shutdown();
   parts_->network->set_serving(false);
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownPatience);

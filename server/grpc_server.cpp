@@ -24,6 +24,7 @@
 #include "server/services/scene_service.h"
 #include "server/services/simulation_service.h"
 #include "server/services/telemetry_service.h"
+#include "server/services/turntable_service.h"
 
 namespace hapticd::server {
 
@@ -72,13 +73,14 @@ void pass_on(gpr_log_func_args* line) {
 
 struct GrpcServer::State {
   explicit State(const Parts& parts)
-      : rig(parts.session, parts.scenes, parts.hub),
+      : rig(parts.session, parts.scenes, parts.hub, parts.turntable),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),
         telemetry(parts.hub),
         simulation(parts.session, parts.scenes),
         identification(parts.identifications),
+        turntable(parts.turntable),
         safety(parts.latch) {}
 
   RigService rig;
@@ -88,6 +90,7 @@ struct GrpcServer::State {
   TelemetryService telemetry;
   SimulationService simulation;
   IdentificationService identification;
+  TurntableService turntable;
   SafetyService safety;
   int port = 0;
   std::unique_ptr<grpc::Server> server;  // last: ends before the services it calls
@@ -125,7 +128,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
     builder.AddListeningPort("unix:" + unix_socket, grpc::InsecureServerCredentials());
   for (grpc::Service* service : std::initializer_list<grpc::Service*>{
            &state->rig, &state->scene, &state->model, &state->rendering, &state->telemetry,
-           &state->simulation, &state->safety, &state->identification}) {
+           &state->simulation, &state->safety, &state->identification, &state->turntable}) {
     builder.RegisterService(service);
   }
   gpr_set_log_function(discard);  // a port that is taken is told once, and by us

@@ -17,6 +17,7 @@ class SceneHost;
 class Session;
 class TargetControl;
 class TelemetryHub;
+class TurntableHost;
 
 /// The network's end of the daemon: all services, health checking and reflection on loopback TCP and a unix
 /// socket.
@@ -29,6 +30,7 @@ class GrpcServer {
     SafetyLatch& latch;
     TelemetryHub& hub;
     IdentificationRunner& identifications;
+    TurntableHost& turntable;
   };
 
   /// An error when somebody listens there already: to be asked before anything else is taken hold of.

@@ -39,6 +39,7 @@ constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
 constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
 constexpr Range kExponent{1.0, 3.0, ""};
 constexpr std::size_t kLongestModelName = 129;  // NAME@TAG
+constexpr std::size_t kLongestStationName = 64;
 
 constexpr Word<rt::SceneKind> kKinds[] = {
     {"tap_1d", rt::SceneKind::kTap1d}, {"wall", rt::SceneKind::kWall}, {"explore", rt::SceneKind::kExplore}};
@@ -223,6 +224,7 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   root.read("kind", spec.kind, kKinds);
   root.read("description", spec.description);
   root.read("object_model", spec.object_model, kLongestModelName);
+  root.read("turntable_station", spec.turntable_station, kLongestStationName);
   if (explores(spec)) {
     refuse_foreign(root, "press_axis", "press_axis", spec, "\"tap_1d\" or \"wall\"");
   } else {
@@ -304,9 +306,10 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
 std::string write_scene(const rt::SceneSpec& spec) {
   const auto number = [](double value) { return toml_number(value); };
   const bool explore = explores(spec);
-  std::string text = fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\n",
-                                 toml_quoted(spec.name), quoted_word(spec.kind, kKinds),
-                                 toml_quoted(spec.description), toml_quoted(spec.object_model));
+  std::string text =
+      fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\nturntable_station = {}\n",
+                  toml_quoted(spec.name), quoted_word(spec.kind, kKinds), toml_quoted(spec.description),
+                  toml_quoted(spec.object_model), toml_quoted(spec.turntable_station));
   if (!explore) text += fmt::format("press_axis = {}\n", vector_text(spec.press_axis));
   text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", quoted_word(spec.tip, kTips),
                       number(spec.tool_mass_g));

@@ -253,7 +253,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
   // Hardware may take seconds to answer: it is opened before anybody has to wait for it.
   if (auto refusal = open_hardware(scene.get())) return *refusal;
   auto loaded = exchange_open(std::move(next), guard, std::move(scene), caller, right);
-  if (!loaded && !uses_sensor(current().get())) session_.disengage_sensor();
+  if (!loaded) release_unused_hardware();
   return loaded;
 }
 
@@ -302,10 +302,14 @@ Outcome<SceneHost::Loaded> SceneHost::exchange_open(std::unique_ptr<rt::Pipeline
       const std::lock_guard lock(current_mutex_);
       current_ = scene;
     }
-    if (!uses_sensor(scene.get())) session_.disengage_sensor();
+    release_unused_hardware();
     log_info(scene ? "scene '" + scene->spec.name + "' loaded" : std::string("scene unloaded"));
     return Loaded{std::move(scene), outcome->tick};
   }
+}
+
+void SceneHost::release_unused_hardware() const {
+  if (!uses_sensor(current().get())) session_.disengage_sensor();
 }
 
 std::optional<hal::Error> SceneHost::open_hardware() const {
@@ -314,6 +318,9 @@ std::optional<hal::Error> SceneHost::open_hardware() const {
 }
 
 std::optional<Refusal> SceneHost::open_hardware(const ResolvedScene* scene) const {
+  if (scene != nullptr && !scene->spec.turntable_station.empty() && check_station_) {
+    if (auto refusal = check_station_(scene->spec.turntable_station)) return refusal;
+  }
   if (!uses_sensor(scene)) return std::nullopt;
   auto error = session_.engage_sensor();
   if (!error) return std::nullopt;

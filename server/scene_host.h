@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -59,8 +60,13 @@ class SceneHost {
 
   /// Loaded before the loop runs, so that not a tick of a recording is missed.
   std::optional<hal::Error> preload(const std::string& name);
+  /// Asked before a scene is loaded that names a station of the turntable. Set before anybody loads.
+  using StationCheck = std::function<std::optional<Refusal>(const std::string& station)>;
+  void check_stations_with(StationCheck check) { check_station_ = std::move(check); }
   /// Opens the hardware that the scene in force needs; load() does it by itself.
   std::optional<hal::Error> open_hardware() const;
+  /// Lets go of the force sensor where no scene listens to it: after others than scenes have used it.
+  void release_unused_hardware() const;
 
   struct Loaded {
     std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload
@@ -137,6 +143,7 @@ class SceneHost {
                                 Right right);
 
   Session& session_;
+  StationCheck check_station_;
   SceneLibrary library_;
   ModelLibrary models_;
 

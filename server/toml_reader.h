@@ -29,7 +29,12 @@ class TomlTable {
  public:
   /// The table under `key`; an empty one when there is none.
   TomlTable table(std::string_view key);
+  /// The tables of an array [[key]], or key = [{…}, {…}], at most `most`; empty when there is none.
+  std::vector<TomlTable> tables(std::string_view key, std::size_t most);
   bool has(std::string_view key) const;
+  /// All keys that are there, sorted; for tables whose keys are names of the user's own. Each still has to be
+  /// read.
+  std::vector<std::string> keys() const;
   /// The same for a key that is optional as a whole: it counts as known even if nothing of it is read.
   bool wants(std::string_view key);
   std::int64_t line_of(std::string_view key) const;

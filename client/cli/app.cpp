@@ -35,6 +35,7 @@ void build_app(CLI::App& app, Session& session) {
   add_telemetry_watch_command(*telemetry, session);
   add_telemetry_record_command(*telemetry, session);
   add_sim_command(app, session);
+  add_turntable_command(app, session);
   add_safety_commands(app, session);
   add_rig_commands(app, session);
   add_plot_command(app, session);

@@ -20,6 +20,7 @@ void add_telemetry_watch_command(CLI::App& telemetry, Session& session);
 void add_telemetry_record_command(CLI::App& telemetry, Session& session);
 void add_sim_command(CLI::App& app, Session& session);
 void add_rig_commands(CLI::App& app, Session& session);
+void add_turntable_command(CLI::App& app, Session& session);
 void add_safety_commands(CLI::App& app, Session& session);
 void add_plot_command(CLI::App& app, Session& session);
 void add_demo_command(CLI::App& app, Session& session);

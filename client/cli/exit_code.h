@@ -9,13 +9,14 @@ enum class ExitCode : int {
   kUsage = 2,         ///< the command line, or something on this machine: a file, a missing program
   kUnreachable = 3,   ///< no daemon there, or no answer in time
   kGaps = 4,          ///< the stream came, but not whole
-  kNotConverged = 5,  ///< an identification is over and has not converged: time, coverage, or cancelled
+  kNotConverged = 5,  ///< an identification is over and has not converged: time, coverage, or cancelled;
+                      ///< or a motion of the turntable was stopped by the user
 };
 
 inline constexpr const char* kExitCodeHelp =
     "Exit codes: 0 done; 1 refused by the daemon; 2 wrong usage, or a file or program of this machine is "
     "missing;\n"
     "            3 no daemon reached, or no answer in time; 4 the telemetry stream had gaps;\n"
-    "            5 an identification ended without having converged.";
+    "            5 an identification ended without having converged, or Ctrl-C stopped the turntable.";
 
 }  // namespace hapticd::cli

@@ -8,6 +8,7 @@
 #include "client/cpp/identification_stream_state.h"
 #include "client/cpp/recording_upload_state.h"
 #include "client/cpp/telemetry_stream_state.h"
+#include "client/cpp/turntable_stream_state.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
@@ -15,6 +16,7 @@
 #include "hapticd/v1/safety.grpc.pb.h"
 #include "hapticd/v1/scene.grpc.pb.h"
 #include "hapticd/v1/simulation.grpc.pb.h"
+#include "hapticd/v1/turntable.grpc.pb.h"
 
 namespace hapticd::client {
 namespace {
@@ -22,6 +24,7 @@ namespace {
 constexpr std::chrono::seconds kLastFit{30};
 /// What hardware may take to answer, beyond the timeout.
 constexpr std::chrono::seconds kHardwareAnswers{10};
+constexpr std::chrono::seconds kSlowDrive{30};
 
 std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
   grpc::ChannelArguments arguments;
@@ -71,7 +74,8 @@ struct Client::State {
         rendering(v1::RenderingService::NewStub(channel)),
         safety(v1::SafetyService::NewStub(channel)),
         simulation(v1::SimulationService::NewStub(channel)),
-        identification(v1::IdentificationService::NewStub(channel)) {}
+        identification(v1::IdentificationService::NewStub(channel)),
+        turntable(v1::TurntableService::NewStub(channel)) {}
 
   /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
   template <class Stub, class Request, class Response>
@@ -98,6 +102,7 @@ struct Client::State {
   std::unique_ptr<v1::SafetyService::Stub> safety;
   std::unique_ptr<v1::SimulationService::Stub> simulation;
   std::unique_ptr<v1::IdentificationService::Stub> identification;
+  std::unique_ptr<v1::TurntableService::Stub> turntable;
 };
 
 Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -285,6 +290,41 @@ IdentificationStream Client::watch_identification(const std::string& identificat
 RecordingUpload Client::upload_recording(const v1::RecordingDescription& description) {
   return RecordingUpload(
       std::make_unique<RecordingUpload::State>(state_->channel, description, state_->options.address));
+}
+
+v1::Turntable Client::turntable() {
+  return state_->call(*state_->turntable, &v1::TurntableService::Stub::GetTurntable,
+                      v1::GetTurntableRequest());
+}
+
+TurntableStream Client::home_turntable() {
+  return TurntableStream(
+      std::make_unique<TurntableStream::State>(state_->channel, v1::HomeRequest(), state_->options.address));
+}
+
+TurntableStream Client::move_turntable(const v1::MoveToRequest& request) {
+  return TurntableStream(
+      std::make_unique<TurntableStream::State>(state_->channel, request, state_->options.address));
+}
+
+v1::TurntableStatus Client::stop_turntable() {
+  return state_->call(*state_->turntable, &v1::TurntableService::Stub::StopTurntable,
+                      v1::StopTurntableRequest());
+}
+
+v1::TurntableStatus Client::clear_turntable() {
+  return state_->call(*state_->turntable, &v1::TurntableService::Stub::ClearAlarm, v1::ClearAlarmRequest(),
+                      kSlowDrive);
+}
+
+v1::TurntableStatus Client::engage_turntable() {
+  return state_->call(*state_->turntable, &v1::TurntableService::Stub::Engage, v1::EngageRequest(),
+                      kSlowDrive);
+}
+
+v1::TurntableStatus Client::disengage_turntable() {
+  return state_->call(*state_->turntable, &v1::TurntableService::Stub::Disengage, v1::DisengageRequest(),
+                      kSlowDrive);
 }
 
 TelemetryStream Client::subscribe(const v1::SubscribeRequest& request) {

@@ -9,6 +9,7 @@
 #include "client/cpp/identification_stream.h"
 #include "client/cpp/recording_upload.h"
 #include "client/cpp/telemetry_stream.h"
+#include "client/cpp/turntable_stream.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
 #include "hapticd/v1/rendering.pb.h"
@@ -17,6 +18,7 @@
 #include "hapticd/v1/scene.pb.h"
 #include "hapticd/v1/simulation.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
+#include "hapticd/v1/turntable.pb.h"
 
 namespace hapticd::client {
 
@@ -98,6 +100,16 @@ class Client {
   IdentificationStream watch_identification(const std::string& identification);
   /// Refusals are told while it is sent.
   RecordingUpload upload_recording(const v1::RecordingDescription& description);
+
+  v1::Turntable turntable();
+  /// Refusals are told by the stream's first next().
+  TurntableStream home_turntable();
+  TurntableStream move_turntable(const v1::MoveToRequest& request);
+  v1::TurntableStatus stop_turntable();
+  v1::TurntableStatus clear_turntable();
+  /// Waits until the drive has told its position, up to half a minute beyond the timeout.
+  v1::TurntableStatus engage_turntable();
+  v1::TurntableStatus disengage_turntable();
 
   /// Refusals are told by the stream's first next().
   TelemetryStream subscribe(const v1::SubscribeRequest& request);

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -159,7 +158,7 @@ hal::Result<ComediAcquisition::Stream> ComediAcquisition::open_stream() const {
 void ComediAcquisition::adopt(const Stream& stream) noexcept {
   low_v_.store(stream.channels.front().low_v, std::memory_order_relaxed);
   high_v_.store(stream.channels.front().high_v, std::memory_order_relaxed);
-  bits_.store(static_cast<int>(std::bit_width(stream.channels.front().most)), std::memory_order_relaxed);
+  bits_.store(bits_of(stream.channels.front().most), std::memory_order_relaxed);
   filled_ = 0;
   silent_since_ns_ = steady_ns();
   running_.store(true, std::memory_order_release);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <mutex>
 
 #include "hal/daq/board_factory.h"
@@ -136,7 +135,7 @@ class ComediBoard final : public Board {
       const lsampl_t most = comedi_get_subdevice_type(device, where) == COMEDI_SUBD_COUNTER
                                 ? comedi_get_maxdata(device, where, which)
                                 : 0;
-      const int width = static_cast<int>(std::bit_width(most));
+      const int width = bits_of(most);
       if (most == 0 || (bits != 0 && width != bits)) {
         return hal::Error{most == 0 ? "the board has no such counter" : "the counters differ in width",
                           comedi.device, fmt::format("subdevice {}, channel {}", where, which),
@@ -155,7 +154,7 @@ class ComediBoard final : public Board {
       info_.counter_bits = bits == 0 ? 32 : bits;
       info_.output_low_v = outputs_.front().low_v;
       info_.output_high_v = outputs_.front().high_v;
-      info_.output_bits = static_cast<int>(std::bit_width(outputs_.front().most));
+      info_.output_bits = bits_of(outputs_.front().most);
     }
     motion_ = std::move(*opened);
     return std::nullopt;

@@ -48,6 +48,13 @@ struct AnalogWish {
 /// Finds subdevice, range and converter (hard or soft calibration, whichever the board has).
 hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& config, const AnalogWish& wish);
 
+/// How many bits a largest count has.
+constexpr int bits_of(lsampl_t most) noexcept {
+  int bits = 0;
+  for (; most != 0; most >>= 1U) ++bits;
+  return bits;
+}
+
 /// Volts to the nearest count of the channel, held within what it has: comedi's own conversion does not, and
 /// a calibrated channel's end lies a little outside.
 lsampl_t to_count(const AnalogChannel& channel, double volts) noexcept;

@@ -86,9 +86,9 @@ inline constexpr auto kFaultTable = [] {
               "check the link, then home the table"},
     FaultRule{kTurntableStalled, "turntable_stalled", "told to move, the table does not", kWarn, kItself, false, false, 0,
               "free the table, then hapticctl turntable clear"},
-    FaultRule{kTurntableTimedOut, "turntable_timed_out", "a motion of the table did not end in time", kWarn, kItself, false, false, 0,
+    FaultRule{kTurntableTimedOut, "turntable_timed_out", "a motion of the table did not end in time, or not where it should", kWarn, kItself, false, false, 0,
               "check load and speed limit, then hapticctl turntable clear"},
-    FaultRule{kTurntableAlarm, "turntable_alarm", "the table's drive reports an alarm", kWarn, kItself, false, false, 0,
+    FaultRule{kTurntableAlarm, "turntable_alarm", "the table's drive reports an alarm or refuses an order", kWarn, kItself, false, false, 0,
               "hapticctl turntable status names it; mend it, then hapticctl turntable clear"},
   };
 }();

@@ -199,6 +199,7 @@ SceneOutline outline(const SceneSpec& spec) {
     result.hardware.emplace_back("force sensor");
     result.channels |= channel::kMotion;
   }
+  if (!spec.turntable_station.empty()) result.hardware.emplace_back("turntable");
   if (spec.kind != SceneKind::kExplore) {
     result.stages.emplace_back(spec.structural_compensation
                                    ? "target force (3.3), structural compensation solved implicitly"

@@ -76,6 +76,8 @@ struct SceneSpec {
   Tip tip = Tip::kRod;
   /// Identified model of the object; "none" where the measured force is enough.
   std::string object_model = "none";
+  /// Where the turntable must stand for the scene to be loaded; empty where none is needed.
+  std::string turntable_station{};
 
   hal::Vector3 press_axis{0.0, 0.0, -1.0};  ///< rig frame, into the object; normalised by compose()
   double tool_mass_g = 9.35;  ///< beyond the sensor (D§3.2.1); kExplore: 0 = what the rig knows of it

@@ -9,6 +9,7 @@
 
 #include "server/diagnosis/machine_findings.h"
 #include "server/session.h"
+#include "server/turntable/turntable_host.h"
 
 namespace hapticd::server {
 
@@ -58,6 +59,21 @@ Findings examine_loop(Session& session) {
   return findings;
 }
 
+Findings examine_turntable(TurntableHost& turntable, bool probe) {
+  const bool opens = probe && turntable.table()->status().state == hal::TurntableState::kIdle;
+  if (!opens) return examine_part(turntable.table()->report());
+  const auto engaged = turntable.engage();
+  if (!engaged) {
+    const hal::Error& error = engaged.refusal().error;
+    return {{kProblem, "turntable", error.text(), error.remedy}};
+  }
+  Findings findings = examine_part(turntable.table()->report());
+  if (const auto released = turntable.disengage(); !released) {
+    findings.push_back({kWarning, "turntable", released.refusal().error.text(), ""});
+  }
+  return findings;
+}
+
 }  // namespace
 
 Findings examine_part(const hal::PartReport& report) {
@@ -86,7 +102,7 @@ Findings examine_part(const hal::PartReport& report) {
   return findings;
 }
 
-Findings diagnose(Session& session, bool probe) {
+Findings diagnose(Session& session, TurntableHost& turntable, bool probe) {
   Findings findings = examine_machine(session.loop_config());
   const auto add = [&findings](Findings more) {
     findings.insert(findings.end(), std::make_move_iterator(more.begin()),
@@ -97,6 +113,7 @@ Findings diagnose(Session& session, bool probe) {
   if (looked.error)
     findings.push_back({kProblem, "force sensor", looked.error->text(), looked.error->remedy});
   for (const hal::PartReport& report : looked.reports) add(examine_part(report));
+  if (turntable.table() != nullptr) add(examine_turntable(turntable, probe));
   return findings;
 }
 

@@ -14,8 +14,8 @@ using phantom::PhantomConfig;
 
 /// A key of one number.
 struct Single {
-  const char* key;
-  double& (*of)(PhantomConfig&);
+  const char* key = nullptr;
+  double& (*of)(PhantomConfig&) = nullptr;
   Range range;
 };
 constexpr Single kSingles[] = {
@@ -58,8 +58,8 @@ constexpr Single kSingles[] = {
 
 /// A key of one number a joint, or of the gimbal an axis.
 struct Triple {
-  const char* key;
-  std::array<double, 3>& (*of)(PhantomConfig&);
+  const char* key = nullptr;
+  std::array<double, 3>& (*of)(PhantomConfig&) = nullptr;
   Range range;
 };
 using Three = std::array<double, 3>;

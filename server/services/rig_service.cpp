@@ -7,6 +7,7 @@
 #include "server/services/status.h"
 #include "server/session.h"
 #include "server/telemetry_hub.h"
+#include "server/turntable/turntable_host.h"
 #include "server/version.h"
 
 namespace hapticd::server {
@@ -129,12 +130,13 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
       response->add_faults_present(to_proto(rule.fault));
   }
   for (const hal::PartReport& report : session_.part_reports()) tell(report, *response->add_parts());
+  if (turntable_.table() != nullptr) tell(turntable_.table()->report(), *response->add_parts());
   return grpc::Status::OK;
 }
 
 grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseRequest* request,
                                   v1::Diagnosis* response) {
-  for (const Finding& finding : diagnose(session_, request->probe())) {
+  for (const Finding& finding : diagnose(session_, turntable_, request->probe())) {
     v1::Finding& told = *response->add_findings();
     told.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));
     told.set_topic(finding.topic);

@@ -7,12 +7,13 @@ namespace hapticd::server {
 class Session;
 class SceneHost;
 class TelemetryHub;
+class TurntableHost;
 
 /// What the rig is and how it fares, from copies; and what only hardware needs.
 class RigService final : public v1::RigService::Service {
  public:
-  RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub)
-      : session_(session), scenes_(scenes), hub_(hub) {}
+  RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, TurntableHost& turntable)
+      : session_(session), scenes_(scenes), hub_(hub), turntable_(turntable) {}
 
   grpc::Status GetRigInfo(grpc::ServerContext* context, const v1::GetRigInfoRequest* request,
                           v1::RigInfo* response) override;
@@ -29,6 +30,7 @@ class RigService final : public v1::RigService::Service {
   Session& session_;
   const SceneHost& scenes_;
   TelemetryHub& hub_;
+  TurntableHost& turntable_;
 };
 
 }  // namespace hapticd::server

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "hal/daq/board_factory.h"
 #include "server/config.h"
 #include "server/rig_factory.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::server {
 namespace {
@@ -120,7 +122,7 @@ TEST(Configuration, EveryValueHasATypeARangeAndAUnit) {
                                        "a table [loop]", "correct the value"});
   expect_config_refused("[rig]\nkind = \"simm\"\n",
                         {"'rig.kind' is none of the words it may be", "hapticd.toml, line 2", "simm",
-                         "sim, replay", "did you mean 'sim'?"});
+                         "sim, replay, hardware", "did you mean 'sim'?"});
 }
 
 TEST(Configuration, TheFirstOfSeveralMistakesIsTold) {
@@ -257,15 +259,83 @@ TEST(RigText, MistakesAreNamed) {
   error = apply_rig_text("replay:run.csv?force_scale=ten", config);
   ASSERT_TRUE(error);
   EXPECT_EQ(error->what, "'force_scale' is not a number");
-  error = apply_rig_text("hardware", config);
+  error = apply_rig_text("phantom", config);
   ASSERT_TRUE(error);
-  expect_error(*error, {"unknown kind of rig 'hardware'", "--rig", "hardware", "sim, sim:PRESET, replay:PATH",
-                        "use one of those"});
+  expect_error(*error, {"unknown kind of rig 'phantom'", "--rig", "phantom",
+                        "sim, sim:PRESET, replay:PATH, hardware", "use one of those"});
+  error = apply_rig_text("hardware:netft", config);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "hardware takes no more words");
   ConfigOverrides overrides;
   overrides.rig = "replay";
   const auto without_path = override_config({}, overrides);
   ASSERT_FALSE(without_path);
   EXPECT_EQ(without_path.error().what, "a replayed rig needs a recording");
+}
+
+/// The rig that a file describes, as far as it goes without touching hardware.
+hal::Result<std::unique_ptr<hal::Rig>> rig_of(const std::string& text) {
+  auto config = parse_config(text, "rig.toml");
+  if (config) config = override_config(*config, {});
+  if (!config) return config.error();
+  return open_rig(*config);
+}
+
+TEST(RigFile, MixesRealSimulatedAndReplayedParts) {
+  struct Case {
+    const char* text;
+    const char* name;
+  };
+  for (const Case& mix : {
+           Case{"[rig]\nsensor = \"netft\"", "netft + sim:phantom_1_0"},
+           Case{"[rig]\ndevice = \"openhaptics\"", "openhaptics + sim:phantom_1_0"},
+           Case{"[rig]\nkind = \"hardware\"\ndevice = \"openhaptics\"\nsensor = \"netft\"",
+                "openhaptics + netft"},
+           Case{"[rig]\nkind = \"hardware\"\nsensor = \"netft\"", "netft"},
+       }) {
+    const auto rig = rig_of(mix.text);
+    ASSERT_TRUE(rig) << mix.text << ": " << rig.error().text();
+    EXPECT_EQ((*rig)->info().name, mix.name);
+    EXPECT_EQ((*rig)->info().kind, hal::RigKind::kHardware);
+    for (const hal::PartReport& report : (*rig)->reports()) {
+      EXPECT_EQ(report.state, hal::PartState::kIdle) << "nothing is opened by describing it";
+    }
+  }
+}
+
+TEST(RigFile, ReplaysARecordingBesideARealDevice) {
+  const test::TemporaryFolder folder;
+  const std::string path =
+      folder.write("run.csv", "time_s,force_N,indentation_mm\n0,0,0\n0.001,0.1,0.01\n0.002,0.2,0.02\n");
+  const std::string text =
+      "[rig]\nkind = \"replay\"\ndevice = \"openhaptics\"\n[rig.replay]\npath = \"" + path + "\"\n";
+  const auto rig = rig_of(text);
+  ASSERT_TRUE(rig) << rig.error().text();
+  EXPECT_EQ((*rig)->info().name.find("openhaptics + replay"), 0U) << (*rig)->info().name;
+  const auto fast = rig_of(text + "speed = \"fast\"\n");
+  ASSERT_FALSE(fast);
+  EXPECT_EQ(fast.error().what, "a recording beside hardware cannot be played as fast as possible");
+}
+
+TEST(RigFile, OfHardwareAloneNamesItsParts) {
+  const auto rig = rig_of("[rig]\nkind = \"hardware\"");
+  ASSERT_FALSE(rig);
+  EXPECT_EQ(rig.error().what, "a rig of hardware alone names no part");
+  expect_config_refused("[rig]\ndevice = \"openhaptic\"\n",
+                        {"'rig.device' is none of the words it may be", "hapticd.toml, line 2", "openhaptic",
+                         "of_kind, openhaptics, phantom", "did you mean 'openhaptics'?"});
+}
+
+TEST(RigFile, TellsWhatADriverDoesNotTake) {
+  const auto sensor = rig_of("[rig]\nsensor = \"daq\"");
+  ASSERT_FALSE(sensor);
+  EXPECT_EQ(sensor.error().what, daq::has_comedi() ? "no calibration file" : sensor.error().what);
+  const auto axes = rig_of("[rig]\nsensor = \"netft\"\n[rig.netft]\naxes = \"+x +y -z\"");
+  ASSERT_FALSE(axes);
+  EXPECT_NE(axes.error().text().find("axes"), std::string::npos);
+  const auto key = rig_of("[rig.netft]\nadress = \"10.0.0.2\"\n");
+  ASSERT_FALSE(key);
+  EXPECT_EQ(key.error().remedy, "did you mean 'address'?");
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ int udp_sockets(pid_t process) {
 }
 
 /// The emulators' process, and the rig file it wrote.
-class EmulatedRig : public testing::Test {
+class EmulatedRigProcess : public testing::Test {
  protected:
   void TearDown() override { unsetenv("HD_STAND_IN_PAGE"); }
 
@@ -188,7 +188,7 @@ class EmulatedRig : public testing::Test {
 const Arguments kHoldingHand{"--program", "press", "--force-n", "2", "--hold-s", "-1"};
 const Arguments kRestingHand{"--program", "rest"};
 
-TEST_F(EmulatedRig, AHandThatPressesFeelsTheTarget) {
+TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
   ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
   v1::RigInfo info;
   ASSERT_TRUE(client->rig->GetRigInfo(call_context().get(), {}, &info).ok());
@@ -244,7 +244,7 @@ TEST_F(EmulatedRig, AHandThatPressesFeelsTheTarget) {
   EXPECT_EQ(events.back(), emulators::HdEvent::kUnloaded);
 }
 
-TEST_F(EmulatedRig, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
+TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
   ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
   const grpc::Status loaded = client->load("tap_1d");
   ASSERT_TRUE(loaded.ok()) << loaded.error_message();
@@ -276,7 +276,7 @@ TEST_F(EmulatedRig, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
   client->await([&](const v1::RigState&) { return motor_force_n() > 0.2; });
 }
 
-TEST_F(EmulatedRig, TheSensorIsOpenForScenesThatListenToIt) {
+TEST_F(EmulatedRigProcess, TheSensorIsOpenForScenesThatListenToIt) {
   ASSERT_NO_FATAL_FAILURE(start(kRestingHand, {"--scene", "wall"}));
   EXPECT_TRUE(sensor_is(client->state(), v1::PART_STATE_IDLE)) << client->state().DebugString();
   EXPECT_EQ(udp_sockets(daemon->pid()), 0);
@@ -310,7 +310,7 @@ TEST_F(EmulatedRig, TheSensorIsOpenForScenesThatListenToIt) {
   EXPECT_EQ(udp_sockets(daemon->pid()), 0);
 }
 
-TEST_F(EmulatedRig, CheckingTheFileOpensNothing) {
+TEST_F(EmulatedRigProcess, CheckingTheFileOpensNothing) {
   ASSERT_NO_FATAL_FAILURE(start_peers(kRestingHand));
   complete_rig_file();
   for (const bool alive : {true, false}) {
@@ -327,7 +327,7 @@ TEST_F(EmulatedRig, CheckingTheFileOpensNothing) {
   }
 }
 
-TEST_F(EmulatedRig, PeersEndWhenTheyAreTold) {
+TEST_F(EmulatedRigProcess, PeersEndWhenTheyAreTold) {
   start_peers({"--seconds", "0.1"});
   EXPECT_EQ(peers->wait(), 0) << peers->errors();
   for (const int signal : {SIGINT, SIGTERM}) {

@@ -16,8 +16,8 @@ namespace {
 /// Every number that the file of such a scene says, by reference. The bindings name all members, so a new one
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
-  auto& [name, kind, description, tip, object_model, axis, mass, contact, wall, target, max_target, ramp,
-         compensation, structural, explore, control, guard] = spec;
+  auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
+         ramp, compensation, structural, explore, control, guard] = spec;
   auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks] = contact;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume, fall, gap] = guard;
@@ -26,7 +26,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
-  static_cast<void>(object_model), static_cast<void>(compensation), static_cast<void>(method);
+  static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(compensation),
+      static_cast<void>(method);
   static_cast<void>(release_ticks), static_cast<void>(quiet_ticks), static_cast<void>(free_ticks);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);

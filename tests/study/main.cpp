@@ -1,5 +1,5 @@
 // hapticd_study: everything measured in virtual time, seeded and bit-repeatable, as figures, tables and
-// plots.
+// plots; and, live, what cannot be had without the real transports.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -19,6 +19,7 @@ using hapticd::study::StudyPart;
 struct Options {
   std::string folder;
   std::vector<std::string> only;
+  std::string transport = "direct";
   bool quick = false;
 };
 
@@ -32,7 +33,7 @@ int run(const Study& study, const Options& options) {
   hapticd::report::Report report(options.folder);
   hapticd::study::StudyContext context{report, options.quick};
   int failures = 0;
-  for (const StudyPart& part : study.parts) {
+  for (const StudyPart& part : options.transport == "emulated" ? study.emulated : study.parts) {
     if (!is_wanted(part, options.only)) continue;
     std::cout << "\n--- " << study.name << ", " << part.name << ": " << part.shows << std::endl;
     const auto start = Clock::now();
@@ -52,7 +53,7 @@ int run(const Study& study, const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Measures hapticd in virtual time: the same figures on every machine."};
+  CLI::App app{"Measures hapticd, in virtual time where that suffices: the same figures on every machine."};
   app.require_subcommand(1);
   app.footer(
       "Example: hapticd_study rig --out /tmp/rig --quick\nRecordings are looked for in $HAPTICD_RECORDINGS.");
@@ -68,6 +69,13 @@ int main(int argc, char** argv) {
     std::vector<std::string> parts;
     for (const StudyPart& part : study.parts) parts.emplace_back(part.name);
     command->add_option("--only", options.only, "only these parts")->check(CLI::IsMember(parts));
+    if (!study.emulated.empty()) {
+      command
+          ->add_option("--transport", options.transport,
+                       "direct: the simulated rig in virtual time; emulated: live, by the drivers of real "
+                       "hardware from peers that speak its protocols")
+          ->check(CLI::IsMember({"direct", "emulated"}));
+    }
     command->callback([&study, &options, &failures] { failures = run(study, options); });
   }
   try {

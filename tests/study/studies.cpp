@@ -1,4 +1,5 @@
 #include "tests/study/explore/explore_study.h"
+#include "tests/study/faults/faults_study.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/rig/rig_study.h"
 #include "tests/study/study.h"
@@ -16,6 +17,10 @@ const std::vector<Study>& studies() {
             run_stability},
            {"speed", "simulated time over wall-clock time", run_speed},
            {"recordings", "contact, stiffness and rendered force on real recordings", run_recordings},
+       },
+       {
+           {"rendered", "the same stiffness over emulated real transports, live and beside the direct rig",
+            run_transported_stiffness},
        }},
       {"explore",
        "stiffness modulation in three dimensions, beside the dissertation's pipeline and figures",
@@ -39,6 +44,11 @@ const std::vector<Study>& studies() {
            {"friction_recordings", "friction laws on real recordings", run_identify_friction_recordings},
            {"rig", "structural stiffness, tool, contact threshold and gains", run_identify_rig},
            {"handover", "tool and threshold of a real hand-held sensor", run_identify_handover},
+       }},
+      {"faults",
+       "every fault injected at the emulated peers while force is rendered in contact",
+       {
+           {"faults", "ticks from fault to zero force, what is told, and how force comes back", run_faults},
        }},
   };
   return all;

@@ -25,6 +25,8 @@ struct Study {
   const char* name;
   const char* shows;
   std::vector<StudyPart> parts;
+  /// What `--transport emulated` runs instead; empty = there is no such option.
+  std::vector<StudyPart> emulated{};
 };
 
 /// All studies there are.

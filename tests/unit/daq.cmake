@@ -14,6 +14,7 @@ hapticd_test(test_daq_sensor
 hapticd_test(test_board_sections
   SOURCES ${HERE}/board_sections_test.cpp
   LINK hapticd_server_files)
+target_compile_definitions(test_board_sections PRIVATE HAPTICD_SOURCE_FOLDER="${CMAKE_SOURCE_DIR}")
 
 # The comedi board needs a stand-in for the kernel's side, compiled in so that it goes before libcomedi.
 if(HAPTICD_HAS_COMEDI)

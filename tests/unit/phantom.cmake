@@ -7,4 +7,4 @@ hapticd_test(test_phantom_model
 hapticd_test(test_phantom_device
   SOURCES ${HERE}/device_test.cpp ${HERE}/device_fault_test.cpp ${HERE}/device_exit_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/allocation_counter.cpp
-  LINK hapticd_phantom hapticd_emulator_board Threads::Threads)
+  LINK hapticd_phantom hapticd_daq hapticd_emulator_board hapticd_test_support Threads::Threads)

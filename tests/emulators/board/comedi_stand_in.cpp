@@ -17,8 +17,6 @@
 #include <set>
 #include <thread>
 
-using hapticd::emulators::ComediStandIn;
-
 struct comedi_t_struct {
   int read_end = -1;
   int write_end = -1;
@@ -90,7 +88,7 @@ bool write_all(comedi_t* device, const unsigned char* bytes, std::size_t size) {
   return true;
 }
 
-void pump(comedi_t* device, std::uint64_t number, std::vector<unsigned> channels, unsigned period_ns) {
+void pump(comedi_t* device, std::uint64_t number, const std::vector<unsigned>& channels, unsigned period_ns) {
   auto next = std::chrono::steady_clock::now();
   while (!device->stop.load()) {
     std::vector<unsigned char> bytes;
@@ -236,6 +234,8 @@ void ComediStandIn::fail_instructions(bool failing) {
 
 extern "C" {
 
+// The names are the linker's.
+// NOLINTBEGIN(bugprone-reserved-identifier)
 ssize_t __real_read(int file, void* into, size_t size);
 ssize_t __wrap_read(int file, void* into, size_t size);
 ssize_t __wrap_read(int file, void* into, size_t size) {
@@ -248,6 +248,7 @@ ssize_t __wrap_read(int file, void* into, size_t size) {
   }
   return __real_read(file, into, size);
 }
+// NOLINTEND(bugprone-reserved-identifier)
 
 comedi_t* comedi_open(const char* path) {
   const std::lock_guard lock(board().mutex);

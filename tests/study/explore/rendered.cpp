@@ -102,9 +102,11 @@ void run_explore_rendered(StudyContext& context) {
         constexpr double kOscillationMm = 0.5;
         const bool oscillates = result.swing_mm > kOscillationMm;
         for (const bool stroking : {false, true}) {
-          report::Figure figure{
-              stroking ? "rendered_stiffness_error_stroking" : "rendered_stiffness_error",
-              {{"object", object}, {"target", target}, {"pipeline", ours ? "default" : "dissertation"}}};
+          report::Figure figure{stroking ? "rendered_stiffness_error_stroking" : "rendered_stiffness_error",
+                                {{"object", object},
+                                 {"target", target},
+                                 {"pipeline", ours ? "default" : "dissertation"},
+                                 {"transport", "direct"}}};
           const double rendered = stroking ? result.stroked : result.held;
           if (oscillates) {
             figure.failed = "oscillates by " + report::significant(result.swing_mm, 2) + " mm while held";

@@ -1,11 +1,9 @@
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "tests/study/rig/hands.h"
 #include "tests/study/rig/rig_study.h"
-#include "tests/study/rig/virtual_run.h"
 
 namespace hapticd::study {
 
@@ -25,63 +23,27 @@ struct PressResult {
 /// the mean of the last second. What the estimator believes plays no part.
 PressResult press(const std::string& device, const std::string& object, double target, bool compensated,
                   double force_n) {
-  sim::SimulationConfig rig;
-  rig.device = device;
-  rig.object = object;
-  rt::SceneSpec scene;
-  scene.name = "tap_1d";
-  scene.target.stiffness_n_per_mm = target;
-  scene.structural_compensation = compensated;
-  VirtualRun run(rig, scene);
-  const sim::HandProgram hand = pressing(force_n);
-  run.set_hand(hand);
-
+  const PressTask task = tap_press(device, object, target, compensated, force_n);
+  const PressOutcome outcome = press_direct(task);
   PressResult result;
-  double touched_s = -1.0;
-  double force_sum_n = 0.0;
-  double depth_sum_mm = 0.0;
-  const double load_s = 1.875 * force_n / hand.force_rate_n_per_s;
-  const double hold_s = 3.0;
-  double error_sum = 0.0;
-  std::vector<double> depths, errors, forces;
-  while (touched_s < 0.0 || run.time_s() < touched_s + load_s + hold_s) {
-    run.step();
-    if (run.record().guard_state == rt::GuardState::kLatched) {
-      result.infeasible = run.record().guard_fault == rt::GuardFault::kSensorSaturated
-                              ? "the sensor saturates"
-                              : "the guard latched";
-      return result;
-    }
-    if (run.time_s() > 30.0) throw std::runtime_error("the hand never touched " + object);
-    const hal::TruthSample& truth = run.truth();
-    if (touched_s < 0.0 && truth.in_contact) touched_s = run.time_s();
-    if (touched_s < 0.0 || truth.displacement_mm <= 0.0) continue;
-    const double since_s = run.time_s() - touched_s;
-    if (since_s < load_s) {
-      depths.push_back(truth.displacement_mm);
-      errors.push_back(run.hand_force_n() / truth.displacement_mm / target - 1.0);
-      forces.push_back(run.hand_force_n());
-    } else if (since_s > load_s + hold_s - 1.0) {
-      force_sum_n += run.hand_force_n();
-      depth_sum_mm += truth.displacement_mm;
-      if ((run.record().guard_limits & rt::guard_limit::kForce) != 0) {
-        result.infeasible = "the device's force limit is reached, (3.8)";
-        return result;
-      }
-    }
-  }
-  result.rendered_n_per_mm = force_sum_n / depth_sum_mm;
+  result.infeasible = outcome.failed;
+  if (!outcome.failed.empty()) return result;
+  result.rendered_n_per_mm = outcome.rendered_n_per_mm;
   const double final_mm = force_n / target;
+  double error_sum = 0.0;
   int counted = 0;
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    if (depths[i] < 0.1 * final_mm) continue;
-    error_sum += std::abs(errors[i]);
+  int loading = -1;
+  for (const PressPoint& point : outcome.points) {
+    if (point.since_s >= task.load_s()) break;
+    ++loading;
+    if (point.depth_mm < 0.1 * final_mm) continue;
+    const double error = point.hand_force_n / point.depth_mm / target - 1.0;
+    error_sum += std::abs(error);
     ++counted;
-    if (i % 10 == 0) {
-      result.depth_mm.push_back(depths[i]);
-      result.error.push_back(errors[i]);
-      result.hand_force_n.push_back(forces[i]);
-    }
+    if (loading % 10 != 0) continue;
+    result.depth_mm.push_back(point.depth_mm);
+    result.error.push_back(error);
+    result.hand_force_n.push_back(point.hand_force_n);
   }
   result.pressing_error_mean = counted > 0 ? error_sum / counted : 0.0;
   return result;
@@ -89,9 +51,20 @@ PressResult press(const std::string& device, const std::string& object, double t
 
 }  // namespace
 
+PressTask tap_press(const std::string& device, const std::string& object, double target, bool compensated,
+                    double force_n) {
+  PressTask task;
+  task.rig.device = device;
+  task.rig.object = object;
+  task.scene.name = "tap_1d";
+  task.scene.target.stiffness_n_per_mm = target;
+  task.scene.structural_compensation = compensated;
+  task.hand = pressing(force_n);
+  return task;
+}
+
 void run_rendered_stiffness(StudyContext& context) {
   using report::fixed;
-  const std::vector<std::string> objects{"sponge_block", "foam_ball", "rubber_ball", "rubber_eraser"};
   report::MarkdownTable table({"device", "object", "target N/mm", "press N", "rendered N/mm", "error %",
                                "pressing error %", "uncompensated error %"});
   report::SvgPlot curves;
@@ -113,7 +86,7 @@ void run_rendered_stiffness(StudyContext& context) {
     // thirty times it. Where (3.8) does not allow that much, with less.
     const double full_n = plotted ? 2.0 : 4.0;
     int colour = 0;
-    for (const std::string& object : objects) {
+    for (const std::string& object : tapped_objects()) {
       ++colour;
       for (const double target : {0.3, 0.7}) {
         double force_n = full_n;
@@ -132,7 +105,8 @@ void run_rendered_stiffness(StudyContext& context) {
                                 {{"device", device},
                                  {"object", object},
                                  {"target", target},
-                                 {"compensation", compensated ? "structural" : "none"}}};
+                                 {"compensation", compensated ? "structural" : "none"},
+                                 {"transport", "direct"}}};
           figure.source = "D§3.3.2, D§4.6";
           if (plotted && compensated) figure.goal = 0.05;
           const PressResult& result = compensated ? with : without;

@@ -124,5 +124,36 @@ TEST(PhantomSection, WrongValuesAreNamed) {
   EXPECT_NE(wrong("peak_current = [1, 1, 1]").find("did you mean 'peak_current_a'"), std::string::npos);
 }
 
+/// The example of a README.
+std::string example(const std::string& readme) {
+  const auto text = read_text_file(std::string(HAPTICD_SOURCE_FOLDER) + "/" + readme);
+  EXPECT_TRUE(text);
+  const std::string opening = "```toml\n";
+  const std::size_t from = text->find(opening);
+  EXPECT_NE(from, std::string::npos);
+  return text->substr(from + opening.size(), text->find("```", from + 1) - from - opening.size());
+}
+
+TEST(BoardSections, ExamplesOfTheReadmesAreRight) {
+  auto board = TomlDocument::parse(example("hal/daq/README.md"), "hal/daq/README.md");
+  ASSERT_TRUE(board) << board.error().text();
+  daq::BoardConfig board_config;
+  daq::DaqSensorConfig sensor_config;
+  read_board(board->root().table("rig").table("board"), board_config);
+  read_daq(board->root().table("rig").table("daq"), sensor_config);
+  const auto board_error = board->error();
+  EXPECT_FALSE(board_error) << board_error->text();
+  EXPECT_EQ(write_board(board_config), write_board({})) << "it shows the defaults";
+
+  auto device = TomlDocument::parse(example("hal/phantom/README.md"), "hal/phantom/README.md");
+  ASSERT_TRUE(device) << device.error().text();
+  phantom::PhantomConfig config;
+  read_phantom(device->root().table("rig").table("phantom"), config);
+  const auto device_error = device->error();
+  EXPECT_FALSE(device_error) << device_error->text();
+  EXPECT_FALSE(phantom::check(config));
+  EXPECT_NEAR(config.arm.high_rad[2], phantom::PhantomConfig{}.arm.high_rad[2], 1e-4);
+}
+
 }  // namespace
 }  // namespace hapticd::server

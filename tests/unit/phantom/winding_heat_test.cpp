@@ -48,6 +48,14 @@ TEST(WindingHeat, NoDemandTakesItBeyondWhatItBears) {
   EXPECT_NEAR(allowed, kForEverA, 0.1);
 }
 
+TEST(WindingHeat, ALittleBeyondTheContinuousCurrentIsLeft) {
+  WindingHeat heat;
+  heat.advance(kPeakA, kForEverA, kTauS, -kTauS * std::log(1.0 - 1.05 * std::pow(kForEverA / kPeakA, 2)));
+  ASSERT_NEAR(heat.heat(), 1.05, 1e-9);
+  EXPECT_FALSE(heat.over());
+  EXPECT_DOUBLE_EQ(heat.allowed_a(kPeakA, kForEverA), kForEverA);
+}
+
 TEST(WindingHeat, TooHotNothingIsAllowedUntilItHasCooled) {
   WindingHeat heat;
   heat.advance(kPeakA, kForEverA, kTauS, 5.0);  // a command that was held while nobody looked

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace hapticd::modbus {
+
+/// In what a drive tells or wants a quantity. "Motor" units are before the gear, the others at the table.
+enum class Unit : std::uint8_t {
+  kNone,
+  kDeg,
+  kRad,
+  kTurn,
+  kMotorTurn,
+  kStep,
+  kDegPerS,
+  kRadPerS,
+  kMotorRpm,
+  kStepPerS,
+  kDegPerS2,
+  kMotorRpmPerS,
+  kStepPerS2,
+  kMsTo1000Rpm,  ///< time in which the motor gains 1000 rpm: the reciprocal of an acceleration
+};
+
+enum class Dimension : std::uint8_t { kNone, kAngle, kSpeed, kAcceleration };
+Dimension dimension_of(Unit unit) noexcept;
+
+/// Between the drive's counts and the table.
+struct Gear {
+  double steps_per_motor_turn = 10000.0;
+  double motor_turns_per_turn = 1.0;  ///< of the table
+  bool reversed = false;              ///< the drive counts the other way round
+  double zero_deg = 0.0;              ///< the table's angle where the drive says 0
+};
+
+/// A quantity in a drive's unit at the table: deg, deg/s or deg/s². Angles with the gear's sense and zero,
+/// speeds with its sense, accelerations without.
+double to_table(double value, Unit unit, const Gear& gear) noexcept;
+/// And back.
+double to_drive(double value, Unit unit, const Gear& gear) noexcept;
+
+}  // namespace hapticd::modbus

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/modbus/register_map.h"
+#include "server/toml_reader.h"
+
+namespace hapticd::server {
+
+/// A register map from TOML text; `source` is what errors call it. Unknown keys, unknown registers and
+/// contradictions are errors.
+hal::Result<modbus::RegisterMap> parse_turntable_map(std::string_view text, std::string name,
+                                                     std::string source);
+/// By the name of a built-in map, or by the path of a file (whatever holds a '/' or ends in .toml).
+hal::Result<modbus::RegisterMap> find_turntable_map(const std::string& name_or_path);
+/// Names of the built-in maps, sorted.
+std::vector<std::string> turntable_map_names();
+
+/// The same from a table of a larger document. What a line is to blame for is told by the document; the
+/// rest, returned.
+std::optional<hal::Error> read_turntable_map(TomlTable table, modbus::RegisterMap& map);
+/// As TOML that reads back as the same; `prefix` is the table's dotted name, empty for a document of its own.
+std::string write_turntable_map(const modbus::RegisterMap& map, std::string_view prefix);
+
+}  // namespace hapticd::server

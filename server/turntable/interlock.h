@@ -1,0 +1,34 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+
+#include "hal/error.h"
+#include "rt/scene/tick_record.h"
+#include "server/turntable/turntable_config.h"
+
+namespace hapticd::server {
+
+/// Whether the table may turn, judged by what the loop says of the tool. Any thread; never waits.
+class Interlock {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit Interlock(const InterlockConfig& config) : config_(config) {}
+
+  /// Nothing, or why the table must not turn at `now`. `free`: no scene sees a contact (rt::Engine::free());
+  /// `last`: the loop's last record. A loop that has completed no tick for too long watches nothing.
+  std::optional<hal::Error> why_not(const rt::TickRecord& last, bool free, Clock::time_point now);
+
+ private:
+  const InterlockConfig config_;
+  std::mutex mutex_;
+  bool seen_ = false;
+  std::uint64_t tick_ = 0;
+  Clock::time_point tick_seen_{};
+  Clock::time_point force_seen_{};
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <memory>
+
+#include "hal/error.h"
+#include "hal/turntable.h"
+#include "server/turntable/turntable_config.h"
+
+namespace hapticd::server {
+
+/// The turntable the configuration names, not engaged; null for none.
+hal::Result<std::unique_ptr<hal::Turntable>> make_turntable(const TurntableConfig& config);
+
+}  // namespace hapticd::server

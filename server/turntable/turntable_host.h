@@ -1,0 +1,104 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "hal/turntable.h"
+#include "rt/guard/fault.h"
+#include "server/caller.h"
+#include "server/outcome.h"
+#include "server/turntable/interlock.h"
+
+namespace hapticd::server {
+
+class SceneHost;
+class Session;
+class TelemetryHub;
+
+/// What may go wrong with a motion, for the table of faults.
+enum class TurntableFault : std::uint8_t {
+  kTimeout,    ///< did not arrive, or not be homed, in time
+  kStall,      ///< did not move although told to
+  kMissed,     ///< the drive says it has arrived, but stands elsewhere
+  kAlarm,      ///< the drive raised an alarm on the way
+  kLost,       ///< contact with the drive was lost on the way
+  kRefused,    ///< the drive did not take an order
+  kInterlock,  ///< contact, force or the guard stopped it on the way
+};
+const char* word_of(TurntableFault fault) noexcept;
+rt::GuardFault guard_fault_of(TurntableFault fault) noexcept;
+
+/// Where a motion is to lead.
+struct TurntableDestination {
+  std::optional<double> angle_deg;
+  std::string station;  ///< where there is no angle
+};
+
+/// The rig's turntable, if it has one, and the rules it turns by: only while the tool is free, never
+/// without a fresh position, one motion at a time, and no scene or target meanwhile. Any thread.
+class TurntableHost {
+ public:
+  using FaultCallback = std::function<void(TurntableFault, const hal::Error& detail)>;
+  /// Called as the motion goes on, in the thread of the call; false stops the table.
+  using Progress = std::function<bool(const hal::TurntableStatus&)>;
+
+  /// `table` may be null.
+  TurntableHost(std::unique_ptr<hal::Turntable> table, const InterlockConfig& interlock, Session& session,
+                SceneHost& scenes, TelemetryHub& hub);
+  /// Disengages.
+  ~TurntableHost();
+  TurntableHost(const TurntableHost&) = delete;
+  TurntableHost& operator=(const TurntableHost&) = delete;
+
+  /// Stops the table and lets go of the port; motions end, and no other begins.
+  void shutdown();
+
+  /// Null where there is none.
+  const hal::Turntable* table() const { return table_.get(); }
+  /// Why it must not turn now.
+  std::optional<hal::Error> interlock();
+  /// Told in the thread of the motion's call, before it returns. Set before the network is up.
+  void on_fault(FaultCallback callback) { on_fault_ = std::move(callback); }
+
+  /// Both return once the table stands again, or contact with it is lost; the port is opened if need be. A
+  /// caller that goes away, or whose deadline passes, stops the table.
+  Outcome<hal::TurntableStatus> home(const Caller& caller, const Progress& progress);
+  Outcome<hal::TurntableStatus> move_to(const TurntableDestination& destination,
+                                        const hal::MotionLimits& limits, const Caller& caller,
+                                        const Progress& progress);
+  Outcome<hal::TurntableStatus> stop();
+  Outcome<hal::TurntableStatus> clear_alarm(const Caller& caller);
+  Outcome<hal::TurntableStatus> engage();
+  Outcome<hal::TurntableStatus> disengage();
+
+  /// For scenes that need an object under the tool: nothing when the table stands at the station, homed and
+  /// with a fresh position; else why the scene must not be loaded. Engages the table.
+  std::optional<Refusal> require_station(const std::string& name);
+
+ private:
+  using Begin = std::function<hal::Result<std::uint64_t>()>;
+  std::optional<Refusal> unavailable() const;
+  std::optional<Refusal> ready();
+  /// Why the table must stay: the scene that is loaded was loaded for its station.
+  std::optional<Refusal> needed_where_it_is() const;
+  Outcome<hal::TurntableStatus> perform(const Begin& begin, const Caller& caller, const Progress& progress);
+  Outcome<hal::TurntableStatus> conclude(const hal::TurntableStatus& end, const std::optional<Refusal>& left);
+  Outcome<double> angle_of(const TurntableDestination& destination) const;
+  void put_object(const hal::TurntableStatus& end) const;
+
+  Session& session_;
+  SceneHost& scenes_;
+  TelemetryHub& hub_;
+  const InterlockConfig config_;
+  Interlock interlock_;
+  FaultCallback on_fault_;
+  std::atomic<bool> shutting_down_{false};
+  std::unique_ptr<hal::Turntable> table_;  ///< last: its thread asks the interlock
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,171 @@
+#include "tests/emulated_rig/emulated_rig.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "hal/netft/netft_sensor.h"
+#include "hal/openhaptics/openhaptics_device.h"
+#include "rt/scene/compose.h"
+
+namespace hapticd::test {
+
+namespace {
+
+template <class T>
+T value_of(hal::Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().text());
+  return std::move(*result);
+}
+void demand(const std::optional<hal::Error>& error) {
+  if (error) throw std::runtime_error(error->text());
+}
+
+/// Threads inherit the priority of who starts them; so it has it while they are started.
+class PriorityWhileStarting {
+ public:
+  explicit PriorityWhileStarting(int fifo_priority) {
+    if (fifo_priority == 0) return;
+    pthread_getschedparam(pthread_self(), &policy_, &parameter_);
+    sched_param wanted{};
+    wanted.sched_priority = fifo_priority;
+    granted_ = pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted) == 0;
+  }
+  ~PriorityWhileStarting() {
+    if (granted_) pthread_setschedparam(pthread_self(), policy_, &parameter_);
+  }
+  PriorityWhileStarting(const PriorityWhileStarting&) = delete;
+  PriorityWhileStarting& operator=(const PriorityWhileStarting&) = delete;
+
+ private:
+  int policy_ = SCHED_OTHER;
+  sched_param parameter_{};
+  bool granted_ = false;
+};
+
+emulators::NetFtBoxSettings fed_box() {
+  emulators::NetFtBoxSettings settings;
+  settings.fed = true;
+  return settings;
+}
+
+/// The driver's name of the simulated device.
+std::string model_of(const std::string& simulated) {
+  return simulated == "phantom_1_0" ? "phantom_premium_1_0" : "phantom_premium_1_5_high_force";
+}
+
+std::unique_ptr<hal::HapticDevice> device_on(const hal::DeviceInfo& simulated, double stall_s) {
+  openhaptics::OpenHapticsConfig config;
+  config.library = std::string(HD_STAND_IN_FOLDER) + "/libHD_stand_in.so";
+  config.model = model_of(simulated.model);
+  config.structural_stiffness_n_per_mm = simulated.structural_stiffness_n_per_mm;
+  config.stall_s = stall_s;
+  return value_of(openhaptics::OpenHapticsDevice::create(config));
+}
+
+std::unique_ptr<hal::ForceSensor> sensor_on(const emulators::NetFtBox& box, double tool_mass_g,
+                                            int fifo_priority) {
+  netft::NetFtConfig config;
+  config.address = "127.0.0.1";
+  config.rdt_port = box.udp_port();
+  config.http_port = box.http_port();
+  config.bias = netft::BiasBy::kNone;  // the simulated sensor is biased with its tool upright
+  config.tool_mass_g = tool_mass_g;
+  config.fifo_priority = fifo_priority;
+  return value_of(netft::NetFtSensor::create(config));
+}
+
+}  // namespace
+
+EmulatedRig::EmulatedRig(const EmulatedRigConfig& config) {
+  const PriorityWhileStarting priority(config.fifo_priority);
+  page_ = std::make_unique<emulators::HdPage>(folder_.path("page"));
+  setenv("HD_STAND_IN_PAGE", page_->path().c_str(), 1);
+  box_ = std::make_unique<emulators::NetFtBox>(fed_box());
+  emulators::BenchConfig bench;
+  bench.simulation = config.simulation;
+  bench_ = value_of(emulators::EmulatedBench::create(
+      bench, *page_,
+      [this](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) { feed(force_n, torque_n_mm); }));
+  const hal::DeviceInfo& simulated = bench_->info().device;
+  page_->device().max_force_n = simulated.max_force_n;
+  page_->device().max_continuous_force_n = simulated.max_continuous_force_n;
+  bench_->start();
+
+  hal::RigParts parts;
+  parts.device = device_on(simulated, config.stall_s);
+  parts.sensor = sensor_on(*box_, config.simulation.tool_mass_g, config.fifo_priority);
+  composed_ = std::make_unique<hal::ComposedRig>(std::move(parts), 1000.0);
+  demand(composed_->engage(hal::RigPartKind::kDevice));
+  demand(composed_->engage(hal::RigPartKind::kForceSensor));
+
+  scene_ = value_of(rt::resolve(config.scene, composed_->info()));
+  pipeline_ = value_of(rt::compose(scene_, composed_->info(), config.model));
+  tapped_ = std::make_unique<TappedRig>(*composed_, [this] { return magnitude(page_->force_n()); });
+  engine_ = std::make_unique<rt::Engine>(*tapped_, 65536);
+  engine_->preload(pipeline_.get(), scene_.guard);
+  rt::LoopConfig loop;
+  loop.fifo_priority = config.fifo_priority;
+  loop.lock_memory = false;  // of a program that does much besides
+  loop_ = std::make_unique<rt::PeriodicLoop>(*tapped_, *engine_, loop);
+  loop_->start();
+}
+
+EmulatedRig::~EmulatedRig() {
+  loop_ = nullptr;
+  bench_->stop();
+  composed_ = nullptr;
+  bench_ = nullptr;  // before its page
+  unsetenv("HD_STAND_IN_PAGE");
+}
+
+void EmulatedRig::set_hand(const sim::HandProgram& program) {
+  demand(bench_->set_program(program));
+}
+
+rt::EngineOutcome EmulatedRig::clear() {
+  rt::EngineCommand command;
+  command.kind = rt::EngineCommand::Kind::kClear;
+  return engine_->execute(command, std::chrono::seconds(5));
+}
+
+void EmulatedRig::before_record(std::function<void()> deed) {
+  const std::lock_guard lock(deed_mutex_);
+  deed_ = std::move(deed);
+  sent_ns_.store(0);
+  deed_waits_.store(true);
+}
+
+std::optional<std::int64_t> EmulatedRig::sent_ns() const noexcept {
+  const std::int64_t sent = sent_ns_.load();
+  if (sent == 0) return std::nullopt;
+  return sent;
+}
+
+void EmulatedRig::feed(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
+  if (!deed_waits_.load()) {
+    box_->feed(force_n, torque_n_mm);
+    return;
+  }
+  const std::lock_guard lock(deed_mutex_);
+  deed_();
+  box_->feed(force_n, torque_n_mm);
+  sent_ns_.store(monotonic_ns());
+  deed_waits_.store(false);
+}
+
+void EmulatedRig::step() {
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+double EmulatedRig::now_s() const {
+  return 1e-9 * static_cast<double>(monotonic_ns());
+}
+
+}  // namespace hapticd::test

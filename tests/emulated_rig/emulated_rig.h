@@ -1,0 +1,84 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "hal/composed_rig.h"
+#include "hal/sim/simulated_rig.h"
+#include "rt/loop/periodic_loop.h"
+#include "rt/model/models.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/scene_spec.h"
+#include "tests/emulated_rig/run.h"
+#include "tests/emulators/bench/emulated_bench.h"
+#include "tests/emulators/netft/netft_box.h"
+#include "tests/emulators/openhaptics/page.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+
+struct EmulatedRigConfig {
+  sim::SimulationConfig simulation{};
+  rt::SceneSpec scene{};
+  const rt::ObjectModel* model = nullptr;  ///< of the object, where the scene needs one
+  double stall_s = 0.1;                    ///< see OpenHapticsConfig
+  /// SCHED_FIFO for all threads of the peers and the drivers, where the machine grants it; 0 = ordinary.
+  int fifo_priority = 40;
+};
+
+/// The whole way live: simulated physics at 7 kHz, a Net F/T box over UDP and HTTP, the driver that reads it,
+/// a PHANToM behind the stand-in for the vendor's library, whose scheduler is the clock, the driver that
+/// loads it, both composed to a rig, the engine and the loop. One at a time in a process: the library finds
+/// its page by the environment.
+class EmulatedRig final : public Run {
+ public:
+  /// Throws std::runtime_error with the full complaint of whoever refused.
+  explicit EmulatedRig(const EmulatedRigConfig& config);
+  ~EmulatedRig() override;
+  EmulatedRig(const EmulatedRig&) = delete;
+  EmulatedRig& operator=(const EmulatedRig&) = delete;
+
+  rt::Engine& engine() override { return *engine_; }
+  TappedRig& rig() override { return *tapped_; }
+  void set_hand(const sim::HandProgram& program) override;
+  rt::EngineOutcome clear() override;
+
+  emulators::NetFtBox& box() { return *box_; }
+  emulators::HdPage& page() { return *page_; }
+  emulators::EmulatedBench& bench() { return *bench_; }
+  const rt::SceneSpec& scene() const { return scene_; }
+  rt::LoopStatistics statistics() const { return loop_->statistics(); }
+
+  /// Done once, on the bench's thread, just before the next record of the box is made.
+  void before_record(std::function<void()> deed);
+  /// CLOCK_MONOTONIC when that record had been sent, or would have been; none yet.
+  std::optional<std::int64_t> sent_ns() const noexcept;
+
+ protected:
+  void step() override;
+  double now_s() const override;
+
+ private:
+  void feed(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm);
+
+  TemporaryFolder folder_;
+  std::unique_ptr<emulators::HdPage> page_;
+  std::unique_ptr<emulators::NetFtBox> box_;
+  std::unique_ptr<emulators::EmulatedBench> bench_;
+  std::unique_ptr<hal::ComposedRig> composed_;
+  std::unique_ptr<TappedRig> tapped_;
+  rt::SceneSpec scene_;
+  std::unique_ptr<rt::Pipeline> pipeline_;
+  std::unique_ptr<rt::Engine> engine_;
+  std::unique_ptr<rt::PeriodicLoop> loop_;
+
+  std::mutex deed_mutex_;
+  std::function<void()> deed_;
+  std::atomic<bool> deed_waits_{false};
+  std::atomic<std::int64_t> sent_ns_{0};
+};
+
+}  // namespace hapticd::test

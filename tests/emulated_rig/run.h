@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "hal/sim/hand.h"
+#include "rt/loop/engine.h"
+#include "rt/scene/tick_record.h"
+#include "tests/emulated_rig/tapped_rig.h"
+
+namespace hapticd::test {
+
+/// A scene that is rendered on a rig of real drivers, with the simulated hand, object and tool behind the
+/// emulated peers. What happens is read off the ticks' records; all from one thread.
+class Run {
+ public:
+  virtual ~Run() = default;
+
+  virtual rt::Engine& engine() = 0;
+  virtual TappedRig& rig() = 0;
+  /// Throws std::runtime_error where it is refused.
+  virtual void set_hand(const sim::HandProgram& program) = 0;
+
+  /// Time passes until it comes true; false when it has not within so many seconds of the run.
+  bool until(const std::function<bool()>& condition, double within_s);
+  void pass(double seconds);
+  /// The guard's latch is left, if it can be.
+  virtual rt::EngineOutcome clear() = 0;
+
+  /// Of all ticks of the engine so far, their numbers without a gap as long as whole() holds.
+  const std::vector<rt::TickRecord>& records() const { return records_; }
+  /// Where among them the record of a tick is.
+  std::size_t place_of(std::uint64_t tick) const {
+    return static_cast<std::size_t>(tick - records_.front().tick);
+  }
+  const rt::TickRecord& last() const { return records_.back(); }
+  bool whole() { return engine().records_dropped() == 0; }
+
+ protected:
+  /// Lets about a tick pass.
+  virtual void step() = 0;
+  /// The run's own seconds.
+  virtual double now_s() const = 0;
+  void drain();
+
+ private:
+  std::vector<rt::TickRecord> records_;
+};
+
+double magnitude(const hal::Vector3& v) noexcept;
+
+}  // namespace hapticd::test

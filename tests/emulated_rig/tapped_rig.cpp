@@ -1,0 +1,45 @@
+#include "tests/emulated_rig/tapped_rig.h"
+
+#include <time.h>
+
+namespace hapticd::test {
+
+std::int64_t monotonic_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{1'000'000'000} * now.tv_sec + now.tv_nsec;
+}
+
+TappedRig::TappedRig(hal::Rig& rig, std::function<double()> standing_n)
+    : rig_(rig), standing_n_(std::move(standing_n)), series_(kMostTicks) {}
+
+void TappedRig::after_write(std::function<void()> deed) {
+  deed_ = std::move(deed);
+  deed_state_.store(kWaiting, std::memory_order_release);
+}
+
+std::optional<std::uint64_t> TappedRig::done_after() const noexcept {
+  if (deed_state_.load(std::memory_order_acquire) != kDone) return std::nullopt;
+  return done_after_.load(std::memory_order_relaxed);
+}
+
+void TappedRig::read(hal::RigSample& sample) noexcept {
+  const std::size_t count = marks_.load(std::memory_order_relaxed);
+  if (count < series_.size()) {
+    series_[count] = {monotonic_ns(), standing_n_ ? standing_n_() : 0.0};
+    marks_.store(count + 1, std::memory_order_release);
+  }
+  rig_.read(sample);
+  if (change_) change_(sample);
+  tick_ = sample.tick;
+}
+
+void TappedRig::write(const hal::DeviceCommand& command) noexcept {
+  rig_.write(command);
+  if (deed_state_.load(std::memory_order_acquire) != kWaiting) return;
+  deed_();
+  done_after_.store(tick_, std::memory_order_relaxed);
+  deed_state_.store(kDone, std::memory_order_release);
+}
+
+}  // namespace hapticd::test

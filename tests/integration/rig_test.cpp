@@ -1,0 +1,126 @@
+// What only concerns hardware, as a client meets it: the table of faults, the doctor, bias and homing, scenes
+// that name a place of the turntable.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "hapticd/v1/turntable.grpc.pb.h"
+#include "tests/integration/error_detail.h"
+#include "tests/integration/running_service.h"
+
+namespace hapticd::test {
+namespace {
+
+TEST(ServiceRig, TellsWhatEveryFaultDoes) {
+  const RunningService service;
+  v1::ListFaultsResponse answer;
+  ASSERT_TRUE(service.safety->ListFaults(call_context().get(), {}, &answer).ok());
+  std::set<int> told;
+  for (const v1::FaultRule& rule : answer.faults()) {
+    EXPECT_TRUE(told.insert(rule.fault()).second);
+    EXPECT_NE(rule.action(), v1::FAULT_ACTION_UNSPECIFIED);
+    EXPECT_NE(rule.clearing(), v1::FAULT_CLEARING_UNSPECIFIED);
+    EXPECT_FALSE(rule.cause().empty());
+    EXPECT_FALSE(rule.remedy().empty());
+  }
+  EXPECT_EQ(static_cast<int>(told.size()), v1::GuardFault_ARRAYSIZE - 2) << "all but UNSPECIFIED and NONE";
+}
+
+TEST(ServiceRig, IsLookedOverByTheDoctor) {
+  const RunningService service;
+  v1::DiagnoseRequest request;
+  request.set_probe(true);
+  v1::Diagnosis diagnosis;
+  ASSERT_TRUE(service.rig->Diagnose(call_context().get(), request, &diagnosis).ok());
+  std::set<std::string> topics;
+  for (const v1::Finding& finding : diagnosis.findings()) {
+    topics.insert(finding.topic());
+    EXPECT_FALSE(finding.text().empty());
+    EXPECT_NE(finding.severity(), v1::FINDING_SEVERITY_UNSPECIFIED);
+    EXPECT_NE(finding.severity(), v1::FINDING_SEVERITY_PROBLEM) << finding.text();
+  }
+  for (const char* topic : {"kernel", "CPU", "scheduling", "rights", "memory", "clock", "loop"}) {
+    EXPECT_TRUE(topics.contains(topic)) << topic;
+  }
+}
+
+TEST(ServiceRig, ASimulatedOneHasNothingToBiasOrHome) {
+  const RunningService service;
+  v1::BiasForceSensorResponse biased;
+  expect_refused(service.rig->BiasForceSensor(call_context().get(), {}, &biased),
+                 {grpc::StatusCode::FAILED_PRECONDITION, "there is nothing to bias", "force sensor", "",
+                  "a rig with hardware that needs it", ""});
+  v1::HomeDeviceResponse homed;
+  expect_refused(service.rig->HomeDevice(call_context().get(), {}, &homed),
+                 {grpc::StatusCode::FAILED_PRECONDITION, "there is nothing to home", "haptic device", "",
+                  "a rig with hardware that needs it", ""});
+}
+
+TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  service.press(2.0);
+  v1::BiasForceSensorResponse biased;
+  const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(status).what(), "the tool is in contact: it cannot be biased");
+}
+
+constexpr const char* kAtStation = "name = \"there\"\nkind = \"tap_1d\"\nturntable_station = \"rubber\"\n";
+
+v1::PartState table_of(const RunningService& service) {
+  const v1::RigState state = service.state();
+  const auto table = std::find_if(state.parts().begin(), state.parts().end(),
+                                  [](const v1::PartReport& part) { return part.part() == "turntable"; });
+  return table == state.parts().end() ? v1::PART_STATE_UNSPECIFIED : table->state();
+}
+
+TEST(ServiceRig, ASceneAtAStationNeedsATurntable) {
+  const RunningService service;
+  const grpc::Status status = service.load_toml(kAtStation);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(status).what(), "the scene needs a turntable, and this rig has none");
+}
+
+TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
+  server::DaemonConfig config = quiet_config();
+  config.turntable.kind = server::TurntableChoice::kSimulated;
+  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
+  config.turntable.settings.stale_after_s = 2.0;
+  config.turntable.sim.homed = true;
+  config.turntable.settings.stations = {{"sponge", 0.0, "sponge_block"}, {"rubber", 40.0, "rubber_ball"}};
+  const RunningService service(config);
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  EXPECT_EQ(table_of(service), v1::PART_STATE_IDLE) << "nobody needs it";
+
+  const grpc::Status elsewhere = service.load_toml(kAtStation);
+  EXPECT_EQ(elsewhere.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << elsewhere.error_message();
+  EXPECT_EQ(service.state().scene(), "tap_1d") << "nothing changed";
+
+  const auto turntable = v1::TurntableService::NewStub(service.channel);
+  v1::MoveToRequest request;
+  request.set_station("rubber");
+  const auto context = call_context();
+  const auto motion = turntable->MoveTo(context.get(), request);
+  for (v1::TurntableStatus progress; motion->Read(&progress);) {
+  }
+  const grpc::Status moved = motion->Finish();
+  ASSERT_TRUE(moved.ok()) << moved.error_message();
+  const grpc::Status there = service.load_toml(kAtStation);
+  EXPECT_TRUE(there.ok()) << there.error_message();
+  EXPECT_EQ(table_of(service), v1::PART_STATE_READY);
+
+  request.set_station("sponge");
+  const auto again = call_context();
+  const auto refused = turntable->MoveTo(again.get(), request);
+  for (v1::TurntableStatus progress; refused->Read(&progress);) {
+  }
+  const grpc::Status kept = refused->Finish();
+  EXPECT_EQ(kept.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(kept).what(), "the loaded scene needs the table where it stands");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,313 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <thread>
+
+#include "hapticd/v1/identification.grpc.pb.h"
+#include "hapticd/v1/turntable.grpc.pb.h"
+#include "tests/integration/error_detail.h"
+#include "tests/integration/running_service.h"
+
+namespace hapticd::test {
+namespace {
+
+/// A simulated table with three objects; slow enough for something to happen on the way.
+server::DaemonConfig with_table() {
+  server::DaemonConfig config = quiet_config();
+  config.turntable.kind = server::TurntableChoice::kSimulated;
+  config.turntable.settings.speed_deg_per_s = 120.0;
+  config.turntable.settings.acceleration_deg_per_s2 = 480.0;
+  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
+  config.turntable.settings.stale_after_s = 2.0;  // a stall of the machine is no fault of the drive
+  config.turntable.sim.homing_deg_per_s = 120.0;
+  config.turntable.settings.stations = {
+      {"sponge", 0.0, "sponge_block"}, {"rubber", 90.0, "rubber_ball"}, {"bare", -90.0, ""}};
+  return config;
+}
+
+v1::MoveToRequest to_station(const std::string& name) {
+  v1::MoveToRequest request;
+  request.set_station(name);
+  return request;
+}
+
+v1::MoveToRequest to_angle(double angle_deg, double speed_deg_per_s = 0.0) {
+  v1::MoveToRequest request;
+  request.set_angle_deg(angle_deg);
+  if (speed_deg_per_s > 0.0) request.set_speed_deg_per_s(speed_deg_per_s);
+  return request;
+}
+
+class ServiceTurntable : public testing::Test {
+ protected:
+  ServiceTurntable() : service(with_table()), table(v1::TurntableService::NewStub(service.channel)) {}
+
+  v1::Turntable get() const {
+    v1::Turntable response;
+    const grpc::Status status = table->GetTurntable(call_context().get(), {}, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  }
+  /// A motion to its end: its status, and how often it was told of.
+  grpc::Status home() const {
+    auto context = call_context();
+    auto reader = table->Home(context.get(), {});
+    v1::TurntableStatus progress;
+    while (reader->Read(&progress)) {
+    }
+    return reader->Finish();
+  }
+  grpc::Status move(const v1::MoveToRequest& request, v1::TurntableStatus* last = nullptr) const {
+    auto context = call_context();
+    auto reader = table->MoveTo(context.get(), request);
+    v1::TurntableStatus progress;
+    while (reader->Read(&progress)) {
+      if (last != nullptr) *last = progress;
+    }
+    return reader->Finish();
+  }
+  /// Begins a slow motion and waits until the table has left its place.
+  struct Motion {
+    std::unique_ptr<grpc::ClientContext> context;
+    std::unique_ptr<grpc::ClientReader<v1::TurntableStatus>> reader;
+    v1::TurntableStatus last;
+    grpc::Status finish() {
+      while (reader->Read(&last)) {
+      }
+      return reader->Finish();
+    }
+  };
+  Motion set_off(double target_deg = 170.0) const {
+    Motion motion;
+    motion.context = call_context();
+    motion.reader = table->MoveTo(motion.context.get(), to_angle(target_deg, 20.0));
+    while (motion.reader->Read(&motion.last)) {
+      if (motion.last.state() == v1::TURNTABLE_STATE_MOVING && motion.last.motion().completion() > 0.002)
+        break;
+    }
+    EXPECT_EQ(motion.last.state(), v1::TURNTABLE_STATE_MOVING);
+    return motion;
+  }
+  v1::Turntable await(v1::TurntableState state) const {
+    const auto until = std::chrono::steady_clock::now() + kPatience;
+    v1::Turntable now = get();
+    while (now.status().state() != state && std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      now = get();
+    }
+    EXPECT_EQ(now.status().state(), state);
+    return now;
+  }
+  std::string object() const {
+    v1::SimulationInfo info;
+    EXPECT_TRUE(service.simulation->GetSimulation(call_context().get(), {}, &info).ok());
+    return info.object();
+  }
+
+  RunningService service;
+  std::unique_ptr<v1::TurntableService::Stub> table;
+};
+
+TEST_F(ServiceTurntable, TellsWhatThereIsWithoutOpeningIt) {
+  const v1::Turntable info = get();
+  EXPECT_EQ(info.name(), "sim:turntable");
+  EXPECT_EQ(info.driver(), "sim");
+  EXPECT_EQ(info.stations_size(), 3);
+  EXPECT_EQ(info.stations(1).object(), "rubber_ball");
+  EXPECT_EQ(info.status().state(), v1::TURNTABLE_STATE_IDLE);
+  EXPECT_FALSE(info.status().has_position_deg());
+  EXPECT_EQ(info.max_speed_deg_per_s(), 120.0);
+}
+
+TEST_F(ServiceTurntable, HomesGoesToAStationAndPutsItsObjectUnderTheTool) {
+  const grpc::Status unhomed = move(to_station("rubber"));
+  EXPECT_EQ(unhomed.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(unhomed).remedy(), "home it first");
+  ASSERT_EQ(home().error_message(), "");
+  EXPECT_EQ(get().status().station(), "sponge");
+  EXPECT_EQ(object(), "sponge_block");
+
+  v1::TurntableStatus last;
+  const grpc::Status moved = move(to_station("rubber"), &last);
+  ASSERT_TRUE(moved.ok()) << moved.error_message();
+  EXPECT_EQ(last.motion().end(), v1::TURNTABLE_MOTION_END_ARRIVED);
+  EXPECT_EQ(last.motion().completion(), 1.0);
+  EXPECT_NEAR(last.position_deg(), 90.0, 0.2);
+  EXPECT_EQ(get().status().station(), "rubber");
+  EXPECT_EQ(object(), "rubber_ball");
+
+  ASSERT_TRUE(move(to_angle(45.0)).ok());
+  EXPECT_EQ(get().status().station(), "");
+  EXPECT_EQ(object(), "none");
+}
+
+TEST_F(ServiceTurntable, RefusesWhatCannotBe) {
+  expect_refused(move(to_station("ruber")),
+                 {grpc::StatusCode::NOT_FOUND, "no such station", "MoveToRequest.station", "ruber",
+                  "sponge, rubber, bare", "did you mean 'rubber'?"});
+  EXPECT_EQ(move(to_angle(200.0)).error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(move(to_angle(std::numeric_limits<double>::quiet_NaN())).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(move({}).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(move(to_angle(0.0, 500.0)).error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_IDLE);  // none of it needed the port
+}
+
+TEST_F(ServiceTurntable, ACancelledCallStopsTheTable) {
+  ASSERT_EQ(home().error_message(), "");
+  Motion motion = set_off();
+  motion.context->TryCancel();
+  EXPECT_EQ(motion.finish().error_code(), grpc::StatusCode::CANCELLED);
+  const v1::Turntable now = await(v1::TURNTABLE_STATE_STANDING);
+  EXPECT_EQ(now.status().motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
+  EXPECT_LT(now.status().position_deg(), 160.0);
+}
+
+TEST_F(ServiceTurntable, ADeadlineThatPassesStopsTheTable) {
+  ASSERT_EQ(home().error_message(), "");
+  auto context = call_context(std::chrono::milliseconds(700));
+  auto reader = table->MoveTo(context.get(), to_angle(170.0, 20.0));
+  v1::TurntableStatus progress;
+  while (reader->Read(&progress)) {
+  }
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(await(v1::TURNTABLE_STATE_STANDING).status().motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
+}
+
+TEST_F(ServiceTurntable, AnyoneMayStopIt) {
+  ASSERT_EQ(home().error_message(), "");
+  Motion motion = set_off();
+  v1::TurntableStatus unused;
+  ASSERT_TRUE(table->StopTurntable(call_context().get(), {}, &unused).ok());
+  const grpc::Status status = motion.finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED);
+  EXPECT_EQ(detail_of(status).what(), "the motion was stopped");
+  EXPECT_EQ(motion.last.motion().end(), v1::TURNTABLE_MOTION_END_STOPPED);
+  ASSERT_TRUE(move(to_angle(0.0)).ok());  // and may be turned again
+}
+
+TEST_F(ServiceTurntable, WhileItTurnsScenesTargetsAndObjectsAreRefused) {
+  ASSERT_EQ(home().error_message(), "");
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  Motion motion = set_off();
+  const grpc::Status loaded = service.load("wall");
+  EXPECT_EQ(loaded.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(loaded).what(), "the turntable's motion is under way");
+  v1::SetTargetRequest target;
+  target.set_stiffness_n_per_mm(0.5);
+  EXPECT_EQ(service.set_target(target).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  v1::SetObjectRequest object_request;
+  object_request.set_name("rubber_ball");
+  v1::SetObjectResponse object_response;
+  EXPECT_EQ(
+      service.simulation->SetObject(call_context().get(), object_request, &object_response).error_code(),
+      grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(move(to_angle(0.0)).error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  auto identification = v1::IdentificationService::NewStub(service.channel);
+  v1::StartIdentificationRequest start;
+  start.mutable_threshold();
+  v1::StartIdentificationResponse started;
+  EXPECT_EQ(identification->StartIdentification(call_context().get(), start, &started).error_code(),
+            grpc::StatusCode::FAILED_PRECONDITION);
+  motion.context->TryCancel();
+  motion.finish();
+  await(v1::TURNTABLE_STATE_STANDING);
+  service.await([&](const v1::RigState&) { return service.set_target(target).ok(); });
+}
+
+TEST_F(ServiceTurntable, DoesNotTurnWhileTheToolIsInContact) {
+  ASSERT_EQ(home().error_message(), "");
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  service.press(2.0);
+  EXPECT_TRUE(get().has_interlock());
+  const grpc::Status refused = move(to_station("rubber"));
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(refused).where(), "interlock of the turntable");
+  EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_STANDING);
+  EXPECT_NEAR(get().status().position_deg(), 0.0, 0.2);
+}
+
+TEST_F(ServiceTurntable, DoesNotTurnUnderLoadEvenWithoutAScene) {
+  ASSERT_EQ(home().error_message(), "");
+  v1::SetHandProgramRequest press;
+  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
+  press.mutable_program()->set_force_n(3.0);
+  press.mutable_program()->set_hold_s(-1.0);
+  v1::SetHandProgramResponse unused;
+  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &unused).ok());
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (!get().has_interlock() && std::chrono::steady_clock::now() < until) std::this_thread::yield();
+  const grpc::Status refused = move(to_station("rubber"));
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(refused).what(), "the tool is under load");
+}
+
+TEST_F(ServiceTurntable, DoesNotTurnWhileTheGuardIsLatched) {
+  ASSERT_EQ(home().error_message(), "");
+  v1::StopResponse stopped;
+  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
+  EXPECT_EQ(detail_of(move(to_station("rubber"))).what(), "the guard is latched");
+}
+
+TEST_F(ServiceTurntable, ContactOnTheWayStopsItAtOnce) {
+  ASSERT_EQ(home().error_message(), "");
+  // The hand is told before: while the table turns it is not to be told anything.
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetHandProgramRequest press;
+  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
+  press.mutable_program()->set_force_n(2.0);
+  press.mutable_program()->set_approach_mm_per_s(4.0);
+  press.mutable_program()->set_hold_s(-1.0);
+  v1::SetHandProgramResponse unused;
+  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &unused).ok());
+  v1::TurntableStatus last;
+  const grpc::Status status = move(to_angle(170.0, 5.0), &last);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::ABORTED) << status.error_message();
+  EXPECT_EQ(detail_of(status).where(), "interlock of the turntable");
+  EXPECT_EQ(last.motion().end(), v1::TURNTABLE_MOTION_END_FORBIDDEN);
+  EXPECT_NE(detail_of(status).what().find("the tool is in contact"), std::string::npos)
+      << status.error_message();
+  service.await([](const v1::RigState& s) { return s.in_contact(); });
+  EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_STANDING);
+  EXPECT_LT(get().status().position_deg(), 169.0);
+}
+
+TEST_F(ServiceTurntable, IsLetGoAndEngagedAgain) {
+  v1::TurntableStatus status;
+  ASSERT_TRUE(table->Engage(call_context().get(), {}, &status).ok());
+  EXPECT_EQ(status.state(), v1::TURNTABLE_STATE_NOT_HOMED);
+  ASSERT_TRUE(table->Disengage(call_context().get(), {}, &status).ok());
+  EXPECT_EQ(status.state(), v1::TURNTABLE_STATE_IDLE);
+  ASSERT_EQ(home().error_message(), "");
+}
+
+TEST_F(ServiceTurntable, ADaemonThatEndsStopsTheTable) {
+  ASSERT_EQ(home().error_message(), "");
+  Motion motion = set_off();
+  std::thread([this] { service.daemon->shutdown(); }).join();
+  EXPECT_FALSE(motion.finish().ok());
+}
+
+TEST(ServiceWithoutTurntable, SaysSo) {
+  const RunningService service;
+  auto table = v1::TurntableService::NewStub(service.channel);
+  const Expected expected{grpc::StatusCode::FAILED_PRECONDITION,
+                          "this rig has no turntable",
+                          "turntable",
+                          "",
+                          "a rig with one",
+                          "name it in [rig.turntable] of the configuration"};
+  v1::Turntable info;
+  expect_refused(table->GetTurntable(call_context().get(), {}, &info), expected);
+  v1::TurntableStatus status;
+  expect_refused(table->StopTurntable(call_context().get(), {}, &status), expected);
+  auto context = call_context();
+  auto reader = table->Home(context.get(), {});
+  while (reader->Read(&status)) {
+  }
+  expect_refused(reader->Finish(), expected);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,316 @@
+#include "hal/composed_rig.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <limits>
+#include <thread>
+
+#include "rt/loop/engine.h"
+#include "rt/loop/periodic_loop.h"
+#include "allocation_counter.h"
+
+namespace hapticd::hal {
+namespace {
+
+namespace status = sample_status;
+using namespace std::chrono_literals;
+
+class FakeBase final : public Rig {
+ public:
+  FakeBase() {
+    info_.name = "base";
+    info_.has_truth = true;
+    info_.device.model = "base_device";
+    info_.sensor.model = "base_sensor";
+  }
+  const RigInfo& info() const noexcept override { return info_; }
+  bool owns_clock() const noexcept override { return false; }
+  void read(RigSample& sample) noexcept override {
+    sample = RigSample{};
+    sample.tip_position_mm = {1.0, 2.0, 3.0};
+    sample.sensor_force_n = {4.0, 5.0, 6.0};
+    sample.force_count = 10;
+    sample.status = all_bits;
+  }
+  void write(const DeviceCommand& command) noexcept override { written = command; }
+
+  std::uint32_t all_bits = 0;
+  DeviceCommand written{{-1.0, -1.0, -1.0}};
+
+ private:
+  RigInfo info_;
+};
+
+class FakeDevice : public HapticDevice {
+ public:
+  FakeDevice() { info_.model = "fake_device"; }
+  std::optional<Error> engage() override {
+    if (refuses) return Error{"refused", "haptic device", "", "", ""};
+    engaged = true;
+    info_.max_force_n = 7.0;  // told by the device itself
+    return std::nullopt;
+  }
+  void disengage() noexcept override { engaged = false; }
+  PartReport report() const override { return {"haptic device", "fake", PartState::kReady, "", {}, {}}; }
+  const DeviceInfo& info() const noexcept override { return info_; }
+  void read(RigSample& sample) noexcept override {
+    sample.tip_position_mm = {0.0, 0.0, -7.0};
+    sample.status |= status::kDeviceWarm;
+  }
+  void write(const DeviceCommand& command) noexcept override {
+    written = command;
+    ++writes;
+  }
+  std::optional<Error> home() override {
+    homed = true;
+    return std::nullopt;
+  }
+
+  bool refuses = false;
+  std::atomic<bool> engaged{false};
+  bool homed = false;
+  DeviceCommand written;
+  std::atomic<int> writes{0};
+
+ private:
+  DeviceInfo info_;
+};
+
+/// A device whose scheduler calls every millisecond, on a thread of its own.
+class ScheduledDevice final : public FakeDevice, public ServoClock {
+ public:
+  ServoClock* clock() noexcept override { return this; }
+  void run(ServoBody& body, const std::atomic<bool>& stop) noexcept override {
+    std::thread scheduler([&] {
+      while (!stop.load()) {
+        body.on_servo();
+        std::this_thread::sleep_for(1ms);
+      }
+    });
+    scheduler.join();
+  }
+};
+
+class FakeSensor final : public ForceSensor {
+ public:
+  std::optional<Error> engage() override {
+    ++engagements;
+    return std::nullopt;
+  }
+  void disengage() noexcept override { disengaged_during_read = reading.load(); }
+  PartReport report() const override { return {"force sensor", "fake", PartState::kReady, "", {}, {}}; }
+  const SensorInfo& info() const noexcept override { return info_; }
+  void read(RigSample& sample) noexcept override {
+    reading = true;
+    if (read_takes > 0ms) std::this_thread::sleep_for(read_takes);
+    sample.sensor_force_n = {0.0, 0.0, 9.0};
+    sample.force_count = 7;
+    sample.force_age_ns = 100;
+    sample.status |= status::kForceWarning;
+    reading = false;
+  }
+  std::optional<Error> bias() override { return Error{"biased", "", "", "", ""}; }
+
+  std::chrono::milliseconds read_takes{0};
+  std::atomic<bool> reading{false};
+  std::atomic<bool> disengaged_during_read{false};
+  int engagements = 0;
+
+ private:
+  SensorInfo info_{"fake_sensor", 35.0, 0.001, 7000.0, 9.0};
+};
+
+constexpr std::uint32_t kForceBits = status::kForceMissing | status::kForceSaturated | status::kForceFault |
+                                     status::kForceLost | status::kForceWarning;
+constexpr std::uint32_t kDeviceBits = status::kDeviceFault | status::kDeviceNotReady | status::kDeviceWarm |
+                                      status::kDeviceOverForce | status::kDeviceOverSpeed |
+                                      status::kCommandStale;
+
+struct Made {
+  std::unique_ptr<ComposedRig> rig;
+  FakeBase* base = nullptr;
+  FakeDevice* device = nullptr;
+  FakeSensor* sensor = nullptr;
+
+  RigSample read() const {
+    RigSample sample;
+    rig->read(sample);
+    return sample;
+  }
+};
+
+Made make(bool with_base, bool with_device, bool with_sensor) {
+  Made made;
+  RigParts parts;
+  if (with_base) {
+    auto base = std::make_unique<FakeBase>();
+    made.base = base.get();
+    parts.base = std::move(base);
+  }
+  if (with_device) {
+    auto device = std::make_unique<FakeDevice>();
+    made.device = device.get();
+    parts.device = std::move(device);
+  }
+  if (with_sensor) {
+    auto sensor = std::make_unique<FakeSensor>();
+    made.sensor = sensor.get();
+    parts.sensor = std::move(sensor);
+  }
+  made.rig = std::make_unique<ComposedRig>(std::move(parts), 1000.0);
+  return made;
+}
+
+TEST(ComposedRig, TakesEachHalfFromItsPartAndTheRestFromTheBase) {
+  const Made made = make(true, false, true);
+  made.base->all_bits = kForceBits | status::kDeviceWarm;
+  EXPECT_FALSE(made.rig->engage(RigPartKind::kForceSensor));
+  const RigSample sample = made.read();
+  EXPECT_EQ(sample.tip_position_mm.z, 3.0) << "the base's device";
+  EXPECT_EQ(sample.sensor_force_n.z, 9.0);
+  EXPECT_EQ(sample.force_count, 7U);
+  EXPECT_EQ(sample.status, status::kDeviceWarm | status::kForceWarning)
+      << "what is wrong with the base's sensor concerns nobody";
+}
+
+TEST(ComposedRig, OverridesTheDeviceHalfToo) {
+  const Made made = make(true, true, false);
+  made.base->all_bits = kDeviceBits | status::kForceSaturated;
+  EXPECT_FALSE(made.rig->engage(RigPartKind::kDevice));
+  const RigSample sample = made.read();
+  EXPECT_EQ(sample.tip_position_mm.z, -7.0);
+  EXPECT_EQ(sample.sensor_force_n.z, 6.0) << "the base's sensor";
+  EXPECT_EQ(sample.status, status::kForceSaturated | status::kDeviceWarm);
+}
+
+TEST(ComposedRig, GivesForceToTheRealDeviceAndNobodyElse) {
+  const Made made = make(true, true, false);
+  ASSERT_FALSE(made.rig->engage(RigPartKind::kDevice));
+  made.rig->write({{0.0, 0.0, 2.0}});
+  EXPECT_EQ(made.device->written.force_n.z, 2.0);
+  EXPECT_EQ(made.base->written.force_n.z, -1.0) << "untouched";
+
+  const Made without_device = make(true, false, true);
+  without_device.rig->write({{0.0, 0.0, 2.0}});
+  EXPECT_EQ(without_device.base->written.force_n.z, 2.0);
+}
+
+TEST(ComposedRig, SaysOfPartsThatAreNotEngagedThatTheyAreNotThere) {
+  const Made made = make(false, true, true);
+  const RigSample sample = made.read();
+  EXPECT_EQ(sample.status, status::kDeviceNotReady | status::kForceMissing);
+  EXPECT_EQ(sample.force_age_ns, std::numeric_limits<std::int64_t>::max());
+  EXPECT_EQ(sample.force_count, 0U);
+  made.rig->write({{0.0, 0.0, 2.0}});
+  EXPECT_EQ(made.device->writes, 0);
+}
+
+TEST(ComposedRig, KeepsTheLastPoseOfADeviceThatWasLetGo) {
+  const Made made = make(false, true, false);
+  ASSERT_FALSE(made.rig->engage(RigPartKind::kDevice));
+  made.read();
+  made.rig->disengage(RigPartKind::kDevice);
+  const RigSample sample = made.read();
+  EXPECT_EQ(sample.tip_position_mm.z, -7.0);
+  EXPECT_NE(sample.status & status::kDeviceNotReady, 0U);
+}
+
+TEST(ComposedRig, DescribesWhatItIsPutTogetherOf) {
+  const Made made = make(true, true, true);
+  const RigInfo& info = made.rig->info();
+  EXPECT_EQ(info.kind, RigKind::kHardware);
+  EXPECT_EQ(info.name, "fake + fake + base");
+  EXPECT_EQ(info.device.model, "fake_device");
+  EXPECT_EQ(info.sensor.model, "fake_sensor");
+  EXPECT_FALSE(info.has_truth) << "the base knows nothing of the real parts";
+  EXPECT_EQ(made.rig->reports().size(), 2U);
+  ASSERT_FALSE(made.rig->engage(RigPartKind::kDevice));
+  EXPECT_EQ(info.device.max_force_n, 7.0) << "as the device says itself";
+}
+
+TEST(ComposedRig, PassesOnWhatAPartRefuses) {
+  const Made made = make(false, true, true);
+  made.device->refuses = true;
+  const auto error = made.rig->engage(RigPartKind::kDevice);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "refused");
+  EXPECT_NE(made.read().status & status::kDeviceNotReady, 0U);
+  EXPECT_EQ(made.rig->bias_force_sensor()->what, "biased");
+  EXPECT_FALSE(made.rig->home_device());
+  EXPECT_TRUE(made.device->homed);
+
+  const Made bare = make(true, false, false);
+  EXPECT_TRUE(bare.rig->bias_force_sensor());
+  EXPECT_TRUE(bare.rig->home_device());
+}
+
+TEST(ComposedRig, CountsTicksAndTimeByItselfWithoutABase) {
+  const Made made = make(false, true, true);
+  const RigSample first = made.read();
+  const RigSample second = made.read();
+  EXPECT_EQ(first.tick, 0U);
+  EXPECT_EQ(first.time_ns, 0);
+  EXPECT_EQ(second.tick, 1U);
+  EXPECT_GE(second.time_ns, first.time_ns);
+}
+
+TEST(ComposedRig, NeverLetsGoOfASensorInTheMiddleOfARead) {
+  const Made made = make(false, false, true);
+  made.sensor->read_takes = 2ms;
+  ASSERT_FALSE(made.rig->engage(RigPartKind::kForceSensor));
+  std::atomic<bool> stop{false};
+  std::thread loop([&] {
+    while (!stop.load()) made.read();
+  });
+  for (int i = 0; i < 30; ++i) {
+    made.rig->disengage(RigPartKind::kForceSensor);
+    ASSERT_FALSE(made.sensor->disengaged_during_read.load());
+    ASSERT_FALSE(made.rig->engage(RigPartKind::kForceSensor));
+    std::this_thread::sleep_for(1ms);
+  }
+  stop = true;
+  loop.join();
+}
+
+TEST(ComposedRig, ReadsAndWritesWithoutAllocating) {
+  const Made made = make(true, true, true);
+  ASSERT_FALSE(made.rig->engage(RigPartKind::kDevice));
+  ASSERT_FALSE(made.rig->engage(RigPartKind::kForceSensor));
+  RigSample sample;
+  const long before = test::allocations();
+  for (int i = 0; i < 100; ++i) {
+    made.rig->read(sample);
+    made.rig->write({});
+  }
+  EXPECT_EQ(test::allocations(), before);
+}
+
+TEST(ComposedRig, ADevicesSchedulerDrivesTheLoop) {
+  auto device = std::make_unique<ScheduledDevice>();
+  ScheduledDevice* scheduled = device.get();
+  RigParts parts;
+  parts.device = std::move(device);
+  ComposedRig rig(std::move(parts), 1000.0);
+  ASSERT_FALSE(rig.engage(RigPartKind::kDevice));
+  rt::Engine engine(rig);
+  rt::LoopConfig config;
+  config.fifo_priority = 0;
+  config.lock_memory = false;
+  rt::PeriodicLoop loop(rig, engine, config);
+  loop.start();
+  while (loop.statistics().ticks < 50) std::this_thread::sleep_for(1ms);
+  loop.stop();
+  EXPECT_EQ(scheduled->writes.load(), static_cast<int>(loop.statistics().ticks) + 1)
+      << "and a zero at the end";
+  EXPECT_EQ(loop.statistics().compute.count, loop.statistics().ticks);
+  EXPECT_EQ(loop.statistics().device.count, loop.statistics().ticks);
+  rt::TickRecord record;
+  std::uint64_t records = 0;
+  while (engine.pop_record(record)) EXPECT_EQ(record.tick, records++);
+  EXPECT_EQ(records, loop.statistics().ticks);
+}
+
+}  // namespace
+}  // namespace hapticd::hal

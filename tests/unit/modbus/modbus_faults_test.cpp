@@ -1,0 +1,254 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+
+#include "tests/unit/modbus/driven_rig.h"
+
+namespace hapticd::test {
+namespace {
+
+using hal::MotionEnd;
+using hal::TurntableState;
+using Over = DrivenRig::Over;
+
+/// Impatient, where the fault is that nothing comes.
+void impatient(modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
+  config.link.response_timeout_s = 0.1;
+  settings.stale_after_s = 0.4;
+  settings.reconnect_longest_s = 0.2;
+  settings.engage_timeout_s = 1.0;
+}
+
+class ModbusFault : public testing::TestWithParam<Over> {
+ protected:
+  /// Sets the fault while the table is on its way, and sees the motion end lost, the state lost, and all well
+  /// again once the fault is gone.
+  void lose_and_find(const DriveFaults& faults) {
+    DrivenRig rig(GetParam(), EmulatedDrive::Make::kPlain, impatient);
+    const auto number = rig.set_off();
+    rig.drive.set_faults(faults);
+    const hal::TurntableStatus end = rig.await_end_of(number);
+    EXPECT_EQ(end.motion.end, MotionEnd::kLost);
+    ASSERT_TRUE(end.motion.problem);
+    EXPECT_EQ(end.motion.problem->what,
+              "contact with the drive was lost on the way: where the table stands is not known");
+    rig.await_state(TurntableState::kLost);
+    EXPECT_FALSE(rig.table->report().findings.empty());
+    const auto refused = rig.table->move_to(0.0, {});
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().what,
+              "the table's position is not known: it does not turn without a fresh one");
+    rig.drive.set_faults({});
+    // What it was doing meanwhile is ended, and it may be turned again.
+    rig.await_state(TurntableState::kStanding);
+    EXPECT_FALSE(rig.drive.motor().moving());
+    EXPECT_EQ(rig.await_end(rig.table->move_to(0.0, {})).motion.end, MotionEnd::kArrived);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Over, ModbusFault, testing::Values(Over::kTcp, Over::kRtu),
+                         [](const auto& one) { return one.param == Over::kTcp ? "Tcp" : "Rtu"; });
+
+TEST_P(ModbusFault, HalfOpen) {
+  lose_and_find({.silent = true});
+}
+TEST_P(ModbusFault, Garbage) {
+  lose_and_find({.garbage = true});
+}
+TEST_P(ModbusFault, HalfAnAnswer) {
+  lose_and_find({.truncated = true});
+}
+TEST_P(ModbusFault, WrongCrcOrTransaction) {
+  lose_and_find({.wrong_check = true});
+}
+TEST_P(ModbusFault, SlowerThanItMayBe) {
+  lose_and_find({.delay_ms = 150});
+}
+TEST_P(ModbusFault, EveryRequestRefused) {
+  lose_and_find({.exception = 4});
+}
+
+TEST_P(ModbusFault, ASlowDriveIsStillADrive) {
+  DrivenRig rig(GetParam());
+  rig.drive.set_faults({.delay_ms = 60});
+  rig.home();
+  EXPECT_EQ(rig.await_end(rig.table->move_to(90.0, {})).motion.end, MotionEnd::kArrived);
+}
+
+TEST_P(ModbusFault, AnExceptionIsToldByNameAndPlace) {
+  DrivenRig rig(GetParam());
+  rig.drive.set_faults({.exception = 2});
+  const auto error = rig.table->engage();
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "the drive refused: illegal data address");
+  EXPECT_EQ(error->value, "exception 2");
+  EXPECT_NE(error->where.find("0x006A"), std::string::npos) << error->where;  // the first it is set up with
+  EXPECT_EQ(rig.table->status().state, TurntableState::kIdle);
+}
+
+TEST_P(ModbusFault, AnOrderThatIsRefusedEndsTheMotion) {
+  DrivenRig rig(GetParam());
+  rig.home();
+  rig.drive.set_faults({.exception_on_write = 3});
+  const hal::TurntableStatus end = rig.await_end(rig.table->move_to(90.0, {}));
+  EXPECT_EQ(end.motion.end, MotionEnd::kRefused);
+  ASSERT_TRUE(end.motion.problem);
+  EXPECT_EQ(end.motion.problem->what, "the drive refused: illegal data value");
+  EXPECT_GT(rig.figure("exceptions"), 0.0);
+  rig.drive.set_faults({});
+  EXPECT_EQ(rig.await_end(rig.table->move_to(90.0, {})).motion.end, MotionEnd::kArrived);
+}
+
+TEST_P(ModbusFault, AStuckTableStallsAndIsClearedByHand) {
+  DrivenRig rig(GetParam());
+  rig.home();
+  rig.drive.hold(true);
+  const hal::TurntableStatus end = rig.await_end(rig.table->move_to(90.0, {}));
+  EXPECT_EQ(end.motion.end, MotionEnd::kStalled);
+  EXPECT_FALSE(rig.drive.motor().moving());
+  rig.await_state(TurntableState::kStalled);
+  EXPECT_EQ(rig.table->move_to(0.0, {}).error().what, "the table has stalled");
+  rig.drive.hold(false);
+  ASSERT_FALSE(rig.table->clear_alarm());
+  rig.await_state(TurntableState::kStanding);
+  EXPECT_EQ(rig.await_end(rig.table->move_to(90.0, {})).motion.end, MotionEnd::kArrived);
+}
+
+TEST_P(ModbusFault, AnAlarmIsToldWithItsTextAndReset) {
+  DrivenRig rig(GetParam());
+  const auto number = rig.set_off();
+  rig.drive.raise_alarm(0x30);
+  EXPECT_EQ(rig.await_end_of(number).motion.end, MotionEnd::kAlarm);
+  const hal::TurntableStatus ill = rig.await_state(TurntableState::kAlarm);
+  EXPECT_EQ(ill.alarm_code, 0x30U);
+  EXPECT_EQ(ill.alarm_text, "overload");
+  EXPECT_EQ(rig.table->report().state, hal::PartState::kFaulty);
+  EXPECT_EQ(rig.table->home().error().what, "the drive reports an alarm");
+  ASSERT_FALSE(rig.table->clear_alarm());
+  rig.await_state(TurntableState::kStanding);
+  EXPECT_EQ(rig.await_end(rig.table->move_to(0.0, {})).motion.end, MotionEnd::kArrived);
+}
+
+TEST_P(ModbusFault, AWrongWordOrderIsToldWithTheRightOne) {
+  DrivenRig rig(GetParam());
+  rig.home();
+  ASSERT_EQ(rig.await_end(rig.table->move_to(45.0, {})).motion.end, MotionEnd::kArrived);
+  rig.table->disengage();
+  rig.drive.set_faults({.wrong_word_order = true});
+  const auto error = rig.table->engage();
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "the drive's position is implausible");
+  EXPECT_NE(error->remedy.find("word_order = \"little\""), std::string::npos) << error->remedy;
+  EXPECT_NE(error->remedy.find("45 deg"), std::string::npos) << error->remedy;
+}
+
+TEST_P(ModbusFault, ANanIsNoPosition) {
+  DrivenRig rig(GetParam(), EmulatedDrive::Make::kPlain,
+                [](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
+                  impatient(config, settings);
+                  modbus::Register& position = config.map.registers[config.map.position_actual];
+                  position.address = 6;  // where the drive tells it as a float
+                  position.format.type = modbus::NumberType::kF32;
+                  position.scale = 1.0;
+                });
+  const auto number = rig.set_off();
+  rig.drive.set_faults({.nan = true});
+  EXPECT_EQ(rig.await_end_of(number).motion.end, MotionEnd::kLost);
+  EXPECT_GT(rig.figure("implausible_positions"), 0.0);
+  rig.drive.set_faults({});
+  rig.await_state(TurntableState::kStanding);
+}
+
+TEST_P(ModbusFault, AJumpIsNotBelieved) {
+  DrivenRig rig(GetParam(), EmulatedDrive::Make::kPlain, impatient);
+  rig.home();
+  rig.drive.turn_by_hand(170.0);
+  rig.await([&](const hal::TurntableStatus&) { return rig.figure("implausible_positions") >= 1.0; });
+  // It stays there: it is read anew and believed.
+  rig.await([](const hal::TurntableStatus& s) {
+    return s.state == TurntableState::kStanding && s.position_deg.value_or(0.0) > 169.0;
+  });
+}
+
+TEST(ModbusRestart, HomingIsLostWithTheDrivesPower) {
+  DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain, impatient);
+  const auto number = rig.set_off();
+  rig.drive.restart();
+  const hal::TurntableStatus end = rig.await_end_of(number);
+  EXPECT_EQ(end.motion.end, MotionEnd::kLost);
+  rig.await_state(TurntableState::kNotHomed);
+  EXPECT_EQ(rig.table->move_to(0.0, {}).error().what,
+            "the table is not homed: the drive does not know where it is");
+  EXPECT_EQ(rig.await_end(rig.table->home()).motion.end, MotionEnd::kArrived);
+  EXPECT_EQ(rig.await_end(rig.table->move_to(90.0, {})).motion.end, MotionEnd::kArrived);
+}
+
+TEST(ModbusTcp, AClosedConnectionIsOpenedAnew) {
+  DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain, impatient);
+  rig.home();
+  rig.drive.set_faults({.hang_up = true});
+  rig.await_state(TurntableState::kLost);
+  rig.drive.set_faults({.refuse_connections = true});
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  rig.drive.set_faults({});
+  rig.await_state(TurntableState::kStanding);
+  EXPECT_GT(rig.figure("broken_connections"), 0.0);
+  EXPECT_GT(rig.figure("connection_attempts"), 1.0);
+}
+
+TEST(ModbusTcp, NobodyThereIsToldAtOnceAndLeavesNothingOpen) {
+  int port = 0;
+  {
+    const EmulatedDrive gone({EmulatedDrive::Make::kPlain, 1, 0, false});
+    port = gone.port();
+  }
+  DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain,
+                [port](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
+                  impatient(config, settings);
+                  config.link.port = port;
+                });
+  const auto error = rig.table->engage();
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "cannot connect to the drive");
+  EXPECT_EQ(rig.table->status().state, TurntableState::kIdle);
+  EXPECT_EQ(rig.table->report().state, hal::PartState::kIdle);
+}
+
+TEST(ModbusRtu, APortThatIsNotThereIsTold) {
+  DrivenRig rig(Over::kRtu, EmulatedDrive::Make::kPlain,
+                [](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
+                  impatient(config, settings);
+                  config.link.device = "/dev/no_such_port";
+                });
+  const auto error = rig.table->engage();
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "cannot connect to the drive");
+  EXPECT_NE(error->where.find("/dev/no_such_port"), std::string::npos);
+}
+
+TEST(ModbusRtu, AnotherUnitsAnswersAreNotTaken) {
+  DrivenRig rig(Over::kRtu, EmulatedDrive::Make::kPlain, impatient);
+  rig.engage();
+  rig.drive.set_faults({.wrong_unit = true});
+  rig.await_state(TurntableState::kLost);
+  EXPECT_GT(rig.figure("bad_frames"), 0.0);
+  rig.drive.set_faults({});
+  rig.await_state(TurntableState::kNotHomed);
+}
+
+TEST(ModbusUnbidden, AMotionThatNobodyAskedForIsStopped) {
+  DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain, impatient);
+  rig.set_off(30.0);
+  // The connection breaks and the drive goes on by itself; found again, it is stopped.
+  rig.drive.set_faults({.silent = true});
+  rig.await_state(TurntableState::kLost);
+  EXPECT_TRUE(rig.drive.motor().moving());
+  rig.drive.set_faults({});
+  rig.await_state(TurntableState::kStanding);
+  EXPECT_FALSE(rig.drive.motor().moving());
+  EXPECT_LT(rig.drive.motor().angle_deg(), 165.0);
+}
+
+}  // namespace
+}  // namespace hapticd::test

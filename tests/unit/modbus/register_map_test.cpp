@@ -1,0 +1,196 @@
+#include "hal/modbus/register_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "server/rig_file/turntable_map.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+using modbus::BlockWords;
+using modbus::ReadBlock;
+using modbus::RegisterMap;
+using modbus::Table;
+
+constexpr const char* kSmall = R"(
+position_actual = "position"
+always_homed = true
+start = [{ register = "target", write = "target" }, { register = "go", value = 1, then_wait_s = 0.01 }]
+stop = [{ register = "go", value = -1 }]
+[registers.position]
+table = "input"
+address = 10
+type = "s32"
+unit = "step"
+[registers.target]
+address = 20
+type = "s32"
+unit = "step"
+[registers.go]
+address = 22
+type = "s16"
+)";
+
+hal::Result<RegisterMap> parse(const std::string& text) {
+  return server::parse_turntable_map(text, "test", "test");
+}
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+hal::Error error_of(const std::string& text) {
+  const auto map = parse(text);
+  EXPECT_FALSE(map) << text;
+  return map ? hal::Error{} : map.error();
+}
+
+TEST(RegisterMap, AllBuiltInMapsAreInOrderAndReadBackAsTheSame) {
+  const auto names = server::turntable_map_names();
+  EXPECT_GE(names.size(), 3U);
+  for (const std::string& name : names) {
+    const auto map = server::find_turntable_map(name);
+    ASSERT_TRUE(map) << map.error().text();
+    EXPECT_NE(map->source, "") << name;
+    const auto again = parse(server::write_turntable_map(*map, ""));
+    ASSERT_TRUE(again) << again.error().text();
+    RegisterMap same = *again;
+    same.name = name;
+    EXPECT_TRUE(same == *map) << name;
+  }
+}
+
+TEST(RegisterMap, IsReadFromAFileToo) {
+  const TemporaryFolder folder;
+  const auto map = server::find_turntable_map(folder.write("my_drive.toml", kSmall));
+  ASSERT_TRUE(map) << map.error().text();
+  EXPECT_EQ(map->name, "my_drive");
+  EXPECT_EQ(server::find_turntable_map("plain_drve").error().remedy, "did you mean 'plain_drive'?");
+  EXPECT_FALSE(server::find_turntable_map("/nonexistent/map.toml"));
+}
+
+TEST(RegisterMap, SmallestOne) {
+  const auto map = parse(kSmall);
+  ASSERT_TRUE(map) << map.error().text();
+  EXPECT_TRUE(map->always_homed);
+  ASSERT_EQ(map->stop.size(), 1U);
+  EXPECT_EQ(map->stop[0].value, 0xFFFFFFFFU);  // -1
+  EXPECT_EQ(map->start[1].then_wait_s, 0.01);
+}
+
+TEST(RegisterMap, RefusesByNameAndLine) {
+  EXPECT_EQ(error_of(with(kSmall, "unit = \"step\"", "unti = \"step\"")).what,
+            "unknown key 'unti' in [registers.position]");
+  EXPECT_EQ(error_of(with(kSmall, "write = \"target\"", "wirte = \"target\"")).limit,
+            "register = \"…\" and one of write, value (whole), set, clear");
+  EXPECT_EQ(error_of(with(kSmall, "value = 1,", "value = 1, vaule = 2,")).what,
+            "unknown key 'vaule' in [start[1]]");
+  EXPECT_EQ(error_of(with(kSmall, "position_actual = \"position\"", "position_actual = \"postion\"")).remedy,
+            "did you mean 'position'?");
+  EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 65536")).limit, "0 … 65535");
+  EXPECT_EQ(error_of(with(kSmall, "address = 10\n", "")).what, "the register has no address");
+  EXPECT_EQ(error_of(with(kSmall, "\"s32\"", "\"s64\"")).limit, "bit, u16, s16, u32, s32, f32");
+  EXPECT_EQ(error_of(with(kSmall, "value = 1,", "value = 1, set = 2,")).what,
+            "a step is not one write of one register");
+  EXPECT_EQ(error_of(with(kSmall, "value = 1,", "value = 1.5,")).what,
+            "a step is not one write of one register");
+  EXPECT_EQ(error_of(with(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]")).what,
+            "no name for a register, or one too many");
+  EXPECT_EQ(error_of(std::string(kSmall) + "[alarms]\nhot = \"x\"").what, "no code of an alarm");
+  EXPECT_EQ(error_of("stop = 3").what, "'stop' has the wrong type");
+  EXPECT_EQ(error_of("a = [").where.substr(0, 4), "test");
+}
+
+TEST(RegisterMap, RefusesWhatNoTableShouldBeTurnedWith) {
+  EXPECT_EQ(error_of(with(kSmall, "always_homed = true", "")).what,
+            "nothing tells whether the drive is homed");
+  EXPECT_EQ(error_of(with(kSmall, "stop = [{ register = \"go\", value = -1 }]", "")).what,
+            "there is no way to stop the table");
+  EXPECT_EQ(error_of(with(kSmall, "{ register = \"target\", write = \"target\" },", "")).what,
+            "'start' writes no target");
+  EXPECT_EQ(error_of(with(kSmall, "position_actual = \"position\"", "")).what,
+            "the register map tells no position");
+  EXPECT_EQ(error_of(with(kSmall, "unit = \"step\"", "unit = \"motor_rpm\"")).what,
+            "the position has the wrong unit");
+  EXPECT_EQ(error_of(with(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\"")).what,
+            "'start' writes a register that can only be read");
+  EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 65535")).what,
+            "the register lies beyond the last address");
+  EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 10\nscale = 0")).what,
+            "the scale of a register is no number to multiply with");
+}
+
+TEST(RegisterMap, ReadsTogetherWhatLiesTogetherAndNothingElse) {
+  const auto plain = server::find_turntable_map("plain_drive");
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(modbus::read_plan(*plain), (std::vector<ReadBlock>{{Table::kInput, 0, 6}}));
+  const auto az = server::find_turntable_map("oriental_az");
+  ASSERT_TRUE(az);
+  EXPECT_EQ(modbus::read_plan(*az),
+            (std::vector<ReadBlock>{{Table::kHolding, 0x7F, 3}, {Table::kHolding, 0xCC, 2}}));
+}
+
+TEST(RegisterMap, MakesSenseOfAnswers) {
+  const auto map = server::find_turntable_map("plain_drive");
+  ASSERT_TRUE(map);
+  const auto plan = modbus::read_plan(*map);
+  const modbus::Gear gear;
+  // -90.5 deg, 2.5 deg/s, homed and moving, alarm code 7.
+  const BlockWords words{{0xFFFE, 0x9E7C, 0x4020, 0x0000, 0x0006, 0x0007}};
+  const auto reading = modbus::interpret(*map, gear, plan, words);
+  EXPECT_NEAR(reading.position_deg, -90.5, 1e-9);
+  EXPECT_NEAR(*reading.velocity_deg_per_s, 2.5, 1e-9);
+  EXPECT_TRUE(*reading.homed);
+  EXPECT_TRUE(*reading.moving);
+  EXPECT_FALSE(*reading.in_position);
+  EXPECT_FALSE(*reading.alarm);
+  EXPECT_EQ(reading.alarm_code, 7U);
+}
+
+TEST(RegisterMap, MakesNothingOfAnswersThatAreNotThere) {
+  const auto map = server::find_turntable_map("plain_drive");
+  ASSERT_TRUE(map);
+  const auto plan = modbus::read_plan(*map);
+  for (const BlockWords& words : {BlockWords{}, BlockWords{{}}, BlockWords{{1}}}) {
+    const auto reading = modbus::interpret(*map, {}, plan, words);
+    EXPECT_TRUE(std::isnan(reading.position_deg));
+    EXPECT_FALSE(reading.homed);
+  }
+}
+
+TEST(RegisterMap, ASwappedFloatThatLooksLikeNothingIsNoPosition) {
+  auto map = server::find_turntable_map("plain_drive");
+  ASSERT_TRUE(map);
+  modbus::Register& position = map->registers[map->position_actual];
+  position.format = {modbus::NumberType::kF32, modbus::Order::kLittleFirst, modbus::Order::kBigFirst};
+  position.scale = 1.0;
+  const auto plan = modbus::read_plan(*map);
+  const BlockWords words{{0x42B4, 0x0000, 0, 0, 0, 0}};  // 90.0, high word first
+  EXPECT_TRUE(std::isnan(modbus::interpret(*map, {}, plan, words).position_deg));
+  const std::string hint = modbus::hint_of_order(*map, {}, plan, words, -180.0, 180.0);
+  EXPECT_NE(hint.find("word_order = \"big\""), std::string::npos) << hint;
+  EXPECT_NE(hint.find("90 deg"), std::string::npos) << hint;
+}
+
+TEST(RegisterMap, ConditionsMayBeMasksAndNegated) {
+  auto map = parse(with(kSmall, "[registers.go]", R"([status]
+moving = { register = "go", mask = 0xF0, equals = 0x20 }
+alarm = { register = "go", bit = 0, negated = true }
+[registers.go])"));
+  ASSERT_TRUE(map) << map.error().text();
+  const auto plan = modbus::read_plan(*map);
+  const auto told = [&](std::uint16_t go) { return modbus::interpret(*map, {}, plan, {{go}, {0, 0}}); };
+  ASSERT_EQ(plan.size(), 2U);
+  EXPECT_TRUE(*told(0x2F).moving);
+  EXPECT_FALSE(*told(0x30).moving);
+  EXPECT_FALSE(*told(0x2F).alarm);
+  EXPECT_TRUE(*told(0x2E).alarm);
+}
+
+}  // namespace
+}  // namespace hapticd::test
