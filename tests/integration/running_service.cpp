@@ -33,63 +33,44 @@ server::DaemonConfig quiet_config() {
   return config;
 }
 
-RunningService::RunningService(const server::DaemonConfig& config) {
-  server::StartFailure failure;
-  auto checked = server::override_config(config, {});
-  if (!checked) throw std::runtime_error(checked.error().text());
-  daemon = server::Daemon::start(*checked, failure);
-  if (!daemon) throw std::runtime_error(failure.error.text());
-  channel = connect(address());
-  rig = v1::RigService::NewStub(channel);
-  scene = v1::SceneService::NewStub(channel);
-  model = v1::ModelService::NewStub(channel);
-  rendering = v1::RenderingService::NewStub(channel);
-  telemetry = v1::TelemetryService::NewStub(channel);
-  simulation = v1::SimulationService::NewStub(channel);
-  safety = v1::SafetyService::NewStub(channel);
-}
+ServiceClient::ServiceClient(std::shared_ptr<grpc::Channel> connection)
+    : channel(std::move(connection)),
+      rig(v1::RigService::NewStub(channel)),
+      scene(v1::SceneService::NewStub(channel)),
+      model(v1::ModelService::NewStub(channel)),
+      rendering(v1::RenderingService::NewStub(channel)),
+      telemetry(v1::TelemetryService::NewStub(channel)),
+      simulation(v1::SimulationService::NewStub(channel)),
+      safety(v1::SafetyService::NewStub(channel)) {}
 
-RunningService::~RunningService() = default;
-
-v1::RigState RunningService::state() const {
+v1::RigState ServiceClient::state() const {
   v1::RigState state;
   const grpc::Status status = rig->GetRigState(call_context().get(), {}, &state);
   EXPECT_TRUE(status.ok()) << status.error_message();
   return state;
 }
 
-grpc::Status RunningService::load(const std::string& name, v1::LoadSceneResponse* response) const {
+grpc::Status ServiceClient::load(const std::string& name, v1::LoadSceneResponse* response) const {
   v1::LoadSceneRequest request;
   request.set_name(name);
   v1::LoadSceneResponse unused;
   return scene->LoadScene(call_context().get(), request, response != nullptr ? response : &unused);
 }
 
-grpc::Status RunningService::load_toml(const std::string& toml) const {
+grpc::Status ServiceClient::load_toml(const std::string& toml) const {
   v1::LoadSceneRequest request;
   request.set_toml(toml);
   v1::LoadSceneResponse unused;
   return scene->LoadScene(call_context().get(), request, &unused);
 }
 
-grpc::Status RunningService::set_target(const v1::SetTargetRequest& request,
-                                        v1::SetTargetResponse* response) const {
+grpc::Status ServiceClient::set_target(const v1::SetTargetRequest& request,
+                                       v1::SetTargetResponse* response) const {
   v1::SetTargetResponse unused;
   return rendering->SetTarget(call_context().get(), request, response != nullptr ? response : &unused);
 }
 
-void RunningService::press(double force_n) const {
-  v1::SetHandProgramRequest request;
-  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
-  request.mutable_program()->set_force_n(force_n);
-  request.mutable_program()->set_hold_s(-1.0);
-  v1::SetHandProgramResponse response;
-  const grpc::Status status = simulation->SetHandProgram(call_context().get(), request, &response);
-  ASSERT_TRUE(status.ok()) << status.error_message();
-  await([](const v1::RigState& now) { return now.in_contact(); });
-}
-
-v1::RigState RunningService::await(const std::function<bool(const v1::RigState&)>& condition) const {
+v1::RigState ServiceClient::await(const std::function<bool(const v1::RigState&)>& condition) const {
   const auto until = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
     v1::RigState now = state();
@@ -100,6 +81,35 @@ v1::RigState RunningService::await(const std::function<bool(const v1::RigState&)
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));  // politeness between two looks
   }
+}
+
+namespace {
+
+std::unique_ptr<server::Daemon> started(const server::DaemonConfig& config) {
+  server::StartFailure failure;
+  const auto checked = server::override_config(config, {});
+  if (!checked) throw std::runtime_error(checked.error().text());
+  auto daemon = server::Daemon::start(*checked, failure);
+  if (!daemon) throw std::runtime_error(failure.error.text());
+  return daemon;
+}
+
+}  // namespace
+
+RunningService::RunningService(const server::DaemonConfig& config) : RunningService(started(config)) {}
+
+RunningService::RunningService(std::unique_ptr<server::Daemon> running)
+    : ServiceClient(connect("127.0.0.1:" + std::to_string(running->port()))), daemon(std::move(running)) {}
+
+void RunningService::press(double force_n) const {
+  v1::SetHandProgramRequest request;
+  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
+  request.mutable_program()->set_force_n(force_n);
+  request.mutable_program()->set_hold_s(-1.0);
+  v1::SetHandProgramResponse response;
+  const grpc::Status status = simulation->SetHandProgram(call_context().get(), request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  await([](const v1::RigState& now) { return now.in_contact(); });
 }
 
 }  // namespace hapticd::test

@@ -33,24 +33,19 @@ std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window
 /// The simulated rig on a free port, without any of the privileges a loop would like.
 server::DaemonConfig quiet_config();
 
-/// A daemon in this process, and a client's view of it.
-class RunningService {
+/// A client's view of a daemon.
+class ServiceClient {
  public:
-  explicit RunningService(const server::DaemonConfig& config = quiet_config());
-  ~RunningService();
+  explicit ServiceClient(std::shared_ptr<grpc::Channel> connection);
 
-  std::string address() const { return "127.0.0.1:" + std::to_string(daemon->port()); }
   v1::RigState state() const;
   grpc::Status load(const std::string& name, v1::LoadSceneResponse* response = nullptr) const;
   grpc::Status load_toml(const std::string& toml) const;
   grpc::Status set_target(const v1::SetTargetRequest& request,
                           v1::SetTargetResponse* response = nullptr) const;
-  /// Has the hand press with `force_n` and hold, and waits until the scene is in contact.
-  void press(double force_n) const;
   /// Looks at the rig's state until `condition` holds; fails the test when it never does.
   v1::RigState await(const std::function<bool(const v1::RigState&)>& condition) const;
 
-  std::unique_ptr<server::Daemon> daemon;
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::RigService::Stub> rig;
   std::unique_ptr<v1::SceneService::Stub> scene;
@@ -59,6 +54,21 @@ class RunningService {
   std::unique_ptr<v1::TelemetryService::Stub> telemetry;
   std::unique_ptr<v1::SimulationService::Stub> simulation;
   std::unique_ptr<v1::SafetyService::Stub> safety;
+};
+
+/// A daemon in this process, and a client's view of it.
+class RunningService : public ServiceClient {
+ public:
+  explicit RunningService(const server::DaemonConfig& config = quiet_config());
+
+  std::string address() const { return "127.0.0.1:" + std::to_string(daemon->port()); }
+  /// Has the hand press with `force_n` and hold, and waits until the scene is in contact.
+  void press(double force_n) const;
+
+  std::unique_ptr<server::Daemon> daemon;
+
+ private:
+  explicit RunningService(std::unique_ptr<server::Daemon> running);
 };
 
 }  // namespace hapticd::test

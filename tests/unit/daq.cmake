@@ -11,16 +11,10 @@ hapticd_test(test_daq_sensor
           ${CMAKE_CURRENT_LIST_DIR}/allocation_counter.cpp
   LINK hapticd_daq hapticd_emulator_board hapticd_test_support Threads::Threads)
 
-# The sections belong to the service, which needs the network; their readers do not.
 hapticd_test(test_board_sections
   SOURCES ${HERE}/board_sections_test.cpp
-          ${CMAKE_SOURCE_DIR}/server/rig_file/daq_section.cpp
-          ${CMAKE_SOURCE_DIR}/server/rig_file/phantom_section.cpp
-  LINK hapticd_model_file hapticd_daq hapticd_phantom)
-find_package(fmt REQUIRED)
-target_include_directories(test_board_sections PRIVATE ${CMAKE_SOURCE_DIR})
+  LINK hapticd_server_files)
 target_compile_definitions(test_board_sections PRIVATE HAPTICD_SOURCE_FOLDER="${CMAKE_SOURCE_DIR}")
-target_link_libraries(test_board_sections PRIVATE fmt::fmt)
 
 # The comedi board needs a stand-in for the kernel's side, compiled in so that it goes before libcomedi.
 if(HAPTICD_HAS_COMEDI)

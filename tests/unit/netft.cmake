@@ -18,6 +18,4 @@ hapticd_test(test_netft
     ${netft}/netft_reading_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/allocation_counter.cpp
   LINK hapticd_netft hapticd_emulator_netft)
-if(HAPTICD_NETWORK)
-  hapticd_test(test_netft_section SOURCES ${netft}/netft_section_test.cpp LINK hapticd_server_core)
-endif()
+hapticd_test(test_netft_section SOURCES ${netft}/netft_section_test.cpp LINK hapticd_server_files)

@@ -20,7 +20,7 @@ enum class PageManner {
 /// A web server with one page on 127.0.0.1, one connection at a time.
 class HttpPage {
  public:
-  explicit HttpPage(std::string path);
+  explicit HttpPage(std::string path, int port = 0);  ///< port 0: any free one
   ~HttpPage();
   HttpPage(const HttpPage&) = delete;
   HttpPage& operator=(const HttpPage&) = delete;

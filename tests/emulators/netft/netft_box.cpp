@@ -50,11 +50,13 @@ void put(std::vector<std::uint8_t>& bytes, std::uint32_t word) {
   for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<std::uint8_t>(word >> shift));
 }
 
+/// Port 0 becomes a free one.
 int open_udp(int& port) {
   const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
   socklen_t length = sizeof address;
   if (descriptor < 0 || bind(descriptor, reinterpret_cast<sockaddr*>(&address), length) != 0 ||
       getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &length) != 0) {
@@ -66,7 +68,8 @@ int open_udp(int& port) {
 
 }  // namespace
 
-NetFtBox::NetFtBox(const NetFtBoxSettings& settings) : settings_(settings), random_(settings.seed) {
+NetFtBox::NetFtBox(const NetFtBoxSettings& settings)
+    : settings_(settings), udp_port_(settings.udp_port), random_(settings.seed) {
   socket_ = open_udp(udp_port_);
   // So that the kernel tells when the client's port is closed.
   const int on = 1;
@@ -76,7 +79,7 @@ NetFtBox::NetFtBox(const NetFtBoxSettings& settings) : settings_(settings), rand
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   rdt_sequence_ = settings.first_rdt_sequence;
   ft_sequence_ = settings.first_ft_sequence;
-  if (settings.has_page) page_ = std::make_unique<HttpPage>("/netftapi2.xml");
+  if (settings.has_page) page_ = std::make_unique<HttpPage>("/netftapi2.xml", settings.http_port);
   publish_page();
   thread_ = std::thread([this] { run(); });
 }

@@ -35,6 +35,8 @@ struct NetFtBoxSettings {
   std::string tool_transformation = "0;0;0;0;0;0";
   bool fed = false;      ///< true: sends a record for each feed(), none by itself
   bool has_page = true;  ///< false: no HTTP at all
+  int udp_port = 0;      ///< 0: any free one
+  int http_port = 0;
   int records_per_datagram = 1;
   std::uint32_t first_rdt_sequence = 1;
   std::uint32_t first_ft_sequence = 100'000;
