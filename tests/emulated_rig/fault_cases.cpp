@@ -33,11 +33,11 @@ std::function<void()> unforgiving(EmulatedRig& rig, std::function<void()> make) 
 /// Made between two ticks: the next one could know.
 FaultPlan between_ticks(EmulatedRig& rig, GuardFault fault, std::function<void()> make,
                         std::function<void()> mend) {
+  rig.forgive_stalls(true);  // none of them is the device's
   FaultPlan plan;
   plan.fault = fault;
   plan.live = true;
-  plan.inject = [&rig, make = unforgiving(rig, std::move(make))] { rig.rig().after_write(make); };
-  plan.settled = [&rig] { rig.forgive_stalls(true); };
+  plan.inject = [&rig, make = std::move(make)] { rig.rig().after_write(make); };
   plan.aware = [&rig]() -> std::optional<std::uint64_t> {
     const auto done = rig.rig().done_after();
     if (!done) return std::nullopt;

@@ -156,8 +156,9 @@ class FaultReport {
         "the next, from the clear (or the end of the fault) until 0.2 s after all of it is given; a scene "
         "whose "
         "filters were reset renders only after the tool was lifted, so the hand then lifts and presses anew: "
-        "step pressing again. Netft and openhaptics are live; the others run in virtual time. Live, until "
-        "the fault and from its end on, "
+        "step pressing again. Netft and openhaptics are live; the others run in virtual time. Live, but for "
+        "the "
+        "time of a fault of the box's own, "
         "samples that are older than 1 ms because this machine paused are passed on as 1 ms old (guard limit "
         "2 "
         "ms); a pause of more than 20 ms, or another fault than the one made, spoils an attempt.");
