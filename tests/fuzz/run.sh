@@ -20,7 +20,7 @@ for name in "${names[@]}"; do
   log=build/fuzz/$name.log
   words=()
   case $name in
-    configuration | scene_file | model_file) words=(-dict=tests/fuzz/dictionaries/toml.dict) ;;
+    configuration | scene_file | model_file | turntable_map) words=(-dict=tests/fuzz/dictionaries/toml.dict) ;;
     model_json) words=(-dict=tests/fuzz/dictionaries/json.dict) ;;
     netft_configuration | cal_file) words=(-dict=tests/fuzz/dictionaries/xml.dict) ;;
   esac
