@@ -103,7 +103,8 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   loop.set_overruns_by_wakeup(statistics.overruns_by_wakeup);
   loop.set_overruns_by_compute(statistics.overruns_by_compute);
   loop.set_overruns_by_device(statistics.overruns_by_device);
-  loop.set_running(session_.running());
+  const bool running = session_.running();  // asked once: it may end while this is written
+  loop.set_running(running);
 
   const std::uint64_t tick = session_.last_tick();
   const std::int64_t time_ns = session_.now_ns();
@@ -124,7 +125,7 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   response->set_telemetry_records_dropped(hub_.records_dropped());
   response->set_tick(record.tick);
   response->set_time_ns(record.time_ns);
-  response->set_rig_exhausted(session_.exhausted());
+  response->set_rig_exhausted(!running && session_.exhausted());
   for (const rt::FaultRule& rule : rt::kFaultTable) {
     if ((record.faults_present & rt::set_of(rule.fault)) != 0)
       response->add_faults_present(to_proto(rule.fault));

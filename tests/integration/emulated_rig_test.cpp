@@ -199,7 +199,7 @@ TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
   const grpc::Status loaded = client->load("tap_1d");
   ASSERT_TRUE(loaded.ok()) << loaded.error_message();
   const v1::RigState touching = client->await([](const v1::RigState& s) {
-    return s.in_contact() && s.reaction_force_n() > 0.5 && s.guard_state() == v1::GUARD_STATE_RENDERING;
+    return s.in_contact() && s.hand_force_n() > 0.5 && s.guard_state() == v1::GUARD_STATE_RENDERING;
   });
   EXPECT_TRUE(sensor_is(touching, v1::PART_STATE_READY)) << touching.DebugString();
   EXPECT_TRUE(device_is(touching, v1::PART_STATE_READY)) << touching.DebugString();

@@ -164,7 +164,7 @@ TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
   expect_error(
       "name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
       {"unknown key 'contcat'", "scene text, line 2", "",
-       "name, kind, description, object_model, press_axis, tool, contact, target, structure, control, guard",
+       "name, kind, description, object_model, turntable_station, press_axis, tool, contact, target, structure, control, guard",
        "did you mean 'contact'?"});
 }
 
