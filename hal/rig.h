@@ -95,8 +95,8 @@ class HapticDevice : public RigPart {
   virtual void read(RigSample& sample) noexcept = 0;
   /// Takes effect no earlier than the device's own latency allows.
   virtual void write(const DeviceCommand& command) noexcept = 0;
-  /// Takes the present pose as the reset pose; the error of a device that needs no such thing. Any thread but
-  /// the clock's.
+  /// Takes the pose it rests in as the reset pose, once it has rested while it is read; does not wait for
+  /// that. The error of a device that needs no such thing. Any thread but the clock's.
   virtual std::optional<Error> home() {
     return Error{"the device homes itself", "haptic device", "", "", "there is nothing to do"};
   }
@@ -151,7 +151,7 @@ class Rig {
   virtual std::vector<PartReport> reports() const { return {}; }
   /// Takes the present load of the sensor as zero: the tool free and at rest. Waits for what it averages.
   virtual std::optional<Error> bias_force_sensor() { return nothing_to("bias", "force sensor"); }
-  /// Takes the present pose of the device as its reset pose.
+  /// Takes the pose the device rests in as its reset pose; does not wait for it.
   virtual std::optional<Error> home_device() { return nothing_to("home", "haptic device"); }
 
   /// Next measurement. Bounded time, no allocation.

@@ -71,11 +71,13 @@ void add_device(CLI::App& app, Session& session) {
   CLI::App* device = app.add_subcommand("device", "The haptic device");
   device->require_subcommand(1);
   CLI::App* home = device->add_subcommand("home", "Takes the present pose as the device's reset pose");
-  home->footer("Example:\n  hapticctl device home && hapticctl clear");
+  home->footer("Example:\n  hapticctl device home");
   home->callback([&session] {
     session.connect().home_device();
     if (session.json) return print_json(Json::object());
-    fmt::print("the present pose is the reset pose; hapticctl clear brings the force back\n");
+    fmt::print(
+        "homing: keep the arm still in its reset pose; when hapticctl status calls it ready, hapticctl clear "
+        "brings the force back\n");
   });
 }
 
