@@ -228,17 +228,19 @@ TEST(ModelSwap, AnotherSceneTakesTheForceAwayAtOnceButSoftly) {
   ASSERT_TRUE(loaded) << loaded.refusal().error.text();
   bench.await([&](const rt::TickRecord& r) { return r.tick > loaded->effective_tick + 100; });
   const auto records = bench.records(loaded->effective_tick - 50);
+  // How much force stands when the exchange takes effect depends on how long the object has been yielding by
+  // then.
   double before_n = 0.0;
+  double after_n = 0.0;
   for (const rt::TickRecord& r : records) {
     if (r.tick + 1 == loaded->effective_tick) before_n = norm(r.device_command_n);
     if (r.tick >= loaded->effective_tick) {
       EXPECT_FALSE(r.in_contact) << "the tool was not seen free";
     }
-    if (r.tick == loaded->effective_tick + 60) {
-      EXPECT_LT(norm(r.device_command_n), 0.15);
-    }
+    if (r.tick == loaded->effective_tick + 60) after_n = norm(r.device_command_n);
   }
-  EXPECT_GT(before_n, 0.15);
+  EXPECT_GT(before_n, 0.05);
+  EXPECT_LT(after_n, 0.5 * before_n);
   EXPECT_LT(largest_step_n(records, loaded->effective_tick, loaded->effective_tick + 60), 0.05);
 
   // No scene means no force, at once.
