@@ -14,9 +14,9 @@ constexpr double kRateTolerance = 0.1;
 constexpr std::int64_t kRecentNs = 2'000'000'000;
 
 std::string connection_of(const OpenHapticsConfig& config, const DeviceFacts& facts) {
-  if (facts.library.empty()) return {};
+  if (facts.loaded_library.empty()) return {};
   std::string text =
-      facts.library + ", " + (config.device_name.empty() ? "default device" : config.device_name);
+      facts.loaded_library + ", " + (config.device_name.empty() ? "default device" : config.device_name);
   if (!facts.model_type.empty()) text += ", " + facts.vendor + " " + facts.model_type;
   if (!facts.serial_number.empty()) text += " " + facts.serial_number;
   if (!facts.driver_version.empty()) text += ", driver " + facts.driver_version;
@@ -108,7 +108,7 @@ bool find_of_errors(const ErrorSeat& seat, std::vector<std::string>& findings) {
 }
 
 void figures_of(const DeviceFacts& facts, std::vector<hal::PartFigure>& figures) {
-  if (facts.library.empty()) return;
+  if (facts.loaded_library.empty()) return;
   figures.push_back({"device_max_force", facts.max_force_n, "N"});
   figures.push_back({"device_max_continuous_force", facts.max_continuous_force_n, "N"});
   figures.push_back({"device_max_stiffness", facts.max_stiffness_n_per_mm, "N/mm"});

@@ -66,7 +66,7 @@ std::optional<hal::Error> DeviceSession::open() {
   auto library = HdLibrary::load(config_.libraries());
   if (!library) return library.error();
   library_ = *library;
-  facts_.library = library_->name();
+  facts_.loaded_library = library_->name();
   facts_.lacking = joined(library_->lacking());
   auto error = init();
   if (!error) error = prepare();

@@ -15,7 +15,7 @@ namespace hapticd::openhaptics {
 
 /// What the device says of itself once it is open.
 struct DeviceFacts {
-  std::string library;
+  std::string loaded_library;
   std::string model_type, vendor, serial_number, driver_version;
   double max_force_n = 0.0;             ///< as read; 0 = not told or not plausible
   double max_continuous_force_n = 0.0;  ///< as read

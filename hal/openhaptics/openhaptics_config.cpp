@@ -26,7 +26,7 @@ std::vector<std::string> OpenHapticsConfig::libraries() const {
 std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   const std::string where = "OpenHaptics device";
   if (config.libraries().empty()) {
-    return hal::Error{"no library is named", where + ", library", config.library,
+    return hal::Error{"no library is named", where + ", library", config.library_names,
                       "names or paths, separated by commas", "remove the key to have the usual names tried"};
   }
   if (!device_figures(config.model)) {
