@@ -28,7 +28,7 @@ class ComposedRig final : public Rig {
   const RigInfo& info() const noexcept override { return info_; }
   bool owns_clock() const noexcept override { return false; }
   ServoClock* clock() noexcept override { return parts_.device ? parts_.device->clock() : nullptr; }
-  /// The device is engaged before anybody else holds info(): it may change what that says of the device.
+  /// The device is engaged for the first time before anybody else holds info(), which it may change.
   std::optional<Error> engage(RigPartKind part) override;
   void disengage(RigPartKind part) noexcept override;
   std::vector<PartReport> reports() const override;
@@ -66,6 +66,7 @@ class ComposedRig final : public Rig {
 
   RigParts parts_;
   RigInfo info_;
+  bool device_told_ = false;  ///< info_ is read by others from then on
   Access device_access_;
   Access sensor_access_;
   std::uint64_t ticks_ = 0;

@@ -81,7 +81,8 @@ class ServoClock {
  public:
   virtual ~ServoClock() = default;
   /// Calls the body once a period, on a thread of the scheduler's, until `stop` is set or the scheduler has
-  /// died. Returns when no call is under way any more.
+  /// died or cannot be started; the device is to be engaged again then. Returns when no call is under way any
+  /// more.
   virtual void run(ServoBody& body, const std::atomic<bool>& stop) noexcept = 0;
 };
 
@@ -141,9 +142,9 @@ class Rig {
   virtual bool owns_clock() const noexcept = 0;
   virtual ServoClock* clock() noexcept { return nullptr; }
 
-  /// Opens the hardware behind a part and returns once it delivers, or says why it does not. Any thread but
-  /// the clock's, which may be running: until then, and after disengage(), its part of the samples says that
-  /// it is not there. Where there is no hardware there is nothing to do.
+  /// Opens the hardware behind a part and returns once it delivers, or says why it does not. Any thread;
+  /// never in a tick. The clock may be running: until then, and after disengage(), the part's half of the
+  /// samples says that it is not there. Where there is no hardware there is nothing to do.
   virtual std::optional<Error> engage(RigPartKind /*part*/) { return std::nullopt; }
   /// Lets go of it again; no other thread than engage()'s.
   virtual void disengage(RigPartKind /*part*/) noexcept {}

@@ -72,6 +72,7 @@ void print_loop(const v1::LoopState& loop, const Terminal& terminal) {
     fmt::print(" ({} by wake-up, {} by computation, {} by the device)", loop.overruns_by_wakeup(),
                loop.overruns_by_compute(), loop.overruns_by_device());
   }
+  if (loop.clock_losses() > 0) fmt::print("; the device's scheduler was lost {} times", loop.clock_losses());
   fmt::print("\n");
   TextTable table({"µs", "mean", "median", "p99", "p99.9", "max"},
                   {Align::kLeft, Align::kRight, Align::kRight, Align::kRight, Align::kRight, Align::kRight});

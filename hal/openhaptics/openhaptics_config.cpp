@@ -11,9 +11,9 @@ namespace hapticd::openhaptics {
 std::vector<std::string> OpenHapticsConfig::libraries() const {
   std::vector<std::string> names;
   std::size_t from = 0;
-  while (from <= library.size()) {
-    const std::size_t comma = std::min(library.find(',', from), library.size());
-    std::string name = library.substr(from, comma - from);
+  while (from <= library_names.size()) {
+    const std::size_t comma = std::min(library_names.find(',', from), library_names.size());
+    std::string name = library_names.substr(from, comma - from);
     const std::size_t first = name.find_first_not_of(" \t");
     if (first != std::string::npos) {
       names.push_back(name.substr(first, name.find_last_not_of(" \t") - first + 1));

@@ -9,9 +9,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <ctime>
+#include <thread>
 
 namespace hapticd::rt {
 
@@ -145,12 +147,10 @@ void PeriodicLoop::thread_main() {
   prepared_.notify_one();
 
   timing_ = {};
-  servo_deadline_ns_ = 0;
   if (rig_.owns_clock()) {
     rig_.run(engine_, stop_requested_);
   } else if (hal::ServoClock* clock = rig_.clock()) {
-    clock->run(*this, stop_requested_);
-    rig_.write(hal::DeviceCommand{});
+    run_by(*clock);
   } else {
     run_paced();
   }
@@ -164,6 +164,24 @@ void PeriodicLoop::run_paced() noexcept {
     deadline_ns = tick(deadline_ns, now_ns());
   }
   rig_.write(hal::DeviceCommand{});
+}
+
+// A scheduler that died, or was never there, is no reason to end: the device may be plugged in again.
+void PeriodicLoop::run_by(hal::ServoClock& clock) {
+  constexpr std::chrono::milliseconds kNap{10};
+  constexpr int kNapsBetweenAttempts = 100;
+  for (;;) {
+    servo_deadline_ns_ = 0;
+    clock.run(*this, stop_requested_);
+    rig_.write(hal::DeviceCommand{});
+    if (stop_requested_.load(std::memory_order_acquire)) return;
+    increment(clock_losses_);
+    for (int i = 0; i < kNapsBetweenAttempts; ++i) {
+      if (stop_requested_.load(std::memory_order_acquire)) return;
+      std::this_thread::sleep_for(kNap);
+    }
+    rig_.engage(hal::RigPartKind::kDevice);  // why it fails stands in the device's report
+  }
 }
 
 // A foreign scheduler keeps no grid that we know of: its next call is expected a period after this one.
@@ -227,6 +245,7 @@ LoopStatistics PeriodicLoop::statistics() const noexcept {
   s.periods_missed = periods_missed_.load(std::memory_order_relaxed);
   s.overruns_by_wakeup = overruns_by_wakeup_.load(std::memory_order_relaxed);
   s.overruns_by_compute = overruns_by_compute_.load(std::memory_order_relaxed);
+  s.clock_losses = clock_losses_.load(std::memory_order_relaxed);
   s.overruns_by_device = overruns_by_device_.load(std::memory_order_relaxed);
   return s;
 }

@@ -35,12 +35,12 @@ struct LoopStatistics {
   std::uint64_t overruns_by_wakeup = 0;
   std::uint64_t overruns_by_compute = 0;
   std::uint64_t overruns_by_device = 0;
+  std::uint64_t clock_losses = 0;  ///< how often a device's scheduler died, or could not be started
 };
 
-/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own, a
-/// device's scheduler included. Wakes at
-/// absolute times; a period that was missed is skipped and counted, never caught up in a burst. Runs without
-/// privileges too, and says what it lacks.
+/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own, a device's
+/// scheduler included. Wakes at absolute times; a period that was missed is skipped and counted, never caught
+/// up in a burst. Runs without privileges too, and says what it lacks.
 class PeriodicLoop final : private hal::ServoBody {
  public:
   PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);
@@ -61,6 +61,8 @@ class PeriodicLoop final : private hal::ServoBody {
   void thread_main();
   void prepare_thread();
   void run_paced() noexcept;
+  /// Until it is told to stop; a device whose scheduler has died is engaged again, once a second.
+  void run_by(hal::ServoClock& clock);
   /// Called by a device's own scheduler.
   void on_servo() noexcept override;
   /// Read, compute, write; told when it was due and when it began. Returns when the next one is due.
@@ -89,6 +91,7 @@ class PeriodicLoop final : private hal::ServoBody {
   std::atomic<std::uint64_t> overruns_by_wakeup_{0};
   std::atomic<std::uint64_t> overruns_by_compute_{0};
   std::atomic<std::uint64_t> overruns_by_device_{0};
+  std::atomic<std::uint64_t> clock_losses_{0};
 };
 
 }  // namespace hapticd::rt

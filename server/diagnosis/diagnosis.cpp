@@ -38,8 +38,10 @@ Findings examine_loop(Session& session) {
     const double rate_hz = static_cast<double>(session.statistics().ticks - first) / seconds;
     const bool close = std::abs(rate_hz / wanted_hz - 1.0) <= kTolerableRateError;
     findings.push_back(
-        {close ? kGood : kWarning, "loop",
-         fmt::format("{:.0f} ticks a second, {:g} wanted", rate_hz, wanted_hz),
+        {close           ? kGood
+         : rate_hz > 0.0 ? kWarning
+                         : kProblem,
+         "loop", fmt::format("{:.0f} ticks a second, {:g} wanted", rate_hz, wanted_hz),
          close ? "" : "see which of wake-up, computation and device is late (hapticctl status)"});
     const rt::LoopStatistics statistics = session.statistics();
     const double late_us = 1e-3 * static_cast<double>(statistics.wakeup.quantile_ns(0.999));

@@ -105,6 +105,7 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   loop.set_overruns_by_device(statistics.overruns_by_device);
   const bool running = session_.running();  // asked once: it may end while this is written
   loop.set_running(running);
+  loop.set_clock_losses(statistics.clock_losses);
 
   const std::uint64_t tick = session_.last_tick();
   const std::int64_t time_ns = session_.now_ns();

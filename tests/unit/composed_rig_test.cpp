@@ -7,9 +7,9 @@
 #include <limits>
 #include <thread>
 
+#include "allocation_counter.h"
 #include "rt/loop/engine.h"
 #include "rt/loop/periodic_loop.h"
-#include "allocation_counter.h"
 
 namespace hapticd::hal {
 namespace {
@@ -49,6 +49,7 @@ class FakeDevice : public HapticDevice {
   std::optional<Error> engage() override {
     if (refuses) return Error{"refused", "haptic device", "", "", ""};
     engaged = true;
+    ++engagements;
     info_.max_force_n = 7.0;  // told by the device itself
     return std::nullopt;
   }
@@ -70,6 +71,7 @@ class FakeDevice : public HapticDevice {
 
   bool refuses = false;
   std::atomic<bool> engaged{false};
+  std::atomic<int> engagements{0};
   bool homed = false;
   DeviceCommand written;
   std::atomic<int> writes{0};
@@ -83,14 +85,18 @@ class ScheduledDevice final : public FakeDevice, public ServoClock {
  public:
   ServoClock* clock() noexcept override { return this; }
   void run(ServoBody& body, const std::atomic<bool>& stop) noexcept override {
+    ++runs;
     std::thread scheduler([&] {
-      while (!stop.load()) {
+      for (int call = 0; !stop.load() && (call < calls_of_first_run || runs > 1); ++call) {
         body.on_servo();
         std::this_thread::sleep_for(1ms);
       }
     });
     scheduler.join();
   }
+
+  int calls_of_first_run = std::numeric_limits<int>::max();
+  std::atomic<int> runs{0};
 };
 
 class FakeSensor final : public ForceSensor {
@@ -287,29 +293,66 @@ TEST(ComposedRig, ReadsAndWritesWithoutAllocating) {
   EXPECT_EQ(test::allocations(), before);
 }
 
+/// A loop on nothing but a device with a scheduler of its own.
+struct ScheduledLoop {
+  explicit ScheduledLoop(int calls_of_first_run) {
+    device->calls_of_first_run = calls_of_first_run;
+    EXPECT_FALSE(rig.engage(RigPartKind::kDevice));
+  }
+  static rt::LoopConfig unprivileged() {
+    rt::LoopConfig config;
+    config.fifo_priority = 0;
+    config.lock_memory = false;
+    return config;
+  }
+  static RigParts only(ScheduledDevice* device) {
+    RigParts parts;
+    parts.device.reset(device);
+    return parts;
+  }
+  void await(auto condition) const {
+    while (!condition(loop.statistics())) std::this_thread::sleep_for(1ms);
+  }
+
+  ScheduledDevice* device = new ScheduledDevice;  // the rig's
+  ComposedRig rig{only(device), 1000.0};
+  rt::Engine engine{rig};
+  rt::PeriodicLoop loop{rig, engine, unprivileged()};
+};
+
 TEST(ComposedRig, ADevicesSchedulerDrivesTheLoop) {
-  auto device = std::make_unique<ScheduledDevice>();
-  ScheduledDevice* scheduled = device.get();
-  RigParts parts;
-  parts.device = std::move(device);
-  ComposedRig rig(std::move(parts), 1000.0);
-  ASSERT_FALSE(rig.engage(RigPartKind::kDevice));
-  rt::Engine engine(rig);
-  rt::LoopConfig config;
-  config.fifo_priority = 0;
-  config.lock_memory = false;
-  rt::PeriodicLoop loop(rig, engine, config);
-  loop.start();
-  while (loop.statistics().ticks < 50) std::this_thread::sleep_for(1ms);
-  loop.stop();
-  EXPECT_EQ(scheduled->writes.load(), static_cast<int>(loop.statistics().ticks) + 1)
-      << "and a zero at the end";
-  EXPECT_EQ(loop.statistics().compute.count, loop.statistics().ticks);
-  EXPECT_EQ(loop.statistics().device.count, loop.statistics().ticks);
+  ScheduledLoop bench(std::numeric_limits<int>::max());
+  bench.loop.start();
+  bench.await([](const rt::LoopStatistics& s) { return s.ticks >= 50; });
+  bench.loop.stop();
+  const rt::LoopStatistics told = bench.loop.statistics();
+  EXPECT_EQ(bench.device->writes.load(), static_cast<int>(told.ticks) + 1) << "and a zero at the end";
+  EXPECT_EQ(told.compute.count, told.ticks);
+  EXPECT_EQ(told.device.count, told.ticks);
   rt::TickRecord record;
   std::uint64_t records = 0;
-  while (engine.pop_record(record)) EXPECT_EQ(record.tick, records++);
-  EXPECT_EQ(records, loop.statistics().ticks);
+  while (bench.engine.pop_record(record)) EXPECT_EQ(record.tick, records++);
+  EXPECT_EQ(records, told.ticks);
+}
+
+TEST(ComposedRig, ASchedulerThatDiesIsEngagedAndRunAgain) {
+  ScheduledLoop bench(20);
+  bench.loop.start();
+  bench.await([](const rt::LoopStatistics& s) { return s.clock_losses > 0; });
+  EXPECT_TRUE(bench.loop.running()) << "the loop is there as long as the daemon is";
+  EXPECT_EQ(bench.loop.statistics().ticks, 20U);
+  EXPECT_EQ(bench.device->writes.load(), 21) << "a zero when it died";
+  bench.await([](const rt::LoopStatistics& s) { return s.ticks >= 40; });
+  EXPECT_EQ(bench.device->engagements.load(), 2);
+  EXPECT_EQ(bench.loop.statistics().clock_losses, 1U);
+}
+
+TEST(ComposedRig, WaitingForASchedulerTheLoopCanBeStopped) {
+  ScheduledLoop bench(0);
+  bench.loop.start();
+  bench.await([](const rt::LoopStatistics& s) { return s.clock_losses > 0; });
+  bench.loop.stop();
+  EXPECT_FALSE(bench.loop.running());
 }
 
 }  // namespace
