@@ -38,8 +38,6 @@ struct Daemon::Parts {
         identifications(session, scenes, hub, *store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub) {
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
-    turntable.on_fault(
-        [this](TurntableFault fault, const hal::Error&) { session.engine().raise(guard_fault_of(fault)); });
   }
 
   std::unique_ptr<InstanceLock> lock;

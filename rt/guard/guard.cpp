@@ -42,7 +42,8 @@ Guard::Guard(const GuardLimits& limits, double rate_hz) noexcept
     : limits_(limits), period_s_(1.0 / rate_hz) {}
 
 FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
-  FaultSet faults = sample.status != 0 ? faults_in(sample.status) : 0;
+  FaultSet faults = standing_;
+  if (sample.status != 0) faults |= faults_in(sample.status);
   const hal::Quaternion& q = sample.tip_orientation;
   if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) {
     faults |= set_of(GuardFault::kNonFinite);

@@ -31,8 +31,10 @@ class Guard {
   /// Bounds `wanted_n` and fills the record's guard group. Call once a tick, after admit().
   hal::Vector3 bound(const hal::Vector3& wanted_n, const hal::RigSample& sample, TickRecord& record) noexcept;
 
-  /// A fault that shows in no sample: a stop, a table that turns. Warnings are told with the next tick only.
+  /// A fault that shows in no sample and is over at once, such as a stop. Told with the next tick.
   void raise(GuardFault fault) noexcept;
+  /// Those that show in no sample and last, such as a table that has stalled: present until set otherwise.
+  void set_standing(FaultSet faults) noexcept { standing_ = faults; }
   /// True when the latch was left: no fault that takes the force away may be present.
   bool clear() noexcept;
   void set_limits(const GuardLimits& limits) noexcept { limits_ = limits; }
@@ -57,7 +59,8 @@ class Guard {
   GuardFault fault_ = GuardFault::kNone;
   FaultSet present_ = 0;  ///< in the last sample
   FaultSet raised_ = 0;   ///< since the last record
-  bool falls_ = false;    ///< held back, but not cut: authority falls over a ramp
+  FaultSet standing_ = 0;
+  bool falls_ = false;  ///< held back, but not cut: authority falls over a ramp
   double authority_ = 1.0;
   hal::Vector3 last_force_n_;
   hal::Vector3 last_position_mm_;

@@ -39,6 +39,8 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
       renderer_.raise(static_cast<GuardFault>(std::countr_zero(raised)));
   }
 
+  renderer_.set_standing(standing_.load(std::memory_order_acquire));
+
   TickRecord record;
   const hal::DeviceCommand command = renderer_.tick(sample, record);
   record.channels |= channel::kTiming;

@@ -74,8 +74,13 @@ class Engine final : public hal::TickHandler {
   EngineOutcome execute(const EngineCommand& command, std::chrono::nanoseconds timeout);
   /// Latches the guard at the next tick. Never blocks, never fails.
   void stop() noexcept { raise(GuardFault::kStopped); }
-  /// Any other fault that shows in no sample: heeded at the next tick.
+  /// Any other fault that shows in no sample: heeded at the next tick, and over.
   void raise(GuardFault fault) noexcept { raised_.fetch_or(set_of(fault), std::memory_order_acq_rel); }
+  /// One that lasts: present from the next tick on until it is told to be over.
+  void set_standing(GuardFault fault, bool present) noexcept {
+    present ? standing_.fetch_or(set_of(fault), std::memory_order_acq_rel)
+            : standing_.fetch_and(~set_of(fault), std::memory_order_acq_rel);
+  }
 
   /// The last tick that was completed and the rig's time of it; how a caller turns a time into a tick.
   std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
@@ -132,6 +137,7 @@ class Engine final : public hal::TickHandler {
   std::size_t pending_count_ = 0;
 
   std::atomic<FaultSet> raised_{0};
+  std::atomic<FaultSet> standing_{0};
   SpscRing<TickRecord> records_;
   std::atomic<std::uint64_t> records_dropped_{0};
   std::atomic<bool> observed_{false};

@@ -34,6 +34,7 @@ class Renderer {
   void set_target(const TargetLaw& target, double ramp_s) noexcept;
   /// A stop, or another fault that shows in no sample.
   void raise(GuardFault fault) noexcept { guard_.raise(fault); }
+  void set_standing(FaultSet faults) noexcept { guard_.set_standing(faults); }
   /// Leaves the latch; authority then rises from zero. Refused (false) while the fault persists.
   bool clear() noexcept { return guard_.clear(); }
   const Guard& guard() const noexcept { return guard_; }

@@ -30,6 +30,9 @@ constexpr milliseconds kProgressPeriod{100};
 constexpr milliseconds kGlitch{100};
 constexpr std::chrono::seconds kPatienceForAlarm{2};
 constexpr const char* kWho = "the turntable's motion";
+constexpr rt::GuardFault kLastingFaults[] = {
+    rt::GuardFault::kTurntableLost, rt::GuardFault::kTurntableStalled, rt::GuardFault::kTurntableTimedOut,
+    rt::GuardFault::kTurntableAlarm};
 
 Refusal none_there() {
   return {RefusalKind::kFailedPrecondition,
@@ -37,24 +40,23 @@ Refusal none_there() {
            "name it in [rig.turntable] of the configuration"}};
 }
 
-std::optional<TurntableFault> fault_of(MotionEnd end) {
+/// What a motion that ended so means for whoever renders.
+rt::GuardFault fault_of(MotionEnd end) {
   switch (end) {
     case MotionEnd::kTimedOut:
-      return TurntableFault::kTimeout;
-    case MotionEnd::kStalled:
-      return TurntableFault::kStall;
     case MotionEnd::kMissed:
-      return TurntableFault::kMissed;
+      return rt::GuardFault::kTurntableTimedOut;
+    case MotionEnd::kStalled:
+      return rt::GuardFault::kTurntableStalled;
     case MotionEnd::kAlarm:
-      return TurntableFault::kAlarm;
-    case MotionEnd::kLost:
-      return TurntableFault::kLost;
     case MotionEnd::kRefused:
-      return TurntableFault::kRefused;
+      return rt::GuardFault::kTurntableAlarm;
+    case MotionEnd::kLost:
+      return rt::GuardFault::kTurntableLost;
     case MotionEnd::kForbidden:
-      return TurntableFault::kInterlock;
+      return rt::GuardFault::kTurntableMoving;
     default:
-      return std::nullopt;
+      return rt::GuardFault::kNone;
   }
 }
 
@@ -82,44 +84,6 @@ class SensorForMotion {
 };
 
 }  // namespace
-
-rt::GuardFault guard_fault_of(TurntableFault fault) noexcept {
-  switch (fault) {
-    case TurntableFault::kTimeout:
-    case TurntableFault::kMissed:
-      return rt::GuardFault::kTurntableTimedOut;
-    case TurntableFault::kStall:
-      return rt::GuardFault::kTurntableStalled;
-    case TurntableFault::kAlarm:
-    case TurntableFault::kRefused:
-      return rt::GuardFault::kTurntableAlarm;
-    case TurntableFault::kLost:
-      return rt::GuardFault::kTurntableLost;
-    case TurntableFault::kInterlock:
-      return rt::GuardFault::kTurntableMoving;
-  }
-  return rt::GuardFault::kTurntableLost;
-}
-
-const char* word_of(TurntableFault fault) noexcept {
-  switch (fault) {
-    case TurntableFault::kTimeout:
-      return "timeout";
-    case TurntableFault::kStall:
-      return "stall";
-    case TurntableFault::kMissed:
-      return "missed";
-    case TurntableFault::kAlarm:
-      return "alarm";
-    case TurntableFault::kLost:
-      return "lost";
-    case TurntableFault::kRefused:
-      return "refused";
-    case TurntableFault::kInterlock:
-      return "interlock";
-  }
-  return "unknown";
-}
 
 TurntableHost::TurntableHost(std::unique_ptr<hal::Turntable> table, const InterlockConfig& interlock,
                              Session& session, SceneHost& scenes, TelemetryHub& hub)
@@ -174,6 +138,7 @@ Outcome<hal::TurntableStatus> TurntableHost::engage() {
 Outcome<hal::TurntableStatus> TurntableHost::disengage() {
   if (!table_) return none_there();
   table_->disengage();
+  forget_faults();
   return table_->status();
 }
 
@@ -196,7 +161,10 @@ Outcome<hal::TurntableStatus> TurntableHost::clear_alarm(const Caller& caller) {
     std::this_thread::sleep_for(kLook);
     now = table_->status();
   }
-  if (!ill()) return now;
+  if (!ill()) {
+    forget_faults();
+    return now;
+  }
   const auto findings = table_->report().findings;
   return Refusal{
       RefusalKind::kFailedPrecondition,
@@ -274,6 +242,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   while (this->interlock() && Caller::Clock::now() < patience) std::this_thread::sleep_for(kLook);
   const auto number = begin();
   if (!number) return Refusal{RefusalKind::kFailedPrecondition, number.error()};
+  forget_faults();
   log_info(fmt::format("turntable: motion {} begins", *number));
 
   std::optional<Refusal> left;  // why the caller waits no more
@@ -315,6 +284,17 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   }
 }
 
+// The interlock has stopped the table: what it saw is over. All else lasts until somebody sees to the table.
+void TurntableHost::tell_fault(rt::GuardFault fault) {
+  if (fault == rt::GuardFault::kTurntableMoving) return session_.engine().raise(fault);
+  if (fault == rt::GuardFault::kNone) return;
+  session_.engine().set_standing(fault, true);
+}
+
+void TurntableHost::forget_faults() {
+  for (const rt::GuardFault fault : kLastingFaults) session_.engine().set_standing(fault, false);
+}
+
 Outcome<hal::TurntableStatus> TurntableHost::conclude(const hal::TurntableStatus& end,
                                                       const std::optional<Refusal>& left) {
   const hal::MotionReport& motion = end.motion;
@@ -322,9 +302,7 @@ Outcome<hal::TurntableStatus> TurntableHost::conclude(const hal::TurntableStatus
                        motion.problem ? "; " + motion.problem->text() : std::string()));
   const hal::Error problem = motion.problem.value_or(
       hal::Error{fmt::format("the motion ended: {}", hal::word_of(motion.end)), "turntable", "", "", ""});
-  if (const auto fault = fault_of(motion.end); fault && on_fault_ && !shutting_down_.load()) {
-    on_fault_(*fault, problem);
-  }
+  if (!shutting_down_.load()) tell_fault(fault_of(motion.end));
   if (motion.end == MotionEnd::kArrived) return end;
   if (left && motion.end == MotionEnd::kStopped) return *left;
   return Refusal{RefusalKind::kAborted, problem};

@@ -20,19 +20,6 @@ class SceneHost;
 class Session;
 class TelemetryHub;
 
-/// What may go wrong with a motion, for the table of faults.
-enum class TurntableFault : std::uint8_t {
-  kTimeout,    ///< did not arrive, or not be homed, in time
-  kStall,      ///< did not move although told to
-  kMissed,     ///< the drive says it has arrived, but stands elsewhere
-  kAlarm,      ///< the drive raised an alarm on the way
-  kLost,       ///< contact with the drive was lost on the way
-  kRefused,    ///< the drive did not take an order
-  kInterlock,  ///< contact, force or the guard stopped it on the way
-};
-const char* word_of(TurntableFault fault) noexcept;
-rt::GuardFault guard_fault_of(TurntableFault fault) noexcept;
-
 /// Where a motion is to lead.
 struct TurntableDestination {
   std::optional<double> angle_deg;
@@ -43,7 +30,6 @@ struct TurntableDestination {
 /// without a fresh position, one motion at a time, and no scene or target meanwhile. Any thread.
 class TurntableHost {
  public:
-  using FaultCallback = std::function<void(TurntableFault, const hal::Error& detail)>;
   /// Called as the motion goes on, in the thread of the call; false stops the table.
   using Progress = std::function<bool(const hal::TurntableStatus&)>;
 
@@ -62,8 +48,6 @@ class TurntableHost {
   const hal::Turntable* table() const { return table_.get(); }
   /// Why it must not turn now.
   std::optional<hal::Error> interlock();
-  /// Told in the thread of the motion's call, before it returns. Set before the network is up.
-  void on_fault(FaultCallback callback) { on_fault_ = std::move(callback); }
 
   /// Both return once the table stands again, or contact with it is lost; the port is opened if need be. A
   /// caller that goes away, or whose deadline passes, stops the table.
@@ -87,6 +71,8 @@ class TurntableHost {
   /// Why the table must stay: the scene that is loaded was loaded for its station.
   std::optional<Refusal> needed_where_it_is() const;
   Outcome<hal::TurntableStatus> perform(const Begin& begin, const Caller& caller, const Progress& progress);
+  void tell_fault(rt::GuardFault fault);
+  void forget_faults();
   Outcome<hal::TurntableStatus> conclude(const hal::TurntableStatus& end, const std::optional<Refusal>& left);
   Outcome<double> angle_of(const TurntableDestination& destination) const;
   void put_object(const hal::TurntableStatus& end) const;
@@ -96,7 +82,6 @@ class TurntableHost {
   TelemetryHub& hub_;
   const InterlockConfig config_;
   Interlock interlock_;
-  FaultCallback on_fault_;
   std::atomic<bool> shutting_down_{false};
   std::unique_ptr<hal::Turntable> table_;  ///< last: its thread asks the interlock
 };

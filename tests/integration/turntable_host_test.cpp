@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <utility>
@@ -26,10 +25,6 @@ class AHost : public testing::Test {
   AHost() {
     hub.start();
     session.start();
-    host.on_fault([this](TurntableFault fault, const hal::Error& detail) {
-      const std::lock_guard lock(mutex);
-      faults.emplace_back(fault, detail.what);
-    });
   }
   ~AHost() override {
     host.shutdown();
@@ -71,9 +66,18 @@ class AHost : public testing::Test {
     return host.home(Caller{}, [](const hal::TurntableStatus&) { return true; });
   }
 
+  /// The faults present in a tick that began after this call.
+  rt::FaultSet faults_told() {
+    const std::uint64_t now = session.last_tick();
+    rt::TickRecord record = hub.latest();
+    while (record.tick <= now + 1) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      record = hub.latest();
+    }
+    return record.faults_present;
+  }
+
   test::EmulatedDrive drive{test::EmulatedDrive::Options{}};
-  std::mutex mutex;
-  std::vector<std::pair<TurntableFault, std::string>> faults;
   Session session{rig(), loop()};
   TelemetryHub hub{session.engine()};
   SceneHost scenes{session, SceneLibrary(""), ModelLibrary("")};
@@ -124,16 +128,39 @@ TEST_F(AHost, TellsFaultsOfMotions) {
   const auto stalled = move(20.0);
   ASSERT_FALSE(stalled);
   EXPECT_EQ(stalled.refusal().kind, RefusalKind::kAborted);
+  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableStalled));
+  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableStalled)) << "for as long as it lasts";
   drive.hold(false);
   ASSERT_TRUE(host.clear_alarm(Caller{}));
+  EXPECT_EQ(faults_told(), 0U);
   drive.set_faults({.exception_on_write = 3});
   EXPECT_FALSE(move(20.0));
+  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableAlarm));
   drive.set_faults({});
   ASSERT_TRUE(move(20.0));
-  const std::lock_guard lock(mutex);
-  ASSERT_EQ(faults.size(), 2U);
-  EXPECT_EQ(faults[0].first, TurntableFault::kStall);
-  EXPECT_EQ(faults[1].first, TurntableFault::kRefused);
+  EXPECT_EQ(faults_told(), 0U) << "the next motion begins anew";
+  EXPECT_EQ(hub.latest().guard_state, rt::GuardState::kRendering) << "they are warnings";
+}
+
+TEST_F(AHost, ATableLostOnTheWayTakesTheForceUntilItIsSeenTo) {
+  ASSERT_TRUE(home());
+  bool began = false;
+  const auto lost = host.move_to({170.0, ""}, {20.0, 0.0}, Caller{}, [&](const hal::TurntableStatus& status) {
+    if (status.state == hal::TurntableState::kMoving && !std::exchange(began, true))
+      drive.set_faults({.silent = true});
+    return true;
+  });
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableLost));
+  EXPECT_EQ(hub.latest().guard_fault, rt::GuardFault::kTurntableLost);
+  rt::EngineCommand clear;
+  clear.kind = rt::EngineCommand::Kind::kClear;
+  EXPECT_EQ(session.engine().execute(clear, std::chrono::seconds(20)).status,
+            rt::EngineOutcome::Status::kFaultPersists);
+  ASSERT_TRUE(host.disengage());
+  EXPECT_EQ(faults_told(), 0U);
+  EXPECT_EQ(session.engine().execute(clear, std::chrono::seconds(20)).status,
+            rt::EngineOutcome::Status::kApplied);
 }
 
 TEST_F(AHost, ADriveThatIsNotThereIsUnavailable) {
@@ -153,8 +180,7 @@ TEST_F(AHost, WhoeverLosesInterestStopsTheTable) {
   EXPECT_EQ(left.refusal().kind, RefusalKind::kCancelled);
   EXPECT_FALSE(drive.motor().moving());
   EXPECT_FALSE(scenes.reserved());
-  const std::lock_guard lock(mutex);
-  EXPECT_TRUE(faults.empty());
+  EXPECT_EQ(faults_told(), 0U);
 }
 
 }  // namespace
