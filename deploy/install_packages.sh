@@ -11,13 +11,13 @@ declare -A packages=(
   # What the configuration of the build looks for, the test framework included.
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
                libmodbus-dev libasio-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
-               libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev
+               libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libkainjow-mustache-dev
                libsqlitecpp-dev libsqlite3-dev libssl-dev
                libgtest-dev libbenchmark-dev libceres-dev"
   # hapticctl plot and demo draw with it.
   [run]="gnuplot-nox"
   # Instruction counts, the latency tool the loop is compared with, and peers of others' making for the drivers.
-  [tests]="valgrind rt-tests socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
+  [tests]="valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
   # The compiler that fuzzes; only for who asks for it.
   [fuzz]="clang libclang-rt-14-dev"
 )

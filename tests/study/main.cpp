@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
 
+#include "tests/study/report/provenance.h"
 #include "tests/study/study.h"
 
 namespace {
@@ -21,21 +23,41 @@ struct Options {
   std::vector<std::string> only;
   std::string transport = "direct";
   bool quick = false;
+  std::string shard = "1/1";
+  std::vector<std::string> merge;
 };
 
 bool is_wanted(const StudyPart& part, const std::vector<std::string>& only) {
   return only.empty() || std::find(only.begin(), only.end(), part.name) != only.end();
 }
 
+/// Shards of different programs or lengths do not mix.
+hapticd::report::Cells cells_of(const Options& options) {
+  using hapticd::report::Cells;
+  const std::string revision = hapticd::report::commit() + (options.quick ? ", quick" : "");
+  if (options.merge.empty()) {
+    return Cells(options.folder, revision, hapticd::report::Shard::from(options.shard));
+  }
+  return Cells(options.folder, revision,
+               std::vector<std::filesystem::path>(options.merge.begin(), options.merge.end()));
+}
+
 /// The number of parts that ended with an error.
 int run(const Study& study, const Options& options) {
   using Clock = std::chrono::steady_clock;
   hapticd::report::Report report(options.folder);
-  hapticd::study::StudyContext context{report, options.quick};
-  int failures = 0;
+  const hapticd::report::Cells cells = cells_of(options);
+  const bool shared = cells.merges() || !cells.shard().is_whole();
+  hapticd::study::StudyContext context{report, options.quick, cells};
+  std::vector<StudyPart> parts;
   for (const StudyPart& part : options.transport == "emulated" ? study.emulated : study.parts) {
-    if (!is_wanted(part, options.only)) continue;
-    std::cout << "\n--- " << study.name << ", " << part.name << ": " << part.shows << std::endl;
+    if (is_wanted(part, options.only) && (!shared || part.in_cells)) parts.push_back(part);
+  }
+  int failures = 0;
+  for (const StudyPart& part : parts) {
+    std::cout << "\n--- " << study.name << ", " << part.name << " (" << &part - parts.data() + 1 << " of "
+              << parts.size() << "): " << part.shows << std::endl;
+    report.begin_section(std::string(study.name) + "_" + part.name, part.shows);
     const auto start = Clock::now();
     try {
       part.run(context);
@@ -46,6 +68,7 @@ int run(const Study& study, const Options& options) {
     const std::chrono::duration<double> took = Clock::now() - start;
     std::cout << "(" << hapticd::report::fixed(took.count(), 1) << " s)" << std::endl;
   }
+  if (study.finish != nullptr && cells.shard().is_whole()) study.finish(context);
   std::cout << "\nfigures: " << (report.folder() / "figures.jsonl").string() << std::endl;
   return failures;
 }
@@ -75,6 +98,14 @@ int main(int argc, char** argv) {
                        "direct: the simulated rig in virtual time; emulated: live, by the drivers of real "
                        "hardware from peers that speak its protocols")
           ->check(CLI::IsMember({"direct", "emulated"}));
+    }
+    if (std::any_of(study.parts.begin(), study.parts.end(), [](const StudyPart& p) { return p.in_cells; })) {
+      auto* shard = command->add_option("--shard", options.shard,
+                                        "i/n: only the i-th of n shares of the sweeps, to be merged later");
+      command
+          ->add_option("--merge", options.merge,
+                       "folders of all shards: draw what they computed, as one run would have")
+          ->excludes(shard);
     }
     command->callback([&study, &options, &failures] { failures = run(study, options); });
   }

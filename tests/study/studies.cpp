@@ -1,7 +1,12 @@
+#include "tests/study/economy/economy_study.h"
 #include "tests/study/explore/explore_study.h"
+#include "tests/study/extremes/extremes_study.h"
 #include "tests/study/faults/faults_study.h"
 #include "tests/study/identify/identify_study.h"
+#include "tests/study/page.h"
+#include "tests/study/precision/precision_study.h"
 #include "tests/study/rig/rig_study.h"
+#include "tests/study/stability/stability_study.h"
 #include "tests/study/study.h"
 
 namespace hapticd::study {
@@ -50,6 +55,29 @@ const std::vector<Study>& studies() {
        {
            {"faults", "ticks from fault to zero force, what is told, and how force comes back", run_faults},
        }},
+      {"report",
+       "one page: error against run time, stability maps, numerical extremes, what scenes and loop cost",
+       {
+           {"motion", "error against run time: velocity and acceleration", run_motion_precision},
+           {"detection", "error against run time: contact, delay against false alarms",
+            run_detection_precision},
+           {"estimation", "error against run time: direction, displacement, friction",
+            run_estimation_precision},
+           {"identification", "error against run time: identification of contact laws",
+            run_identification_precision},
+           {"rates", "error against run time: rate of loop and telemetry", run_rate_precision},
+           {"integrators", "error against run time: the simulator's integrators and steps",
+            run_integrator_precision},
+           {"maps", "stability: object stiffness against target stiffness", run_stability_maps, true},
+           {"sensitivity", "stability: what each uncertain parameter does", run_stability_sensitivity, true},
+           {"wood", "stability: the wood plate, why it is unstable and what would help", run_wood_plate,
+            true},
+           {"extremes", "numerical extremes of every stage", run_extremes},
+           {"traps", "published equations that fail, beside those used here", run_traps},
+           {"scenes", "what each scene composes and costs, beside everything forced on", run_scene_economy},
+       },
+       {},
+       write_report_page},
   };
   return all;
 }

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "tests/study/report/cells.h"
 #include "tests/study/report/report.h"
 
 namespace hapticd::study {
@@ -9,7 +10,8 @@ namespace hapticd::study {
 /// What a study is given. All it writes goes through the report.
 struct StudyContext {
   report::Report& report;
-  bool quick = false;  ///< fewer cases, the same figures: to see that everything runs
+  bool quick = false;          ///< fewer cases, the same figures: to see that everything runs
+  const report::Cells& cells;  ///< computes what a cluster can share; the same values whoever does
 };
 
 /// One question and the function that answers it. A part throws only when it cannot go on; what fails inside
@@ -18,6 +20,9 @@ struct StudyPart {
   const char* name;
   const char* shows;
   void (*run)(StudyContext& context);
+  /// All its measuring is done in cells, so that shards can share it: `--shard i/n` runs such parts only, and
+  /// they end where Cells::values() gives none.
+  bool in_cells = false;
 };
 
 /// `hapticd_study NAME` runs all parts, in order.
@@ -27,6 +32,8 @@ struct Study {
   std::vector<StudyPart> parts;
   /// What `--transport emulated` runs instead; empty = there is no such option.
   std::vector<StudyPart> emulated{};
+  /// Makes one page of all that is in the folder, when the parts have run; null = there is no page.
+  void (*finish)(StudyContext& context) = nullptr;
 };
 
 /// All studies there are.

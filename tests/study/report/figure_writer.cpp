@@ -45,6 +45,7 @@ std::string to_json_line(const Figure& figure) {
   record["goal"] = number_or_null(figure.goal);
   record["reference"] = number_or_null(figure.reference);
   record["source"] = figure.source.empty() ? Json(nullptr) : Json(figure.source);
+  if (figure.run_time_ns) record["run_time_ns"] = number_or_null(figure.run_time_ns);
   if (!has_value) {
     const bool not_finite = figure.failed.empty() && figure.value;
     record["failed"] = not_finite              ? "the value is not finite"

@@ -39,9 +39,10 @@ struct Figure {
   std::optional<double> value{};  ///< none when `failed` says why
   std::string unit = "1";         ///< "1" for relative errors, which are fractions, and for counts
   std::optional<double> goal{};
-  std::optional<double> reference{};  ///< the dissertation's or a peer's
-  std::string source{};               ///< where goal and reference come from, e.g. "D§4.5.3"
-  std::string failed{};               ///< why there is no value, e.g. "1 N is not reached"
+  std::optional<double> reference{};    ///< the dissertation's or a peer's
+  std::string source{};                 ///< where goal and reference come from, e.g. "D§4.5.3"
+  std::optional<double> run_time_ns{};  ///< what the value costs, where error is weighed against run time
+  std::string failed{};                 ///< why there is no value, e.g. "1 N is not reached"
 };
 
 /// The record as one line of JSON, without the line end. Keys stand in a fixed order; numbers read back as

@@ -16,6 +16,10 @@ class MarkdownTable {
   /// The table, each line ended.
   std::string text() const;
 
+  /// As they are printed: a vertical bar is escaped, a line break a space.
+  const std::vector<std::string>& headers() const noexcept { return headers_; }
+  const std::vector<std::vector<std::string>>& rows() const noexcept { return rows_; }
+
  private:
   std::vector<std::string> headers_;
   std::vector<std::vector<std::string>> rows_;

@@ -6,6 +6,15 @@
 
 namespace hapticd::report {
 
+void Report::begin_section(const std::string& name, const std::string& title) {
+  section_ = SectionWriter(folder_, name, title);
+}
+
+void Report::say(const std::string& text) {
+  std::cout << '\n' << text << std::endl;
+  section_.add_text(text);
+}
+
 void Report::add_table(const std::string& name, const std::string& title, const MarkdownTable& table,
                        const std::string& remark) {
   const std::string text = "## " + title + "\n\n" + (remark.empty() ? "" : remark + "\n\n") + table.text();
@@ -14,10 +23,12 @@ void Report::add_table(const std::string& name, const std::string& title, const 
   stream << text << std::flush;
   if (!stream) throw std::runtime_error("cannot write '" + path.string() + "'");
   std::cout << '\n' << text << std::flush;
+  section_.add_table(title, table, remark);
 }
 
 void Report::add_plot(const std::string& name, const SvgPlot& plot) {
   const auto problem = draw(plot, folder_, name);
+  section_.add_plot(name, plot.title, problem.value_or(""));
   note(problem ? "plot: " + *problem : "plot: " + (folder_ / (name + ".svg")).string());
 }
 

@@ -5,15 +5,23 @@
 
 #include "tests/study/report/figure_writer.h"
 #include "tests/study/report/markdown_table.h"
+#include "tests/study/report/section.h"
 #include "tests/study/report/svg_plot.h"
 
 namespace hapticd::report {
 
-/// The output folder of a study or a benchmark: figures.jsonl beside readable tables and plots.
+/// The output folder of a study or a benchmark: figures.jsonl beside readable tables and plots; and, for a
+/// page of all of it (html_page.h), what was shown in each section and in what order.
 class Report {
  public:
   /// Makes the folder; throws std::runtime_error where it cannot be written to.
   explicit Report(std::filesystem::path folder) : folder_(std::move(folder)), figures_(folder_) {}
+
+  /// What is added from now on stands in section `name` of the page, under `title`; an earlier run's section
+  /// of that name is replaced.
+  void begin_section(const std::string& name, const std::string& title);
+  /// A paragraph of the section: what is seen, what follows from it. Printed too.
+  void say(const std::string& text);
 
   const std::filesystem::path& folder() const noexcept { return folder_; }
 
@@ -30,6 +38,7 @@ class Report {
  private:
   std::filesystem::path folder_;
   FigureWriter figures_;
+  SectionWriter section_;
 };
 
 }  // namespace hapticd::report

@@ -110,7 +110,8 @@ std::string curve_of(const PlotSeries& series, std::size_t index, const std::str
   curve << " linewidth 1.8 linecolor '" << kPalette[colour % kPalette.size()] << '\'';
   if (series.style != PlotSeries::Style::kPoints) curve << " dashtype " << (series.dashed ? "(10,6)" : "1");
   if (series.style != PlotSeries::Style::kLine) {
-    curve << " pointtype " << kPointTypes[colour % kPointTypes.size()] << " pointsize 0.6";
+    curve << " pointtype " << series.point_type.value_or(kPointTypes[colour % kPointTypes.size()])
+          << " pointsize " << shortest(series.point_size);
   }
   curve << (series.label.empty() ? " notitle" : " title " + gp_text(series.label));
   return curve.str();

@@ -24,6 +24,9 @@ struct PlotSeries {
   Style style = Style::kLine;
   std::optional<int> colour{};  ///< of the palette; series that belong together share one; empty = the next
   bool dashed = false;
+  double point_size = 0.6;
+  std::optional<int>
+      point_type{};  ///< of gnuplot's svg terminal (5 square, 7 disc, 9 triangle …); empty = by colour
 };
 
 /// A limit, a goal, somebody else's value: a thin line across the plot, labelled at its end.

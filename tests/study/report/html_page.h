@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace hapticd::report {
+
+/// What the page says of itself.
+struct PageText {
+  std::string title;
+  std::string introduction;
+  /// Names of sections in the order they are to be read; those that are not in the folder are left out, those
+  /// that are there and not named come behind, by name.
+  std::vector<std::string> order{};
+};
+
+/// Makes of all that studies and benchmarks left in `folder` one page that needs no other file,
+/// FOLDER/report.html, beside the same as FOLDER/report.json and its figures as FOLDER/figures.csv. The same
+/// folder gives the same bytes. Throws std::runtime_error where they cannot be written.
+void write_page(const std::filesystem::path& folder, const PageText& text);
+
+}  // namespace hapticd::report
