@@ -14,6 +14,14 @@ constexpr std::size_t kLargestChunk = 1024;
 
 }  // namespace
 
+const std::string& RecordChunk::encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string>& texts = encoded_[channels];
+  texts.resize(records.size());
+  if (texts[index].empty()) texts[index] = encode(records[index], channels);
+  return texts[index];
+}
+
 bool Subscription::ready_locked(Clock::time_point now) const {
   if (queue_.empty()) return false;
   return closed_ || queue_.size() >= options_.batch_size ||

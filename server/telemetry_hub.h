@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -30,6 +32,15 @@ struct RecordChunk {
   std::vector<rt::TickRecord> records;
   std::chrono::steady_clock::time_point received;
   std::uint64_t dropped_by_server = 0;  ///< since the daemon started
+
+  using Encode = std::string (*)(const rt::TickRecord& record, std::uint32_t channels);
+  /// What `encode`, always the same one, makes of a record for whoever wants these channels: made once,
+  /// however many ask. Any thread.
+  const std::string& encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const;
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::map<std::uint32_t, std::vector<std::string>> encoded_;  ///< by channels
 };
 
 /// One subscriber's own bounded queue. The oldest samples go first when it is full, and are counted.
@@ -41,6 +52,9 @@ class Subscription {
     std::shared_ptr<const RecordChunk> chunk;
     std::uint32_t index = 0;
     const rt::TickRecord& record() const { return chunk->records[index]; }
+    const std::string& encoded(std::uint32_t channels, RecordChunk::Encode encode) const {
+      return chunk->encoded(index, channels, encode);
+    }
   };
   struct Batch {
     std::vector<Entry> entries;

@@ -31,6 +31,12 @@ FaultSet faults_in(std::uint32_t sample_status) noexcept {
   return set;
 }
 
+/// Of a limit in ms; one that is set stays one, and an absurd one fits.
+std::int64_t in_ns(double ms) noexcept {
+  constexpr double kLongestMs = 1e12;
+  return ms > 0.0 ? std::max<std::int64_t>(1, static_cast<std::int64_t>(1e6 * std::min(ms, kLongestMs))) : 0;
+}
+
 /// The one to tell of several: the most drastic, and of those the first in the table.
 GuardFault foremost(FaultSet faults) noexcept {
   const FaultSet cutting = faults & kCuts;
@@ -39,7 +45,15 @@ GuardFault foremost(FaultSet faults) noexcept {
 }  // namespace
 
 Guard::Guard(const GuardLimits& limits, double rate_hz) noexcept
-    : limits_(limits), period_s_(1.0 / rate_hz) {}
+    : period_s_(1.0 / rate_hz) {
+  set_limits(limits);
+}
+
+void Guard::set_limits(const GuardLimits& limits) noexcept {
+  limits_ = limits;
+  stale_after_ns_ = in_ns(limits.sensor_stale_after_ms);
+  gap_ns_ = in_ns(limits.loop_gap_ms);
+}
 
 FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
   FaultSet faults = standing_;
@@ -48,18 +62,17 @@ FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
   if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) {
     faults |= set_of(GuardFault::kNonFinite);
   }
-  if (limits_.sensor_stale_after_ms > 0.0) {  // the scene listens to a force sensor
+  if (stale_after_ns_ > 0) {  // the scene listens to a force sensor
     if (!sane(sample.sensor_force_n) || !sane(sample.sensor_torque_n_mm)) {
       faults |= set_of(GuardFault::kNonFinite);
     }
-    if (static_cast<double>(sample.force_age_ns) > 1e6 * limits_.sensor_stale_after_ms) {
+    if (sample.force_age_ns > stale_after_ns_) {
       faults |= set_of(GuardFault::kSensorStale);
     }
   } else {
     faults &= ~kOfSensor;
   }
-  const auto gap_ns = static_cast<double>(sample.time_ns - last_time_ns_);
-  if (has_time_ && limits_.loop_gap_ms > 0.0 && gap_ns > 1e6 * limits_.loop_gap_ms) {
+  if (has_time_ && gap_ns_ > 0 && sample.time_ns - last_time_ns_ > gap_ns_) {
     faults |= set_of(GuardFault::kLoopGap);
   }
   last_time_ns_ = sample.time_ns;

@@ -37,7 +37,7 @@ class Guard {
   void set_standing(FaultSet faults) noexcept { standing_ = faults; }
   /// True when the latch was left: no fault that takes the force away may be present.
   bool clear() noexcept;
-  void set_limits(const GuardLimits& limits) noexcept { limits_ = limits; }
+  void set_limits(const GuardLimits& limits) noexcept;
 
   GuardState state() const noexcept { return state_; }
   GuardFault fault() const noexcept { return fault_; }
@@ -54,6 +54,8 @@ class Guard {
   void update_authority() noexcept;
 
   GuardLimits limits_;
+  std::int64_t stale_after_ns_ = 0;  ///< of limits_, as samples tell it; 0 = nobody listens to a sensor
+  std::int64_t gap_ns_ = 0;          ///< of limits_; 0 = none is too long
   double period_s_;
   GuardState state_ = GuardState::kRendering;
   GuardFault fault_ = GuardFault::kNone;

@@ -41,13 +41,16 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
 
   renderer_.set_standing(standing_.load(std::memory_order_acquire));
 
-  TickRecord record;
+  TickRecord* const place = records_.claim();  // made where it is read: a record is some 600 bytes
+  TickRecord& record = place != nullptr ? *place : unsent_;
+  record = TickRecord{};
   const hal::DeviceCommand command = renderer_.tick(sample, record);
   record.channels |= channel::kTiming;
   record.timing = timing_;
   if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
-  if (!records_.push(record) &&
-      !push_patiently(records_, record, has_time_for_records_, kPatienceForRecords)) {
+  if (place != nullptr) {
+    records_.publish();
+  } else if (!push_patiently(records_, record, has_time_for_records_, kPatienceForRecords)) {
     records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
   if (observed_.load(std::memory_order_acquire)) {

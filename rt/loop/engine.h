@@ -139,6 +139,7 @@ class Engine final : public hal::TickHandler {
   std::atomic<FaultSet> raised_{0};
   std::atomic<FaultSet> standing_{0};
   SpscRing<TickRecord> records_;
+  TickRecord unsent_;  ///< made here while the ring is full
   std::atomic<std::uint64_t> records_dropped_{0};
   std::atomic<bool> observed_{false};
   SpscRing<Observation> observations_;

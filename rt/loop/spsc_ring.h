@@ -22,15 +22,28 @@ class SpscRing {
       : mask_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity) - 1),
         slots_(std::make_unique<T[]>(mask_ + 1)) {}
 
-  /// Producer only. False, and nothing stored, when full.
-  bool push(const T& value) noexcept {
+  /// Producer only: the place of the next element, to be made there and handed over by publish(); it holds
+  /// what an earlier element left. nullptr when full.
+  T* claim() noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - cached_tail_ > mask_) {
       cached_tail_ = tail_.load(std::memory_order_acquire);
-      if (head - cached_tail_ > mask_) return false;
+      if (head - cached_tail_ > mask_) return nullptr;
     }
-    slots_[head & mask_] = value;
-    head_.store(head + 1, std::memory_order_release);
+    return &slots_[head & mask_];
+  }
+
+  /// Producer only: hands over what was made in the place claim() gave.
+  void publish() noexcept {
+    head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+
+  /// Producer only. False, and nothing stored, when full.
+  bool push(const T& value) noexcept {
+    T* const place = claim();
+    if (place == nullptr) return false;
+    *place = value;
+    publish();
     return true;
   }
 

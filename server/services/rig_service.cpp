@@ -51,6 +51,12 @@ void summarise(const rt::LatencySnapshot& latency, v1::LatencySummary& summary) 
   summary.set_p99_us(microseconds(latency.quantile_ns(0.99)));
   summary.set_p999_us(microseconds(latency.quantile_ns(0.999)));
   summary.set_max_us(microseconds(latency.max_ns));
+  for (std::size_t i = 0; i < latency.counts.size(); ++i) {
+    if (latency.counts[i] == 0) continue;
+    v1::LatencyBucket& bucket = *summary.add_buckets();
+    bucket.set_up_to_us(microseconds(rt::LatencySnapshot::upper_edge_ns(i)));
+    bucket.set_count(latency.counts[i]);
+  }
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 
 #include "server/services/enums.h"
 #include "server/services/status.h"
-#include "server/services/telemetry_messages.h"
+#include "server/services/telemetry_encoding.h"
 #include "server/telemetry_hub.h"
 
 namespace hapticd::server {
@@ -63,7 +63,7 @@ Outcome<Wanted> read_request(const v1::SubscribeRequest& request) {
 }
 
 /// Ends a call before it began.
-class RefusedStream final : public grpc::ServerWriteReactor<v1::TelemetryBatch> {
+class RefusedStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   explicit RefusedStream(const Refusal& refusal) { Finish(to_status(refusal)); }
   void OnDone() override { delete this; }
@@ -72,7 +72,7 @@ class RefusedStream final : public grpc::ServerWriteReactor<v1::TelemetryBatch> 
 /// Writes a subscription's batches, one at a time. Woken by the hub when a batch is ready and by gRPC when
 /// the last one is on its way; whoever comes first writes. Keeps itself alive until gRPC is done with it; the
 /// hub only knows it weakly, so that it may call at any moment.
-class TelemetryStream final : public grpc::ServerWriteReactor<v1::TelemetryBatch>,
+class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
                               public std::enable_shared_from_this<TelemetryStream> {
  public:
   static TelemetryStream* open(TelemetryHub& hub, Wanted wanted) {
@@ -129,11 +129,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<v1::TelemetryBatch
       }
       return;
     }
-    message_.Clear();  // keeps its memory: no allocation once the stream has settled
-    for (const Subscription::Entry& entry : batch_.entries)
-      fill(entry.record(), channels_, *message_.add_samples());
-    message_.set_dropped_by_subscriber(batch_.dropped_by_subscriber);
-    message_.set_dropped_by_server(batch_.dropped_by_server);
+    message_ = encode(batch_, channels_);
     batch_.entries.clear();
     writing_ = true;
     StartWrite(&message_);
@@ -151,7 +147,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<v1::TelemetryBatch
 
   std::mutex mutex_;  ///< between the hub's thread and gRPC's; never of another stream
   Subscription::Batch batch_;
-  v1::TelemetryBatch message_;
+  grpc::ByteBuffer message_;
   bool writing_ = true;  ///< the metadata are under way
   bool cancelled_ = false;
   bool finished_ = false;
@@ -159,9 +155,17 @@ class TelemetryStream final : public grpc::ServerWriteReactor<v1::TelemetryBatch
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::TelemetryBatch>* TelemetryService::Subscribe(
-    grpc::CallbackServerContext*, const v1::SubscribeRequest* request) {
-  auto wanted = read_request(*request);
+grpc::ServerWriteReactor<grpc::ByteBuffer>* TelemetryService::Subscribe(grpc::CallbackServerContext*,
+                                                                        const grpc::ByteBuffer* request) {
+  v1::SubscribeRequest message;
+  grpc::ByteBuffer bytes(*request);  // reading consumes it
+  if (!grpc::SerializationTraits<v1::SubscribeRequest>::Deserialize(&bytes, &message).ok()) {
+    return new RefusedStream({RefusalKind::kInvalidArgument,
+                              {"the request is no SubscribeRequest", "TelemetryService.Subscribe",
+                               std::to_string(request->Length()) + " bytes", "",
+                               "generate the client from this daemon's proto files"}});
+  }
+  auto wanted = read_request(message);
   if (!wanted) return new RefusedStream(wanted.refusal());
   return TelemetryStream::open(hub_, std::move(*wanted));
 }

@@ -6,13 +6,15 @@ namespace hapticd::server {
 
 class TelemetryHub;
 
-/// One stream per subscriber, by the callback interface: a waiting stream holds no thread.
-class TelemetryService final : public v1::TelemetryService::CallbackService {
+/// One stream per subscriber, by the callback interface: a waiting stream holds no thread. Raw, so that what
+/// several subscribers get is encoded once.
+class TelemetryService final
+    : public v1::TelemetryService::WithRawCallbackMethod_Subscribe<v1::TelemetryService::Service> {
  public:
   explicit TelemetryService(TelemetryHub& hub) : hub_(hub) {}
 
-  grpc::ServerWriteReactor<v1::TelemetryBatch>* Subscribe(grpc::CallbackServerContext* context,
-                                                          const v1::SubscribeRequest* request) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* Subscribe(grpc::CallbackServerContext* context,
+                                                        const grpc::ByteBuffer* request) override;
 
  private:
   TelemetryHub& hub_;

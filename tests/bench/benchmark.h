@@ -13,8 +13,9 @@ struct TickOptions {
 /// Returns the exit status.
 int run_tick(const TickOptions& options);
 
-/// Runs `ticks` ticks of a scene and nothing else: what is counted under callgrind.
-int run_tick_child(const std::string& scene, long ticks);
+/// Runs `ticks` ticks of a scene, or of it with everything forced on, to warm up and as many again to be
+/// counted under callgrind.
+int run_tick_child(const std::string& scene, long ticks, bool everything);
 
 /// `hapticd_bench live`: the real daemon on the simulated rig with telemetry subscribers, beside cyclictest.
 struct LiveOptions {
@@ -24,8 +25,28 @@ struct LiveOptions {
 };
 int run_live(const LiveOptions& options);
 
-/// One subscriber of `live`: reads for so many seconds, then writes what it received to `result`.
-int run_live_child(const std::string& address, double seconds, const std::string& result);
+/// Subscribers: so many streams, read for so many seconds; what they received goes to `result`.
+int run_live_child(const std::string& address, double seconds, const std::string& result, int streams);
+
+/// `hapticd_bench realtime`: the live loop under every load there is, from command to effect, fan-out.
+struct RealtimeOptions {
+  std::string folder;
+  bool quick = false;
+  std::vector<std::string> only{};  ///< of realtime_parts(); empty = all
+};
+/// "loop", "command", "fan_out".
+std::vector<std::string> realtime_parts();
+int run_realtime(const RealtimeOptions& options);
+
+/// The server that `realtime` compares commands with, until it is told to end.
+int run_echo_child();
+
+/// `hapticd_bench scenes`: what each scene composes and costs, beside the same with everything forced on.
+struct ScenesOptions {
+  std::string folder;
+  bool quick = false;
+};
+int run_scenes(const ScenesOptions& options);
 
 /// `hapticd_bench netft`: a force sensor behind an emulated Net F/T box at 7 kHz, read at 1 kHz.
 struct NetFtOptions {

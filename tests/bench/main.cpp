@@ -29,7 +29,9 @@ int main(int argc, char** argv) {
   auto* tick_child = app.add_subcommand("tick-child", "")->group("");  // hidden: started by `tick`
   tick_child->add_option("--scene", scene)->required();
   tick_child->add_option("--ticks", ticks)->required();
-  tick_child->callback([&] { status = run_tick_child(scene, ticks); });
+  bool everything = false;
+  tick_child->add_flag("--everything", everything);
+  tick_child->callback([&] { status = run_tick_child(scene, ticks, everything); });
 
   NetFtOptions netft;
   auto* netft_command =
@@ -68,7 +70,29 @@ int main(int argc, char** argv) {
   live_child->add_option("--server", address)->required();
   live_child->add_option("--seconds", child_seconds)->required();
   live_child->add_option("--result", result)->required();
-  live_child->callback([&] { status = run_live_child(address, child_seconds, result); });
+  int streams = 1;
+  live_child->add_option("--streams", streams);
+  live_child->callback([&] { status = run_live_child(address, child_seconds, result, streams); });
+
+  RealtimeOptions realtime;
+  auto* realtime_command = app.add_subcommand(
+      "realtime", "the live loop under load beside cyclictest, from command to effect, telemetry fan-out");
+  realtime_command->add_option("--out", realtime.folder, "folder for figures.jsonl, tables and plots")
+      ->required();
+  realtime_command->add_flag("--quick", realtime.quick, "seconds instead of minutes, the same figures");
+  realtime_command->add_option("--only", realtime.only, "only these parts")
+      ->check(CLI::IsMember(realtime_parts()));
+  realtime_command->callback([&] { status = run_realtime(realtime); });
+  auto* echo_child = app.add_subcommand("echo-child", "")->group("");  // hidden: started by `realtime`
+  echo_child->callback([&] { status = run_echo_child(); });
+
+  ScenesOptions scenes;
+  auto* scenes_command =
+      app.add_subcommand("scenes", "what each scene composes and costs, beside everything forced on");
+  scenes_command->add_option("--out", scenes.folder, "folder for figures.jsonl, tables and plots")
+      ->required();
+  scenes_command->add_flag("--quick", scenes.quick, "without counting instructions more than needed");
+  scenes_command->callback([&] { status = run_scenes(scenes); });
 #endif
 
   try {

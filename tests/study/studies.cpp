@@ -1,8 +1,8 @@
-#include "tests/study/economy/economy_study.h"
 #include "tests/study/explore/explore_study.h"
 #include "tests/study/extremes/extremes_study.h"
 #include "tests/study/faults/faults_study.h"
 #include "tests/study/identify/identify_study.h"
+#include "tests/study/machine/machine_study.h"
 #include "tests/study/page.h"
 #include "tests/study/precision/precision_study.h"
 #include "tests/study/rig/rig_study.h"
@@ -75,6 +75,8 @@ const std::vector<Study>& studies() {
            {"extremes", "numerical extremes of every stage", run_extremes},
            {"traps", "published equations that fail, beside those used here", run_traps},
            {"scenes", "what each scene composes and costs, beside everything forced on", run_scene_economy},
+           {"realtime", "the live loop under load beside cyclictest, command to effect, telemetry fan-out",
+            run_realtime_cost},
        },
        {},
        write_report_page},

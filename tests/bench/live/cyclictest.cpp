@@ -5,17 +5,11 @@
 #include <sstream>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 namespace hapticd::bench {
 namespace {
 
 constexpr const char* kHistogramSpanUs = "20000";
-
-struct Bin {
-  double latency_us;
-  double count;
-};
 
 /// The number after `label` on a line such as "# Max Latencies: 00123".
 std::optional<double> labelled(const std::string& line, std::string_view label) {
@@ -25,36 +19,24 @@ std::optional<double> labelled(const std::string& line, std::string_view label) 
   return rest >> value ? std::optional(value) : std::nullopt;
 }
 
-double quantile(const std::vector<Bin>& bins, double total, double share, double beyond_us) {
-  double seen = 0.0;
-  for (const Bin& bin : bins) {
-    seen += bin.count;
-    if (seen >= share * total) return bin.latency_us;
-  }
-  return beyond_us;
-}
-
 }  // namespace
 
-std::optional<WakeupQuantiles> parse_cyclictest(std::string_view output) {
+std::optional<LatencyDistribution> parse_cyclictest(std::string_view output) {
   std::istringstream lines{std::string(output)};
-  std::vector<Bin> bins;
-  double total = 0.0;
-  WakeupQuantiles wakeup;
+  LatencyDistribution wakeup;
+  double overflows = 0.0;
+  double max_us = 0.0;
   for (std::string line; std::getline(lines, line);) {
-    if (const auto overflows = labelled(line, "Histogram Overflows:")) total += *overflows;
-    if (const auto most = labelled(line, "Max Latencies:")) wakeup.max_us = *most;
+    if (const auto beyond = labelled(line, "Histogram Overflows:")) overflows += *beyond;
+    if (const auto most = labelled(line, "Max Latencies:")) max_us = *most;
     std::istringstream cells(line);
-    Bin bin{};
-    if (!line.empty() && line.front() != '#' && cells >> bin.latency_us >> bin.count) {
-      bins.push_back(bin);
-      total += bin.count;
+    LatencyDistribution::Bin bin{};
+    if (!line.empty() && line.front() != '#' && cells >> bin.up_to_us >> bin.count && bin.count > 0.0) {
+      wakeup.bins.push_back(bin);
     }
   }
-  if (total <= 0.0) return std::nullopt;
-  wakeup.median_us = quantile(bins, total, 0.5, wakeup.max_us);
-  wakeup.p99_us = quantile(bins, total, 0.99, wakeup.max_us);
-  wakeup.p999_us = quantile(bins, total, 0.999, wakeup.max_us);
+  if (overflows > 0.0) wakeup.bins.push_back({max_us, overflows});
+  if (wakeup.bins.empty()) return std::nullopt;
   return wakeup;
 }
 

@@ -33,9 +33,9 @@ std::filesystem::path program_folder() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }
 
-DaemonProcess::DaemonProcess(std::filesystem::path log)
+DaemonProcess::DaemonProcess(std::filesystem::path log, const std::string& scene)
     : log_(std::move(log)),
-      process_({.command = {(program_folder() / "hapticd").string(), "--rig", "sim", "--scene", "tap_1d",
+      process_({.command = {(program_folder() / "hapticd").string(), "--rig", "sim", "--scene", scene,
                             "--listen", "127.0.0.1:0"},
                 .output = log_}) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;

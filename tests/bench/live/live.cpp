@@ -100,9 +100,7 @@ class LiveReport {
   explicit LiveReport(report::Report& report) : report_(report) {}
 
   void add(const LiveCase& live, const LiveResult& result) {
-    const v1::LatencySummary& wakeup = result.loop.wakeup();
-    add_wakeup(live, "hapticd",
-               WakeupQuantiles{wakeup.median_us(), wakeup.p99_us(), wakeup.p999_us(), wakeup.max_us()},
+    add_wakeup(live, "hapticd", between({}, result.loop.wakeup()),
                std::to_string(result.loop.periods_missed()), "", result.cyclictest.wakeup);
     add_wakeup(live, "cyclictest", result.cyclictest.wakeup, kNoNumber, result.cyclictest.failed);
     if (result.daemon_status != 0) {
@@ -140,31 +138,29 @@ class LiveReport {
 
  private:
   /// `reference`: what another measured in the same run.
-  void add_wakeup(const LiveCase& live, const char* source, const std::optional<WakeupQuantiles>& wakeup,
+  void add_wakeup(const LiveCase& live, const char* source, const std::optional<LatencyDistribution>& wakeup,
                   const std::string& periods_missed, const std::string& failed,
-                  const std::optional<WakeupQuantiles>& reference = std::nullopt) {
+                  const std::optional<LatencyDistribution>& reference = std::nullopt) {
     report::Figure p99{
         .figure = "wakeup_p99_us", .conditions = live.conditions(source), .unit = "us", .failed = failed};
     report::Figure p999{
         .figure = "wakeup_p999_us", .conditions = live.conditions(source), .unit = "us", .failed = failed};
     if (wakeup) {
-      p99.value = wakeup->p99_us;
-      p999.value = wakeup->p999_us;
+      p99.value = wakeup->quantile_us(0.99);
+      p999.value = wakeup->quantile_us(0.999);
     }
     if (reference) {
-      p99.reference = reference->p99_us;
-      p999.reference = reference->p999_us;
+      p99.reference = reference->quantile_us(0.99);
+      p999.reference = reference->quantile_us(0.999);
       p99.source = p999.source = "cyclictest in the same run";
     }
     report_.add(p99);
     report_.add(p999);
-    const auto cell = [&wakeup](double WakeupQuantiles::*quantile) {
-      return wakeup ? fixed((*wakeup).*quantile, 1) : std::string(kNoNumber);
+    const auto cell = [&wakeup](double share) {
+      return wakeup ? fixed(wakeup->quantile_us(share), 1) : std::string(kNoNumber);
     };
-    wakeup_.add_row({std::to_string(live.subscribers), live.disturbance(), source,
-                     cell(&WakeupQuantiles::median_us), cell(&WakeupQuantiles::p99_us),
-                     cell(&WakeupQuantiles::p999_us), cell(&WakeupQuantiles::max_us), periods_missed,
-                     failed});
+    wakeup_.add_row({std::to_string(live.subscribers), live.disturbance(), source, cell(0.5), cell(0.99),
+                     cell(0.999), cell(1.0), periods_missed, failed});
   }
 
   void add_telemetry(const LiveCase& live, std::optional<double> gaps, std::optional<double> dropped,
@@ -217,8 +213,8 @@ int run_live(const LiveOptions& options) {
   return 0;
 }
 
-int run_live_child(const std::string& address, double seconds, const std::string& result) {
-  return run_subscriber(address, seconds, result);
+int run_live_child(const std::string& address, double seconds, const std::string& result, int streams) {
+  return run_subscriber(address, seconds, result, streams);
 }
 
 }  // namespace hapticd::bench

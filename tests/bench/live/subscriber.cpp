@@ -2,11 +2,16 @@
 
 #include <chrono>
 #include <csignal>
+#include <exception>
 #include <fstream>
 #include <iostream>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
+#include <vector>
 
 #include "client/cpp/client.h"
 #include "tests/bench/live/daemon_process.h"
@@ -15,7 +20,7 @@ namespace hapticd::bench {
 
 // Outside the unnamed namespace: nlohmann-json finds it through the type.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SubscriberTally, samples, gaps, missing, disordered, dropped_by_subscriber,
-                                   dropped_by_server)
+                                   dropped_by_server, bytes)
 
 namespace {
 
@@ -26,6 +31,23 @@ SubscriberTally tally_of(const client::StreamAccount& account) {
           .disordered = account.disordered(),
           .dropped_by_subscriber = account.dropped_by_subscriber(),
           .dropped_by_server = account.dropped_by_server()};
+}
+
+/// Of one stream; none when the daemon ended it.
+std::optional<SubscriberTally> read_until(const std::string& address,
+                                          std::chrono::steady_clock::time_point end) {
+  client::Client client({.address = address, .timeout = std::chrono::seconds(20)});
+  client::TelemetryStream stream = client.subscribe({});
+  hapticd::v1::TelemetryBatch batch;
+  std::uint64_t bytes = 0;
+  while (std::chrono::steady_clock::now() < end) {
+    const auto event = stream.next(batch, std::chrono::milliseconds(200));
+    if (event == client::TelemetryStream::Event::kEnded) return std::nullopt;
+    if (event == client::TelemetryStream::Event::kBatch) bytes += batch.ByteSizeLong();
+  }
+  SubscriberTally tally = tally_of(stream.account());
+  tally.bytes = bytes;
+  return tally;
 }
 
 std::chrono::milliseconds in_ms(double seconds) {
@@ -41,14 +63,17 @@ SubscriberTally& SubscriberTally::operator+=(const SubscriberTally& other) noexc
   disordered += other.disordered;
   dropped_by_subscriber += other.dropped_by_subscriber;
   dropped_by_server += other.dropped_by_server;
+  bytes += other.bytes;
   return *this;
 }
 
-SubscriberProcess::SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result)
+SubscriberProcess::SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result,
+                                     int streams)
     : result_(std::move(result)),
       patience_(in_ms(seconds + 20.0)),
       process_({.command = {(program_folder() / "hapticd_bench").string(), "live-child", "--server", address,
-                            "--seconds", std::to_string(seconds), "--result", result_.string()},
+                            "--seconds", std::to_string(seconds), "--result", result_.string(), "--streams",
+                            std::to_string(streams)},
                 .output = result_.string() + ".log"}) {}
 
 void SubscriberProcess::stall() noexcept {
@@ -71,18 +96,35 @@ SubscriberTally SubscriberProcess::finish() {
   return tally.get<SubscriberTally>();
 }
 
-int run_subscriber(const std::string& address, double seconds, const std::filesystem::path& result) {
-  client::Client client({.address = address});
-  client::TelemetryStream stream = client.subscribe({});
-  hapticd::v1::TelemetryBatch batch;
+int run_subscriber(const std::string& address, double seconds, const std::filesystem::path& result,
+                   int streams) {
   const auto end = std::chrono::steady_clock::now() + in_ms(seconds);
-  while (std::chrono::steady_clock::now() < end) {
-    if (stream.next(batch, std::chrono::milliseconds(200)) == client::TelemetryStream::Event::kEnded) {
-      std::cerr << "the daemon ended the stream" << std::endl;
-      return 1;
+  SubscriberTally sum;
+  bool ended_early = false;
+  std::mutex mutex;
+  {
+    std::vector<std::jthread> readers;
+    for (int i = 0; i < streams; ++i) {
+      readers.emplace_back([&] {
+        std::optional<SubscriberTally> tally;
+        std::string why = "the daemon ended the stream";
+        try {
+          tally = read_until(address, end);
+        } catch (const std::exception& error) {
+          why = error.what();
+        }
+        const std::lock_guard lock(mutex);
+        if (tally) {
+          sum += *tally;
+        } else {
+          ended_early = true;
+          std::cerr << why << std::endl;
+        }
+      });
     }
   }
-  std::ofstream(result) << nlohmann::json(tally_of(stream.account())) << '\n';
+  if (ended_early) return 1;
+  std::ofstream(result) << nlohmann::json(sum) << '\n';
   return 0;
 }
 

@@ -16,22 +16,29 @@ struct SubscriberTally {
   std::uint64_t disordered = 0;             ///< ticks repeated or out of order
   std::uint64_t dropped_by_subscriber = 0;  ///< as told in the stream
   std::uint64_t dropped_by_server = 0;
+  std::uint64_t bytes = 0;  ///< of messages
 
+  /// Nothing is missing, whoever lost it.
+  bool complete() const noexcept {
+    return gaps + disordered + dropped_by_subscriber + dropped_by_server == 0;
+  }
   SubscriberTally& operator+=(const SubscriberTally& other) noexcept;
 };
 
-/// A subscriber at the full rate, all groups, in a process of its own as in real life: with its own
-/// connection, and able to stall or die as a whole.
+/// Subscribers at the full rate, all groups, each with its own connection, in a process of their own as in
+/// real life: able to stall or die as a whole.
 class SubscriberProcess {
  public:
   /// `result` is the file it leaves its tally in.
-  SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result);
+  SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result,
+                    int streams = 1);
 
   /// Stops the whole process, as a debugger or a frozen machine does.
   void stall() noexcept;
   void kill() noexcept;
   /// Waits for its end; throws std::runtime_error where it ended badly or left no tally.
   SubscriberTally finish();
+  pid_t pid() const noexcept { return process_.pid(); }
 
  private:
   std::filesystem::path result_;
@@ -39,7 +46,9 @@ class SubscriberProcess {
   report::ChildProcess process_;
 };
 
-/// What the process runs: subscribes, reads for so many seconds, writes its tally to `result`.
-int run_subscriber(const std::string& address, double seconds, const std::filesystem::path& result);
+/// What the process runs: subscribes so many times, reads for so many seconds, writes the tally of all
+/// streams to `result`.
+int run_subscriber(const std::string& address, double seconds, const std::filesystem::path& result,
+                   int streams);
 
 }  // namespace hapticd::bench

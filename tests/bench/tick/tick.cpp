@@ -63,13 +63,14 @@ int run_tick(const TickOptions& options) {
   return 0;
 }
 
-int run_tick_child(const std::string& scene, long ticks) {
-  const auto workload = TickWorkload::create(scene);
+int run_tick_child(const std::string& scene, long ticks, bool everything) {
+  const auto workload = TickWorkload::create(scene, everything ? Extent::kEverything : Extent::kComposed);
   if (!workload) {
     std::cerr << workload.error().text() << std::endl;
     return 1;
   }
   for (long i = 0; i < ticks; ++i) (*workload)->tick();
+  run_counted(**workload, ticks);
   return (*workload)->renders() ? 0 : 1;
 }
 

@@ -1,15 +1,19 @@
 #include "tests/bench/tick/tick_instructions.h"
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "tests/study/report/child_process.h"
 
 namespace hapticd::bench {
 namespace {
 
-constexpr long kTicks = 4000;  // twice through the recorded samples
+constexpr long kTicks = 4000;  // twice through the recorded samples, as often before it to warm up
 
 /// The total of a callgrind file, which stands on its line "summary:" (or "totals:").
 std::optional<double> total_of(const std::filesystem::path& path) {
@@ -22,43 +26,43 @@ std::optional<double> total_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-struct Run {
-  std::optional<double> instructions;
-  std::string failed;
-};
+}  // namespace
 
-Run run_under_callgrind(const std::string& scene, long ticks) {
-  const std::string name = "hapticd_callgrind_" + scene + "_" + std::to_string(ticks) + ".out";
+[[gnu::noinline, gnu::noclone]] void run_counted(TickWorkload& workload, long ticks) noexcept {
+  for (long i = 0; i < ticks; ++i) workload.tick();
+}
+
+InstructionCount count_instructions(const std::string& scene, Extent extent) {
+  const std::string name = "hapticd_callgrind_" + scene + "_" + std::to_string(::getpid()) + ".out";
   const auto file = std::filesystem::temp_directory_path() / name;
+  std::vector<std::string> command{"valgrind",
+                                   "--tool=callgrind",
+                                   "--callgrind-out-file=" + file.string(),
+                                   "--toggle-collect=hapticd::bench::run_counted*",
+                                   std::filesystem::read_symlink("/proc/self/exe").string(),
+                                   "tick-child",
+                                   "--scene",
+                                   scene,
+                                   "--ticks",
+                                   std::to_string(kTicks)};
+  if (extent == Extent::kEverything) command.emplace_back("--everything");
   // Without environment: its size moves the stack and with it a few instructions.
   const report::ProgramRun child = report::run_program(
-      {.command = {"valgrind", "--tool=callgrind", "--callgrind-out-file=" + file.string(),
-                   std::filesystem::read_symlink("/proc/self/exe").string(), "tick-child", "--scene", scene,
-                   "--ticks", std::to_string(ticks)},
-       .clear_environment = true},
-      std::chrono::seconds(300));
-  Run run;
+      {.command = std::move(command), .clear_environment = true}, std::chrono::seconds(300));
+  InstructionCount count;
   if (!child.installed) {
-    run.failed = "valgrind is not installed; apt-get install valgrind";
+    count.failed = "valgrind is not installed; apt-get install valgrind";
   } else if (child.status != 0) {
-    run.failed = "valgrind ended with status " + std::to_string(child.status) + ": " +
-                 child.output.substr(child.output.size() > 400 ? child.output.size() - 400 : 0);
-  } else if (run.instructions = total_of(file); !run.instructions) {
-    run.failed = "callgrind left no total";
+    count.failed = "valgrind ended with status " + std::to_string(child.status) + ": " +
+                   child.output.substr(child.output.size() > 400 ? child.output.size() - 400 : 0);
+  } else if (const auto total = total_of(file); total && *total > 0.0) {
+    count.per_tick = *total / kTicks;
+  } else {
+    count.failed = "callgrind left no total";
   }
   std::error_code ignored;
   std::filesystem::remove(file, ignored);
-  return run;
-}
-
-}  // namespace
-
-InstructionCount count_instructions(const std::string& scene) {
-  const Run once = run_under_callgrind(scene, kTicks);
-  if (!once.instructions) return {std::nullopt, once.failed};
-  const Run twice = run_under_callgrind(scene, 2 * kTicks);
-  if (!twice.instructions) return {std::nullopt, twice.failed};
-  return {(*twice.instructions - *once.instructions) / kTicks, ""};
+  return count;
 }
 
 }  // namespace hapticd::bench

@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "tests/bench/tick/tick_workload.h"
+
 namespace hapticd::bench {
 
 struct InstructionCount {
@@ -10,8 +12,11 @@ struct InstructionCount {
   std::string failed;  ///< why there is none, with the remedy
 };
 
-/// Instructions of one tick, as callgrind counts them: the difference between runs of N and of 2 N ticks, so
-/// that the start of the program cancels. The same on every machine with the same binary.
-InstructionCount count_instructions(const std::string& scene);
+/// Instructions of one tick, as callgrind counts them inside run_counted(). The same on every machine with
+/// the same binary.
+InstructionCount count_instructions(const std::string& scene, Extent extent = Extent::kComposed);
+
+/// What is counted: so many ticks and nothing else. Named for callgrind to find.
+void run_counted(TickWorkload& workload, long ticks) noexcept;
 
 }  // namespace hapticd::bench

@@ -1,11 +1,15 @@
 #include "tests/bench/tick/tick_workload.h"
 
+#include <malloc.h>
+
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <optional>
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
+#include "tests/bench/tick/everything.h"
 
 namespace hapticd::bench {
 namespace {
@@ -81,6 +85,25 @@ hal::Result<Scene> scene_named(const std::string& name) {
                     "tap_1d, wall, explore_bearing, explore_rod, explore_dissertation", ""};
 }
 
+/// `own` and, behind it, one pipeline of every kind with every option it has: full creep and fusion,
+/// passivity, friction of a rod, published direction and inverse law beside it, structural compensation,
+/// closed loops.
+hal::Result<std::unique_ptr<rt::Pipeline>> with_everything(std::unique_ptr<rt::Pipeline> own,
+                                                           const hal::RigInfo& rig) {
+  std::vector<std::unique_ptr<rt::Pipeline>> stages;
+  stages.push_back(std::move(own));
+  for (const char* name : {"tap_1d", "wall", "explore_rod", "explore_dissertation"}) {
+    const auto scene = scene_named(name);
+    if (!scene) return scene.error();
+    const auto resolved = rt::resolve(scene->spec, rig);
+    if (!resolved) return resolved.error();
+    auto pipeline = rt::compose(*resolved, rig, scene->model ? &*scene->model : nullptr);
+    if (!pipeline) return pipeline.error();
+    stages.push_back(std::move(*pipeline));
+  }
+  return std::unique_ptr<rt::Pipeline>(std::make_unique<Everything>(std::move(stages)));
+}
+
 }  // namespace
 
 const std::vector<std::string>& tick_scenes() {
@@ -95,7 +118,7 @@ TickWorkload::TickWorkload(const rt::SceneSpec& resolved, std::unique_ptr<rt::Pi
   renderer_.exchange(pipeline_.get(), resolved.guard);
 }
 
-hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::string& name) {
+hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::string& name, Extent extent) {
   const auto scene = scene_named(name);
   if (!scene) return scene.error();
   sim::SimulationConfig config;
@@ -123,11 +146,23 @@ hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::strin
   }
   if (auto error = (*rig)->set_program(hand)) return *error;
 
+  const std::size_t before_bytes = mallinfo2().uordblks;
+  const auto start = std::chrono::steady_clock::now();
   const auto resolved = rt::resolve(scene->spec, (*rig)->info());
   if (!resolved) return resolved.error();
   auto pipeline = rt::compose(*resolved, (*rig)->info(), scene->model ? &*scene->model : nullptr);
   if (!pipeline) return pipeline.error();
+  if (extent == Extent::kEverything) {
+    auto everything = with_everything(std::move(*pipeline), (*rig)->info());
+    if (!everything) return everything.error();
+    pipeline = std::move(everything);
+  }
+  const std::chrono::duration<double, std::nano> composing = std::chrono::steady_clock::now() - start;
+  const std::size_t pipeline_bytes = mallinfo2().uordblks - before_bytes;
   std::unique_ptr<TickWorkload> workload(new TickWorkload(*resolved, std::move(*pipeline), config.rate_hz));
+  workload->outline_ = rt::outline(*resolved);
+  workload->compose_ns_ = composing.count();
+  workload->memory_bytes_ = pipeline_bytes + sizeof(rt::Renderer);
 
   // The scene renders while it is recorded, so that the samples are those it meets at work.
   hal::RigSample sample;
@@ -140,6 +175,13 @@ hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::strin
     workload->in_contact_.push_back(record.in_contact);
   }
   return workload;
+}
+
+rt::TickRecord TickWorkload::next_record() noexcept {
+  rt::TickRecord record;
+  renderer_.tick(samples_[next_], record);
+  if (++next_ == samples_.size()) next_ = 0;
+  return record;
 }
 
 double TickWorkload::contact_share() const noexcept {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,18 +18,28 @@ namespace hapticd::bench {
 /// Names of the scenes that are measured.
 const std::vector<std::string>& tick_scenes();
 
+/// What runs in a tick.
+enum class Extent : std::uint8_t {
+  kComposed,    ///< the stages the scene needs
+  kEverything,  ///< those and the stages of every other kind of scene, as a loop would that leaves nothing
+                ///< out
+};
+
 /// A scene and the samples it is fed: two seconds of taps (in 3D: of strokes) by the simulated hand, recorded
 /// with the very scene in the loop. The same on every machine.
 class TickWorkload {
  public:
-  static hal::Result<std::unique_ptr<TickWorkload>> create(const std::string& scene);
+  /// `extent`: the scene as it is composed, or with all that any scene has forced on.
+  static hal::Result<std::unique_ptr<TickWorkload>> create(const std::string& scene,
+                                                           Extent extent = Extent::kComposed);
 
   /// One tick as the loop does it: the scene's computation, and its record into the telemetry ring, which
   /// another thread reads. The samples come round and round.
   void tick() noexcept {
-    rt::TickRecord record;
+    rt::TickRecord& record = *ring_.claim();  // read at once below: never full
+    record = rt::TickRecord{};
     sink_ = renderer_.tick(samples_[next_], record);
-    ring_.push(record);
+    ring_.publish();
     if (const rt::TickRecord* told = ring_.front(); told != nullptr) {
       guard_state_ = told->guard_state;
       ring_.discard();
@@ -41,6 +52,13 @@ class TickWorkload {
   bool in_contact(std::size_t index) const noexcept { return in_contact_[index]; }
   std::size_t size() const noexcept { return samples_.size(); }
   double contact_share() const noexcept;
+  const rt::SceneOutline& outline() const noexcept { return outline_; }
+  /// Of the composed stages and of what runs and guards them.
+  std::size_t memory_bytes() const noexcept { return memory_bytes_; }
+  /// From the scene's text, read, to its first tick: checking and composing.
+  double compose_ns() const noexcept { return compose_ns_; }
+  /// What the next tick tells.
+  rt::TickRecord next_record() noexcept;
   /// True as long as the guard lets the scene through; a latched tick would be a cheap one.
   bool renders() const noexcept { return guard_state_ == rt::GuardState::kRendering; }
 
@@ -55,6 +73,9 @@ class TickWorkload {
   std::size_t next_ = 0;
   rt::GuardState guard_state_{};
   hal::DeviceCommand sink_;
+  rt::SceneOutline outline_;
+  std::size_t memory_bytes_ = 0;
+  double compose_ns_ = 0.0;
 };
 
 }  // namespace hapticd::bench

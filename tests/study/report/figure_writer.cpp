@@ -94,11 +94,25 @@ void FigureWriter::forget_earlier(const std::string& figure) {
 }
 
 void FigureWriter::add(const Figure& figure) {
-  const std::string identity =
-      figure.figure + ' ' + case_of(figure).dump(-1, ' ', false, Json::error_handler_t::replace);
+  add_line(figure.figure, case_of(figure).dump(-1, ' ', false, Json::error_handler_t::replace),
+           to_json_line(figure));
+}
+
+void FigureWriter::add_from(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) {
+    const Json record = Json::parse(line, nullptr, false);
+    if (record.is_object() && record.contains("figure") && record.contains("case"))
+      add_line(record["figure"].get<std::string>(), record["case"].dump(), line);
+  }
+}
+
+void FigureWriter::add_line(const std::string& figure, const std::string& conditions,
+                            const std::string& line) {
+  const std::string identity = figure + ' ' + conditions;
   if (!cases_.insert(identity).second) throw std::logic_error("this record was already written: " + identity);
-  forget_earlier(figure.figure);
-  stream_ << to_json_line(figure) << '\n' << std::flush;
+  forget_earlier(figure);
+  stream_ << line << '\n' << std::flush;
   if (!stream_) throw std::runtime_error("cannot write '" + path_.string() + "'");
 }
 

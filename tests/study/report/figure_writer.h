@@ -60,9 +60,12 @@ class FigureWriter {
 
   /// Throws std::logic_error when this figure was already written for the same case: one of the two is wrong.
   void add(const Figure& figure);
+  /// All records of another file of this kind, as they stand.
+  void add_from(const std::filesystem::path& file);
   const std::filesystem::path& path() const noexcept { return path_; }
 
  private:
+  void add_line(const std::string& figure, const std::string& conditions, const std::string& line);
   void forget_earlier(const std::string& figure);
   void rewrite_earlier();
 

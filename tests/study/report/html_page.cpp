@@ -139,7 +139,7 @@ data section_of(const std::vector<Json>& lines, const std::filesystem::path& fol
 std::vector<std::string> sections_in(const std::filesystem::path& folder,
                                      const std::vector<std::string>& order) {
   std::vector<std::string> found;
-  const auto sections = section_path(folder, "").parent_path();
+  const auto sections = sections_folder(folder);
   if (!std::filesystem::is_directory(sections)) return found;
   for (const auto& entry : std::filesystem::directory_iterator(sections)) {
     if (entry.path().extension() == ".jsonl") found.push_back(entry.path().stem().string());
@@ -232,7 +232,7 @@ void write_page(const std::filesystem::path& folder, const PageText& text) {
   Json all{{"title", text.title}, {"provenance", machine}, {"sections", Json::array()}, {"figures", records}};
   data sections(data::type::list);
   for (const std::string& name : sections_in(folder, text.order)) {
-    const std::vector<Json> lines = lines_of(section_path(folder, name));
+    const std::vector<Json> lines = lines_of(sections_folder(folder) / (name + ".jsonl"));
     all["sections"].push_back(lines);
     sections.push_back(section_of(lines, folder));
   }

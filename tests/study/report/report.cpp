@@ -3,6 +3,7 @@
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
+#include <vector>
 
 namespace hapticd::report {
 
@@ -30,6 +31,21 @@ void Report::add_plot(const std::string& name, const SvgPlot& plot) {
   const auto problem = draw(plot, folder_, name);
   section_.add_plot(name, plot.title, problem.value_or(""));
   note(problem ? "plot: " + *problem : "plot: " + (folder_ / (name + ".svg")).string());
+}
+
+void Report::take_over(const std::filesystem::path& folder) {
+  figures_.add_from(folder / "figures.jsonl");
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
+  for (const auto& file : files) {
+    const auto kind = file.extension();
+    if (kind != ".md" && kind != ".csv" && kind != ".gp" && kind != ".svg") continue;
+    std::filesystem::copy_file(file, folder_ / file.filename(),
+                               std::filesystem::copy_options::overwrite_existing);
+  }
+  if (!std::filesystem::is_directory(sections_folder(folder))) return;
+  for (const auto& entry : std::filesystem::directory_iterator(sections_folder(folder)))
+    section_.add_from(entry.path());
 }
 
 void Report::note(const std::string& line) {

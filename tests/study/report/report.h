@@ -32,6 +32,9 @@ class Report {
                  const std::string& remark = {});
   /// Writes NAME.csv, NAME.gp and NAME.svg; where gnuplot is missing or fails it says so and goes on.
   void add_plot(const std::string& name, const SvgPlot& plot);
+  /// What another program left in `folder`: its figures, plots and tables become this report's, its sections
+  /// part of the present one. Throws std::runtime_error where they cannot be copied.
+  void take_over(const std::filesystem::path& folder);
   /// A line for the reader at the terminal.
   static void note(const std::string& line);
 

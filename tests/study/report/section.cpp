@@ -15,14 +15,14 @@ std::string line_of(const Json& item) {
 
 }  // namespace
 
-std::filesystem::path section_path(const std::filesystem::path& folder, const std::string& name) {
-  return folder / "sections" / (name + ".jsonl");
+std::filesystem::path sections_folder(const std::filesystem::path& folder) {
+  return folder / "sections";
 }
 
 SectionWriter::SectionWriter(const std::filesystem::path& folder, const std::string& name,
                              const std::string& title) {
-  const auto path = section_path(folder, name);
-  std::filesystem::create_directories(path.parent_path());
+  std::filesystem::create_directories(sections_folder(folder));
+  const auto path = sections_folder(folder) / (name + ".jsonl");
   stream_.open(path, std::ios::trunc);
   write_line(line_of({{"kind", "section"}, {"name", name}, {"title", title}}));
   if (!stream_) throw std::runtime_error("cannot write '" + path.string() + "'");
@@ -43,6 +43,14 @@ void SectionWriter::add_table(const std::string& title, const MarkdownTable& tab
 
 void SectionWriter::add_plot(const std::string& name, const std::string& title, const std::string& missing) {
   write_line(line_of({{"kind", "plot"}, {"name", name}, {"title", title}, {"missing", missing}}));
+}
+
+void SectionWriter::add_from(const std::filesystem::path& section) {
+  std::ifstream file(section);
+  for (std::string line; std::getline(file, line);) {
+    const Json item = Json::parse(line, nullptr, false);
+    if (item.is_object() && item.value("kind", "") != "section") write_line(line);
+  }
 }
 
 void SectionWriter::write_line(const std::string& line) {

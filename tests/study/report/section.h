@@ -23,6 +23,8 @@ class SectionWriter {
   void add_text(const std::string& text);
   void add_table(const std::string& title, const MarkdownTable& table, const std::string& remark);
   void add_plot(const std::string& name, const std::string& title, const std::string& missing);
+  /// All items of another section's file.
+  void add_from(const std::filesystem::path& section);
 
  private:
   void write_line(const std::string& line);
@@ -30,7 +32,7 @@ class SectionWriter {
   std::ofstream stream_;
 };
 
-/// Where section `name` of a report is kept.
-std::filesystem::path section_path(const std::filesystem::path& folder, const std::string& name);
+/// Where a report keeps its sections.
+std::filesystem::path sections_folder(const std::filesystem::path& folder);
 
 }  // namespace hapticd::report

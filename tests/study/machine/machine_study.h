@@ -4,7 +4,12 @@
 
 namespace hapticd::study {
 
+/// What only the machine can tell, measured by `hapticd_bench` beside this program and taken into the report.
+
 /// What each scene composes and costs, beside the same scene with everything forced on.
 void run_scene_economy(StudyContext& context);
+
+/// The live loop under load, from command to effect, telemetry fan-out.
+void run_realtime_cost(StudyContext& context);
 
 }  // namespace hapticd::study

@@ -1,0 +1,141 @@
+#include "tests/bench/realtime/fan_out.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client/cpp/client.h"
+#include "tests/bench/live/daemon_process.h"
+#include "tests/bench/live/subscriber.h"
+
+namespace hapticd::bench {
+namespace {
+
+using report::fixed;
+
+constexpr int kGoalSubscribers = 64;
+constexpr int kStreamsPerProcess = 8;
+
+/// Processor time a process has taken so far, in s: fields 14 and 15 of /proc/PID/stat, behind the name,
+/// which may hold anything.
+double cpu_s(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+  std::string field;
+  double user = 0.0;
+  double system = 0.0;
+  for (int i = 3; fields >> field && i <= 15; ++i) {
+    if (i == 14) user = std::stod(field);
+    if (i == 15) system = std::stod(field);
+  }
+  return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+struct FanOut {
+  int subscribers = 0;
+  SubscriberTally tally;
+  double daemon_cpu_s = 0.0;
+};
+
+FanOut run(int subscribers, double seconds, const std::filesystem::path& folder) {
+  FanOut result;
+  result.subscribers = subscribers;
+  DaemonProcess daemon(folder / "hapticd_fan_out.log");
+  const double before_s = cpu_s(daemon.pid());
+  std::vector<std::unique_ptr<SubscriberProcess>> readers;
+  for (int left = subscribers; left > 0; left -= kStreamsPerProcess) {
+    readers.push_back(std::make_unique<SubscriberProcess>(
+        daemon.address(), seconds, folder / ("reader_" + std::to_string(left) + ".json"),
+        std::min(left, kStreamsPerProcess)));
+  }
+  for (const auto& reader : readers) result.tally += reader->finish();
+  if (readers.empty()) std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+  result.daemon_cpu_s = cpu_s(daemon.pid()) - before_s;
+  return result;
+}
+
+}  // namespace
+
+void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
+  const std::filesystem::path folder = report.folder() / "realtime";
+  std::filesystem::create_directories(folder);
+  const double seconds = options.quick ? 1.5 : 6.0;
+  const std::vector<int> counts =
+      options.quick ? std::vector<int>{0, 8} : std::vector<int>{0, 1, 8, 32, 64, 96, 128, 192, 256};
+
+  report::MarkdownTable table({"subscribers", "samples", "per subscriber and s", "missing or dropped",
+                               "kB/s per subscriber", "daemon [% of a core]", "per subscriber [% of a core]",
+                               "failed"});
+  report::PlotSeries cpu;
+  cpu.label = "daemon";
+  cpu.style = report::PlotSeries::Style::kLinePoints;
+  std::optional<int> without_loss;
+  double alone_share = 0.0;
+  for (const int count : counts) {
+    report::Report::note(std::to_string(count) + " subscribers");
+    try {
+      const FanOut result = run(count, seconds, folder);
+      const double share = result.daemon_cpu_s / seconds;
+      if (count == 0) alone_share = share;
+      const double n = std::max(1, count);
+      const SubscriberTally& t = result.tally;
+      table.add_row({std::to_string(count), std::to_string(t.samples),
+                     fixed(static_cast<double>(t.samples) / n / seconds, 0),
+                     std::to_string(t.missing + t.dropped_by_subscriber + t.dropped_by_server),
+                     fixed(1e-3 * static_cast<double>(t.bytes) / n / seconds, 0), fixed(100.0 * share, 1),
+                     count > 0 ? fixed(100.0 * (share - alone_share) / n, 2) : report::kNoNumber, ""});
+      cpu.x.push_back(count);
+      cpu.y.push_back(100.0 * share);
+      if (count == 0) continue;
+      report.add({.figure = "subscriber_bytes_per_s",
+                  .conditions = {{"subscribers", count}},
+                  .value = static_cast<double>(t.bytes) / n / seconds,
+                  .unit = "B/s"});
+      report.add({.figure = "subscriber_cpu_share",
+                  .conditions = {{"subscribers", count}},
+                  .value = (share - alone_share) / n});
+      if (!t.complete()) break;
+      without_loss = count;
+    } catch (const std::exception& error) {
+      table.add_row({std::to_string(count), "", "", "", "", "", "", error.what()});
+      break;
+    }
+  }
+  report::Figure figure{.figure = "subscribers_without_loss",
+                        .conditions = {{"rate_hz", 1000}},
+                        .goal = kGoalSubscribers,
+                        .source = "64 on two cores"};
+  if (without_loss) {
+    figure.value = *without_loss;
+  } else {
+    figure.failed = "not one got every sample";
+  }
+  report.add(figure);
+  report.add_table(
+      "realtime_fan_out", "Telemetry fan-out until the first loss", table,
+      "All groups at 1 kHz, " + fixed(seconds, 0) +
+          " s each; readers in processes of eight, each stream with its own connection, on the same "
+          "cores as the daemon. Processor time of the daemon, loop and simulated physics included; per "
+          "subscriber what is more than without any.");
+  report::SvgPlot plot;
+  plot.title = "Processor time of the daemon against subscribers";
+  plot.x = {"subscribers at 1 kHz"};
+  plot.y = {"processor time of the daemon", "% of a core"};
+  plot.y.minimum = 0.0;
+  plot.series = {cpu};
+  plot.height_px = 360;
+  report.add_plot("realtime_fan_out", plot);
+}
+
+}  // namespace hapticd::bench

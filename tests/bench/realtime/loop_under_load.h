@@ -1,0 +1,12 @@
+#pragma once
+
+#include "tests/bench/benchmark.h"
+#include "tests/study/report/report.h"
+
+namespace hapticd::bench {
+
+/// Wake-up, computation and device time of the live loop under each load, beside cyclictest in the same
+/// seconds. The loads take turns, round by round, so that what the machine does besides meets all of them.
+void measure_loop_under_load(report::Report& report, const RealtimeOptions& options);
+
+}  // namespace hapticd::bench
