@@ -36,7 +36,7 @@ std::filesystem::path program_folder() {
 DaemonProcess::DaemonProcess(std::filesystem::path log, const std::string& scene)
     : log_(std::move(log)),
       process_({.command = {(program_folder() / "hapticd").string(), "--rig", "sim", "--scene", scene,
-                            "--listen", "127.0.0.1:0"},
+                            "--listen", "127.0.0.1:0", "--model-store", ":memory:"},
                 .output = log_}) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   while (address_.empty()) {

@@ -12,7 +12,7 @@ namespace hapticd::bench {
 /// Folder of the running program, where `hapticd` is too.
 std::filesystem::path program_folder();
 
-/// The real daemon on the simulated rig in real time, with a scene loaded, on a free loopback port.
+/// The real daemon on the simulated rig in real time, with a scene loaded and no models kept, on a free loopback port.
 class DaemonProcess {
  public:
   /// Starts it and waits until it listens. Throws std::runtime_error with what it said where it does not.

@@ -1,5 +1,6 @@
 #include "tests/bench/live/subscriber.h"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <exception>
@@ -20,7 +21,7 @@ namespace hapticd::bench {
 
 // Outside the unnamed namespace: nlohmann-json finds it through the type.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SubscriberTally, samples, gaps, missing, disordered, dropped_by_subscriber,
-                                   dropped_by_server, bytes)
+                                   dropped_by_server, bytes, behind_ms)
 
 namespace {
 
@@ -40,13 +41,17 @@ std::optional<SubscriberTally> read_until(const std::string& address,
   client::TelemetryStream stream = client.subscribe({});
   hapticd::v1::TelemetryBatch batch;
   std::uint64_t bytes = 0;
+  std::int64_t newest_ns = 0;
   while (std::chrono::steady_clock::now() < end) {
     const auto event = stream.next(batch, std::chrono::milliseconds(200));
     if (event == client::TelemetryStream::Event::kEnded) return std::nullopt;
-    if (event == client::TelemetryStream::Event::kBatch) bytes += batch.ByteSizeLong();
+    if (event != client::TelemetryStream::Event::kBatch) continue;
+    bytes += batch.ByteSizeLong();
+    if (!batch.samples().empty()) newest_ns = batch.samples().rbegin()->time_ns();
   }
   SubscriberTally tally = tally_of(stream.account());
   tally.bytes = bytes;
+  tally.behind_ms = 1e-6 * static_cast<double>(client.rig_state().time_ns() - newest_ns);
   return tally;
 }
 
@@ -64,6 +69,7 @@ SubscriberTally& SubscriberTally::operator+=(const SubscriberTally& other) noexc
   dropped_by_subscriber += other.dropped_by_subscriber;
   dropped_by_server += other.dropped_by_server;
   bytes += other.bytes;
+  behind_ms = std::max(behind_ms, other.behind_ms);
   return *this;
 }
 

@@ -17,6 +17,7 @@ struct SubscriberTally {
   std::uint64_t dropped_by_subscriber = 0;  ///< as told in the stream
   std::uint64_t dropped_by_server = 0;
   std::uint64_t bytes = 0;  ///< of messages
+  double behind_ms = 0.0;   ///< at the end, the newest sample behind the loop; of the slowest
 
   /// Nothing is missing, whoever lost it.
   bool complete() const noexcept {

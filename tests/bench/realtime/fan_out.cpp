@@ -24,6 +24,8 @@ using report::fixed;
 
 constexpr int kGoalSubscribers = 64;
 constexpr int kStreamsPerProcess = 8;
+/// A subscriber further behind than this does not keep up; its queue only has not run over yet.
+constexpr double kKeepsUpMs = 500.0;
 
 /// Processor time a process has taken so far, in s: fields 14 and 15 of /proc/PID/stat, behind the name,
 /// which may hold anything.
@@ -75,8 +77,8 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
       options.quick ? std::vector<int>{0, 8} : std::vector<int>{0, 1, 8, 32, 64, 96, 128, 192, 256};
 
   report::MarkdownTable table({"subscribers", "samples", "per subscriber and s", "missing or dropped",
-                               "kB/s per subscriber", "daemon [% of a core]", "per subscriber [% of a core]",
-                               "failed"});
+                               "furthest behind [ms]", "kB/s per subscriber", "daemon [% of a core]",
+                               "per subscriber [% of a core]", "failed"});
   report::PlotSeries cpu;
   cpu.label = "daemon";
   cpu.style = report::PlotSeries::Style::kLinePoints;
@@ -93,7 +95,8 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
       table.add_row({std::to_string(count), std::to_string(t.samples),
                      fixed(static_cast<double>(t.samples) / n / seconds, 0),
                      std::to_string(t.missing + t.dropped_by_subscriber + t.dropped_by_server),
-                     fixed(1e-3 * static_cast<double>(t.bytes) / n / seconds, 0), fixed(100.0 * share, 1),
+                     fixed(t.behind_ms, 0), fixed(1e-3 * static_cast<double>(t.bytes) / n / seconds, 0),
+                     fixed(100.0 * share, 1),
                      count > 0 ? fixed(100.0 * (share - alone_share) / n, 2) : report::kNoNumber, ""});
       cpu.x.push_back(count);
       cpu.y.push_back(100.0 * share);
@@ -105,10 +108,10 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
       report.add({.figure = "subscriber_cpu_share",
                   .conditions = {{"subscribers", count}},
                   .value = (share - alone_share) / n});
-      if (!t.complete()) break;
+      if (!t.complete() || t.behind_ms > kKeepsUpMs) break;
       without_loss = count;
     } catch (const std::exception& error) {
-      table.add_row({std::to_string(count), "", "", "", "", "", "", error.what()});
+      table.add_row({std::to_string(count), "", "", "", "", "", "", "", error.what()});
       break;
     }
   }
@@ -127,7 +130,8 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
       "All groups at 1 kHz, " + fixed(seconds, 0) +
           " s each; readers in processes of eight, each stream with its own connection, on the same "
           "cores as the daemon. Processor time of the daemon, loop and simulated physics included; per "
-          "subscriber what is more than without any.");
+          "subscriber what is more than without any. The last row is the first with a loss, or with one that falls "
+          "more than half a second behind.");
   report::SvgPlot plot;
   plot.title = "Processor time of the daemon against subscribers";
   plot.x = {"subscribers at 1 kHz"};

@@ -93,6 +93,7 @@ void add_work_precision(Report& report, const WorkPrecision& stage) {
     Figure figure{.figure = "error_vs_runtime",
                   .conditions = {{"stage", stage.stage}, {"method", method.name}},
                   .unit = stage.error_unit,
+                  .source = method.is_default ? kDefaultMethod : "",
                   .failed = method.failed};
     if (method.failed.empty()) {
       figure.value = method.error;

@@ -7,6 +7,9 @@
 
 namespace hapticd::report {
 
+/// What an error_vs_runtime figure gives as its source where the method is the one that ships.
+inline constexpr const char* kDefaultMethod = "the default";
+
 /// One way to do a stage's work: how wrong it is and what it takes.
 struct Method {
   std::string name;
