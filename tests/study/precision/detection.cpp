@@ -22,6 +22,7 @@ using report::significant;
 constexpr double kRateHz = 1000.0;
 constexpr double kEncoderMm = 0.03;
 constexpr std::size_t kSettledTicks = 500;
+constexpr double kSlowMmPerS = 25.0;  ///< slower than anybody taps: a careful touch
 /// Thresholds over the one that is just free of false alarms.
 constexpr double kQuietMultiples[] = {0.3, 0.4,  0.5, 0.55, 0.6, 0.65, 0.7, 0.75,
                                       0.8, 0.85, 0.9, 0.95, 1.0, 1.2,  1.5, 2.0};
@@ -116,6 +117,7 @@ struct Data {
   std::vector<DetectionTick> free_motion;
   std::vector<DetectionTick> other_free_motion;  ///< another seed: does the threshold hold?
   std::vector<TappedTrace> taps;
+  std::vector<TappedTrace> slow_taps;
 
   double minutes() const {
     return static_cast<double>(free_motion.size() - kSettledTicks) / (60.0 * kRateHz);
@@ -141,6 +143,7 @@ struct MethodResult {
   std::size_t alarms_again = 0;  ///< tenths of a second with an alarm, in the other free motion
   Delays delays;                 ///< at the quiet threshold
   std::map<std::string, Delays> by_object;
+  Delays slow;  ///< touched slowly
   std::vector<CurvePoint> curve;
   double run_time_ns = 0.0;
 };
@@ -161,6 +164,9 @@ MethodResult measured(const std::string& name, const Signal& signal, const Data&
   }
   for (const TappedTrace& trace : data.taps) {
     add_delays(signal, trace, result.quiet_threshold, result.by_object[trace.object]);
+  }
+  for (const TappedTrace& trace : data.slow_taps) {
+    add_delays(signal, trace, result.quiet_threshold, result.slow);
   }
   const std::size_t timed = std::min<std::size_t>(data.free_motion.size(), 20'000);
   result.run_time_ns = report::run_time_ns(
@@ -218,6 +224,7 @@ void show_curves(StudyContext& context, const std::vector<MethodResult>& all, co
   std::vector<std::string> headers{
       "method", "ε_f without alarm", "alarms, other seed", "mean ms", "largest ms", "missed", "early"};
   for (const auto& [object, delays] : all.front().by_object) headers.push_back(object + " ms");
+  headers.push_back("at " + fixed(kSlowMmPerS, 0) + " mm/s ms");
   report::MarkdownTable table(headers);
   for (const MethodResult& method : all) {
     std::vector<std::string> row{method.name + (method.is_default ? " (default)" : ""),
@@ -228,6 +235,8 @@ void show_curves(StudyContext& context, const std::vector<MethodResult>& all, co
                                  std::to_string(method.delays.missed),
                                  std::to_string(method.delays.early)};
     for (const auto& [object, delays] : method.by_object) row.push_back(fixed(delays.mean_ms(), 2));
+    row.push_back(fixed(method.slow.mean_ms(), 1) +
+                  (method.slow.missed > 0 ? ", " + std::to_string(method.slow.missed) + " missed" : ""));
     table.add_row(row);
   }
   context.report.add_table("detection_quiet", "Contact: at the smallest threshold without a false alarm",
@@ -256,13 +265,14 @@ void say_shipped(StudyContext& context, const Data& data) {
 void run_detection_precision(StudyContext& context) {
   const double shaken_s = context.quick ? 30.0 : 600.0;
   const int taps = context.quick ? 3 : 12;
-  Data data{shaken_trace(shaken_s, 1), shaken_trace(shaken_s, 2), {}};
+  Data data{shaken_trace(shaken_s, 1), shaken_trace(shaken_s, 2), {}, {}};
   std::uint64_t seed = 10;
   for (const std::string object : {"sponge_block", "foam_ball", "rubber_ball", "rubber_eraser"}) {
     for (const double speed : {100.0, 200.0, 400.0, 800.0}) {
       if (context.quick && (speed == 200.0 || speed == 800.0)) continue;
       data.taps.push_back(tapped_trace(object, speed, taps, ++seed));
     }
+    data.slow_taps.push_back(tapped_trace(object, kSlowMmPerS, taps, ++seed));
   }
   const std::vector<MethodResult> all = measure_all(data, context.quick ? 0.01 : 0.2);
 

@@ -280,6 +280,36 @@ void show_motions(StudyContext& context, const std::string& stage, const std::st
       "of (estimate - truth) while a hand holds still.");
 }
 
+/// What filters trade: noise for lag.
+void plot_lag(StudyContext& context, const std::vector<MethodResult>& results) {
+  report::SvgPlot plot;
+  plot.title = "Velocity: lag against what is left without it, encoder of 0.03 mm";
+  plot.x = {"lag, mean over the motions", "ms"};
+  plot.x.minimum = 0.0;
+  plot.y = {"error with the lag taken off, rms over the motions", "%", true};
+  int colour = 0;
+  for (const MethodResult& result : results) {
+    double lag_ms = 0.0;
+    double squares = 0.0;
+    const auto motions = static_cast<double>(result.of_motion.size() - 1);
+    for (std::size_t i = 0; i + 1 < result.of_motion.size(); ++i) {
+      lag_ms += result.of_motion[i].lag_ms / motions;
+      squares += result.of_motion[i].rest * result.of_motion[i].rest / motions;
+    }
+    report::PlotSeries point{result.name + (result.is_default ? " (default)" : "")};
+    point.x = {lag_ms};
+    point.y = {100.0 * std::sqrt(squares)};
+    point.style = report::PlotSeries::Style::kPoints;
+    point.point_size = result.is_default ? 1.6 : 0.9;
+    point.colour = colour % 7;
+    point.point_type =
+        result.is_default ? 7 : std::vector<int>{5, 9, 11}[static_cast<std::size_t>(colour / 7) % 3];
+    ++colour;
+    plot.series.push_back(point);
+  }
+  context.report.add_plot("velocity_lag", plot);
+}
+
 report::WorkPrecision work_precision(const std::string& stage, const std::vector<MethodResult>& results) {
   report::WorkPrecision all;
   all.stage = stage;
@@ -348,6 +378,7 @@ void run_motion_precision(StudyContext& context) {
         "costs. The gain is worth weighing on the fine encoder.");
     report::add_work_precision(context.report, velocity);
     show_motions(context, velocity.stage, "mm/s", traces, velocities.results());
+    if (step_mm == 0.03) plot_lag(context, velocities.results());
 
     MotionBench accelerations(traces, &MotionTrace::acceleration_mm_per_s2, step_mm, timing_s);
     add_accelerations(accelerations, step_mm, context.quick);
