@@ -15,11 +15,11 @@ namespace {
 constexpr double kPhysicsHz = MotionTrace::kStepsPerTick * MotionTrace::kRateHz;
 constexpr double kSettleS = 1.5;
 
-sim::HandProgram stroking() {
+sim::HandProgram stroking(double speed_mm_per_s) {
   sim::HandProgram hand;
   hand.kind = sim::HandProgram::Kind::kStroke;
   hand.force_n = 2.0;
-  hand.speed_mm_per_s = 150.0;
+  hand.speed_mm_per_s = speed_mm_per_s;
   hand.stroke_length_mm = 50.0;
   hand.repetitions = -1;
   hand.force_rate_n_per_s = 6.0;
@@ -71,18 +71,27 @@ std::vector<double> MotionTrace::encoder_mm(double step_mm) const {
   return reading;
 }
 
-std::vector<MotionTrace> motion_traces(double seconds) {
+std::vector<MotionTrace> motion_traces(double seconds, Vigour vigour) {
+  struct Motions {
+    double tap_mm_per_s, stroke_mm_per_s, wave_mm_per_s, wave_hz, shake_n, shake_hz;
+  };
+  const Motions m = vigour == Vigour::kUsual    ? Motions{400.0, 150.0, 30.0, 0.7, 1.0, 5.0}
+                    : vigour == Vigour::kGentle ? Motions{100.0, 40.0, 10.0, 0.4, 0.3, 3.0}
+                                                : Motions{1000.0, 300.0, 200.0, 2.0, 3.0, 8.0};
   sim::HandProgram waving;
   waving.kind = sim::HandProgram::Kind::kSway;
-  waving.speed_mm_per_s = 30.0;
-  waving.rate_hz = 0.7;
+  waving.speed_mm_per_s = m.wave_mm_per_s;
+  waving.rate_hz = m.wave_hz;
   waving.hold_s = -1.0;
+  sim::HandProgram shaking = shaken();
+  shaking.force_n = m.shake_n;
+  shaking.rate_hz = m.shake_hz;
   sim::HandProgram still;
   still.kind = sim::HandProgram::Kind::kRest;
-  return {trace("taps", "foam_ball", tapping(400.0), &hal::Vector3::z, seconds),
-          trace("strokes", "sponge_block", stroking(), &hal::Vector3::x, seconds),
+  return {trace("taps", "foam_ball", tapping(m.tap_mm_per_s), &hal::Vector3::z, seconds),
+          trace("strokes", "sponge_block", stroking(m.stroke_mm_per_s), &hal::Vector3::x, seconds),
           trace("waving", "none", waving, &hal::Vector3::z, seconds),
-          trace("shaking", "none", shaken(), &hal::Vector3::z, seconds),
+          trace("shaking", "none", shaking, &hal::Vector3::z, seconds),
           trace("at rest", "none", still, &hal::Vector3::z, seconds)};
 }
 

@@ -274,7 +274,7 @@ struct Data {
 Data judge_all(const std::vector<DirectionMethod>& directions, bool quick) {
   Data data;
   for (const std::string& object : explored_objects()) {
-    if (!quick || data.objects.size() < 2) data.objects.push_back(object);
+    if (!quick || data.objects.empty()) data.objects.push_back(object);
   }
   const std::vector<double> forces_n = quick ? std::vector<double>{4.0} : std::vector<double>{2, 4, 6};
   const std::vector<double> speeds =
