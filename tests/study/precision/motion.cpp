@@ -125,7 +125,7 @@ class DifferencedTwice {
 
 constexpr auto kUpdate = [](auto& estimator, double y) { return estimator.update(y); };
 
-void add_velocities(MotionBench& bench, double step_mm, bool quick) {
+void add_velocities(MotionBench& bench, double step_mm) {
   using Fit = rt::AdaptiveWindowVelocity::Fit;
   bench.add(
       "adaptive window, end fit", [=] { return rt::AdaptiveWindowVelocity(step_mm, kRateHz, Fit::kEnd); },
@@ -143,7 +143,7 @@ void add_velocities(MotionBench& bench, double step_mm, bool quick) {
         "difference, Butterworth " + fixed(cutoff_hz, 0) + " Hz",
         [=] { return FilteredDifference(cutoff_hz, kRateHz); }, kUpdate);
   }
-  for (const std::size_t periods : {5, 10}) {
+  for (const std::size_t periods : {std::size_t{5}, std::size_t{10}}) {
     bench.add(
         "least squares over " + std::to_string(periods) + " ms",
         [=] { return FixedWindowVelocity(periods, kRateHz); }, kUpdate);
@@ -154,13 +154,11 @@ void add_velocities(MotionBench& bench, double step_mm, bool quick) {
   };
   const double noise_mm = step_mm / std::sqrt(12.0);
   for (const double m_per_s2 : {1.0, 3.0, 10.0}) {
-    if (quick && m_per_s2 != 3.0) continue;
     bench.add(
         "Kalman α-β, " + fixed(m_per_s2, 0) + " m/s²",
         [=] { return SteadyStateKalman<2>(noise_mm, 1e3 * m_per_s2, kRateHz); }, velocity);
   }
   for (const double m_per_s2 : {0.1, 0.3, 1.0}) {
-    if (quick && m_per_s2 != 0.3) continue;
     bench.add(
         "Kalman α-β-γ, " + significant(m_per_s2, 1) + " m/s² a tick",
         [=] { return SteadyStateKalman<3>(noise_mm, 1e3 * m_per_s2, kRateHz); }, velocity);
@@ -169,7 +167,7 @@ void add_velocities(MotionBench& bench, double step_mm, bool quick) {
       "Levant, 30 m/s²", [] { return LevantDifferentiator(3e4, kRateHz); }, kUpdate);
 }
 
-void add_accelerations(MotionBench& bench, double step_mm, bool quick) {
+void add_accelerations(MotionBench& bench, double step_mm) {
   using Fit = rt::AdaptiveWindowVelocity::Fit;
   struct Timed {
     rt::MotionEstimator estimator;
@@ -203,7 +201,6 @@ void add_accelerations(MotionBench& bench, double step_mm, bool quick) {
       "difference twice, 40 Hz twice", [] { return DifferencedTwice(2, 40.0); }, kUpdate);
   const double noise_mm = step_mm / std::sqrt(12.0);
   for (const double m_per_s2 : {0.03, 0.1, 0.3}) {
-    if (quick && m_per_s2 != 0.3) continue;
     bench.add(
         "Kalman α-β-γ, " + significant(m_per_s2, 1) + " m/s² a tick",
         [=] { return SteadyStateKalman<3>(noise_mm, 1e3 * m_per_s2, kRateHz); },
@@ -343,12 +340,12 @@ std::string data_remark(double seconds, double step_mm) {
 }
 
 /// Whether methods that were tuned to some motions hold on others.
-std::vector<OtherMotions> other_motions(double step_mm, double seconds, bool quick) {
+std::vector<OtherMotions> other_motions(double step_mm, double seconds) {
   std::vector<OtherMotions> others;
   for (const Vigour vigour : {Vigour::kGentle, Vigour::kViolent}) {
     const std::vector<MotionTrace> traces = motion_traces(seconds, vigour);
     MotionBench bench(traces, &MotionTrace::velocity_mm_per_s, step_mm, 0.0);
-    add_velocities(bench, step_mm, quick);
+    add_velocities(bench, step_mm);
     others.resize(bench.results().size());
     for (std::size_t i = 0; i < others.size(); ++i) {
       (vigour == Vigour::kGentle ? others[i].gentle : others[i].violent) = bench.results()[i].error();
@@ -384,13 +381,13 @@ void run_motion_precision(StudyContext& context) {
   };
   for (const auto& [suffix, step_mm] : {Encoder{"", 0.03}, Encoder{"_fine_encoder", 0.007}}) {
     MotionBench velocities(traces, &MotionTrace::velocity_mm_per_s, step_mm, timing_s);
-    add_velocities(velocities, step_mm, context.quick);
+    add_velocities(velocities, step_mm);
     report::WorkPrecision velocity = work_precision(std::string("velocity") + suffix, velocities.results());
     velocity.error_name = "velocity error over rms velocity";
     velocity.remark = data_remark(seconds, step_mm) +
                       "Kalman: standard deviation of the acceleration it reckons with (α-β), or of the "
                       "acceleration's change from tick to tick (α-β-γ).";
-    const std::vector<OtherMotions> others = other_motions(step_mm, 0.5 * seconds, context.quick);
+    const std::vector<OtherMotions> others = other_motions(step_mm, 0.5 * seconds);
     velocity.justification =
         beaten_by(velocities.results(), "mm/s") + verdict_on_others(velocities.results(), others);
     report::add_work_precision(context.report, velocity);
@@ -399,7 +396,7 @@ void run_motion_precision(StudyContext& context) {
     if (step_mm == 0.03) plot_lag(context, velocities.results());
 
     MotionBench accelerations(traces, &MotionTrace::acceleration_mm_per_s2, step_mm, timing_s);
-    add_accelerations(accelerations, step_mm, context.quick);
+    add_accelerations(accelerations, step_mm);
     report::WorkPrecision acceleration =
         work_precision(std::string("acceleration") + suffix, accelerations.results());
     acceleration.error_name = "acceleration error over rms acceleration";
