@@ -1,9 +1,11 @@
+#include "tests/study/precision/estimation_stages.h"
 #include "tests/study/precision/precision_study.h"
 
 namespace hapticd::study {
 
 void run_estimation_precision(StudyContext& context) {
-  context.report.say("not measured yet");
+  run_stroke_precision(context);
+  run_friction_precision(context);
 }
 
 }  // namespace hapticd::study
