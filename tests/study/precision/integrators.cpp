@@ -265,7 +265,10 @@ std::string order_text(const std::vector<int>& steps_per_ms, const std::vector<d
 // --- the largest step that holds ---
 
 constexpr double kLongestMs = 2.0;
-constexpr double kShortestMs = 1e-3;
+/// The shortest step that is tried.
+double shortest_ms(bool quick) {
+  return quick ? 0.02 : 1e-3;
+}
 
 /// Peak to peak of the tip between 0.6 and 0.7 s, when the hand has long arrived; nothing where it diverged.
 /// No force of the device, no dry friction that would hide a small oscillation.
@@ -293,10 +296,10 @@ std::optional<double> late_swing_mm(IntegrationMethod method, const sim::Materia
 /// In halves of an octave from 2 ms down: the first step from which on two in a row hold, which is to swing
 /// no more than 10 µm beyond what a converged run still creeps.
 std::optional<double> largest_step_ms(IntegrationMethod method, const sim::MaterialParameters& material,
-                                      double creep_mm) {
+                                      double creep_mm, double shortest) {
   constexpr double kTolerableMm = 0.01;
   std::optional<double> candidate_ms;
-  for (double step_ms = kLongestMs; step_ms >= kShortestMs; step_ms *= std::sqrt(0.5)) {
+  for (double step_ms = kLongestMs; step_ms >= shortest; step_ms *= std::sqrt(0.5)) {
     const auto swing_mm = late_swing_mm(method, material, 1e-3 * step_ms);
     if (!swing_mm || *swing_mm > creep_mm + kTolerableMm) {
       candidate_ms.reset();
@@ -312,14 +315,24 @@ double creep_mm(const sim::MaterialParameters& material) {
   return late_swing_mm(IntegrationMethod::kImplicitMidpoint, material, 1e-5).value();
 }
 
-std::string step_text(const std::optional<double>& step_ms) {
-  if (!step_ms) return "< " + significant(kShortestMs, 1);
+std::string step_text(const std::optional<double>& step_ms, double shortest) {
+  if (!step_ms) return "< " + significant(shortest, 1);
   return (*step_ms == kLongestMs ? "≥ " : "") + significant(*step_ms, 2);
 }
 
 void study_orders(StudyContext& context, const PressCase& smooth, const PressCase& full,
                   const Sweep& full_sweep) {
   const Reference reference = reference_of(smooth, context.quick);
+  struct Matter {
+    sim::MaterialParameters material;
+    double creep_mm;
+  };
+  const double shortest = shortest_ms(context.quick);
+  std::vector<Matter> matters;
+  for (const auto& material :
+       {material_of("sponge_block"), material_of("rubber_eraser"), wood_of(50.0), wood_of(1000.0)}) {
+    matters.push_back({material, creep_mm(material)});
+  }
   const std::vector<int> linear_steps{10, 20, 50, 100};
   report::MarkdownTable table({"method", "axis alone", "press without dry friction", "press", "soft sponge",
                                "eraser", "wood 50 N/mm", "metal 1000 N/mm"});
@@ -339,9 +352,9 @@ void study_orders(StudyContext& context, const PressCase& smooth, const PressCas
     std::vector<std::string> row{
         name_of(methods[m]), order_text(linear_steps, linear_errors_um(methods[m], linear_steps), 1e-6),
         order(of_smooth, reference.doubt_um), order(of_full, full_sweep.reference.doubt_um)};
-    for (const auto& material :
-         {material_of("sponge_block"), material_of("rubber_eraser"), wood_of(50.0), wood_of(1000.0)}) {
-      row.push_back(step_text(largest_step_ms(methods[m], material, creep_mm(material))));
+    for (const Matter& matter : matters) {
+      row.push_back(
+          step_text(largest_step_ms(methods[m], matter.material, matter.creep_mm, shortest), shortest));
     }
     table.add_row(row);
   }
@@ -350,9 +363,8 @@ void study_orders(StudyContext& context, const PressCase& smooth, const PressCas
       "Order: slope of log error over log step, 0.2 … 0.01 ms (axis alone: 0.1 … 0.01 ms, against the closed "
       "form; exact: within 1 pm). Axis alone: no object, no friction.\nThe press is on " +
           full.name +
-          "; without dry friction also without the force of the device. Largest step: the tip rests within "
-          "10 "
-          "µm 0.6 s after the start, two half-octaves in a row.");
+          "; without dry friction also without the force of the device. Largest step: 0.6 s after the start "
+          "the tip swings no more than 10 µm beyond the creep, at two half-octaves in a row.");
 }
 
 void study_stiffness(StudyContext& context) {
@@ -360,20 +372,33 @@ void study_stiffness(StudyContext& context) {
   plot.title = "Largest step that holds, against the object's stiffness";
   plot.x = {"stiffness of the object", "N/mm", true};
   plot.y = {"largest step", "ms", true};
-  plot.y.minimum = kShortestMs;
+  plot.y.minimum = 1e-3;
   plot.y.maximum = 3.0;
-  plot.references = {{report::PlotReference::Axis::kY, 0.1, "the simulator's"}};
+  report::PlotSeries ours{"step of the simulator", {0.1, 1e5}, {0.1, 0.1}};
+  ours.colour = 7;
+  ours.dashed = true;
+  plot.series.push_back(ours);
   const double ratio = context.quick ? 1000.0 : std::sqrt(10.0);
   int colour = 0;
+  struct Matter {
+    double n_per_mm;
+    sim::MaterialParameters material;
+    double creep_mm;
+  };
+  const double shortest = shortest_ms(context.quick);
+  std::vector<Matter> matters;
+  for (double stiffness = 0.1; stiffness < 1.01e5; stiffness *= ratio) {
+    const sim::MaterialParameters material = wood_of(stiffness);
+    matters.push_back({stiffness, material, creep_mm(material)});
+  }
   for (const IntegrationMethod method : integration_methods()) {
     const int own_colour = colour++;
     if (method == IntegrationMethod::kShippedAtMiddle) continue;  // the same contact
     report::PlotSeries series{name_of(method)};
     series.style = report::PlotSeries::Style::kLinePoints;
     series.colour = own_colour;
-    for (double stiffness = 0.1; stiffness < 1.01e5; stiffness *= ratio) {
-      const sim::MaterialParameters material = wood_of(stiffness);
-      const auto step_ms = largest_step_ms(method, material, creep_mm(material));
+    for (const auto& [stiffness, material, creep] : matters) {
+      const auto step_ms = largest_step_ms(method, material, creep, shortest);
       report::Figure figure{"integrator_largest_step_ms",
                             {{"method", name_of(method)}, {"object_stiffness", stiffness}}};
       figure.unit = "ms";
@@ -382,7 +407,7 @@ void study_stiffness(StudyContext& context) {
         series.x.push_back(stiffness);
         series.y.push_back(*step_ms);
       } else {
-        figure.failed = "does not hold at " + significant(kShortestMs, 1) + " ms";
+        figure.failed = "does not hold at " + significant(shortest, 1) + " ms";
       }
       context.report.add(figure);
     }
@@ -500,6 +525,11 @@ void study_whole_plant(StudyContext& context) {
                            "over " +
                                fixed(1e-3 * duration_ms, 1) + " s against a step of " +
                                significant(1e3 * finest_s, 2) + " ms. Seed 1. Force: of its rms.");
+  context.report.say(
+      "The whole plant converges with first order, since the hand decides and friction turns at step ends. "
+      "At "
+      "the step of 0.1 ms the tip is right to about 10 µm even in a tap, and forces to half a per cent: what "
+      "encoder and sensor resolve.");
 }
 
 }  // namespace
@@ -517,7 +547,7 @@ void run_integrator_precision(StudyContext& context) {
       "ms "
       "early, which no hand keeps to; it is below the 7 µm of the finest encoder. What depends on the "
       "equations, structure and contact, is as accurate as with the plan at the middle, which would cost the "
-      "same and is proposed.";
+      "same and is proposed. Semi-implicit Euler is cheaper still, but does not hold on stiffer objects.";
   add_stage(context, "integrator", eraser, on_eraser, why);
   plot_steps(context, "integrator_steps", eraser, on_eraser);
   add_stage(context, "integrator_wood", wood, sweep_of(wood, context.quick), why);
