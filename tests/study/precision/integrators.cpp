@@ -378,7 +378,10 @@ void study_stiffness(StudyContext& context) {
   ours.colour = 7;
   ours.dashed = true;
   plot.series.push_back(ours);
-  const double ratio = context.quick ? 1000.0 : std::sqrt(10.0);
+  const std::vector<double> stiffnesses =
+      context.quick
+          ? std::vector<double>{0.1, 100.0, 1e5}
+          : std::vector<double>{0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5};
   int colour = 0;
   struct Matter {
     double n_per_mm;
@@ -387,7 +390,7 @@ void study_stiffness(StudyContext& context) {
   };
   const double shortest = shortest_ms(context.quick);
   std::vector<Matter> matters;
-  for (double stiffness = 0.1; stiffness < 1.01e5; stiffness *= ratio) {
+  for (const double stiffness : stiffnesses) {
     const sim::MaterialParameters material = wood_of(stiffness);
     matters.push_back({stiffness, material, creep_mm(material)});
   }
