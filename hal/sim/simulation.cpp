@@ -16,7 +16,6 @@ constexpr double kWobbleRad = 0.005;
 constexpr double kSwayAboutXHz = 0.35;
 constexpr double kSwayAboutYHz = 0.45;
 constexpr double kSwayBuildsUpS = 1.0;
-constexpr std::int64_t kSlowSteps = 10;  // tremor and wobble are slow: once a millisecond will do
 constexpr int kFieldSteps = 128;  // neighbours differ by 1 %, so that what lies between is right to 2e-5
 
 double& component(Vector3& v, std::size_t i) noexcept {
@@ -65,12 +64,31 @@ bool ToolMounting::plain() const noexcept {
   return !centre_mm && sensor_to_tool.w == 1.0 && is_zero(force_offset_n) && is_zero(torque_offset_n_mm);
 }
 
+AxisParameters axis_of(const DeviceModel& device, double tool_mass_kg, double hand_mass_kg,
+                       double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm) {
+  AxisParameters axis;
+  axis.motor_mass_kg = device.motor_side_mass_kg();
+  axis.tip_mass_kg = device.tip_side_mass_kg() + device.sensor_mass_kg + tool_mass_kg + hand_mass_kg;
+  axis.structural_stiffness_n_per_mm = device.structural_stiffness_n_per_mm;
+  // Damping ratio of the bare device's free-free mode: c = 2 ζ μ ω.
+  const double reduced_kg = device.motor_side_mass_kg() * device.tip_side_mass_kg() / device.apparent_mass_kg;
+  axis.structural_damping_n_s_per_mm = 1e-3 * 2.0 * device.structural_damping * reduced_kg * 2.0 *
+                                       std::numbers::pi * device.structural_mode_hz;
+  axis.motor_viscosity_n_s_per_mm = device.viscous_friction_n_s_per_mm;
+  axis.hand_stiffness_n_per_mm = hand_stiffness_n_per_mm;
+  axis.hand_damping_n_s_per_mm = hand_damping_n_s_per_mm;
+  return axis;
+}
+
 Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed,
-                       const ToolMounting& mounting)
+                       const ToolMounting& mounting, double step_s)
     : device_(device),
       tool_mass_kg_(tool_mass_kg),
       mounting_(mounting),
       plain_mounting_(mounting.plain()),
+      step_s_(step_s),
+      step_ns_(std::llround(1e9 * step_s)),
+      slow_steps_(std::max<std::int64_t>(1, std::llround(1e-3 / step_s))),
       random_(seed),
       sensor_(tool_mass_kg, seed ^ 0x6e616e6f3137ULL) {
   for (double& phase : tremor_phase_) phase = 2.0 * std::numbers::pi * random_.uniform();
@@ -93,32 +111,21 @@ PreparedHand Simulation::prepare(const HandProgram& program) const {
   prepared.impedance = impedance_of(program);
   const HandImpedance& hand = prepared.impedance;
 
-  AxisParameters axis;
-  axis.motor_mass_kg = device_.motor_side_mass_kg();
-  axis.tip_mass_kg = device_.tip_side_mass_kg() + device_.sensor_mass_kg + tool_mass_kg_ + hand.mass_kg;
-  axis.structural_stiffness_n_per_mm = device_.structural_stiffness_n_per_mm;
-  // Damping ratio of the bare device's free-free mode: c = 2 ζ μ ω.
-  const double reduced_kg =
-      device_.motor_side_mass_kg() * device_.tip_side_mass_kg() / device_.apparent_mass_kg;
-  axis.structural_damping_n_s_per_mm = 1e-3 * 2.0 * device_.structural_damping * reduced_kg * 2.0 *
-                                       std::numbers::pi * device_.structural_mode_hz;
-  axis.motor_viscosity_n_s_per_mm = device_.viscous_friction_n_s_per_mm;
-
-  axis.hand_stiffness_n_per_mm = hand.stiffness_n_per_mm;
-  axis.hand_damping_n_s_per_mm = hand.damping_n_s_per_mm;
-  prepared.along = AxisDynamics(axis, kStepS);
+  const AxisParameters axis =
+      axis_of(device_, tool_mass_kg_, hand.mass_kg, hand.stiffness_n_per_mm, hand.damping_n_s_per_mm);
+  prepared.along = AxisDynamics(axis, step_s_);
   AxisParameters across = axis;
   across.hand_stiffness_n_per_mm = hand.lateral_stiffness_n_per_mm;
   across.hand_damping_n_s_per_mm = hand.lateral_damping_n_s_per_mm;
-  prepared.across = AxisDynamics(across, kStepS);
+  prepared.across = AxisDynamics(across, step_s_);
   if (!device_.structural_field.constant()) {
-    const auto field = [](AxisParameters parameters) {
+    const auto field = [this](AxisParameters parameters) {
       std::vector<AxisDynamics> all;
       const double home_n_per_mm = parameters.structural_stiffness_n_per_mm;
       for (int i = 0; i <= kFieldSteps; ++i) {
         const double log_compliance = std::numbers::ln2 * (2.0 * i / kFieldSteps - 1.0);
         parameters.structural_stiffness_n_per_mm = home_n_per_mm * std::exp(-log_compliance);
-        all.emplace_back(parameters, kStepS);
+        all.emplace_back(parameters, step_s_);
       }
       return all;
     };
@@ -141,11 +148,11 @@ std::array<AxisDynamics, 2> Simulation::dynamics_at(const Vector3& tip_mm) const
 
 void Simulation::set_hand(const PreparedHand* hand) noexcept {
   sway_before_rad_ = hand_ != nullptr ? sway(hand_time_s()) : Vector3{};
-  const Vector3 a_step_ago_rad = hand_ != nullptr ? sway(hand_time_s() - kStepS) : Vector3{};
+  const Vector3 a_step_ago_rad = hand_ != nullptr ? sway(hand_time_s() - step_s_) : Vector3{};
   for (std::size_t i = 0; i < 3; ++i) {
     const double here = component(sway_before_rad_, i);
     sway_ends_[i] =
-        MinimumJerk({here, (here - component(a_step_ago_rad, i)) / kStepS, 0.0}, {}, kSwayBuildsUpS);
+        MinimumJerk({here, (here - component(a_step_ago_rad, i)) / step_s_, 0.0}, {}, kSwayBuildsUpS);
   }
   hand_began_step_ = steps_;
   followed_contour_ = false;
@@ -159,7 +166,7 @@ void Simulation::set_object(PlacedObject* object) noexcept {
 
 void Simulation::command(const Vector3& force_n) noexcept {
   if (!std::isfinite(force_n.x + force_n.y + force_n.z)) return;  // no DAC has a code for it
-  const std::int64_t due = steps_ + std::llround(device_.command_latency_s / kStepS);
+  const std::int64_t due = steps_ + std::llround(device_.command_latency_s / step_s_);
   // Within one step the last word counts; so no more can be on their way than the latency has steps.
   if (pending_count_ > 0 && pending_[pending_count_ - 1].due_step == due) --pending_count_;
   if (pending_count_ == pending_.size()) --pending_count_;
@@ -179,7 +186,7 @@ Vector3 Simulation::motor_force() noexcept {
     std::move(pending_.begin() + 1, pending_.end(), pending_.begin());
     --pending_count_;
   }
-  const double rate = 2.0 * std::numbers::pi * device_.amplifier_pole_hz * kStepS;
+  const double rate = 2.0 * std::numbers::pi * device_.amplifier_pole_hz * step_s_;
   const double decay = std::exp(-rate);
   const Vector3 behind = amplifier_n_ - wanted_n_;
   amplifier_n_ = wanted_n_ + behind * decay;
@@ -235,7 +242,7 @@ void Simulation::follow_contour(HandIntent& intent) noexcept {
     contour_began_step_ = steps_;
   }
   constexpr double kFadeS = 0.3;
-  const double since_s = static_cast<double>(steps_ - contour_began_step_) * kStepS;
+  const double since_s = static_cast<double>(steps_ - contour_began_step_) * step_s_;
   if (since_s >= kFadeS) return;
   const MotionState left = MinimumJerk({1.0, 0.0, 0.0}, {}, kFadeS).at(since_s);
   intent.position_mm = intent.position_mm + contour_offset_mm_ * left.position_mm;
@@ -281,7 +288,7 @@ void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
 }
 
 void Simulation::step() noexcept {
-  const double time_s = static_cast<double>(steps_) * kStepS;
+  const double time_s = static_cast<double>(steps_) * step_s_;
   const HandImpedance& hand = hand_->impedance;
   std::array<const AxisDynamics*, 3> dynamics{&hand_->across, &hand_->across, &hand_->along};
 
@@ -294,12 +301,12 @@ void Simulation::step() noexcept {
   }
   felt.press_force_n = -dot(truth_.hand_force_n, contour_normal_);
   felt.reaction_n = truth_.normal_force_n;
-  HandIntent intent = motion_->step(kStepS, felt);
+  HandIntent intent = motion_->step(step_s_, felt);
   contour_normal_ = {0.0, 0.0, 1.0};
   if (intent.follows_contour && object_ != nullptr) follow_contour(intent);
   const bool is_hand =
       hand_->program.kind != HandProgram::Kind::kWeight && hand_->program.kind != HandProgram::Kind::kShake;
-  if (is_hand && steps_ % kSlowSteps == 0) tremor_mm_ = tremor(time_s);
+  if (is_hand && steps_ % slow_steps_ == 0) tremor_mm_ = tremor(time_s);
   if (is_hand) intent.position_mm = intent.position_mm + tremor_mm_;
 
   Vector3 motor_n = motor_force();
@@ -334,7 +341,7 @@ void Simulation::step() noexcept {
   for (std::size_t i = 0; i < 3; ++i) {
     const double stiffness = i == 2 ? hand.stiffness_n_per_mm : hand.lateral_stiffness_n_per_mm;
     const double damping = i == 2 ? hand.damping_n_s_per_mm : hand.lateral_damping_n_s_per_mm;
-    component(acceleration, i) = (next[i].tip_mm_per_s - axes_[i].tip_mm_per_s) / kStepS;
+    component(acceleration, i) = (next[i].tip_mm_per_s - axes_[i].tip_mm_per_s) / step_s_;
     component(truth_.hand_force_n, i) = pull_n[i] - stiffness * next[i].tip_mm -
                                         damping * next[i].tip_mm_per_s -
                                         1e-3 * hand.mass_kg * component(acceleration, i);
@@ -356,8 +363,8 @@ void Simulation::load_sensor(const Vector3& acceleration, double time_s) noexcep
       const Vector3 arm = *mounting_.centre_mm + Vector3{0.0, 0.0, Nano17::kLeverMm};
       const Vector3 now = to_tool(inverse(orientation_), arm);
       if (centres_known_ == 2) {
-        of_centre =
-            of_centre + (now - centre_before_mm_[0] * 2.0 + centre_before_mm_[1]) * (1.0 / (kStepS * kStepS));
+        of_centre = of_centre +
+                    (now - centre_before_mm_[0] * 2.0 + centre_before_mm_[1]) * (1.0 / (step_s_ * step_s_));
       } else {
         ++centres_known_;
       }
@@ -373,7 +380,7 @@ void Simulation::load_sensor(const Vector3& acceleration, double time_s) noexcep
     return;
   }
   const bool sways = hand_->program.tilt_deg > 0.0 || dot(sway_before_rad_, sway_before_rad_) > 0.0;
-  if (sways || steps_ % kSlowSteps == 0) orientation_ = tool_orientation(time_s);
+  if (sways || steps_ % slow_steps_ == 0) orientation_ = tool_orientation(time_s);
   sensor_.measure(
       to_tool(orientation_, truth_.reaction_force_n + (gravity - acceleration) * (1e-3 * tool_mass_kg_)));
 }

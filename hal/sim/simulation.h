@@ -50,15 +50,21 @@ struct PlacedObject {
   Friction friction;
 };
 
-/// The coupled physics, one step of 0.1 ms at a time. Single-threaded. Device and tool weight are
+/// One axis of the device with sensor and tool in a hand whose impedance along it is given.
+AxisParameters axis_of(const DeviceModel& device, double tool_mass_kg, double hand_mass_kg,
+                       double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm);
+
+/// The coupled physics, one step of 0.1 ms at a time, unless another step is asked for to see what the step
+/// does to a result; the sensor samples once a step. Single-threaded. Device and tool weight are
 /// counterbalanced, as on the real device; the sensor feels gravity through the tool all the same.
 class Simulation {
  public:
   static constexpr double kStepS = 1e-4;
   static constexpr std::int64_t kStepNs = 100'000;
 
+  /// `step_s`: whole nanoseconds, and an object's matter is to be made for the same.
   Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed,
-             const ToolMounting& mounting = {});
+             const ToolMounting& mounting = {}, double step_s = kStepS);
 
   PreparedHand prepare(const HandProgram& program) const;
   /// Takes over from where the tip is. The objects live as long as the simulation uses them.
@@ -71,7 +77,7 @@ class Simulation {
 
   /// Force asked of the motors; takes effect after the device's latency.
   void command(const hal::Vector3& force_n) noexcept;
-  std::int64_t time_ns() const noexcept { return steps_ * kStepNs; }
+  std::int64_t time_ns() const noexcept { return steps_ * step_ns_; }
   /// Position as the encoders tell it and orientation as the gimbal tells it.
   void read_device(hal::RigSample& sample) noexcept;
   Nano17& sensor() noexcept { return sensor_; }
@@ -91,7 +97,7 @@ class Simulation {
   void touch(const hal::Vector3& before_mm, std::array<AxisState, 3>& axes,
              const std::array<const AxisDynamics*, 3>& dynamics) noexcept;
   hal::Vector3 tremor(double time_s) const noexcept;
-  double hand_time_s() const noexcept { return static_cast<double>(steps_ - hand_began_step_) * kStepS; }
+  double hand_time_s() const noexcept { return static_cast<double>(steps_ - hand_began_step_) * step_s_; }
   hal::Vector3 sway(double hand_time_s) const noexcept;
   hal::Quaternion tool_orientation(double time_s) const noexcept;
 
@@ -99,6 +105,9 @@ class Simulation {
   double tool_mass_kg_;
   ToolMounting mounting_;
   bool plain_mounting_;
+  double step_s_;
+  std::int64_t step_ns_;
+  std::int64_t slow_steps_;  ///< tremor and wobble are slow: once a millisecond will do
   Random random_;
   Nano17 sensor_;
   const PreparedHand* hand_ = nullptr;

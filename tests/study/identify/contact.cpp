@@ -6,14 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "rt/identify/contact_creep_fit.h"
-#include "rt/identify/contact_double_stage.h"
 #include "rt/identify/contact_identification.h"
-#include "rt/identify/contact_single_stage.h"
-#include "rt/identify/contact_variable_projection.h"
-#include "rt/identify/palpation_tracker.h"
 #include "tests/study/explore/scenes.h"
-#include "tests/study/identify/ceres_reference.h"
+#include "tests/study/identify/contact_methods.h"
 #include "tests/study/identify/contact_palpation.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
@@ -27,67 +22,11 @@ using report::significant;
 using Palpation = std::vector<rt::PalpationSample>;
 
 constexpr double kSessionLimitS = 60.0;
-constexpr const char* kHuntCrossley = "hunt_crossley";
-constexpr const char* kCreep = "creep";
-
-struct Fitted {
-  std::optional<rt::HuntCrossleyParameters> hunt_crossley;
-  std::optional<rt::CreepParameters> creep;
-  std::string failed;
-};
-
-struct Method {
-  const char* name;
-  const char* law;
-  std::function<Fitted(const Palpation&)> fit;
-};
-
-template <class Estimator>
-Fitted recursively(const Palpation& palpation) {
-  Estimator estimator;
-  for (const rt::PalpationSample& s : palpation) estimator.add(s);
-  const auto estimate = estimator.estimate();
-  return estimate ? Fitted{estimate->parameters, {}, {}} : Fitted{{}, {}, "not determined"};
-}
-
-Fitted by_ceres(const Palpation& palpation, CeresLayout layout) {
-  const auto estimate = fit_with_ceres(palpation, layout);
-  return estimate ? Fitted{estimate->parameters, {}, {}} : Fitted{{}, {}, estimate.error().text()};
-}
-
-const Method& reference() {
-  static const Method method{"reference", kHuntCrossley,
-                             [](const Palpation& p) { return by_ceres(p, CeresLayout::kBlockPerSample); }};
-  return method;
-}
-
-const std::vector<Method>& methods() {
-  static const std::vector<Method> all{
-      {"recursive", kHuntCrossley, recursively<rt::SingleStageEstimator>},
-      {"double_stage", kHuntCrossley, recursively<rt::DoubleStageEstimator>},
-      {"batch", kHuntCrossley,
-       [](const Palpation& palpation) {
-         const auto estimate = rt::fit_by_variable_projection(palpation);
-         return estimate ? Fitted{estimate->parameters, {}, {}} : Fitted{{}, {}, "not determined"};
-       }},
-      {"batch", kCreep, [](const Palpation& palpation) {
-         rt::CreepFit fit(rt::CreepParameters{}.time_s);
-         for (const rt::PalpationSample& s : palpation) fit.add(s, 1e-3);
-         const auto estimate = fit.solve();
-         return estimate ? Fitted{{}, estimate->law.parameters, {}} : Fitted{{}, {}, "not determined"};
-       }}};
-  return all;
-}
-
-ContactErrors errors_of(const Fitted& fitted, const TruePalpation& palpation) {
-  return fitted.creep ? errors_of(*fitted.creep, palpation) : errors_of(*fitted.hunt_crossley, palpation);
-}
-
 /// Seconds a fit takes.
-double seconds_of(const Method& method, const Palpation& palpation) {
+double seconds_of(const ContactMethod& method, const Palpation& palpation) {
   using Clock = std::chrono::steady_clock;
   const auto before = Clock::now();
-  const Fitted fitted = method.fit(palpation);
+  const FittedLaw fitted = method.fit(palpation);
   return std::chrono::duration<double>(Clock::now() - before).count();
 }
 
@@ -101,11 +40,11 @@ double median(std::vector<double> values) {
 struct RunTimes {
   double fit_s, reference_s;
 };
-RunTimes run_times(const Method& method, const Palpation& palpation, int repeats) {
+RunTimes run_times(const ContactMethod& method, const Palpation& palpation, int repeats) {
   std::vector<double> fit, by_reference;
   for (int i = 0; i < repeats; ++i) {
     fit.push_back(seconds_of(method, palpation));
-    by_reference.push_back(seconds_of(reference(), palpation));
+    by_reference.push_back(seconds_of(contact_reference(), palpation));
   }
   return {median(fit), median(by_reference)};
 }
@@ -139,24 +78,6 @@ std::vector<SessionMethod> session_methods() {
       {"double_stage", kHuntCrossley, task(ContactFitMethod::kDoubleStage, ContactLawKind::kHuntCrossley)},
       {"batch", kHuntCrossley, task(ContactFitMethod::kBatch, ContactLawKind::kHuntCrossley)},
       {"batch", kCreep, task(ContactFitMethod::kRecursiveThenBatch, ContactLawKind::kCreep)}};
-}
-
-/// What a default identification of an object wished for and got.
-TruePalpation wished_palpation(const std::string& object) {
-  const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
-  const auto rig = sim::SimulatedRig::create(config);
-  const hal::RigInfo info = (*rig)->info();
-  rt::ContactIdentification identification(rt::ContactTask{}, info);
-  rt::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,
-                               info.rate_hz);
-  TruePalpation palpation;
-  run_session(identification, config, kSessionLimitS,
-              [&](const rt::Observation& o, const hal::TruthSample& truth) {
-                palpation.samples.push_back(tracker.update(o.sample));
-                palpation.true_displacement_mm.push_back(truth.displacement_mm);
-                palpation.recorded.push_back(o.sample);
-              });
-  return palpation;
 }
 
 std::string first_of(const std::vector<std::string>& lines) {
@@ -203,7 +124,7 @@ void study_sessions(StudyContext& context) {
 // --- errors and run times on the same samples ---
 
 void plot_fit(StudyContext& context, const std::string& object, const TruePalpation& validation,
-              const std::vector<std::pair<std::string, Fitted>>& fits) {
+              const std::vector<std::pair<std::string, FittedLaw>>& fits) {
   report::SvgPlot plot;
   plot.title = object + ": force against displacement in the validation palpation";
   plot.x = {"displacement", "mm"};
@@ -246,17 +167,17 @@ void study_errors(StudyContext& context) {
     const TruePalpation training = wished_palpation(object);
     const TruePalpation validation = palpate(object, validation_wishes(), 7);
 
-    const Fitted by_reference = reference().fit(training.samples);
+    const FittedLaw by_reference = contact_reference().fit(training.samples);
     const bool compared = by_reference.failed.empty();
     const double reference_error = compared ? errors_of(by_reference, validation).force : 0.0;
-    std::vector<std::pair<std::string, Fitted>> shown;
+    std::vector<std::pair<std::string, FittedLaw>> shown;
 
-    std::vector<Method> all = methods();
-    all.push_back(reference());
+    std::vector<ContactMethod> all = contact_methods();
+    all.push_back(contact_reference());
     all.push_back({"reference, one block", kHuntCrossley,
-                   [](const Palpation& p) { return by_ceres(p, CeresLayout::kOneBlock); }});
-    for (const Method& method : all) {
-      const Fitted fitted = method.fit(training.samples);
+                   [](const Palpation& p) { return fit_by_ceres(p, CeresLayout::kOneBlock); }});
+    for (const ContactMethod& method : all) {
+      const FittedLaw fitted = method.fit(training.samples);
       const bool is_law = std::string(method.name).find(',') == std::string::npos;
       const report::Case conditions{{"object", object}, {"method", method.name}, {"law", method.law}};
       report::Figure force{"force_error", conditions};
@@ -385,9 +306,9 @@ void study_coverage(StudyContext& context) {
       }
       const rt::IdentificationProgress progress = identification.progress();
       std::vector<std::string> cells{object, name};
-      for (const Method& method : methods()) {
+      for (const ContactMethod& method : contact_methods()) {
         if (method.name == std::string("double_stage")) continue;
-        const Fitted fitted = method.fit(training.samples);
+        const FittedLaw fitted = method.fit(training.samples);
         cells.push_back(fitted.failed.empty() ? fixed(100.0 * errors_of(fitted, validation).force, 1)
                                               : report::kNoNumber);
       }
