@@ -130,7 +130,8 @@ void measure_fan_out(report::Report& report, const RealtimeOptions& options) {
       "All groups at 1 kHz, " + fixed(seconds, 0) +
           " s each; readers in processes of eight, each stream with its own connection, on the same "
           "cores as the daemon. Processor time of the daemon, loop and simulated physics included; per "
-          "subscriber what is more than without any. The last row is the first with a loss, or with one that falls "
+          "subscriber what is more than without any. The last row is the first with a loss, or with one that "
+          "falls "
           "more than half a second behind.");
   report::SvgPlot plot;
   plot.title = "Processor time of the daemon against subscribers";

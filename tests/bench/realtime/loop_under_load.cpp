@@ -108,8 +108,9 @@ class LoopReport {
                     times.failed});
     const int colour = next_colour_++;
     if (type.kind == LoadKind::kNone || type.kind == LoadKind::kMachine || type.name == "64 subscribers") {
-      wakeup_.series.push_back(curve(type.name, times.wakeup, colour, false));
-      wakeup_.series.push_back(curve("cyclictest", times.cyclictest, colour, true));
+      const int of_pair = static_cast<int>(wakeup_.series.size()) / 2;
+      wakeup_.series.push_back(curve(type.name, times.wakeup, of_pair, false));
+      wakeup_.series.push_back(curve("cyclictest then", times.cyclictest, of_pair, true));
     }
     compute_.series.push_back(curve(type.name, times.compute, colour, colour >= 8));
     device_.series.push_back(curve(type.name, times.device, colour, colour >= 8));

@@ -201,8 +201,8 @@ int run_scenes(const ScenesOptions& options) {
   plot.y = {"instructions"};
   plot.y.minimum = 0.0;
   plot.height_px = 400;
-  report::PlotSeries composed{.label = "composed", .style = report::PlotSeries::Style::kLinePoints};
-  report::PlotSeries forced{.label = "everything forced on", .style = report::PlotSeries::Style::kLinePoints};
+  report::PlotSeries composed{.label = "composed", .style = report::PlotSeries::Style::kPoints};
+  report::PlotSeries forced{.label = "everything forced on", .style = report::PlotSeries::Style::kPoints};
   composed.point_size = forced.point_size = 1.2;
   for (const std::string& scene : tick_scenes()) {
     if (options.quick && scene != "tap_1d" && scene != "explore_rod") continue;

@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +24,8 @@ constexpr double kTickGoal = 2.0;
 struct Attempted {
   FaultTrial trial;
   int attempts = 0;
+  std::optional<std::uint64_t>
+      ages_passed_on_as_young{};  ///< ticks of the last attempt; none where no rig does that
 };
 
 const char* to_text(rt::GuardState state) {
@@ -57,6 +62,7 @@ Attempted attempt(const test::FaultCase<Rig>& fault, Make make) {
     const auto rig = make();
     const FaultPlan plan = fault.plan(*rig);
     attempted.trial = test::observe(*rig, plan);
+    if constexpr (requires { rig->forgiven(); }) attempted.ages_passed_on_as_young = rig->forgiven();
     if (attempted.trial.spoilt.empty()) break;
     report::Report::note(fault.name + ": " + attempted.trial.spoilt);
   }
@@ -69,7 +75,8 @@ class FaultReport {
       : context_(context),
         table_({"fault", "peer", "what it does", "action", "ticks to zero", "at the device", "guard",
                 "told as", "all faults told", "refused while it lasts", "N before", "step before N",
-                "recovery step N", "N recovered", "step pressing again N", "attempts", "verdict"}) {
+                "recovery step N", "N recovered", "step pressing again N", "attempts",
+                "ages passed on as 1 ms", "verdict"}) {
     for (report::SvgPlot* plot : {&fall_, &recovery_}) {
       plot->x = {"after the first that could know", "ticks"};
       plot->y = {"device force", "N"};
@@ -126,7 +133,10 @@ class FaultReport {
                     names_of(trial.present), refused, fixed(trial.force_before_n, 2),
                     fixed(trial.step_before_n, 3), fixed(trial.recovery_step_n, 3),
                     fixed(trial.recovered_n, 2), fixed(trial.step_again_n, 3),
-                    std::to_string(attempted.attempts), verdict.empty() ? "as the table says" : verdict});
+                    std::to_string(attempted.attempts),
+                    attempted.ages_passed_on_as_young ? std::to_string(*attempted.ages_passed_on_as_young)
+                                                      : std::string(report::kNoNumber),
+                    verdict.empty() ? "as the table says" : verdict});
     report::Report::note(fault.peer + ", " + fault.name + ": " + ticks(trial.ticks_to_zero) + " ticks, " +
                          (verdict.empty() ? "as the table says" : verdict));
     const char* label = label_of(fault.name);
