@@ -323,8 +323,10 @@ std::string verdict_on_others(const std::vector<MethodResult>& results,
                               significant(of_best.violent, 2) + " against " +
                               significant(of_chosen.violent, 2) + ": ";
   return numbers + (holds
-                        ? "with this encoder it is worth the change, at the price of its noise at rest; the "
-                          "default is kept meanwhile for being the same on every device."
+                        ? "with this encoder it is the better velocity, at the price of its noise at rest. Tried "
+                          "in the scenes that explore, it moved their errors of displacement and direction "
+                          "both up and down by less than they differ between objects, so what needs no "
+                          "assumption on how the hand moves is kept."
                         : "a filter has to be told how the hand will move, the default only the encoder's "
                           "step, and it is kept.");
 }
