@@ -47,7 +47,7 @@ class Watch {
     }
     // Only now: what the last step set off has had its time to die away.
     if (judge_.oscillates())
-      return "oscillates by " + report::significant(judge_.peak_to_peak_mm(), 2) + " mm";
+      return "oscillates by " + report::significant(judge_.peak_to_peak(), 2) + " mm";
     return "";
   }
 

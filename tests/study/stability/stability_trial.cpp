@@ -1,0 +1,213 @@
+#include "tests/study/stability/stability_trial.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/target/desired_force.h"
+#include "rt/target/feasible_range.h"
+#include "tests/study/explore/scenes.h"
+#include "tests/study/rig/hands.h"
+#include "tests/study/rig/virtual_run.h"
+
+namespace hapticd::study {
+
+namespace {
+
+constexpr double kKnockN = 1.0;
+constexpr double kKnockedS = 2.05;  // after the hand began to press: the knock is over
+constexpr double kJudgedS = 1.85;   // up to the next knock, and some to spare
+constexpr double kWeightLetDownS = 2.0;
+constexpr double kLongestApproachS = 2.0;
+constexpr double kClosest = 1.0 / 16.0;
+
+// What the shipped scenes allow (server/scenes).
+constexpr double kTapMaximum = 20.0;
+constexpr double kExploreMaximum = 5.0;
+
+sim::HandProgram hand_of(const StabilityTrial& trial) {
+  if (trial.weight) {
+    sim::HandProgram weight;
+    weight.kind = sim::HandProgram::Kind::kWeight;
+    weight.knock_n = kKnockN;
+    return weight;
+  }
+  sim::HandProgram hand = pressing(kPressN);
+  hand.force_rate_n_per_s = 8.0;
+  hand.knock_n = kKnockN;
+  hand.grip_stiffness_scale = trial.grip_stiffness_scale;
+  hand.grip_damping_scale = trial.grip_damping_scale;
+  return hand;
+}
+
+StabilityTrial trial_on(const std::string& device, const sim::ObjectModel& object, double rate_hz) {
+  StabilityTrial trial;
+  trial.rig.device = device;
+  trial.rig.custom_device = sim::device_preset(device).value();
+  trial.rig.object = object.name;
+  trial.rig.custom_object = object;
+  trial.rig.rate_hz = rate_hz;
+  trial.rig.external_instrument = false;
+  return trial;
+}
+
+}  // namespace
+
+StabilityTrial tap_trial(const std::string& device, const sim::ObjectModel& object, double rate_hz) {
+  StabilityTrial trial = trial_on(device, object, rate_hz);
+  trial.scene.name = "tap_1d";
+  trial.scene.max_target_stiffness_n_per_mm = kTapMaximum;
+  return trial;
+}
+
+StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& object,
+                             const rt::ObjectModel& model, double rate_hz) {
+  StabilityTrial trial = trial_on(device, object, rate_hz);
+  trial.rig.tip = "ball_bearing";
+  trial.rig.tool_mass_g = kExploreToolMassG;
+  trial.scene = explore_scene(rt::Tip::kBallBearing);
+  trial.scene.max_target_stiffness_n_per_mm = kExploreMaximum;
+  trial.model = model;
+  return trial;
+}
+
+double granted_n_per_mm(const StabilityTrial& trial) {
+  const bool solved_for_force =
+      trial.scene.structural_compensation && trial.scene.kind != rt::SceneKind::kExplore;
+  const double structural = rt::kMaxCompensableRatio * trial.device().structural_stiffness_n_per_mm;
+  const double maximum = trial.scene.max_target_stiffness_n_per_mm;
+  return solved_for_force ? std::min(maximum, structural) : maximum;
+}
+
+double softest_feasible_n_per_mm(const StabilityTrial& trial) {
+  return rt::feasible_range(trial.object_n_per_mm(), kPressN, trial.device().max_force_n).min_n_per_mm;
+}
+
+TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm) {
+  rt::SceneSpec scene = trial.scene;
+  scene.target = rt::linear_target(target_n_per_mm);
+  scene.max_target_stiffness_n_per_mm = std::max(scene.max_target_stiffness_n_per_mm, target_n_per_mm);
+  VirtualRun run(trial.rig, scene, true, trial.model ? &*trial.model : nullptr);
+  run.set_hand(hand_of(trial));
+  StabilityJudge judge(trial.rig.rate_hz);
+  bool latched = false;
+  // Knocks count from the first touch; a weight's from the start, the first while it is still let down.
+  double pressed_s = trial.weight ? kWeightLetDownS : -1.0;
+  while (!latched) {
+    run.step();
+    latched = run.record().guard_state == rt::GuardState::kLatched;
+    const hal::TruthSample& truth = run.truth();
+    const double time_s = run.time_s();
+    if (pressed_s < 0.0 && (truth.in_contact || time_s > kLongestApproachS)) pressed_s = time_s;
+    if (latched || (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS)) {
+      judge.add({truth.tip_position_mm.z, truth.normal_force_n, truth.in_contact, run.record().in_contact,
+                 latched});
+    }
+    if (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS + kJudgedS) break;
+  }
+  return {judge.verdict(), judge.swing_mm(), judge.swing_n()};
+}
+
+double StableRange::margin(double target_n_per_mm) const {
+  if (!any()) return 0.0;
+  const double to_max = max_n_per_mm / target_n_per_mm;
+  const double to_min = target_n_per_mm / min_n_per_mm;
+  // An end that was not found is no limit to what lies within.
+  if (target_n_per_mm >= min_n_per_mm && !min_found) return to_max;
+  return std::min(to_max, to_min);
+}
+
+StableRange find_stable_range(const StabilityTrial& trial, double floor, double start, double end) {
+  const auto verdict = [&trial](double target) { return run_trial(trial, target).verdict; };
+  StableRange range;
+  range.at_start = verdict(start);
+  range.beyond = range.below = range.at_start;
+  double stable = start;
+  double unstable_above = 0.0;  // the lowest known; 0 = none yet
+  double unstable_below = 0.0;
+  if (!is_stable(range.at_start)) {
+    stable = 0.0;
+    unstable_above = start;
+    for (double target = start; stable == 0.0 && target > floor;) {
+      target = std::max(floor, 0.5 * target);
+      const StabilityClass found = verdict(target);
+      if (is_stable(found)) {
+        stable = target;
+      } else {
+        unstable_above = target;
+        range.beyond = found;
+      }
+    }
+    if (stable == 0.0) {
+      unstable_above = 0.0;
+      unstable_below = start;
+      range.below = range.at_start;
+      for (double target = start; stable == 0.0 && target < std::min(end, 4.0 * start);) {
+        target = std::min(end, 2.0 * target);
+        const StabilityClass found = verdict(target);
+        if (is_stable(found)) {
+          stable = target;
+        } else {
+          unstable_below = target;
+          range.below = found;
+        }
+      }
+    }
+    if (stable == 0.0) return range;
+  }
+  range.max_n_per_mm = range.min_n_per_mm = stable;
+  while (unstable_above == 0.0 && range.max_n_per_mm < end) {
+    const double target = std::min(end, 2.0 * range.max_n_per_mm);
+    const StabilityClass found = verdict(target);
+    if (is_stable(found)) {
+      range.max_n_per_mm = target;
+    } else {
+      unstable_above = target;
+      range.beyond = found;
+    }
+  }
+  while (unstable_below == 0.0 && range.min_n_per_mm > floor) {
+    const double target = std::max(floor, 0.5 * range.min_n_per_mm);
+    const StabilityClass found = verdict(target);
+    if (is_stable(found)) {
+      range.min_n_per_mm = target;
+    } else {
+      unstable_below = target;
+      range.below = found;
+    }
+  }
+  const auto close_in = [&](double& inside, double outside, StabilityClass& found_outside) {
+    while (std::abs(std::log2(outside / inside)) > 1.01 * kClosest) {
+      const double target = std::sqrt(inside * outside);
+      const StabilityClass found = verdict(target);
+      if (is_stable(found)) {
+        inside = target;
+      } else {
+        outside = target;
+        found_outside = found;
+      }
+    }
+  };
+  range.max_found = unstable_above > 0.0;
+  range.min_found = unstable_below > 0.0;
+  if (range.max_found) close_in(range.max_n_per_mm, unstable_above, range.beyond);
+  if (range.min_found) close_in(range.min_n_per_mm, unstable_below, range.below);
+  return range;
+}
+
+std::vector<double> values_of(const StableRange& range) {
+  return {range.max_n_per_mm,
+          range.min_n_per_mm,
+          range.max_found ? 1.0 : 0.0,
+          range.min_found ? 1.0 : 0.0,
+          static_cast<double>(range.beyond),
+          static_cast<double>(range.below),
+          static_cast<double>(range.at_start)};
+}
+
+StableRange range_of(const std::vector<double>& values) {
+  const auto class_of = [](double value) { return static_cast<StabilityClass>(static_cast<int>(value)); };
+  return {values.at(0),           values.at(1),           values.at(2) > 0.5,    values.at(3) > 0.5,
+          class_of(values.at(4)), class_of(values.at(5)), class_of(values.at(6))};
+}
+
+}  // namespace hapticd::study
