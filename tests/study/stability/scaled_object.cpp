@@ -20,6 +20,8 @@ sim::ObjectModel scaled_object(const std::string& preset, double stiffness_n_per
   material.skin_stiffness_n_per_mm *= scale;
   material.skin_depth_mm /= scale;
   material.skin_viscosity_n_s_per_mm *= std::pow(scale, kViscosityExponent);
+  object.shape = sim::Plane{};
+  object.inhomogeneity_share = 0.0;
   object.name = preset + ", scaled";
   return object;
 }
@@ -31,12 +33,8 @@ rt::ObjectModel scaled_model(const rt::ObjectModel& identified, const std::strin
   if (model.creep) {
     for (double& displacement : model.creep->parameters.displacement_mm) displacement /= scale;
   }
-  if (model.hunt_crossley) {
-    rt::HuntCrossleyParameters& law = model.hunt_crossley->parameters;
-    const double factor = std::pow(scale, law.exponent);
-    law.stiffness_n_per_mm_m *= factor;
-    law.damping_n_s_per_mm_m1 *= factor * scale;
-  }
+  model.hunt_crossley.reset();
+  model.max_displacement_mm /= scale;
   return model;
 }
 

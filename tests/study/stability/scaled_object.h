@@ -14,10 +14,12 @@ inline constexpr double kViscosityExponent = 0.6;
 
 /// The named preset, made as stiff as asked (secant at 4 N): the same force at a displacement smaller by the
 /// factor s of the stiffnesses, F(x) = F₀(s x), relaxation times as they are, viscosity s^0.6-fold. Neither
-/// mass (objects have none) nor friction changes. Throws std::invalid_argument for an unknown preset.
+/// mass (objects have none) nor friction changes. It is flat and even: a ball is not pressed in by its
+/// radius. Throws std::invalid_argument for an unknown preset.
 sim::ObjectModel scaled_object(const std::string& preset, double stiffness_n_per_mm);
 
-/// The same for what was identified of the preset: displacements of the creep law s-fold smaller.
+/// The same for what was identified of the preset: displacements of its creep law s-fold smaller. Only that
+/// law is kept.
 rt::ObjectModel scaled_model(const rt::ObjectModel& identified, const std::string& preset,
                              double stiffness_n_per_mm);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/sim/nano17.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
 #include "tests/study/explore/scenes.h"
@@ -17,8 +18,10 @@ constexpr double kKnockN = 1.0;
 constexpr double kKnockedS = 2.05;  // after the hand began to press: the knock is over
 constexpr double kJudgedS = 1.85;   // up to the next knock, and some to spare
 constexpr double kWeightLetDownS = 2.0;
+constexpr double kWeightSettlesS = 0.5;
+constexpr double kWeightRaisedS = 1.0;
+constexpr double kGentleShare = 0.2;  // of the structural stiffness
 constexpr double kLongestApproachS = 2.0;
-constexpr double kClosest = 1.0 / 16.0;
 
 // What the shipped scenes allow (server/scenes).
 constexpr double kTapMaximum = 20.0;
@@ -79,24 +82,50 @@ double granted_n_per_mm(const StabilityTrial& trial) {
 }
 
 double softest_feasible_n_per_mm(const StabilityTrial& trial) {
-  return rt::feasible_range(trial.object_n_per_mm(), kPressN, trial.device().max_force_n).min_n_per_mm;
+  static const double sensor_range_n = sim::Nano17(0.0, 1).info().range_n;
+  const double device_n = std::min(trial.device().max_force_n, sensor_range_n - kPressN);
+  return rt::feasible_range(trial.object_n_per_mm(), kPressN, device_n).min_n_per_mm;
 }
 
-TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm) {
+TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
+                       const std::function<void(double, const hal::TruthSample&)>& watch) {
   rt::SceneSpec scene = trial.scene;
-  scene.target = rt::linear_target(target_n_per_mm);
+  // A weight that is let down bounces on a hard target, where a hand's damping catches it.
+  const double gentle =
+      std::min(trial.object_n_per_mm(), kGentleShare * trial.device().structural_stiffness_n_per_mm);
+  const double at_first = trial.weight ? std::min(target_n_per_mm, gentle) : target_n_per_mm;
+  scene.target = rt::linear_target(at_first);
   scene.max_target_stiffness_n_per_mm = std::max(scene.max_target_stiffness_n_per_mm, target_n_per_mm);
   VirtualRun run(trial.rig, scene, true, trial.model ? &*trial.model : nullptr);
   run.set_hand(hand_of(trial));
   StabilityJudge judge(trial.rig.rate_hz);
+  TrialOutcome outcome;
+  double touched_s = -1.0;
+  bool touching = false;
   bool latched = false;
+  bool raised = !trial.weight;
   // Knocks count from the first touch; a weight's from the start, the first while it is still let down.
   double pressed_s = trial.weight ? kWeightLetDownS : -1.0;
   while (!latched) {
     run.step();
+    if (!raised && run.time_s() >= kWeightLetDownS + kWeightSettlesS) {
+      run.set_target(target_n_per_mm, kWeightRaisedS);
+      raised = true;
+    }
     latched = run.record().guard_state == rt::GuardState::kLatched;
     const hal::TruthSample& truth = run.truth();
     const double time_s = run.time_s();
+    if (touched_s < 0.0 && truth.in_contact) touched_s = time_s;
+    if (touched_s >= 0.0) {
+      outcome.peak_n = std::max(outcome.peak_n, truth.normal_force_n);
+      if (touching && !truth.in_contact) ++outcome.bounces;
+      touching = truth.in_contact;
+      if (watch) watch(time_s - touched_s, truth);
+    }
+    if (latched) {
+      outcome.saturated = run.record().guard_fault == rt::GuardFault::kSensorSaturated;
+      outcome.latched_after_s = touched_s >= 0.0 ? time_s - touched_s : 0.0;
+    }
     if (pressed_s < 0.0 && (truth.in_contact || time_s > kLongestApproachS)) pressed_s = time_s;
     if (latched || (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS)) {
       judge.add({truth.tip_position_mm.z, truth.normal_force_n, truth.in_contact, run.record().in_contact,
@@ -104,7 +133,10 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm) {
     }
     if (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS + kJudgedS) break;
   }
-  return {judge.verdict(), judge.swing_mm(), judge.swing_n()};
+  outcome.verdict = judge.verdict();
+  outcome.swing_mm = judge.swing_mm();
+  outcome.swing_n = judge.swing_n();
+  return outcome;
 }
 
 double StableRange::margin(double target_n_per_mm) const {
@@ -116,7 +148,8 @@ double StableRange::margin(double target_n_per_mm) const {
   return std::min(to_max, to_min);
 }
 
-StableRange find_stable_range(const StabilityTrial& trial, double floor, double start, double end) {
+StableRange find_stable_range(const StabilityTrial& trial, double floor, double start, double end,
+                              double octaves) {
   const auto verdict = [&trial](double target) { return run_trial(trial, target).verdict; };
   StableRange range;
   range.at_start = verdict(start);
@@ -176,7 +209,7 @@ StableRange find_stable_range(const StabilityTrial& trial, double floor, double 
     }
   }
   const auto close_in = [&](double& inside, double outside, StabilityClass& found_outside) {
-    while (std::abs(std::log2(outside / inside)) > 1.01 * kClosest) {
+    while (std::abs(std::log2(outside / inside)) > 1.01 * octaves) {
       const double target = std::sqrt(inside * outside);
       const StabilityClass found = verdict(target);
       if (is_stable(found)) {

@@ -1,8 +1,10 @@
 #pragma once
 
-#include <array>
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/model/models.h"
@@ -28,8 +30,10 @@ struct StabilityTrial {
 inline constexpr double kPressN = 4.0;
 /// In one line, for the remarks.
 inline constexpr const char* kTrialInWords =
-    "Trial: a hand presses 4 N within a second (or 408 g are let down, where a weight is said), is knocked "
-    "with 1 N for 20 ms a second after, and what follows for 1.85 s is classed from the truth.";
+    "Trial: the target is set and a hand presses 4 N within a second (or 408 g are let down on "
+    "the object's own stiffness, at most a fifth of the structure's, and the target is raised from there), "
+    "is knocked with 1 N for 20 ms a second after, "
+    "and what follows for 1.85 s is classed from the truth.";
 
 /// `tap_1d` as it is shipped, on this device and object, at this rate; the targets it grants end at
 /// granted_n_per_mm().
@@ -41,15 +45,22 @@ StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& 
 /// The stiffest target that a client is granted in this scene: 0.8 of the structural stiffness where it is
 /// compensated in one dimension, else the scene's own maximum.
 double granted_n_per_mm(const StabilityTrial& trial);
-/// The softest target that (3.8) leaves feasible under 4 N.
+/// The softest target that (3.8) leaves feasible under 4 N, the device giving no more than the sensor, which
+/// feels hand and device together, can measure.
 double softest_feasible_n_per_mm(const StabilityTrial& trial);
 
 struct TrialOutcome {
   StabilityClass verdict = StabilityClass::kStable;
   double swing_mm = 0.0;
   double swing_n = 0.0;
+  double peak_n = 0.0;            ///< of the object's force, from the first touch on
+  std::size_t bounces = 0;        ///< how often the tip left the object
+  bool saturated = false;         ///< the guard latched because the sensor's range was left
+  double latched_after_s = -1.0;  ///< the first touch; negative: it did not latch
 };
-TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm);
+/// `watch` (may be empty) is called at every tick from the first touch on, with the time since then.
+TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
+                       const std::function<void(double since_s, const hal::TruthSample& truth)>& watch = {});
 
 /// The contiguous range of stable targets.
 struct StableRange {
@@ -68,9 +79,11 @@ struct StableRange {
 };
 
 /// Starts at `start`, doubles the target until it is unstable or beyond `end`, halves it likewise down to
-/// `floor`, and closes in on the ends to 4.5 %. Where the start is unstable, looks below, then above it, for
+/// `floor`, and closes in on the ends to `octaves`
+/// (1/16: 4.5 %). Where the start is unstable, looks below, then above it, for
 /// a target that is not.
-StableRange find_stable_range(const StabilityTrial& trial, double floor, double start, double end);
+StableRange find_stable_range(const StabilityTrial& trial, double floor, double start, double end,
+                              double octaves = 1.0 / 16.0);
 
 /// To and from the values of a cell.
 std::vector<double> values_of(const StableRange& range);
