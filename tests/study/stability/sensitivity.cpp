@@ -46,7 +46,7 @@ const std::vector<Parameter>& parameters() {
        {70.0, 220.0},
        [](StabilityTrial& t, double value) { t.rig.custom_device->structural_mode_hz = value; }},
       {"structural_damping",
-       "its damping 0.01 … 0.15",
+       "mode's damping 0.01 … 0.15",
        {0.01, 0.15},
        [](StabilityTrial& t, double value) { t.rig.custom_device->structural_damping = value; }},
       {"hand_damping_n_s_per_m",
@@ -106,7 +106,7 @@ void plot_tornado(StudyContext& context, const Loop& loop, const std::string& na
   constexpr double kBesideEachOther = 0.14;
   report::SvgPlot plot;
   plot.title = "What uncertain parameters do to the largest stable target, " + loop.name();
-  plot.x = {"largest stable target over its nominal value", "1", true, 0.3, 3.0};
+  plot.x = {"largest stable target over its nominal value", "1", false, 0.0, 2.7};
   for (const Parameter* parameter : used) plot.y.categories.emplace_back(parameter->shown);
   report::PlotSeries lower{"lower value", {}, {}, report::PlotSeries::Style::kPoints, 7};
   report::PlotSeries upper = lower;
