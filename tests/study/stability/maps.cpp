@@ -27,7 +27,7 @@ using report::significant;
 constexpr const char* kTapped = "rubber_eraser";
 constexpr const char* kExplored = "rubber_ball_3d";
 constexpr double kStiffestTarget = 1000.0;  // that a scene takes
-constexpr double kPlainEnd = 20.0;          // of a search, where the device is taken as rigid
+constexpr double kPlainEnd = 60.0;          // of a search, where the device is taken as rigid
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<std::string>& devices() {
@@ -225,6 +225,7 @@ void run_granted(StudyContext& context) {
                                "which of them, and what happens"});
   std::size_t unstable_in_all = 0;
   std::size_t tried_in_all = 0;
+  std::size_t saturated_in_all = 0;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const Granted& granted = cases[i];
     const std::vector<double> grid = granted_targets(granted.trial, targets);
@@ -234,6 +235,10 @@ void run_granted(StudyContext& context) {
     }
     const auto unstable = static_cast<std::size_t>(
         std::count_if(verdicts.begin(), verdicts.end(), [](StabilityClass c) { return !is_stable(c); }));
+    for (std::size_t j = 0; j < verdicts.size(); ++j) {
+      const bool soft = grid[j] < granted.trial.object_n_per_mm();
+      if (soft && verdicts[j] == StabilityClass::kGuardLatched) ++saturated_in_all;
+    }
     unstable_in_all += unstable;
     tried_in_all += grid.size();
     report::Figure figure{"granted_targets_unstable",
@@ -264,8 +269,14 @@ void run_granted(StudyContext& context) {
                   "stiffness in tap_1d, the scene's 5 N/mm in explore_bearing. Unstable: how many of so many "
                   "targets in between. ") +
           kTrialInWords);
-  context.report.say(std::to_string(unstable_in_all) + " of " + std::to_string(tried_in_all) +
-                     " feasible and granted targets on the presets are unstable in the simulation.");
+  context.report.say(
+      std::to_string(unstable_in_all) + " of " + std::to_string(tried_in_all) +
+      " feasible and granted targets on the presets are not stable in the simulation. " +
+      std::to_string(saturated_in_all) +
+      " of them are softer than the object and end with the guard's latch: an object that densifies under "
+      "the "
+      "device's pull takes the sensor beyond its range, which (3.8) does not know of. The others are too "
+      "stiff for the loop.");
 }
 
 // ---------------------------------------------------------------- boundaries
@@ -352,7 +363,7 @@ void add_boundary_table(StudyContext& context, const Boundaries& found) {
   context.report.add_table(
       "stability_boundary", "Largest stable target, N/mm, over the object's stiffness k, N/mm", table,
       std::string("≥: stable to the end of the search (0.8 of the structural stiffness where tap_1d "
-                  "compensates it, else 20 N/mm or four times the object). none: not even the object's own "
+                  "compensates it, else 60 N/mm or four times the object). none: not even the object's own "
                   "stiffness, nor anything feasible below or four times above it. –: no feasible target is "
                   "granted. Objects: ") +
           kTapped + " (tap_1d) and " + kExplored +
@@ -450,6 +461,63 @@ void plot_boundaries(StudyContext& context, const Boundaries& found) {
   }
 }
 
+const Variant* named(const Boundaries& found, const std::string& name, std::size_t& index) {
+  for (index = 0; index < found.variants.size(); ++index) {
+    if (found.variants[index]->name == name) return found.variants[index];
+  }
+  return nullptr;
+}
+
+/// What the boundaries say, in numbers.
+void say_boundaries(StudyContext& context, const Boundaries& found) {
+  for (std::size_t d = 0; d < devices().size(); ++d) {
+    std::size_t rigid = 0;
+    std::size_t shipped = 0;
+    std::size_t guarded = 0;
+    std::size_t bare = 0;
+    const Variant* rigid_variant = named(found, "tap_1d, taken as rigid", rigid);
+    const bool all = rigid_variant != nullptr && named(found, "tap_1d", shipped) != nullptr &&
+                     named(found, "explore_bearing", guarded) != nullptr &&
+                     named(found, "explore_bearing, no passivity control", bare) != nullptr;
+    if (!all) continue;
+    double stiffest = 0.0;
+    double least = HUGE_VAL;
+    double most = 0.0;
+    double lowest_share = HUGE_VAL;
+    double passivity_least = HUGE_VAL;
+    double passivity_most = 0.0;
+    for (std::size_t o = 0; o < found.objects.size(); ++o) {
+      const auto range = [&](std::size_t v) {
+        const report::CellValues& values = found.of(d, v, o);
+        return values.empty() ? StableRange{} : range_of(values);
+      };
+      const StabilityTrial trial = rigid_variant->trial(devices()[d], found.objects[o]);
+      if (const StableRange r = range(rigid); r.any()) {
+        stiffest = found.objects[o];
+        least = std::min(least, r.max_n_per_mm / bound_of(trial));
+        most = std::max(most, r.max_n_per_mm / bound_of(trial));
+      }
+      if (const StableRange r = range(shipped); r.any()) {
+        lowest_share = std::min(lowest_share, r.max_n_per_mm / trial.device().structural_stiffness_n_per_mm);
+      }
+      if (const StableRange with = range(guarded), without = range(bare); with.any() && without.any()) {
+        passivity_least = std::min(passivity_least, with.max_n_per_mm / without.max_n_per_mm);
+        passivity_most = std::max(passivity_most, with.max_n_per_mm / without.max_n_per_mm);
+      }
+    }
+    context.report.say(
+        devices()[d] + ": as shipped, tap_1d is stable up to " + fixed(lowest_share, 2) +
+        " of the structural stiffness on every object tried; it grants 0.8. Taken as rigid, the stiffest "
+        "object with a stable feasible target has " +
+        significant(stiffest, 2) + " N/mm at 1 kHz, and the boundary is " + fixed(least, 2) + " to " +
+        fixed(most, 2) +
+        " times the analytic bound: above it on soft objects, whose structure and friction help, below it on "
+        "stiff ones, where the structure that it leaves out bends more than the object. Passivity control "
+        "moves the boundary of explore_bearing by a factor of " +
+        fixed(passivity_least, 2) + " to " + fixed(passivity_most, 2) + ".");
+  }
+}
+
 void run_boundaries(StudyContext& context) {
   Boundaries found;
   found.objects = object_stiffnesses(context.quick);
@@ -466,6 +534,7 @@ void run_boundaries(StudyContext& context) {
   if (!values) return;
   found.values = std::move(*values);
   add_boundary_table(context, found);
+  say_boundaries(context, found);
   plot_boundaries(context, found);
   add_margins(context, found);
 }

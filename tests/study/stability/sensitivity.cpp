@@ -70,6 +70,7 @@ const std::vector<Parameter>& parameters() {
        "encoder step ×0.1 … ×3",
        {0.1, 3.0},
        [](StabilityTrial& t, double value) { t.rig.custom_device->encoder_resolution_mm *= value; }},
+      {"knock_n", "knock 0.3 … 3 N", {0.3, 3.0}, [](StabilityTrial& t, double value) { t.knock_n = value; }},
       {"object_viscosity", "object's viscosity ×0.3 … ×3", {0.3, 3.0}, [](StabilityTrial& t, double value) {
          t.rig.custom_object->material.skin_viscosity_n_s_per_mm *= value;
        }}};
@@ -106,7 +107,7 @@ void plot_tornado(StudyContext& context, const Loop& loop, const std::string& na
   constexpr double kBesideEachOther = 0.14;
   report::SvgPlot plot;
   plot.title = "What uncertain parameters do to the largest stable target, " + loop.name();
-  plot.x = {"largest stable target over its nominal value", "1", false, 0.0, 2.7};
+  plot.x = {"largest stable target over its nominal value", "1", false, 0.0, 4.4};
   for (const Parameter* parameter : used) plot.y.categories.emplace_back(parameter->shown);
   report::PlotSeries lower{"lower value", {}, {}, report::PlotSeries::Style::kPoints, 7};
   report::PlotSeries upper = lower;

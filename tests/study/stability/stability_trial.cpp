@@ -14,7 +14,6 @@ namespace hapticd::study {
 
 namespace {
 
-constexpr double kKnockN = 1.0;
 constexpr double kKnockedS = 2.05;  // after the hand began to press: the knock is over
 constexpr double kJudgedS = 1.85;   // up to the next knock, and some to spare
 constexpr double kWeightLetDownS = 2.0;
@@ -31,12 +30,12 @@ sim::HandProgram hand_of(const StabilityTrial& trial) {
   if (trial.weight) {
     sim::HandProgram weight;
     weight.kind = sim::HandProgram::Kind::kWeight;
-    weight.knock_n = kKnockN;
+    weight.knock_n = trial.knock_n;
     return weight;
   }
   sim::HandProgram hand = pressing(kPressN);
   hand.force_rate_n_per_s = 8.0;
-  hand.knock_n = kKnockN;
+  hand.knock_n = trial.knock_n;
   hand.grip_stiffness_scale = trial.grip_stiffness_scale;
   hand.grip_damping_scale = trial.grip_damping_scale;
   return hand;
@@ -101,6 +100,9 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
   StabilityJudge judge(trial.rig.rate_hz);
   TrialOutcome outcome;
   double touched_s = -1.0;
+  double touched_mm = 0.0;
+  std::size_t ticks = 0;
+  std::size_t ticks_in_air = 0;
   bool touching = false;
   bool latched = false;
   bool raised = !trial.weight;
@@ -115,9 +117,15 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
     latched = run.record().guard_state == rt::GuardState::kLatched;
     const hal::TruthSample& truth = run.truth();
     const double time_s = run.time_s();
-    if (touched_s < 0.0 && truth.in_contact) touched_s = time_s;
+    if (touched_s < 0.0 && truth.in_contact) {
+      touched_s = time_s;
+      touched_mm = truth.tip_position_mm.z;
+    }
     if (touched_s >= 0.0) {
       outcome.peak_n = std::max(outcome.peak_n, truth.normal_force_n);
+      outcome.highest_mm = std::max(outcome.highest_mm, truth.tip_position_mm.z - touched_mm);
+      ++ticks;
+      if (!truth.in_contact && run.record().in_contact) ++ticks_in_air;
       if (touching && !truth.in_contact) ++outcome.bounces;
       touching = truth.in_contact;
       if (watch) watch(time_s - touched_s, truth);
@@ -133,6 +141,7 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
     }
     if (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS + kJudgedS) break;
   }
+  if (ticks > 0) outcome.rendered_in_air = static_cast<double>(ticks_in_air) / static_cast<double>(ticks);
   outcome.verdict = judge.verdict();
   outcome.swing_mm = judge.swing_mm();
   outcome.swing_n = judge.swing_n();

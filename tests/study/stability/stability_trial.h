@@ -20,11 +20,13 @@ struct StabilityTrial {
   std::optional<rt::ObjectModel> model{};  ///< of the object, where the scene needs one
   bool weight = false;                     ///< the passive 408 g of D§3.3.2 instead of a hand
 
+  double grip_stiffness_scale = 1.0;
+  double grip_damping_scale = 1.0;
+  double knock_n = 1.0;
+
   const sim::ObjectModel& object() const { return *rig.custom_object; }
   double object_n_per_mm() const { return object().material.stiffness_at_4n_n_per_mm; }
   const sim::DeviceModel& device() const { return *rig.custom_device; }
-  double grip_stiffness_scale = 1.0;
-  double grip_damping_scale = 1.0;
 };
 
 inline constexpr double kPressN = 4.0;
@@ -53,10 +55,13 @@ struct TrialOutcome {
   StabilityClass verdict = StabilityClass::kStable;
   double swing_mm = 0.0;
   double swing_n = 0.0;
-  double peak_n = 0.0;            ///< of the object's force, from the first touch on
+  // From the first touch on:
+  double peak_n = 0.0;            ///< of the object's force
   std::size_t bounces = 0;        ///< how often the tip left the object
+  double highest_mm = 0.0;        ///< of the tip, over where it first touched
+  double rendered_in_air = 0.0;   ///< share of the time that contact was declared off the object
   bool saturated = false;         ///< the guard latched because the sensor's range was left
-  double latched_after_s = -1.0;  ///< the first touch; negative: it did not latch
+  double latched_after_s = -1.0;  ///< negative: it did not latch
 };
 /// `watch` (may be empty) is called at every tick from the first touch on, with the time since then.
 TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,

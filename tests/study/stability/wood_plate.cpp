@@ -95,6 +95,8 @@ std::string happening(const TrialOutcome& outcome) {
   if (outcome.verdict == StabilityClass::kGuardLatched) {
     text += outcome.saturated ? ", sensor beyond its range" : "";
     text += " after " + fixed(1e3 * outcome.latched_after_s, 0) + " ms";
+  } else if (outcome.verdict == StabilityClass::kContactLost) {
+    text += ", up to " + significant(outcome.highest_mm, 2) + " mm off";
   } else if (!is_stable(outcome.verdict)) {
     text += ", " + significant(outcome.swing_n, 2) + " N";
   }
@@ -102,9 +104,15 @@ std::string happening(const TrialOutcome& outcome) {
 }
 
 std::vector<double> values_of_outcome(const TrialOutcome& o) {
-  return {
-      static_cast<double>(o.verdict), o.swing_mm,       o.swing_n, o.peak_n, static_cast<double>(o.bounces),
-      o.saturated ? 1.0 : 0.0,        o.latched_after_s};
+  return {static_cast<double>(o.verdict),
+          o.swing_mm,
+          o.swing_n,
+          o.peak_n,
+          static_cast<double>(o.bounces),
+          o.highest_mm,
+          o.rendered_in_air,
+          o.saturated ? 1.0 : 0.0,
+          o.latched_after_s};
 }
 TrialOutcome outcome_of(const std::vector<double>& v, std::size_t from) {
   return {static_cast<StabilityClass>(static_cast<int>(v.at(from))),
@@ -112,10 +120,12 @@ TrialOutcome outcome_of(const std::vector<double>& v, std::size_t from) {
           v.at(from + 2),
           v.at(from + 3),
           static_cast<std::size_t>(v.at(from + 4)),
-          v.at(from + 5) > 0.5,
-          v.at(from + 6)};
+          v.at(from + 5),
+          v.at(from + 6),
+          v.at(from + 7) > 0.5,
+          v.at(from + 8)};
 }
-constexpr std::size_t kOutcomeValues = 7;
+constexpr std::size_t kOutcomeValues = 9;
 
 // ---------------------------------------------------------------- which remedy helps
 
@@ -138,7 +148,11 @@ void run_remedies(StudyContext& context) {
       });
   if (!cells) return;
   report::MarkdownTable table({"device", "changed", "softest feasible", "there", "at the wood's own 50 N/mm",
-                               "peak N", "bounces", "stable N/mm", "(b + τf k)/τx"});
+                               "peak N", "bounces", "in the air %", "stable N/mm", "(b + τf k)/τx"});
+  std::string as_it_is;
+  std::string fine_encoder;
+  std::size_t bounds_above = 0;
+  double in_air = 0.0;
   std::string helps;
   for (std::size_t d = 0; d < devices.size(); ++d) {
     for (std::size_t r = 0; r < used.size(); ++r) {
@@ -161,51 +175,78 @@ void run_remedies(StudyContext& context) {
       figure.source = "largest stable of the targets feasible under 4 N, up to 100 N/mm; D§3.3.2: none";
       if (range.any()) {
         figure.value = range.max_n_per_mm;
-        if (used[r]->name != std::string("none")) {
-          helps += (helps.empty() ? "" : "; ") + devices[d] + ": " + used[r]->shown;
-        }
       } else {
         figure.failed = "no feasible target is stable; at the wood's own stiffness: " + happening(own);
       }
       context.report.add(figure);
+      const bool twofold = range.any() && range.max_n_per_mm >= 2.0 * range.min_n_per_mm;
+      const std::string found = range.any()
+                                    ? significant(range.min_n_per_mm, 2) + " … " +
+                                          (range.max_found ? "" : "≥ ") + significant(range.max_n_per_mm, 2)
+                                    : "none";
+      if (used[r]->name == std::string("none")) {
+        as_it_is += (as_it_is.empty() ? "" : "; ") + devices[d] + " " + found;
+        in_air = std::max(in_air, own.rendered_in_air);
+      } else if (twofold) {
+        helps += (helps.empty() ? "" : "; ") + devices[d] + ", " + used[r]->shown + " (" + found + ")";
+      }
+      if (used[r]->name == std::string("fine_encoder")) {
+        fine_encoder += (fine_encoder.empty() ? "" : "; ") + devices[d] + " " + found;
+      }
+      if (bound > trial.object_n_per_mm()) ++bounds_above;
       table.add_row({devices[d], used[r]->shown, significant(softest_feasible_n_per_mm(trial), 2),
                      happening(softest), happening(own), significant(own.peak_n, 2),
-                     std::to_string(own.bounces),
-                     range.any() ? significant(range.min_n_per_mm, 2) + " … " +
-                                       (range.max_found ? "" : "≥ ") + significant(range.max_n_per_mm, 2)
-                                 : "none",
+                     std::to_string(own.bounces), fixed(100.0 * own.rendered_in_air, 0), found,
                      significant(bound, 2)});
     }
   }
-  context.report.add_table(
-      "wood_remedies", "Wood plate (50 N/mm): one cause taken out at a time", table,
-      std::string(
-          "tap_1d at 1 kHz with default gains, the device taken as rigid (0.8 of the structural "
-          "stiffness, all that the compensation serves, is softer than anything feasible here). "
-          "Softest feasible: (3.8) under 4 N and the sensor's 35 N. Peak and bounces: at the wood's own "
-          "stiffness, where nothing would have to be rendered. Stable: of all that is feasible up to "
-          "100 N/mm. ") +
-          kTrialInWords);
-  context.report.say(helps.empty() ? "Nothing tried makes any feasible target on wood stable."
-                                   : "A feasible target on wood becomes stable with: " + helps + ".");
+  context.report.add_table("wood_remedies", "Wood plate (50 N/mm): one cause taken out at a time", table,
+                           std::string("tap_1d at 1 kHz with default gains, the device taken as rigid (0.8 "
+                                       "of the structural stiffness, all "
+                                       "that the compensation serves, is softer than anything feasible "
+                                       "here). Softest feasible: (3.8) under "
+                                       "4 N and the sensor's 35 N. Peak, bounces and how much of the time "
+                                       "since the first touch contact was "
+                                       "declared in the air: at the wood's own stiffness, where nothing "
+                                       "would have to be rendered. Stable: "
+                                       "of all that is feasible up to 100 N/mm. ") +
+                               kTrialInWords);
+  context.report.say("Stable of what is feasible, as it is: " + as_it_is +
+                     " N/mm. What makes a range of a factor of two or more stable: " +
+                     (helps.empty() ? "nothing tried" : helps) + ".");
+  context.report.say(
+      "Why: delay times stiffness alone does not tell, (b + τf k)/τx is more than the wood's own stiffness "
+      "on " +
+      std::to_string(bounds_above) + " of " + std::to_string(devices.size() * used.size()) +
+      " lines. The tip hardly moves on wood; the encoders, on the other side of the structure, see the "
+      "structure bend, not the plate yield, and a target of tens of N/mm turns that bend into newtons of the "
+      "wrong phase. The tip is thrown off, contact is still, or again, declared while it is in the air (up "
+      "to " +
+      fixed(100.0 * in_air, 0) +
+      " % of the time as it is), so that the device pushes on there, and the blow of its fall leaves the "
+      "sensor's range." +
+      (fine_encoder.empty()
+           ? ""
+           : " What D§4.8 holds responsible, the encoder's step, is not it by itself; stable "
+             "with one of 1 µm: " +
+                 fine_encoder + " N/mm."));
 }
 
 // ---------------------------------------------------------------- what happens at the touch
 
 struct Touch {
   const char* shown;
-  bool rendered = true;
-  const char* remedy = "none";
+  bool rendered;
+  const char* remedy;
 };
 
-constexpr double kShownS = 0.08;
-constexpr double kShownStepS = 1e-3;
+constexpr double kShownS = 1.2;
+constexpr double kShownStepS = 4e-3;
 
 void run_touch(StudyContext& context) {
-  const std::vector<Touch> touches{{"nothing rendered (target 50, controller off)", false, "none"},
-                                   {"target 50 N/mm, 1 kHz", true, "none"},
-                                   {"target 50 N/mm, 5 kHz", true, "rate_5_khz"},
-                                   {"10 kHz, stiff, ideal amplifier, 1 µm", true, "all_of_the_device"}};
+  const std::vector<Touch> touches{{"as it is", true, "none"},
+                                   {"10 kHz, structure x 10", true, "rate_and_structure"},
+                                   {"nothing rendered", false, "none"}};
   const std::string device = "phantom_1_5_high_force";
   const auto points = static_cast<std::size_t>(kShownS / kShownStepS);
   const auto cells = context.cells.values("wood_touch", touches.size(), [&](std::size_t cell) {
@@ -225,14 +266,14 @@ void run_touch(StudyContext& context) {
   });
   if (!cells) return;
   report::SvgPlot plot;
-  plot.title = "First touch of the wood plate, " + device + ", approached at 15 mm/s";
-  plot.x = {"time since the first touch", "ms"};
-  plot.y = {"force of the plate, largest in each ms", "N"};
+  plot.title = "A hand presses wood, target 50 N/mm, " + device;
+  plot.x = {"time since the first touch", "s"};
+  plot.y = {"force of the plate, largest in 4 ms", "N"};
   int colour = 0;
   for (std::size_t i = 0; i < touches.size(); ++i) {
     report::PlotSeries series{touches[i].shown, {}, {}, report::PlotSeries::Style::kLine, colour++};
     for (std::size_t at = 0; at < points; ++at) {
-      series.x.push_back(1e3 * kShownStepS * static_cast<double>(at));
+      series.x.push_back(kShownStepS * static_cast<double>(at));
       series.y.push_back((*cells)[i][at]);
     }
     plot.series.push_back(series);
