@@ -91,7 +91,7 @@ const std::vector<Variant>& variants() {
       list.push_back({base, at(1000.0), true});
       if (!compensated) list.push_back({base + ", 0.5 kHz", at(500.0)});
       list.push_back({base + ", 2 kHz", at(2000.0)});
-      list.push_back({base + ", 5 kHz", at(5000.0), true});
+      list.push_back({base + ", 5 kHz", at(5000.0), !compensated});
       list.push_back({base + ", 5 kHz, latency 1 ms", [compensated](const std::string& device, double k) {
                         StabilityTrial trial = scaled_tap(device, k, compensated, 5000.0);
                         trial.rig.custom_device->command_latency_s = 1e-3;
@@ -131,11 +131,12 @@ double search_end(const StabilityTrial& trial) {
 }
 
 /// Empty where no feasible target is granted.
-std::vector<double> boundary_cell(const StabilityTrial& trial) {
+std::vector<double> boundary_cell(const StabilityTrial& trial, double octaves) {
   const double floor = softest_feasible_n_per_mm(trial);
   const double end = search_end(trial);
   if (floor >= end) return {};
-  return values_of(find_stable_range(trial, floor, std::clamp(trial.object_n_per_mm(), floor, end), end));
+  return values_of(
+      find_stable_range(trial, floor, std::clamp(trial.object_n_per_mm(), floor, end), end, octaves));
 }
 
 double bound_of(const StabilityTrial& trial) {
@@ -529,7 +530,8 @@ void run_boundaries(StudyContext& context) {
   auto values =
       context.cells.values("stability_boundaries", devices().size() * of_device, [&](std::size_t cell) {
         const Variant& variant = *found.variants[cell % of_device / objects];
-        return boundary_cell(variant.trial(devices()[cell / of_device], found.objects[cell % objects]));
+        return boundary_cell(variant.trial(devices()[cell / of_device], found.objects[cell % objects]),
+                             context.quick ? 1.0 / 4.0 : 1.0 / 16.0);
       });
   if (!values) return;
   found.values = std::move(*values);
