@@ -316,7 +316,9 @@ void add_margins(StudyContext& context, const Boundaries& found) {
                                  {"options", found.variants[v]->name}}};
           figure.goal = 1.0;
           figure.source =
-              "factor from the target to the nearer end of the stable range; below 1 it is unstable itself";
+              "factor from the target to the nearer end of the stable range, or to the end of the search; "
+              "below 1 "
+              "it is unstable itself";
           const report::CellValues& values = found.of(d, v, o);
           if (values.empty() || target.target < softest) {
             figure.failed = "not feasible under 4 N (3.8)";

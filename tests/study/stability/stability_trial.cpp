@@ -20,6 +20,7 @@ constexpr double kWeightLetDownS = 2.0;
 constexpr double kWeightSettlesS = 0.5;
 constexpr double kWeightRaisedS = 1.0;
 constexpr double kGentleShare = 0.2;  // of the structural stiffness
+constexpr double kSearchStep = 1.5;   // a band of instability that is narrower may be stepped over
 constexpr double kLongestApproachS = 2.0;
 
 // What the shipped scenes allow (server/scenes).
@@ -170,7 +171,7 @@ StableRange find_stable_range(const StabilityTrial& trial, double floor, double 
     stable = 0.0;
     unstable_above = start;
     for (double target = start; stable == 0.0 && target > floor;) {
-      target = std::max(floor, 0.5 * target);
+      target = std::max(floor, target / kSearchStep);
       const StabilityClass found = verdict(target);
       if (is_stable(found)) {
         stable = target;
@@ -184,7 +185,7 @@ StableRange find_stable_range(const StabilityTrial& trial, double floor, double 
       unstable_below = start;
       range.below = range.at_start;
       for (double target = start; stable == 0.0 && target < std::min(end, 4.0 * start);) {
-        target = std::min(end, 2.0 * target);
+        target = std::min(end, kSearchStep * target);
         const StabilityClass found = verdict(target);
         if (is_stable(found)) {
           stable = target;
@@ -198,7 +199,7 @@ StableRange find_stable_range(const StabilityTrial& trial, double floor, double 
   }
   range.max_n_per_mm = range.min_n_per_mm = stable;
   while (unstable_above == 0.0 && range.max_n_per_mm < end) {
-    const double target = std::min(end, 2.0 * range.max_n_per_mm);
+    const double target = std::min(end, kSearchStep * range.max_n_per_mm);
     const StabilityClass found = verdict(target);
     if (is_stable(found)) {
       range.max_n_per_mm = target;
@@ -208,7 +209,7 @@ StableRange find_stable_range(const StabilityTrial& trial, double floor, double 
     }
   }
   while (unstable_below == 0.0 && range.min_n_per_mm > floor) {
-    const double target = std::max(floor, 0.5 * range.min_n_per_mm);
+    const double target = std::max(floor, range.min_n_per_mm / kSearchStep);
     const StabilityClass found = verdict(target);
     if (is_stable(found)) {
       range.min_n_per_mm = target;

@@ -83,7 +83,7 @@ struct StableRange {
   double margin(double target_n_per_mm) const;
 };
 
-/// Starts at `start`, doubles the target until it is unstable or beyond `end`, halves it likewise down to
+/// Starts at `start`, raises the target by half until it is unstable or beyond `end`, lowers it likewise to
 /// `floor`, and closes in on the ends to `octaves`
 /// (1/16: 4.5 %). Where the start is unstable, looks below, then above it, for
 /// a target that is not.
