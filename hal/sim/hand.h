@@ -40,6 +40,10 @@ struct HandProgram {
   /// z = place_mm.z, a depth counts from there; a force is sought wherever it is met.
   hal::Vector3 place_mm{};
   double travel_s = 0.0;  ///< any: time to come home from wherever the hand is; 0 = at leisure
+  /// A hand's own spring and damper along the press and across it, times what is usual (hand_motion.cpp).
+  /// Without meaning for a weight and a shaken device.
+  double grip_stiffness_scale = 1.0;
+  double grip_damping_scale = 1.0;
   double tilt_deg = 0.0;  ///< any: amplitude of the tool's sway about x and about y
 };
 

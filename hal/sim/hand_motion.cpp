@@ -96,8 +96,11 @@ HandImpedance impedance_of(const HandProgram& program) {
       return {1e-3 * program.mass_g, 0.0, 0.0, 0.2, 2e-3};
     case HandProgram::Kind::kShake:
       return {0.0, 0.02, 2e-4, 0.02, 2e-4};
-    default:
-      return {0.040, 0.5, 4e-3, 0.5, 4e-3};
+    default: {
+      const double stiffness = 0.5 * program.grip_stiffness_scale;
+      const double damping = 4e-3 * program.grip_damping_scale;
+      return {0.040, stiffness, damping, stiffness, damping};
+    }
   }
 }
 

@@ -40,20 +40,26 @@ std::optional<hal::Error> check(const HandProgram& p) {
     double value, low, high;
     const char* unit;
   };
-  for (const Range& r :
-       {Range{"force_n", p.force_n, 0.0, 30.0, "N"}, Range{"depth_mm", p.depth_mm, 0.0, 50.0, "mm"},
-        Range{"force_rate_n_per_s", p.force_rate_n_per_s, 0.01, 100.0, "N/s"},
-        Range{"approach_mm_per_s", p.approach_mm_per_s, 0.1, 500.0, "mm/s"},
-        Range{"speed_mm_per_s", p.speed_mm_per_s, 1.0, 1500.0, "mm/s"},
-        Range{"rate_hz", p.rate_hz, 0.05, 20.0, "Hz"}, Range{"hold_s", p.hold_s, -1.0, 3600.0, "s"},
-        Range{"stroke_length_mm", p.stroke_length_mm, 1.0, 150.0, "mm"},
-        Range{"mass_g", p.mass_g, 1.0, 2000.0, "g"}, Range{"knock_n", p.knock_n, 0.0, 20.0, "N"},
-        Range{"tap_slant_deg", p.tap_slant_deg, 0.0, 60.0, "°"},
-        Range{"tilt_deg", p.tilt_deg, 0.0, 60.0, "°"}, Range{"place_mm.x", p.place_mm.x, -200.0, 200.0, "mm"},
-        Range{"place_mm.y", p.place_mm.y, -150.0, 150.0, "mm"},
-        Range{"place_mm.z", p.place_mm.z, -100.0, 150.0, "mm"}, Range{"travel_s", p.travel_s, 0.0, 60.0, "s"},
-        Range{"stroke_direction's length", length(p.stroke_direction), 1e-6, 1e6, ""},
-        Range{"shake_direction's length", length(p.shake_direction), 1e-6, 1e6, ""}}) {
+  for (const Range& r : {Range{"force_n", p.force_n, 0.0, 30.0, "N"},
+                         Range{"depth_mm", p.depth_mm, 0.0, 50.0, "mm"},
+                         Range{"force_rate_n_per_s", p.force_rate_n_per_s, 0.01, 100.0, "N/s"},
+                         Range{"approach_mm_per_s", p.approach_mm_per_s, 0.1, 500.0, "mm/s"},
+                         Range{"speed_mm_per_s", p.speed_mm_per_s, 1.0, 1500.0, "mm/s"},
+                         Range{"rate_hz", p.rate_hz, 0.05, 20.0, "Hz"},
+                         Range{"hold_s", p.hold_s, -1.0, 3600.0, "s"},
+                         Range{"stroke_length_mm", p.stroke_length_mm, 1.0, 150.0, "mm"},
+                         Range{"mass_g", p.mass_g, 1.0, 2000.0, "g"},
+                         Range{"knock_n", p.knock_n, 0.0, 20.0, "N"},
+                         Range{"tap_slant_deg", p.tap_slant_deg, 0.0, 60.0, "°"},
+                         Range{"grip_stiffness_scale", p.grip_stiffness_scale, 0.05, 20.0, ""},
+                         Range{"grip_damping_scale", p.grip_damping_scale, 0.0, 20.0, ""},
+                         Range{"tilt_deg", p.tilt_deg, 0.0, 60.0, "°"},
+                         Range{"place_mm.x", p.place_mm.x, -200.0, 200.0, "mm"},
+                         Range{"place_mm.y", p.place_mm.y, -150.0, 150.0, "mm"},
+                         Range{"place_mm.z", p.place_mm.z, -100.0, 150.0, "mm"},
+                         Range{"travel_s", p.travel_s, 0.0, 60.0, "s"},
+                         Range{"stroke_direction's length", length(p.stroke_direction), 1e-6, 1e6, ""},
+                         Range{"shake_direction's length", length(p.shake_direction), 1e-6, 1e6, ""}}) {
     if (auto error = out_of_range(r.field, r.value, r.low, r.high, r.unit)) return error;
   }
   if (p.kind == HandProgram::Kind::kScan) {
@@ -81,6 +87,47 @@ std::optional<hal::Error> check_extras(const SimulationConfig& config) {
   const hal::Quaternion& q = config.sensor_to_tool;
   const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
   if (!(std::abs(squared - 1.0) <= 1e-6)) return refuse("length of sensor_to_tool", std::sqrt(squared), "1");
+  return std::nullopt;
+}
+
+/// What would divide by nothing, or hang. The presets are beyond doubt.
+std::optional<hal::Error> check_custom(const SimulationConfig& config) {
+  const auto refuse = [](const std::string& key, double value, const char* limit) {
+    return hal::Error{key + " is out of range", "custom device or object of a simulated rig",
+                      std::to_string(value), limit, ""};
+  };
+  constexpr double kHighest = HUGE_VAL;
+  struct Range {
+    const char* key;
+    double value, low, high;
+    const char* limit;
+  };
+  std::vector<Range> ranges;
+  if (const auto& device = config.custom_device) {
+    ranges = {{"max_force_n", device->max_force_n, 0.1, 1e3, "0.1 … 1000 N"},
+              {"apparent_mass_kg", device->apparent_mass_kg, 1e-3, 10.0, "0.001 … 10 kg"},
+              {"structural_stiffness_n_per_mm", device->structural_stiffness_n_per_mm, 1e-2, 1e4,
+               "0.01 … 10000 N/mm"},
+              {"structural_damping", device->structural_damping, 0.0, 1.0, "0 … 1"},
+              {"coulomb_friction_n", device->coulomb_friction_n, 0.0, 100.0, "0 … 100 N"},
+              {"viscous_friction_n_s_per_mm", device->viscous_friction_n_s_per_mm, 0.0, 1.0, "0 … 1 N·s/mm"},
+              {"amplifier_pole_hz", device->amplifier_pole_hz, 10.0, 1e5, "10 … 100000 Hz"},
+              {"dac_bits", static_cast<double>(device->dac_bits), 4.0, 32.0, "4 … 32"},
+              {"encoder_resolution_mm", device->encoder_resolution_mm, 1e-6, 10.0, "1e-6 … 10 mm"},
+              {"command_latency_s", device->command_latency_s, 0.0, 1.5e-3, "0 … 0.0015 s"}};
+  }
+  if (const auto& object = config.custom_object) {
+    const MaterialParameters& material = object->material;
+    ranges.insert(
+        ranges.end(),
+        {{"stiffness_at_4n_n_per_mm", material.stiffness_at_4n_n_per_mm, 1e-3, 1e5, "0.001 … 100000 N/mm"},
+         {"skin_stiffness_n_per_mm", material.skin_stiffness_n_per_mm, 0.0, kHighest, "≥ 0 N/mm"},
+         {"skin_viscosity_n_s_per_mm", material.skin_viscosity_n_s_per_mm, 0.0, kHighest, "≥ 0 N·s/mm"},
+         {"skin_depth_mm", material.skin_depth_mm, 1e-9, kHighest, "> 0 mm"}});
+  }
+  for (const Range& r : ranges) {
+    if (!(r.value >= r.low && r.value <= r.high)) return refuse(r.key, r.value, r.limit);
+  }
   return std::nullopt;
 }
 
@@ -112,6 +159,15 @@ struct SimulatedRig::State {
   void discard_retired() {
     for (Change* change = retired.exchange(nullptr); change != nullptr;)
       delete std::exchange(change, change->next_retired);
+  }
+
+  /// Any thread, `world` held. Null for an empty table.
+  void publish_object(const std::string& name, const ObjectModel* model) {
+    auto change = std::make_unique<Change>();
+    change->replaces_object = true;
+    if (model != nullptr) change->object = std::make_unique<PlacedObject>(*model, tip, Simulation::kStepS);
+    publish(std::move(change));
+    object_name = name;
   }
 
   /// Any thread, `world` held.
@@ -205,7 +261,9 @@ std::vector<std::string> SimulatedRig::tips() {
 }
 
 hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const SimulationConfig& config) {
-  std::optional<DeviceModel> model = device_preset(config.device);
+  if (auto error = check_custom(config)) return *error;
+  std::optional<DeviceModel> model =
+      config.custom_device ? config.custom_device : device_preset(config.device);
   if (!model) {
     return hal::Error{"unknown device", "[rig.sim] device", config.device, joined(device_preset_names()), ""};
   }
@@ -220,14 +278,14 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   if (!(config.tool_mass_g >= 0.0 && config.tool_mass_g <= 500.0)) {
     return refuse("tool_mass_g", config.tool_mass_g, "0 … 500 g");
   }
-  if (config.structural_mode_hz) {
+  if (config.structural_mode_hz) model->structural_mode_hz = *config.structural_mode_hz;
+  if (config.structural_mode_hz || config.custom_device) {
     const double lowest = std::sqrt(4e3 * model->structural_stiffness_n_per_mm / model->apparent_mass_kg) /
                           (2.0 * std::numbers::pi);
-    if (!(*config.structural_mode_hz >= lowest && *config.structural_mode_hz <= 1000.0)) {
-      return refuse("structural_mode_hz", *config.structural_mode_hz,
+    if (!(model->structural_mode_hz >= lowest && model->structural_mode_hz <= 1000.0)) {
+      return refuse("structural_mode_hz", model->structural_mode_hz,
                     std::to_string(lowest) + " … 1000 Hz (below, mass and stiffness admit no such mode)");
     }
-    model->structural_mode_hz = *config.structural_mode_hz;
   }
   if (config.structural_damping) {
     if (!(*config.structural_damping >= 0.0 && *config.structural_damping <= 1.0)) {
@@ -260,7 +318,12 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
     }
   }
   auto rig = std::unique_ptr<SimulatedRig>(new SimulatedRig(std::move(state)));
-  if (auto error = rig->set_object(config.object)) return *error;
+  if (config.custom_object) {
+    const std::lock_guard lock(rig->state_->world);
+    rig->state_->publish_object(config.custom_object->name, &*config.custom_object);
+  } else if (auto error = rig->set_object(config.object)) {
+    return *error;
+  }
   if (auto error = rig->set_program(HandProgram{})) return *error;
   rig->state_->take_up_change();
   return rig;
@@ -339,11 +402,7 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
     }
   }
   const std::lock_guard lock(state_->world);
-  auto change = std::make_unique<Change>();
-  change->replaces_object = true;
-  if (model) change->object = std::make_unique<PlacedObject>(*model, state_->tip, Simulation::kStepS);
-  state_->publish(std::move(change));
-  state_->object_name = name;
+  state_->publish_object(name, model ? &*model : nullptr);
   return std::nullopt;
 }
 

@@ -29,6 +29,11 @@ struct SimulationConfig {
   std::optional<double> structural_mode_hz{};  ///< override of the preset's value
   std::optional<double> structural_damping{};  ///< damping ratio of that mode
   std::optional<double> amplifier_pole_hz{};
+  /// A device, an object of one's own in place of the presets named above, for studies: a preset with any of
+  /// its parameters changed. Overrides of uncertain parameters apply to it too. set_object() knows presets
+  /// only.
+  std::optional<DeviceModel> custom_device{};
+  std::optional<ObjectModel> custom_object{};
   /// Compliance of the structure over the workspace, see StructuralField; zeros = the same everywhere.
   hal::Vector3 structural_gradient_per_mm{};
   std::array<double, 6> structural_curvature_per_mm2{};

@@ -7,7 +7,7 @@ namespace hapticd::study {
 
 namespace {
 /// Peak to peak about the least-squares line.
-double swing_mm(const std::vector<double>& positions) {
+double swing(const std::vector<double>& positions) {
   const double n = static_cast<double>(positions.size());
   const double middle = 0.5 * (n - 1.0);
   double mean = 0.0;
@@ -31,21 +31,29 @@ double swing_mm(const std::vector<double>& positions) {
 }
 }  // namespace
 
-OscillationJudge::OscillationJudge(double rate_hz)
-    : window_ticks_(static_cast<std::size_t>(0.25 * rate_hz)) {}
+OscillationJudge::OscillationJudge(double rate_hz, double visible)
+    : visible_(visible), window_ticks_(static_cast<std::size_t>(0.25 * rate_hz)) {}
 
-void OscillationJudge::add(double position_mm) {
-  window_.push_back(position_mm);
+void OscillationJudge::add(double value) {
+  window_.push_back(value);
   if (window_.size() < window_ticks_) return;
-  windows_mm_.push_back(swing_mm(window_));
+  windows_.push_back(swing(window_));
   window_.clear();
 }
 
-bool OscillationJudge::oscillates() const {
+std::optional<double> OscillationJudge::a_second_before() const {
   constexpr std::size_t kWindowsPerSecond = 4;
-  if (windows_mm_.empty() || windows_mm_.back() <= kVisibleMm) return false;
-  if (windows_mm_.size() <= kWindowsPerSecond) return true;
-  return windows_mm_.back() >= 0.5 * windows_mm_[windows_mm_.size() - 1 - kWindowsPerSecond];
+  if (windows_.size() <= kWindowsPerSecond) return std::nullopt;
+  return windows_[windows_.size() - 1 - kWindowsPerSecond];
+}
+
+bool OscillationJudge::oscillates() const {
+  return peak_to_peak() > visible_ && peak_to_peak() >= 0.5 * a_second_before().value_or(0.0);
+}
+
+bool OscillationJudge::grows() const {
+  const std::optional<double> before = a_second_before();
+  return peak_to_peak() > visible_ && before && peak_to_peak() > 2.0 * *before;
 }
 
 }  // namespace hapticd::study

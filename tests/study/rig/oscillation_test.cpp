@@ -32,7 +32,7 @@ TEST(OscillationJudge, KnowsAVanDerPolLimitCycle) {
     }
     EXPECT_TRUE(judge.oscillates());
     // The line taken out of a window that cuts through a cycle tilts it a little.
-    EXPECT_NEAR(judge.peak_to_peak_mm(), 1.0, 0.1);
+    EXPECT_NEAR(judge.peak_to_peak(), 1.0, 0.1);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "hal/sim/hand_motion.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {
@@ -376,6 +377,20 @@ TEST(Knock, DisturbsEveryTwoSecondsForTwentyMilliseconds) {
   }
   EXPECT_NEAR(first_s, 2.0, 2e-3);
   EXPECT_GT(impulse_n_s, 0.0) << "upwards";
+}
+
+TEST(HandProgram, AFirmerGripIsStifferAndDampsMoreButAWeightHasNone) {
+  HandProgram press;
+  press.kind = HandProgram::Kind::kPress;
+  const HandImpedance usual = impedance_of(press);
+  press.grip_stiffness_scale = 2.0;
+  press.grip_damping_scale = 3.0;
+  const HandImpedance firm = impedance_of(press);
+  EXPECT_DOUBLE_EQ(firm.stiffness_n_per_mm, 2.0 * usual.stiffness_n_per_mm);
+  EXPECT_DOUBLE_EQ(firm.lateral_damping_n_s_per_mm, 3.0 * usual.lateral_damping_n_s_per_mm);
+  EXPECT_EQ(firm.mass_kg, usual.mass_kg);
+  press.kind = HandProgram::Kind::kWeight;
+  EXPECT_EQ(impedance_of(press).damping_n_s_per_mm, 0.0);
 }
 
 }  // namespace

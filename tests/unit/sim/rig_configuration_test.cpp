@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -46,6 +47,55 @@ TEST(RigConfiguration, UnknownTipIsNamedBesideTheKnown) {
   expect_error(refusal({.tip = "needle"}), "unknown tip", "[rig.sim] tip", "needle", "rod, ball_bearing");
   EXPECT_EQ(refusal({.tip = "rod"}).what, "accepted");
   EXPECT_EQ(refusal({.tip = "ball_bearing"}).what, "accepted");
+}
+
+TEST(RigConfiguration, ADeviceAndAnObjectOfOnesOwnTakeThePlaceOfThePresets) {
+  DeviceModel device = device_preset("phantom_1_0").value();
+  device.name = "stiffened";
+  device.structural_stiffness_n_per_mm = 35.0;
+  device.structural_mode_hz *= std::sqrt(10.0);
+  ObjectModel object = object_preset("wood_plate").value();
+  object.name = "harder wood";
+  object.material.stiffness_at_4n_n_per_mm = 500.0;
+  const auto rig =
+      SimulatedRig::create({.device = "nobody's", .custom_device = device, .custom_object = object});
+  ASSERT_TRUE(rig) << rig.error().text();
+  EXPECT_EQ((*rig)->info().device.model, "stiffened");
+  EXPECT_EQ((*rig)->info().device.structural_stiffness_n_per_mm, 35.0);
+  EXPECT_EQ((*rig)->object(), "harder wood");
+}
+
+TEST(RigConfiguration, APresetOfOnesOwnMovesAsThePresetItself) {
+  const auto pressed = [](const SimulationConfig& config) {
+    HandProgram press;
+    press.kind = HandProgram::Kind::kPress;
+    test::VirtualRig rig(config, press);
+    rig.run(2.0);
+    return rig.truth();
+  };
+  const hal::TruthSample named = pressed({.device = "phantom_1_0", .object = "rubber_ball"});
+  const hal::TruthSample given = pressed({.device = "phantom_1_0",
+                                          .object = "rubber_ball",
+                                          .custom_device = device_preset("phantom_1_0"),
+                                          .custom_object = object_preset("rubber_ball")});
+  EXPECT_GT(named.displacement_mm, 0.5);
+  EXPECT_EQ(named.tip_position_mm.z, given.tip_position_mm.z);
+  EXPECT_EQ(named.hand_force_n.z, given.hand_force_n.z);
+}
+
+TEST(RigConfiguration, WhatCannotBeADeviceOrAnObjectIsRefused) {
+  const std::string where = "custom device or object of a simulated rig";
+  DeviceModel device = device_preset("phantom_1_0").value();
+  device.command_latency_s = 2e-3;
+  expect_error(refusal({.custom_device = device}), "command_latency_s is out of range", where, "0.002000",
+               "0 … 0.0015 s");
+  device = device_preset("phantom_1_0").value();
+  device.structural_stiffness_n_per_mm = 35.0;  // a mode of 100 Hz needs more mass
+  EXPECT_EQ(refusal({.custom_device = device}).what, "structural_mode_hz is out of range");
+  ObjectModel object = object_preset("wood_plate").value();
+  object.material.stiffness_at_4n_n_per_mm = kNan;
+  expect_error(refusal({.custom_object = object}), "stiffness_at_4n_n_per_mm is out of range", where, "nan",
+               "0.001 … 100000 N/mm");
 }
 
 TEST(RigConfiguration, RateIsFromHalfToTenKilohertz) {
@@ -153,6 +203,8 @@ const Field kFields[] = {{"force_n", &HandProgram::force_n, 0.0, 30.0, "N"},
                          {"mass_g", &HandProgram::mass_g, 1.0, 2000.0, "g"},
                          {"knock_n", &HandProgram::knock_n, 0.0, 20.0, "N"},
                          {"tap_slant_deg", &HandProgram::tap_slant_deg, 0.0, 60.0, "°"},
+                         {"grip_stiffness_scale", &HandProgram::grip_stiffness_scale, 0.05, 20.0, ""},
+                         {"grip_damping_scale", &HandProgram::grip_damping_scale, 0.0, 20.0, ""},
                          {"tilt_deg", &HandProgram::tilt_deg, 0.0, 60.0, "°"}};
 
 TEST(HandProgramCheck, EveryFieldHasItsRange) {
