@@ -7,6 +7,7 @@
 #include "rt/control/default_gains.h"
 #include "rt/scene/compose.h"
 #include "rt/target/desired_force.h"
+#include "rt/target/largest_target.h"
 
 namespace hapticd::rt {
 
@@ -58,6 +59,9 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
     spec.controller.proportional_gain = gains.proportional_gain;
     if (spec.controller.derivative_gain_ms == 0.0)
       spec.controller.derivative_gain_ms = gains.derivative_gain_ms;
+  }
+  if (spec.max_target_stiffness_n_per_mm == 0.0) {
+    spec.max_target_stiffness_n_per_mm = default_largest_target_n_per_mm(device.model);
   }
   if (spec.guard.max_force_n == 0.0) spec.guard.max_force_n = device.max_force_n;
   if (spec.guard.max_force_rate_n_per_s == 0.0) {

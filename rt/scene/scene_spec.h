@@ -86,7 +86,7 @@ struct SceneSpec {
   double wall_position_mm = 0.0;  ///< kWall: the surface, along the press axis
 
   TargetLaw target;                             ///< at load
-  double max_target_stiffness_n_per_mm = 20.0;  ///< requests above are granted only this much
+  double max_target_stiffness_n_per_mm = 0.0;  ///< requests above are granted only this much; 0 = the device's
   double target_ramp_s = 0.1;                   ///< default ramp of a target change
 
   bool structural_compensation = true;

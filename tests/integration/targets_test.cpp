@@ -59,9 +59,20 @@ TEST(ServiceTargets, AreFiniteAndInRange) {
   EXPECT_EQ(state.target_stiffness_n_per_mm(), 0.5) << "nothing of all this reached the loop";
 }
 
+TEST(ServiceTargets, AreGrantedUpToWhatStaysStableOnTheDeviceWhereTheSceneDoesNotSay) {
+  const RunningService service;
+  for (const char* scene : {"tap_1d", "explore_rod"}) {
+    ASSERT_TRUE(service.load(scene).ok());
+    v1::SetTargetResponse response;
+    ASSERT_TRUE(service.set_target(target(50.0), &response).ok());
+    EXPECT_EQ(response.granted_n_per_mm(), 1.2) << scene;
+    EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+  }
+}
+
 TEST(ServiceTargets, AreGrantedUpToTheCompensableStructuralStiffness) {
   const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
+  ASSERT_TRUE(service.load_toml("name = \"hard\"\n[target]\nmax_stiffness_n_per_mm = 20\n").ok());
   v1::RigInfo info;
   ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
   const double limit = 0.8 * info.device().structural_stiffness_n_per_mm();
@@ -127,7 +138,7 @@ TEST(ServiceTargets, OtherLawsAreGrantedWholeInASceneThatExplores) {
   profile.mutable_axis()->set_y(3.0);
   status = service.set_target(along, &response);
   ASSERT_TRUE(status.ok()) << status.error_message();
-  EXPECT_EQ(response.granted_n_per_mm(), 5.0) << "as much as the scene allows";
+  EXPECT_EQ(response.granted_n_per_mm(), 1.2) << "as much as the scene allows";
 
   v1::SetTargetRequest linear;
   linear.mutable_law()->set_linear_n_per_mm(0.4);
@@ -155,7 +166,7 @@ TEST(ServiceTargets, ALawThatAsksForTooMuchIsRefusedWhole) {
   ASSERT_TRUE(service.load("explore_rod").ok());
   expect_refused(service.set_target(power_law(6.0, 0.0, 1.0)),
                  {grpc::StatusCode::OUT_OF_RANGE, "the target law is stiffer than the scene allows",
-                  "SetTargetRequest.law", "6 N/mm", "at most 5 N/mm down to 20 mm in scene 'explore_rod'",
+                  "SetTargetRequest.law", "6 N/mm", "at most 1.2 N/mm down to 20 mm in scene 'explore_rod'",
                   "ask for less: only a linear target can be granted in part"});
   EXPECT_DOUBLE_EQ(service.await([](const v1::RigState& s) { return s.target_stiffness_n_per_mm() > 0.0; })
                        .target_stiffness_n_per_mm(),

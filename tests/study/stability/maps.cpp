@@ -8,6 +8,7 @@
 
 #include "hal/sim/hand_motion.h"
 #include "rt/control/default_gains.h"
+#include "rt/target/largest_target.h"
 #include "tests/study/explore/explore_study.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/rig/rig_study.h"
@@ -122,12 +123,11 @@ const std::vector<Variant>& variants() {
   return all;
 }
 
-/// How far the search goes: to what is granted where the target is solved for, else well beyond the object.
+/// How far the search goes: to what can be compensated where the target is solved for, else well beyond the
+/// object.
 double search_end(const StabilityTrial& trial) {
-  const bool solved_for_force =
-      trial.scene.structural_compensation && trial.scene.kind != rt::SceneKind::kExplore;
-  if (solved_for_force) return granted_n_per_mm(trial);
-  return std::min(kStiffestTarget, std::max(kPlainEnd, 4.0 * trial.object_n_per_mm()));
+  return std::min(
+      {compensable_n_per_mm(trial), kStiffestTarget, std::max(kPlainEnd, 4.0 * trial.object_n_per_mm())});
 }
 
 /// Empty where no feasible target is granted.
@@ -227,6 +227,7 @@ void run_granted(StudyContext& context) {
   std::size_t unstable_in_all = 0;
   std::size_t tried_in_all = 0;
   std::size_t saturated_in_all = 0;
+  std::size_t too_stiff_for_hand = 0;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const Granted& granted = cases[i];
     const std::vector<double> grid = granted_targets(granted.trial, targets);
@@ -238,7 +239,9 @@ void run_granted(StudyContext& context) {
         std::count_if(verdicts.begin(), verdicts.end(), [](StabilityClass c) { return !is_stable(c); }));
     for (std::size_t j = 0; j < verdicts.size(); ++j) {
       const bool soft = grid[j] < granted.trial.object_n_per_mm();
-      if (soft && verdicts[j] == StabilityClass::kGuardLatched) ++saturated_in_all;
+      const bool saturated = soft && verdicts[j] == StabilityClass::kGuardLatched;
+      if (saturated) ++saturated_in_all;
+      if (!saturated && !is_stable(verdicts[j]) && !granted.trial.weight) ++too_stiff_for_hand;
     }
     unstable_in_all += unstable;
     tried_in_all += grid.size();
@@ -266,8 +269,7 @@ void run_granted(StudyContext& context) {
       "stability_granted", "Every target that hapticd grants: is it stable?", table,
       std::string("Scenes and gains as shipped, 1 kHz, seed 1. Granted: from the softest target that "
                   "(3.8) and the sensor's 35 N leave feasible under 4 N to the stiffest that a request is "
-                  "given: 0.8 of the structural "
-                  "stiffness in tap_1d, the scene's 5 N/mm in explore_bearing. Unstable: how many of so many "
+                  "given, the device's largest (rt/target/largest_target.h). Unstable: how many of so many "
                   "targets in between. ") +
           kTrialInWords);
   context.report.say(
@@ -277,7 +279,10 @@ void run_granted(StudyContext& context) {
       " of them are softer than the object and end with the guard's latch: an object that densifies under "
       "the "
       "device's pull takes the sensor beyond its range, which (3.8) does not know of. The others are too "
-      "stiff for the loop.");
+      "stiff for the loop: " +
+      std::to_string(too_stiff_for_hand) + " under a hand, " +
+      std::to_string(unstable_in_all - saturated_in_all - too_stiff_for_hand) +
+      " under the bare weight, which bounces when it is let down and has no hand's damping.");
 }
 
 // ---------------------------------------------------------------- boundaries
@@ -457,7 +462,7 @@ void plot_boundaries(StudyContext& context, const Boundaries& found) {
     options.series.push_back(line_over(dense, "softest feasible (3.8)", 7, false, [&](double k) {
       return softest_feasible_n_per_mm(trial_at(k, 1000.0));
     }));
-    options.series.push_back(line_over(dense, "granted by tap_1d as shipped", 7, true, [&](double k) {
+    options.series.push_back(line_over(dense, "granted as shipped", 7, true, [&](double k) {
       return granted_n_per_mm(scaled_tap(device, k, true));
     }));
     context.report.add_plot("stability_options_" + device, options);
@@ -510,7 +515,11 @@ void say_boundaries(StudyContext& context, const Boundaries& found) {
     }
     context.report.say(
         devices()[d] + ": as shipped, tap_1d is stable up to " + fixed(lowest_share, 2) +
-        " of the structural stiffness on every object tried; it grants 0.8. Taken as rigid, the stiffest "
+        " of the structural stiffness on every object tried; it grants " +
+        fixed(rt::default_largest_target_n_per_mm(devices()[d]) /
+                  sim::device_preset(devices()[d])->structural_stiffness_n_per_mm,
+              2) +
+        ". Taken as rigid, the stiffest "
         "object with a stable feasible target has " +
         significant(stiffest, 2) + " N/mm at 1 kHz, and the boundary is " + fixed(least, 2) + " to " +
         fixed(most, 2) +
@@ -560,7 +569,10 @@ void run_class_maps(StudyContext& context) {
     maps.push_back({device, false});
   }
   const auto grid_of = [targets](const MapKind& map) {
-    return log_grid(0.05, granted_n_per_mm(scaled_tap(map.device, 1.0, map.compensated)), targets);
+    constexpr double kPlainMapEnd = 20.0;
+    return log_grid(
+        0.05, std::min(kPlainMapEnd, compensable_n_per_mm(scaled_tap(map.device, 1.0, map.compensated))),
+        targets);
   };
   const std::size_t of_map = objects.size() * targets;
   const auto cells = context.cells.values("stability_classes", maps.size() * of_map, [&](std::size_t cell) {
@@ -575,7 +587,7 @@ void run_class_maps(StudyContext& context) {
     const std::vector<double> grid = grid_of(maps[m]);
     report::SvgPlot plot;
     plot.title = maps[m].device + ", tap_1d " + (maps[m].compensated ? "as shipped" : "taken as rigid") +
-                 ": class of every target that is granted";
+                 ": class of every target";
     set_axes(plot, 0.04, 1.3 * grid.back());
     const auto feasible = [&](double k) {
       return softest_feasible_n_per_mm(scaled_tap(maps[m].device, k, maps[m].compensated));

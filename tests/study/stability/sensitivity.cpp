@@ -97,7 +97,7 @@ StableRange boundary(const Loop& loop, double k, const Parameter* parameter, dou
   StabilityTrial trial = tap_trial(loop.device, scaled_object("rubber_eraser", k));
   trial.scene.structural_compensation = loop.compensated;
   if (parameter != nullptr) parameter->set(trial, value);
-  const double end = loop.compensated ? granted_n_per_mm(trial) : kEnd;
+  const double end = std::min(kEnd, compensable_n_per_mm(trial));
   const double start = std::min(k, 0.5 * end);
   return find_stable_range(trial, std::min(start, softest_feasible_n_per_mm(trial)), start, end, octaves);
 }

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "hal/sim/nano17.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
+#include "rt/target/largest_target.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/rig/hands.h"
 #include "tests/study/rig/virtual_run.h"
@@ -22,10 +24,6 @@ constexpr double kWeightRaisedS = 1.0;
 constexpr double kGentleShare = 0.2;  // of the structural stiffness
 constexpr double kSearchStep = 1.5;   // a band of instability that is narrower may be stepped over
 constexpr double kLongestApproachS = 2.0;
-
-// What the shipped scenes allow (server/scenes).
-constexpr double kTapMaximum = 20.0;
-constexpr double kExploreMaximum = 5.0;
 
 sim::HandProgram hand_of(const StabilityTrial& trial) {
   if (trial.weight) {
@@ -58,7 +56,7 @@ StabilityTrial trial_on(const std::string& device, const sim::ObjectModel& objec
 StabilityTrial tap_trial(const std::string& device, const sim::ObjectModel& object, double rate_hz) {
   StabilityTrial trial = trial_on(device, object, rate_hz);
   trial.scene.name = "tap_1d";
-  trial.scene.max_target_stiffness_n_per_mm = kTapMaximum;
+  trial.scene.max_target_stiffness_n_per_mm = rt::default_largest_target_n_per_mm(device);
   return trial;
 }
 
@@ -68,17 +66,20 @@ StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& 
   trial.rig.tip = "ball_bearing";
   trial.rig.tool_mass_g = kExploreToolMassG;
   trial.scene = explore_scene(rt::Tip::kBallBearing);
-  trial.scene.max_target_stiffness_n_per_mm = kExploreMaximum;
+  trial.scene.max_target_stiffness_n_per_mm = rt::default_largest_target_n_per_mm(device);
   trial.model = model;
   return trial;
 }
 
 double granted_n_per_mm(const StabilityTrial& trial) {
+  return std::min(trial.scene.max_target_stiffness_n_per_mm, compensable_n_per_mm(trial));
+}
+
+double compensable_n_per_mm(const StabilityTrial& trial) {
   const bool solved_for_force =
       trial.scene.structural_compensation && trial.scene.kind != rt::SceneKind::kExplore;
-  const double structural = rt::kMaxCompensableRatio * trial.device().structural_stiffness_n_per_mm;
-  const double maximum = trial.scene.max_target_stiffness_n_per_mm;
-  return solved_for_force ? std::min(maximum, structural) : maximum;
+  if (!solved_for_force) return std::numeric_limits<double>::infinity();
+  return rt::kMaxCompensableRatio * trial.device().structural_stiffness_n_per_mm;
 }
 
 double softest_feasible_n_per_mm(const StabilityTrial& trial) {

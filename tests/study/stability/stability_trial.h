@@ -44,9 +44,11 @@ StabilityTrial tap_trial(const std::string& device, const sim::ObjectModel& obje
 StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& object,
                              const rt::ObjectModel& model, double rate_hz = 1000.0);
 
-/// The stiffest target that a client is granted in this scene: 0.8 of the structural stiffness where it is
-/// compensated in one dimension, else the scene's own maximum.
+/// The stiffest target that a client is granted in this scene: the device's largest, and no more than can be
+/// compensated of its structure.
 double granted_n_per_mm(const StabilityTrial& trial);
+/// 0.8 of the structural stiffness, where the target is solved for the device's force; infinite elsewhere.
+double compensable_n_per_mm(const StabilityTrial& trial);
 /// The softest target that (3.8) leaves feasible under 4 N, the device giving no more than the sensor, which
 /// feels hand and device together, can measure.
 double softest_feasible_n_per_mm(const StabilityTrial& trial);

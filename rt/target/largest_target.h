@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string_view>
+
+namespace hapticd::rt {
+
+/// Largest target stiffness that is granted where a scene does not say, in N/mm. Below the least target that
+/// became unstable in simulation with default gains on any of the device's presets: a hand's press on objects
+/// of 0.05 … 5 N/mm with knocks, in one dimension and exploring, with something to spare for what is
+/// uncertain of a device (mode, amplifier, friction); `hapticd_study report --only maps sensitivity` draws
+/// both. What can be compensated of the structure (kMaxCompensableRatio) is more than what stays stable. A
+/// device it does not know gets the smaller.
+constexpr double default_largest_target_n_per_mm(std::string_view device_model) noexcept {
+  return device_model.ends_with("1_5_high_force") ? 1.5 : 1.2;
+}
+
+}  // namespace hapticd::rt
