@@ -274,6 +274,15 @@ TEST(ContactCreepFit, FindsTheLawInBoundedMemoryAndTellsItsErrors) {
   EXPECT_LT(estimate->residual, 0.02);
 }
 
+// One force and one depth are explained to the last bit, and the search must end all the same.
+TEST(CreepFit, EndsOnDataThatLeaveNothing) {
+  CreepFit fit(CreepParameters{}.time_s);
+  for (int i = 0; i < 60'000; ++i) fit.add({3.0, 0.0, 2.0, true, 1e-3 * i}, 1e-3);
+  const auto found = fit.solve();
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(CreepLaw(found->law.parameters, 1000.0).curve(2.0).displacement_mm, 3.0, 0.03);
+}
+
 TEST(ContactCreepFit, TellsWhatItCannotTell) {
   CreepFit fit(CreepParameters{}.time_s);
   EXPECT_FALSE(fit.solve());
