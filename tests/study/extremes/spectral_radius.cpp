@@ -8,11 +8,16 @@
 namespace hapticd::study::extremes {
 
 double spectral_radius(std::span<const double> course) {
+  // What has come down to rounding tells nothing.
+  double largest = 0.0;
+  for (const double y : course) {
+    if (std::isfinite(y)) largest = std::max(largest, std::abs(y));
+  }
   // Each row is scaled, or the last ones of a course that diverges would be all that counts.
   double s11 = 0.0, s12 = 0.0, s22 = 0.0, t1 = 0.0, t2 = 0.0;
   for (std::size_t k = 2; k < course.size(); ++k) {
     const double size = std::abs(course[k - 1]) + std::abs(course[k - 2]);
-    if (!(size > 0.0) || !std::isfinite(size) || !std::isfinite(course[k])) continue;
+    if (!(size > 1e-10 * largest) || !std::isfinite(size) || !std::isfinite(course[k])) continue;
     const double p = course[k - 1] / size, q = course[k - 2] / size, y = course[k] / size;
     s11 += p * p;
     s12 += p * q;
