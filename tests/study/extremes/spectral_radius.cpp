@@ -14,20 +14,23 @@ double spectral_radius(std::span<const double> course) {
     if (std::isfinite(y)) largest = std::max(largest, std::abs(y));
   }
   // Each row is scaled, or the last ones of a course that diverges would be all that counts.
-  double s11 = 0.0, s12 = 0.0, s22 = 0.0, t1 = 0.0, t2 = 0.0;
+  double s11 = 0.0, s12 = 0.0, s22 = 0.0, t1 = 0.0, t2 = 0.0, yy = 0.0;
   for (std::size_t k = 2; k < course.size(); ++k) {
     const double size = std::abs(course[k - 1]) + std::abs(course[k - 2]);
-    if (!(size > 1e-10 * largest) || !std::isfinite(size) || !std::isfinite(course[k])) continue;
+    if (!(size > 1e-8 * largest) || !std::isfinite(size) || !std::isfinite(course[k])) continue;
     const double p = course[k - 1] / size, q = course[k - 2] / size, y = course[k] / size;
     s11 += p * p;
     s12 += p * q;
     s22 += q * q;
     t1 += p * y;
     t2 += q * y;
+    yy += y * y;
   }
+  if (!(s11 > 0.0)) return 0.0;
+  // A course of first order: one coefficient says it all, and the second would be made of rounding.
+  const double left = yy - t1 * t1 / s11;
   const double determinant = s11 * s22 - s12 * s12;
-  // A course of first order: q is a multiple of p, and one coefficient says it all.
-  if (!(determinant > 1e-12 * s11 * s22)) return s11 > 0.0 ? std::abs(t1 / s11) : 0.0;
+  if (left < 1e-8 * yy || !(determinant > 1e-12 * s11 * s22)) return std::abs(t1 / s11);
   const double a = (t1 * s22 - t2 * s12) / determinant;
   const double b = (t2 * s11 - t1 * s12) / determinant;
   const std::complex<double> root = std::sqrt(std::complex<double>(0.25 * a * a + b));

@@ -163,26 +163,25 @@ Trap stability_bound_trap() {
   trap.unit = "1";
   trap.limit = 1.0;
   trap.plot_name = "stability_bound";
-  trap.plot = small_plot("Largest stable target, 0.5 kg on a spring, Kp 0.45", {"object", "N/mm", true},
-                         {"largest stable target", "N/mm", true});
-  report::PlotSeries wall = published("object + wall"), closed = ours("(b + τ_f k)/τ_x"),
-                     simulated{"simulated"};
-  simulated.colour = 2;
-  simulated.style = report::PlotSeries::Style::kPoints;
-  for (const double k : {0.1, 0.3, 1.0, 3.0}) {
+  trap.plot = small_plot("Bound over the limit simulated, 0.5 kg on a spring, Kp 0.45",
+                         {"object", "N/mm", true}, {"bound / limit", "1"});
+  report::PlotSeries wall = published("object + wall"), closed = ours("(b + τ_f k)/τ_x");
+  for (report::PlotSeries* series : {&wall, &closed}) {
+    series->style = report::PlotSeries::Style::kLinePoints;
+  }
+  for (const double k : {0.03, 0.1, 0.3, 1.0, 3.0}) {
     SampledLoop loop;
     loop.object_n_per_mm = k;
     const double limit = loop.largest_stable();
     const double of_wall = k + loop.damping_n_s_per_mm / loop.tau_x();
     wall.x.push_back(k);
-    wall.y.push_back(of_wall);
+    wall.y.push_back(of_wall / limit);
     closed.x.push_back(k);
-    closed.y.push_back(loop.bound());
-    simulated.x.push_back(k);
-    simulated.y.push_back(limit);
+    closed.y.push_back(loop.bound() / limit);
     if (k == 3.0) trap.forms = {{"object + wall", of_wall / limit}, {"here", loop.bound() / limit}};
   }
-  trap.plot.series = {wall, closed, simulated};
+  trap.plot.series = {wall, closed};
+  trap.plot.references = {{report::PlotReference::Axis::kY, 1.0, ""}};
   return trap;
 }
 

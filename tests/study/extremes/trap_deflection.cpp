@@ -18,6 +18,7 @@ namespace {
 constexpr double kRateHz = 1000.0;
 constexpr double kStructural = 2.537;  // N/mm, high-force device (D§4.6)
 constexpr double kKp = 1.05;
+constexpr double kReactionN = 5.0;  // at 1 mm; more than any target here asks for, so that something moves
 
 /// Controller behind (3.3) with the encoders held: deviation of the command from where it rests.
 template <class Desired>
@@ -36,11 +37,11 @@ double radius_of(const Desired& desired) {
 
 double radius_published(double target) {
   // x = x_s + f_c(k-1)/k_s in (3.3), all of last tick's command at once.
-  return radius_of([=](double last_n) { return 2.0 - target * (1.0 + last_n / kStructural); });
+  return radius_of([=](double last_n) { return kReactionN - target * (1.0 + last_n / kStructural); });
 }
 double radius_here(double target) {
   return radius_of(
-      [=](double) { return rt::desired_force_compensated(2.0, target, 1.0, kStructural).force_n; });
+      [=](double) { return rt::desired_force_compensated(kReactionN, target, 1.0, kStructural).force_n; });
 }
 
 }  // namespace
@@ -64,7 +65,7 @@ Trap deflection_loop_trap() {
     good.y.push_back(radius_here(target));
   }
   trap.plot.series = {bad, good};
-  trap.plot.references = {{report::PlotReference::Axis::kY, 1.0, "unstable above"},
+  trap.plot.references = {{report::PlotReference::Axis::kY, 1.0, ""},
                           {report::PlotReference::Axis::kX, kStructural * (2.0 / kKp - 1.0), "2.30"}};
   trap.forms = {{"published", radius_published(3.0)}, {"here", radius_here(3.0)}};
   return trap;

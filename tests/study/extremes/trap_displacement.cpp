@@ -57,12 +57,12 @@ Trap inverse_noise_trap() {
   trap.fails =
       "10 mN of jitter become 0.18 N of target force at 60 mN: the instability of D§4.6.2 at small forces";
   trap.predicts = "∂(k~ x)/∂f = k~ x/(m f)";
-  trap.quantity = "newtons per newton at 60 mN, k~ 0.8 N/mm";
+  trap.quantity = "noise of k~ x over noise of f at 60 mN, k~ 0.8 N/mm";
   trap.unit = "1";
   trap.limit = 1.0;
   trap.plot_name = "inverse_noise";
   trap.plot = small_plot("Sponge (K 0.0059, m 2.1), target 0.8 N/mm", {"reaction force", "N", true},
-                         {"noise of k~ x over noise of f", "1", true});
+                         {"noise gain", "1", true});
   report::PlotSeries bad = published("(4.23)"), good = ours("fused"), form{"k~ x/(m f)"};
   form.colour = 2;
   form.style = report::PlotSeries::Style::kPoints;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/study/extremes/trap.h"
 
@@ -44,8 +45,9 @@ class ExactTumour {
   double rest_ = 0.0;
 };
 
+/// A press of 10 mm in 0.1 s.
 double pressed_mm(double t_s) {
-  return 10.0 * t_s < 1.0 ? 5.0 * (1.0 - std::cos(3.14159265 * 10.0 * t_s)) / 2.0 * 2.0 : 10.0;
+  return t_s < 0.1 ? 5.0 * (1.0 - std::cos(std::numbers::pi * 10.0 * t_s)) : 10.0;
 }
 
 }  // namespace
@@ -61,7 +63,7 @@ Trap tumour_trap() {
   trap.limit = 1.0;
   trap.plot_name = "tumour";
   trap.plot = small_plot("A press of 10 mm in 0.1 s, K 0.45 N/mm, B 0.004 N·s/mm", {"time", "ms"},
-                         {"|d_t|, the tumour's displacement", "mm", true, 1e-3, 1e9});
+                         {"|d_t|", "mm", true, 1e-3, 1e9});
   report::PlotSeries bad = published("(6.3)"), stable{"(6.3), B/(KT) 0.4"}, good = ours("(6.2) solved");
   stable.colour = 5;
   ExplicitTumour tumour(ratio), slow(0.4);
