@@ -152,7 +152,9 @@ class Curves {
       x += std::max(steps(k), 1e-6 * deepest_mm_);
       parameters.displacement_mm[static_cast<std::size_t>(k) + 1] = x;
     }
-    const double squared = btb - 2.0 * steps.dot(atb) + steps.dot(ata * steps);
+    // Of data that the law explains to the last bit rounding leaves less than nothing, and a search that goes
+    // on while it finds a share less would not end.
+    const double squared = std::max(0.0, btb - 2.0 * steps.dot(atb) + steps.dot(ata * steps));
     return squared / static_cast<double>(points_.size());
   }
 

@@ -27,6 +27,13 @@ double part_begins(std::size_t part, int bits, int first_octave) noexcept {
   return std::bit_cast<double>(raw << (kFraction - bits));
 }
 
+/// Whether sums scaled to a unit diagonal determine a solution. A pivot that is exactly zero is left out of
+/// what rcond() looks at.
+template <class Factors>
+bool determines(const Factors& factors, double least) {
+  return factors.vectorD().minCoeff() > least && factors.rcond() > least;
+}
+
 }  // namespace
 
 SingleStageEstimator::SingleStageEstimator(const Options& options)
@@ -117,14 +124,14 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
     const Eigen::Vector3d scale = normal.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
     const Eigen::Matrix3d scaled = scale.asDiagonal() * normal * scale.asDiagonal();
     const auto factors = scaled.ldlt();
-    if (factors.rcond() > 1e-9) {
+    if (determines(factors, 1e-9)) {
       solution = scale.asDiagonal() * factors.solve(scale.asDiagonal() * right);
     }
     if (!(solution(2) > 0.0)) {
       // Rates tell nothing, or an object that gives energy: without damping.
       const Eigen::Matrix2d part = scaled.topLeftCorner<2, 2>();
       const auto two = part.ldlt();
-      if (!(two.rcond() > 1e-7)) return std::nullopt;
+      if (!determines(two, 1e-7)) return std::nullopt;
       solution.head<2>() =
           scale.head<2>().asDiagonal() * two.solve(scale.head<2>().asDiagonal() * right.head<2>());
       solution(2) = 0.0;

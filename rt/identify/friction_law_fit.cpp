@@ -86,7 +86,12 @@ class LinearSums {
       if (bias) free.push_back(2);
       const Eigen::MatrixXd part = ata_(free, free);
       const Eigen::VectorXd right = atb_(free);
-      const Eigen::VectorXd x = part.completeOrthogonalDecomposition().solve(right);
+      // Scaled to a unit diagonal: at the lightest touch newtons and millimetres a second are far apart.
+      const Eigen::VectorXd scale =
+          (part.diagonal().array() > 0.0).select(part.diagonal().array().max(1e-300).sqrt().inverse(), 1.0);
+      const Eigen::MatrixXd scaled = scale.asDiagonal() * part * scale.asDiagonal();
+      const Eigen::VectorXd x =
+          scale.asDiagonal() * scaled.completeOrthogonalDecomposition().solve(scale.asDiagonal() * right);
       best.kinetic = x(0);
       best.viscous = with_viscous ? x(1) : 0.0;
       best.bias = bias ? x(free.size() == 3 ? 2 : 1) : 0.0;

@@ -72,7 +72,7 @@ const std::vector<Study>& studies() {
            {"sensitivity", "stability: what each uncertain parameter does", run_stability_sensitivity, true},
            {"wood", "stability: the wood plate, why it is unstable and what would help", run_wood_plate,
             true},
-           {"extremes", "numerical extremes of every stage", run_extremes},
+           {"extremes", "numerical extremes of every stage", run_extremes, true},
            {"traps", "published equations that fail, beside those used here", run_traps},
            {"scenes", "what each scene composes and costs, beside everything forced on", run_scene_economy},
            {"realtime", "the live loop under load beside cyclictest, command to effect, telemetry fan-out",

@@ -274,6 +274,32 @@ TEST(ContactCreepFit, FindsTheLawInBoundedMemoryAndTellsItsErrors) {
   EXPECT_LT(estimate->residual, 0.02);
 }
 
+// The palpation is forgotten, and one depth tells nothing of an exponent, however rounding falls.
+TEST(SingleStage, ClaimsNothingOfADepthThatIsHeld) {
+  SingleStageEstimator::Options options;
+  options.forgetting = 0.9997;
+  SingleStageEstimator estimator(options);
+  for (const PalpationSample& s : synthetic_palpation({0.4, 4e-4, 1.5}, 4.0, 0.003)) estimator.add(s);
+  ASSERT_TRUE(estimator.estimate().has_value());
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> noise(0.0, 0.003);
+  for (int i = 0; i < 1'500'000; ++i) {
+    estimator.add({2.4, 0.0, 1.5 + noise(random), true, 1e-3 * i});
+    if (i > 500'000 && i % 1000 == 0) {
+      ASSERT_FALSE(estimator.estimate().has_value()) << i;
+    }
+  }
+}
+
+// One force and one depth are explained to the last bit, and the search must end all the same.
+TEST(CreepFit, EndsOnDataThatLeaveNothing) {
+  CreepFit fit(CreepParameters{}.time_s);
+  for (int i = 0; i < 60'000; ++i) fit.add({3.0, 0.0, 2.0, true, 1e-3 * i}, 1e-3);
+  const auto found = fit.solve();
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(CreepLaw(found->law.parameters, 1000.0).curve(2.0).displacement_mm, 3.0, 0.03);
+}
+
 TEST(ContactCreepFit, TellsWhatItCannotTell) {
   CreepFit fit(CreepParameters{}.time_s);
   EXPECT_FALSE(fit.solve());
