@@ -23,6 +23,7 @@
 #include "server/services/safety_service.h"
 #include "server/services/scene_service.h"
 #include "server/services/simulation_service.h"
+#include "server/services/standing_poller.h"
 #include "server/services/telemetry_service.h"
 #include "server/services/turntable_service.h"
 
@@ -93,6 +94,7 @@ struct GrpcServer::State {
   TurntableService turntable;
   SafetyService safety;
   int port = 0;
+  std::optional<StandingPoller> poller;  // ends after the server
   std::unique_ptr<grpc::Server> server;  // last: ends before the services it calls
 };
 
@@ -131,6 +133,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
            &state->simulation, &state->safety, &state->identification, &state->turntable}) {
     builder.RegisterService(service);
   }
+  state->poller.emplace(builder);
   gpr_set_log_function(discard);  // a port that is taken is told once, and by us
   state->server = builder.BuildAndStart();
   gpr_set_log_function(pass_on);
@@ -141,6 +144,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
     }
     return cannot_listen(listen, why_not_bound(listen));
   }
+  state->poller->start();
   std::unique_ptr<GrpcServer> server(new GrpcServer(std::move(state)));
   server->set_serving(false);
   return server;

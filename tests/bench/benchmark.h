@@ -33,6 +33,8 @@ struct RealtimeOptions {
   std::string folder;
   bool quick = false;
   std::vector<std::string> only{};  ///< of realtime_parts(); empty = all
+  int rounds = 3;                   ///< how often each load has its turn
+  double seconds_per_turn = 5.0;
 };
 /// "loop", "command", "fan_out".
 std::vector<std::string> realtime_parts();

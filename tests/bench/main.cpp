@@ -80,6 +80,12 @@ int main(int argc, char** argv) {
   realtime_command->add_option("--out", realtime.folder, "folder for figures.jsonl, tables and plots")
       ->required();
   realtime_command->add_flag("--quick", realtime.quick, "seconds instead of minutes, the same figures");
+  realtime_command->add_option("--rounds", realtime.rounds, "how often each load has its turn")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  realtime_command->add_option("--seconds", realtime.seconds_per_turn, "of each turn")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->capture_default_str();
   realtime_command->add_option("--only", realtime.only, "only these parts")
       ->check(CLI::IsMember(realtime_parts()));
   realtime_command->callback([&] { status = run_realtime(realtime); });

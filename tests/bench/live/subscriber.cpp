@@ -6,6 +6,7 @@
 #include <exception>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -34,25 +35,29 @@ SubscriberTally tally_of(const client::StreamAccount& account) {
           .dropped_by_server = account.dropped_by_server()};
 }
 
-/// Of one stream; none when the daemon ended it.
-std::optional<SubscriberTally> read_until(const std::string& address,
-                                          std::chrono::steady_clock::time_point end) {
+/// What one stream received.
+struct Received {
+  SubscriberTally tally;
+  std::int64_t newest_ns = 0;  ///< the rig's time of the newest sample
+};
+
+/// None when the daemon ended the stream.
+std::optional<Received> read_until(const std::string& address, std::chrono::steady_clock::time_point end) {
   client::Client client({.address = address, .timeout = std::chrono::seconds(20)});
   client::TelemetryStream stream = client.subscribe({});
   hapticd::v1::TelemetryBatch batch;
+  Received received;
   std::uint64_t bytes = 0;
-  std::int64_t newest_ns = 0;
   while (std::chrono::steady_clock::now() < end) {
     const auto event = stream.next(batch, std::chrono::milliseconds(200));
     if (event == client::TelemetryStream::Event::kEnded) return std::nullopt;
     if (event != client::TelemetryStream::Event::kBatch) continue;
     bytes += batch.ByteSizeLong();
-    if (!batch.samples().empty()) newest_ns = batch.samples().rbegin()->time_ns();
+    if (!batch.samples().empty()) received.newest_ns = batch.samples().rbegin()->time_ns();
   }
-  SubscriberTally tally = tally_of(stream.account());
-  tally.bytes = bytes;
-  tally.behind_ms = 1e-6 * static_cast<double>(client.rig_state().time_ns() - newest_ns);
-  return tally;
+  received.tally = tally_of(stream.account());
+  received.tally.bytes = bytes;
+  return received;
 }
 
 std::chrono::milliseconds in_ms(double seconds) {
@@ -106,22 +111,24 @@ int run_subscriber(const std::string& address, double seconds, const std::filesy
                    int streams) {
   const auto end = std::chrono::steady_clock::now() + in_ms(seconds);
   SubscriberTally sum;
+  std::int64_t oldest_ns = std::numeric_limits<std::int64_t>::max();  // of the newest of each stream
   bool ended_early = false;
   std::mutex mutex;
   {
     std::vector<std::jthread> readers;
     for (int i = 0; i < streams; ++i) {
       readers.emplace_back([&] {
-        std::optional<SubscriberTally> tally;
+        std::optional<Received> received;
         std::string why = "the daemon ended the stream";
         try {
-          tally = read_until(address, end);
+          received = read_until(address, end);
         } catch (const std::exception& error) {
           why = error.what();
         }
         const std::lock_guard lock(mutex);
-        if (tally) {
-          sum += *tally;
+        if (received) {
+          sum += received->tally;
+          oldest_ns = std::min(oldest_ns, received->newest_ns);
         } else {
           ended_early = true;
           std::cerr << why << std::endl;
@@ -130,6 +137,8 @@ int run_subscriber(const std::string& address, double seconds, const std::filesy
     }
   }
   if (ended_early) return 1;
+  client::Client client({.address = address, .timeout = std::chrono::seconds(20)});
+  sum.behind_ms = 1e-6 * static_cast<double>(client.rig_state().time_ns() - oldest_ns);
   std::ofstream(result) << nlohmann::json(sum) << '\n';
   return 0;
 }

@@ -1,5 +1,6 @@
 #include "tests/bench/realtime/loop_under_load.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <map>
@@ -54,6 +55,37 @@ void measure_round(LoopTimes& times, const LoadType& type, client::Client& clien
   } else {
     times.failed = yardstick.failed;
   }
+}
+
+/// Two of the same beside each other: what two that differ in nothing differ by on this machine.
+struct Twins {
+  LatencyDistribution a;
+  LatencyDistribution b;
+  std::string failed;
+};
+
+void measure_twins(Twins& twins, double seconds, const std::filesystem::path& folder) {
+  Cyclictest first(seconds, folder / "cyclictest_a.txt");
+  Cyclictest second(seconds, folder / "cyclictest_b.txt");
+  const Cyclictest::Outcome a = first.finish();
+  const Cyclictest::Outcome b = second.finish();
+  if (a.wakeup) twins.a += *a.wakeup;
+  if (b.wakeup) twins.b += *b.wakeup;
+  if (!a.wakeup) twins.failed = a.failed;
+}
+
+void add_twins(report::Report& report, const Twins& twins) {
+  const double ratio = twins.a.quantile_us(0.999) / twins.b.quantile_us(0.999);
+  report.add({.figure = "wakeup_p999_of_twins",
+              .conditions = {{"source", "cyclictest beside cyclictest"}},
+              .value = std::max(ratio, 1.0 / ratio),
+              .source = "ratio of the larger to the smaller",
+              .failed = twins.failed});
+  report.say("Two cyclictests beside each other, as often and as long: 99 % at " +
+             fixed(twins.a.quantile_us(0.99), 0) + " and " + fixed(twins.b.quantile_us(0.99), 0) +
+             " µs, 99.9 % at " + fixed(twins.a.quantile_us(0.999), 0) + " and " +
+             fixed(twins.b.quantile_us(0.999), 0) +
+             " µs. Ratios nearer to one than theirs are not resolved on this machine.");
 }
 
 report::PlotSeries curve(const std::string& label, const LatencyDistribution& distribution, int colour,
@@ -154,8 +186,8 @@ class LoopReport {
 void measure_loop_under_load(report::Report& report, const RealtimeOptions& options) {
   const std::filesystem::path folder = report.folder() / "realtime";
   std::filesystem::create_directories(folder);
-  const int rounds = options.quick ? 1 : 3;
-  const double seconds = options.quick ? 1.0 : 5.0;
+  const int rounds = options.quick ? 1 : options.rounds;
+  const double seconds = options.quick ? 1.0 : options.seconds_per_turn;
   std::vector<LoadType> chosen;
   for (const LoadType& type : loads()) {
     if (!options.quick || type.in_quick) chosen.push_back(type);
@@ -176,6 +208,7 @@ void measure_loop_under_load(report::Report& report, const RealtimeOptions& opti
     conditions += " Not granted: " + shortcoming + '.';
 
   std::map<std::string, LoopTimes> times;
+  Twins twins;
   for (int round = 0; round < rounds; ++round) {
     for (const LoadType& type : chosen) {
       report::Report::note("round " + std::to_string(round + 1) + " of " + std::to_string(rounds) + ": " +
@@ -187,10 +220,12 @@ void measure_loop_under_load(report::Report& report, const RealtimeOptions& opti
         of_load.failed = error.what();
       }
     }
+    measure_twins(twins, seconds, folder);
   }
   LoopReport loop_report(report, times.at(chosen.front().name));
   for (const LoadType& type : chosen) loop_report.add(type, times.at(type.name));
   loop_report.finish(conditions);
+  add_twins(report, twins);
   daemon.stop();
 }
 
