@@ -113,7 +113,7 @@ class EmulatedRigProcess : public testing::Test {
     std::ofstream(rig_file) << rig;
     folder.write("tap_1d.toml",
                  "name = \"tap_1d\"\nkind = \"tap_1d\"\n[tool]\nmass_g = 9.35\n"
-                 "[target]\nstiffness_n_per_mm = 2\n[structure]\ncompensation = true\n"
+                 "[target]\nstiffness_n_per_mm = 2\nmax_stiffness_n_per_mm = 20\n[structure]\ncompensation = true\n"
                  "[guard]\nsensor_stale_after_ms = 1000\nloop_gap_ms = 1000\n");
     setenv("HD_STAND_IN_PAGE", page_path.c_str(), 1);
   }

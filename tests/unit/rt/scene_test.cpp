@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "rt/scene/compose.h"
 #include "rt/scene/scene_spec.h"
@@ -66,6 +67,7 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
         Case{"press_axis", axis, 0.0}, Case{"press_axis", axis, nan}, Case{"guard.max_force_n", force, 9.0},
         Case{"tool.mass_g", mass, nan}}) {
     SceneSpec spec = named();
+    spec.max_target_stiffness_n_per_mm = 20.0;
     c.spoil(spec, c.value);
     const auto scene = resolve(spec, rig());
     ASSERT_FALSE(scene) << c.named << " = " << c.value;
@@ -75,8 +77,26 @@ TEST(Scene, RefusesByNameWithLimitAndValue) {
   }
 }
 
+TEST(Scene, TakesTheDevicesLargestTargetWhereItDoesNotSay) {
+  hal::RigInfo other = rig();
+  for (const auto& [model, largest] :
+       {std::pair("phantom_1_0", 1.2), std::pair("phantom_1_5_high_force", 1.5), std::pair("another", 1.2)}) {
+    other.device.model = model;
+    const auto scene = resolve(named(), other);
+    ASSERT_TRUE(scene) << scene.error().text();
+    EXPECT_EQ(scene->max_target_stiffness_n_per_mm, largest) << model;
+  }
+  SceneSpec wall = named();
+  wall.kind = SceneKind::kWall;
+  EXPECT_EQ(resolve(wall, rig())->max_target_stiffness_n_per_mm, 1.3);
+  SceneSpec bold = named();
+  bold.max_target_stiffness_n_per_mm = 2.5;
+  EXPECT_EQ(resolve(bold, rig())->max_target_stiffness_n_per_mm, 2.5) << "a scene may say more";
+}
+
 TEST(Scene, HoldsTheTargetWithinTheCompensablePartOfTheStructure) {
   SceneSpec spec = named();
+  spec.max_target_stiffness_n_per_mm = 20.0;
   spec.target.stiffness_n_per_mm = 2.79;
   EXPECT_TRUE(resolve(spec, rig()));
   spec.target.stiffness_n_per_mm = 2.81;
