@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 using report::significant;
 
 constexpr std::size_t kNarrowest = 5;
+constexpr std::size_t kLargest = 3;
 
 std::vector<Json> figures_in(const std::filesystem::path& folder, const std::string& name) {
   std::vector<Json> figures;
@@ -82,8 +83,32 @@ void add_defaults(report::Report& report) {
       "Errors are of the simulation's truth, each as its own section says; run times are of this machine.");
 }
 
+/// Of the defaults whose error is a share of what is measured.
+void add_largest_errors(report::Report& report) {
+  std::vector<Json> errors;
+  for (const Json& record : figures_in(report.folder(), "error_vs_runtime")) {
+    const bool is_default = record["source"].is_string() && record["source"] == report::kDefaultMethod;
+    if (is_default && record.value("unit", "") == "1") errors.push_back(record);
+  }
+  if (errors.empty()) return;
+  std::stable_sort(errors.begin(), errors.end(), [](const Json& a, const Json& b) {
+    return a["value"].get<double>() > b["value"].get<double>();
+  });
+  report::MarkdownTable table({"error", "where"});
+  for (std::size_t i = 0; i < std::min(kLargest, errors.size()); ++i)
+    table.add_row({error_text(errors[i]), case_text(errors[i])});
+  report.add_table("summary_errors", "The largest errors of what ships", table);
+}
+
+/// Scenes as they ship; what else was mapped stands in its own section.
+bool is_shipped(const Json& margin) {
+  const std::string options = margin["case"].value("options", "");
+  return options == "tap_1d" || options == "explore_bearing";
+}
+
 void add_narrowest(report::Report& report) {
   std::vector<Json> margins = figures_in(report.folder(), "stability_margin");
+  std::erase_if(margins, [](const Json& margin) { return !is_shipped(margin); });
   if (margins.empty()) return;
   std::stable_sort(margins.begin(), margins.end(), [](const Json& a, const Json& b) {
     return a["value"].get<double>() < b["value"].get<double>();
@@ -91,7 +116,10 @@ void add_narrowest(report::Report& report) {
   report::MarkdownTable table({"margin", "where"});
   for (std::size_t i = 0; i < std::min(kNarrowest, margins.size()); ++i)
     table.add_row({significant(margins[i]["value"].get<double>()), case_text(margins[i])});
-  report.add_table("summary_margins", "The narrowest stability margins", table);
+  report.add_table(
+      "summary_margins", "The narrowest stability margins of what ships", table,
+      "Factor from a target to the nearer end of the stable range, under a hand; below 1 the target "
+      "itself is unstable.");
 }
 
 void add_dearest(report::Report& report) {
@@ -115,6 +143,7 @@ std::vector<std::string> order_of(const Study& study) {
 void write_report_page(StudyContext& context) {
   context.report.begin_section("report_summary", "Summary");
   add_defaults(context.report);
+  add_largest_errors(context.report);
   add_narrowest(context.report);
   add_dearest(context.report);
   const auto report_study = std::find_if(studies().begin(), studies().end(), [](const Study& study) {

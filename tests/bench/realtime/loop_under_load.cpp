@@ -203,7 +203,9 @@ void measure_loop_under_load(report::Report& report, const RealtimeOptions& opti
       std::to_string(rounds) + " rounds of " + fixed(seconds, 0) +
       " s each, the loads by turns; hapticd and cyclictest side by side, both at 1 kHz, "
       "SCHED_FIFO 80. Scene tap_1d on the simulated rig in real time. 'Over idle' also says "
-      "what the same load did to cyclictest, which shares nothing with hapticd.";
+      "what the same load did to cyclictest, which shares nothing with hapticd. hapticd's quantiles are "
+      "upper "
+      "edges of bins that are 1/16 of a factor of two wide, so up to 6 % too high.";
   for (const std::string& shortcoming : client.rig_info().realtime_shortcomings())
     conditions += " Not granted: " + shortcoming + '.';
 
