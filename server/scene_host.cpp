@@ -9,10 +9,12 @@
 
 #include "rt/scene/compose.h"
 #include "rt/scene/tick_record.h"
+#include "rt/target/largest_target.h"
 #include "server/log.h"
 #include "server/model_fit.h"
 #include "server/scene_file.h"
 #include "server/suggestion.h"
+#include "server/target_control.h"
 #include "server/text_library.h"
 
 namespace hapticd::server {
@@ -80,6 +82,17 @@ std::string remark_on(const std::string& need, const FoundModel& found, const rt
   return fmt::format("{}", fmt::join(said, "; "));
 }
 
+/// What is granted where the scene does not say: on a soft object less than the device would bear. What the
+/// scene itself starts with is its own word.
+void limit_to_object(ResolvedScene& scene) {
+  constexpr double kJudgedAtN = 4.0;
+  const auto own_n_per_mm = rt::stiffness_n_per_mm(scene.model->model, kJudgedAtN);
+  if (!own_n_per_mm) return;
+  const double asked = rt::greatest_stiffness_n_per_mm(scene.spec.target, kDeepestTargetMm);
+  double& largest = scene.spec.max_target_stiffness_n_per_mm;
+  largest = std::max(asked, std::min(largest, rt::kLargestTargetOverObject * *own_n_per_mm));
+}
+
 }  // namespace
 
 SceneHost::SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models)
@@ -113,6 +126,8 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
   scene.stored = std::move(of_rig.stored);
   scene.remarks = std::move(of_rig.remarks);
   if (!scene.outline.models.empty()) find_model(scene);
+  const bool says = spec->max_target_stiffness_n_per_mm > 0.0;
+  if (!says && scene.model && scene.spec.kind == rt::SceneKind::kExplore) limit_to_object(scene);
   std::sort(scene.stored.begin(), scene.stored.end());
   scene.outline.channels |= rt::channel::kSample | rt::channel::kGuard | rt::channel::kTiming;
   if (session_.rig_info().has_truth) scene.outline.channels |= rt::channel::kTruth;

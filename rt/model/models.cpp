@@ -12,6 +12,19 @@ std::string shown(double value) {
 }
 }  // namespace
 
+std::optional<double> stiffness_n_per_mm(const ObjectModel& model, double force_n) {
+  if (model.creep) {
+    constexpr double kAnyRateHz = 1000.0;  // the settled curve knows no time
+    const CreepLaw law(model.creep->parameters, kAnyRateHz);
+    return force_n / law.curve(force_n).displacement_mm;
+  }
+  if (model.hunt_crossley) {
+    return force_n /
+           hunt_crossley_displacement(model.hunt_crossley->parameters, force_n, 0.0).displacement_mm;
+  }
+  return std::nullopt;
+}
+
 std::optional<hal::Error> check(const ObjectModel& model) {
   std::optional<hal::Error> error;
   const auto fail = [&](const std::string& key, double value, const std::string& limit) {

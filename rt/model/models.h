@@ -30,6 +30,10 @@ struct ObjectModel {
   std::optional<FrictionParameters> rod_friction;
 };
 
+/// Force over displacement at this force (> 0), in N/mm, once the object has settled: by the creep law, else
+/// by Hunt-Crossley's; none where the model has neither.
+std::optional<double> stiffness_n_per_mm(const ObjectModel& model, double force_n);
+
 /// Everything finite and inside the range its laws are made for: exponent 1 … 3, K from 1e-4 to 1e3, a curve
 /// that rises from zero, weights ≥ 0. The error names the model and the key.
 std::optional<hal::Error> check(const ObjectModel& model);

@@ -14,7 +14,12 @@ constexpr double default_largest_target_n_per_mm(std::string_view device_model) 
   return device_model.ends_with("1_5_high_force") ? 1.5 : 1.2;
 }
 
-/// The same of a virtual wall with nothing real behind it: below the stiffest that a hand pressing 4 N with
+/// While exploring, moreover no more than so many times the object's own stiffness at 4 N: strokes over the
+/// objects of D§4 went unstable from 4.6 to 10 times on (`hapticd_study explore --only stability`), the
+/// softest of them first.
+inline constexpr double kLargestTargetOverObject = 4.0;
+
+/// Largest virtual wall, with nothing real behind it: below the stiffest that a hand pressing 4 N with
 /// knocks left stable in simulation (2.0 and 6.8 N/mm, D§3.3.2: about 1.3 and 8);
 /// `hapticd_study rig --only stability`.
 constexpr double default_largest_wall_n_per_mm(std::string_view device_model) noexcept {

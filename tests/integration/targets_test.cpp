@@ -70,6 +70,19 @@ TEST(ServiceTargets, AreGrantedUpToWhatStaysStableOnTheDeviceWhereTheSceneDoesNo
   }
 }
 
+TEST(ServiceTargets, OnASoftObjectThatIsExploredLessIsGrantedThanTheDeviceBears) {
+  const RunningService service;
+  v1::SetTargetResponse response;
+  const std::string scene = "name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n";
+  ASSERT_TRUE(service.load_toml(scene).ok());
+  ASSERT_TRUE(service.set_target(target(50.0), &response).ok());
+  EXPECT_NEAR(response.granted_n_per_mm(), 4.0 * 0.18, 0.1) << "four times its stiffness at 4 N (D§4.5)";
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+  ASSERT_TRUE(service.load_toml(scene + "[target]\nmax_stiffness_n_per_mm = 2\n").ok());
+  ASSERT_TRUE(service.set_target(target(50.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 2.0) << "a scene may say more";
+}
+
 TEST(ServiceTargets, AreGrantedUpToTheCompensableStructuralStiffness) {
   const RunningService service;
   ASSERT_TRUE(service.load_toml("name = \"hard\"\n[target]\nmax_stiffness_n_per_mm = 20\n").ok());

@@ -66,7 +66,9 @@ StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& 
   trial.rig.tip = "ball_bearing";
   trial.rig.tool_mass_g = kExploreToolMassG;
   trial.scene = explore_scene(rt::Tip::kBallBearing);
-  trial.scene.max_target_stiffness_n_per_mm = rt::default_largest_target_n_per_mm(device);
+  trial.scene.max_target_stiffness_n_per_mm =
+      std::min(rt::default_largest_target_n_per_mm(device),
+               rt::kLargestTargetOverObject * rt::stiffness_n_per_mm(model, kPressN).value());
   trial.model = model;
   return trial;
 }
