@@ -14,7 +14,6 @@
 #include "server/model_fit.h"
 #include "server/scene_file.h"
 #include "server/suggestion.h"
-#include "server/target_control.h"
 #include "server/text_library.h"
 
 namespace hapticd::server {
@@ -88,7 +87,7 @@ void limit_to_object(ResolvedScene& scene) {
   constexpr double kJudgedAtN = 4.0;
   const auto own_n_per_mm = rt::stiffness_n_per_mm(scene.model->model, kJudgedAtN);
   if (!own_n_per_mm) return;
-  const double asked = rt::greatest_stiffness_n_per_mm(scene.spec.target, kDeepestTargetMm);
+  const double asked = rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kDeepestTargetMm);
   double& largest = scene.spec.max_target_stiffness_n_per_mm;
   largest = std::max(asked, std::min(largest, rt::kLargestTargetOverObject * *own_n_per_mm));
 }

@@ -7,6 +7,7 @@
 
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
+#include "rt/target/largest_target.h"
 #include "server/range.h"
 #include "server/scene_file.h"
 
@@ -55,7 +56,7 @@ std::optional<Refusal> validate(rt::TargetLaw& law) {
 /// What of a law a scene serves.
 Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const rt::SceneSpec& resolved) {
   TargetSet set;
-  set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, kDeepestTargetMm);
+  set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, rt::kDeepestTargetMm);
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
     set.grant = grant_target(law.stiffness_n_per_mm, resolved);
     return set;
@@ -71,7 +72,7 @@ Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const rt::SceneSpec& reso
                    {"the target law is stiffer than the scene allows", "SetTargetRequest.law",
                     to_text(set.requested_n_per_mm, "N/mm"),
                     fmt::format("at most {} down to {:g} mm in scene '{}'",
-                                to_text(resolved.max_target_stiffness_n_per_mm, "N/mm"), kDeepestTargetMm,
+                                to_text(resolved.max_target_stiffness_n_per_mm, "N/mm"), rt::kDeepestTargetMm,
                                 resolved.name),
                     "ask for less: only a linear target can be granted in part"}};
   }

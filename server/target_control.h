@@ -28,9 +28,6 @@ struct TargetGrant {
 /// only scenes that solve the compensation for the device force: those along one axis.
 TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
 
-/// Down to which displacement the greatest stiffness of a law that is not linear is looked for.
-inline constexpr double kDeepestTargetMm = 20.0;
-
 /// Range of (3.8), cut to what the loaded scene would grant.
 struct Feasibility {
   double hand_force_n = 0.0;

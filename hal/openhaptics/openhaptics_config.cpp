@@ -11,9 +11,9 @@ namespace hapticd::openhaptics {
 std::vector<std::string> OpenHapticsConfig::libraries() const {
   std::vector<std::string> names;
   std::size_t from = 0;
-  while (from <= library_names.size()) {
-    const std::size_t comma = std::min(library_names.find(',', from), library_names.size());
-    std::string name = library_names.substr(from, comma - from);
+  while (from <= vendor_library_names.size()) {
+    const std::size_t comma = std::min(vendor_library_names.find(',', from), vendor_library_names.size());
+    std::string name = vendor_library_names.substr(from, comma - from);
     const std::size_t first = name.find_first_not_of(" \t");
     if (first != std::string::npos) {
       names.push_back(name.substr(first, name.find_last_not_of(" \t") - first + 1));
@@ -26,7 +26,7 @@ std::vector<std::string> OpenHapticsConfig::libraries() const {
 std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   const std::string where = "OpenHaptics device";
   if (config.libraries().empty()) {
-    return hal::Error{"no library is named", where + ", library", config.library_names,
+    return hal::Error{"no library is named", where + ", library", config.vendor_library_names,
                       "names or paths, separated by commas", "remove the key to have the usual names tried"};
   }
   if (!device_figures(config.model)) {

@@ -13,7 +13,7 @@ namespace hapticd::openhaptics {
 struct OpenHapticsConfig {
   /// Names or paths of the library, separated by commas and tried in turn: what it is called differs from
   /// release to release.
-  std::string library_names =
+  std::string vendor_library_names =
       "libHD.so, libHD.so.3.5, libHD.so.3.5.0, libHD.so.3.4, libHD.so.3.4.0, libHD.so.3.0, libHD.so.3";
   std::string device_name{};  ///< as set up with the vendor's tool; empty = the default device
   std::string model = "phantom_premium_1_5";
@@ -40,7 +40,7 @@ struct OpenHapticsConfig {
   double stall_s = 0.1;             ///< without a call of the scheduler's, it stalls: a fault
   double death_s = 5.0;             ///< without one, it is taken for dead and given up
 
-  /// The names in `library_names`, one by one.
+  /// The names in `vendor_library_names`, one by one.
   std::vector<std::string> libraries() const;
 };
 

@@ -94,8 +94,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   if (!explores && spec.target.kind != TargetLaw::Kind::kLinear) {
     check.fail("target.law", 0.0, "\"linear\"", "one-dimensional scenes render linear targets only");
   }
-  constexpr double kDeepestMm = 20.0;  // what a power law's stiffness is judged at
-  check.range("target's stiffness", greatest_stiffness_n_per_mm(spec.target, kDeepestMm), 0.0,
+  check.range("target's stiffness", greatest_stiffness_n_per_mm(spec.target, kDeepestTargetMm), 0.0,
               spec.max_target_stiffness_n_per_mm, "N/mm (target.max_stiffness_n_per_mm)");
   check.range("target.ramp_s", spec.target_ramp_s, 0.0, 60.0, "s");
   if (spec.structural_compensation) {

@@ -34,11 +34,11 @@ std::string vector_text(const hal::Vector3& v) {
 }  // namespace
 
 void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
-  table.read("library", config.library_names, 4096);
+  table.read("library", config.vendor_library_names, 4096);
   if (config.libraries().empty()) {
     table.refuse("library",
-                 {"no library is named", "", config.library_names, "names or paths, separated by commas",
-                  "remove the key to have the usual names tried"});
+                 {"no library is named", "", config.vendor_library_names,
+                  "names or paths, separated by commas", "remove the key to have the usual names tried"});
   }
   table.read("device_name", config.device_name, 256);
   table.read("model", config.model, 64);
@@ -79,7 +79,7 @@ void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
 
 std::string write_openhaptics(const openhaptics::OpenHapticsConfig& config) {
   std::string text = fmt::format("library = {}\ndevice_name = {}\nmodel = {}\nrate_hz = {}\n",
-                                 toml_quoted(config.library_names), toml_quoted(config.device_name),
+                                 toml_quoted(config.vendor_library_names), toml_quoted(config.device_name),
                                  toml_quoted(config.model), toml_number(config.rate_hz));
   const auto optional = [&text](std::string_view key, const std::optional<double>& value) {
     if (value) text += fmt::format("{} = {}\n", key, toml_number(*value));

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "rt/scene/tick_record.h"
+#include "rt/target/largest_target.h"
 #include "server/scene_cost.h"
 #include "server/scene_file.h"
 #include "server/scene_host.h"
@@ -46,7 +47,8 @@ void fill(const ResolvedScene& scene, v1::SceneOutline& outline) {
     if ((scene.outline.channels & channel.channel) != 0) outline.add_telemetry_groups(channel.name);
   }
   outline.set_target_law(std::string(word_of(scene.spec.target.kind)));
-  outline.set_target_stiffness_n_per_mm(rt::greatest_stiffness_n_per_mm(scene.spec.target, kDeepestTargetMm));
+  outline.set_target_stiffness_n_per_mm(
+      rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kDeepestTargetMm));
   outline.set_max_target_stiffness_n_per_mm(scene.spec.max_target_stiffness_n_per_mm);
   outline.set_resolved_toml(write_scene(scene.spec));
 }

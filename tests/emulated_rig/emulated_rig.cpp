@@ -62,7 +62,7 @@ std::string model_of(const std::string& simulated) {
 
 std::unique_ptr<hal::HapticDevice> device_on(const hal::DeviceInfo& simulated, double stall_s) {
   openhaptics::OpenHapticsConfig config;
-  config.library_names = std::string(HD_STAND_IN_FOLDER) + "/libHD_stand_in.so";
+  config.vendor_library_names = std::string(HD_STAND_IN_FOLDER) + "/libHD_stand_in.so";
   config.model = model_of(simulated.model);
   config.structural_stiffness_n_per_mm = simulated.structural_stiffness_n_per_mm;
   config.stall_s = stall_s;

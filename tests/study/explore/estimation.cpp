@@ -65,22 +65,6 @@ struct Moment {
   std::vector<double> angle_deg, estimate_mm;  ///< per estimator; NaN where it sees no contact
 };
 
-constexpr double kForceRate = 6.0;
-constexpr double kStrokeMm = 50.0;
-
-sim::HandProgram stroking(double force_n, double speed_mm_per_s) {
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kStroke;
-  hand.force_n = force_n;
-  hand.speed_mm_per_s = speed_mm_per_s;
-  hand.stroke_length_mm = kStrokeMm;
-  hand.repetitions = 2;
-  hand.approach_mm_per_s = 40.0;
-  hand.force_rate_n_per_s = kForceRate;
-  hand.tilt_deg = 10.0;
-  return hand;
-}
-
 std::vector<Moment> watch_strokes(const sim::SimulationConfig& rig, const sim::HandProgram& hand,
                                   const std::vector<Estimator>& all, const IdentificationResult& models) {
   VirtualRun run = unrendered(rig);
@@ -92,8 +76,7 @@ std::vector<Moment> watch_strokes(const sim::SimulationConfig& rig, const sim::H
   run.set_hand(hand);
   std::vector<Moment> moments;
   hal::Vector3 last_mm;
-  const double strokes_s = 1.875 * kStrokeMm / hand.speed_mm_per_s * 3.5;
-  const double end_s = 4.5 + 1.875 * hand.force_n / kForceRate + strokes_s;
+  const double end_s = judged_strokes_end_s(hand);
   while (run.time_s() < end_s) {
     run.step();
     const hal::TruthSample& truth = run.truth();
@@ -236,7 +219,7 @@ void run_estimation(StudyContext& context) {
           sim::SimulationConfig rig = explore_rig("phantom_1_5_high_force", object, tip);
           rig.seed = ++seed;
           const std::vector<Moment> moments =
-              watch_strokes(rig, stroking(force_n, speed), all, identified(object));
+              watch_strokes(rig, judged_strokes(force_n, speed), all, identified(object));
           count(moments, errors);
           const bool shown = (object == "sponge_cut" || object == "rubber_ball_3d") && rod;
           if (shown && force_n == 4.0 && speed == 100.0) plot_stroke(context, object, tip, moments);

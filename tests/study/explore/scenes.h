@@ -27,6 +27,27 @@ inline sim::SimulationConfig explore_rig(const std::string& device, const std::s
   return rig;
 }
 
+/// Two strokes to and fro with a swaying tool, on which estimators are judged.
+inline sim::HandProgram judged_strokes(double force_n, double speed_mm_per_s) {
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kStroke;
+  hand.force_n = force_n;
+  hand.speed_mm_per_s = speed_mm_per_s;
+  hand.stroke_length_mm = 50.0;
+  hand.repetitions = 2;
+  hand.approach_mm_per_s = 40.0;
+  hand.force_rate_n_per_s = 6.0;
+  hand.tilt_deg = 10.0;
+  return hand;
+}
+
+/// When they are over, approach and retreat included.
+inline double judged_strokes_end_s(const sim::HandProgram& hand) {
+  constexpr double kPeakOverMean = 1.875;  // of a minimum-jerk motion
+  return 4.5 + kPeakOverMean * (hand.force_n / hand.force_rate_n_per_s +
+                                3.5 * hand.stroke_length_mm / hand.speed_mm_per_s);
+}
+
 /// The explore scenes as the service ships them.
 inline rt::SceneSpec explore_scene(rt::Tip tip) {
   rt::SceneSpec scene;

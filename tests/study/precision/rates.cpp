@@ -156,16 +156,20 @@ Rendered rendered_at(double rate_hz, Kept kept, bool quick) {
   return mean;
 }
 
-/// Mean time from the true contact to the tick that declares it, over taps out of free flight; the instant
-/// between two ticks is found from depth and speed at the first one inside.
-double contact_delay_ms(double rate_hz, Kept kept, int taps) {
+VirtualRun tap_1d_on(const std::string& object, double rate_hz, Kept kept) {
   sim::SimulationConfig rig;
-  rig.object = "foam_ball";
+  rig.object = object;
   rig.rate_hz = rate_hz;
   rt::SceneSpec scene;
   scene.name = "tap_1d";
   scene.contact.threshold_n = threshold_at(rate_hz, kept);
-  VirtualRun run(rig, scene);
+  return VirtualRun(rig, scene);
+}
+
+/// Mean time from the true contact to the tick that declares it, over taps out of free flight; the instant
+/// between two ticks is found from depth and speed at the first one inside.
+double contact_delay_ms(double rate_hz, Kept kept, int taps) {
+  VirtualRun run = tap_1d_on("foam_ball", rate_hz, kept);
   run.set_hand(tapping(200.0));
   constexpr double kFlightS = 0.1;
   double before_mm = run.truth().tip_position_mm.z;
@@ -199,13 +203,7 @@ double contact_delay_ms(double rate_hz, Kept kept, int taps) {
 /// Share of the time for which a contact is declared while the device shakes itself in free air. A count
 /// would hide alarms that never end.
 double false_contact_share(double rate_hz, Kept kept, double duration_s) {
-  sim::SimulationConfig rig;
-  rig.object = "none";
-  rig.rate_hz = rate_hz;
-  rt::SceneSpec scene;
-  scene.name = "tap_1d";
-  scene.contact.threshold_n = threshold_at(rate_hz, kept);
-  VirtualRun run(rig, scene);
+  VirtualRun run = tap_1d_on("none", rate_hz, kept);
   run.set_hand(shaken());
   std::uint64_t ticks = 0;
   std::uint64_t declared = 0;

@@ -12,22 +12,6 @@ namespace hapticd::study {
 
 namespace {
 
-constexpr double kForceRateNPerS = 6.0;
-constexpr double kStrokeMm = 50.0;
-
-sim::HandProgram stroking(double force_n, double speed_mm_per_s) {
-  sim::HandProgram hand;
-  hand.kind = sim::HandProgram::Kind::kStroke;
-  hand.force_n = force_n;
-  hand.speed_mm_per_s = speed_mm_per_s;
-  hand.stroke_length_mm = kStrokeMm;
-  hand.repetitions = 2;
-  hand.approach_mm_per_s = 40.0;
-  hand.force_rate_n_per_s = kForceRateNPerS;
-  hand.tilt_deg = 10.0;
-  return hand;
-}
-
 /// The last tick at seven tenths of the median depth of the strokes.
 std::size_t release_of(const std::vector<StrokeTick>& ticks) {
   std::vector<double> depths_mm;
@@ -54,9 +38,9 @@ StrokeLog log_strokes(const std::string& object, const std::string& tip, double 
   std::vector<Shadow> shadows;
   for (const Watching& w : watching) shadows.emplace_back(run.info(), w.scene, *w.model);
   rt::ThreeAxisMotion motion(run.info().device.position_resolution_mm, run.info().rate_hz);
-  const sim::HandProgram hand = stroking(force_n, speed_mm_per_s);
+  const sim::HandProgram hand = judged_strokes(force_n, speed_mm_per_s);
   run.set_hand(hand);
-  const double end_s = 4.5 + 1.875 * (hand.force_n / kForceRateNPerS + 3.5 * kStrokeMm / hand.speed_mm_per_s);
+  const double end_s = judged_strokes_end_s(hand);
   StrokeLog log;
   hal::Vector3 last_true_mm, last_encoder_mm;
   bool was_in_contact = false;

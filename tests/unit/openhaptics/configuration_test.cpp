@@ -29,7 +29,7 @@ TEST(OpenHapticsConfiguration, TheDefaultIsSoundAndOpensNothing) {
 TEST(OpenHapticsConfiguration, EveryValueHasItsRange) {
   const double nan = std::nan("");
   const std::vector<std::pair<const char*, std::function<void(OpenHapticsConfig&)>>> bad = {
-      {"library", [](auto& c) { c.library_names = " , "; }},
+      {"library", [](auto& c) { c.vendor_library_names = " , "; }},
       {"model", [](auto& c) { c.model = "phantom_9"; }},
       {"rate_hz", [](auto& c) { c.rate_hz = 0.0; }},
       {"rate_hz", [nan](auto& c) { c.rate_hz = nan; }},

@@ -86,7 +86,7 @@ class HdBench {
  public:
   explicit HdBench(const std::function<void(OpenHapticsConfig&)>& change = {}) : page(folder_.path("page")) {
     setenv("HD_STAND_IN_PAGE", page.path().c_str(), 1);
-    config.library_names = stand_in();
+    config.vendor_library_names = stand_in();
     config.stall_s = 0.25;  // of the machine this runs on, rather than of a scheduler
     if (change) change(config);
     device = std::move(*OpenHapticsDevice::create(config));

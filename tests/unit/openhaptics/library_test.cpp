@@ -16,8 +16,9 @@ hal::Error refused(HdBench& bench) {
 }
 
 TEST(OpenHapticsLibrary, ThatIsNowhereIsNamedWithAllThatWasTried) {
-  HdBench bench(
-      [](OpenHapticsConfig& config) { config.library_names = "libHD_nowhere.so, /nowhere/libHD_either.so"; });
+  HdBench bench([](OpenHapticsConfig& config) {
+    config.vendor_library_names = "libHD_nowhere.so, /nowhere/libHD_either.so";
+  });
   const hal::Error error = refused(bench);
   EXPECT_NE(error.text().find("libHD_nowhere.so"), std::string::npos) << error.text();
   EXPECT_NE(error.text().find("/nowhere/libHD_either.so"), std::string::npos) << error.text();
@@ -27,14 +28,15 @@ TEST(OpenHapticsLibrary, ThatIsNowhereIsNamedWithAllThatWasTried) {
 TEST(OpenHapticsLibrary, ThatIsNoneIsAnError) {
   TemporaryFolder folder;
   const std::string path = folder.write("libHD.so", std::string(4096, 'x'));
-  HdBench bench([&](OpenHapticsConfig& config) { config.library_names = path; });
+  HdBench bench([&](OpenHapticsConfig& config) { config.vendor_library_names = path; });
   EXPECT_NE(refused(bench).text().find("invalid ELF header"), std::string::npos);
-  HdBench empty([&](OpenHapticsConfig& config) { config.library_names = folder.write("empty.so", ""); });
+  HdBench empty(
+      [&](OpenHapticsConfig& config) { config.vendor_library_names = folder.write("empty.so", ""); });
   EXPECT_NE(refused(empty).text().find("file too short"), std::string::npos);
 }
 
 TEST(OpenHapticsLibrary, ThatLacksAFunctionIsAnErrorThatNamesIt) {
-  HdBench bench([](OpenHapticsConfig& config) { config.library_names = stand_in("_incomplete"); });
+  HdBench bench([](OpenHapticsConfig& config) { config.vendor_library_names = stand_in("_incomplete"); });
   const hal::Error error = refused(bench);
   EXPECT_EQ(error.value, "hdSetDoublev");
   EXPECT_NE(error.where.find("libHD_stand_in_incomplete.so"), std::string::npos);
@@ -42,20 +44,21 @@ TEST(OpenHapticsLibrary, ThatLacksAFunctionIsAnErrorThatNamesIt) {
 }
 
 TEST(OpenHapticsLibrary, AnyOtherLibraryIsAnErrorToo) {
-  HdBench bench([](OpenHapticsConfig& config) { config.library_names = "libm.so.6"; });
+  HdBench bench([](OpenHapticsConfig& config) { config.vendor_library_names = "libm.so.6"; });
   EXPECT_EQ(refused(bench).value, "hdInitDevice");
 }
 
 TEST(OpenHapticsLibrary, TheFirstThatWillDoIsTaken) {
   HdBench bench([](OpenHapticsConfig& config) {
-    config.library_names = "libHD_nowhere.so," + stand_in("_incomplete") + " , " + stand_in() + ", libm.so.6";
+    config.vendor_library_names =
+        "libHD_nowhere.so," + stand_in("_incomplete") + " , " + stand_in() + ", libm.so.6";
   });
   ASSERT_FALSE(bench.device->engage());
   EXPECT_NE(bench.device->report().connection.find("libHD_stand_in.so"), std::string::npos);
 }
 
 TEST(OpenHapticsLibrary, WithoutAnyOfTheOptionalFunctionsItRuns) {
-  HdBench bench([](OpenHapticsConfig& config) { config.library_names = stand_in("_bare"); });
+  HdBench bench([](OpenHapticsConfig& config) { config.vendor_library_names = stand_in("_bare"); });
   ASSERT_FALSE(bench.device->engage());
   EXPECT_TRUE(bench.finds("taken as such"));
   bench.body->ask({0.0, 0.0, 1.0});
