@@ -21,6 +21,7 @@ namespace {
 constexpr Range kRateHz{500.0, 10000.0, "Hz"};
 constexpr Range kFifoPriority{0.0, 99.0, ""};
 constexpr Range kCpu{-1.0, 1023.0, ""};
+constexpr Range kWakeEarlyShare{0.0, 0.5, ""};
 constexpr Range kSeed{0.0, 9007199254740992.0, ""};
 constexpr Range kStructuralModeHz{10.0, 1000.0, "Hz"};
 constexpr Range kStructuralDamping{0.0, 2.0, ""};
@@ -89,6 +90,7 @@ void read_loop(TomlTable table, rt::LoopConfig& loop) {
   table.read("rate_hz", loop.rate_hz, kRateHz);
   table.read("fifo_priority", loop.fifo_priority, kFifoPriority);
   table.read("cpu", loop.cpu, kCpu);
+  table.read("wake_early_share", loop.wake_early_share, kWakeEarlyShare);
   table.read("lock_memory", loop.lock_memory);
   table.read("keep_cpu_awake", loop.keep_cpu_awake);
 }
@@ -306,9 +308,10 @@ std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& co
 
 std::string write_config(const DaemonConfig& config) {
   std::string text = fmt::format(
-      "[loop]\nrate_hz = {}\nfifo_priority = {}\ncpu = {}\nlock_memory = {}\nkeep_cpu_awake = {}\n",
-      toml_number(config.loop.rate_hz), config.loop.fifo_priority, config.loop.cpu, config.loop.lock_memory,
-      config.loop.keep_cpu_awake);
+      "[loop]\nrate_hz = {}\nfifo_priority = {}\ncpu = {}\nwake_early_share = {}\nlock_memory = "
+      "{}\nkeep_cpu_awake = {}\n",
+      toml_number(config.loop.rate_hz), config.loop.fifo_priority, config.loop.cpu,
+      toml_number(config.loop.wake_early_share), config.loop.lock_memory, config.loop.keep_cpu_awake);
   text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\n", toml_quoted(config.listen.text()),
                       toml_quoted(config.unix_socket));
   text += fmt::format(

@@ -3,7 +3,9 @@
 
 #include <cstdio>
 #include <exception>
+#include <string>
 
+#include "rt/loop/loop_cpu.h"
 #include "server/command_line.h"
 #include "server/config.h"
 #include "server/daemon.h"
@@ -50,6 +52,9 @@ int run(int argc, char** argv) {
   }
 
   const sigset_t ending = hold_back_signals();  // before there are threads: they inherit it
+  if (const std::string why = rt::leave_to_the_loop(config->loop.cpu); !why.empty()) {
+    server::log_warning("threads of the service may run on the loop's CPU: " + why);
+  }
   server::StartFailure failure;
   const auto daemon = server::Daemon::start(*config, failure);
   if (!daemon) return fail(failure.code, failure.error);

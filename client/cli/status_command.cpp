@@ -82,7 +82,9 @@ void print_loop(const v1::LoopState& loop, const Terminal& terminal) {
                fmt::format("{:.1f}", summary.p99_us()), fmt::format("{:.1f}", summary.p999_us()),
                fmt::format("{:.1f}", summary.max_us())});
   };
-  add("wake-up late by", loop.wakeup());
+  add("timer late by", loop.timer());
+  add("tick late by", loop.wakeup());
+  add("period differs by", loop.jitter());
   add("computation", loop.compute());
   add("device", loop.device());
   table.print(terminal, 2);

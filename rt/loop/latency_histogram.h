@@ -22,6 +22,7 @@ struct LatencySnapshot {
   /// What was recorded since `earlier`, a snapshot of the same histogram. The maximum stays that of the
   /// whole.
   LatencySnapshot since(const LatencySnapshot& earlier) const noexcept;
+  /// The greatest value that falls into the bucket; the least is one more than the bucket before it has.
   static std::int64_t upper_edge_ns(std::size_t bucket) noexcept;
 };
 

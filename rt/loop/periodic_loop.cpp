@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <thread>
@@ -76,6 +77,9 @@ hal::Result<LoopConfig> validate(const LoopConfig& config) {
   if (config.fifo_priority < 0 || config.fifo_priority > 99) {
     return out_of_range("fifo_priority", config.fifo_priority, "0 (ordinary) … 99");
   }
+  if (!(config.wake_early_share >= 0.0 && config.wake_early_share <= 0.5)) {
+    return out_of_range("wake_early_share", config.wake_early_share, "0 … 0.5 of a period");
+  }
   const long cpus = sysconf(_SC_NPROCESSORS_CONF);
   if (config.cpu < -1 || config.cpu >= cpus) {
     return hal::Error{"cpu does not exist", "[loop]", std::to_string(config.cpu),
@@ -88,7 +92,8 @@ PeriodicLoop::PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& conf
     : rig_(rig),
       engine_(engine),
       config_(config),
-      period_ns_(static_cast<std::int64_t>(std::llround(1e9 / config.rate_hz))) {}
+      period_ns_(static_cast<std::int64_t>(std::llround(1e9 / config.rate_hz))),
+      early_ns_(static_cast<std::int64_t>(config.wake_early_share * static_cast<double>(period_ns_))) {}
 
 PeriodicLoop::~PeriodicLoop() {
   stop();
@@ -147,6 +152,7 @@ void PeriodicLoop::thread_main() {
   prepared_.notify_one();
 
   timing_ = {};
+  begun_ns_ = 0;
   if (rig_.owns_clock()) {
     rig_.run(engine_, stop_requested_);
   } else if (hal::ServoClock* clock = rig_.clock()) {
@@ -157,11 +163,18 @@ void PeriodicLoop::thread_main() {
   running_.store(false, std::memory_order_release);
 }
 
+std::int64_t PeriodicLoop::await(std::int64_t time_ns) noexcept {
+  sleep_until_ns(time_ns - early_ns_);
+  std::int64_t now = now_ns();
+  timer_.record(now - (time_ns - early_ns_));
+  while (now < time_ns) now = now_ns();  // for early_ns_ at most
+  return now;
+}
+
 void PeriodicLoop::run_paced() noexcept {
   std::int64_t deadline_ns = now_ns() + period_ns_;
   while (!stop_requested_.load(std::memory_order_acquire) && !rig_.exhausted()) {
-    sleep_until_ns(deadline_ns);
-    deadline_ns = tick(deadline_ns, now_ns());
+    deadline_ns = tick(deadline_ns, await(deadline_ns));
   }
   rig_.write(hal::DeviceCommand{});
 }
@@ -194,6 +207,8 @@ void PeriodicLoop::on_servo() noexcept {
 std::int64_t PeriodicLoop::tick(std::int64_t deadline_ns, std::int64_t woken_ns) noexcept {
   TickTiming& timing = timing_;
   timing.wakeup_ns = std::max<std::int64_t>(0, woken_ns - deadline_ns);
+  if (begun_ns_ != 0) jitter_.record(std::abs(woken_ns - begun_ns_ - period_ns_));
+  begun_ns_ = woken_ns;
 
   rig_.read(sample_);
   const std::int64_t read_ns = now_ns();
@@ -238,6 +253,8 @@ std::int64_t PeriodicLoop::tick(std::int64_t deadline_ns, std::int64_t woken_ns)
 
 LoopStatistics PeriodicLoop::statistics() const noexcept {
   LoopStatistics s;
+  s.jitter = jitter_.snapshot();
+  s.timer = timer_.snapshot();
   s.wakeup = wakeup_.snapshot();
   s.compute = compute_.snapshot();
   s.device = device_.snapshot();

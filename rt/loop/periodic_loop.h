@@ -18,6 +18,9 @@ struct LoopConfig {
   double rate_hz = 1000.0;  ///< 500 … 10000; must be the rig's
   int fifo_priority = 80;   ///< SCHED_FIFO 1 … 99; 0 = ordinary scheduling
   int cpu = -1;             ///< pin to this CPU; -1 = any
+  /// 0 … 0.5 of a period: woken so long before a tick, the thread waits awake, so that what the timer is late
+  /// does not become what the tick is late. Takes up to that share of a core.
+  double wake_early_share = 0.05;
   bool lock_memory = true;  ///< mlockall
   bool keep_cpu_awake =
       true;  ///< hold /dev/cpu_dma_latency at 0: without it an idle core wakes tens of µs late
@@ -27,7 +30,9 @@ hal::Result<LoopConfig> validate(const LoopConfig& config);
 
 /// Everything measured about the loop, as one copy.
 struct LoopStatistics {
-  LatencySnapshot wakeup;
+  LatencySnapshot jitter;  ///< by how much the time between two ticks' beginnings differed from a period
+  LatencySnapshot timer;   ///< how late the kernel woke the thread; nothing where a device's scheduler calls
+  LatencySnapshot wakeup;  ///< how late a tick began; what the timer was late by, less what it was set early
   LatencySnapshot compute;
   LatencySnapshot device;
   std::uint64_t ticks = 0;
@@ -61,6 +66,8 @@ class PeriodicLoop final : private hal::ServoBody {
   void thread_main();
   void prepare_thread();
   void run_paced() noexcept;
+  /// Sleeps, then waits awake for what is left. Returns when it is over.
+  std::int64_t await(std::int64_t time_ns) noexcept;
   /// Until it is told to stop; a device whose scheduler has died is engaged again, once a second.
   void run_by(hal::ServoClock& clock);
   /// Called by a device's own scheduler.
@@ -79,10 +86,14 @@ class PeriodicLoop final : private hal::ServoBody {
 
   // The clock's thread's own.
   std::int64_t period_ns_;
+  std::int64_t early_ns_;
+  std::int64_t begun_ns_ = 0;  ///< when the last tick did; 0 = there was none
   hal::RigSample sample_;
   TickTiming timing_;                   ///< of the tick to come, as far as known
   std::int64_t servo_deadline_ns_ = 0;  ///< when a device's scheduler is expected to call next; 0 = unknown
 
+  LatencyHistogram jitter_;
+  LatencyHistogram timer_;
   LatencyHistogram wakeup_;
   LatencyHistogram compute_;
   LatencyHistogram device_;

@@ -18,7 +18,7 @@ namespace {
 using enum FindingSeverity;
 
 constexpr double kTolerableRateError = 0.01;
-/// Wake-ups later than this share of a period are felt as jitter.
+/// Ticks later than this share of a period are felt as jitter.
 constexpr double kTolerableLateness = 0.25;
 
 Findings examine_loop(Session& session) {
@@ -42,15 +42,14 @@ Findings examine_loop(Session& session) {
          : rate_hz > 0.0 ? kWarning
                          : kProblem,
          "loop", fmt::format("{:.0f} ticks a second, {:g} wanted", rate_hz, wanted_hz),
-         close ? "" : "see which of wake-up, computation and device is late (hapticctl status)"});
+         close ? "" : "see which of timer, computation and device is late (hapticctl status)"});
     const rt::LoopStatistics statistics = session.statistics();
     const double late_us = 1e-3 * static_cast<double>(statistics.wakeup.quantile_ns(0.999));
     const bool prompt = late_us <= kTolerableLateness * 1e6 / wanted_hz;
-    findings.push_back(
-        {prompt ? kGood : kWarning, "loop",
-         fmt::format("one wake-up in a thousand is later than {:.0f} µs; {} periods missed of {}", late_us,
-                     statistics.periods_missed, statistics.ticks),
-         prompt ? "" : "real-time kernel, isolated CPU, priority: see the findings on those"});
+    findings.push_back({prompt ? kGood : kWarning, "loop",
+                        fmt::format("one tick in a thousand is later than {:.0f} µs; {} periods missed of {}",
+                                    late_us, statistics.periods_missed, statistics.ticks),
+                        prompt ? "" : "real-time kernel, isolated CPU, priority: see the findings on those"});
   }
   for (const std::string& shortcoming : session.realtime_shortcomings()) {
     const std::size_t semicolon = shortcoming.find("; ");

@@ -56,7 +56,11 @@ Finding isolation(const rt::LoopConfig& loop, const fs::path& root) {
   const std::string list = first_line(root / "sys/devices/system/cpu/isolated").value_or("");
   const std::set<int> isolated = cpus_of(list);
   if (isolated.empty()) {
-    return {kWarning, "CPU", "no CPU is isolated: the loop shares its core with everything else",
+    return {kWarning, "CPU",
+            loop.cpu < 0 ? "no CPU is isolated: the loop shares its core with everything else"
+                         : fmt::format("the loop has CPU {}, which is not isolated: hapticd keeps its other "
+                                       "threads off, other programs may use it",
+                                       loop.cpu),
             "start the kernel with isolcpus=N nohz_full=N rcu_nocbs=N and set cpu = N in [loop]"};
   }
   if (loop.cpu < 0 || !isolated.contains(loop.cpu)) {

@@ -54,6 +54,7 @@ void summarise(const rt::LatencySnapshot& latency, v1::LatencySummary& summary) 
   for (std::size_t i = 0; i < latency.counts.size(); ++i) {
     if (latency.counts[i] == 0) continue;
     v1::LatencyBucket& bucket = *summary.add_buckets();
+    bucket.set_from_us(i == 0 ? 0.0 : microseconds(rt::LatencySnapshot::upper_edge_ns(i - 1)));
     bucket.set_up_to_us(microseconds(rt::LatencySnapshot::upper_edge_ns(i)));
     bucket.set_count(latency.counts[i]);
   }
@@ -102,6 +103,8 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   const rt::LoopStatistics statistics = session_.statistics();
   v1::LoopState& loop = *response->mutable_loop();
   loop.set_ticks(statistics.ticks);
+  summarise(statistics.jitter, *loop.mutable_jitter());
+  summarise(statistics.timer, *loop.mutable_timer());
   summarise(statistics.wakeup, *loop.mutable_wakeup());
   summarise(statistics.compute, *loop.mutable_compute());
   summarise(statistics.device, *loop.mutable_device());

@@ -36,7 +36,7 @@ struct RealtimeOptions {
   int rounds = 3;                   ///< how often each load has its turn
   double seconds_per_turn = 5.0;
 };
-/// "loop", "command", "fan_out".
+/// "command", "fan_out", "loop".
 std::vector<std::string> realtime_parts();
 int run_realtime(const RealtimeOptions& options);
 

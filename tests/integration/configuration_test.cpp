@@ -38,6 +38,7 @@ TEST(Configuration, WhatIsWrittenReadsBackAsTheSame) {
 rate_hz = 2500
 fifo_priority = 42
 cpu = 0
+wake_early_share = 0.25
 lock_memory = false
 keep_cpu_awake = false
 [network]
@@ -77,6 +78,7 @@ level = "debug"
   ASSERT_TRUE(again) << again.error().text() << "\n" << text;
   EXPECT_EQ(write_config(*again), text);
   EXPECT_EQ(again->loop.rate_hz, 2500.0);
+  EXPECT_EQ(again->loop.wake_early_share, 0.25);
   EXPECT_EQ(again->listen.text(), "[::1]:7");
   EXPECT_EQ(again->unix_socket, "/run/hapticd/a \"strange\" one.sock");
   EXPECT_EQ(again->simulation.structural_mode_hz, 123.5);
@@ -89,10 +91,10 @@ level = "debug"
 }
 
 TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
-  expect_config_refused(
-      "[loop]\nrate_hz = 1000\nfifo_prioity = 3\n",
-      {"unknown key 'fifo_prioity' in [loop]", "hapticd.toml, line 3", "",
-       "rate_hz, fifo_priority, cpu, lock_memory, keep_cpu_awake", "did you mean 'fifo_priority'?"});
+  expect_config_refused("[loop]\nrate_hz = 1000\nfifo_prioity = 3\n",
+                        {"unknown key 'fifo_prioity' in [loop]", "hapticd.toml, line 3", "",
+                         "rate_hz, fifo_priority, cpu, wake_early_share, lock_memory, keep_cpu_awake",
+                         "did you mean 'fifo_priority'?"});
   expect_config_refused("[lop]\nrate_hz = 1000\n",
                         {"unknown key 'lop'", "hapticd.toml, line 1", "",
                          "loop, network, rig, scene, models, log", "did you mean 'loop'?"});
@@ -126,10 +128,10 @@ TEST(Configuration, EveryValueHasATypeARangeAndAUnit) {
 }
 
 TEST(Configuration, TheFirstOfSeveralMistakesIsTold) {
-  expect_config_refused(
-      "[loop]\nrat_hz = 1\n[rig.sim]\ntool_mass_g = -1\n",
-      {"unknown key 'rat_hz' in [loop]", "hapticd.toml, line 2", "",
-       "rate_hz, fifo_priority, cpu, lock_memory, keep_cpu_awake", "did you mean 'rate_hz'?"});
+  expect_config_refused("[loop]\nrat_hz = 1\n[rig.sim]\ntool_mass_g = -1\n",
+                        {"unknown key 'rat_hz' in [loop]", "hapticd.toml, line 2", "",
+                         "rate_hz, fifo_priority, cpu, wake_early_share, lock_memory, keep_cpu_awake",
+                         "did you mean 'rate_hz'?"});
 }
 
 TEST(Configuration, BrokenTomlIsRefusedWithItsPlace) {

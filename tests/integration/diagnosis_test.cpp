@@ -54,6 +54,9 @@ TEST(Doctor, KnowsARealTimeKernel) {
 TEST(Doctor, WantsTheLoopOnAnIsolatedCpu) {
   Machine machine;
   EXPECT_EQ(machine.find("CPU", loop_on(1)).severity, kWarning);
+  EXPECT_NE(machine.find("CPU", loop_on(1)).text.find("the loop has CPU 1, which is not isolated"),
+            std::string::npos);
+  EXPECT_NE(machine.find("CPU", loop_on(-1)).text.find("shares its core"), std::string::npos);
   machine.file("sys/devices/system/cpu/isolated", "2-3,6");
   EXPECT_EQ(machine.find("CPU", loop_on(3)).severity, kGood);
   EXPECT_EQ(machine.find("CPU", loop_on(6)).severity, kGood);

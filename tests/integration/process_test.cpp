@@ -1,5 +1,10 @@
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <signal.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
 
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/running_service.h"
@@ -81,11 +86,10 @@ TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
   expect_ended(run({"--rate-hz", "nan"}), 2, "--rate-hz: the loop rate is not finite");
   expect_ended(run({"--config", folder.path("none.toml")}), 2, "cannot read the file");
   const std::string config = folder.write("hapticd.toml", "[loop]\nrate_hz = 1000\ncup = 1\n");
-  expect_ended(
-      run({"--config", config}), 2,
-      config +
-          ", line 3: unknown key 'cup' in [loop]; accepted: rate_hz, fifo_priority, cpu, lock_memory, "
-          "keep_cpu_awake; did you mean 'cpu'?");
+  expect_ended(run({"--config", config}), 2,
+               config +
+                   ", line 3: unknown key 'cup' in [loop]; accepted: rate_hz, fifo_priority, cpu, "
+                   "wake_early_share, lock_memory, keep_cpu_awake; did you mean 'cpu'?");
   expect_ended(run({"--scene", "tap1d"}), 2, "unknown scene 'tap1d'");
   expect_ended(run({"--scenes", folder.path("none")}), 2, "the scene folder cannot be read");
   expect_ended(run({"--models", folder.path("none")}), 2, "the model folder cannot be read");
@@ -105,6 +109,43 @@ TEST(ServiceProcess, ChecksAConfigurationAndPrintsAllOfIt) {
   }
   expect_ended(run({"--rig", "replay:/nowhere.csv", "--check-config"}), 4, "there is no such file");
   EXPECT_EQ(run({"--version"}).output.rfind("hapticd ", 0), 0U);
+}
+
+/// The CPUs each thread of a process may run on, as the kernel tells them, by the thread's name.
+std::multimap<std::string, std::string> cpus_of_threads(pid_t pid) {
+  std::multimap<std::string, std::string> cpus;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
+    std::ifstream status(thread.path() / "status");
+    std::string name;
+    for (std::string line; std::getline(status, line);) {
+      if (line.starts_with("Name:")) name = line.substr(6);
+      if (line.starts_with("Cpus_allowed_list:")) cpus.emplace(name, line.substr(19));
+    }
+  }
+  return cpus;
+}
+
+TEST(ServiceProcess, LeavesTheCpuOfAPinnedLoopToTheLoop) {
+  cpu_set_t ours;
+  ASSERT_EQ(sched_getaffinity(0, sizeof ours, &ours), 0);
+  if (CPU_COUNT(&ours) < 2 || !CPU_ISSET(0, &ours)) GTEST_SKIP() << "one CPU has to be shared by all";
+  const TemporaryFolder folder;
+  const std::string config = folder.write("hapticd.toml", "[loop]\ncpu = 0\n");
+  DaemonProcess process({"--listen", "127.0.0.1:0", "--config", config});
+  const std::string address = process.await_address();
+  ASSERT_FALSE(address.empty());
+  v1::RigInfo info;  // so that threads are there that serve calls
+  ASSERT_TRUE(v1::RigService::NewStub(connect(address))->GetRigInfo(call_context().get(), {}, &info).ok());
+  int others = 0;
+  for (const auto& [name, cpus] : cpus_of_threads(process.pid())) {
+    if (name == "hapticd-loop") {
+      EXPECT_EQ(cpus, "0");
+    } else {
+      EXPECT_NE(cpus[0], '0') << name << ": " << cpus;
+      ++others;
+    }
+  }
+  EXPECT_GT(others, 3);
 }
 
 TEST(ServiceProcess, SurvivesGarbageOnItsPort) {

@@ -31,22 +31,25 @@ std::optional<LatencyDistribution> parse_cyclictest(std::string_view output) {
     if (const auto most = labelled(line, "Max Latencies:")) max_us = *most;
     std::istringstream cells(line);
     LatencyDistribution::Bin bin{};
-    if (!line.empty() && line.front() != '#' && cells >> bin.up_to_us >> bin.count && bin.count > 0.0) {
+    if (!line.empty() && line.front() != '#' && cells >> bin.from_us >> bin.count && bin.count > 0.0) {
+      bin.up_to_us = bin.from_us + 1.0;  // cyclictest cuts the fraction off
       wakeup.bins.push_back(bin);
     }
   }
-  if (overflows > 0.0) wakeup.bins.push_back({max_us, overflows});
+  if (overflows > 0.0) wakeup.bins.push_back({max_us, max_us, overflows});
   if (wakeup.bins.empty()) return std::nullopt;
   return wakeup;
 }
 
-Cyclictest::Cyclictest(double seconds, std::filesystem::path output)
+Cyclictest::Cyclictest(double seconds, std::filesystem::path output, const CyclictestPlace& place)
     : output_(std::move(output)), duration_(std::llround(std::ceil(seconds))) {
+  report::Launch launch{
+      .command = {"cyclictest", "-m", "-p" + std::to_string(place.priority), "-i1000", "-t1", "-q", "-h",
+                  kHistogramSpanUs, "-D", std::to_string(duration_.count())},
+      .output = output_};
+  if (place.cpu >= 0) launch.command.push_back("-a" + std::to_string(place.cpu));
   try {
-    process_ = std::make_unique<report::ChildProcess>(
-        report::Launch{.command = {"cyclictest", "-m", "-p80", "-i1000", "-t1", "-q", "-h", kHistogramSpanUs,
-                                   "-D", std::to_string(duration_.count())},
-                       .output = output_});
+    process_ = std::make_unique<report::ChildProcess>(launch);
   } catch (const std::system_error& error) {
     failed_ = error.code() == std::errc::no_such_file_or_directory
                   ? "cyclictest is not installed; apt-get install rt-tests"

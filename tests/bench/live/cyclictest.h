@@ -15,10 +15,16 @@ namespace hapticd::bench {
 /// counted at the maximum. None where there is no histogram.
 std::optional<LatencyDistribution> parse_cyclictest(std::string_view output);
 
-/// The yardstick: one thread of cyclictest at the loop's rate and priority, running beside it.
+/// Where a cyclictest runs.
+struct CyclictestPlace {
+  int priority = 80;  ///< SCHED_FIFO
+  int cpu = -1;       ///< the only CPU it may run on; -1 = any
+};
+
+/// The yardstick: one thread of cyclictest at the loop's rate, running beside it.
 class Cyclictest {
  public:
-  Cyclictest(double seconds, std::filesystem::path output);
+  Cyclictest(double seconds, std::filesystem::path output, const CyclictestPlace& place = {});
 
   struct Outcome {
     std::optional<LatencyDistribution> wakeup;

@@ -14,9 +14,9 @@ TEST(Cyclictest, HistogramBecomesQuantiles) {
       "# Total: 000000999\n# Min Latencies: 00020\n# Avg Latencies: 00025\n# Max Latencies: 23456\n"
       "# Histogram Overflows: 00001\n# Histogram Overflow at cycle number:\n# Thread 0: 00017\n");
   ASSERT_TRUE(wakeup);
-  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.5), 20.0);
-  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.99), 40.0);
-  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.999), 100.0);
+  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.5), 21.0);
+  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.99), 40.5);
+  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.999), 101.0);
   EXPECT_DOUBLE_EQ(wakeup->max_us(), 23456.0);
 }
 
@@ -24,7 +24,7 @@ TEST(Cyclictest, QuantileBeyondTheHistogramIsTheMaximum) {
   const auto wakeup =
       parse_cyclictest("000020 000001\n# Max Latencies: 30000\n# Histogram Overflows: 00001\n");
   ASSERT_TRUE(wakeup);
-  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.5), 20.0);
+  EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.5), 21.0);
   EXPECT_DOUBLE_EQ(wakeup->quantile_us(0.99), 30000.0);
 }
 
@@ -33,6 +33,7 @@ TEST(LatencyDistribution, IsWhatHappenedBetweenTwoAnswers) {
   v1::LatencySummary after;
   const auto add = [](v1::LatencySummary& summary, double up_to_us, std::uint64_t count) {
     v1::LatencyBucket& bucket = *summary.add_buckets();
+    bucket.set_from_us(0.9 * up_to_us);
     bucket.set_up_to_us(up_to_us);
     bucket.set_count(count);
   };
@@ -44,7 +45,8 @@ TEST(LatencyDistribution, IsWhatHappenedBetweenTwoAnswers) {
   add(after, 950.0, 1);
   LatencyDistribution passed = between(before, after);
   EXPECT_DOUBLE_EQ(passed.count(), 100.0);
-  EXPECT_DOUBLE_EQ(passed.quantile_us(0.5), 10.0);
+  EXPECT_DOUBLE_EQ(passed.quantile_us(0.45), 9.5) << "half way through a bin of 90";
+  EXPECT_DOUBLE_EQ(passed.quantile_us(0.9), 10.0);
   EXPECT_DOUBLE_EQ(passed.quantile_us(0.99), 20.0);
   EXPECT_DOUBLE_EQ(passed.max_us(), 950.0);
   passed += between(before, after);

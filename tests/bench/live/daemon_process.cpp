@@ -27,16 +27,23 @@ std::string announced_address(const std::string& log) {
   return log.substr(begin + kAnnouncement.size(), end - begin - kAnnouncement.size());
 }
 
+std::string configuration_beside(std::filesystem::path log, const DaemonSetup& setup) {
+  const std::filesystem::path file = log.replace_extension(".toml");
+  std::ofstream(file) << "[loop]\ncpu = " << setup.loop_cpu << '\n';
+  return file.string();
+}
+
 }  // namespace
 
 std::filesystem::path program_folder() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }
 
-DaemonProcess::DaemonProcess(std::filesystem::path log, const std::string& scene)
+DaemonProcess::DaemonProcess(std::filesystem::path log, const DaemonSetup& setup)
     : log_(std::move(log)),
-      process_({.command = {(program_folder() / "hapticd").string(), "--rig", "sim", "--scene", scene,
-                            "--listen", "127.0.0.1:0", "--model-store", ":memory:"},
+      process_({.command = {(program_folder() / "hapticd").string(), "--rig", "sim", "--scene", setup.scene,
+                            "--listen", "127.0.0.1:0", "--model-store", ":memory:", "--config",
+                            configuration_beside(log_, setup)},
                 .output = log_}) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   while (address_.empty()) {

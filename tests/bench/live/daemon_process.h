@@ -12,11 +12,17 @@ namespace hapticd::bench {
 /// Folder of the running program, where `hapticd` is too.
 std::filesystem::path program_folder();
 
-/// The real daemon on the simulated rig in real time, with a scene loaded and no models kept, on a free loopback port.
+/// How the daemon is started: the simulated rig in real time, no models kept, on a free loopback port.
+struct DaemonSetup {
+  std::string scene = "tap_1d";
+  int loop_cpu = -1;  ///< that the loop is pinned to and the daemon's other threads keep off; -1 = none
+};
+
+/// The real daemon.
 class DaemonProcess {
  public:
   /// Starts it and waits until it listens. Throws std::runtime_error with what it said where it does not.
-  explicit DaemonProcess(std::filesystem::path log, const std::string& scene = "tap_1d");
+  explicit DaemonProcess(std::filesystem::path log, const DaemonSetup& setup = {});
 
   /// "127.0.0.1:PORT".
   const std::string& address() const noexcept { return address_; }

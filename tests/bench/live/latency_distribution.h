@@ -6,16 +6,17 @@
 
 namespace hapticd::bench {
 
-/// How often something took how long, as bins of rising upper edge.
+/// How often something took how long, as bins that rise and do not overlap.
 struct LatencyDistribution {
   struct Bin {
+    double from_us = 0.0;
     double up_to_us = 0.0;
     double count = 0.0;
   };
   std::vector<Bin> bins{};
 
   double count() const;
-  /// Upper edge of the bin that holds the quantile (0 … 1); NaN where nothing was counted.
+  /// The quantile (0 … 1), with what a bin holds spread evenly over it; NaN where nothing was counted.
   double quantile_us(double share) const;
   double max_us() const { return quantile_us(1.0); }
   /// The share that took longer than each bin's edge; what a histogram looks like when its tail matters.

@@ -1,5 +1,7 @@
 #include "tests/bench/realtime/load.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -171,9 +173,11 @@ std::unique_ptr<Load> recording(const std::string& address, double, const std::f
 }
 
 std::unique_ptr<Load> stress(const std::string&, double, const std::filesystem::path& folder) {
+  const long cpus = sysconf(_SC_NPROCESSORS_ONLN);  // all of them, the loop's too
   try {
     return std::make_unique<ProgramLoad>(
-        std::vector<std::string>{"stress-ng", "--cpu", "2", "--vm", "1", "--vm-bytes", "64M", "--quiet"},
+        std::vector<std::string>{"stress-ng", "--taskset", "0-" + std::to_string(cpus - 1), "--cpu",
+                                 std::to_string(cpus), "--vm", "1", "--vm-bytes", "64M", "--quiet"},
         folder / "load_stress.log");
   } catch (const std::system_error& error) {
     if (error.code() != std::errc::no_such_file_or_directory) throw;

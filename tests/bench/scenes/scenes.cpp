@@ -87,7 +87,7 @@ double resident_mb(pid_t pid) {
 DaemonCost daemon_cost(const std::string& scene, const std::filesystem::path& log) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
-  DaemonProcess daemon(log, scene);
+  DaemonProcess daemon(log, {.scene = scene});
   const std::chrono::duration<double, std::milli> took = Clock::now() - start;
   client::Client client({.address = daemon.address()});
   const v1::SceneOutline outline = client.explain_scene({.text = scene});

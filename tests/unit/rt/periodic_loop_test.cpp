@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <thread>
+#include <vector>
 
 #include "fake_rig.h"
 
@@ -74,6 +75,49 @@ TEST(PeriodicLoop, ASlowDeviceIsNamedAsTheCauseOfTheOverrun) {
   EXPECT_TRUE(told) << "the record after the overrun names it";
 }
 
+TEST(PeriodicLoop, NoTickBeginsBeforeItsTimeHoweverEarlyTheThreadIsWoken) {
+  using Clock = std::chrono::steady_clock;
+  for (const double share : {0.0, 0.05, 0.5}) {
+    FakeRig rig;
+    rig.end_after = 200;
+    std::vector<Clock::time_point> begun;
+    rig.before_read = [&begun](std::uint64_t) { begun.push_back(Clock::now()); };
+    Engine engine(rig);
+    LoopConfig config = modest();
+    config.wake_early_share = share;
+    PeriodicLoop loop(rig, engine, config);
+    loop.start();
+    await_end(loop);
+    loop.stop();
+    const LoopStatistics statistics = loop.statistics();
+    EXPECT_EQ(statistics.timer.count, 200U);
+    EXPECT_EQ(statistics.jitter.count, 199U);
+    // Each tick has a place on the grid of its own, so n ticks take n periods, but for what the first was
+    // late.
+    const std::int64_t periods = 199 + static_cast<std::int64_t>(statistics.periods_missed);
+    const auto took = begun.back() - begun.front();
+    EXPECT_GE(took + std::chrono::nanoseconds(statistics.wakeup.max_ns),
+              (periods - 1) * std::chrono::milliseconds(1))
+        << share;
+    // What is slept early makes up for what the timer was late, and never more.
+    EXPECT_LE(statistics.wakeup.mean_ns, statistics.timer.mean_ns + 1000.0) << share;
+  }
+}
+
+TEST(PeriodicLoop, JitterCountsAMissedPeriod) {
+  FakeRig rig;
+  rig.end_after = 40;
+  rig.before_read = [](std::uint64_t tick) {
+    if (tick == 20) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  };
+  Engine engine(rig);
+  PeriodicLoop loop(rig, engine, modest());
+  loop.start();
+  await_end(loop);
+  loop.stop();
+  EXPECT_GE(loop.statistics().jitter.max_ns, 48'000'000);
+}
+
 TEST(PeriodicLoop, SaysWhatItLacks) {
   FakeRig rig;
   rig.end_after = 1;
@@ -99,6 +143,12 @@ TEST(LoopConfig, IsCheckedBeforeAnyThreadExists) {
   LoopConfig priority;
   priority.fifo_priority = 100;
   EXPECT_EQ(validate(priority).error().what, "fifo_priority is out of range");
+  for (const double share : {-0.01, 0.51, std::nan("")}) {
+    LoopConfig early;
+    early.wake_early_share = share;
+    ASSERT_FALSE(validate(early));
+    EXPECT_EQ(validate(early).error().what, "wake_early_share is out of range");
+  }
   LoopConfig cpu;
   cpu.cpu = 100000;
   EXPECT_EQ(validate(cpu).error().what, "cpu does not exist");
