@@ -40,10 +40,16 @@ void IdentifyFakeService::disconnect() {
   server_.reset();
 }
 
+bool IdentifyFakeService::streams_to_break() const {
+  return script_.break_after > 0 && broken_streams_ < script_.streams_that_break;
+}
+
 v1::IdentificationProgress IdentifyFakeService::now() const {
   if (script_.progress.empty()) return {};
   const auto step = static_cast<std::size_t>((steady_clock::now() - begin_) / script_.pace);
-  v1::IdentificationProgress progress = script_.progress[std::min(step, script_.progress.size() - 1)];
+  const std::size_t last =
+      script_.progress.size() - (streams_to_break() && script_.progress.size() > 1 ? 2 : 1);
+  v1::IdentificationProgress progress = script_.progress[std::min(step, last)];
   if (cancel_asked_) {
     progress.set_state(v1::IDENTIFICATION_STATE_CANCELLED);
     progress.set_model(std::string(64, 'c'));
@@ -68,12 +74,14 @@ grpc::Status IdentifyFakeService::WatchIdentification(
   std::unique_lock lock(mutex_);
   watched_names_.push_back(request->identification());
   if (script_.watch_refusal) return *script_.watch_refusal;
-  const bool breaks = script_.break_after > 0 && broken_streams_ < script_.streams_that_break;
-  if (breaks) ++broken_streams_;
+  const bool breaks = streams_to_break();
   const bool falls_silent = script_.silent_after > 0 && silent_streams_ < script_.streams_that_fall_silent;
   if (falls_silent) ++silent_streams_;
   for (int told = 0; !closing_ && !context->IsCancelled(); ++told) {
-    if (breaks && told == script_.break_after) return script_.break_status;
+    if (breaks && told == script_.break_after) {
+      ++broken_streams_;
+      return script_.break_status;
+    }
     if (!falls_silent || told < script_.silent_after) {
       const v1::IdentificationProgress progress = now();
       lock.unlock();

@@ -24,7 +24,8 @@ class IdentifyFakeService final : public v1::IdentificationService::Service {
     /// while it is not over.
     std::vector<v1::IdentificationProgress> progress{};
     std::chrono::milliseconds pace{5};
-    /// Streams end with `break_status` after so many messages each; 0 = they hold.
+    /// Streams end with `break_status` after so many messages each; 0 = they hold. The last of `progress` is
+    /// not told before all of them did, however slow the machine is.
     int break_after = 0;
     grpc::Status break_status = grpc::Status(grpc::StatusCode::UNAVAILABLE, "Socket closed");
     int streams_that_break = 1;
@@ -81,6 +82,7 @@ class IdentifyFakeService final : public v1::IdentificationService::Service {
                                v1::UploadRecordingResponse* response) override;
 
   /// What is told now. `mutex_` held.
+  bool streams_to_break() const;
   v1::IdentificationProgress now() const;
 
   TemporaryFolder folder_;
