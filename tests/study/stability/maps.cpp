@@ -219,7 +219,8 @@ void run_granted(StudyContext& context) {
     const std::vector<double> grid = granted_targets(granted.trial, targets);
     if (grid.empty()) return std::vector<double>{};
     const TrialOutcome outcome = run_trial(granted.trial, grid[cell % targets]);
-    return std::vector<double>{static_cast<double>(outcome.verdict), outcome.swing_mm, outcome.swing_n};
+    return std::vector<double>{static_cast<double>(outcome.verdict), outcome.swing_mm, outcome.swing_n,
+                               outcome.at_full_pull ? 1.0 : 0.0};
   });
   if (!cells) return;
   report::MarkdownTable table({"device", "scene", "object", "N/mm", "by", "granted N/mm", "unstable",

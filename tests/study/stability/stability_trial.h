@@ -64,6 +64,7 @@ struct TrialOutcome {
   double rendered_in_air = 0.0;   ///< share of the time that contact was declared off the object
   bool saturated = false;         ///< the guard latched because the sensor's range was left
   double latched_after_s = -1.0;  ///< negative: it did not latch
+  bool at_full_pull = false;      ///< at the end: softer was asked for than device or sensor bear
 };
 /// `watch` (may be empty) is called at every tick from the first touch on, with the time since then.
 TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
