@@ -496,6 +496,23 @@ TEST(ServiceTargets, TheFeasibleRangeFollowsTheEquation) {
   EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_SCENE_MAXIMUM);
 }
 
+TEST(ServiceTargets, TheFeasibleRangeOfNowGoesByTheObjectsLawWhereItIsKnown) {
+  const RunningService service;
+  ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
+  service.press(2.0);
+  service.await([](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(4.0);
+  v1::FeasibleRange range;
+  const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), request, &range);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
+  EXPECT_NEAR(range.min_n_per_mm(), 0.121, 0.001) << "4 N over the law's depth at 12.5 N";
+  request.set_object_stiffness_n_per_mm(0.25);
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 0.25 * 4.0 / 12.5, 1e-12) << "as the client says";
+}
+
 TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
