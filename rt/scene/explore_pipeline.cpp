@@ -189,12 +189,13 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
   return normal * (release_share_ * target_.update(predicted_mm, rate, now.tip_mm));
 }
 
-hal::Vector3 ExplorePipeline::held_within_sensor(const hal::Vector3& desired_n) const noexcept {
-  // Where the device has less than that, the guard bounds it.
-  if (reach_.pull_n == reach_.push_n) return desired_n;
+bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
+  // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
   const hal::Vector3& normal = direction_.normal();
   const double pull_n = -dot(desired_n, normal);
-  return pull_n > reach_.pull_n ? desired_n + normal * (pull_n - reach_.pull_n) : desired_n;
+  if (reach_.pull_n == reach_.push_n || !(pull_n > reach_.pull_n)) return false;
+  desired_n = desired_n + normal * (pull_n - reach_.pull_n);
+  return true;
 }
 
 hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
@@ -206,7 +207,7 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,
                                               now.velocity_mm_per_s);
   }
-  desired_n = held_within_sensor(desired_n);
+  if (hold_within_sensor(desired_n)) record.guard_limits |= guard_limit::kForce;
   // The observer's f_d is the last tick's until the new command is applied.
   const hal::Vector3 command_n = controller_.update(desired_n) + back_drive_n_;
   tell(now, in_contact, normal_n, desired_n, command_n, record);

@@ -55,8 +55,9 @@ class ExplorePipeline final : public Pipeline {
   /// Speed into the object.
   double rate_mm_per_s(const Measured& now) const noexcept;
   hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n) noexcept;
-  /// No more of the desired force into the object than the sensor bears besides the hand.
-  hal::Vector3 held_within_sensor(const hal::Vector3& desired_n) const noexcept;
+  /// No more of the desired force into the object than the sensor bears besides the hand; true where there
+  /// was more.
+  bool hold_within_sensor(hal::Vector3& desired_n) const noexcept;
   void tell(const Measured& now, bool in_contact, double normal_n, const hal::Vector3& desired_n,
             const hal::Vector3& command_n, TickRecord& record) const noexcept;
 

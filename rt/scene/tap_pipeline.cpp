@@ -59,13 +59,14 @@ bool TapPipeline::update_contact(double sensor_n, double reaction_n, double dept
   return in_contact;
 }
 
-void TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
+bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
   // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
-  if (reach_.pull_n == reach_.push_n || !(desired.force_n > reach_.pull_n)) return;
+  if (reach_.pull_n == reach_.push_n || !(desired.force_n > reach_.pull_n)) return false;
   desired.force_n = reach_.pull_n;
   if (structural_n_per_mm_ > 0.0) {
     desired.displacement_mm = std::max(0.0, encoder_mm - reach_.pull_n / structural_n_per_mm_);
   }
+  return true;
 }
 
 hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
@@ -82,7 +83,7 @@ hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& rec
     desired = structural_n_per_mm_ > 0.0
                   ? desired_force_compensated(reaction_n, target, encoder_mm, structural_n_per_mm_)
                   : desired_force_rigid(reaction_n, target, encoder_mm);
-    hold_within_sensor(desired, encoder_mm);
+    if (hold_within_sensor(desired, encoder_mm)) record.guard_limits |= guard_limit::kForce;
   }
   desired.force_n = fade_.update(in_contact, desired.force_n);
   const double device_force_n = controller_.device_force_n();

@@ -33,7 +33,8 @@ class TapPipeline final : public Pipeline {
  private:
   bool update_contact(double sensor_n, double reaction_n, double depth_mm, std::int64_t time_ns) noexcept;
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
-  void hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept;
+  /// True where it was.
+  bool hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept;
 
   PressAxis axis_;
   double tool_mass_g_;

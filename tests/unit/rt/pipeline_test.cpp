@@ -86,6 +86,7 @@ TEST(TapPipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
   EXPECT_NEAR(record.desired_force_n, 24.5, 1e-9) << "not 29.7 N: 0.7 of the sensor's 35 N";
   EXPECT_NEAR(record.device_command_n.z, -24.5, 1e-6);
   EXPECT_NEAR(record.hand_force_n, 5.5, 0.01);
+  EXPECT_TRUE(record.guard_limits & guard_limit::kForce) << "and it is told";
   EXPECT_NEAR(record.feasible_min_n_per_mm, 10.0 * 5.5 / (5.5 + 24.5), 0.05);
   // Against the hand it may do all it can.
   Bench wall(rigid(1.2), kStrong);
