@@ -84,8 +84,7 @@ std::string remark_on(const std::string& need, const FoundModel& found, const rt
 /// What is granted where the scene does not say: on a soft object less than the device would bear. What the
 /// scene itself starts with is its own word.
 void limit_to_object(ResolvedScene& scene) {
-  constexpr double kJudgedAtN = 4.0;
-  const auto own_n_per_mm = rt::stiffness_n_per_mm(scene.model->model, kJudgedAtN);
+  const auto own_n_per_mm = rt::stiffness_n_per_mm(scene.model->model, rt::kFirmPressN);
   if (!own_n_per_mm) return;
   const double asked = rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kDeepestTargetMm);
   double& largest = scene.spec.max_target_stiffness_n_per_mm;

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
+#include "rt/target/largest_pull.h"
 #include "rt/target/largest_target.h"
 #include "server/range.h"
 #include "server/scene_file.h"
@@ -53,12 +55,19 @@ std::optional<Refusal> validate(rt::TargetLaw& law) {
   return std::nullopt;
 }
 
+rt::DeviceReach reach_of(double max_force_n, const hal::RigInfo& rig) {
+  return {std::min(max_force_n, rt::pull_within_sensor_n(rig)), max_force_n};
+}
+
 /// What of a law a scene serves.
-Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const rt::SceneSpec& resolved) {
+Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scene, const hal::RigInfo& rig) {
+  const rt::SceneSpec& resolved = scene.spec;
   TargetSet set;
   set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, rt::kDeepestTargetMm);
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
     set.grant = grant_target(law.stiffness_n_per_mm, resolved);
+    if (const rt::ObjectModel* object = scene.object_model())
+      tell_too_soft(set.grant, *object, resolved, rig);
     return set;
   }
   if (resolved.kind != rt::SceneKind::kExplore) {
@@ -143,6 +152,21 @@ TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolve
   return grant;
 }
 
+void tell_too_soft(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
+                   const hal::RigInfo& rig) {
+  const rt::DeviceReach reach = reach_of(resolved.guard.max_force_n, rig);
+  const auto range = rt::feasible_range(object, rt::kFirmPressN, reach);
+  if (!range || !(grant.granted_n_per_mm < range->min_n_per_mm)) return;
+  grant.reason = LimitingReason::kDeviceForce;
+  if (!grant.explanation.empty()) grant.explanation += "; ";
+  grant.explanation += fmt::format(
+      "{:.3g} N/mm granted; pressed with {:g} N '{}' feels no softer than {:.3g} N/mm, for the "
+      "device pulls with no more than {:.3g} N{} (3.8)",
+      grant.granted_n_per_mm, rt::kFirmPressN, object.name, range->min_n_per_mm, reach.pull_n,
+      reach.pull_n < reach.push_n ? fmt::format(", {:g} of the sensor's range", rt::kLargestPullOfSensor)
+                                  : "");
+}
+
 std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Caller::Clock::time_point until,
                                                       const Caller& caller) {
   // A rig with a clock of its own may pass any time between two naps; the loop itself waits for the tick
@@ -172,7 +196,7 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
   if (auto refusal = scenes_.reserved()) return *refusal;
   const auto scene = scenes_.current();
   if (!scene) return no_scene();
-  Outcome<TargetSet> result = grant_law(law, scene->spec);
+  Outcome<TargetSet> result = grant_law(law, *scene, session_.rig_info());
   if (!result) return result;
   if (law.kind == rt::TargetLaw::Kind::kLinear) law.stiffness_n_per_mm = result->grant.granted_n_per_mm;
 
@@ -243,8 +267,14 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
     result.object_stiffness_n_per_mm = last.reaction_force_n / last.displacement_mm;
   }
 
-  const rt::FeasibleRange range =
-      rt::feasible_range(result.object_stiffness_n_per_mm, result.hand_force_n, result.device_max_force_n);
+  const rt::DeviceReach reach = reach_of(result.device_max_force_n, session_.rig_info());
+  rt::FeasibleRange range = rt::feasible_range(result.object_stiffness_n_per_mm, result.hand_force_n, reach);
+  // What a client says of an object counts as it stands; of one that is there the law is better known than
+  // by the depth it is pressed to right now.
+  if (const rt::ObjectModel* object = scene ? scene->object_model() : nullptr;
+      object != nullptr && !object_stiffness_n_per_mm) {
+    range = rt::feasible_range(*object, result.hand_force_n, reach).value_or(range);
+  }
   result.min_n_per_mm = range.min_n_per_mm;
   result.max_n_per_mm = range.max_n_per_mm;
   result.max_limited_by =

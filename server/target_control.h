@@ -28,6 +28,13 @@ struct TargetGrant {
 /// only scenes that solve the compensation for the device force: those along one axis.
 TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
 
+/// Says so where the granted stiffness is softer than (3.8) leaves feasible on this object under a firm press
+/// (kFirmPressN), by its identified law, the device pulling with no more than it has and the sensor bears. It
+/// stays granted: pressed less firmly it is feasible further down, and pressed more firmly than that the
+/// device gives steadily all it may and the object feels stiffer than asked.
+void tell_too_soft(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
+                   const hal::RigInfo& rig);
+
 /// Range of (3.8), cut to what the loaded scene would grant.
 struct Feasibility {
   double hand_force_n = 0.0;

@@ -182,7 +182,7 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
   record.guard_fault = fault_;
   record.faults_present = present_ | raised_;
   raised_ = 0;
-  record.guard_limits = limited;
+  record.guard_limits |= limited;
   record.authority = authority_;
   return force;
 }

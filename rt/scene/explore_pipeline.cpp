@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "rt/target/feasible_range.h"
+#include "rt/target/largest_pull.h"
 #include "rt/target/release_fade.h"
 
 namespace hapticd::rt {
@@ -43,7 +43,7 @@ Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, do
 
 ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& model, const hal::RigInfo& rig)
     : options_(resolved.explore),
-      max_force_n_(resolved.guard.max_force_n),
+      reach_{std::min(resolved.guard.max_force_n, pull_within_sensor_n(rig)), resolved.guard.max_force_n},
       lead_s_(1e-3 * resolved.explore.lead_ms),
       load_(resolved.explore.sensor_mounting
                 ? ToolLoad::mounted(resolved.tool_mass_g, *resolved.explore.sensor_mounting)
@@ -189,6 +189,15 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
   return normal * (release_share_ * target_.update(predicted_mm, rate, now.tip_mm));
 }
 
+bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
+  // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
+  const hal::Vector3& normal = direction_.normal();
+  const double pull_n = -dot(desired_n, normal);
+  if (reach_.pull_n == reach_.push_n || !(pull_n > reach_.pull_n)) return false;
+  desired_n = desired_n + normal * (pull_n - reach_.pull_n);
+  return true;
+}
+
 hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const Measured now = measure(sample);
   const bool in_contact = update_contact(sample, now);
@@ -198,6 +207,7 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,
                                               now.velocity_mm_per_s);
   }
+  if (hold_within_sensor(desired_n)) record.guard_limits |= guard_limit::kForce;
   // The observer's f_d is the last tick's until the new command is applied.
   const hal::Vector3 command_n = controller_.update(desired_n) + back_drive_n_;
   tell(now, in_contact, normal_n, desired_n, command_n, record);
@@ -230,7 +240,7 @@ void ExplorePipeline::tell(const Measured& now, bool in_contact, double normal_n
   record.hand_force_n = normal_n + dot(controller_.device_force_n(), normal);  // (4.1) along the normal
   if (record.displacement_mm > 0.0) {
     const FeasibleRange range =
-        feasible_range(normal_n / record.displacement_mm, record.hand_force_n, max_force_n_);
+        feasible_range(normal_n / record.displacement_mm, record.hand_force_n, reach_);
     record.feasible_min_n_per_mm = range.min_n_per_mm;
     record.feasible_max_n_per_mm = range.max_n_per_mm;
   }

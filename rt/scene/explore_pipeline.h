@@ -17,6 +17,7 @@
 #include "rt/signal/structural_deflection.h"
 #include "rt/signal/three_axis_motion.h"
 #include "rt/signal/tool_load.h"
+#include "rt/target/feasible_range.h"
 #include "rt/target/target_blend.h"
 
 namespace hapticd::rt {
@@ -54,11 +55,14 @@ class ExplorePipeline final : public Pipeline {
   /// Speed into the object.
   double rate_mm_per_s(const Measured& now) const noexcept;
   hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n) noexcept;
+  /// No more of the desired force into the object than the sensor bears besides the hand; true where there
+  /// was more.
+  bool hold_within_sensor(hal::Vector3& desired_n) const noexcept;
   void tell(const Measured& now, bool in_contact, double normal_n, const hal::Vector3& desired_n,
             const hal::Vector3& command_n, TickRecord& record) const noexcept;
 
   ExploreParameters options_;
-  double max_force_n_;
+  DeviceReach reach_;
   double lead_s_;
 
   ToolLoad load_;

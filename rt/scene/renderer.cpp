@@ -30,6 +30,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.sensor_force_n = sample.sensor_force_n;
   record.sample_status = sample.status;
   record.force_count = sample.force_count;
+  record.guard_limits = 0;
 
   hal::Vector3 wanted;
   if (!guard_.admit(sample)) {

@@ -1,8 +1,9 @@
 #include "rt/scene/tap_pipeline.h"
 
+#include <algorithm>
+
 #include "rt/signal/tool_compensation.h"
-#include "rt/target/desired_force.h"
-#include "rt/target/feasible_range.h"
+#include "rt/target/largest_pull.h"
 
 namespace hapticd::rt {
 
@@ -10,7 +11,7 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),
       tool_mass_g_(resolved.tool_mass_g),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
-      max_force_n_(resolved.guard.max_force_n),
+      reach_{std::min(resolved.guard.max_force_n, pull_within_sensor_n(rig)), resolved.guard.max_force_n},
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
       contact_parameters_(resolved.contact),
       residual_(resolved.tool_mass_g, rig.rate_hz),
@@ -58,6 +59,16 @@ bool TapPipeline::update_contact(double sensor_n, double reaction_n, double dept
   return in_contact;
 }
 
+bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
+  // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
+  if (reach_.pull_n == reach_.push_n || !(desired.force_n > reach_.pull_n)) return false;
+  desired.force_n = reach_.pull_n;
+  if (structural_n_per_mm_ > 0.0) {
+    desired.displacement_mm = std::max(0.0, encoder_mm - reach_.pull_n / structural_n_per_mm_);
+  }
+  return true;
+}
+
 hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const double depth_mm = axis_.depth_mm(sample.tip_position_mm);
   motion_.update(depth_mm, sample.time_ns);
@@ -72,6 +83,7 @@ hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& rec
     desired = structural_n_per_mm_ > 0.0
                   ? desired_force_compensated(reaction_n, target, encoder_mm, structural_n_per_mm_)
                   : desired_force_rigid(reaction_n, target, encoder_mm);
+    if (hold_within_sensor(desired, encoder_mm)) record.guard_limits |= guard_limit::kForce;
   }
   desired.force_n = fade_.update(in_contact, desired.force_n);
   const double device_force_n = controller_.device_force_n();
@@ -91,7 +103,7 @@ hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& rec
     record.hand_force_n = reaction_n - device_force_n;  // (3.1)
     if (desired.displacement_mm > 0.0) {
       const FeasibleRange range =
-          feasible_range(reaction_n / desired.displacement_mm, record.hand_force_n, max_force_n_);
+          feasible_range(reaction_n / desired.displacement_mm, record.hand_force_n, reach_);
       record.feasible_min_n_per_mm = range.min_n_per_mm;
       record.feasible_max_n_per_mm = range.max_n_per_mm;
     }

@@ -11,6 +11,8 @@
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "rt/signal/motion_estimator.h"
+#include "rt/target/desired_force.h"
+#include "rt/target/feasible_range.h"
 #include "rt/target/release_fade.h"
 #include "rt/target/target_ramp.h"
 
@@ -30,11 +32,14 @@ class TapPipeline final : public Pipeline {
 
  private:
   bool update_contact(double sensor_n, double reaction_n, double depth_mm, std::int64_t time_ns) noexcept;
+  /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
+  /// True where it was.
+  bool hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept;
 
   PressAxis axis_;
   double tool_mass_g_;
   double structural_n_per_mm_;  ///< 0 = device taken as rigid
-  double max_force_n_;
+  DeviceReach reach_;
   MotionEstimator motion_;
   ContactParameters contact_parameters_;
   FreeMotionResidual residual_;

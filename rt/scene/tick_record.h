@@ -43,7 +43,7 @@ enum class GuardState : std::uint8_t {
 };
 
 namespace guard_limit {
-inline constexpr std::uint8_t kForce = 1U << 0;  ///< magnitude was cut
+inline constexpr std::uint8_t kForce = 1U << 0;  ///< magnitude was cut, or held within what the sensor bears
 inline constexpr std::uint8_t kRate = 1U << 1;   ///< change since the last tick was cut
 inline constexpr std::uint8_t kPower = 1U << 2;  ///< power into the user's hand was cut
 }  // namespace guard_limit

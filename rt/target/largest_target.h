@@ -7,6 +7,9 @@ namespace hapticd::rt {
 /// Down to which displacement the greatest stiffness of a law that is not linear is looked for.
 inline constexpr double kDeepestTargetMm = 20.0;
 
+/// A firm press of the hand, at which an object's stiffness and what is feasible on it are judged.
+inline constexpr double kFirmPressN = 4.0;
+
 /// Largest target stiffness that is granted where a scene does not say, in N/mm. Below the least target that
 /// became unstable in simulation with default gains on any of the device's presets: a hand's press on objects
 /// of 0.05 … 5 N/mm with knocks, in one dimension and exploring, with something to spare for what is

@@ -83,6 +83,43 @@ TEST(ServiceTargets, OnASoftObjectThatIsExploredLessIsGrantedThanTheDeviceBears)
   EXPECT_EQ(response.granted_n_per_mm(), 2.0) << "a scene may say more";
 }
 
+TEST(ServiceTargets, AreToldWhereTheyAreSofterThanTheDeviceCanMakeTheObject) {
+  const RunningService service;
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
+  ASSERT_TRUE(service.set_target(target(0.05), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.05) << "pressed less firmly it is feasible";
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_DEVICE_FORCE);
+  EXPECT_EQ(
+      response.explanation(),
+      "0.05 N/mm granted; pressed with 4 N 'sponge_cut' feels no softer than 0.121 N/mm, for the device "
+      "pulls with no more than 8.5 N (3.8)");
+  for (const double dissertation_n_per_mm : {0.3, 0.5}) {
+    ASSERT_TRUE(service.set_target(target(dissertation_n_per_mm), &response).ok());
+    EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+    EXPECT_EQ(response.explanation(), "");
+  }
+}
+
+TEST(ServiceTargets, AStrongDeviceIsHeldByTheSensorsRange) {
+  server::DaemonConfig config = quiet_config();
+  config.simulation.device = "phantom_1_5_high_force";
+  const RunningService service(config);
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(4.0);
+  request.set_object_stiffness_n_per_mm(1.0);
+  v1::FeasibleRange range;
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 4.0 / (4.0 + 0.7 * 35.0), 1e-12);
+  EXPECT_EQ(range.device_max_force_n(), 37.5);
+  ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(0.05), &response).ok());
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_DEVICE_FORCE);
+  EXPECT_NE(response.explanation().find("24.5 N, 0.7 of the sensor's range"), std::string::npos)
+      << response.explanation();
+}
+
 TEST(ServiceTargets, AreGrantedUpToTheCompensableStructuralStiffness) {
   const RunningService service;
   ASSERT_TRUE(service.load_toml("name = \"hard\"\n[target]\nmax_stiffness_n_per_mm = 20\n").ok());
@@ -457,6 +494,23 @@ TEST(ServiceTargets, TheFeasibleRangeFollowsTheEquation) {
   ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
   EXPECT_EQ(range.max_n_per_mm(), 0.75);
   EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+}
+
+TEST(ServiceTargets, TheFeasibleRangeOfNowGoesByTheObjectsLawWhereItIsKnown) {
+  const RunningService service;
+  ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
+  service.press(2.0);
+  service.await([](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(4.0);
+  v1::FeasibleRange range;
+  const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), request, &range);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
+  EXPECT_NEAR(range.min_n_per_mm(), 0.121, 0.001) << "4 N over the law's depth at 12.5 N";
+  request.set_object_stiffness_n_per_mm(0.25);
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 0.25 * 4.0 / 12.5, 1e-12) << "as the client says";
 }
 
 TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {

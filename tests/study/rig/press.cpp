@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kPatienceS = 30.0;
 constexpr const char* kNeverTouched = "the hand never touched the object";
-constexpr const char* kForceLimit = "the device's force limit is reached, (3.8)";
+constexpr const char* kForceLimit =
+    "the device's force limit, or what the sensor bears of it, is reached, (3.8)";
 
 /// Why the device or the sensor cannot do it, by a tick of the press; empty = they can.
 std::string failure(const rt::TickRecord& record, bool judging) {

@@ -219,14 +219,16 @@ void run_granted(StudyContext& context) {
     const std::vector<double> grid = granted_targets(granted.trial, targets);
     if (grid.empty()) return std::vector<double>{};
     const TrialOutcome outcome = run_trial(granted.trial, grid[cell % targets]);
-    return std::vector<double>{static_cast<double>(outcome.verdict), outcome.swing_mm, outcome.swing_n};
+    return std::vector<double>{static_cast<double>(outcome.verdict), outcome.swing_mm, outcome.swing_n,
+                               outcome.at_full_pull ? 1.0 : 0.0};
   });
   if (!cells) return;
   report::MarkdownTable table({"device", "scene", "object", "N/mm", "by", "granted N/mm", "unstable",
-                               "which of them, and what happens"});
+                               "at full pull", "which are unstable, and what happens"});
   std::size_t unstable_in_all = 0;
   std::size_t tried_in_all = 0;
   std::size_t saturated_in_all = 0;
+  std::size_t held_in_all = 0;
   std::size_t too_stiff_for_hand = 0;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const Granted& granted = cases[i];
@@ -237,13 +239,16 @@ void run_granted(StudyContext& context) {
     }
     const auto unstable = static_cast<std::size_t>(
         std::count_if(verdicts.begin(), verdicts.end(), [](StabilityClass c) { return !is_stable(c); }));
+    std::size_t held = 0;
     for (std::size_t j = 0; j < verdicts.size(); ++j) {
+      if (is_stable(verdicts[j]) && (*cells)[i * targets + j].at(3) > 0.5) ++held;
       const bool soft = grid[j] < granted.trial.object_n_per_mm();
       const bool saturated = soft && verdicts[j] == StabilityClass::kGuardLatched;
       if (saturated) ++saturated_in_all;
       if (!saturated && !is_stable(verdicts[j]) && !granted.trial.weight) ++too_stiff_for_hand;
     }
     unstable_in_all += unstable;
+    held_in_all += held;
     tried_in_all += grid.size();
     report::Figure figure{"granted_targets_unstable",
                           {{"device", granted.device},
@@ -263,26 +268,30 @@ void run_granted(StudyContext& context) {
          granted.hand,
          grid.empty() ? "none feasible" : significant(grid.front(), 2) + " … " + significant(grid.back(), 3),
          grid.empty() ? report::kNoNumber : std::to_string(unstable) + " of " + std::to_string(grid.size()),
+         grid.empty() ? report::kNoNumber : std::to_string(held) + " of " + std::to_string(grid.size()),
          unstable_ranges(grid, verdicts)});
   }
   context.report.add_table(
       "stability_granted", "Every target that hapticd grants: is it stable?", table,
-      std::string("Scenes and gains as shipped, 1 kHz, seed 1. Granted: from the softest target that "
-                  "(3.8) and the sensor's 35 N leave feasible under 4 N to the stiffest that a request is "
-                  "given, the device's largest (rt/target/largest_target.h). Unstable: how many of so many "
-                  "targets in between. ") +
+      std::string(
+          "Scenes and gains as shipped, 1 kHz, seed 1. Granted: from the softest target that "
+          "(3.8) and the sensor's 35 N leave feasible under 4 N to the stiffest that a request is "
+          "given, the device's largest (rt/target/largest_target.h). Unstable: how many of so many "
+          "targets in between. At full pull: how many of them end at the largest force with which the "
+          "device may press the tool in. ") +
           kTrialInWords);
   context.report.say(
       std::to_string(unstable_in_all) + " of " + std::to_string(tried_in_all) +
       " feasible and granted targets on the presets are not stable in the simulation. " +
       std::to_string(saturated_in_all) +
-      " of them are softer than the object and end with the guard's latch: an object that densifies under "
-      "the "
-      "device's pull takes the sensor beyond its range, which (3.8) does not know of. The others are too "
-      "stiff for the loop: " +
+      " of them are softer than the object and end with the guard's latch. The others: " +
       std::to_string(too_stiff_for_hand) + " under a hand, " +
       std::to_string(unstable_in_all - saturated_in_all - too_stiff_for_hand) +
-      " under the bare weight, which bounces when it is let down and has no hand's damping.");
+      " under the bare weight, which bounces when it is let down and has no hand's damping. " +
+      std::to_string(held_in_all) +
+      " of those that are stable ask for a softer object than device and sensor can make of one that "
+      "densifies, which (3.8) with one stiffness does not know: the device gives steadily all it may "
+      "(rt/target/largest_pull.h), and the object feels stiffer than was asked.");
 }
 
 // ---------------------------------------------------------------- boundaries

@@ -127,6 +127,24 @@ TEST(StableRange, MarginIsTheFactorToTheNearerEnd) {
   EXPECT_EQ(copy.min_found, range.min_found);
 }
 
+// A device that is stronger than the sensor must not pull an object that densifies beyond its range: all that
+// is asked for, down to nothing at all, ends steadily at the largest pull.
+TEST(StabilityTrial, TheSoftestTargetsKeepTheSensorWithinItsRange) {
+  for (const char* object : {"sponge_block", "rubber_eraser", "wood_plate"}) {
+    const StabilityTrial trial = tap_trial("phantom_1_5_high_force", sim::object_preset(object).value());
+    for (const double target : {0.0, 0.1}) {
+      const TrialOutcome outcome = run_trial(trial, target);
+      EXPECT_TRUE(is_stable(outcome.verdict)) << object << " " << to_text(outcome.verdict);
+      EXPECT_TRUE(outcome.at_full_pull) << object;
+      EXPECT_LT(outcome.peak_n, 30.0)
+          << object << ": 4 N of the hand, 1 N of the knock, 24.5 N of the device";
+    }
+  }
+  const StabilityTrial feasible =
+      tap_trial("phantom_1_5_high_force", sim::object_preset("rubber_eraser").value());
+  EXPECT_FALSE(run_trial(feasible, 1.0).at_full_pull);
+}
+
 TEST(ScaledObject, GivesTheSameForceAtADisplacementSmallerByTheFactor) {
   const sim::ObjectModel base = sim::object_preset("rubber_eraser").value();
   const sim::ObjectModel stiff = scaled_object("rubber_eraser", 10.0 * 2.26);

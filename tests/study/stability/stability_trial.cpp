@@ -7,6 +7,7 @@
 #include "hal/sim/nano17.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
+#include "rt/target/largest_pull.h"
 #include "rt/target/largest_target.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/rig/hands.h"
@@ -49,6 +50,10 @@ StabilityTrial trial_on(const std::string& device, const sim::ObjectModel& objec
   trial.rig.rate_hz = rate_hz;
   trial.rig.external_instrument = false;
   return trial;
+}
+
+double full_pull_n(const VirtualRun& run) {
+  return std::min(run.scene().guard.max_force_n, rt::pull_within_sensor_n(run.info()));
 }
 
 }  // namespace
@@ -146,6 +151,8 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
     if (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS + kJudgedS) break;
   }
   if (ticks > 0) outcome.rendered_in_air = static_cast<double>(ticks_in_air) / static_cast<double>(ticks);
+  outcome.at_full_pull =
+      !latched && run.record().in_contact && run.record().commanded_force_n > 0.98 * full_pull_n(run);
   outcome.verdict = judge.verdict();
   outcome.swing_mm = judge.swing_mm();
   outcome.swing_n = judge.swing_n();

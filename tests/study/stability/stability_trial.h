@@ -49,8 +49,9 @@ StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& 
 double granted_n_per_mm(const StabilityTrial& trial);
 /// 0.8 of the structural stiffness, where the target is solved for the device's force; infinite elsewhere.
 double compensable_n_per_mm(const StabilityTrial& trial);
-/// The softest target that (3.8) leaves feasible under 4 N, the device giving no more than the sensor, which
-/// feels hand and device together, can measure.
+/// The softest target that (3.8) would leave feasible under 4 N if the device gave all that the sensor, which
+/// feels hand and device together, can measure: softer than what it gives (rt/target/largest_pull.h), so that
+/// what is tried goes beyond what is reached.
 double softest_feasible_n_per_mm(const StabilityTrial& trial);
 
 struct TrialOutcome {
@@ -64,6 +65,7 @@ struct TrialOutcome {
   double rendered_in_air = 0.0;   ///< share of the time that contact was declared off the object
   bool saturated = false;         ///< the guard latched because the sensor's range was left
   double latched_after_s = -1.0;  ///< negative: it did not latch
+  bool at_full_pull = false;      ///< at the end: softer was asked for than device or sensor bear
 };
 /// `watch` (may be empty) is called at every tick from the first touch on, with the time since then.
 TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "rt/target/feasible_range.h"
+#include "rt/target/largest_pull.h"
 #include "rt/target/target_ramp.h"
 
 namespace hapticd::rt {
@@ -111,6 +112,86 @@ TEST(FeasibleRange, AHandThatDoesNotPressLeavesEverythingOpen) {
     EXPECT_EQ(range.min_n_per_mm, 0.0);
     EXPECT_TRUE(std::isinf(range.max_n_per_mm));
   }
+}
+
+TEST(FeasibleRange, PullAndPushBoundItsTwoEnds) {
+  const FeasibleRange range = feasible_range(2.0, 6.0, {24.0, 4.0});
+  EXPECT_NEAR(range.min_n_per_mm, 2.0 * 6.0 / 30.0, 1e-12);
+  EXPECT_NEAR(range.max_n_per_mm, 2.0 * 6.0 / 2.0, 1e-12);
+}
+
+ObjectModel of_law(double stiffness_n_per_mm_m, double exponent) {
+  ObjectModel model;
+  model.hunt_crossley = IdentifiedLaw<HuntCrossleyParameters>{{stiffness_n_per_mm_m, 1e-3, exponent}, 0.05};
+  return model;
+}
+
+TEST(FeasibleRange, OfAStraightLawIsEquationThreeEight) {
+  for (const double k : {1e-4, 0.4, 50.0}) {
+    const auto by_law = feasible_range(of_law(k, 1.0), 12.0, {24.5, 8.5});
+    const FeasibleRange straight = feasible_range(k, 12.0, {24.5, 8.5});
+    ASSERT_TRUE(by_law);
+    EXPECT_NEAR(by_law->min_n_per_mm, straight.min_n_per_mm, 1e-12 * k);
+    EXPECT_NEAR(by_law->max_n_per_mm, straight.max_n_per_mm, 1e-9 * k);
+  }
+}
+
+TEST(FeasibleRange, OfABentLawEndsWhereTheObjectTakesAllThatTheDeviceGives) {
+  // The hand feels k~ = f_h/x where the object pushes back with K x^m = f_h + f_pull, or f_h - f_push.
+  for (const double exponent : {1.0, 1.6, 3.0}) {
+    for (const double stiffness : {1e-4, 0.05, 20.0}) {
+      const auto range = feasible_range(of_law(stiffness, exponent), 12.0, {24.5, 8.5});
+      ASSERT_TRUE(range);
+      const double deepest_mm = 12.0 / range->min_n_per_mm;
+      const double shallowest_mm = 12.0 / range->max_n_per_mm;
+      EXPECT_NEAR(stiffness * std::pow(deepest_mm, exponent), 12.0 + 24.5, 1e-6);
+      EXPECT_NEAR(stiffness * std::pow(shallowest_mm, exponent), 12.0 - 8.5, 1e-6);
+    }
+  }
+  const ObjectModel dense = of_law(0.05, 3.0);
+  EXPECT_GT(feasible_range(dense, 4.0, {24.5, 8.5})->min_n_per_mm,
+            feasible_range(*stiffness_n_per_mm(dense, 4.0), 4.0, {24.5, 8.5}).min_n_per_mm)
+      << "softer to feel is deeper, and deeper it is stiffer";
+  EXPECT_TRUE(std::isinf(feasible_range(dense, 4.0, {24.5, 8.5})->max_n_per_mm));
+}
+
+TEST(FeasibleRange, TakesTheCreepLawBeforeTheOther) {
+  ObjectModel model = of_law(0.05, 1.0);
+  CreepParameters creep;
+  creep.max_force_n = 40.0;
+  for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
+    const double share = static_cast<double>(j) / (CreepParameters::kKnots - 1);
+    creep.displacement_mm[j] = 20.0 * share;  // x = 20 mm sqrt(f/40 N) at the knots
+  }
+  model.creep = IdentifiedLaw<CreepParameters>{creep, 0.05};
+  // 5.625 N + 16.875 N = 22.5 N is the knot of 12/16.
+  EXPECT_NEAR(feasible_range(model, 5.625, {16.875, 16.875})->min_n_per_mm, 5.625 / 15.0, 1e-9);
+}
+
+TEST(FeasibleRange, OfALawThatIsNoneThereIsNone) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(feasible_range(ObjectModel{}, 4.0, {24.5, 24.5}));
+  EXPECT_FALSE(feasible_range(of_law(nan, 1.5), 4.0, {24.5, 24.5}));
+  EXPECT_FALSE(feasible_range(of_law(1.0, nan), 4.0, {24.5, 24.5}));
+  EXPECT_FALSE(feasible_range(of_law(1.0, 1.5), 4.0, {nan, 24.5}));
+  for (const double hand : {0.0, -1.0, nan}) {
+    const auto open = feasible_range(of_law(1.0, 1.5), hand, {24.5, 24.5});
+    ASSERT_TRUE(open);
+    EXPECT_EQ(open->min_n_per_mm, 0.0);
+    EXPECT_TRUE(std::isinf(open->max_n_per_mm));
+  }
+}
+
+TEST(LargestPull, LeavesTheHandItsShareOfTheSensor) {
+  EXPECT_NEAR(pull_within_sensor_n(35.0), 24.5, 1e-12);
+  for (const double unknown : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_TRUE(std::isinf(pull_within_sensor_n(unknown)));
+  }
+  hal::RigInfo rig;
+  rig.sensor.range_n = 17.0;
+  EXPECT_NEAR(pull_within_sensor_n(rig), 0.7 * 17.0, 1e-12);
+  rig.renders_force = false;
+  EXPECT_TRUE(std::isinf(pull_within_sensor_n(rig))) << "a recording knows only the largest force in it";
 }
 
 TEST(TargetRamp, MovesLinearlyAndArrivesExactly) {

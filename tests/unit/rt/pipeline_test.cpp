@@ -14,9 +14,10 @@ namespace {
 /// A renderer and hand-made samples: an ideal spring at depth 0 along -z, no inertia, no noise.
 class Bench {
  public:
-  explicit Bench(SceneSpec spec = {}) {
+  explicit Bench(SceneSpec spec = {},
+                 const hal::DeviceInfo& device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0}) {
     info_.name = "bench";
-    info_.device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0};
+    info_.device = device;
     info_.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
     spec.name = "bench";
     scene_ = *resolve(spec, info_);
@@ -72,6 +73,42 @@ TEST(TapPipeline, GivesTheDifferenceBetweenObjectAndTarget) {
   EXPECT_NEAR(record.reaction_force_n, 2.4, 0.01);
   EXPECT_NEAR(record.desired_force_n, (0.4 - 0.7) * 6.0, 0.03);
   EXPECT_NEAR(record.device_command_n.z, (0.7 - 0.4) * 6.0, 0.03) << "harder: the device pushes up";
+}
+
+const hal::DeviceInfo kStrong{"phantom_1_5_high_force", 37.5, 6.2, 0.03, 2.537, 150.0};
+
+TEST(TapPipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
+  Bench bench(rigid(0.1), kStrong);
+  bench.press(-5.0, -5.0, 10.0, 50);
+  bench.press(-5.0, 3.0, 10.0, 2000);
+  const TickRecord record = bench.press(3.0, 3.0, 10.0, 500);
+  EXPECT_NEAR(record.reaction_force_n, 30.0, 0.01);
+  EXPECT_NEAR(record.desired_force_n, 24.5, 1e-9) << "not 29.7 N: 0.7 of the sensor's 35 N";
+  EXPECT_NEAR(record.device_command_n.z, -24.5, 1e-6);
+  EXPECT_NEAR(record.hand_force_n, 5.5, 0.01);
+  EXPECT_TRUE(record.guard_limits & guard_limit::kForce) << "and it is told";
+  EXPECT_NEAR(record.feasible_min_n_per_mm, 10.0 * 5.5 / (5.5 + 24.5), 0.05);
+  // Against the hand it may do all it can.
+  Bench wall(rigid(1.2), kStrong);
+  wall.press(-5.0, -5.0, 0.05, 50);
+  wall.press(-5.0, 30.0, 0.05, 4000);
+  EXPECT_GT(wall.press(30.0, 30.0, 0.05, 500).device_command_n.z, 30.0);
+}
+
+TEST(TapPipeline, AtItsLargestPullItStillKnowsWhereTheTipIs) {
+  SceneSpec spec;
+  spec.target.stiffness_n_per_mm = 0.1;
+  Bench bench(spec, kStrong);
+  bench.press(-5.0, -5.0, 10.0, 50);
+  bench.press(-5.0, 0.5, 10.0, 2000);
+  // The tip 3 mm deep under 30 N, the encoders ahead of it by what 24.5 N bend.
+  hal::RigSample bent = bench.at_depth(3.0 + 24.5 / 2.537, 0.0);
+  bent.sensor_force_n.z = 30.0;
+  TickRecord record;
+  for (int i = 0; i < 500; ++i) record = bench.tick(bent);
+  ASSERT_TRUE(record.in_contact);
+  EXPECT_NEAR(record.desired_force_n, 24.5, 1e-9);
+  EXPECT_NEAR(record.displacement_mm, 3.0, 0.1);
 }
 
 TEST(TapPipeline, ContactPointIsFoundBehindTheTickThatDeclaresIt) {
