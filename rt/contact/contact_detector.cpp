@@ -2,7 +2,22 @@
 
 #include <cmath>
 
+#include "rt/signal/ticks.h"
+
 namespace hapticd::rt {
+
+namespace {
+std::uint32_t counted(std::uint32_t ticks, double rate_hz) noexcept {
+  return ticks_of(ticks / ContactParameters::kCountedAtHz, rate_hz);
+}
+}  // namespace
+
+ContactDetector::ContactDetector(const ContactParameters& parameters, double rate_hz) noexcept
+    : parameters_(parameters),
+      release_ticks_(counted(parameters.release_ticks, rate_hz)),
+      quiet_ticks_(counted(parameters.quiet_ticks_after_release, rate_hz)),
+      arming_ticks_(counted(parameters.free_ticks_to_arm, rate_hz)),
+      longest_disturbance_ticks_(ticks_of(kLongestDisturbanceS, rate_hz)) {}
 
 void ContactDetector::reset() noexcept {
   in_contact_ = false;
@@ -34,7 +49,7 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
   const double clearance_mm = parameters_.release_clearance_mm;
   if (in_contact_) {
     ticks_below_ = magnitude < parameters_.release_ratio * parameters_.threshold_n ? ticks_below_ + 1 : 0;
-    if (ticks_below_ >= parameters_.release_ticks) {
+    if (ticks_below_ >= release_ticks_) {
       release(ContactReason::kBelowRelease);
     } else if (depth_mm < contact_depth_mm - clearance_mm) {
       release(ContactReason::kAboveSurface);
@@ -47,18 +62,18 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
   const bool above = magnitude > parameters_.threshold_n;
   ticks_free_ = above ? 0 : ticks_free_ + 1;
   if (reason_ == ContactReason::kAwaitingFree) {
-    if (ticks_free_ >= parameters_.free_ticks_to_arm) reason_ = ContactReason::kFree;
+    if (ticks_free_ >= arming_ticks_) reason_ = ContactReason::kFree;
     return false;
   }
   if (recently_released_) {
     // What still pulls here is adhesion, or the structure ringing from the impact: no new contact before the
     // tip is back at the surface or all has been quiet for a while.
     const bool back = depth_mm > contact_depth_mm - 0.5 * clearance_mm;
-    recently_released_ = !back && ticks_free_ < parameters_.quiet_ticks_after_release;
+    recently_released_ = !back && ticks_free_ < quiet_ticks_;
     // Force that stays this long is neither: the tool rests on something whose surface is not where the last
     // contact left it. Where it is now nobody knows before the tool was free.
     ticks_disturbed_ = recently_released_ && above ? ticks_disturbed_ + 1 : 0;
-    if (ticks_disturbed_ > kLongestDisturbanceTicks) {
+    if (ticks_disturbed_ > longest_disturbance_ticks_) {
       reset();
       return false;
     }

@@ -14,9 +14,12 @@ enum class ContactMethod : std::uint8_t {
 
 /// Threshold detection of D§3.2 with release hysteresis.
 struct ContactParameters {
+  static constexpr double kCountedAtHz = 1000.0;
+
   ContactMethod method = ContactMethod::kMatchedInertia;
-  double threshold_n = 0.015;         ///< ε_f; in a scene 0 = the rig's, else 0.015, in 3D 0.02
-  double release_ratio = 0.5;         ///< release level as a fraction of ε_f
+  double threshold_n = 0.015;  ///< ε_f; in a scene 0 = the rig's, else 0.015, in 3D 0.02
+  double release_ratio = 0.5;  ///< release level as a fraction of ε_f
+  /// The counts are those of a loop at kCountedAtHz; at another rate they last as long.
   std::uint32_t release_ticks = 5;    ///< consecutive ticks below it; one noisy sample ends no contact
   double release_clearance_mm = 0.5;  ///< so far back past the contact point there is no object any more
   std::uint32_t quiet_ticks_after_release =
@@ -27,7 +30,8 @@ struct ContactParameters {
 /// Contact state from force and depth, one tick at a time.
 class ContactDetector {
  public:
-  explicit ContactDetector(const ContactParameters& parameters) noexcept : parameters_(parameters) {}
+  /// `rate_hz`: of the loop; what `parameters` count becomes so many of its ticks.
+  ContactDetector(const ContactParameters& parameters, double rate_hz) noexcept;
 
   /// `force_n`: what free motion leaves at zero. `depth_mm`: along the press axis, growing into the object;
   /// from `contact_depth_mm`, where the present contact began. Returns the state after this tick.
@@ -46,11 +50,15 @@ class ContactDetector {
   std::uint32_t count() const noexcept { return count_; }
 
  private:
-  static constexpr std::uint32_t kLongestDisturbanceTicks = 1000;
+  static constexpr double kLongestDisturbanceS = 1.0;
 
   void release(ContactReason reason) noexcept;
 
   ContactParameters parameters_;
+  std::uint32_t release_ticks_;
+  std::uint32_t quiet_ticks_;
+  std::uint32_t arming_ticks_;
+  std::uint32_t longest_disturbance_ticks_;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   bool in_contact_ = false;
   bool recently_released_ = false;

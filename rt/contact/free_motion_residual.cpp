@@ -15,6 +15,8 @@ BasicFreeMotionResidual<Value>::BasicFreeMotionResidual(double tool_mass_g, doub
       delay_s_(2.0 * ButterworthLowPass::low_frequency_delay_s(kCutoffHz)),
       unseen_n_(delay_s_ * inertial_force_n(tool_mass_g, kUnseenJerkMmPerS3)),
       jerk_decay_(std::exp(-1.0 / (kJerkMemoryS * rate_hz))),
+      lead_force_(kLeadMeanS, rate_hz),
+      prompt_force_(kPromptMeanS, rate_hz),
       residual_1_(kCutoffHz, rate_hz),
       residual_2_(kCutoffHz, rate_hz),
       force_1_(kCutoffHz, rate_hz),
@@ -30,6 +32,8 @@ Value BasicFreeMotionResidual<Value>::update(const Value& sensor_force_n, const 
   if (samples_ == 0 || !(step_s > 0.0) || step_s > kLongestStepS) {
     for (auto* filter : {&residual_1_, &residual_2_, &force_1_, &force_2_}) filter->seed(sensor_force_n);
     for (auto* filter : {&inertia_1_, &inertia_2_}) filter->seed(Value{});
+    lead_force_.seed(sensor_force_n);
+    prompt_force_.seed(sensor_force_n);
     samples_ = 1;
     last_velocity_mm_per_s_ = Value{};
     last_inertia_n_ = Value{};
@@ -46,7 +50,8 @@ Value BasicFreeMotionResidual<Value>::update(const Value& sensor_force_n, const 
     // The second difference is centred one tick back; so is the mean of two forces.
     const Value aligned_force_n = (sensor_force_n + last_force_n_) * 0.5;
     const Value matched = residual_2_.update(residual_1_.update(aligned_force_n - raw_inertia_n));
-    const Value lead = sensor_force_n - force_2_.update(force_1_.update(sensor_force_n));
+    prompt_force_.update(sensor_force_n);
+    const Value lead = lead_force_.update(sensor_force_n) - force_2_.update(force_1_.update(sensor_force_n));
 
     const Value inertia_n = inertia_2_.update(inertia_1_.update(raw_inertia_n));
     const double jerk_now = in_contact ? 0.0 : magnitude(inertia_n - last_inertia_n_) / step_s;
@@ -67,9 +72,10 @@ Value BasicFreeMotionResidual<Value>::update(const Value& sensor_force_n, const 
 
 template <class Value>
 void BasicFreeMotionResidual<Value>::assume_free() noexcept {
+  const Value force_n = prompt_force_.mean();
   for (auto* filter : {&residual_1_, &residual_2_}) filter->seed(Value{});
-  for (auto* filter : {&force_1_, &force_2_, &inertia_1_, &inertia_2_}) filter->seed(last_force_n_);
-  last_inertia_n_ = last_force_n_;
+  for (auto* filter : {&force_1_, &force_2_, &inertia_1_, &inertia_2_}) filter->seed(force_n);
+  last_inertia_n_ = force_n;
   residual_n_ = Value{};
 }
 

@@ -4,6 +4,7 @@
 
 #include "hal/samples.h"
 #include "rt/signal/butterworth_low_pass.h"
+#include "rt/signal/sliding_mean.h"
 
 namespace hapticd::rt {
 
@@ -25,6 +26,9 @@ namespace hapticd::rt {
 template <class Value>
 class BasicFreeMotionResidual {
  public:
+  /// Of which prompt_force_n() takes the sensor's force: what one tick brings at 1 kHz.
+  static constexpr double kPromptMeanS = 1e-3;
+
   BasicFreeMotionResidual(double tool_mass_g, double rate_hz) noexcept;
 
   /// Force the tool was measured to bear and where it is, both of this tick, signed so that in free motion
@@ -44,14 +48,18 @@ class BasicFreeMotionResidual {
   double explained_by_jerk_n() const noexcept { return seen_jerk_n_ + unseen_n_; }
   /// Upper bound of what free motion may leave in prompt_force_n(), j_0 aside.
   double seen_jerk_n() const noexcept { return seen_jerk_n_; }
-  /// f_s - L[m a]: prompt, but off by up to the dead zone. For looking back at how a contact began.
-  Value prompt_force_n() const noexcept { return last_force_n_ - last_inertia_n_; }
+  /// f_s - L[m a], f_s the mean of the last kPromptMeanS: prompt, but off by up to the dead zone. For looking
+  /// back at how a contact began.
+  Value prompt_force_n() const noexcept { return prompt_force_.mean() - last_inertia_n_; }
 
  private:
   static constexpr double kCutoffHz =
       40.0;  // two sections: 11 ms of delay, 2 mN of encoder noise through 9 g
   static constexpr double kJerkMargin = 1.3;    // γ: the jerk is itself seen late
   static constexpr double kJerkMemoryS = 0.15;  // violent motion does not end within a stroke
+  // A tick's force is the mean of the sensor's samples since the last one: noisier the faster the loop. With
+  // 9 g, threshold and j_0's dead zone are 27 mN: ten times the noise of 0.5 ms, four times that of 0.1 ms.
+  static constexpr double kLeadMeanS = 0.5e-3;
   // A brisk reach, 0.1 m in 0.4 s; encoders show no jerk before τ has passed.
   static constexpr double kUnseenJerkMmPerS3 = 1.2e5;
 
@@ -60,6 +68,7 @@ class BasicFreeMotionResidual {
   double delay_s_;
   double unseen_n_;
   double jerk_decay_;
+  SlidingMean<Value> lead_force_, prompt_force_;
   BasicButterworthLowPass<Value> residual_1_, residual_2_;
   BasicButterworthLowPass<Value> force_1_, force_2_;
   BasicButterworthLowPass<Value> inertia_1_, inertia_2_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rt/friction/dahl.h"
+#include "rt/signal/ticks.h"
 
 namespace hapticd::rt {
 
@@ -13,12 +14,16 @@ constexpr double kLeastForceN = 1e-3;
 
 TrackedDirection::TrackedDirection(const FrictionParameters& friction, double force_noise_n,
                                    double rate_hz) noexcept
-    : friction_(friction), period_s_(1.0 / rate_hz), force_variance_n2_(force_noise_n * force_noise_n) {}
+    : friction_(friction),
+      ticks_per_update_(ticks_of(kUpdateS, rate_hz)),
+      period_s_(ticks_per_update_ / rate_hz),
+      force_variance_n2_(force_noise_n * force_noise_n) {}
 
 void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
   normal_ = direction_or(reaction_n, normal_);
   coefficient_ = {};
   friction_n_ = {};
+  gathered_ = 0;
   // What the first reaction shows is the normal less whatever friction there is.
   const double force_n = std::max(norm(reaction_n), kLeastForceN);
   friction_variance_ = 0.1 * friction_.kinetic * friction_.kinetic;
@@ -29,6 +34,15 @@ void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
 
 void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
                               const hal::Vector3& velocity_mm_per_s) noexcept {
+  gathered_step_mm_ = gathered_ == 0 ? step_mm : gathered_step_mm_ + step_mm;
+  gathered_n_ = gathered_ == 0 ? reaction_n : gathered_n_ + reaction_n;
+  if (++gathered_ < ticks_per_update_) return;
+  correct(gathered_n_ * (1.0 / gathered_), gathered_step_mm_, velocity_mm_per_s);
+  gathered_ = 0;
+}
+
+void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
+                               const hal::Vector3& velocity_mm_per_s) noexcept {
   const hal::Vector3 slide_mm = across(step_mm, normal_);
   const double press_mm = std::abs(dot(step_mm, normal_));
   const hal::Vector3 sliding_mm_per_s = across(velocity_mm_per_s, normal_);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "hal/samples.h"
 #include "rt/friction/friction_model.h"
 
@@ -15,6 +17,9 @@ namespace hapticd::rt {
 /// encoders at rest. So a Kalman filter carries both, isotropic in the tangent plane (covariance 2 × 2):
 /// sliding, the reaction's direction is known to the friction's few per cent and corrects the normal; at rest
 /// the normal stays and the reaction tells φ.
+///
+/// Steps and reactions of a millisecond are taken together where ticks are shorter: an encoder moves by
+/// counts, on one axis at a time, and whether a motion slides or presses cannot be told from a single count.
 ///
 /// Pressing straight down and sliding down a slope as steep as the friction look alike: the same motion, the
 /// same force. A normal that is slightly off would see sliding in every press and confirm itself. Motion
@@ -37,9 +42,12 @@ class TrackedDirection {
   double deviation_rad() const noexcept;
 
  private:
+  void correct(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
+               const hal::Vector3& velocity_mm_per_s) noexcept;
   /// No friction holds more than a few times what it does in sliding: beyond that it was the normal.
   void give_back_excess() noexcept;
 
+  static constexpr double kUpdateS = 1e-3;
   static constexpr double kMostStatic = 2.5;         // of μ_k; 2.2 for a sticky gel
   static constexpr double kTightestRadiusMm = 15.0;  // of what is stroked without lifting off
   static constexpr double kDriftRadPerS = 0.02;      // the direction of a soft object under a tip at rest
@@ -51,7 +59,8 @@ class TrackedDirection {
   static constexpr double kFirstDeviationRad = 0.3;  // of the first reaction from the normal
 
   FrictionParameters friction_;
-  double period_s_;
+  std::uint32_t ticks_per_update_;
+  double period_s_;  ///< of the updates
   double force_variance_n2_;
   hal::Vector3 normal_{0.0, 0.0, 1.0};
   hal::Vector3 coefficient_;  ///< φ, along the sliding
@@ -59,6 +68,9 @@ class TrackedDirection {
   double normal_variance_ = 0.0;
   double friction_variance_ = 0.0;
   double covariance_ = 0.0;
+  std::uint32_t gathered_ = 0;       ///< ticks since the last update,
+  hal::Vector3 gathered_step_mm_{};  ///< their steps
+  hal::Vector3 gathered_n_{};        ///< and reactions, added up
 };
 
 }  // namespace hapticd::rt

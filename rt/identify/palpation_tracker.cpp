@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/signal/ticks.h"
 #include "rt/signal/tool_compensation.h"
 
 namespace hapticd::rt {
@@ -19,9 +20,12 @@ PalpationTracker::PalpationTracker(double tool_mass_g, double threshold_n, doubl
                                    double rate_hz) noexcept
     : tool_mass_g_(tool_mass_g),
       threshold_n_(threshold_n),
-      contact_(with_threshold(threshold_n)),
+      contact_(with_threshold(threshold_n), rate_hz),
       residual_(tool_mass_g, rate_hz),
-      motion_(position_resolution_mm, rate_hz) {}
+      onset_(rate_hz),
+      motion_(position_resolution_mm, rate_hz),
+      settling_ticks_(ticks_of(kSettlingS, rate_hz)),
+      ticks_since_restart_(settling_ticks_) {}
 
 void PalpationTracker::restart() noexcept {
   residual_.reset();

@@ -29,13 +29,13 @@ class PalpationTracker {
   void restart() noexcept;
 
   /// False for a while after a restart: velocity and inertia are not known yet.
-  bool settled() const noexcept { return ticks_since_restart_ > kSettlingTicks; }
+  bool settled() const noexcept { return ticks_since_restart_ > settling_ticks_; }
   bool touched() const noexcept { return touched_; }
   double surface_mm() const noexcept { return surface_mm_; }
   std::uint32_t contacts() const noexcept { return contact_.count(); }
 
  private:
-  static constexpr int kSettlingTicks = 30;
+  static constexpr double kSettlingS = 0.03;
 
   double tool_mass_g_;
   double threshold_n_;
@@ -45,7 +45,8 @@ class PalpationTracker {
   MotionEstimator motion_;
   double surface_mm_ = 0.0;
   bool touched_ = false;
-  int ticks_since_restart_ = kSettlingTicks;
+  std::uint32_t settling_ticks_;
+  std::uint32_t ticks_since_restart_;
 };
 
 /// From a recording to samples of a palpation: steps may be uneven and long (10 Hz), there is no tool whose

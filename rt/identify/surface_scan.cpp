@@ -24,7 +24,8 @@ SurfaceScan::SurfaceScan(double threshold_n, const hal::RigInfo& rig)
       least_error_mm_(std::max(kFinestMm, rig.device.position_resolution_mm / std::sqrt(12.0))),
       load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
       residual_(rig.sensor.tool_mass_g, rig.rate_hz),
-      contact_(parameters_of(threshold_n)) {}
+      contact_(parameters_of(threshold_n), rig.rate_hz),
+      onset_(rig.rate_hz) {}
 
 bool SurfaceScan::add(const hal::RigSample& sample) {
   const hal::Vector3& tip_mm = sample.tip_position_mm;

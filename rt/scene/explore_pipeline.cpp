@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "rt/signal/ticks.h"
 #include "rt/target/largest_pull.h"
 #include "rt/target/release_fade.h"
 
@@ -9,8 +10,8 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr double kFollowS = 0.5;             // the target is followed so long after a release, fading
-constexpr std::uint32_t kRegainTicks = 100;  // ringing after a bounce is over by then
+constexpr double kFollowS = 0.5;  // the target is followed so long after a release, fading
+constexpr double kRegainS = 0.1;  // ringing after a bounce is over by then
 
 Direction direction_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz) {
   const bool bearing = spec.tip == Tip::kBallBearing;
@@ -53,7 +54,9 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
                   resolved.explore.deflection_cutoff_hz, rig.rate_hz),
       contact_parameters_(resolved.contact),
       residual_(resolved.tool_mass_g, rig.rate_hz),
-      contact_(resolved.contact),
+      contact_(resolved.contact, rig.rate_hz),
+      onset_(rig.rate_hz),
+      regain_ticks_(ticks_of(kRegainS, rig.rate_hz)),
       direction_(direction_of(resolved, model, rig.rate_hz)),
       displacement_(displacement_of(resolved, model, rig.rate_hz)),
       target_(resolved.target, rig.rate_hz),
@@ -129,7 +132,7 @@ bool ExplorePipeline::update_contact(const hal::RigSample& sample, const Measure
   contact_.update(norm(residual_n), depth_mm, 0.0);
   if (contact_.just_left_surface()) residual_.assume_free();
   // After a bounce the tool may rest on the object without the detector knowing how deep. A law does.
-  regained_ = displacement_.has_law() && contact_.disturbed_ticks() >= kRegainTicks;
+  regained_ = displacement_.has_law() && contact_.disturbed_ticks() >= regain_ticks_;
   if (regained_) contact_.declare();
   return contact_.in_contact();
 }

@@ -76,6 +76,7 @@ class ExplorePipeline final : public Pipeline {
   FreeMotionResidual3 residual_;
   ContactDetector contact_;
   ContactOnset3 onset_;
+  std::uint32_t regain_ticks_;
   bool regained_ = false;  ///< the present contact was not seen to begin
 
   Direction direction_;

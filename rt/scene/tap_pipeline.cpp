@@ -15,7 +15,8 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
       contact_parameters_(resolved.contact),
       residual_(resolved.tool_mass_g, rig.rate_hz),
-      contact_(resolved.contact),
+      contact_(resolved.contact, rig.rate_hz),
+      onset_(rig.rate_hz),
       target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
       fade_(rig.rate_hz) {}

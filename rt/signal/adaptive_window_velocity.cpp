@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/signal/ticks.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -16,7 +18,11 @@ constexpr auto kReciprocal = [] {
 }  // namespace
 
 AdaptiveWindowVelocity::AdaptiveWindowVelocity(double noise_bound_mm, double rate_hz, Fit fit) noexcept
-    : noise_bound_mm_(noise_bound_mm), rate_hz_(rate_hz), fit_(fit) {}
+    : noise_bound_mm_(noise_bound_mm),
+      rate_hz_(rate_hz),
+      spacing_(std::min(static_cast<int>(ticks_of(kSpacingS, rate_hz)), kWidestSpacing)),
+      point_rate_hz_(rate_hz / spacing_),
+      fit_(fit) {}
 
 void AdaptiveWindowVelocity::reset() noexcept {
   filled_ = 0;
@@ -27,9 +33,22 @@ void AdaptiveWindowVelocity::reset() noexcept {
 double AdaptiveWindowVelocity::update(double position_mm) noexcept {
   newest_ = (newest_ + 1) & kMask;
   positions_[static_cast<std::size_t>(newest_)] = position_mm;
-  filled_ = std::min(filled_ + 1, kMask + 1);
-  if (filled_ > 1) fit_ == Fit::kEnd ? fit_end() : fit_best();
+  filled_ = std::min(filled_ + 1, kMaxWindow * spacing_ + 1);
+  if (filled_ <= spacing_) {
+    fit_first();
+  } else {
+    fit_ == Fit::kEnd ? fit_end() : fit_best();
+    window_ *= spacing_;
+  }
   return velocity_mm_per_s_;
+}
+
+// Less than a point's spacing after the start: the line from the first position.
+void AdaptiveWindowVelocity::fit_first() noexcept {
+  window_ = filled_ - 1;
+  if (window_ == 0) return;
+  const double first = positions_[static_cast<std::size_t>((newest_ - window_) & kMask)];
+  velocity_mm_per_s_ = (position(0) - first) / window_ * rate_hz_;
 }
 
 // A line of slope b through the newest position passes within the bound of the position j periods ago iff b
@@ -42,7 +61,8 @@ void AdaptiveWindowVelocity::fit_end() noexcept {
   double high = HUGE_VAL;
   double slope = 0.0;  // per period
   int n = 1;
-  for (; n < filled_; ++n) {
+  const int most = points();
+  for (; n <= most; ++n) {
     const double share = kReciprocal[static_cast<std::size_t>(n)];
     const double candidate = (newest - position(n)) * share;
     if (candidate < low || candidate > high) break;
@@ -52,20 +72,21 @@ void AdaptiveWindowVelocity::fit_end() noexcept {
     high = std::min(high, candidate + slack);
   }
   window_ = n - 1;
-  velocity_mm_per_s_ = slope * rate_hz_;
+  velocity_mm_per_s_ = slope * point_rate_hz_;
 }
 
 void AdaptiveWindowVelocity::fit_best() noexcept {
   const double newest = position(0);
-  double accepted = (newest - position(1)) * rate_hz_;
+  double accepted = (newest - position(1)) * point_rate_hz_;
   window_ = 1;
-  for (int n = 2; n < filled_; ++n) {
+  const int most = points();
+  for (int n = 2; n <= most; ++n) {
     double weighted = 0.0;
     for (int i = 0; i <= n; ++i) weighted += (n - 2 * i) * (position(i) - newest);
-    const double slope = 6.0 * weighted * rate_hz_ / (static_cast<double>(n) * (n + 1) * (n + 2));
+    const double slope = 6.0 * weighted * point_rate_hz_ / (static_cast<double>(n) * (n + 1) * (n + 2));
     bool within = true;
     for (int j = 1; j <= n && within; ++j) {
-      within = std::abs(position(j) - (newest - slope * j / rate_hz_)) <= noise_bound_mm_;
+      within = std::abs(position(j) - (newest - slope * j / point_rate_hz_)) <= noise_bound_mm_;
     }
     if (!within) break;
     accepted = slope;

@@ -8,9 +8,14 @@ namespace hapticd::rt {
 /// First-order adaptive windowing (Janabi-Sharifi, Hayward, Chen 2000): the velocity is the slope of the
 /// longest line that passes within `noise_bound_mm` of all recent positions. A long window while the motion
 /// is even, a short one while it changes; the lag is window · period / 2.
+///
+/// Noise goes with the bound over the window's time, so the window's points lie a millisecond apart where
+/// ticks are shorter: as many points, as long a window and as quiet a velocity, brought up to date at every
+/// tick.
 class AdaptiveWindowVelocity {
  public:
-  static constexpr int kMaxWindow = 15;
+  static constexpr int kMaxWindow = 15;  ///< points before the newest
+  static constexpr double kSpacingS = 1e-3;
 
   enum class Fit : std::uint8_t {
     kEnd,   ///< line through the window's end points: one pass, by intersecting slope intervals
@@ -26,21 +31,28 @@ class AdaptiveWindowVelocity {
   void reset() noexcept;
 
   double velocity_mm_per_s() const noexcept { return velocity_mm_per_s_; }
-  /// Periods spanned by the line last fitted; 0 right after the start.
+  /// Periods of the loop spanned by the line last fitted; 0 right after the start.
   int window() const noexcept { return window_; }
 
  private:
-  double position(int age) const noexcept {
-    return positions_[static_cast<std::size_t>((newest_ - age) & kMask)];
+  /// `points` before the newest.
+  double position(int points) const noexcept {
+    return positions_[static_cast<std::size_t>((newest_ - points * spacing_) & kMask)];
   }
+  /// Since the start, up to the longest window.
+  int points() const noexcept { return (filled_ - 1) / spacing_; }
+  void fit_first() noexcept;
   void fit_end() noexcept;
   void fit_best() noexcept;
 
-  static constexpr int kMask = 15;
-  static_assert(kMaxWindow == kMask, "the ring holds one position more than the longest window");
+  static constexpr int kWidestSpacing = 10;  ///< ticks: kSpacingS at 10 kHz
+  static constexpr int kMask = 255;
+  static_assert(kMaxWindow * kWidestSpacing <= kMask, "the ring holds the longest window");
 
   double noise_bound_mm_;
   double rate_hz_;
+  int spacing_;           ///< ticks between two points of the window
+  double point_rate_hz_;  ///< points a second
   Fit fit_;
   std::array<double, kMask + 1> positions_{};
   int newest_ = 0;

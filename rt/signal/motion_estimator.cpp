@@ -22,9 +22,8 @@ void MotionEstimator::step(double position_mm) noexcept {
 }
 
 void MotionEstimator::update(double position_mm, std::int64_t time_ns) noexcept {
-  constexpr double kLongestFilledGap = 16.0;
   const double periods = std::round(static_cast<double>(time_ns - last_time_ns_) * 1e-9 * rate_hz_);
-  if (!started_ || periods > kLongestFilledGap || periods < 0.0) {
+  if (!started_ || periods > std::round(kLongestFilledGapS * rate_hz_) || periods < 0.0) {
     velocity_.reset();
     velocity_.update(position_mm);
     acceleration_.seed(0.0);

@@ -12,12 +12,13 @@ namespace hapticd::rt {
 class MotionEstimator {
  public:
   static constexpr double kAccelerationCutoffHz = 50.0;
+  static constexpr double kLongestFilledGapS = 0.016;
 
   MotionEstimator(double position_resolution_mm, double rate_hz) noexcept;
 
-  /// Takes the position of one tick. Ticks that never came (a late loop, up to 16) are filled in on a
-  /// straight line, so that a gap is not taken for a jump in velocity; after a longer gap the estimate starts
-  /// anew.
+  /// Takes the position of one tick. Ticks that never came (a late loop, up to kLongestFilledGapS) are filled
+  /// in on a straight line, so that a gap is not taken for a jump in velocity; after a longer gap the
+  /// estimate starts anew.
   void update(double position_mm, std::int64_t time_ns) noexcept;
   void reset() noexcept { started_ = false; }
 

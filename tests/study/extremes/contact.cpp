@@ -105,7 +105,7 @@ double residual_after_nan(const Effort&) {
 
 double onset_without_quiet(const Effort&) {
   // Nothing in memory is quiet: then the oldest place is taken, 32 ticks back at 10 mm/s.
-  rt::ContactOnset onset;
+  rt::ContactOnset onset(kRateHz);
   for (int i = 0; i < 1000; ++i) onset.remember(0.01 * i, 1.0);
   return std::abs(onset.place_mm(0.01) - 0.01 * 999);
 }
@@ -113,7 +113,7 @@ double onset_without_quiet(const Effort&) {
 /// Ticks between the first force above the threshold and the declaration, after so long in free air that
 /// 32-bit counters have come round.
 double contact_after_49_days(const Effort& effort) {
-  rt::ContactDetector detector(rt::ContactParameters{});
+  rt::ContactDetector detector(rt::ContactParameters{}, kRateHz);
   const auto ticks = static_cast<std::int64_t>(effort.quick ? 42'949'672 : 4'294'967'296);
   for (std::int64_t i = 0; i < ticks; ++i) detector.update(0.001, -1.0, 0.0);
   for (int delay = 0; delay < 1000; ++delay) {
@@ -123,7 +123,7 @@ double contact_after_49_days(const Effort& effort) {
 }
 
 double at_threshold(const Effort& effort) {
-  rt::ContactDetector detector(rt::ContactParameters{});
+  rt::ContactDetector detector(rt::ContactParameters{}, kRateHz);
   const long ticks = effort.ticks(10.0);
   for (long i = 0; i < ticks; ++i) detector.update(i % 2 == 0 ? kThresholdN : -kThresholdN, 0.0, 0.0);
   return detector.count();
@@ -131,7 +131,7 @@ double at_threshold(const Effort& effort) {
 
 double released(const Effort&) {
   rt::ContactParameters parameters;
-  rt::ContactDetector detector(parameters);
+  rt::ContactDetector detector(parameters, kRateHz);
   for (int i = 0; i < 100; ++i) detector.update(0.0, 0.0, 0.0);
   detector.update(1.0, 0.0, 0.0);
   double force = 1.0;

@@ -32,7 +32,7 @@ template <class Signal>
 class Detection {
  public:
   Detection(Signal signal, double threshold, std::uint32_t free_ticks_to_arm)
-      : signal_(std::move(signal)), detector_(parameters(threshold, free_ticks_to_arm)) {}
+      : signal_(std::move(signal)), detector_(parameters(threshold, free_ticks_to_arm), kRateHz) {}
 
   bool update(const DetectionTick& tick) noexcept {
     const double value = signal_.update(tick, detector_.in_contact());

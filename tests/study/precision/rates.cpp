@@ -310,16 +310,12 @@ void study_loop_rate(StudyContext& context) {
       "shaken at 5 Hz and 1 N; the mean over a tick has fewer sensor samples the faster the loop is.\nKp in "
       "time: 1 - (1 - Kp)^(1 kHz/rate). Threshold over noise: 15 mN times the root of rate/1 kHz.");
   context.report.say(
-      "A faster loop declares a contact earlier; up to 2 kHz the device's force gets a little better, though "
-      "its "
-      "latency and amplifier do not get faster, and Kp per tick or in time is all the same. From 4 kHz on it "
-      "gets "
-      "worse, because the surface is set too deep: it is taken to be the last tick at which the force was "
-      "within "
-      "half the threshold, and with one to three sensor samples in a tick noise brings ever later ticks "
-      "within "
-      "it; a higher threshold makes that worse. Whoever wants more than 2 kHz has to smooth the force that "
-      "search looks at over a time, not over a tick.");
+      "A faster loop declares a contact earlier and renders a little better, though the device's latency and "
+      "amplifier do not get faster; Kp per tick or in time is all the same. What contact detection, velocity "
+      "and direction count are times: they last as long, and see as little noise, at any rate. A threshold "
+      "raised with the noise of a tick only makes the surface too deep. At 4 kHz ticks of two and three "
+      "physics steps by turns, beating with the encoder's steps, look like jerk, and with it the force "
+      "that counts as none grows: the simulator's doing, and what a loop with such jitter would get.");
 }
 
 // --- rate of the telemetry ---

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <ostream>
 #include <string>
 
@@ -71,6 +73,61 @@ TEST(ContactDetection, RaisesNoFalseAlarmWhenShaken) {
   while (run.time_s() < 60.0) {
     run.step();
     ASSERT_FALSE(run.record().in_contact) << "at " << run.time_s() << " s";
+  }
+}
+
+TEST(ContactDetection, RaisesNoFalseAlarmInAFastLoopEither) {
+  sim::HandProgram still;
+  still.kind = sim::HandProgram::Kind::kSway;
+  still.speed_mm_per_s = 1.0;
+  still.rate_hz = 0.5;
+  for (const std::string device : {"phantom_1_0", "phantom_1_5_high_force"}) {
+    for (const double rate_hz : {5000.0, 10000.0}) {
+      for (const sim::HandProgram& hand : {shaken(), still}) {
+        sim::SimulationConfig rig;
+        rig.device = device;
+        rig.object = "none";
+        rig.rate_hz = rate_hz;
+        rt::SceneSpec scene;
+        scene.name = "tap_1d";
+        VirtualRun run(rig, scene);
+        run.set_hand(hand);
+        while (run.time_s() < 20.0) {
+          run.step();
+          ASSERT_FALSE(run.record().in_contact)
+              << device << ", " << rate_hz << " Hz, at " << run.time_s() << " s";
+        }
+      }
+    }
+  }
+}
+
+TEST(ContactDetection, SetsTheSurfaceNoDeeperInAFastLoop) {
+  const auto too_deep_mm = [](double rate_hz) {
+    constexpr int kSeeds = 32;  // where a tick falls in encoder steps, tremor and noise is chance
+    double sum_mm = 0.0;
+    for (const std::string object : {"rubber_ball", "foam_ball"}) {
+      for (int seed = 1; seed <= kSeeds; ++seed) {
+        sim::SimulationConfig rig;
+        rig.object = object;
+        rig.rate_hz = rate_hz;
+        rig.seed = static_cast<std::uint64_t>(seed);
+        rt::SceneSpec scene;
+        scene.name = "tap_1d";
+        VirtualRun run(rig, scene);
+        sim::HandProgram hand = pressing(1.0);
+        hand.force_rate_n_per_s = 8.0;
+        run.set_hand(hand);
+        while (!run.record().in_contact && run.time_s() < 10.0) run.step();
+        EXPECT_TRUE(run.record().in_contact);
+        sum_mm += (run.truth().displacement_mm - run.record().displacement_mm) / (2.0 * kSeeds);
+      }
+    }
+    return sum_mm;
+  };
+  const double at_1_khz_mm = too_deep_mm(1000.0);
+  for (const double rate_hz : {2000.0, 5000.0, 10000.0}) {
+    EXPECT_LT(too_deep_mm(rate_hz), at_1_khz_mm + 0.005) << rate_hz << " Hz";
   }
 }
 

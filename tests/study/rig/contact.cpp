@@ -119,7 +119,7 @@ void run_thresholds(StudyContext& context) {
       parameters.threshold_n = threshold;
       parameters.free_ticks_to_arm =
           1;  // a force that never rests must not keep the detector from being wrong
-      watchers.push_back({threshold, method, rt::ContactDetector(parameters)});
+      watchers.push_back({threshold, method, rt::ContactDetector(parameters, rig.rate_hz)});
     }
   }
   rt::FreeMotionResidual residual(rig.tool_mass_g, rig.rate_hz);

@@ -267,5 +267,29 @@ TEST(Direction, AForceThatFlipsIsFollowedOrIgnoredButNeverLeavesTheSphere) {
   }
 }
 
+TEST(TrackedDirection, CountsThatComeOneAxisAtATimeTellTheSameAtAnyRate) {
+  // A slide down a slope; at a fast loop the encoders of x and z move in different ticks.
+  const hal::Vector3 normal = direction_or({0.3, 0.0, 1.0}, {});
+  const hal::Vector3 along = direction_or({1.0, 0.0, -0.3}, {});
+  for (const int ticks : {2, 5, 10}) {
+    TrackedDirection slow(kRod, kNoiseN, 1000.0);
+    TrackedDirection fast(kRod, kNoiseN, 1000.0 * ticks);
+    StrokedSurface surface(kRod);
+    slow.begin(normal);
+    fast.begin(normal);
+    for (int i = 0; i < 2000; ++i) {
+      const hal::Vector3 step = along * (i < 1000 ? 0.06 : -0.06);
+      const hal::Vector3 felt = surface.move(step, normal, 1.0);
+      slow.update(felt, step, step * 1000.0);
+      for (int tick = 0; tick < ticks; ++tick) {
+        const hal::Vector3 part{tick == 0 ? step.x : 0.0, 0.0, tick == ticks - 1 ? step.z : 0.0};
+        fast.update(felt, part, step * 1000.0);
+      }
+      ASSERT_NEAR(angle_rad(slow.normal(), fast.normal()), 0.0, 1e-6) << ticks << " ticks, " << i << " ms";
+      ASSERT_NEAR(norm(slow.friction_n() - fast.friction_n()), 0.0, 1e-6);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd::rt

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -88,6 +89,37 @@ TEST(AdaptiveWindowVelocity, WindowShrinksWithAcceleration) {
   const double lag_s = 0.5 * velocity.window() / kRateHz;
   EXPECT_NEAR(velocity.velocity_mm_per_s(), a * (0.199 - lag_s), 1e-6)
       << "the chord's slope lags by half the window";
+}
+
+TEST(AdaptiveWindowVelocity, IsAsQuietAtAnyRate) {
+  constexpr double kStepMm = 0.03;
+  constexpr double kWindowS = 0.015;
+  constexpr double kMmPerS = 11.3;
+  for (const double rate_hz : {1000.0, 2000.0, 4000.0, 5000.0, 10000.0}) {
+    AdaptiveWindowVelocity velocity(kStepMm, rate_hz);
+    double worst_mm_per_s = 0.0;
+    for (int i = 0; i < rate_hz; ++i) {
+      velocity.update(quantised(kMmPerS * i / rate_hz, kStepMm));
+      if (i > 2.0 * kWindowS * rate_hz) {
+        worst_mm_per_s = std::max(worst_mm_per_s, std::abs(velocity.velocity_mm_per_s() - kMmPerS));
+        EXPECT_LE(velocity.window(), kWindowS * rate_hz);
+      }
+    }
+    EXPECT_GT(worst_mm_per_s, 0.0);
+    EXPECT_LE(worst_mm_per_s, kStepMm / kWindowS * 1.001) << rate_hz << " Hz: a step over the window";
+  }
+}
+
+TEST(AdaptiveWindowVelocity, IsRightFromTheSecondPositionAtAnyRate) {
+  for (const double rate_hz : {500.0, 1000.0, 10000.0}) {
+    for (const auto fit : {AdaptiveWindowVelocity::Fit::kEnd, AdaptiveWindowVelocity::Fit::kBest}) {
+      AdaptiveWindowVelocity velocity(0.03, rate_hz, fit);
+      EXPECT_EQ(velocity.update(5.0), 0.0);
+      for (int i = 1; i < 400; ++i) {
+        EXPECT_NEAR(velocity.update(5.0 + 80.0 * i / rate_hz), 80.0, 1e-6) << rate_hz << " Hz, " << i;
+      }
+    }
+  }
 }
 
 }  // namespace
