@@ -25,9 +25,10 @@ void AdaptiveWindowVelocity::reset() noexcept {
 }
 
 double AdaptiveWindowVelocity::update(double position_mm) noexcept {
-  newest_ = (newest_ + 1) & kMask;
+  newest_ = newest_ + 1 < 2 * kHeld ? newest_ + 1 : kHeld;
   positions_[static_cast<std::size_t>(newest_)] = position_mm;
-  filled_ = std::min(filled_ + 1, kMask + 1);
+  positions_[static_cast<std::size_t>(newest_ - kHeld)] = position_mm;
+  filled_ = std::min(filled_ + 1, kHeld);
   if (filled_ > 1) fit_ == Fit::kEnd ? fit_end() : fit_best();
   return velocity_mm_per_s_;
 }
@@ -40,19 +41,19 @@ void AdaptiveWindowVelocity::fit_end() noexcept {
   const double newest = position(0);
   double low = -HUGE_VAL;
   double high = HUGE_VAL;
-  double slope = 0.0;  // per period
+  const auto slope = [&](int n) {  // per period
+    return (newest - position(n)) * kReciprocal[static_cast<std::size_t>(n)];
+  };
   int n = 1;
   for (; n < filled_; ++n) {
-    const double share = kReciprocal[static_cast<std::size_t>(n)];
-    const double candidate = (newest - position(n)) * share;
+    const double candidate = slope(n);
     if (candidate < low || candidate > high) break;
-    slope = candidate;
-    const double slack = noise_bound_mm_ * share;
-    low = std::max(low, candidate - slack);
-    high = std::min(high, candidate + slack);
+    const double slack = noise_bound_mm_ * kReciprocal[static_cast<std::size_t>(n)];
+    low = std::max(candidate - slack, low);
+    high = std::min(candidate + slack, high);
   }
   window_ = n - 1;
-  velocity_mm_per_s_ = slope * rate_hz_;
+  velocity_mm_per_s_ = slope(window_) * rate_hz_;
 }
 
 void AdaptiveWindowVelocity::fit_best() noexcept {

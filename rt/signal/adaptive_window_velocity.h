@@ -30,20 +30,19 @@ class AdaptiveWindowVelocity {
   int window() const noexcept { return window_; }
 
  private:
-  double position(int age) const noexcept {
-    return positions_[static_cast<std::size_t>((newest_ - age) & kMask)];
-  }
+  /// 0 = the newest.
+  double position(int age) const noexcept { return positions_[static_cast<std::size_t>(newest_ - age)]; }
   void fit_end() noexcept;
   void fit_best() noexcept;
 
-  static constexpr int kMask = 15;
-  static_assert(kMaxWindow == kMask, "the ring holds one position more than the longest window");
+  static constexpr int kHeld = kMaxWindow + 1;
 
   double noise_bound_mm_;
   double rate_hz_;
   Fit fit_;
-  std::array<double, kMask + 1> positions_{};
-  int newest_ = 0;
+  /// A ring, written twice, so that what it holds also stands in one piece, the newest last at newest_.
+  std::array<double, 2 * kHeld> positions_{};
+  int newest_ = kHeld;
   int filled_ = 0;
   int window_ = 0;
   double velocity_mm_per_s_ = 0.0;

@@ -21,19 +21,28 @@ void MotionEstimator::step(double position_mm) noexcept {
   acceleration_.update((velocity_.update(position_mm) - before) * rate_hz_);
 }
 
+void MotionEstimator::restart(double position_mm) noexcept {
+  velocity_.reset();
+  velocity_.update(position_mm);
+  acceleration_.seed(0.0);
+  started_ = true;
+}
+
+void MotionEstimator::fill_gap(double position_mm, double periods) noexcept {
+  const int missed = static_cast<int>(std::round(periods)) - 1;
+  for (int i = 1; i <= missed; ++i) {
+    step(last_position_mm_ + (position_mm - last_position_mm_) * i / (missed + 1));
+  }
+}
+
 void MotionEstimator::update(double position_mm, std::int64_t time_ns) noexcept {
-  constexpr double kLongestFilledGap = 16.0;
-  const double periods = std::round(static_cast<double>(time_ns - last_time_ns_) * 1e-9 * rate_hz_);
-  if (!started_ || periods > kLongestFilledGap || periods < 0.0) {
-    velocity_.reset();
-    velocity_.update(position_mm);
-    acceleration_.seed(0.0);
-    started_ = true;
+  constexpr double kLongestFilledGap = 16.0;  // halves are rounded away from zero
+  const double periods = static_cast<double>(time_ns - last_time_ns_) * 1e-9 * rate_hz_;
+  if (!started_ || periods >= kLongestFilledGap + 0.5 || periods <= -0.5) [[unlikely]] {
+    restart(position_mm);
   } else {
-    const int missed = static_cast<int>(periods) - 1;
-    for (int i = 1; i <= missed; ++i) {
-      step(last_position_mm_ + (position_mm - last_position_mm_) * i / (missed + 1));
-    }
+    if (periods >= 1.5) [[unlikely]]
+      fill_gap(position_mm, periods);
     step(position_mm);
   }
   last_position_mm_ = position_mm;

@@ -28,6 +28,8 @@ class MotionEstimator {
 
  private:
   void step(double position_mm) noexcept;
+  void restart(double position_mm) noexcept;
+  void fill_gap(double position_mm, double periods) noexcept;
 
   double rate_hz_;
   AdaptiveWindowVelocity velocity_;
