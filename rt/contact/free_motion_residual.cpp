@@ -17,21 +17,22 @@ BasicFreeMotionResidual<Value>::BasicFreeMotionResidual(double tool_mass_g, doub
       jerk_decay_(std::exp(-1.0 / (kJerkMemoryS * rate_hz))),
       lead_force_(kLeadMeanS, rate_hz),
       prompt_force_(kPromptMeanS, rate_hz),
-      residual_1_(kCutoffHz, rate_hz),
-      residual_2_(kCutoffHz, rate_hz),
-      force_1_(kCutoffHz, rate_hz),
-      force_2_(kCutoffHz, rate_hz),
-      inertia_1_(kCutoffHz, rate_hz),
-      inertia_2_(kCutoffHz, rate_hz) {}
+      section_1_(kCutoffHz, rate_hz),
+      section_2_(kCutoffHz, rate_hz) {}
+
+template <class Value>
+void BasicFreeMotionResidual<Value>::seed(const Signals& signals) noexcept {
+  section_1_.seed(signals);
+  section_2_.seed(signals);
+}
 
 template <class Value>
 Value BasicFreeMotionResidual<Value>::update(const Value& sensor_force_n, const Value& position_mm,
                                              std::int64_t time_ns, bool in_contact) noexcept {
   const double step_s = static_cast<double>(time_ns - last_time_ns_) * 1e-9;
   constexpr double kLongestStepS = 0.016;
-  if (samples_ == 0 || !(step_s > 0.0) || step_s > kLongestStepS) {
-    for (auto* filter : {&residual_1_, &residual_2_, &force_1_, &force_2_}) filter->seed(sensor_force_n);
-    for (auto* filter : {&inertia_1_, &inertia_2_}) filter->seed(Value{});
+  if (samples_ == 0 || !(step_s > 0.0) || step_s > kLongestStepS) [[unlikely]] {
+    seed({sensor_force_n, sensor_force_n, Value{}});
     lead_force_.seed(sensor_force_n);
     prompt_force_.seed(sensor_force_n);
     samples_ = 1;
@@ -49,16 +50,16 @@ Value BasicFreeMotionResidual<Value>::update(const Value& sensor_force_n, const 
     const Value raw_inertia_n = acceleration * inertial_force_n(tool_mass_g_, 1.0);
     // The second difference is centred one tick back; so is the mean of two forces.
     const Value aligned_force_n = (sensor_force_n + last_force_n_) * 0.5;
-    const Value matched = residual_2_.update(residual_1_.update(aligned_force_n - raw_inertia_n));
+    const Signals passed = section_2_.update(
+        section_1_.update({aligned_force_n - raw_inertia_n, sensor_force_n, raw_inertia_n}));
     prompt_force_.update(sensor_force_n);
-    const Value lead = lead_force_.update(sensor_force_n) - force_2_.update(force_1_.update(sensor_force_n));
+    const Value lead = lead_force_.update(sensor_force_n) - passed.force_n;
 
-    const Value inertia_n = inertia_2_.update(inertia_1_.update(raw_inertia_n));
-    const double jerk_now = in_contact ? 0.0 : magnitude(inertia_n - last_inertia_n_) / step_s;
+    const double jerk_now = in_contact ? 0.0 : magnitude(passed.inertia_n - last_inertia_n_) / step_s;
     jerk_n_per_s_ = std::max(jerk_decay_ * jerk_n_per_s_, jerk_now);
-    last_inertia_n_ = inertia_n;
+    last_inertia_n_ = passed.inertia_n;
     seen_jerk_n_ = kJerkMargin * delay_s_ * jerk_n_per_s_;
-    residual_n_ = matched + shortened(lead, explained_by_jerk_n());
+    residual_n_ = passed.residual_n + shortened(lead, explained_by_jerk_n());
 
     samples_ = 2;
     last_velocity_mm_per_s_ = velocity;
@@ -73,8 +74,7 @@ Value BasicFreeMotionResidual<Value>::update(const Value& sensor_force_n, const 
 template <class Value>
 void BasicFreeMotionResidual<Value>::assume_free() noexcept {
   const Value force_n = prompt_force_.mean();
-  for (auto* filter : {&residual_1_, &residual_2_}) filter->seed(Value{});
-  for (auto* filter : {&force_1_, &force_2_, &inertia_1_, &inertia_2_}) filter->seed(force_n);
+  seed({Value{}, force_n, force_n});
   last_inertia_n_ = force_n;
   residual_n_ = Value{};
 }

@@ -53,6 +53,25 @@ class BasicFreeMotionResidual {
   Value prompt_force_n() const noexcept { return prompt_force_.mean() - last_inertia_n_; }
 
  private:
+  /// All that passes L.
+  struct Signals {
+    Value residual_n{};
+    Value force_n{};
+    Value inertia_n{};
+
+    friend Signals operator+(const Signals& a, const Signals& b) noexcept {
+      return {a.residual_n + b.residual_n, a.force_n + b.force_n, a.inertia_n + b.inertia_n};
+    }
+    friend Signals operator-(const Signals& a, const Signals& b) noexcept {
+      return {a.residual_n - b.residual_n, a.force_n - b.force_n, a.inertia_n - b.inertia_n};
+    }
+    friend Signals operator*(const Signals& a, double s) noexcept {
+      return {a.residual_n * s, a.force_n * s, a.inertia_n * s};
+    }
+  };
+
+  void seed(const Signals& signals) noexcept;
+
   static constexpr double kCutoffHz =
       40.0;  // two sections: 11 ms of delay, 2 mN of encoder noise through 9 g
   static constexpr double kJerkMargin = 1.3;    // γ: the jerk is itself seen late
@@ -69,9 +88,7 @@ class BasicFreeMotionResidual {
   double unseen_n_;
   double jerk_decay_;
   SlidingMean<Value> lead_force_, prompt_force_;
-  BasicButterworthLowPass<Value> residual_1_, residual_2_;
-  BasicButterworthLowPass<Value> force_1_, force_2_;
-  BasicButterworthLowPass<Value> inertia_1_, inertia_2_;
+  BasicButterworthLowPass<Signals> section_1_, section_2_;  // L
   int samples_ = 0;
   std::int64_t last_time_ns_ = 0;
   double last_step_s_ = 0.0;

@@ -55,7 +55,7 @@ void Guard::set_limits(const GuardLimits& limits) noexcept {
   gap_ns_ = in_ns(limits.loop_gap_ms);
 }
 
-FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
+inline FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
   FaultSet faults = standing_;
   if (sample.status != 0) faults |= faults_in(sample.status);
   const hal::Quaternion& q = sample.tip_orientation;
@@ -101,8 +101,9 @@ void Guard::heed(FaultSet faults) noexcept {
 
 bool Guard::admit(const hal::RigSample& sample) noexcept {
   present_ = faults_of(sample);
-  heed(present_);
-  if (state_ == GuardState::kSuspended && (present_ & kTakesForce) == 0) {
+  if ((present_ & kTakesForce) != 0) [[unlikely]] {
+    heed(present_);
+  } else if (state_ == GuardState::kSuspended) {
     state_ = GuardState::kResuming;
     fault_ = GuardFault::kNone;
   }
@@ -148,11 +149,11 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
     last_position_mm_ = sample.tip_position_mm;
     has_position_ = true;
   }
-  if (!sane(wanted_n)) {
+  if (!sane(wanted_n)) [[unlikely]] {
     present_ |= set_of(GuardFault::kNonFinite);
     heed(set_of(GuardFault::kNonFinite));
   }
-  update_authority();
+  if (state_ != GuardState::kRendering) update_authority();
 
   hal::Vector3 force;
   if (authority_ > 0.0) {

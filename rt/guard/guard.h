@@ -39,6 +39,8 @@ class Guard {
   bool clear() noexcept;
   void set_limits(const GuardLimits& limits) noexcept;
 
+  /// What it let through last, rig frame.
+  const hal::Vector3& force_n() const noexcept { return last_force_n_; }
   GuardState state() const noexcept { return state_; }
   GuardFault fault() const noexcept { return fault_; }
   /// True while a fault keeps the force at zero.

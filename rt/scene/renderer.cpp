@@ -11,14 +11,28 @@ Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept
   channels_ = next != nullptr ? next->channels() : 0;
   ++generation_;
   pipeline_is_stale_ = true;
-  hand_over_n_ = last_force_n_;
-  hand_over_share_ = next != nullptr && dot(last_force_n_, last_force_n_) > 0.0 ? 1.0 : 0.0;
+  hand_over_n_ = guard_.force_n();
+  hand_over_share_ = next != nullptr && dot(hand_over_n_, hand_over_n_) > 0.0 ? 1.0 : 0.0;
   guard_.set_limits(limits);
   return before;
 }
 
 void Renderer::set_target(const TargetLaw& target, double ramp_s) noexcept {
   if (pipeline_ != nullptr) pipeline_->set_target(target, ramp_s);
+}
+
+inline hal::Vector3 Renderer::wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept {
+  if (!guard_.admit(sample)) {
+    pipeline_is_stale_ = true;
+    return {};
+  }
+  if (pipeline_ == nullptr) return {};
+  if (pipeline_is_stale_) {
+    pipeline_->reset();
+    pipeline_is_stale_ = false;
+  }
+  record.channels |= channels_;
+  return pipeline_->evaluate(sample, record);
 }
 
 hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& record) noexcept {
@@ -32,29 +46,18 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.force_count = sample.force_count;
   record.guard_limits = 0;
 
-  hal::Vector3 wanted;
-  if (!guard_.admit(sample)) {
-    pipeline_is_stale_ = true;
-  } else if (pipeline_ != nullptr) {
-    if (pipeline_is_stale_) {
-      pipeline_->reset();
-      pipeline_is_stale_ = false;
-    }
-    wanted = pipeline_->evaluate(sample, record);
-    record.channels |= channels_;
-  }
+  hal::Vector3 wanted = wanted_n(sample, record);
   const bool is_free = !record.in_contact && std::abs(record.desired_force_n) < kNothingWantedN;
   ticks_free_ = is_free ? std::min(ticks_free_ + 1, free_ticks_) : 0;
   const bool was_latched = guard_.silent();
   hand_over_share_ = was_latched ? 0.0 : std::max(0.0, hand_over_share_ - hand_over_step_);
   wanted = hand_over_n_ * hand_over_share_ + wanted * (1.0 - hand_over_share_);
-  const hal::Vector3 force = guard_.bound(wanted, sample, record);
-  last_force_n_ = force;
+  const hal::DeviceCommand command{guard_.bound(wanted, sample, record)};
   // A command that was no number came out of the pipeline's own state: start that anew as well.
   const bool is_number = std::isfinite(wanted.x + wanted.y + wanted.z);
   if (!is_number || (!was_latched && guard_.fault() == GuardFault::kNonFinite)) pipeline_is_stale_ = true;
-  if (pipeline_ != nullptr) pipeline_->applied(force);
-  return {force};
+  if (pipeline_ != nullptr) pipeline_->applied(command.force_n);
+  return command;
 }
 
 }  // namespace hapticd::rt

@@ -40,6 +40,9 @@ class Renderer {
   const Guard& guard() const noexcept { return guard_; }
 
  private:
+  /// What the pipeline wants of the device; nothing where the guard admits no sample.
+  hal::Vector3 wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept;
+
   static constexpr double kHandOverS = 0.05;
   static constexpr double kFreeS = 0.06;           // the longest fade takes 50 ms
   static constexpr double kNothingWantedN = 1e-3;  // of the device
@@ -47,7 +50,6 @@ class Renderer {
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline
   Guard guard_;
-  hal::Vector3 last_force_n_;
   hal::Vector3 hand_over_n_;  ///< of the pipeline before, when it was exchanged
   double hand_over_share_ = 0.0;
   double hand_over_step_;

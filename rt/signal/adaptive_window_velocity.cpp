@@ -21,20 +21,25 @@ AdaptiveWindowVelocity::AdaptiveWindowVelocity(double noise_bound_mm, double rat
     : noise_bound_mm_(noise_bound_mm),
       rate_hz_(rate_hz),
       spacing_(std::min(static_cast<int>(ticks_of(kSpacingS, rate_hz)), kWidestSpacing)),
+      held_(kMaxWindow * spacing_ + 1),
       point_rate_hz_(rate_hz / spacing_),
-      fit_(fit) {}
+      fit_(fit),
+      newest_(held_) {}
 
 void AdaptiveWindowVelocity::reset() noexcept {
   filled_ = 0;
+  points_ = 0;
   window_ = 0;
   velocity_mm_per_s_ = 0.0;
 }
 
 double AdaptiveWindowVelocity::update(double position_mm) noexcept {
-  newest_ = (newest_ + 1) & kMask;
+  newest_ = newest_ + 1 < 2 * held_ ? newest_ + 1 : held_;
   positions_[static_cast<std::size_t>(newest_)] = position_mm;
-  filled_ = std::min(filled_ + 1, kMaxWindow * spacing_ + 1);
-  if (filled_ <= spacing_) {
+  positions_[static_cast<std::size_t>(newest_ - held_)] = position_mm;
+  if (filled_ < held_) [[unlikely]]
+    points_ = filled_++ / spacing_;
+  if (points_ == 0) [[unlikely]] {
     fit_first();
   } else {
     fit_ == Fit::kEnd ? fit_end() : fit_best();
@@ -47,7 +52,7 @@ double AdaptiveWindowVelocity::update(double position_mm) noexcept {
 void AdaptiveWindowVelocity::fit_first() noexcept {
   window_ = filled_ - 1;
   if (window_ == 0) return;
-  const double first = positions_[static_cast<std::size_t>((newest_ - window_) & kMask)];
+  const double first = positions_[static_cast<std::size_t>(newest_ - window_)];
   velocity_mm_per_s_ = (position(0) - first) / window_ * rate_hz_;
 }
 
@@ -59,28 +64,26 @@ void AdaptiveWindowVelocity::fit_end() noexcept {
   const double newest = position(0);
   double low = -HUGE_VAL;
   double high = HUGE_VAL;
-  double slope = 0.0;  // per period
+  const auto slope = [&](int n) {  // per period
+    return (newest - position(n)) * kReciprocal[static_cast<std::size_t>(n)];
+  };
   int n = 1;
-  const int most = points();
-  for (; n <= most; ++n) {
-    const double share = kReciprocal[static_cast<std::size_t>(n)];
-    const double candidate = (newest - position(n)) * share;
+  for (; n <= points_; ++n) {
+    const double candidate = slope(n);
     if (candidate < low || candidate > high) break;
-    slope = candidate;
-    const double slack = noise_bound_mm_ * share;
-    low = std::max(low, candidate - slack);
-    high = std::min(high, candidate + slack);
+    const double slack = noise_bound_mm_ * kReciprocal[static_cast<std::size_t>(n)];
+    low = std::max(candidate - slack, low);
+    high = std::min(candidate + slack, high);
   }
   window_ = n - 1;
-  velocity_mm_per_s_ = slope * point_rate_hz_;
+  velocity_mm_per_s_ = slope(window_) * point_rate_hz_;
 }
 
 void AdaptiveWindowVelocity::fit_best() noexcept {
   const double newest = position(0);
   double accepted = (newest - position(1)) * point_rate_hz_;
   window_ = 1;
-  const int most = points();
-  for (int n = 2; n <= most; ++n) {
+  for (int n = 2; n <= points_; ++n) {
     double weighted = 0.0;
     for (int i = 0; i <= n; ++i) weighted += (n - 2 * i) * (position(i) - newest);
     const double slope = 6.0 * weighted * point_rate_hz_ / (static_cast<double>(n) * (n + 1) * (n + 2));

@@ -37,26 +37,26 @@ class AdaptiveWindowVelocity {
  private:
   /// `points` before the newest.
   double position(int points) const noexcept {
-    return positions_[static_cast<std::size_t>((newest_ - points * spacing_) & kMask)];
+    return positions_[static_cast<std::size_t>(newest_ - points * spacing_)];
   }
-  /// Since the start, up to the longest window.
-  int points() const noexcept { return (filled_ - 1) / spacing_; }
   void fit_first() noexcept;
   void fit_end() noexcept;
   void fit_best() noexcept;
 
   static constexpr int kWidestSpacing = 10;  ///< ticks: kSpacingS at 10 kHz
-  static constexpr int kMask = 255;
-  static_assert(kMaxWindow * kWidestSpacing <= kMask, "the ring holds the longest window");
+  static constexpr int kMostHeld = kMaxWindow * kWidestSpacing + 1;
 
   double noise_bound_mm_;
   double rate_hz_;
   int spacing_;           ///< ticks between two points of the window
+  int held_;              ///< positions of the longest window
   double point_rate_hz_;  ///< points a second
   Fit fit_;
-  std::array<double, kMask + 1> positions_{};
-  int newest_ = 0;
+  /// A ring, written twice, so that what it holds also stands in one piece, the newest last at newest_.
+  std::array<double, 2 * kMostHeld> positions_{};
+  int newest_;
   int filled_ = 0;
+  int points_ = 0;  ///< before the newest, since the start, up to the longest window
   int window_ = 0;
   double velocity_mm_per_s_ = 0.0;
 };

@@ -13,6 +13,7 @@ double noise_bound_mm(double resolution_mm) noexcept {
 
 MotionEstimator::MotionEstimator(double position_resolution_mm, double rate_hz) noexcept
     : rate_hz_(rate_hz),
+      longest_gap_periods_(std::round(kLongestFilledGapS * rate_hz)),
       velocity_(noise_bound_mm(position_resolution_mm), rate_hz),
       acceleration_(kAccelerationCutoffHz, rate_hz) {}
 
@@ -21,18 +22,28 @@ void MotionEstimator::step(double position_mm) noexcept {
   acceleration_.update((velocity_.update(position_mm) - before) * rate_hz_);
 }
 
+void MotionEstimator::restart(double position_mm) noexcept {
+  velocity_.reset();
+  velocity_.update(position_mm);
+  acceleration_.seed(0.0);
+  started_ = true;
+}
+
+void MotionEstimator::fill_gap(double position_mm, double periods) noexcept {
+  const int missed = static_cast<int>(std::round(periods)) - 1;
+  for (int i = 1; i <= missed; ++i) {
+    step(last_position_mm_ + (position_mm - last_position_mm_) * i / (missed + 1));
+  }
+}
+
 void MotionEstimator::update(double position_mm, std::int64_t time_ns) noexcept {
-  const double periods = std::round(static_cast<double>(time_ns - last_time_ns_) * 1e-9 * rate_hz_);
-  if (!started_ || periods > std::round(kLongestFilledGapS * rate_hz_) || periods < 0.0) {
-    velocity_.reset();
-    velocity_.update(position_mm);
-    acceleration_.seed(0.0);
-    started_ = true;
+  // Halves are rounded away from zero.
+  const double periods = static_cast<double>(time_ns - last_time_ns_) * 1e-9 * rate_hz_;
+  if (!started_ || periods >= longest_gap_periods_ + 0.5 || periods <= -0.5) [[unlikely]] {
+    restart(position_mm);
   } else {
-    const int missed = static_cast<int>(periods) - 1;
-    for (int i = 1; i <= missed; ++i) {
-      step(last_position_mm_ + (position_mm - last_position_mm_) * i / (missed + 1));
-    }
+    if (periods >= 1.5) [[unlikely]]
+      fill_gap(position_mm, periods);
     step(position_mm);
   }
   last_position_mm_ = position_mm;

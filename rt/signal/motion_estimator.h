@@ -29,8 +29,11 @@ class MotionEstimator {
 
  private:
   void step(double position_mm) noexcept;
+  void restart(double position_mm) noexcept;
+  void fill_gap(double position_mm, double periods) noexcept;
 
   double rate_hz_;
+  double longest_gap_periods_;
   AdaptiveWindowVelocity velocity_;
   ButterworthLowPass acceleration_;
   bool started_ = false;

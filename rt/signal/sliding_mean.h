@@ -20,6 +20,7 @@ class SlidingMean {
         share_(1.0 / static_cast<double>(ticks_)) {}
 
   Value update(const Value& value) noexcept {
+    if (ticks_ == 1) return mean_ = value;
     values_[next_] = value;
     next_ = next_ + 1 < ticks_ ? next_ + 1 : 0;
     // Summed anew: what was taken in once must not stay in the last digits for ever.

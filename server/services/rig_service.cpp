@@ -4,6 +4,7 @@
 #include "server/diagnosis/diagnosis.h"
 #include "server/scene_host.h"
 #include "server/services/enums.h"
+#include "server/services/part_messages.h"
 #include "server/services/status.h"
 #include "server/session.h"
 #include "server/telemetry_hub.h"
@@ -28,16 +29,8 @@ v1::RigKind to_proto(hal::RigKind kind) {
 
 void tell(const hal::PartReport& report, v1::PartReport& told) {
   told.set_part(report.part);
-  told.set_driver(report.driver);
   told.set_state(static_cast<v1::PartState>(static_cast<int>(report.state) + 1));
-  told.set_connection(report.connection);
-  for (const std::string& finding : report.findings) told.add_findings(finding);
-  for (const hal::PartFigure& figure : report.figures) {
-    v1::PartFigure& number = *told.add_figures();
-    number.set_name(figure.name);
-    number.set_value(figure.value);
-    number.set_unit(figure.unit);
-  }
+  fill_report(report, told);
 }
 
 double microseconds(std::int64_t nanoseconds) {

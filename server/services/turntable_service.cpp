@@ -5,6 +5,7 @@
 
 #include "hal/turntable.h"
 #include "server/services/call.h"
+#include "server/services/part_messages.h"
 #include "server/services/status.h"
 #include "server/turntable/turntable_host.h"
 
@@ -31,16 +32,6 @@ v1::TurntableMotionKind to_proto(hal::MotionKind kind) {
   return static_cast<v1::TurntableMotionKind>(static_cast<int>(kind) + 1);
 }
 static_assert(static_cast<int>(hal::MotionKind::kMove) + 1 == v1::TURNTABLE_MOTION_KIND_MOVE);
-
-/// A drive's text may hold any bytes; the contract's strings are UTF-8.
-std::string printable(const std::string& text) {
-  std::string result = text;
-  for (char& c : result) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) c = '?';
-  }
-  return result;
-}
 
 void fill(const hal::TurntableStatus& status, v1::TurntableStatus& message) {
   message.set_state(to_proto(status.state));
@@ -103,16 +94,7 @@ grpc::Status TurntableService::GetTurntable(grpc::ServerContext*, const v1::GetT
   }
   fill(table->status(), *response->mutable_status());
   if (const auto why_not = host_.interlock()) *response->mutable_interlock() = to_detail(*why_not);
-  const hal::PartReport report = table->report();
-  response->set_driver(report.driver);
-  response->set_connection(report.connection);
-  for (const std::string& finding : report.findings) response->add_findings(printable(finding));
-  for (const hal::PartFigure& figure : report.figures) {
-    v1::PartFigure& told = *response->add_figures();
-    told.set_name(figure.name);
-    told.set_value(figure.value);
-    told.set_unit(figure.unit);
-  }
+  fill_report(table->report(), *response);
   return grpc::Status::OK;
 }
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "hal/daq/daq_sensor.h"
-#include "rt/scene/compose.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 
@@ -21,15 +21,6 @@ constexpr std::int64_t kTurnNs = 100'000;
 
 /// The device's frame lies so that the hand's home is the arm's reset pose.
 constexpr hal::Vector3 kShoulderMm{-215.0, 0.0, 180.0};
-
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
-void demand(const std::optional<hal::Error>& error) {
-  if (error) throw std::runtime_error(error->text());
-}
 
 phantom::PhantomConfig device_like(const hal::DeviceInfo& simulated) {
   phantom::PhantomConfig config;
@@ -44,7 +35,7 @@ phantom::PhantomConfig device_like(const hal::DeviceInfo& simulated) {
 
 }  // namespace
 
-BoardRig::BoardRig(const BoardRigConfig& config) {
+BoardRig::BoardRig(const RunConfig& config) {
   sim::SimulationConfig simulation = config.simulation;
   simulation.rate_hz = kWorldHz;
   simulation.real_time = false;
@@ -69,8 +60,8 @@ BoardRig::BoardRig(const BoardRigConfig& config) {
   started_ns_ = board_->now_ns();
   demand(composed_->engage(hal::RigPartKind::kDevice));
 
-  tapped_ = std::make_unique<TappedRig>(*composed_, [this] { return output_n(); });
-  tapped_->change_samples([this](hal::RigSample& sample) {
+  compose(config, *composed_, [this] { return output_n(); });
+  rig().change_samples([this](hal::RigSample& sample) {
     sample.time_ns = board_->now_ns() - started_ns_;
     if (tamper_) tamper_(sample);
   });
@@ -78,15 +69,10 @@ BoardRig::BoardRig(const BoardRigConfig& config) {
   for (int k = 0; k < 1000 && !device_->homed(); ++k) {
     board_->advance_ns(kTurnsATick * kTurnNs);
     hal::RigSample sample;
-    tapped_->read(sample);
-    tapped_->write({});
+    rig().read(sample);
+    rig().write({});
   }
   if (!device_->homed()) throw std::runtime_error("the device could not be homed");
-
-  scene_ = value_of(rt::resolve(config.scene, composed_->info()));
-  pipeline_ = value_of(rt::compose(scene_, composed_->info(), config.model));
-  engine_ = std::make_unique<rt::Engine>(*tapped_, 65536);
-  engine_->preload(pipeline_.get(), scene_.guard);
 }
 
 BoardRig::~BoardRig() = default;
@@ -112,8 +98,8 @@ void BoardRig::move_world() {
 void BoardRig::tick() {
   for (int turn = 0; turn < kTurnsATick; ++turn) move_world();
   hal::RigSample sample;
-  tapped_->read(sample);
-  tapped_->write(engine_->on_tick(sample));
+  rig().read(sample);
+  rig().write(engine().on_tick(sample));
   world_->truth(truth_);
   drain();
 }
@@ -130,7 +116,7 @@ rt::EngineOutcome BoardRig::clear() {
   rt::EngineOutcome outcome;
   std::atomic<bool> done{false};
   std::thread asker([&] {
-    outcome = engine_->execute(command, std::chrono::seconds(10));
+    outcome = engine().execute(command, std::chrono::seconds(10));
     done = true;
   });
   while (!done) {

@@ -6,20 +6,11 @@
 #include "hal/composed_rig.h"
 #include "hal/phantom/phantom_device.h"
 #include "hal/sim/simulated_rig.h"
-#include "rt/model/models.h"
-#include "rt/scene/pipeline.h"
-#include "rt/scene/scene_spec.h"
 #include "tests/emulated_rig/run.h"
 #include "tests/emulators/board/scripted_board.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
-
-struct BoardRigConfig {
-  sim::SimulationConfig simulation{};
-  rt::SceneSpec scene{};
-  const rt::ObjectModel* model = nullptr;
-};
 
 /// The way without the vendor's library and without a box, in virtual time: the simulated physics between the
 /// gauges, encoders and motors of a scripted board, ten times a tick; the sensor's driver with its
@@ -28,18 +19,15 @@ struct BoardRigConfig {
 class BoardRig final : public Run {
  public:
   /// Throws std::runtime_error with the full complaint of whoever refused. The device is homed.
-  explicit BoardRig(const BoardRigConfig& config);
+  explicit BoardRig(const RunConfig& config);
   ~BoardRig() override;
 
-  rt::Engine& engine() override { return *engine_; }
-  TappedRig& rig() override { return *tapped_; }
   void set_hand(const sim::HandProgram& program) override;
   rt::EngineOutcome clear() override;
 
   emulators::ScriptedBoard& board() { return *board_; }
   phantom::PhantomDevice& device() { return *device_; }
   const hal::TruthSample& truth() const { return truth_; }
-  const rt::SceneSpec& scene() const { return scene_; }
 
   void tick();
   /// Time passes for the world and the board, but nobody ticks.
@@ -61,10 +49,6 @@ class BoardRig final : public Run {
   std::shared_ptr<emulators::ScriptedBoard> board_;
   phantom::PhantomDevice* device_ = nullptr;  ///< the composed rig's
   std::unique_ptr<hal::ComposedRig> composed_;
-  std::unique_ptr<TappedRig> tapped_;
-  rt::SceneSpec scene_;
-  std::unique_ptr<rt::Pipeline> pipeline_;
-  std::unique_ptr<rt::Engine> engine_;
   std::function<void(hal::RigSample&)> tamper_;
   hal::TruthSample truth_;
   std::int64_t started_ns_ = 0;

@@ -5,27 +5,17 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include "hal/netft/netft_sensor.h"
 #include "hal/openhaptics/openhaptics_device.h"
-#include "rt/scene/compose.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 
 namespace {
-
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
-void demand(const std::optional<hal::Error>& error) {
-  if (error) throw std::runtime_error(error->text());
-}
 
 /// Threads inherit the priority of who starts them; so it has it while they are started.
 class PriorityWhileStarting {
@@ -105,21 +95,17 @@ EmulatedRig::EmulatedRig(const EmulatedRigConfig& config) {
   demand(composed_->engage(hal::RigPartKind::kDevice));
   demand(composed_->engage(hal::RigPartKind::kForceSensor));
 
-  scene_ = value_of(rt::resolve(config.scene, composed_->info()));
-  pipeline_ = value_of(rt::compose(scene_, composed_->info(), config.model));
-  tapped_ = std::make_unique<TappedRig>(*composed_, [this] { return magnitude(page_->force_n()); });
-  tapped_->change_samples([this](hal::RigSample& sample) {
+  compose(config, *composed_, [this] { return magnitude(page_->force_n()); });
+  rig().change_samples([this](hal::RigSample& sample) {
     constexpr std::int64_t kYoungNs = 1'000'000;
     if (!forgives_.load() || sample.force_age_ns <= kYoungNs) return;
     sample.force_age_ns = kYoungNs;
     forgiven_.fetch_add(1);
   });
-  engine_ = std::make_unique<rt::Engine>(*tapped_, 65536);
-  engine_->preload(pipeline_.get(), scene_.guard);
   rt::LoopConfig loop;
   loop.fifo_priority = config.fifo_priority;
   loop.lock_memory = false;  // of a program that does much besides
-  loop_ = std::make_unique<rt::PeriodicLoop>(*tapped_, *engine_, loop);
+  loop_ = std::make_unique<rt::PeriodicLoop>(rig(), engine(), loop);
   loop_->start();
 }
 
@@ -138,7 +124,7 @@ void EmulatedRig::set_hand(const sim::HandProgram& program) {
 rt::EngineOutcome EmulatedRig::clear() {
   rt::EngineCommand command;
   command.kind = rt::EngineCommand::Kind::kClear;
-  return engine_->execute(command, std::chrono::seconds(5));
+  return engine().execute(command, std::chrono::seconds(5));
 }
 
 void EmulatedRig::before_record(std::function<void()> deed) {

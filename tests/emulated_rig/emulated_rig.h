@@ -9,9 +9,6 @@
 #include "hal/composed_rig.h"
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/periodic_loop.h"
-#include "rt/model/models.h"
-#include "rt/scene/pipeline.h"
-#include "rt/scene/scene_spec.h"
 #include "tests/emulated_rig/run.h"
 #include "tests/emulators/bench/emulated_bench.h"
 #include "tests/emulators/netft/netft_box.h"
@@ -20,11 +17,8 @@
 
 namespace hapticd::test {
 
-struct EmulatedRigConfig {
-  sim::SimulationConfig simulation{};
-  rt::SceneSpec scene{};
-  const rt::ObjectModel* model = nullptr;  ///< of the object, where the scene needs one
-  double stall_s = 0.1;                    ///< see OpenHapticsConfig
+struct EmulatedRigConfig : RunConfig {
+  double stall_s = 0.1;  ///< see OpenHapticsConfig
   /// SCHED_FIFO for all threads of the peers and the drivers, where the machine grants it; 0 = ordinary.
   int fifo_priority = 40;
 };
@@ -41,15 +35,12 @@ class EmulatedRig final : public Run {
   EmulatedRig(const EmulatedRig&) = delete;
   EmulatedRig& operator=(const EmulatedRig&) = delete;
 
-  rt::Engine& engine() override { return *engine_; }
-  TappedRig& rig() override { return *tapped_; }
   void set_hand(const sim::HandProgram& program) override;
   rt::EngineOutcome clear() override;
 
   emulators::NetFtBox& box() { return *box_; }
   emulators::HdPage& page() { return *page_; }
   emulators::EmulatedBench& bench() { return *bench_; }
-  const rt::SceneSpec& scene() const { return scene_; }
   rt::LoopStatistics statistics() const { return loop_->statistics(); }
 
   /// While it does, samples that are old because this machine paused do not look old; by default it does not.
@@ -73,10 +64,6 @@ class EmulatedRig final : public Run {
   std::unique_ptr<emulators::NetFtBox> box_;
   std::unique_ptr<emulators::EmulatedBench> bench_;
   std::unique_ptr<hal::ComposedRig> composed_;
-  std::unique_ptr<TappedRig> tapped_;
-  rt::SceneSpec scene_;
-  std::unique_ptr<rt::Pipeline> pipeline_;
-  std::unique_ptr<rt::Engine> engine_;
   std::unique_ptr<rt::PeriodicLoop> loop_;
 
   std::atomic<bool> forgives_{false};

@@ -356,8 +356,8 @@ EmulatedRigConfig rig_for_faults(const FaultPatience& patience) {
   return config;
 }
 
-BoardRigConfig board_for_faults() {
-  BoardRigConfig config;
+RunConfig board_for_faults() {
+  RunConfig config;
   config.scene = stiffer();
   return config;
 }

@@ -34,6 +34,6 @@ struct FaultPatience {
 
 /// A soft object to be rendered stiffer: the device gives a clear force while the hand presses.
 EmulatedRigConfig rig_for_faults(const FaultPatience& patience);
-BoardRigConfig board_for_faults();
+RunConfig board_for_faults();
 
 }  // namespace hapticd::test

@@ -1,11 +1,23 @@
 #include "tests/emulated_rig/run.h"
 
 #include <cmath>
+#include <utility>
+
+#include "rt/scene/compose.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 
 double magnitude(const hal::Vector3& v) noexcept {
   return std::sqrt(dot(v, v));
+}
+
+void Run::compose(const RunConfig& config, hal::Rig& rig, std::function<double()> standing_n) {
+  tapped_ = std::make_unique<TappedRig>(rig, std::move(standing_n));
+  scene_ = value_of(rt::resolve(config.scene, rig.info()));
+  pipeline_ = value_of(rt::compose(scene_, rig.info(), config.model));
+  engine_ = std::make_unique<rt::Engine>(*tapped_, 65536);
+  engine_->preload(pipeline_.get(), scene_.guard);
 }
 
 void Run::drain() {

@@ -2,14 +2,25 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "hal/sim/hand.h"
+#include "hal/sim/simulated_rig.h"
 #include "rt/loop/engine.h"
+#include "rt/model/models.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/scene_spec.h"
 #include "rt/scene/tick_record.h"
 #include "tests/emulated_rig/tapped_rig.h"
 
 namespace hapticd::test {
+
+struct RunConfig {
+  sim::SimulationConfig simulation{};
+  rt::SceneSpec scene{};
+  const rt::ObjectModel* model = nullptr;  ///< of the object, where the scene needs one
+};
 
 /// A scene that is rendered on a rig of real drivers, with the simulated hand, object and tool behind the
 /// emulated peers. What happens is read off the ticks' records; all from one thread.
@@ -17,8 +28,9 @@ class Run {
  public:
   virtual ~Run() = default;
 
-  virtual rt::Engine& engine() = 0;
-  virtual TappedRig& rig() = 0;
+  rt::Engine& engine() { return *engine_; }
+  TappedRig& rig() { return *tapped_; }
+  const rt::SceneSpec& scene() const { return scene_; }
   /// Throws std::runtime_error where it is refused.
   virtual void set_hand(const sim::HandProgram& program) = 0;
 
@@ -38,6 +50,9 @@ class Run {
   bool whole() { return engine().records_dropped() == 0; }
 
  protected:
+  /// Once, of a rig whose parts are engaged. Throws std::runtime_error where the scene is refused.
+  void compose(const RunConfig& config, hal::Rig& rig, std::function<double()> standing_n);
+
   /// Lets about a tick pass.
   virtual void step() = 0;
   /// The run's own seconds.
@@ -45,6 +60,10 @@ class Run {
   void drain();
 
  private:
+  std::unique_ptr<TappedRig> tapped_;
+  rt::SceneSpec scene_;
+  std::unique_ptr<rt::Pipeline> pipeline_;
+  std::unique_ptr<rt::Engine> engine_;
   std::vector<rt::TickRecord> records_;
 };
 

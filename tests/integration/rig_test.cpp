@@ -85,12 +85,9 @@ TEST(ServiceRig, ASceneAtAStationNeedsATurntable) {
 }
 
 TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
-  server::DaemonConfig config = quiet_config();
-  config.turntable.kind = server::TurntableChoice::kSimulated;
-  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
-  config.turntable.settings.stale_after_s = 2.0;
+  server::DaemonConfig config =
+      config_with_table({{"sponge", 0.0, "sponge_block"}, {"rubber", 40.0, "rubber_ball"}});
   config.turntable.sim.homed = true;
-  config.turntable.settings.stations = {{"sponge", 0.0, "sponge_block"}, {"rubber", 40.0, "rubber_ball"}};
   const RunningService service(config);
   ASSERT_TRUE(service.load("tap_1d").ok());
   EXPECT_EQ(table_of(service), v1::PART_STATE_IDLE) << "nobody needs it";

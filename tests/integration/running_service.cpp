@@ -33,6 +33,15 @@ server::DaemonConfig quiet_config() {
   return config;
 }
 
+server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations) {
+  server::DaemonConfig config = quiet_config();
+  config.turntable.kind = server::TurntableChoice::kSimulated;
+  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
+  config.turntable.settings.stale_after_s = 2.0;
+  config.turntable.settings.stations = std::move(stations);
+  return config;
+}
+
 ServiceClient::ServiceClient(std::shared_ptr<grpc::Channel> connection)
     : channel(std::move(connection)),
       rig(v1::RigService::NewStub(channel)),

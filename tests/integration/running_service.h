@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "hal/turntable.h"
 #include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
@@ -32,6 +34,9 @@ std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window
 
 /// The simulated rig on a free port, without any of the privileges a loop would like.
 server::DaemonConfig quiet_config();
+
+/// The same with a simulated turntable that knows these stations; a stall of the machine is no fault of it.
+server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations);
 
 /// A client's view of a daemon.
 class ServiceClient {

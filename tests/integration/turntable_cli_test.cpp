@@ -13,13 +13,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-server::DaemonConfig with_table() {
-  server::DaemonConfig config = quiet_config();
-  config.turntable.kind = server::TurntableChoice::kSimulated;
-  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
-  config.turntable.settings.stale_after_s = 2.0;
+server::DaemonConfig homed_table() {
+  server::DaemonConfig config =
+      config_with_table({{"sponge", 0.0, "sponge_block"}, {"rubber", 40.0, "rubber_ball"}});
   config.turntable.sim.homed = true;
-  config.turntable.settings.stations = {{"sponge", 0.0, "sponge_block"}, {"rubber", 40.0, "rubber_ball"}};
   return config;
 }
 
@@ -43,7 +40,7 @@ class HapticctlTurntable : public testing::Test {
     ran.errors = child.errors();
     return ran;
   }
-  RunningService service{with_table()};
+  RunningService service{homed_table()};
 };
 
 TEST_F(HapticctlTurntable, TellsTurnsAndTellsAgain) {

@@ -12,16 +12,12 @@ namespace hapticd::test {
 namespace {
 
 /// A simulated table with three objects; slow enough for something to happen on the way.
-server::DaemonConfig with_table() {
-  server::DaemonConfig config = quiet_config();
-  config.turntable.kind = server::TurntableChoice::kSimulated;
+server::DaemonConfig slow_table() {
+  server::DaemonConfig config = config_with_table(
+      {{"sponge", 0.0, "sponge_block"}, {"rubber", 90.0, "rubber_ball"}, {"bare", -90.0, ""}});
   config.turntable.settings.speed_deg_per_s = 120.0;
   config.turntable.settings.acceleration_deg_per_s2 = 480.0;
-  config.turntable.interlock.sensor_silence_s = config.turntable.interlock.loop_silence_s = 10.0;
-  config.turntable.settings.stale_after_s = 2.0;  // a stall of the machine is no fault of the drive
   config.turntable.sim.homing_deg_per_s = 120.0;
-  config.turntable.settings.stations = {
-      {"sponge", 0.0, "sponge_block"}, {"rubber", 90.0, "rubber_ball"}, {"bare", -90.0, ""}};
   return config;
 }
 
@@ -40,7 +36,7 @@ v1::MoveToRequest to_angle(double angle_deg, double speed_deg_per_s = 0.0) {
 
 class ServiceTurntable : public testing::Test {
  protected:
-  ServiceTurntable() : service(with_table()), table(v1::TurntableService::NewStub(service.channel)) {}
+  ServiceTurntable() : service(slow_table()), table(v1::TurntableService::NewStub(service.channel)) {}
 
   v1::Turntable get() const {
     v1::Turntable response;

@@ -17,5 +17,5 @@ hapticd_test(test_netft
     ${netft}/netft_faults_test.cpp
     ${netft}/netft_reading_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/allocation_counter.cpp
-  LINK hapticd_netft hapticd_emulator_netft)
+  LINK hapticd_netft hapticd_test_support hapticd_emulator_netft)
 hapticd_test(test_netft_section SOURCES ${netft}/netft_section_test.cpp LINK hapticd_server_files)

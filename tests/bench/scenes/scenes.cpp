@@ -217,10 +217,8 @@ int run_scenes(const ScenesOptions& options) {
     add_row(table, scene, "everything", all, own_instructions);
     const auto at = static_cast<double>(plot.x.categories.size());
     plot.x.categories.push_back(scene);
-    composed.x.push_back(at);
-    composed.y.push_back(own.instructions.value_or(0.0));
-    forced.x.push_back(at);
-    forced.y.push_back(all.instructions.value_or(0.0));
+    composed.add(at, own.instructions.value_or(0.0));
+    forced.add(at, all.instructions.value_or(0.0));
   }
   plot.series = {composed, forced};
   add_stage_table(report, outlines);

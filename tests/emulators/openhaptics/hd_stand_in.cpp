@@ -116,6 +116,15 @@ struct Library {
     const int index = static_cast<int>(handle - kFirstHandle);
     return page->devices[index].open ? index : -1;
   }
+  /// The same of a handle the caller gives: a bad one breaks the rules.
+  int given_index(DeviceHandle handle) {
+    const int index = index_of(handle);
+    if (index < 0) {
+      violated(kHandle);
+      push(kBadDevice, handle);
+    }
+    return index;
+  }
   int current_index() {
     const int index = index_of(current);
     if (index < 0) push(kBadDevice, current);
@@ -266,6 +275,21 @@ std::size_t parameter(Library& lib, int index, Code name, double* values) {
   }
 }
 
+/// What hdEnable and hdDisable do to the current device.
+void set_capability(Library& lib, Code capability, bool on) {
+  const int index = lib.current_index();
+  if (index < 0) return;
+  HdPageDevice& page = lib.page->devices[index];
+  if (capability == 0x4001) {
+    lib.devices[index].clamping = on;
+  } else if (capability != 0x4000) {
+    lib.push(kBadParameter, lib.current);
+  } else if (!on || !page.refuses_force) {
+    page.force_enabled = on;
+    lib.note(on ? HdEvent::kForceOn : HdEvent::kForceOff);
+  }
+}
+
 /// The pose of a moment.
 void read_pose(const HdPageDevice& page, double (&transform)[16]) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
@@ -318,11 +342,8 @@ STAND_IN_EXPORT DeviceHandle hdInitDevice(const char* name) {
 
 STAND_IN_EXPORT void hdDisableDevice(DeviceHandle handle) {
   Library& lib = *g_library;
-  const int index = lib.index_of(handle);
-  if (index < 0) {
-    lib.violated(kHandle);
-    return lib.push(kBadDevice, handle);
-  }
+  const int index = lib.given_index(handle);
+  if (index < 0) return;
   HdPageDevice& page = lib.page->devices[index];
   if (page.force_enabled) lib.violated(kDisabledWithForce);
   page.force_enabled = false;
@@ -333,11 +354,8 @@ STAND_IN_EXPORT void hdDisableDevice(DeviceHandle handle) {
 STAND_IN_EXPORT void hdBeginFrame(DeviceHandle handle) {
   Library& lib = *g_library;
   if (const std::uint32_t hang = lib.page->frame_hangs_ms.exchange(0)) sleep_ms(hang);
-  const int index = lib.index_of(handle);
-  if (index < 0) {
-    lib.violated(kHandle);
-    return lib.push(kBadDevice, handle);
-  }
+  const int index = lib.given_index(handle);
+  if (index < 0) return;
   Device& device = lib.devices[index];
   if (device.in_frame) {
     lib.violated(kNestedBegin);
@@ -352,11 +370,8 @@ STAND_IN_EXPORT void hdBeginFrame(DeviceHandle handle) {
 
 STAND_IN_EXPORT void hdEndFrame(DeviceHandle handle) {
   Library& lib = *g_library;
-  const int index = lib.index_of(handle);
-  if (index < 0) {
-    lib.violated(kHandle);
-    return lib.push(kBadDevice, handle);
-  }
+  const int index = lib.given_index(handle);
+  if (index < 0) return;
   Device& device = lib.devices[index];
   HdPageDevice& page = lib.page->devices[index];
   if (!device.in_frame) {
@@ -396,33 +411,11 @@ STAND_IN_EXPORT ErrorInfo hdGetError() {
 }
 
 STAND_IN_EXPORT void hdEnable(Code capability) {
-  Library& lib = *g_library;
-  const int index = lib.current_index();
-  if (index < 0) return;
-  HdPageDevice& page = lib.page->devices[index];
-  if (capability == 0x4001) {
-    lib.devices[index].clamping = true;
-  } else if (capability != 0x4000) {
-    lib.push(kBadParameter, lib.current);
-  } else if (!page.refuses_force) {
-    page.force_enabled = true;
-    lib.note(HdEvent::kForceOn);
-  }
+  set_capability(*g_library, capability, true);
 }
 
 STAND_IN_EXPORT void hdDisable(Code capability) {
-  Library& lib = *g_library;
-  const int index = lib.current_index();
-  if (index < 0) return;
-  HdPageDevice& page = lib.page->devices[index];
-  if (capability == 0x4001) {
-    lib.devices[index].clamping = false;
-  } else if (capability != 0x4000) {
-    lib.push(kBadParameter, lib.current);
-  } else {
-    page.force_enabled = false;
-    lib.note(HdEvent::kForceOff);
-  }
+  set_capability(*g_library, capability, false);
 }
 
 STAND_IN_EXPORT void hdGetDoublev(Code name, double* values) {
@@ -496,11 +489,7 @@ STAND_IN_EXPORT void hdStopScheduler() {
 #ifndef HD_STAND_IN_BARE
 STAND_IN_EXPORT void hdMakeCurrentDevice(DeviceHandle handle) {
   Library& lib = *g_library;
-  if (lib.index_of(handle) < 0) {
-    lib.violated(kHandle);
-    return lib.push(kBadDevice, handle);
-  }
-  lib.current = handle;
+  if (lib.given_index(handle) >= 0) lib.current = handle;
 }
 
 STAND_IN_EXPORT unsigned char hdIsEnabled(Code capability) {

@@ -171,10 +171,8 @@ void run_explore_contact(StudyContext& context) {
       for (const double slant_deg : {0.0, 30.0}) {
         tap(object, speed, slant_deg, context.quick ? 3 : 6, chosen_n, published_n, at_speed);
       }
-      ours.x.push_back(speed);
-      ours.y.push_back(mean_of(at_speed.ours_ms));
-      published.x.push_back(speed);
-      published.y.push_back(mean_of(at_speed.published_ms));
+      ours.add(speed, mean_of(at_speed.ours_ms));
+      published.add(speed, mean_of(at_speed.published_ms));
       total.ours_ms.insert(total.ours_ms.end(), at_speed.ours_ms.begin(), at_speed.ours_ms.end());
       total.published_ms.insert(total.published_ms.end(), at_speed.published_ms.begin(),
                                 at_speed.published_ms.end());

@@ -171,14 +171,12 @@ void plot_stroke(StudyContext& context, const std::string& object, const std::st
     const Moment& m = moments[i];
     if (!m.touches) continue;
     const double t = 1e-3 * static_cast<double>(i);
-    truth.x.push_back(t);
-    truth.y.push_back(m.displacement_mm);
+    truth.add(t, m.displacement_mm);
     for (const auto& [series, value] : {std::pair{&ours, m.estimate_mm[0]},
                                         {&theirs, m.estimate_mm[1]},
                                         {&our_angle, m.angle_deg[0]},
                                         {&their_angle, m.angle_deg[1]}}) {
-      series->x.push_back(t);
-      series->y.push_back(value);
+      series->add(t, value);
     }
   }
   displacement.series = {theirs, truth, ours};
@@ -275,12 +273,9 @@ void run_estimation(StudyContext& context) {
       }
       overview.x.categories.push_back(object + " " + (rod ? "rod" : "bearing"));
       const double at = static_cast<double>(overview.x.categories.size() - 1);
-      ours.x.push_back(at);
-      ours.y.push_back(100.0 * quantile(errors[0].displacement, 0.5));
-      baseline.x.push_back(at);
-      baseline.y.push_back(100.0 * quantile(errors[1].displacement, 0.5));
-      theirs.x.push_back(at);
-      theirs.y.push_back(100.0 * reference.median);
+      ours.add(at, 100.0 * quantile(errors[0].displacement, 0.5));
+      baseline.add(at, 100.0 * quantile(errors[1].displacement, 0.5));
+      theirs.add(at, 100.0 * reference.median);
     }
   }
   context.report.add_table(

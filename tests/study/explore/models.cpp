@@ -70,10 +70,8 @@ void run_models(StudyContext& context) {
     report::PlotSeries by_creep{object, {}, {}, report::PlotSeries::Style::kLine, colour};
     const rt::CreepLaw law(creep, 1000.0);
     for (double force_n = 0.0; force_n <= 12.0; force_n += 0.05) {
-      by_hc.x.push_back(rt::hunt_crossley_displacement(hc, force_n, 0.0).displacement_mm);
-      by_hc.y.push_back(force_n);
-      by_creep.x.push_back(law.curve(force_n).displacement_mm);
-      by_creep.y.push_back(force_n);
+      by_hc.add(rt::hunt_crossley_displacement(hc, force_n, 0.0).displacement_mm, force_n);
+      by_creep.add(law.curve(force_n).displacement_mm, force_n);
     }
     plot.series.push_back(by_hc);
     plot.series.push_back(by_creep);

@@ -1,7 +1,6 @@
 #include "tests/study/explore/palpation.h"
 
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
 #include "rt/identify/contact_fit.h"
@@ -10,16 +9,13 @@
 #include "rt/signal/motion_estimator.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/rig/virtual_run.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
 
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
+using test::value_of;
 
 /// A recursive scene watches: it needs no model, and rendering is off.
 VirtualRun watching(const std::string& object, rt::SceneSpec& scene) {

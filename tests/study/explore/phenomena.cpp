@@ -81,10 +81,8 @@ void run_phenomena(StudyContext& context) {
   report::MarkdownTable jitter({"force N", "dissertation µm/tick", "default µm/tick"});
   for (const double force_n : {0.1, 0.2, 0.4, 0.8, 1.5, 3.0}) {
     const Noise noise = noise_at("sponge_cut", force_n);
-    theirs.x.push_back(force_n);
-    theirs.y.push_back(1e3 * noise.dissertation_mm);
-    ours.x.push_back(force_n);
-    ours.y.push_back(1e3 * noise.ours_mm);
+    theirs.add(force_n, 1e3 * noise.dissertation_mm);
+    ours.add(force_n, 1e3 * noise.ours_mm);
     jitter.add_row({fixed(force_n, 1), fixed(1e3 * noise.dissertation_mm, 2), fixed(1e3 * noise.ours_mm, 2)});
     for (const bool is_ours : {false, true}) {
       report::Figure figure{"displacement_jitter_mm",

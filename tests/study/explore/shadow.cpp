@@ -1,19 +1,12 @@
 #include "tests/study/explore/shadow.h"
 
-#include <stdexcept>
-
 #include "rt/scene/compose.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
-namespace {
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
-}  // namespace
+using test::value_of;
 
 Shadow::Shadow(const hal::RigInfo& rig, const rt::SceneSpec& scene, const rt::ObjectModel& model)
     : pipeline_(value_of(rt::compose(value_of(rt::resolve(scene, rig)), rig, &model))) {}

@@ -153,10 +153,8 @@ void run_explore_stability(StudyContext& context) {
                        baseline.value > 0.0 ? fixed(improved.value / baseline.value, 1) : report::kNoNumber});
         if (rod) continue;
         const double at = static_cast<double>(&object - explored_objects().data());
-        ours.x.push_back(at);
-        ours.y.push_back(improved.value);
-        theirs.x.push_back(at);
-        theirs.y.push_back(baseline.value);
+        ours.add(at, improved.value);
+        theirs.add(at, baseline.value);
         if (device == "phantom_1_5_high_force") {
           swing.series.push_back(
               {object, improved.target, improved.swing_mm, report::PlotSeries::Style::kLine, colour});

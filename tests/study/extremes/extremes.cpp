@@ -90,8 +90,8 @@ void plot_margins(report::Report& report, const std::vector<ExtremeGroup>& group
       double share = bound != 0.0 ? outcome.value / bound : (outcome.value == 0.0 ? 0.0 : 10.0);
       if (!outcome.finite()) share = 10.0;
       report::PlotSeries& series = outcome.holds() ? hold : fail;
-      series.x.push_back(static_cast<double>(g) + 0.7 * ((static_cast<double>(i) + 0.5) / count - 0.5));
-      series.y.push_back(std::clamp(share, kLowest, 10.0));
+      series.add(static_cast<double>(g) + 0.7 * ((static_cast<double>(i) + 0.5) / count - 0.5),
+                 std::clamp(share, kLowest, 10.0));
     }
   }
   plot.series.push_back(hold);

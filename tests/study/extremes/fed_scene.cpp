@@ -1,23 +1,15 @@
 #include "tests/study/extremes/fed_scene.h"
 
-#include <stdexcept>
 #include <utility>
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study::extremes {
 
-namespace {
-
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
-
-}  // namespace
+using test::value_of;
 
 rt::SceneSpec tap_scene() {
   rt::SceneSpec scene;

@@ -174,10 +174,8 @@ Trap stability_bound_trap() {
     loop.object_n_per_mm = k;
     const double limit = loop.largest_stable();
     const double of_wall = k + loop.damping_n_s_per_mm / loop.tau_x();
-    wall.x.push_back(k);
-    wall.y.push_back(of_wall / limit);
-    closed.x.push_back(k);
-    closed.y.push_back(loop.bound() / limit);
+    wall.add(k, of_wall / limit);
+    closed.add(k, loop.bound() / limit);
     if (k == 3.0) trap.forms = {{"object + wall", of_wall / limit}, {"here", loop.bound() / limit}};
   }
   trap.plot.series = {wall, closed};

@@ -59,10 +59,8 @@ Trap deflection_loop_trap() {
                          {"largest pole |z|", "1"});
   report::PlotSeries bad = published("last tick's f_c"), good = ours("solved");
   for (double target = 0.1; target <= 4.0; target += 0.1) {
-    bad.x.push_back(target);
-    bad.y.push_back(radius_published(target));
-    good.x.push_back(target);
-    good.y.push_back(radius_here(target));
+    bad.add(target, radius_published(target));
+    good.add(target, radius_here(target));
   }
   trap.plot.series = {bad, good};
   trap.plot.references = {{report::PlotReference::Axis::kY, 1.0, ""},
@@ -97,12 +95,9 @@ Trap deflection_sign_trap() {
     const double error_plus = state.motor_mm + force / kStructural - state.tip_mm;
     const double error_none = state.motor_mm - state.tip_mm;
     const double error_minus = state.motor_mm - bent - state.tip_mm;
-    plus.x.push_back(force);
-    plus.y.push_back(error_plus);
-    none.x.push_back(force);
-    none.y.push_back(error_none);
-    minus.x.push_back(force);
-    minus.y.push_back(error_minus);
+    plus.add(force, error_plus);
+    none.add(force, error_none);
+    minus.add(force, error_minus);
     if (force == 4.0) {
       trap.forms = {{"published, +", std::abs(error_plus)},
                     {"encoders alone", std::abs(error_none)},

@@ -70,8 +70,7 @@ Trap inverse_noise_trap() {
     const Gains gains = noise_gains(force);
     for (auto [series, value] :
          {std::pair{&bad, gains.inverse}, {&good, gains.fused}, {&form, gains.closed_form}}) {
-      series->x.push_back(force);
-      series->y.push_back(value);
+      series->add(force, value);
     }
   }
   const Gains light = noise_gains(0.06);
@@ -109,10 +108,8 @@ Trap static_sponge_trap() {
     const double force = material.advance(x, 0.0).force_n;
     if (late_ms == 0.0 && force > 0.015) late_ms = 1e3 * kStepS * i;
     if (i % 10 != 0) continue;
-    law.x.push_back(x);
-    law.y.push_back(rt::hunt_crossley_force_n(kSponge, x, 0.0));
-    object.x.push_back(x);
-    object.y.push_back(force);
+    law.add(x, rt::hunt_crossley_force_n(kSponge, x, 0.0));
+    object.add(x, force);
   }
   trap.plot.series = {law, object, told};
   trap.forms = {

@@ -56,13 +56,10 @@ Trap dahl_counting_trap() {
     z = rt::dahl_step(z, kStepMm, kPreslidingMm);
     worst_published = std::max(worst_published, std::abs(by_published - exact));
     worst_here = std::max(worst_here, std::abs(z - exact));
-    bad.x.push_back(x);
-    bad.y.push_back(by_published);
-    good.x.push_back(x);
-    good.y.push_back(z);
+    bad.add(x, by_published);
+    good.add(x, z);
     if (i % 5 == 0) {
-      truth.x.push_back(x);
-      truth.y.push_back(exact);
+      truth.add(x, exact);
     }
   }
   trap.plot.series = {bad, good, truth};
@@ -99,10 +96,8 @@ Trap dahl_euler_trap() {
     return largest;
   };
   for (double ratio = 0.1; ratio < 101.0; ratio *= 1.1) {
-    bad.x.push_back(ratio);
-    bad.y.push_back(std::min(1e6, euler(ratio)));
-    good.x.push_back(ratio);
-    good.y.push_back(exact(ratio));
+    bad.add(ratio, std::min(1e6, euler(ratio)));
+    good.add(ratio, exact(ratio));
   }
   trap.plot.series = {bad, good};
   trap.plot.references = {{report::PlotReference::Axis::kX, 2.0, "2"}};

@@ -90,10 +90,8 @@ Trap staircase_trap(bool quick) {
   for (auto* series : {&bias, &scatter}) series->style = report::PlotSeries::Style::kLinePoints;
   for (int discarded = 0; discarded <= 8; ++discarded) {
     const Threshold t = threshold(discarded, sessions);
-    bias.x.push_back(discarded);
-    bias.y.push_back(100.0 * t.bias);
-    scatter.x.push_back(discarded);
-    scatter.y.push_back(100.0 * t.deviation);
+    bias.add(discarded, 100.0 * t.bias);
+    scatter.add(discarded, 100.0 * t.deviation);
     if (discarded == 3) trap.forms.push_back({"published, 3 discarded", std::abs(t.bias)});
     if (discarded == 4) trap.forms.push_back({"4 discarded", std::abs(t.bias)});
     if (discarded == 6) trap.forms.push_back({"6 discarded", std::abs(t.bias)});
@@ -116,10 +114,8 @@ Trap encoder_trap() {
   report::PlotSeries coarse = published("0.03 mm"), fine = ours("0.007 mm");
   const double sheet_mm = sim::device_preset("phantom_1_5_high_force")->encoder_resolution_mm;
   for (double speed = 1.0; speed < 250.0; speed *= 2.0) {
-    coarse.x.push_back(speed);
-    coarse.y.push_back(velocity_error(0.03, speed));
-    fine.x.push_back(speed);
-    fine.y.push_back(velocity_error(sheet_mm, speed));
+    coarse.add(speed, velocity_error(0.03, speed));
+    fine.add(speed, velocity_error(sheet_mm, speed));
   }
   trap.plot.series = {coarse, fine};
   trap.forms = {{"published, 0.03 mm", velocity_error(0.03, 20.0)},

@@ -76,14 +76,11 @@ Trap tumour_trap() {
     const double by_published = tumour.step(d, rate);
     if (i <= 12) {
       pole = before != 0.0 ? std::abs(by_published / before) : 0.0;
-      bad.x.push_back(1e3 * t);
-      bad.y.push_back(std::abs(by_published));
+      bad.add(1e3 * t, std::abs(by_published));
     }
     before = by_published;
-    good.x.push_back(1e3 * t);
-    good.y.push_back(exact.step(d));
-    stable.x.push_back(1e3 * t);
-    stable.y.push_back(std::abs(slow.step(d, rate)));
+    good.add(1e3 * t, exact.step(d));
+    stable.add(1e3 * t, std::abs(slow.step(d, rate)));
   }
   trap.plot.series = {bad, stable, good};
   trap.forms = {{"published", pole}, {"(6.2) solved, for when it is built", std::exp(-1.0 / ratio)}};

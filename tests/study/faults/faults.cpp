@@ -144,8 +144,7 @@ class FaultReport {
     report::PlotSeries series{label, {}, {}, report::PlotSeries::Style::kLinePoints};
     for (std::size_t i = 0; i < trial.ticks.size(); ++i) {
       if (trial.ticks[i] < -10.0 || trial.ticks[i] > 15.0) continue;
-      series.x.push_back(trial.ticks[i]);
-      series.y.push_back(trial.force_n[i]);
+      series.add(trial.ticks[i], trial.force_n[i]);
     }
     fall_.series.push_back(series);
     recovery_.series.push_back({label, trial.ticks, trial.force_n});

@@ -134,8 +134,8 @@ void plot_fit(StudyContext& context, const std::string& object, const TruePalpat
   const auto series = [&](const std::string& label, const std::vector<double>& force_n, int colour) {
     report::PlotSeries line{label, {}, {}, report::PlotSeries::Style::kLine, colour};
     for (std::size_t i = 0; i < force_n.size(); i += 10) {
-      line.x.push_back(validation.samples[i].displacement_mm);
-      line.y.push_back(validation.samples[i].in_contact ? force_n[i] : std::nan(""));
+      line.add(validation.samples[i].displacement_mm,
+               validation.samples[i].in_contact ? force_n[i] : std::nan(""));
     }
     plot.series.push_back(std::move(line));
   };
@@ -261,8 +261,7 @@ void study_errors(StudyContext& context) {
                                      ? *known
                                      : plot.series.emplace_back(report::PlotSeries{
                                            t.label, {}, {}, report::PlotSeries::Style::kPoints});
-    series.x.push_back(1e3 * t.seconds);
-    series.y.push_back(100.0 * t.error);
+    series.add(1e3 * t.seconds, 100.0 * t.error);
   }
   context.report.add_plot("contact_error_run_time", plot);
 }

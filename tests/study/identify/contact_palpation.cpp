@@ -4,17 +4,20 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/identify/contact_creep_force.h"
 #include "rt/identify/palpation_tracker.h"
 #include "server/palpation/simulated_palpator.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using test::demand;
+using test::value_of;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -64,9 +67,8 @@ ContactErrors errors_of(const std::vector<double>& force_n, const std::vector<do
 TruePalpation palpate(const std::string& object, const std::vector<rt::Wish>& wishes, std::uint64_t seed) {
   sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
   config.seed = seed;
-  auto rig = sim::SimulatedRig::create(config);
-  if (!rig) throw std::runtime_error(rig.error().text());
-  const hal::RigInfo& info = (*rig)->info();
+  const auto rig = value_of(sim::SimulatedRig::create(config));
+  const hal::RigInfo& info = rig->info();
   rt::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,
                                info.rate_hz);
   TruePalpation palpation;
@@ -75,12 +77,12 @@ TruePalpation palpate(const std::string& object, const std::vector<rt::Wish>& wi
   double until_s = 0.0;
   for (const rt::Wish& wish : wishes) {
     const server::SimulatedMotion motion = server::simulated_motion(wish);
-    if (const auto error = (*rig)->set_program(motion.program)) throw std::runtime_error(error->text());
+    demand(rig->set_program(motion.program));
     until_s += motion.duration_s;
     while (1e-9 * static_cast<double>(sample.time_ns) < until_s) {
-      (*rig)->read(sample);
-      (*rig)->write({});
-      (*rig)->truth(truth);
+      rig->read(sample);
+      rig->write({});
+      rig->truth(truth);
       palpation.samples.push_back(tracker.update(sample));
       palpation.true_displacement_mm.push_back(truth.displacement_mm);
       palpation.recorded.push_back(sample);

@@ -278,8 +278,7 @@ void study_set(StudyContext& context, const Set& set, const std::vector<Cycle>& 
         if (k == shown && (split.name == std::string("across"))) {
           report::PlotSeries line{law.name == std::string("creep") ? "creep law" : "Hunt-Crossley", {}, {}};
           for (std::size_t i = 0; i < force_n.size(); ++i) {
-            line.x.push_back(cycles[k].samples[i].displacement_mm);
-            line.y.push_back(force_n[i]);
+            line.add(cycles[k].samples[i].displacement_mm, force_n[i]);
           }
           lines.push_back(std::move(line));
         }
@@ -309,8 +308,7 @@ void study_set(StudyContext& context, const Set& set, const std::vector<Cycle>& 
   plot.y.minimum = 0.0;
   report::PlotSeries measured{"measured", {}, {}};
   for (const rt::PalpationSample& s : cycles[shown].samples) {
-    measured.x.push_back(s.displacement_mm);
-    measured.y.push_back(s.normal_force_n);
+    measured.add(s.displacement_mm, s.normal_force_n);
   }
   plot.series.push_back(std::move(measured));
   for (report::PlotSeries& line : lines) plot.series.push_back(std::move(line));

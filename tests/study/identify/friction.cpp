@@ -1,7 +1,6 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <stdexcept>
 
 #include "rt/identify/friction_combination.h"
 #include "rt/identify/friction_identification.h"
@@ -10,10 +9,13 @@
 #include "tests/study/identify/friction_validation.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using test::value_of;
 
 using report::fixed;
 using report::significant;
@@ -33,9 +35,7 @@ struct Identified {
 Identified identified_on(const std::string& object, rt::Tip tip) {
   const std::string tip_name = tip == rt::Tip::kRod ? "rod" : "ball_bearing";
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, tip_name);
-  auto rig = sim::SimulatedRig::create(config);
-  if (!rig) throw std::runtime_error(rig.error().text());
-  const hal::RigInfo info = (*rig)->info();
+  const hal::RigInfo info = value_of(sim::SimulatedRig::create(config))->info();
   rt::FrictionTask task;
   task.tip = tip;
   rt::FrictionIdentification identification(task, info);
@@ -150,16 +150,12 @@ void plot_loop(StudyContext& context, const std::string& object, const Identifie
     }
     if (turns < 1 || turns > 2) continue;
     if (i % 4 == 0) {
-      measured.x.push_back(s.along_mm);
-      measured.y.push_back(s.measured_friction_n);
+      measured.add(s.along_mm, s.measured_friction_n);
     }
-    truth.x.push_back(s.along_mm);
-    truth.y.push_back(s.true_friction_n);
-    model.x.push_back(s.along_mm);
-    model.y.push_back(plain.predicted_n[i]);
+    truth.add(s.along_mm, s.true_friction_n);
+    model.add(s.along_mm, plain.predicted_n[i]);
     if (bent) {
-      with_exponent.x.push_back(s.along_mm);
-      with_exponent.y.push_back(bent->predicted_n[i]);
+      with_exponent.add(s.along_mm, bent->predicted_n[i]);
     }
   }
   plot.series = {measured, truth, model};

@@ -7,19 +7,22 @@
 
 #include "hal/replay/csv_file.h"
 #include "rt/identify/friction_identification.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
+using test::demand;
+using test::value_of;
+
 FrictionRecording read_friction_recording(const std::filesystem::path& path) {
-  auto file = replay::CsvFile::open(path.string());
-  if (!file) throw std::runtime_error(file.error().text());
+  replay::CsvFile file = value_of(replay::CsvFile::open(path.string()));
   struct Column {
     std::size_t index;
     double RecordedFriction::*target;
   };
   std::vector<Column> columns;
-  for (std::size_t i = 0; i < file->columns().size(); ++i) {
-    const std::string& name = file->columns()[i];
+  for (std::size_t i = 0; i < file.columns().size(); ++i) {
+    const std::string& name = file.columns()[i];
     if (name == "time_s") columns.push_back({i, &RecordedFriction::time_s});
     if (name == "position_mm") columns.push_back({i, &RecordedFriction::position_mm});
     if (name == "force_N" || name == "friction_force_N") columns.push_back({i, &RecordedFriction::force_n});
@@ -30,14 +33,13 @@ FrictionRecording read_friction_recording(const std::filesystem::path& path) {
   std::vector<std::size_t> indices;
   for (const Column& column : columns) indices.push_back(column.index);
   FrictionRecording recording;
-  const auto error =
-      file->read_rows(indices, [&](std::size_t, std::span<const double> cells) -> std::optional<hal::Error> {
+  demand(
+      file.read_rows(indices, [&](std::size_t, std::span<const double> cells) -> std::optional<hal::Error> {
         RecordedFriction row;
         for (std::size_t i = 0; i < columns.size(); ++i) row.*columns[i].target = cells[i];
         recording.push_back(row);
         return std::nullopt;
-      });
-  if (error) throw std::runtime_error(error->text());
+      }));
   return recording;
 }
 

@@ -2,16 +2,18 @@
 #include <cmath>
 #include <functional>
 #include <optional>
-#include <stdexcept>
 
 #include "rt/identify/friction_law_fit.h"
 #include "tests/study/identify/friction_recording.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/rig/recording_set.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using test::value_of;
 
 using report::fixed;
 using report::significant;
@@ -41,36 +43,34 @@ struct FittedLaw {
 FittedLaw fit_law(const std::string& law, const FrictionRecording& part) {
   FittedLaw fitted;
   if (law == "maxwell_slip") {
-    const auto fit = rt::fit_maxwell_slip(rows_of(part), true);
-    if (!fit) throw std::runtime_error(fit.error().text());
-    fitted.bias_n = fit->bias_n;
-    fitted.predict = [fit = *fit](const std::vector<rt::FrictionRow>& rows) {
+    const auto fit = value_of(rt::fit_maxwell_slip(rows_of(part), true));
+    fitted.bias_n = fit.bias_n;
+    fitted.predict = [fit](const std::vector<rt::FrictionRow>& rows) {
       return rt::predicted_friction_n(rows, fit.parameters, fit.bias_n);
     };
-    for (std::size_t i = 0; i < fit->parameters.reach_mm.size(); ++i) {
-      if (!(fit->parameters.reach_mm[i] > 0.0)) continue;
+    for (std::size_t i = 0; i < fit.parameters.reach_mm.size(); ++i) {
+      if (!(fit.parameters.reach_mm[i] > 0.0)) continue;
       fitted.words += (fitted.words.empty() ? "reach mm/stiffness 1/mm: " : ", ") +
-                      significant(fit->parameters.reach_mm[i], 2) + "/" +
-                      significant(fit->parameters.stiffness_per_mm[i], 2);
+                      significant(fit.parameters.reach_mm[i], 2) + "/" +
+                      significant(fit.parameters.stiffness_per_mm[i], 2);
     }
-    fitted.words += "; μ_k " + significant(fit->parameters.kinetic());
+    fitted.words += "; μ_k " + significant(fit.parameters.kinetic());
     return fitted;
   }
   rt::FrictionTask task;
   task.exponent = law == "dahl_exponent";
-  const auto model = identify_recording(part, task);
-  if (!model) throw std::runtime_error(model.error().text());
-  const rt::FrictionParameters p = std::get<rt::FrictionModel>(model->content).friction;
-  const double bias_n = parameter(*model, "force_bias_n");
+  const auto model = value_of(identify_recording(part, task));
+  const rt::FrictionParameters p = std::get<rt::FrictionModel>(model.content).friction;
+  const double bias_n = parameter(model, "force_bias_n");
   fitted.bias_n = bias_n;
   fitted.predict = [p, bias_n](const std::vector<rt::FrictionRow>& rows) {
     return rt::predicted_friction_n(rows, p, rt::FrictionLaw::kDahl, bias_n);
   };
-  fitted.words = "μ_k " + with_error(p.kinetic, parameter(*model, "kinetic", true)) + ", δ " +
-                 with_error(p.presliding_mm, parameter(*model, "presliding_mm", true)) + " mm, μ_b " +
-                 with_error(p.viscous_n_s_per_mm, parameter(*model, "viscous_n_s_per_mm", true)) +
-                 " N·s/mm, offset " + with_error(bias_n, parameter(*model, "force_bias_n", true)) + " N";
-  if (task.exponent) fitted.words += ", i " + with_error(p.exponent, parameter(*model, "exponent", true));
+  fitted.words = "μ_k " + with_error(p.kinetic, parameter(model, "kinetic", true)) + ", δ " +
+                 with_error(p.presliding_mm, parameter(model, "presliding_mm", true)) + " mm, μ_b " +
+                 with_error(p.viscous_n_s_per_mm, parameter(model, "viscous_n_s_per_mm", true)) +
+                 " N·s/mm, offset " + with_error(bias_n, parameter(model, "force_bias_n", true)) + " N";
+  if (task.exponent) fitted.words += ", i " + with_error(p.exponent, parameter(model, "exponent", true));
   return fitted;
 }
 
@@ -117,16 +117,14 @@ void plot_loop(StudyContext& context, const FrictionRecording& judged,
   const double middle_mm = 0.5 * (rows[from].along_mm + rows[(from + to) / 2].along_mm);
   report::PlotSeries measured{"measured", {}, {}, report::PlotSeries::Style::kPoints};
   for (std::size_t i = from; i < to; i += 3) {
-    measured.x.push_back(rows[i].along_mm - middle_mm);
-    measured.y.push_back(rows[i].friction_n);
+    measured.add(rows[i].along_mm - middle_mm, rows[i].friction_n);
   }
   plot.series.push_back(measured);
   for (const auto& [name, law] : laws) {
     report::PlotSeries series{name};
     const std::vector<double> predicted = law.predict(rows);
     for (std::size_t i = from; i < to; ++i) {
-      series.x.push_back(rows[i].along_mm - middle_mm);
-      series.y.push_back(predicted[i]);
+      series.add(rows[i].along_mm - middle_mm, predicted[i]);
     }
     plot.series.push_back(series);
   }
@@ -216,9 +214,8 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
     const double middle_s = 0.5 * (whole.front().time_s + whole.back().time_s);
     const FrictionRecording halves[2] = {part_of(whole, -1.0, middle_s), part_of(whole, middle_s, 1e9)};
     const auto level = [](const FrictionRecording& part) {
-      const auto model = identify_recording(part, {});
-      if (!model) throw std::runtime_error(model.error().text());
-      return std::pair{parameter(*model, "coulomb_force_n"), parameter(*model, "coulomb_force_n", true)};
+      const auto model = value_of(identify_recording(part, {}));
+      return std::pair{parameter(model, "coulomb_force_n"), parameter(model, "coulomb_force_n", true)};
     };
     const auto [level_n, error_n] = level(whole);
     const auto [first_n, first_error_n] = level(halves[0]);
@@ -288,10 +285,8 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
       report::PlotSeries model{"Dahl, fitted to the first half"};
       for (std::size_t i = 0; i < judged.size() && i < 1500; ++i) {
         if (!judged[i].settled) continue;
-        measured.x.push_back(judged[i].along_mm);
-        measured.y.push_back(judged[i].friction_n - fitted.bias_n);
-        model.x.push_back(judged[i].along_mm);
-        model.y.push_back(predicted[i] - fitted.bias_n);
+        measured.add(judged[i].along_mm, judged[i].friction_n - fitted.bias_n);
+        model.add(judged[i].along_mm, predicted[i] - fitted.bias_n);
       }
       plot.series = {measured, model};
     }

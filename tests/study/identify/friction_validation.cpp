@@ -10,17 +10,19 @@
 #include "rt/signal/three_axis_motion.h"
 #include "rt/signal/tool_load.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
+
+using test::demand;
+using test::value_of;
 
 std::vector<FrictionInstant> validation_strokes(const std::string& object, const std::string& tip,
                                                 double length_mm) {
   sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, tip);
   config.seed = 97;
-  auto made = sim::SimulatedRig::create(config);
-  if (!made) throw std::runtime_error(made.error().text());
-  sim::SimulatedRig& rig = **made;
-  rt::ThreeAxisMotion motion(rig.info().device.position_resolution_mm, config.rate_hz);
+  const auto rig = value_of(sim::SimulatedRig::create(config));
+  rt::ThreeAxisMotion motion(rig->info().device.position_resolution_mm, config.rate_hz);
   const rt::ToolLoad load(config.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0});
   std::vector<FrictionInstant> strokes;
   hal::RigSample sample;
@@ -35,14 +37,14 @@ std::vector<FrictionInstant> validation_strokes(const std::string& object, const
     hand.repetitions = 2;
     hand.force_rate_n_per_s = 4.0;
     hand.approach_mm_per_s = 40.0;
-    if (const auto error = rig.set_program(hand)) throw std::runtime_error(error->text());
+    demand(rig->set_program(hand));
     const double until_s = now_s + sim::planned_duration_s(hand);
     bool stroking = false;
     hal::Vector3 last_mm;
     while (now_s < until_s) {
-      rig.read(sample);
-      rig.write({});
-      rig.truth(truth);
+      rig->read(sample);
+      rig->write({});
+      rig->truth(truth);
       now_s = 1e-9 * static_cast<double>(sample.time_ns);
       motion.update(sample.tip_position_mm, sample.time_ns);
       const hal::Vector3 step_mm = sample.tip_position_mm - last_mm;

@@ -335,10 +335,8 @@ void run_identify_handover(StudyContext& context) {
   }
   mean = mean * (1.0 / count);
   for (std::size_t i = 0; i < samples.size() && time_s(samples[i]) < 3.4; ++i) {
-    raw.x.push_back(time_s(samples[i]));
-    raw.y.push_back(rt::norm(samples[i].sensor_force_n - mean));
-    compensated.x.push_back(time_s(samples[i]));
-    compensated.y.push_back(residuals[i]);
+    raw.add(time_s(samples[i]), rt::norm(samples[i].sensor_force_n - mean));
+    compensated.add(time_s(samples[i]), residuals[i]);
   }
   plot.series = {raw, compensated};
   plot.references = {{report::PlotReference::Axis::kY, rule.threshold_n, "threshold"},

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -16,10 +15,14 @@
 #include "rt/signal/vector.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using test::demand;
+using test::value_of;
 
 using report::fixed;
 const std::vector<std::string>& devices() {
@@ -28,9 +31,7 @@ const std::vector<std::string>& devices() {
 }
 
 std::unique_ptr<sim::SimulatedRig> rig_of(const sim::SimulationConfig& config) {
-  auto rig = sim::SimulatedRig::create(config);
-  if (!rig) throw std::runtime_error(rig.error().text());
-  return std::move(*rig);
+  return value_of(sim::SimulatedRig::create(config));
 }
 
 double deviation_of(const rt::IdentificationProgress& progress, const std::string& name) {
@@ -142,10 +143,8 @@ void structural(StudyContext& context) {
       truth.dashed = true;
       for (double x = -100.0; x <= 100.0; x += 4.0) {
         const hal::Vector3 p{x, 0.0, 70.0};
-        estimated.x.push_back(x);
-        estimated.y.push_back(model.stiffness_at(p));
-        truth.x.push_back(x);
-        truth.y.push_back(true_stiffness(home, field, p));
+        estimated.add(x, model.stiffness_at(p));
+        truth.add(x, true_stiffness(home, field, p));
       }
       if (along.series.empty()) along.series.push_back(truth);
       along.series.push_back(estimated);
@@ -215,10 +214,8 @@ void tool(StudyContext& context) {
             const auto so_far = identification.finish();
             if (!so_far) return;
             const auto& model = std::get<rt::ToolModel>(so_far->content);
-            masses.x.push_back(now_s);
-            masses.y.push_back(std::max(1e-5, std::abs(model.mass_g / t.mass_g - 1.0)));
-            centres.x.push_back(now_s);
-            centres.y.push_back(std::max(1e-3, rt::norm(model.centre_mm - t.centre_mm)));
+            masses.add(now_s, std::max(1e-5, std::abs(model.mass_g / t.mass_g - 1.0)));
+            centres.add(now_s, std::max(1e-3, rt::norm(model.centre_mm - t.centre_mm)));
           });
       const auto result = identification.finish();
       if (!result) {
@@ -270,7 +267,7 @@ double alarms_per_minute(sim::SimulationConfig config, double threshold_n, const
                          double seconds) {
   config.seed += 1000;
   const auto rig = rig_of(config);
-  if (const auto error = rig->set_program(program)) throw std::runtime_error(error->text());
+  demand(rig->set_program(program));
   const rt::ToolLoad load(config.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0});
   rt::FreeMotionResidual3 residual(config.tool_mass_g, config.rate_hz);
   hal::RigSample sample;
@@ -364,8 +361,7 @@ void threshold(StudyContext& context) {
     }
     for (int i = 0; i <= 40; ++i) {
       const double r = begins_n + (model.threshold_n - begins_n) * i / 40.0;
-      tail.x.push_back(r);
-      tail.y.push_back(0.25 * std::exp(-(r - begins_n) / scale_n));
+      tail.add(r, 0.25 * std::exp(-(r - begins_n) / scale_n));
     }
     plot.series.push_back(seen);
     plot.series.push_back(tail);

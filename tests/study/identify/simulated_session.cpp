@@ -3,24 +3,17 @@
 #include <chrono>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"
 #include "server/palpation/simulated_palpator.h"
 #include "server/palpation/wished_scene.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
-namespace {
-
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
-
-}  // namespace
+using test::demand;
+using test::value_of;
 
 SessionResult run_session(rt::Identification& identification, const sim::SimulationConfig& config,
                           double limit_s,
@@ -53,7 +46,7 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
       idle_wishes = idle ? idle_wishes + 1 : 0;
       if (idle_wishes >= 2) break;
       const server::SimulatedMotion motion = server::simulated_motion(wish);
-      if (const auto error = rig->set_program(motion.program)) throw std::runtime_error(error->text());
+      demand(rig->set_program(motion.program));
       const auto scene = server::wished_scene(wish, rig->info());
       std::unique_ptr<rt::Pipeline> next;
       rt::GuardLimits guard = limits;

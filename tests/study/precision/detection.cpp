@@ -214,8 +214,7 @@ void show_curves(StudyContext& context, const std::vector<MethodResult>& all, co
     report::PlotSeries series{method.name + (method.is_default ? " (default)" : "")};
     series.style = report::PlotSeries::Style::kLinePoints;
     for (const CurvePoint& point : method.curve) {
-      series.x.push_back(point.delay_ms);
-      series.y.push_back(point.alarms_per_min + 0.1);
+      series.add(point.delay_ms, point.alarms_per_min + 0.1);
     }
     plot.series.push_back(series);
   }

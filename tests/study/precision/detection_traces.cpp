@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <memory>
-#include <stdexcept>
 
 #include "hal/sim/simulated_rig.h"
 #include "tests/study/rig/hands.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using test::demand;
+using test::value_of;
 
 /// A rig nobody commands.
 class WatchedRig {
@@ -19,10 +22,8 @@ class WatchedRig {
     config.object = object;
     config.seed = seed;
     config.tool_mass_g = kDetectionToolG;
-    auto made = sim::SimulatedRig::create(config);
-    if (!made) throw std::runtime_error(made.error().text());
-    rig_ = std::move(*made);
-    if (const auto error = rig_->set_program(hand)) throw std::runtime_error(error->text());
+    rig_ = value_of(sim::SimulatedRig::create(config));
+    demand(rig_->set_program(hand));
   }
   DetectionTick step() {
     hal::RigSample sample;

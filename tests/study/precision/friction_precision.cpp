@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,10 +12,13 @@
 #include "tests/study/precision/published_dahl.h"
 #include "tests/study/report/run_time.h"
 #include "tests/study/report/work_precision.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using test::value_of;
 
 using report::fixed;
 using Strokes = std::vector<FrictionInstant>;
@@ -76,12 +78,6 @@ std::vector<rt::FrictionRow> rows_of(const Strokes& strokes) {
     rows.push_back(row);
   }
   return rows;
-}
-
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
 }
 
 /// All that was identified on one object with the rod.

@@ -205,8 +205,7 @@ void study_length(StudyContext& context, const std::vector<std::string>& objects
         figure.failed = "not determined on every object";
       }
       context.report.add(figure);
-      series.x.push_back(lengths_s[l]);
-      series.y.push_back(100.0 * sums[i][l]);
+      series.add(lengths_s[l], 100.0 * sums[i][l]);
     }
     plot.series.push_back(series);
   }

@@ -220,8 +220,7 @@ void plot_steps(StudyContext& context, const std::string& name, const PressCase&
     for (std::size_t i = 0; i < steps_per_ms_tried().size(); ++i) {
       const Accuracy& a = sweep.accuracy[m][i];
       if (!a.failed.empty() || a.tip_um > 1e5) continue;
-      series.x.push_back(1.0 / steps_per_ms_tried()[i]);
-      series.y.push_back(a.tip_um);
+      series.add(1.0 / steps_per_ms_tried()[i], a.tip_um);
     }
     plot.series.push_back(series);
   }
@@ -407,8 +406,7 @@ void study_stiffness(StudyContext& context) {
       figure.unit = "ms";
       if (step_ms) {
         figure.value = *step_ms;
-        series.x.push_back(stiffness);
-        series.y.push_back(*step_ms);
+        series.add(stiffness, *step_ms);
       } else {
         figure.failed = "does not hold at " + significant(shortest, 1) + " ms";
       }

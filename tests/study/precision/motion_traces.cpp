@@ -2,14 +2,17 @@
 
 #include <cmath>
 #include <memory>
-#include <stdexcept>
 
 #include "hal/sim/simulated_rig.h"
 #include "tests/study/rig/hands.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using test::demand;
+using test::value_of;
 
 /// The physics takes ten steps a millisecond whatever the loop does; ticking with it shows each of them.
 constexpr double kPhysicsHz = MotionTrace::kStepsPerTick * MotionTrace::kRateHz;
@@ -33,10 +36,8 @@ MotionTrace trace(const std::string& name, const std::string& object, const sim:
   config.object = object;
   config.rate_hz = kPhysicsHz;
   config.seed = 11;
-  auto made = sim::SimulatedRig::create(config);
-  if (!made) throw std::runtime_error(made.error().text());
-  sim::SimulatedRig& rig = **made;
-  if (const auto error = rig.set_program(hand)) throw std::runtime_error(error->text());
+  const auto rig = value_of(sim::SimulatedRig::create(config));
+  demand(rig->set_program(hand));
 
   const auto steps_of = [](double s) { return static_cast<std::size_t>(std::lround(s * kPhysicsHz)); };
   const std::size_t settle = steps_of(kSettleS);
@@ -44,9 +45,9 @@ MotionTrace trace(const std::string& name, const std::string& object, const sim:
   hal::RigSample sample;
   hal::TruthSample truth;
   for (std::size_t i = 0; i < settle + steps_of(seconds) + 2; ++i) {
-    rig.read(sample);
-    rig.write({});
-    rig.truth(truth);
+    rig->read(sample);
+    rig->write({});
+    rig->truth(truth);
     if (i >= settle) position_mm.push_back(truth.tip_position_mm.*axis);
   }
   MotionTrace result{name, {}, {}, {}};

@@ -27,6 +27,11 @@ struct PlotSeries {
   double point_size = 0.6;
   std::optional<int>
       point_type{};  ///< of gnuplot's svg terminal (5 square, 7 disc, 9 triangle …); empty = by colour
+
+  void add(double at, double value) {
+    x.push_back(at);
+    y.push_back(value);
+  }
 };
 
 /// A limit, a goal, somebody else's value: a thin line across the plot, labelled at its end.

@@ -39,8 +39,7 @@ SvgPlot plot_of(const WorkPrecision& stage) {
   front.colour = 7;
   front.dashed = true;
   for (const Method& method : front_of(stage)) {
-    front.x.push_back(method.run_time_ns);
-    front.y.push_back(method.error);
+    front.add(method.run_time_ns, method.error);
   }
   plot.series.push_back(front);
   int colour = 0;

@@ -168,8 +168,7 @@ void run_thresholds(StudyContext& context) {
       const double rate = watchers[m * thresholds_n.size() + i].detector.count() / (duration_s / 60.0);
       const Delays delays = tap("foam_ball", 400.0, thresholds_n[i], method, taps);
       // Always in contact: the strike itself is never declared, there is no delay to speak of.
-      series.x.push_back(delays.delay_ms.empty() ? std::nan("") : delays.mean_ms());
-      series.y.push_back(rate + 0.01);
+      series.add(delays.delay_ms.empty() ? std::nan("") : delays.mean_ms(), rate + 0.01);
     }
     plot.series.push_back(series);
   }
@@ -219,8 +218,7 @@ void run_delays(StudyContext& context) {
         figure.failed = "no tap was detected";
       } else {
         figure.value = delays.mean_ms();
-        series.x.push_back(delays.speed_mm_per_s());
-        series.y.push_back(delays.mean_ms());
+        series.add(delays.speed_mm_per_s(), delays.mean_ms());
       }
       context.report.add(figure);
       table.add_row({object, report::fixed(speed, 0), report::fixed(delays.speed_mm_per_s(), 0),

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tests/study/rig/van_der_pol.h"
+
 namespace hapticd::study {
 namespace {
 
@@ -18,18 +20,9 @@ bool oscillates(Signal signal) {
 }
 
 TEST(OscillationJudge, KnowsAVanDerPolLimitCycle) {
-  // x'' = w (m (1 - x²) x' - w x): amplitude 2 whatever the start; scaled to 0.5 mm.
   for (const double start : {0.01, 3.0}) {
-    double x = start;
-    double v = 0.0;
-    const double w = 60.0;
-    const double h = 1e-5;
     OscillationJudge judge(kRateHz);
-    for (int i = 0; i < 400'000; ++i) {
-      v += h * w * (0.5 * (1.0 - x * x) * v - w * x);
-      x += h * v;
-      if (i % 100 == 0) judge.add(-3.0 + 0.25 * x);
-    }
+    van_der_pol(start, 4000, [&](double position_mm) { judge.add(position_mm); });
     EXPECT_TRUE(judge.oscillates());
     // The line taken out of a window that cuts through a cycle tilts it a little.
     EXPECT_NEAR(judge.peak_to_peak(), 1.0, 0.1);

@@ -54,8 +54,7 @@ void add_figure(StudyContext& context, const Compared& compared, const char* tra
 report::PlotSeries curve(const std::string& label, const PressOutcome& outcome, int colour, bool dashed) {
   report::PlotSeries series{label, {}, {}, report::PlotSeries::Style::kLine, colour, dashed};
   for (std::size_t i = 0; i < outcome.points.size(); i += 10) {
-    series.x.push_back(outcome.points[i].depth_mm);
-    series.y.push_back(outcome.points[i].hand_force_n);
+    series.add(outcome.points[i].depth_mm, outcome.points[i].hand_force_n);
   }
   return series;
 }

@@ -1,19 +1,14 @@
 #include "tests/study/rig/virtual_run.h"
 
 #include <optional>
-#include <stdexcept>
 
 #include "rt/scene/compose.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
-namespace {
-template <class T>
-T value_of(hal::Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().text());
-  return std::move(*result);
-}
-}  // namespace
+using test::demand;
+using test::value_of;
 
 VirtualRun::VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, bool with_scene,
                        const rt::ObjectModel* model)
@@ -28,8 +23,7 @@ VirtualRun::~VirtualRun() = default;
 VirtualRun::VirtualRun(VirtualRun&&) noexcept = default;
 
 void VirtualRun::set_hand(const sim::HandProgram& program) {
-  if (const std::optional<hal::Error> error = rig_->set_program(program))
-    throw std::runtime_error(error->text());
+  demand(rig_->set_program(program));
 }
 
 void VirtualRun::step() {

@@ -402,8 +402,7 @@ std::vector<report::PlotSeries> curves(const Boundaries& found, std::size_t devi
       for (std::size_t o = 0; o < found.objects.size(); ++o) {
         const report::CellValues& values = found.of(device, v, o);
         const bool any = !values.empty() && range_of(values).any();
-        series.x.push_back(found.objects[o]);
-        series.y.push_back(any ? range_of(values).max_n_per_mm : kNan);
+        series.add(found.objects[o], any ? range_of(values).max_n_per_mm : kNan);
       }
       all.push_back(series);
     }
@@ -614,8 +613,7 @@ void run_class_maps(StudyContext& context) {
         for (std::size_t t = 0; t < targets; ++t) {
           if (static_cast<std::size_t>((*cells)[m * of_map + o * targets + t].at(0)) != c) continue;
           report::PlotSeries& of = grid[t] < feasible(objects[o]) ? small : series;
-          of.x.push_back(objects[o]);
-          of.y.push_back(grid[t]);
+          of.add(objects[o], grid[t]);
         }
       }
       if (series.x.empty() && small.x.empty()) continue;

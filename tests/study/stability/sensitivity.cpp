@@ -128,10 +128,8 @@ void plot_tornado(StudyContext& context, const Loop& loop, const std::string& na
       const double high = ratios[p][2 * o + 1];
       bars.x.insert(bars.x.end(), {low, high, std::numeric_limits<double>::quiet_NaN()});
       bars.y.insert(bars.y.end(), {y, y, std::numeric_limits<double>::quiet_NaN()});
-      lower.x.push_back(low);
-      lower.y.push_back(y);
-      upper.x.push_back(high);
-      upper.y.push_back(y);
+      lower.add(low, y);
+      upper.add(high, y);
     }
     plot.series.push_back(bars);
   }

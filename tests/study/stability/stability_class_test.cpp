@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/study/rig/van_der_pol.h"
 #include "tests/study/stability/analytic_bound.h"
 #include "tests/study/stability/scaled_object.h"
 #include "tests/study/stability/stability_trial.h"
@@ -55,18 +56,9 @@ TEST(StabilityJudge, DoesNotTakeQuantisedRestForAnOscillation) {
 }
 
 TEST(StabilityJudge, KnowsAVanDerPolLimitCycle) {
-  // ẍ = w (m (1 - x²) ẋ - w x): amplitude 2 from inside and from outside; scaled to 0.5 mm.
   for (const double start : {0.2, 4.0}) {
-    double x = start;
-    double v = 0.0;
-    constexpr double kW = 60.0;
-    constexpr double kH = 1e-5;
     StabilityJudge judge(kRateHz);
-    for (int i = 0; i < 300'000; ++i) {
-      v += kH * kW * (0.5 * (1.0 - x * x) * v - kW * x);
-      x += kH * v;
-      if (i % 100 == 0) judge.add({-3.0 + 0.25 * x, 4.0});
-    }
+    van_der_pol(start, 3000, [&](double position_mm) { judge.add({position_mm, 4.0}); });
     EXPECT_EQ(judge.verdict(), StabilityClass::kLimitCycle);
   }
 }

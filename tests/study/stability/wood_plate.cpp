@@ -273,8 +273,7 @@ void run_touch(StudyContext& context) {
   for (std::size_t i = 0; i < touches.size(); ++i) {
     report::PlotSeries series{touches[i].shown, {}, {}, report::PlotSeries::Style::kLine, colour++};
     for (std::size_t at = 0; at < points; ++at) {
-      series.x.push_back(kShownStepS * static_cast<double>(at));
-      series.y.push_back((*cells)[i][at]);
+      series.add(kShownStepS * static_cast<double>(at), (*cells)[i][at]);
     }
     plot.series.push_back(series);
   }

@@ -13,6 +13,7 @@
 #include "hal/daq/daq_sensor.h"
 #include "tests/emulators/board/comedi_stand_in.h"
 #include "tests/emulators/board/gauge_emulator.h"
+#include "tests/support/part_report.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::daq {
@@ -58,11 +59,7 @@ class ComediBoard : public testing::Test {
   static double figure(const Board& board, const std::string& name) {
     hal::PartReport report;
     board.describe(report);
-    for (const hal::PartFigure& f : report.figures) {
-      if (f.name == name) return f.value;
-    }
-    ADD_FAILURE() << "no figure " << name;
-    return -1.0;
+    return test::figure_of(report, name);
   }
 
   test::TemporaryFolder folder;

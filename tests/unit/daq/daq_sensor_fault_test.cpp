@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daq_bench.h"
+#include "tests/support/part_report.h"
 
 namespace hapticd::daq {
 namespace {
@@ -27,19 +28,8 @@ class DaqSensorFault : public testing::Test {
     EXPECT_EQ(sample.force_count, 10U);
     EXPECT_NEAR(sample.sensor_force_n.z, 3.0, 0.005);
   }
-  bool finds(const std::string& text) const {
-    for (const std::string& finding : bench.sensor->report().findings) {
-      if (finding.find(text) != std::string::npos) return true;
-    }
-    return false;
-  }
-  double figure(const std::string& name) const {
-    for (const hal::PartFigure& f : bench.sensor->report().figures) {
-      if (f.name == name) return f.value;
-    }
-    ADD_FAILURE() << "no figure " << name;
-    return -1.0;
-  }
+  bool finds(const std::string& text) const { return test::tells(bench.sensor->report(), text); }
+  double figure(const std::string& name) const { return test::figure_of(bench.sensor->report(), name); }
   DaqBench bench;
 };
 

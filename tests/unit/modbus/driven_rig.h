@@ -5,13 +5,14 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <thread>
 
 #include "hal/modbus/modbus_turntable.h"
 #include "server/rig_file/turntable_map.h"
 #include "tests/emulators/modbus/emulated_drive.h"
+#include "tests/support/part_report.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 
@@ -19,9 +20,7 @@ namespace hapticd::test {
 inline constexpr std::chrono::seconds kPatience{20};
 
 inline modbus::RegisterMap built_in_map(const std::string& name) {
-  auto map = server::find_turntable_map(name);
-  if (!map) throw std::runtime_error(map.error().text());
-  return *map;
+  return value_of(server::find_turntable_map(name));
 }
 
 /// Stations at 0, 90 and -90 degrees; fast, so that tests are short.
@@ -54,9 +53,7 @@ class DrivenRig {
     config.link.response_timeout_s = 0.5;
     settings.stale_after_s = 1.5;
     if (adapt) adapt(config, settings);
-    auto created = modbus::create(config, settings);
-    if (!created) throw std::runtime_error(created.error().text());
-    table = std::move(*created);
+    table = value_of(modbus::create(config, settings));
   }
 
   hal::TurntableStatus await(const std::function<bool(const hal::TurntableStatus&)>& condition) const {
@@ -109,13 +106,7 @@ class DrivenRig {
       return s.motion.number == number && s.motion.end != hal::MotionEnd::kUnderWay;
     });
   }
-  double figure(const std::string& name) const {
-    for (const hal::PartFigure& one : table->report().figures) {
-      if (one.name == name) return one.value;
-    }
-    ADD_FAILURE() << "no figure " << name;
-    return -1.0;
-  }
+  double figure(const std::string& name) const { return figure_of(table->report(), name); }
 
   EmulatedDrive drive;
   std::unique_ptr<hal::Turntable> table;

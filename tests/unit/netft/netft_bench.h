@@ -10,6 +10,7 @@
 
 #include "hal/netft/netft_sensor.h"
 #include "tests/emulators/netft/netft_box.h"
+#include "tests/support/part_report.h"
 
 namespace hapticd::netft {
 
@@ -68,25 +69,14 @@ struct NetFtBench {
     sensor->read(ignored);
   }
 
-  double figure(const std::string& name) const {
-    for (const hal::PartFigure& figure : sensor->report().figures) {
-      if (figure.name == name) return figure.value;
-    }
-    ADD_FAILURE() << "no figure " << name;
-    return -1.0;
-  }
+  double figure(const std::string& name) const { return test::figure_of(sensor->report(), name); }
   /// Whatever came, good or bad.
   double datagrams() const {
     return figure("samples") + figure("duplicates") + figure("overtaken") + figure("out_of_order") +
            figure("malformed_datagrams") + figure("foreign_datagrams") + figure("faulty_samples") +
            figure("saturated_samples");
   }
-  bool finds(const std::string& words) const {
-    for (const std::string& finding : sensor->report().findings) {
-      if (finding.find(words) != std::string::npos) return true;
-    }
-    return false;
-  }
+  bool finds(const std::string& words) const { return test::tells(sensor->report(), words); }
   hal::RigSample read() {
     hal::RigSample sample;
     sensor->read(sample);

@@ -17,10 +17,7 @@ class OpenHapticsErrors : public testing::TestWithParam<Told> {};
 TEST_P(OpenHapticsErrors, ComesWithItsBitItsNameAndItsCount) {
   const Told& told = GetParam();
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   bench.body->seen();
   bench.page.device().frame_error = told.code;
   bench.page.device().frame_error_burst = 2;
@@ -57,10 +54,7 @@ TEST(OpenHapticsFaults, EveryErrorHasANameABitAndARemedy) {
 
 TEST(OpenHapticsFaults, FromTheFaultToNoForceItTakesOneTick) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   const std::uint64_t before = bench.page.device().frames_forced;
   const std::uint64_t frames_before = bench.page.device().frames;
   bench.page.device().frame_error = 0x0300;
@@ -90,10 +84,7 @@ TEST(OpenHapticsFaults, AStackWithoutAnEndIsAFaultAndNoTrap) {
 TEST(OpenHapticsFaults, UnpluggedWhileRendering) {
   HdBench bench;
   bench.page.set_pose({0.0, 7.0, 0.0}, {});
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   bench.page.device().unplugged = true;
   EXPECT_TRUE(bench.sees(status::kDeviceFault));
   EXPECT_TRUE(bench.feels(0.0));
@@ -112,9 +103,7 @@ TEST(OpenHapticsFaults, UnpluggedWhileRendering) {
   EXPECT_EQ(bench.device->report().state, hal::PartState::kReady);
   bench.start_running();
   EXPECT_TRUE(bench.feels(1.0));
-  bench.stop_running();
-  bench.device->disengage();
-  EXPECT_TRUE(bench.left_clean());
+  EXPECT_TRUE(bench.leaves_clean());
 }
 
 TEST(OpenHapticsFaults, NoDevice) {
@@ -180,10 +169,7 @@ TEST_F(OpenHapticsHang, OpeningTheDevice) {
 TEST_F(OpenHapticsHang, StoppingTheScheduler) {
   in_a_process_of_its_own([] {
     HdBench bench;
-    ASSERT_FALSE(bench.device->engage());
-    bench.body->ask({0.0, 0.0, 1.0});
-    bench.start_running();
-    ASSERT_TRUE(bench.feels(1.0));
+    ASSERT_TRUE(bench.renders(1.0));
     bench.page->stop_hangs_ms = 60'000;
     bench.stop_running();
     EXPECT_FALSE(bench.page.device().force_enabled);  // by the last frame
@@ -201,10 +187,7 @@ TEST_F(OpenHapticsHang, StoppingTheScheduler) {
 TEST_F(OpenHapticsHang, AFrame) {
   in_a_process_of_its_own([] {
     HdBench bench;
-    ASSERT_FALSE(bench.device->engage());
-    bench.body->ask({0.0, 0.0, 1.0});
-    bench.start_running();
-    ASSERT_TRUE(bench.feels(1.0));
+    ASSERT_TRUE(bench.renders(1.0));
     bench.page->frame_hangs_ms = 3000;
     ASSERT_TRUE(eventually([&] { return bench.page->frame_hangs_ms == 0; }));
     bench.stop_running();

@@ -136,10 +136,7 @@ TEST(OpenHapticsFrame, TheTipHangsOnTheStylusAsItIsMounted) {
 TEST(OpenHapticsFrame, APoseThatIsNoneIsAFaultAndTheLastOneStays) {
   HdBench bench;
   bench.page.set_pose({1.0, 2.0, 3.0}, {});
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   for (auto* broken : {&bench.page.device().position_is_nan, &bench.page.device().transform_is_nan}) {
     *broken = true;
     bench.page.set_pose({5.0, 5.0, 5.0}, {});

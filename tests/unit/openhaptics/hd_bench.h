@@ -11,6 +11,7 @@
 
 #include "hal/openhaptics/openhaptics_device.h"
 #include "tests/emulators/openhaptics/page.h"
+#include "tests/support/part_report.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -110,6 +111,13 @@ class HdBench {
     stop = true;
     if (runner.joinable()) runner.join();
   }
+  /// Engaged, running, and the force that is asked for arrives at the device.
+  bool renders(double z_n) {
+    if (device->engage()) return false;
+    body->ask({0.0, 0.0, z_n});
+    start_running();
+    return feels(z_n);
+  }
   /// Ticks that begin from now on: those under way may have measured before.
   bool ticks(std::uint64_t count) {
     const std::uint64_t from = body->calls();
@@ -127,23 +135,21 @@ class HdBench {
     return eventually([&] { return std::abs(page.force_n().y - z_n) < 1e-9; });
   }
 
+  /// -1 where the device tells none of that name.
   double figure(const std::string& name) const {
-    for (const hal::PartFigure& figure : device->report().figures) {
-      if (figure.name == name) return figure.value;
-    }
-    return -1.0;
+    return find_figure(device->report(), name).value_or(-1.0);
   }
-  bool finds(const std::string& words) const {
-    for (const std::string& finding : device->report().findings) {
-      if (finding.find(words) != std::string::npos) return true;
-    }
-    return false;
-  }
+  bool finds(const std::string& words) const { return tells(device->report(), words); }
   /// Force off, device closed, library gone, in this order and without a breach of its rules.
   bool left_clean() {
     return !page->loaded && !page->scheduler_running && page->violations == 0 && !page.device().open &&
            !page.device().force_enabled && page.device().force_n[0] == 0.0 &&
            page.device().force_n[1] == 0.0 && page.device().force_n[2] == 0.0;
+  }
+  bool leaves_clean() {
+    stop_running();
+    device->disengage();
+    return left_clean();
   }
 
  private:

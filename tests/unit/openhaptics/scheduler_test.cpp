@@ -19,10 +19,7 @@ TEST(OpenHapticsScheduler, RunsTheBodyOncePerTickAndLeavesWithTheForceOff) {
   bench.start_running();
   ASSERT_TRUE(bench.ticks(50));
   ASSERT_TRUE(bench.feels(1.0));
-  bench.stop_running();
-  bench.device->disengage();
-
-  EXPECT_TRUE(bench.left_clean());
+  EXPECT_TRUE(bench.leaves_clean());
   EXPECT_EQ(
       from(bench.page.events(), HdEvent::kForceFrame),
       (std::vector<HdEvent>{HdEvent::kForceFrame, HdEvent::kZeroFrame, HdEvent::kForceOff, HdEvent::kStop,
@@ -42,10 +39,7 @@ TEST(OpenHapticsScheduler, TheDestructorLeavesNoForceBehind) {
 
 TEST(OpenHapticsScheduler, DisengagingEndsARunUnderWay) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   bench.device->disengage();
   EXPECT_TRUE(eventually([&] { return bench.returned.load(); }));
   EXPECT_TRUE(bench.left_clean());
@@ -76,9 +70,7 @@ TEST(OpenHapticsScheduler, ASecondRunAtATimeIsRefusedAndOneAfterTheOtherIsNot) {
   bench.start_running();
   ASSERT_TRUE(bench.ticks(5));
   EXPECT_TRUE(bench.feels(0.5));
-  bench.stop_running();
-  bench.device->disengage();
-  EXPECT_TRUE(bench.left_clean());
+  EXPECT_TRUE(bench.leaves_clean());
 }
 
 TEST(OpenHapticsScheduler, BetweenTwoRunsTheForceIsOffAndNothingIsMeasured) {
@@ -150,10 +142,7 @@ TEST(OpenHapticsScheduler, AFullSchedulerEndsTheRunAtOnceAndSaysWhy) {
 
 TEST(OpenHapticsScheduler, AStallIsAFaultUntilItIsOver) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   bench.page->stall_ms = 1000;
   EXPECT_TRUE(eventually([&] { return bench.finds("scheduler does not call"); }));
   EXPECT_EQ(bench.device->report().state, hal::PartState::kFaulty);
@@ -168,10 +157,7 @@ TEST(OpenHapticsScheduler, AStallIsAFaultUntilItIsOver) {
 
 TEST(OpenHapticsScheduler, ADeadSchedulerDoesNotKeepARunFromStopping) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   bench.page->kill_scheduler = true;
   EXPECT_TRUE(eventually([&] { return bench.finds("scheduler does not call"); }));
   bench.stop_running();
@@ -183,10 +169,7 @@ TEST(OpenHapticsScheduler, ADeadSchedulerDoesNotKeepARunFromStopping) {
 
 TEST(OpenHapticsScheduler, ADeadSchedulerIsGivenUpAndTheDeviceCanBeEngagedAgain) {
   HdBench bench([](OpenHapticsConfig& config) { config.death_s = 0.5; });
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   bench.page->kill_scheduler = true;
   EXPECT_TRUE(eventually([&] { return bench.returned.load(); }));
   bench.stop_running();
@@ -199,17 +182,12 @@ TEST(OpenHapticsScheduler, ADeadSchedulerIsGivenUpAndTheDeviceCanBeEngagedAgain)
   EXPECT_EQ(bench.device->report().state, hal::PartState::kReady);
   bench.start_running();
   EXPECT_TRUE(bench.feels(1.0));
-  bench.stop_running();
-  bench.device->disengage();
-  EXPECT_TRUE(bench.left_clean());
+  EXPECT_TRUE(bench.leaves_clean());
 }
 
 TEST(OpenHapticsScheduler, StallingWhenAskedToStopItIsLeftWithTheForceOff) {
   HdBench bench;
-  ASSERT_FALSE(bench.device->engage());
-  bench.body->ask({0.0, 0.0, 1.0});
-  bench.start_running();
-  ASSERT_TRUE(bench.feels(1.0));
+  ASSERT_TRUE(bench.renders(1.0));
   bench.page->stall_ms = 1000;
   ASSERT_TRUE(eventually([&] { return bench.page->stall_ms == 0; }));
   bench.stop_running();

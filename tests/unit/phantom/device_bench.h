@@ -12,6 +12,7 @@
 
 #include "hal/phantom/phantom_device.h"
 #include "tests/emulators/board/scripted_board.h"
+#include "tests/support/part_report.h"
 
 namespace hapticd::test {
 
@@ -80,19 +81,8 @@ class DeviceBench {
     return sample;
   }
 
-  double figure(const std::string& name) const {
-    for (const hal::PartFigure& f : device->report().figures) {
-      if (f.name == name) return f.value;
-    }
-    ADD_FAILURE() << "no figure " << name;
-    return -1.0;
-  }
-  bool finds(const std::string& text) const {
-    for (const std::string& finding : device->report().findings) {
-      if (finding.find(text) != std::string::npos) return true;
-    }
-    return false;
-  }
+  double figure(const std::string& name) const { return figure_of(device->report(), name); }
+  bool finds(const std::string& text) const { return tells(device->report(), text); }
   bool at_zero_volts() const {
     for (const double v : board->output_volts()) {
       if (v != 0.0) return false;

@@ -31,6 +31,31 @@ TEST(MotionEstimator, AGapIsNoJumpInVelocity) {
   EXPECT_LT(largest, 1e-6);
 }
 
+TEST(MotionEstimator, ATickThatComesAlmostInTimeIsOneTick) {
+  MotionEstimator steady(0.03, kRateHz);
+  MotionEstimator jittery(0.03, kRateHz);
+  for (int i = 0; i < 100; ++i) {
+    const double position_mm = 0.01 * i * i;
+    steady.update(position_mm, i * kPeriodNs);
+    jittery.update(position_mm, i * kPeriodNs + (i % 2 == 0 ? 0 : kPeriodNs * 45 / 100));
+    EXPECT_EQ(jittery.velocity_mm_per_s(), steady.velocity_mm_per_s()) << i;
+    EXPECT_EQ(jittery.acceleration_mm_per_s2(), steady.acceleration_mm_per_s2()) << i;
+  }
+}
+
+TEST(MotionEstimator, GapsAreRoundedToWholePeriods) {
+  const auto moved_on = [](double periods) {
+    MotionEstimator motion(0.03, kRateHz);
+    for (int i = 0; i < 100; ++i) motion.update(0.3 * i, i * kPeriodNs);
+    motion.update(0.3 * (99.0 + std::round(periods)),
+                  99 * kPeriodNs + static_cast<std::int64_t>(periods * static_cast<double>(kPeriodNs)));
+    return motion.velocity_mm_per_s();
+  };
+  for (const double periods : {0.6, 1.4, 1.5, 2.4, 2.6, 16.4})
+    EXPECT_NEAR(moved_on(periods), 300.0, 1e-6) << periods;
+  EXPECT_EQ(moved_on(16.6), 0.0) << "too long to be filled";
+}
+
 TEST(MotionEstimator, StartsAnewAfterALongGap) {
   MotionEstimator motion(0.03, kRateHz);
   for (int i = 0; i < 100; ++i) motion.update(0.3 * i, i * kPeriodNs);

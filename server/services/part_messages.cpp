@@ -1,0 +1,14 @@
+#include "server/services/part_messages.h"
+
+namespace hapticd::server {
+
+std::string printable(const std::string& text) {
+  std::string result = text;
+  for (char& c : result) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) c = '?';
+  }
+  return result;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "hal/part_report.h"
+
+namespace hapticd::server {
+
+/// A drive's text may hold any bytes; no control character goes to a terminal.
+std::string printable(const std::string& text);
+
+/// What a driver reports of itself, into the fields that PartReport and Turntable both have.
+template <class Message>
+void fill_report(const hal::PartReport& report, Message& message) {
+  message.set_driver(report.driver);
+  message.set_connection(report.connection);
+  for (const std::string& finding : report.findings) message.add_findings(printable(finding));
+  for (const hal::PartFigure& figure : report.figures) {
+    auto& told = *message.add_figures();
+    told.set_name(figure.name);
+    told.set_value(figure.value);
+    told.set_unit(figure.unit);
+  }
+}
+
+}  // namespace hapticd::server
