@@ -255,7 +255,8 @@ Wish GainsIdentification::wish() const {
   }
   if (backing_off_) {
     wish.hold_s = 0.5;
-    wish.words = "let go: it oscillates at Kp = " + text(trials_.back().gain, 2);
+    wish.words = trials_.empty() ? "let go: the search begins with the tool free and at rest"
+                                 : "let go: it oscillates at Kp = " + text(trials_.back().gain, 2);
     return wish;
   }
   wish.motion = Wish::Motion::kPress;

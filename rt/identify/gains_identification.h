@@ -81,7 +81,7 @@ class GainsIdentification final : public Identification {
   std::string refusal_;
   std::string remark_;
 
-  bool backing_off_ = false;  ///< until the device is quiet and the hand free
+  bool backing_off_ = true;  ///< until the device is quiet and the hand free; so it begins, too
   bool pressed_ = false;
   bool acted_ = false;  ///< the device gave force since the press began
   double pressed_s_ = 0.0;

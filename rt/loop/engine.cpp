@@ -1,5 +1,6 @@
 #include "rt/loop/engine.h"
 
+#include <algorithm>
 #include <bit>
 #include <thread>
 
@@ -9,6 +10,10 @@ namespace {
 constexpr std::chrono::milliseconds kPatienceForRecords{100};
 /// Whoever observes asked for it, and may be at a long computation.
 constexpr std::chrono::milliseconds kPatienceForObservations{5000};
+constexpr std::chrono::microseconds kNap{100};
+/// In virtual time, how far the loop may be ahead of whoever observes, in ticks: what he does about what he
+/// saw comes that much later, so that it hangs as little on how fast either runs.
+constexpr std::size_t kLongestLead = 256;
 
 GuardLimits idle_limits(const hal::RigInfo& rig) {
   GuardLimits limits;
@@ -27,11 +32,17 @@ Engine::Engine(const hal::Rig& rig, std::size_t record_capacity)
       has_time_for_observations_(owns_clock_),
       mailbox_(kCommandSlots),
       records_(record_capacity),
-      observations_(record_capacity) {}
+      observations_(owns_clock_ ? std::min(record_capacity, kLongestLead) : record_capacity) {}
 
 Engine::~Engine() = default;
 
 hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
+  const bool observed = observed_.load(std::memory_order_acquire);
+  if (!observed) {
+    has_time_for_observations_ = owns_clock_;
+  } else if (has_time_for_observations_) {
+    await_observer(sample);
+  }
   take_commands(sample);
   if (raised_.load(std::memory_order_relaxed) != 0) {
     FaultSet raised = raised_.exchange(0, std::memory_order_acq_rel);
@@ -50,14 +61,10 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
   if (place != nullptr) {
     records_.publish();
-  } else if (!push_patiently(records_, record, has_time_for_records_, kPatienceForRecords)) {
+  } else if (!has_time_for_records_ || !send_patiently(record)) {
     records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
-  if (observed_.load(std::memory_order_acquire)) {
-    hand_on(sample, command);
-  } else {
-    has_time_for_observations_ = owns_clock_;
-  }
+  if (observed) hand_on(sample, command);
   free_.store(renderer_.free(), std::memory_order_release);
   last_time_ns_.store(sample.time_ns, std::memory_order_release);
   last_tick_.store(sample.tick, std::memory_order_release);
@@ -70,9 +77,7 @@ void Engine::hand_on(const hal::RigSample& sample, const hal::DeviceCommand& com
   observation.sample = sample;
   observation.device_command_n = command.force_n;
   observation.has_external_position = rig_.external_position(observation.external_position_mm);
-  if (!observations_.push(observation)) {
-    push_patiently(observations_, observation, has_time_for_observations_, kPatienceForObservations);
-  }
+  observations_.push(observation);
 }
 
 void Engine::observe(bool on) noexcept {
@@ -84,16 +89,24 @@ void Engine::observe(bool on) noexcept {
 
 // A rig that owns its clock waits for nobody's hand: it can wait for a reader, though not for one that never
 // comes.
-template <class T>
-bool Engine::push_patiently(SpscRing<T>& ring, const T& value, bool& waits,
-                            std::chrono::milliseconds patience) noexcept {
-  constexpr std::chrono::milliseconds kNap{1};
-  for (auto waited = std::chrono::milliseconds::zero(); waits && waited < patience; waited += kNap) {
+bool Engine::send_patiently(const TickRecord& record) noexcept {
+  for (auto waited = kNap.zero(); waited < kPatienceForRecords; waited += kNap) {
     std::this_thread::sleep_for(kNap);
-    if (ring.push(value)) return true;
+    if (records_.push(record)) return true;
   }
-  waits = false;  // nobody reads: go on without
+  has_time_for_records_ = false;  // nobody reads: go on without
   return false;
+}
+
+// Before the tick, and with an ear for commands: whoever observes may have given one, and read no further
+// before it is answered.
+void Engine::await_observer(const hal::RigSample& sample) noexcept {
+  for (auto waited = kNap.zero(); waited < kPatienceForObservations; waited += kNap) {
+    if (observations_.claim() != nullptr || !observed_.load(std::memory_order_acquire)) return;
+    std::this_thread::sleep_for(kNap);
+    take_commands(sample);
+  }
+  has_time_for_observations_ = false;
 }
 
 // At most kCommandSlots commands exist at all, so both loops are bounded.

@@ -117,9 +117,8 @@ class Engine final : public hal::TickHandler {
   void perform(Slot& slot, const hal::RigSample& sample) noexcept;
   Slot* acquire_slot();
   void hand_on(const hal::RigSample& sample, const hal::DeviceCommand& command) noexcept;
-  template <class T>
-  bool push_patiently(SpscRing<T>& ring, const T& value, bool& waits,
-                      std::chrono::milliseconds patience) noexcept;
+  bool send_patiently(const TickRecord& record) noexcept;
+  void await_observer(const hal::RigSample& sample) noexcept;
 
   const hal::Rig& rig_;
   Renderer renderer_;

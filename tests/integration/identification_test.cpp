@@ -188,9 +188,9 @@ TEST(ServiceIdentification, FrictionStructureToolThresholdAndGainsConvergeTooOne
     const v1::IdentificationProgress end = service.watch(id);
     EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_CONVERGED) << end.ShortDebugString().substr(0, 3000);
     EXPECT_NEAR(value_of(end, one.parameter), one.expected, one.tolerance) << end.kind();
+    EXPECT_EQ(service.state().scene(), "tap_1d") << end.kind() << ": " << end.problem().ShortDebugString();
     RecordProperty(end.kind() + "_s", std::to_string(end.duration_s()));
   }
-  EXPECT_EQ(service.state().scene(), "tap_1d");
 }
 
 TEST(ServiceIdentification, WhileOneRunsNothingElseTouchesTheRig) {

@@ -209,6 +209,39 @@ TEST(Engine, HandsOnWhatItMeasuredOnlyWhileObserved) {
   EXPECT_EQ(last, 23U);
 }
 
+// The loop waits for whoever observes, and whoever observes for the answer of the loop: neither for ever.
+TEST(Engine, InVirtualTimeAnObserverThatGivesACommandIsAnsweredAndLosesNothing) {
+  constexpr std::uint64_t kTicks = 400;
+  FakeRig rig(true);
+  Engine engine(rig, 16);
+  engine.observe(true);
+  std::thread loop([&] {
+    hal::RigSample sample;
+    for (std::uint64_t i = 0; i < kTicks; ++i) {
+      rig.read(sample);
+      engine.on_tick(sample);
+    }
+  });
+  std::thread telemetry([&] {  // so that nothing else is waited for
+    TickRecord record;
+    while (engine.last_tick() + 1 < kTicks) {
+      if (!engine.pop_record(record)) std::this_thread::sleep_for(std::chrono::microseconds(50));
+    }
+  });
+  Observation observation;
+  std::uint64_t expected = 0;
+  while (expected < kTicks) {
+    if (!engine.pop_observation(observation)) continue;
+    ASSERT_EQ(observation.sample.tick, expected++);
+    if (expected % 100 != 50) continue;
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));  // the ring is full by now
+    const EngineOutcome outcome = engine.execute({}, std::chrono::seconds(4));
+    EXPECT_EQ(outcome.status, EngineOutcome::Status::kNoScene) << "answered, and not too late";
+  }
+  loop.join();
+  telemetry.join();
+}
+
 TEST(Engine, InVirtualTimeASlowReaderLosesNothing) {
   FakeRig rig(true);
   Engine engine(rig, 16);
