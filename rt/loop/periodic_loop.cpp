@@ -172,7 +172,7 @@ std::int64_t PeriodicLoop::await(std::int64_t time_ns) noexcept {
 }
 
 void PeriodicLoop::run_paced() noexcept {
-  std::int64_t deadline_ns = now_ns() + period_ns_;
+  std::int64_t deadline_ns = (now_ns() / period_ns_ + 2) * period_ns_;
   while (!stop_requested_.load(std::memory_order_acquire) && !rig_.exhausted()) {
     deadline_ns = tick(deadline_ns, await(deadline_ns));
   }

@@ -48,6 +48,7 @@ Cyclictest::Cyclictest(double seconds, std::filesystem::path output, const Cycli
                   kHistogramSpanUs, "-D", std::to_string(duration_.count())},
       .output = output_};
   if (place.cpu >= 0) launch.command.push_back("-a" + std::to_string(place.cpu));
+  if (place.after_us >= 0) launch.command.push_back("--secaligned=" + std::to_string(place.after_us));
   try {
     process_ = std::make_unique<report::ChildProcess>(launch);
   } catch (const std::system_error& error) {

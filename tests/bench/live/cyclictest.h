@@ -19,6 +19,7 @@ std::optional<LatencyDistribution> parse_cyclictest(std::string_view output);
 struct CyclictestPlace {
   int priority = 80;  ///< SCHED_FIFO
   int cpu = -1;       ///< the only CPU it may run on; -1 = any
+  int after_us = -1;  ///< it wakes so long after each full period of CLOCK_MONOTONIC; -1 = whenever it began
 };
 
 /// The yardstick: one thread of cyclictest at the loop's rate, running beside it.

@@ -40,11 +40,17 @@ struct LoopTimes {
   std::string failed;  ///< why there is nothing, or nothing to compare with
 };
 
-/// Both on one CPU, so that what the machine does to it is done to both; it belongs to nothing else of ours.
-/// The yardstick has the higher priority: the loop may delay it never, it may delay the loop.
+// The loop is due at full milliseconds, as shipped it is woken 50 µs before. Its yardstick is woken 150 µs
+// earlier, and done by then: two that are woken within some 50 µs wait for each other.
+constexpr int kLoopWokenAfterUs = 950;
+constexpr int kYardstickWokenAfterUs = 800;
+
+/// Both on one CPU, which belongs to nothing else of ours, and soon after each other, so that what the
+/// machine does to the one it does to the other. The yardstick has the higher priority: the loop may delay it
+/// never.
 struct Placement {
   int loop_cpu = -1;
-  CyclictestPlace yardstick{.priority = 81};
+  CyclictestPlace yardstick{.priority = 81, .after_us = kYardstickWokenAfterUs};
 };
 
 /// Of the CPUs this process may use the last one, and from then on all but that one are for this process and
@@ -62,20 +68,37 @@ Placement take_a_cpu_for_the_loop() {
   return placement;
 }
 
+using Clock = std::chrono::steady_clock;  // CLOCK_MONOTONIC
+
+/// At which an aligned cyclictest that is started now begins to measure; waits for a moment at which that is
+/// clear.
+Clock::time_point full_second_to_come() {
+  using namespace std::chrono_literals;
+  const auto second = std::chrono::floor<std::chrono::seconds>(Clock::now()) + 1s;
+  if (second - Clock::now() > 500ms) return second;
+  std::this_thread::sleep_until(second);
+  return second + 1s;
+}
+
 void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-/// A second more than is measured, so that a load is there from the first to the last tick.
-constexpr double kStartS = 0.5;
+/// What a load needs to be there, and how much longer than what is measured it lasts, so that it is there
+/// from the first to the last tick.
+constexpr double kSettleS = 0.5;
+constexpr double kStartS = 3.0;
 
 void measure_round(LoopTimes& times, const LoadType& type, client::Client& client, double seconds,
                    const std::filesystem::path& folder, const Placement& placement) {
-  const auto load = type.start(client.address(), seconds + 2.0 * kStartS, folder);
-  sleep_s(kStartS);
-  const v1::LoopState before = client.rig_state().loop();
+  const auto load = type.start(client.address(), seconds + kStartS, folder);
+  sleep_s(kSettleS);
+  const Clock::time_point begin = full_second_to_come();
   Cyclictest cyclictest(seconds, folder / "cyclictest.txt", placement.yardstick);
-  sleep_s(seconds);
+  std::this_thread::sleep_until(begin);
+  const v1::LoopState before = client.rig_state().loop();
+  std::this_thread::sleep_until(
+      begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
   const v1::LoopState after = client.rig_state().loop();
   const Cyclictest::Outcome yardstick = cyclictest.finish();
   times.tick.push_back(between(before.wakeup(), after.wakeup()));
@@ -97,7 +120,8 @@ struct Twins {
 
 void measure_twins(Twins& twins, double seconds, const std::filesystem::path& folder,
                    const Placement& placement) {
-  Cyclictest first(seconds, folder / "cyclictest_a.txt", {.cpu = placement.yardstick.cpu});
+  Cyclictest first(seconds, folder / "cyclictest_a.txt",
+                   {.cpu = placement.yardstick.cpu, .after_us = kLoopWokenAfterUs});
   Cyclictest second(seconds, folder / "cyclictest_b.txt", placement.yardstick);
   const Cyclictest::Outcome a = first.finish();
   const Cyclictest::Outcome b = second.finish();
@@ -251,18 +275,18 @@ class LoopReport {
 std::string conditions_of(int rounds, double seconds, const Placement& placement, client::Client& client) {
   std::string text = std::to_string(rounds) + " rounds of " + fixed(seconds, 0) +
                      " s each, the loads by turns; hapticd and cyclictest side by side, both at 1 kHz. ";
-  text += placement.loop_cpu >= 0 ? "Both on CPU " + std::to_string(placement.loop_cpu) +
-                                        ", which no other thread of hapticd and none of the clients uses "
-                                        "(stress-ng does), so that what "
-                                        "the machine does to the one it does to the other. "
-                                  : "All on the only CPU. ";
+  text += placement.loop_cpu >= 0
+              ? "Both on CPU " + std::to_string(placement.loop_cpu) +
+                    ", which no other thread of hapticd and none of the clients uses (stress-ng does). "
+              : "All on the only CPU. ";
   text +=
-      "SCHED_FIFO 80, cyclictest 81, so that it is never kept waiting. Scene tap_1d on the simulated rig in "
-      "real "
-      "time. Tick: how late a tick began; hapticd lets itself be woken 50 µs early and waits awake. Timer: "
-      "how late "
-      "it was woken, which is what cyclictest measures, too. In brackets 5 … 95 % of a bootstrap over "
-      "rounds.";
+      "SCHED_FIFO 80, cyclictest 81 and woken 150 µs before the loop, so that it is never kept waiting and "
+      "what the "
+      "machine does to the one it does to the other. Scene tap_1d on the simulated rig in real time. Tick: "
+      "how late a "
+      "tick began; hapticd has itself woken 50 µs early and waits awake. Timer: how late it was woken, which "
+      "is what "
+      "cyclictest measures, too. In brackets 5 … 95 % of a bootstrap over rounds.";
   for (const std::string& shortcoming : client.rig_info().realtime_shortcomings())
     text += " Not granted: " + shortcoming + '.';
   return text;
