@@ -44,9 +44,9 @@ struct LoopStatistics {
 };
 
 /// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own, a device's
-/// scheduler included. Ticks are due at whole periods of CLOCK_MONOTONIC, so that what else runs at that rate
-/// can be placed beside them; a period that was missed is skipped and counted, never caught up in a burst.
-/// Runs without privileges too, and says what it lacks.
+/// scheduler included. Ticks are due in the middle of whole periods of CLOCK_MONOTONIC, so that what else
+/// runs at that rate can be placed beside them; a period that was missed is skipped and counted, never caught
+/// up in a burst. Runs without privileges too, and says what it lacks.
 class PeriodicLoop final : private hal::ServoBody {
  public:
   PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);
