@@ -13,6 +13,10 @@ constexpr std::uint32_t kOfForce = sample_status::kForceMissing | sample_status:
                                    sample_status::kForceFault | sample_status::kForceLost |
                                    sample_status::kForceWarning;
 
+std::int64_t nanoseconds(std::chrono::steady_clock::duration duration) noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count();
+}
+
 RigInfo describe(const RigParts& parts, double rate_hz) {
   RigInfo info;
   if (parts.base) info = parts.base->info();
@@ -92,9 +96,6 @@ void ComposedRig::read(RigSample& sample) noexcept {
     parts_.base->read(sample);
   } else {
     sample = RigSample{};
-    const Clock::time_point now = Clock::now();
-    if (ticks_ == 0) started_ = now;
-    sample.time_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now - started_).count();
     sample.status |= sample_status::kForceMissing;
   }
   sample.tick = ticks_++;
@@ -102,10 +103,18 @@ void ComposedRig::read(RigSample& sample) noexcept {
     sample.status &= kOfForce;
     sample.tip_position_mm = last_.tip_position_mm;
     sample.tip_orientation = last_.tip_orientation;
+    sample.position_age_ns = 0;
+    sample.max_force_n = 0.0;
     if (!device_access_.with([&] { parts_.device->read(sample); })) {
       sample.status |= sample_status::kDeviceNotReady;
     }
     last_ = sample;
+  }
+  // The instant in which the device was read; ages count from here. A base has a clock of its own.
+  if (!parts_.base) {
+    const Clock::time_point now = Clock::now();
+    if (sample.tick == 0) started_ = now;
+    sample.time_ns = nanoseconds(now - started_);
   }
   if (parts_.sensor) {
     sample.status &= ~kOfForce;
@@ -114,8 +123,11 @@ void ComposedRig::read(RigSample& sample) noexcept {
       sample.sensor_torque_n_mm = {};
       sample.force_count = 0;
       sample.force_age_ns = std::numeric_limits<std::int64_t>::max();
+      sample.force_mean_age_ns = std::numeric_limits<std::int64_t>::max();
+      sample.bias_serial = bias_serial_;
       sample.status |= sample_status::kForceMissing;
     }
+    bias_serial_ = sample.bias_serial;
   }
 }
 
@@ -125,6 +137,10 @@ void ComposedRig::write(const DeviceCommand& command) noexcept {
     return;
   }
   device_access_.with([&] { parts_.device->write(command); });
+}
+
+void ComposedRig::write_zero_in_crash() noexcept {
+  if (parts_.device) parts_.device->write_zero_in_crash();
 }
 
 }  // namespace hapticd::hal

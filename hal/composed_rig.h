@@ -36,6 +36,7 @@ class ComposedRig final : public Rig {
   std::optional<Error> home_device() override;
   void read(RigSample& sample) noexcept override;
   void write(const DeviceCommand& command) noexcept override;
+  void write_zero_in_crash() noexcept override;
   bool exhausted() const noexcept override { return parts_.base && parts_.base->exhausted(); }
 
   Rig* base() noexcept { return parts_.base.get(); }
@@ -71,7 +72,8 @@ class ComposedRig final : public Rig {
   Access sensor_access_;
   std::uint64_t ticks_ = 0;
   Clock::time_point started_{};
-  RigSample last_;  ///< what an absent device keeps saying of its pose
+  std::uint32_t bias_serial_ = 0;  ///< of the sensor, last reported
+  RigSample last_;                 ///< what an absent device keeps saying of its pose
 };
 
 }  // namespace hapticd::hal

@@ -1,6 +1,8 @@
 #include "hal/force_mean.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace hapticd::hal {
 
@@ -15,6 +17,27 @@ void ForceMean::add(const Vector3& force_n, const Vector3& torque_n_mm) noexcept
   force_sum_n_ = force_sum_n_ + force_n;
   torque_sum_n_mm_ = torque_sum_n_mm_ + torque_n_mm;
   ++count_;
+}
+
+void ForceMean::add(const Vector3& force_n, const Vector3& torque_n_mm, std::int64_t time_ns) noexcept {
+  const std::uint32_t before = count_;
+  add(force_n, torque_n_mm);
+  if (count_ == before) return;
+  if (before == 0) {
+    first_time_ns_ = time_ns;
+    sum_since_first_ns_ = 0;
+  }
+  sum_since_first_ns_ += time_ns - first_time_ns_;
+}
+
+void ForceMean::take(RigSample& sample, std::int64_t now_ns) noexcept {
+  if (count_ > 0) {
+    mean_time_ns_ = first_time_ns_ + sum_since_first_ns_ / static_cast<std::int64_t>(count_);
+    has_mean_time_ = true;
+  }
+  take(sample);
+  sample.force_mean_age_ns = has_mean_time_ ? std::max<std::int64_t>(0, now_ns - mean_time_ns_)
+                                            : std::numeric_limits<std::int64_t>::max();
 }
 
 void ForceMean::take(RigSample& sample) noexcept {

@@ -96,6 +96,10 @@ class HapticDevice : public RigPart {
   virtual void read(RigSample& sample) noexcept = 0;
   /// Takes effect no earlier than the device's own latency allows.
   virtual void write(const DeviceCommand& command) noexcept = 0;
+  /// The process crashes: zero force to the device, and nothing else from now on. Called in a signal handler
+  /// while other threads go on; async-signal-safe but for what the device itself takes, bounded to some tens
+  /// of milliseconds. Does nothing where there is no way.
+  virtual void write_zero_in_crash() noexcept {}
   /// Takes the pose it rests in as the reset pose, once it has rested while it is read; does not wait for
   /// that. The error of a device that needs no such thing. Any thread but the clock's.
   virtual std::optional<Error> home() {
@@ -158,6 +162,8 @@ class Rig {
   /// Next measurement. Bounded time, no allocation.
   virtual void read(RigSample& sample) noexcept = 0;
   virtual void write(const DeviceCommand& command) noexcept = 0;
+  /// HapticDevice::write_zero_in_crash() of its device.
+  virtual void write_zero_in_crash() noexcept {}
   /// True when there is nothing more to read (a recording has ended).
   virtual bool exhausted() const noexcept { return false; }
   /// The truth behind the last sample; false where there is none.

@@ -62,6 +62,14 @@ struct RigSample {
   std::uint32_t force_count = 0;  ///< sensor samples in the mean
   std::uint32_t status = 0;       ///< bits of sample_status
   std::int64_t force_age_ns = 0;  ///< age of the newest sensor sample at time_ns
+  /// Age, at time_ns, of the instant that sensor_force_n stands for: the middle of the samples in the mean.
+  std::int64_t force_mean_age_ns = 0;
+  std::int64_t position_age_ns = 0;  ///< age of the encoders' reading at time_ns
+  /// Serial number of the sensor's zero: changes with every bias, and when the zero was lost (box restarted,
+  /// other calibration).
+  std::uint32_t bias_serial = 0;
+  /// What the device can give in this pose in any direction, N; 0 = what DeviceInfo says.
+  double max_force_n = 0.0;
 };
 
 /// What the device is asked to do until the next tick: a force on the tool tip, rig frame.

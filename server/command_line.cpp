@@ -14,9 +14,12 @@ std::optional<CommandLine> read_command_line(int argc, char** argv, int& exit_co
   app.set_version_flag("--version", std::string("hapticd ") + version());
   app.add_option("--config", line.config_file, "Configuration file (TOML); the options below go before it")
       ->type_name("FILE");
-  app.add_option("--rig", overrides.rig,
-                 "sim, sim:PRESET (phantom_1_0, phantom_1_5_high_force), or replay:PATH of a CSV recording, "
-                 "e.g. 'replay:run.csv?force=load_uN&position=tip_um&speed=recorded&loop=true'")
+  app.add_option(
+         "--rig", overrides.rig,
+         "sim, sim:PRESET (phantom_1_0, phantom_1_5_high_force), with :lab for drift, vibration and the "
+         "like, :general for objects of other laws (sim:PRESET:lab:general), or replay:PATH of a CSV "
+         "recording, "
+         "e.g. 'replay:run.csv?force=load_uN&position=tip_um&speed=recorded&loop=true'")
       ->type_name("RIG");
   app.add_option("--listen", overrides.listen,
                  "Loopback address to listen on; port 0 takes a free one [127.0.0.1:50051]")

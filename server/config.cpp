@@ -9,6 +9,7 @@
 #include "server/rig_file/netft_section.h"
 #include "server/rig_file/openhaptics_section.h"
 #include "server/rig_file/phantom_section.h"
+#include "server/rig_file/sim_section.h"
 #include "server/rig_file/turntable_section.h"
 #include "server/suggestion.h"
 #include "server/text_library.h"
@@ -22,13 +23,18 @@ constexpr Range kRateHz{500.0, 10000.0, "Hz"};
 constexpr Range kFifoPriority{0.0, 99.0, ""};
 constexpr Range kCpu{-1.0, 1023.0, ""};
 constexpr Range kWakeEarlyShare{0.0, 0.5, ""};
-constexpr Range kSeed{0.0, 9007199254740992.0, ""};
-constexpr Range kStructuralModeHz{10.0, 1000.0, "Hz"};
-constexpr Range kStructuralDamping{0.0, 2.0, ""};
-constexpr Range kAmplifierPoleHz{10.0, 5000.0, "Hz"};
-constexpr Range kToolMassG{0.0, 500.0, "g"};
 constexpr Range kScale{-1e9, 1e9, ""};
 constexpr Range kBiasS{0.0, 3600.0, "s"};
+
+// Of [guard]. Zero, where it is allowed, is the device's own.
+constexpr Range kCeilingN{0.0, 100.0, "N"};
+constexpr Range kCeilingNPerS{0.0, 1e6, "N/s"};
+constexpr Range kCeilingW{0.01, 100.0, "W"};
+constexpr Range kCeilingStiffness{0.0, 1000.0, "N/mm"};
+constexpr Range kFloorS{0.0, 60.0, "s"};
+constexpr Range kFallS{0.0, 1.0, "s"};
+constexpr Range kTargetChange{1.0, 1e6, "N/s"};
+constexpr Range kCheckMs{0.1, 1000.0, "ms"};  // never off
 
 constexpr Word<RigChoice> kRigWords[] = {
     {"sim", RigChoice::kSimulated}, {"replay", RigChoice::kReplay}, {"hardware", RigChoice::kHardware}};
@@ -95,17 +101,6 @@ void read_loop(TomlTable table, rt::LoopConfig& loop) {
   table.read("keep_cpu_awake", loop.keep_cpu_awake);
 }
 
-void read_simulation(TomlTable table, sim::SimulationConfig& simulation) {
-  table.read("device", simulation.device, 64);
-  table.read("object", simulation.object, 64);
-  table.read("tip", simulation.tip, 64);
-  table.read("seed", simulation.seed, kSeed);
-  table.read("structural_mode_hz", simulation.structural_mode_hz, kStructuralModeHz);
-  table.read("structural_damping", simulation.structural_damping, kStructuralDamping);
-  table.read("amplifier_pole_hz", simulation.amplifier_pole_hz, kAmplifierPoleHz);
-  table.read("tool_mass_g", simulation.tool_mass_g, kToolMassG);
-}
-
 void read_mapping(TomlTable table, replay::ColumnMapping& mapping) {
   table.read("column", mapping.column, 256);
   table.read("unit", mapping.unit, 16);
@@ -120,6 +115,34 @@ void read_replay(TomlTable table, replay::ReplayConfig& replay) {
   read_mapping(table.table("time"), replay.time);
   read_mapping(table.table("force"), replay.force);
   read_mapping(table.table("position"), replay.position);
+}
+
+void read_guard(TomlTable table, GuardCeilings& guard) {
+  table.read("max_force_n", guard.max_force_n, kCeilingN);
+  table.read("max_force_rate_n_per_s", guard.max_force_rate_n_per_s, kCeilingNPerS);
+  table.read("max_power_w", guard.max_power_w, kCeilingW);
+  table.read("max_target_stiffness_n_per_mm", guard.max_target_stiffness_n_per_mm, kCeilingStiffness);
+  table.read("max_wall_stiffness_n_per_mm", guard.max_wall_stiffness_n_per_mm, kCeilingStiffness);
+  table.read("min_target_ramp_s", guard.min_target_ramp_s, kFloorS);
+  table.read("max_target_change_n_per_s", guard.max_target_change_n_per_s, kTargetChange);
+  table.read("min_resume_ramp_s", guard.min_resume_ramp_s, kFloorS);
+  table.read("max_fall_ramp_s", guard.max_fall_ramp_s, kFallS);
+  table.read("max_sensor_stale_after_ms", guard.max_sensor_stale_after_ms, kCheckMs);
+  table.read("max_loop_gap_ms", guard.max_loop_gap_ms, kCheckMs);
+}
+
+std::string write_guard(const GuardCeilings& guard) {
+  const auto number = [](double value) { return toml_number(value); };
+  return fmt::format(
+      "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\n"
+      "max_target_stiffness_n_per_mm = {}\nmax_wall_stiffness_n_per_mm = {}\nmin_target_ramp_s = {}\n"
+      "max_target_change_n_per_s = {}\nmin_resume_ramp_s = {}\nmax_fall_ramp_s = {}\n"
+      "max_sensor_stale_after_ms = {}\nmax_loop_gap_ms = {}\n",
+      number(guard.max_force_n), number(guard.max_force_rate_n_per_s), number(guard.max_power_w),
+      number(guard.max_target_stiffness_n_per_mm), number(guard.max_wall_stiffness_n_per_mm),
+      number(guard.min_target_ramp_s), number(guard.max_target_change_n_per_s),
+      number(guard.min_resume_ramp_s), number(guard.max_fall_ramp_s), number(guard.max_sensor_stale_after_ms),
+      number(guard.max_loop_gap_ms));
 }
 
 /// One "key=value" of a replay's query.
@@ -221,6 +244,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   read_daq(rig.table("daq"), config.daq);
   read_board(rig.table("board"), config.board);
   read_turntable(rig.table("turntable"), config.turntable);
+  read_guard(root.table("guard"), config.guard);
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);
@@ -285,7 +309,7 @@ std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& co
                       "say in the configuration file what is there"};
   }
   if (config.rig == RigChoice::kSimulated) {
-    if (!rest.empty()) config.simulation.device = rest;
+    apply_simulation_text(rest, config.simulation);
     return std::nullopt;
   }
   const std::size_t mark = rest.find('?');
@@ -317,16 +341,7 @@ std::string write_config(const DaemonConfig& config) {
   text += fmt::format(
       "\n[rig]\nkind = {}\ndevice = {}\nsensor = {}\n", toml_quoted(text_of(config.rig, kRigWords)),
       toml_quoted(text_of(config.device, kDeviceWords)), toml_quoted(text_of(config.sensor, kSensorWords)));
-  const sim::SimulationConfig& simulation = config.simulation;
-  text += fmt::format("\n[rig.sim]\ndevice = {}\nobject = {}\ntip = {}\nseed = {}\ntool_mass_g = {}\n",
-                      toml_quoted(simulation.device), toml_quoted(simulation.object),
-                      toml_quoted(simulation.tip), simulation.seed, toml_number(simulation.tool_mass_g));
-  const auto optional = [&text](std::string_view key, const std::optional<double>& value) {
-    if (value) text += fmt::format("{} = {}\n", key, toml_number(*value));
-  };
-  optional("structural_mode_hz", simulation.structural_mode_hz);
-  optional("structural_damping", simulation.structural_damping);
-  optional("amplifier_pole_hz", simulation.amplifier_pole_hz);
+  text += write_simulation(config.simulation);
   const replay::ReplayConfig& replay = config.replay;
   text += fmt::format("\n[rig.replay]\npath = {}\nspeed = {}\nloop = {}\nbias_s = {}\n",
                       toml_quoted(replay.path), toml_quoted(text_of(replay.as_fast_as_possible, kSpeedWords)),
@@ -339,6 +354,7 @@ std::string write_config(const DaemonConfig& config) {
   text += "\n[rig.daq]\n" + write_daq(config.daq);
   text += "\n[rig.board]\n" + write_board(config.board);
   text += write_turntable(config.turntable);
+  text += write_guard(config.guard);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
                       toml_quoted(config.scene_folder));
   text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),

@@ -14,6 +14,7 @@
 #include "hal/replay/replay_rig.h"
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/periodic_loop.h"
+#include "server/guard_ceilings.h"
 #include "server/listen_address.h"
 #include "server/turntable/turntable_config.h"
 
@@ -53,6 +54,8 @@ struct DaemonConfig {
   /// default_model_store().
   std::optional<std::string> model_store;
 
+  GuardCeilings guard;  ///< [guard]
+
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
 
   DaemonConfig() {
@@ -63,7 +66,7 @@ struct DaemonConfig {
 
 /// What the command line may override; absent = as in the file, or the default.
 struct ConfigOverrides {
-  std::optional<std::string> rig;  ///< sim, sim:PRESET, replay:PATH[?key=value&…]
+  std::optional<std::string> rig;  ///< sim, sim:PRESET[:lab], replay:PATH[?key=value&…]
   std::optional<std::string> listen;
   std::optional<std::string> unix_socket;
   std::optional<std::string> scene;
@@ -83,7 +86,7 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
 /// The whole configuration as TOML, every default written out; reads back as the same.
 std::string write_config(const DaemonConfig& config);
 
-/// Reads "sim", "sim:PRESET" or "replay:PATH?force=load_uN&position=tip_um&speed=recorded" into `config`.
+/// Reads "sim", "sim:PRESET", "sim:PRESET:lab" or "replay:PATH?force=load_uN&position=tip_um&speed=recorded" into `config`.
 std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& config);
 
 }  // namespace hapticd::server

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "server/crash_guard.h"
 #include "server/grpc_server.h"
 #include "server/identification/identification_runner.h"
 #include "server/instance_lock.h"
@@ -32,8 +33,9 @@ struct Daemon::Parts {
       : store(std::move(models)),
         session(std::move(rig), config.loop),
         hub(session.engine()),
-        scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder, store)),
-        targets(session, scenes),
+        scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder, store),
+               config.guard),
+        targets(session, scenes, hub, config.guard),
         latch(session, hub),
         identifications(session, scenes, hub, *store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub) {
@@ -136,6 +138,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   parts->network = std::move(*network);
   parts->hub.start();
   parts->session.start();
+  write_zero_in_crash_of(&parts->session.rig());
   parts->network->set_serving(true);
 
   log_info("hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
@@ -162,7 +165,12 @@ std::uint16_t Daemon::port() const {
 
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
-  parts_->session.stop();  // before anything that may take its time: force to zero
+  // Before anything that may take its time: force to zero. First by the guard, so that the last records show
+  // it, then the loop ends.
+  parts_->session.refuse_commands();
+  parts_->latch.end_rendering();
+  parts_->session.stop();
+  write_zero_in_crash_of(nullptr);
   parts_->turntable.shutdown();
   parts_->network->set_serving(false);
   parts_->hub.stop();

@@ -13,8 +13,11 @@
 #include <cerrno>
 #include <cstring>
 #include <utility>
+#include <vector>
 
+#include "server/crash_guard.h"
 #include "server/log.h"
+#include "server/memory_watch.h"
 #include "server/scene_host.h"
 #include "server/services/identification_service.h"
 #include "server/services/model_service.h"
@@ -34,6 +37,12 @@ namespace {
 constexpr int kLargestRequest = 1 << 20;
 /// More than all targets that may wait for their time, with room for the calls of everyone else.
 constexpr int kMostThreads = 64;
+/// Calls under way on one connection; more wait at the client. A call costs some 25 kB here before anything
+/// is done for it.
+constexpr int kMaxStreams = 100;
+/// Of the buffers of all calls and connections together; what calls take that were given up at once is the
+/// matter of the MemoryWatch.
+constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
 
 /// gRPC tells only that it could not listen. Why, the system tells whoever tries; empty where it lets one.
 std::string why_not_bound(const ListenAddress& listen) {
@@ -63,6 +72,16 @@ hal::Error cannot_listen(const ListenAddress& listen, const std::string& reason)
   return {"cannot listen", listen.text(), reason.empty() ? "unknown" : reason, "",
           "stop whoever listens there (another hapticd?), or choose another port with --listen"};
 }
+
+/// Gives every thread that serves calls a stack for crash handlers, once, before the call is read: parsers of
+/// what clients send are where a stack could be used up. It intercepts nothing.
+class CrashStackForCallers final : public grpc::experimental::ServerInterceptorFactoryInterface {
+ public:
+  grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo*) override {
+    use_crash_stack();
+    return nullptr;
+  }
+};
 
 void discard(gpr_log_func_args*) {}
 
@@ -94,6 +113,7 @@ struct GrpcServer::State {
   TurntableService turntable;
   SafetyService safety;
   int port = 0;
+  std::optional<MemoryWatch> memory;
   std::optional<StandingPoller> poller;  // ends after the server
   std::unique_ptr<grpc::Server> server;  // last: ends before the services it calls
 };
@@ -119,12 +139,17 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   grpc::ServerBuilder builder;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // or a second daemon would share the port unseen
   builder.SetMaxReceiveMessageSize(kLargestRequest);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
   grpc::ResourceQuota quota("hapticd");
   quota.SetMaxThreads(kMostThreads);
+  quota.Resize(kMaxNetworkMemory);
   builder.SetResourceQuota(quota);
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 2);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(std::make_unique<CrashStackForCallers>());
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
   builder.AddListeningPort(listen.text(), grpc::InsecureServerCredentials(), &state->port);
   if (!unix_socket.empty())
     builder.AddListeningPort("unix:" + unix_socket, grpc::InsecureServerCredentials());
@@ -155,6 +180,8 @@ std::uint16_t GrpcServer::port() const {
 }
 
 void GrpcServer::set_serving(bool serving) {
+  // Only now is all the memory there that the daemon takes for itself.
+  if (serving && !state_->memory) state_->memory.emplace(port());
   if (auto* health = state_->server->GetHealthCheckService()) health->SetServingStatus(serving);
 }
 

@@ -1,5 +1,6 @@
 #include "server/log.h"
 
+#include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -9,10 +10,16 @@ namespace hapticd::server {
 
 namespace {
 
+constexpr std::size_t kMaxLines = 2048;
+
 spdlog::logger& logger() {
   static const auto instance = [] {
-    auto created =
-        std::make_shared<spdlog::logger>("hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+    // Written by a thread of its own: a reader that stands still (a terminal, a pipe) must hold up no call,
+    // least of all a stop. Where lines come faster than they are read, the oldest are given up.
+    static const auto writer = std::make_shared<spdlog::details::thread_pool>(kMaxLines, 1);
+    auto created = std::make_shared<spdlog::async_logger>(
+        "hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), writer,
+        spdlog::async_overflow_policy::overrun_oldest);
     created->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
     created->flush_on(spdlog::level::info);
     return created;

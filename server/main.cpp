@@ -1,5 +1,4 @@
-#include <pthread.h>
-#include <signal.h>
+#include <sys/resource.h>
 
 #include <cstdio>
 #include <exception>
@@ -8,8 +7,10 @@
 #include "rt/loop/loop_cpu.h"
 #include "server/command_line.h"
 #include "server/config.h"
+#include "server/crash_guard.h"
 #include "server/daemon.h"
 #include "server/default_model_store.h"
+#include "server/ending_signals.h"
 #include "server/log.h"
 
 namespace {
@@ -22,16 +23,14 @@ int fail(ExitCode code, const hal::Error& error) {
   return static_cast<int>(code);
 }
 
-/// SIGTERM and SIGINT are waited for in main() and nowhere else; a client that vanishes in mid-write is no
-/// signal.
-sigset_t hold_back_signals() {
-  sigset_t ending;
-  sigemptyset(&ending);
-  sigaddset(&ending, SIGTERM);
-  sigaddset(&ending, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &ending, nullptr);
-  signal(SIGPIPE, SIG_IGN);
-  return ending;
+/// One descriptor a connection: as many as the system lets us have. What is refused a listener of gRPC's for
+/// want of one is not tried again.
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
+  limit.rlim_cur = limit.rlim_max;
+  if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
+    server::log_warning("the limit of open files could not be raised");
 }
 
 int run(int argc, char** argv) {
@@ -51,7 +50,9 @@ int run(int argc, char** argv) {
     return static_cast<int>(ExitCode::kClean);
   }
 
-  const sigset_t ending = hold_back_signals();  // before there are threads: they inherit it
+  server::hold_back_ending_signals();  // before there are threads: they inherit it
+  server::install_crash_handlers();
+  raise_descriptor_limit();
   if (const std::string why = rt::leave_to_the_loop(config->loop.cpu); !why.empty()) {
     server::log_warning("threads of the service may run on the loop's CPU: " + why);
   }
@@ -63,10 +64,7 @@ int run(int argc, char** argv) {
               server::ListenAddress{config->listen.host, daemon->port()}.text().c_str());
   std::fflush(stdout);
 
-  int signal_number = 0;
-  while (sigwait(&ending, &signal_number) != 0) {
-  }
-  server::log_info(signal_number == SIGTERM ? "SIGTERM: shutting down" : "SIGINT: shutting down");
+  server::log_info(server::name_of_signal(server::await_ending_signal()) + ": shutting down");
   daemon->shutdown();
   return static_cast<int>(ExitCode::kClean);
 }

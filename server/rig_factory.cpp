@@ -33,7 +33,9 @@ std::optional<hal::Error> unknown(const std::string& what, const std::string& na
 
 std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {
   if (auto error = unknown("device", simulation.device, sim::SimulatedRig::device_presets())) return error;
+  if (auto error = unknown("conditions", simulation.conditions, sim::condition_preset_names())) return error;
   if (auto error = unknown("tip", simulation.tip, sim::SimulatedRig::tips())) return error;
+  if (auto error = unknown("plant", simulation.plant, sim::SimulatedRig::plants())) return error;
   std::vector<std::string> objects = sim::SimulatedRig::object_presets();
   objects.emplace_back("none");
   return unknown("object", simulation.object, std::move(objects));

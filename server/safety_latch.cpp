@@ -1,7 +1,8 @@
 #include "server/safety_latch.h"
 
-#include <algorithm>
+#include <chrono>
 #include <string>
+#include <thread>
 
 #include "server/log.h"
 
@@ -9,16 +10,8 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr std::size_t kLongestReason = 256;
-
-/// A reason for the log: one line, bounded.
-std::string one_line(std::string_view reason) {
-  std::string text(reason.substr(0, kLongestReason));
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; },
-      ' ');
-  return text;
-}
+constexpr std::chrono::milliseconds kPatienceForLastTick{100};
+constexpr std::chrono::microseconds kNap{200};
 
 std::string_view name_of(rt::GuardFault fault) {
   return fault == rt::GuardFault::kNone ? "nothing was latched" : rt::rule_of(fault).cause;
@@ -26,14 +19,26 @@ std::string_view name_of(rt::GuardFault fault) {
 
 }  // namespace
 
-rt::GuardFault SafetyLatch::stop(std::string_view reason) {
+std::uint64_t SafetyLatch::stop() noexcept {
   session_.engine().stop();
+  const std::uint64_t last_tick = session_.engine().last_tick();
   // A tick under way may have looked already; the one after the next has seen it for certain.
-  stopped_by_.store(session_.engine().last_tick() + 3);
+  stopped_by_.store(last_tick + 3);
   stopped_.store(true);
-  log_warning("stopped: " + (reason.empty() ? std::string("no reason given") : one_line(reason)));
+  return last_tick;
+}
+
+rt::GuardFault SafetyLatch::fault_after_stop() {
   const rt::TickRecord last = hub_.latest();
   return last.guard_state == rt::GuardState::kLatched ? last.guard_fault : rt::GuardFault::kStopped;
+}
+
+void SafetyLatch::end_rendering() {
+  const std::uint64_t seen_by = stop() + 2;
+  const auto until = std::chrono::steady_clock::now() + kPatienceForLastTick;
+  while (session_.running() && session_.last_tick() < seen_by && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(kNap);
+  }
 }
 
 Outcome<SafetyLatch::Cleared> SafetyLatch::clear(const Caller& caller) {

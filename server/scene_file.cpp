@@ -111,6 +111,9 @@ void read_contact(TomlTable& root, rt::SceneSpec& spec) {
   contact.read("quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, kFreeTicks);
   contact.read("free_ticks_to_arm", spec.contact.free_ticks_to_arm, kFreeTicks);
   contact.read("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
+  contact.read("unexplained_force_n", spec.contact.evidence.unexplained_force_n, kThresholdN);
+  contact.read("lowest_stiffness_n_per_mm", spec.contact.evidence.lowest_stiffness_n_per_mm, kStiffness);
+  contact.read("zero_bound_n", spec.contact.zero_bound_n, kThresholdN);
   if (explores(spec)) {
     contact.read("force_noise_n", spec.explore.force_noise_n, kForceNoiseN);
   } else {
@@ -324,11 +327,13 @@ std::string write_scene(const rt::SceneSpec& spec) {
   } else {
     text += fmt::format(
         "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_ticks = {}\n"
-        "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n",
+        "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n"
+        "unexplained_force_n = {}\nlowest_stiffness_n_per_mm = {}\nzero_bound_n = {}\n",
         quoted_word(spec.contact.method, kMethods), number(spec.contact.threshold_n),
         number(spec.contact.release_ratio), spec.contact.release_ticks,
         number(spec.contact.release_clearance_mm), spec.contact.quiet_ticks_after_release,
-        spec.contact.free_ticks_to_arm);
+        spec.contact.free_ticks_to_arm, number(spec.contact.evidence.unexplained_force_n),
+        number(spec.contact.evidence.lowest_stiffness_n_per_mm), number(spec.contact.zero_bound_n));
   }
   if (explore) {
     const rt::ExploreParameters& e = spec.explore;

@@ -20,15 +20,6 @@ namespace hapticd::server {
 
 namespace {
 
-/// Bounds while no scene is loaded: nothing is wanted of the device, and a force still standing may fall.
-rt::GuardLimits idle_limits(const hal::DeviceInfo& device) {
-  rt::GuardLimits limits;
-  limits.max_force_n = device.max_force_n;
-  limits.max_force_rate_n_per_s = device.max_force_n / 0.005;
-  limits.sensor_stale_after_ms = 0.0;
-  return limits;
-}
-
 Refusal busy() {
   return {
       RefusalKind::kDeadlineExceeded,
@@ -93,8 +84,32 @@ void limit_to_object(ResolvedScene& scene) {
 
 }  // namespace
 
-SceneHost::SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models)
-    : session_(session), library_(std::move(scenes)), models_(std::move(models)) {}
+SceneHost::SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models,
+                     const GuardCeilings& ceilings)
+    : session_(session), ceilings_(ceilings), library_(std::move(scenes)), models_(std::move(models)) {}
+
+/// Bounds while no scene is loaded: nothing is wanted of the device, and a force still standing may fall.
+rt::GuardLimits SceneHost::idle_limits() const {
+  const hal::DeviceInfo& device = session_.rig_info().device;
+  rt::GuardLimits limits;
+  limits.max_force_n = device.max_force_n;
+  limits.max_force_rate_n_per_s = device.max_force_n / 0.005;
+  limits = within_ceilings(ceilings_, device, limits);
+  limits.sensor_stale_after_ms = 0.0;
+  return limits;
+}
+
+Outcome<rt::SceneSpec> SceneHost::resolve_within_ceilings(rt::SceneSpec spec,
+                                                          std::vector<std::string>& remarks) const {
+  const hal::RigInfo& rig = session_.rig_info();
+  fill_from_ceilings(ceilings_, rig.device, spec, remarks);
+  auto resolved = rt::resolve(std::move(spec), rig);
+  if (!resolved) return Refusal{RefusalKind::kInvalidArgument, resolved.error()};
+  if (auto error = check_ceilings(ceilings_, rig.device, *resolved)) {
+    return Refusal{RefusalKind::kOutOfRange, std::move(*error)};
+  }
+  return std::move(*resolved);
+}
 
 Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
   const bool by_name = source.kind == SceneSource::Kind::kName;
@@ -116,13 +131,15 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
     scene.written = write_scene(written);
   }
   RigModelUse of_rig = use_rig_models(models_.of_rig(session_.rig_info()), *spec, session_.rig_info());
-  auto resolved = rt::resolve(*spec, session_.rig_info());
-  if (!resolved) return Refusal{RefusalKind::kInvalidArgument, resolved.error()};
+  std::vector<std::string> limited;
+  auto resolved = resolve_within_ceilings(*spec, limited);
+  if (!resolved) return resolved.refusal();
 
   scene.spec = std::move(*resolved);
   scene.outline = rt::outline(scene.spec);
   scene.stored = std::move(of_rig.stored);
   scene.remarks = std::move(of_rig.remarks);
+  scene.remarks.insert(scene.remarks.end(), limited.begin(), limited.end());
   if (!scene.outline.models.empty()) find_model(scene);
   const bool says = spec->max_target_stiffness_n_per_mm > 0.0;
   if (!says && scene.model && scene.spec.kind == rt::SceneKind::kExplore) limit_to_object(scene);
@@ -226,7 +243,7 @@ Outcome<SceneHost::Loaded> SceneHost::load_resolved(ResolvedScene scene, const C
 
 Outcome<SceneHost::Loaded> SceneHost::unload(const Caller& caller) {
   if (auto refusal = reserved()) return *refusal;
-  return exchange(nullptr, idle_limits(session_.rig_info().device), nullptr, caller, Right::kAnyones);
+  return exchange(nullptr, idle_limits(), nullptr, caller, Right::kAnyones);
 }
 
 bool SceneHost::differs_in_models_only(const ResolvedScene* next) const {
@@ -373,17 +390,16 @@ SceneHost::Reservation::~Reservation() {
 }
 
 Outcome<SceneHost::Loaded> SceneHost::Reservation::load(const rt::SceneSpec& spec, const Caller& caller) {
-  auto resolved = rt::resolve(spec, host_->session_.rig_info());
-  if (!resolved) return Refusal{RefusalKind::kInternal, resolved.error()};
   ResolvedScene scene;
+  const auto resolved = host_->resolve_within_ceilings(spec, scene.remarks);
+  if (!resolved) return Refusal{RefusalKind::kFailedPrecondition, resolved.refusal().error};
   scene.spec = *resolved;
   scene.outline = rt::outline(*resolved);
   return host_->load_resolved(std::move(scene), caller, Right::kReserved);
 }
 
 Outcome<SceneHost::Loaded> SceneHost::Reservation::unload(const Caller& caller) {
-  return host_->exchange(nullptr, idle_limits(host_->session_.rig_info().device), nullptr, caller,
-                         Right::kReserved);
+  return host_->exchange(nullptr, host_->idle_limits(), nullptr, caller, Right::kReserved);
 }
 
 Outcome<SceneHost::Loaded> SceneHost::Reservation::restore(const Caller& caller) {

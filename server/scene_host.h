@@ -15,6 +15,7 @@
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "server/caller.h"
+#include "server/guard_ceilings.h"
 #include "server/model_library.h"
 #include "server/outcome.h"
 #include "server/scene_library.h"
@@ -56,7 +57,7 @@ struct ResolvedScene {
 /// deletes the retired ones outside the loop. Any thread.
 class SceneHost {
  public:
-  SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models);
+  SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models, const GuardCeilings& ceilings = {});
 
   /// Loaded before the loop runs, so that not a tick of a recording is missed.
   std::optional<hal::Error> preload(const std::string& name);
@@ -126,6 +127,10 @@ class SceneHost {
   std::optional<Refusal> reserved() const;
 
  private:
+  /// The spec resolved against the rig and held to the ceilings; those that took the place of the scene's
+  /// defaults are told in `remarks`.
+  Outcome<rt::SceneSpec> resolve_within_ceilings(rt::SceneSpec spec, std::vector<std::string>& remarks) const;
+  rt::GuardLimits idle_limits() const;
   void find_model(ResolvedScene& scene) const;
   bool differs_in_models_only(const ResolvedScene* next) const;
   /// An error where a stored model that the scene was resolved with is not there any more.
@@ -143,6 +148,7 @@ class SceneHost {
                                 Right right);
 
   Session& session_;
+  const GuardCeilings ceilings_;  ///< what no scene may exceed, wherever it comes from
   StationCheck check_station_;
   SceneLibrary library_;
   ModelLibrary models_;

@@ -36,8 +36,12 @@ void Session::start() {
   started_.store(true);
 }
 
-void Session::stop() {
+void Session::refuse_commands() {
   stopping_.store(true);
+}
+
+void Session::stop() {
+  refuse_commands();
   loop_.stop();
   disengage_sensor();
   rig_->disengage(hal::RigPartKind::kDevice);

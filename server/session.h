@@ -33,6 +33,8 @@ class Session {
 
   /// Ticks from now on. Where the rig has a device with hardware behind it, that is engaged already.
   void start();
+  /// From now on calls that wait for the loop end with kUnavailable.
+  void refuse_commands();
   /// Zero force, then no more ticks, then the hardware is let go; calls that wait for the loop end with
   /// kUnavailable.
   void stop();
@@ -52,6 +54,7 @@ class Session {
   std::optional<Refusal> bias_force_sensor();
   std::optional<Refusal> home_device();
 
+  hal::Rig& rig() { return *rig_; }
   const hal::RigInfo& rig_info() const { return rig_->info(); }
   const rt::LoopConfig& loop_config() const { return loop_config_; }
   /// True where the rig keeps its own time: seconds of it pass in less or more than a second.

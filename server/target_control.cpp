@@ -8,7 +8,6 @@
 
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
-#include "rt/target/largest_pull.h"
 #include "rt/target/largest_target.h"
 #include "server/range.h"
 #include "server/scene_file.h"
@@ -53,10 +52,6 @@ std::optional<Refusal> validate(rt::TargetLaw& law) {
   const double sum = sum_of(law);
   if (auto error = rt::check(law, "SetTargetRequest.law")) return refuse(*error, sum);
   return std::nullopt;
-}
-
-rt::DeviceReach reach_of(double max_force_n, const hal::RigInfo& rig) {
-  return {std::min(max_force_n, rt::pull_within_sensor_n(rig)), max_force_n};
 }
 
 /// What of a law a scene serves.
@@ -154,7 +149,7 @@ TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolve
 
 void tell_too_soft(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
                    const hal::RigInfo& rig) {
-  const rt::DeviceReach reach = reach_of(resolved.guard.max_force_n, rig);
+  const rt::DeviceReach reach = rt::device_reach(resolved.guard.max_force_n, rig);
   const auto range = rt::feasible_range(object, rt::kFirmPressN, reach);
   if (!range || !(grant.granted_n_per_mm < range->min_n_per_mm)) return;
   grant.reason = LimitingReason::kDeviceForce;
@@ -185,6 +180,35 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
     std::this_thread::sleep_for(kNap);
   }
   return std::nullopt;
+}
+
+void TargetControl::lengthen_ramp(const rt::TargetLaw& law, TargetSet& set) const {
+  const double wanted_s = set.ramp_s;
+  double least_s = ceilings_.min_target_ramp_s;
+  std::string why = fmt::format("[guard] min_target_ramp_s = {:g} s", least_s);
+  const rt::TickRecord now = hub_.latest();
+  constexpr std::uint32_t kNeeded = rt::channel::kDeformation | rt::channel::kTarget;
+  if ((now.channels & kNeeded) == kNeeded && now.displacement_mm > 0.0) {
+    // Of a law that is not linear the whole force is taken for the change: it is no more than that.
+    const double now_n_per_mm = now.target_stiffness_n_per_mm;
+    const double change_n_per_mm =
+        law.kind == rt::TargetLaw::Kind::kLinear
+            ? std::abs(law.stiffness_n_per_mm - now_n_per_mm)
+            : std::max(rt::greatest_stiffness_n_per_mm(law, rt::kDeepestTargetMm), now_n_per_mm);
+    const double change_n = change_n_per_mm * now.displacement_mm;
+    if (const double needed_s = change_n / ceilings_.max_target_change_n_per_s; needed_s > least_s) {
+      least_s = needed_s;
+      why = fmt::format(
+          "[guard] max_target_change_n_per_s = {:g} N/s, and at {:.3g} mm the force changes by {:.3g} N",
+          ceilings_.max_target_change_n_per_s, now.displacement_mm, change_n);
+    }
+  }
+  least_s = std::min(least_s, kRampS.max);
+  if (wanted_s >= least_s) return;
+  set.ramp_s = least_s;
+  std::string& said = set.grant.explanation;
+  if (!said.empty()) said += "; ";
+  said += fmt::format("the ramp of {:g} s was lengthened to {:.3g} s: {}", wanted_s, least_s, why);
 }
 
 Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller& caller) {
@@ -227,7 +251,9 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
   command.kind = rt::EngineCommand::Kind::kSetTarget;
   command.at_time_ns = request.at_time_ns;
   command.target = law;
-  command.ramp_s = request.ramp_s.value_or(scene->spec.target_ramp_s);
+  result->ramp_s = request.ramp_s.value_or(scene->spec.target_ramp_s);
+  lengthen_ramp(law, *result);
+  command.ramp_s = result->ramp_s;
   const auto outcome = session_.execute(command, caller, until - Caller::Clock::now());
   if (!outcome) return outcome.refusal();
   result->effective_tick = outcome->tick;
@@ -267,7 +293,7 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
     result.object_stiffness_n_per_mm = last.reaction_force_n / last.displacement_mm;
   }
 
-  const rt::DeviceReach reach = reach_of(result.device_max_force_n, session_.rig_info());
+  const rt::DeviceReach reach = rt::device_reach(result.device_max_force_n, session_.rig_info());
   rt::FeasibleRange range = rt::feasible_range(result.object_stiffness_n_per_mm, result.hand_force_n, reach);
   // What a client says of an object counts as it stands; of one that is there the law is better known than
   // by the depth it is pressed to right now.

@@ -8,9 +8,11 @@
 #include "rt/scene/scene_spec.h"
 #include "rt/scene/tick_record.h"
 #include "server/caller.h"
+#include "server/guard_ceilings.h"
 #include "server/outcome.h"
 #include "server/scene_host.h"
 #include "server/session.h"
+#include "server/telemetry_hub.h"
 
 namespace hapticd::server {
 
@@ -56,6 +58,7 @@ struct TargetSet {
   TargetGrant grant;
   std::uint64_t effective_tick = 0;
   std::int64_t effective_time_ns = 0;
+  double ramp_s = 0.0;  ///< as requested, or longer
 };
 
 /// Sets targets, now or at a given time, and tells what could be rendered.
@@ -65,7 +68,8 @@ class TargetControl {
   /// the loop needs for a clear or a scene.
   static constexpr int kMaxWaiting = 16;
 
-  TargetControl(Session& session, SceneHost& scenes) : session_(session), scenes_(scenes) {}
+  TargetControl(Session& session, SceneHost& scenes, TelemetryHub& hub, const GuardCeilings& ceilings)
+      : session_(session), scenes_(scenes), hub_(hub), ceilings_(ceilings) {}
 
   /// Returns once it took effect. A caller that leaves, a deadline or another scene in the meantime withdraw
   /// it.
@@ -80,8 +84,14 @@ class TargetControl {
   std::optional<Refusal> wait_until_near(std::int64_t time_ns, Caller::Clock::time_point until,
                                          const Caller& caller);
 
+  /// Lengthens a ramp that is shorter than the ceilings allow for this change of the target at the present
+  /// displacement, and says so.
+  void lengthen_ramp(const rt::TargetLaw& law, TargetSet& set) const;
+
   Session& session_;
   SceneHost& scenes_;
+  TelemetryHub& hub_;
+  const GuardCeilings ceilings_;
   std::atomic<int> waiting_{0};
 };
 

@@ -28,6 +28,7 @@
 #include <map>
 
 #include "server/suggestion.h"
+#include "server/toml_shape.h"
 
 namespace hapticd::server {
 
@@ -339,6 +340,7 @@ std::optional<std::size_t> TomlTable::choice(std::string_view key, const std::ve
 }
 
 hal::Result<TomlDocument> TomlDocument::parse(std::string_view text, std::string source) {
+  if (auto error = check_toml_shape(text, source)) return *error;
   auto state = std::make_shared<TomlTable::State>();
   try {
     state->root = toml::parse(text, std::string_view(source));

@@ -38,7 +38,8 @@ void print_diagnosis(const v1::Diagnosis& diagnosis) {
 void add_doctor(CLI::App& app, Session& session) {
   const auto no_probe = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(
-      "doctor", "Kernel, rights, loop and devices: what is amiss, and what to do about it");
+      "doctor",
+      "Kernel, rights, loop, devices and force under a press: what is amiss, and what to do about it");
   command->add_flag("--no-probe", *no_probe, "Leave hardware that no scene uses closed");
   command->footer(
       "Examples:\n  hapticctl doctor\n  hapticctl doctor --json | jq '.findings[] | select(.severity == "

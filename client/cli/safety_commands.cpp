@@ -18,6 +18,7 @@ void add_safety_commands(CLI::App& app, Session& session) {
     if (session.json) return print_json(to_json(answer));
     fmt::print("guard {}: {}; hapticctl clear brings the force back\n", word(answer.guard_state()),
                word(answer.guard_fault()));
+    for (const std::string& repair : answer.repairs()) fmt::print("{}\n", repair);
   });
 
   CLI::App* clear = app.add_subcommand("clear", "Leaves a stop or a fault: the force returns over a ramp");

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include "client/cli/commands.h"
+#include "client/cli/live_state.h"
 #include "client/cli/message_json.h"
 #include "client/cli/names.h"
 #include "client/cli/text_table.h"
@@ -45,6 +46,14 @@ std::string guard_text(const v1::RigState& state, const Terminal& terminal) {
     default:
       return terminal.paint(Color::kGreen, text);
   }
+}
+
+/// What to know first; the estimates where the scene has them now.
+std::string now_text(const v1::RigState& state) {
+  const std::string text = words(live_state(state));
+  if (state.contact_reason() == v1::CONTACT_REASON_UNSPECIFIED) return text;
+  return fmt::format("{}; reaction {:.3f} N, displacement {:.3f} mm, hand {:.3f} N", text,
+                     state.reaction_force_n(), state.displacement_mm(), state.hand_force_n());
 }
 
 /// What has hardware behind it, and what speaks against it.
@@ -101,10 +110,8 @@ void print_status(const v1::RigInfo& rig, const v1::RigState& state) {
                  ? "none (hapticctl scene list)"
                  : fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm())});
   facts.add({terminal.bold("guard"), guard_text(state, terminal)});
-  facts.add(
-      {terminal.bold("now"), fmt::format("{}: reaction {:.3f} N, displacement {:.3f} mm, hand {:.3f} N",
-                                         state.in_contact() ? "in contact" : "free", state.reaction_force_n(),
-                                         state.displacement_mm(), state.hand_force_n())});
+  facts.add({terminal.bold("now"), now_text(state)});
+  facts.add({terminal.bold("sensor zero"), sensor_zero_words(state)});
   facts.add({terminal.bold("clock"),
              fmt::format("tick {}, {:.3f} s{}", state.tick(), static_cast<double>(state.time_ns()) * 1e-9,
                          state.rig_exhausted() ? " (the recording has ended)" : "")});

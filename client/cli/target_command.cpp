@@ -68,6 +68,8 @@ void set_target(const TargetOptions& options, Session& session) {
   if (answer.limiting_reason() > v1::LIMITING_REASON_NONE) {
     fmt::print("limited by {}{}{}\n", word(answer.limiting_reason()),
                answer.explanation().empty() ? "" : ": ", answer.explanation());
+  } else if (!answer.explanation().empty()) {
+    fmt::print("{}\n", answer.explanation());
   }
   fmt::print("in effect from tick {}, {:.6f} s of the rig's clock\n", answer.effective_tick(),
              static_cast<double>(answer.effective_time_ns()) * 1e-9);

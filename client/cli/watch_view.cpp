@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "client/cli/names.h"
+#include "client/cli/live_state.h"
 #include "client/cli/press_axis.h"
 #include "client/cli/terminal_plot.h"
 
@@ -33,11 +33,6 @@ Quantity reaction_force(const v1::TelemetrySample& s) {
 }
 Quantity target_stiffness(const v1::TelemetrySample& s) {
   return s.has_target() ? Quantity(s.target().target_stiffness_n_per_mm()) : std::nullopt;
-}
-Quantity in_contact(const v1::TelemetrySample& s) {
-  if (s.has_contact()) return s.contact().in_contact() ? 1.0 : 0.0;
-  if (s.has_truth()) return s.truth().in_contact() ? 1.0 : 0.0;
-  return std::nullopt;
 }
 
 double time_s(const v1::TelemetrySample& s) {
@@ -134,16 +129,12 @@ void WatchView::add(const v1::TelemetrySample& sample) {
 
 std::string WatchView::when() const {
   const auto& s = samples_.back();
-  const auto contact = in_contact(s);
-  return fmt::format("{:9.3f} s{}", time_s(s), !contact ? "" : *contact > 0.5 ? "  contact" : "  free   ");
+  return fmt::format("{:9.3f} s  {:<10}", time_s(s), words(live_state(s)));
 }
 
 std::string WatchView::values() const {
   const auto& s = samples_.back();
   std::string text;
-  if (s.has_guard() && s.guard().state() == v1::GUARD_STATE_LATCHED)
-    text += "  LATCHED: " + word(s.guard().fault());
-  if (s.scene_generation() == 0) text += "  no scene";
   const auto append = [&text](const char* name, const Quantity& value, const char* unit) {
     if (value) text += fmt::format("  {} {:.3f} {}", name, *value, unit);
   };

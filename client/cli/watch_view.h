@@ -25,7 +25,7 @@ class WatchView {
   std::string line() const;
 
  private:
-  std::string when() const;    ///< time, and whether there is contact
+  std::string when() const;    ///< time, and what to know first
   std::string values() const;  ///< all quantities with their units
 
   double window_s_;

@@ -22,6 +22,8 @@ namespace hapticd::client {
 namespace {
 
 constexpr std::chrono::seconds kLastFit{30};
+/// What the daemon keeps of a reason. Nothing longer is sent: a request may be too large to arrive.
+constexpr std::size_t kMaxStopReason = 256;
 /// What hardware may take to answer, beyond the timeout.
 constexpr std::chrono::seconds kHardwareAnswers{10};
 constexpr std::chrono::seconds kSlowDrive{30};
@@ -234,7 +236,7 @@ v1::FeasibleRange Client::feasible_range(const v1::GetFeasibleRangeRequest& requ
 
 v1::StopResponse Client::stop(const std::string& reason) {
   v1::StopRequest request;
-  request.set_reason(reason);
+  request.set_reason(reason.substr(0, kMaxStopReason));
   return state_->call(*state_->safety, &v1::SafetyService::Stub::Stop, request);
 }
 

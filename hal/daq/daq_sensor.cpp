@@ -13,6 +13,7 @@
 #include "hal/axis_map.h"
 #include "hal/daq/gauge_bias.h"
 #include "hal/force_mean.h"
+#include "hal/sample_clock.h"
 
 namespace hapticd::daq {
 
@@ -67,7 +68,8 @@ struct DaqSensor::State {
         axes(axes_),
         board(std::move(board_)),
         info(describe(config, calibration, board->info())),
-        window(info.sample_rate_hz) {}
+        window(info.sample_rate_hz),
+        clock(info.sample_rate_hz) {}
 
   const DaqSensorConfig config;
   const Calibration calibration;
@@ -83,6 +85,9 @@ struct DaqSensor::State {
   double low_v = -10.0;
   double high_v = 10.0;
   std::uint64_t known_engagement = 0;
+  hal::SampleClock clock;
+  std::uint32_t scan_number = 0;
+  std::uint32_t bias_serial = 0;
 
   // Between threads.
   std::mutex engage_mutex;  ///< between those that engage; the tick never takes it
@@ -91,6 +96,7 @@ struct DaqSensor::State {
   std::atomic<std::uint64_t> engagement{0};
   std::atomic<double> limit_low_v{0.0};
   std::atomic<double> limit_high_v{0.0};
+  std::atomic<bool> has_first_bias{false};
   std::atomic<std::uint64_t> bias_wanted{0};
   std::atomic<std::uint64_t> bias_taken{0};
   std::array<std::atomic<double>, kGauges> first_bias_v{};
@@ -105,8 +111,8 @@ struct DaqSensor::State {
 
   std::optional<hal::Error> await_scans();
   void start_anew() noexcept;
-  /// Adds a scan to the mean. False: it holds what is no number.
-  bool use(const Scan& scan, bool& saturated) noexcept;
+  /// Adds a scan taken at an instant to the mean. False: it holds what is no number.
+  bool use(const Scan& scan, std::int64_t instant_ns, bool& saturated) noexcept;
   hal::Vector3 row(std::size_t first, const GaugeBias::Volts& volts) const noexcept;
 };
 
@@ -118,7 +124,7 @@ hal::Vector3 DaqSensor::State::row(std::size_t first, const GaugeBias::Volts& vo
   return axes.to_tool({load[0], load[1], load[2]});
 }
 
-bool DaqSensor::State::use(const Scan& scan, bool& saturated) noexcept {
+bool DaqSensor::State::use(const Scan& scan, std::int64_t instant_ns, bool& saturated) noexcept {
   GaugeBias::Volts volts;
   GaugeBias::Volts unbiased;
   for (std::size_t j = 0; j < kGauges; ++j) {
@@ -128,7 +134,7 @@ bool DaqSensor::State::use(const Scan& scan, bool& saturated) noexcept {
     unbiased[j] = volts[j] - bias_v[j];
   }
   window.add(volts);
-  mean.add(row(0, unbiased), row(3, unbiased));
+  mean.add(row(0, unbiased), row(3, unbiased), instant_ns);
   return true;
 }
 
@@ -138,10 +144,12 @@ void DaqSensor::State::start_anew() noexcept {
   if (now == known_engagement) return;
   known_engagement = now;
   window.restart();
+  clock.restart();
   low_v = limit_low_v.load(std::memory_order_relaxed);
   high_v = limit_high_v.load(std::memory_order_relaxed);
   if (now == 1) {
     for (std::size_t j = 0; j < kGauges; ++j) bias_v[j] = first_bias_v[j].load(std::memory_order_relaxed);
+    if (has_first_bias.load(std::memory_order_relaxed)) ++bias_serial;
   }
 }
 
@@ -169,6 +177,7 @@ std::optional<hal::Error> DaqSensor::State::await_scans() {
         first_bias_v[j].store(resting_v && wants_bias ? (*resting_v)[j] : 0.0, std::memory_order_relaxed);
       }
       wants_first_bias = false;
+      has_first_bias.store(wants_bias, std::memory_order_relaxed);
       return std::nullopt;
     }
     std::this_thread::sleep_for(kNap);
@@ -267,7 +276,9 @@ std::optional<hal::Error> DaqSensor::bias() {
 
 void DaqSensor::read(hal::RigSample& sample) noexcept {
   State& state = *state_;
+  sample.bias_serial = state.bias_serial;
   if (!state.engaged.load(std::memory_order_acquire)) {
+    sample.force_mean_age_ns = kBeyondAnyLimitNs;
     sample.status |= hal::sample_status::kForceMissing;
     sample.force_count = 0;
     sample.force_age_ns = kBeyondAnyLimitNs;
@@ -279,30 +290,36 @@ void DaqSensor::read(hal::RigSample& sample) noexcept {
   if (reading.overrun) {
     status |= hal::sample_status::kForceWarning;
     state.window.restart();
+    state.clock.restart();
     state.overruns.fetch_add(1, std::memory_order_relaxed);
   }
   bool saturated = false;
   std::size_t unfit = 0;
+  if (reading.count == state.scans.size()) state.clock.restart();  // older ones may have been left out
   for (std::size_t k = 0; k < reading.count; ++k) {
-    if (!state.use(state.scans[k], saturated)) ++unfit;
+    const Scan& scan = state.scans[k];
+    const std::int64_t instant_ns = state.clock.instant_ns(state.scan_number++, scan.time_ns);
+    if (!state.use(scan, instant_ns, saturated)) ++unfit;
   }
   const std::uint64_t wanted = state.bias_wanted.load(std::memory_order_acquire);
   if (state.bias_taken.load(std::memory_order_relaxed) < wanted) {
     if (const auto mean_v = state.window.mean_v()) {
       state.bias_v = *mean_v;
+      ++state.bias_serial;
       state.bias_taken.store(wanted, std::memory_order_release);
     }
   }
-  state.mean.take(sample);
+  const std::int64_t now_ns = state.board->now_ns();
+  state.mean.take(sample, now_ns);
+  sample.bias_serial = state.bias_serial;
   if (unfit > 0) {
     status |= unfit == reading.count ? hal::sample_status::kForceFault : hal::sample_status::kForceWarning;
   }
   if (saturated) status |= hal::sample_status::kForceSaturated;
   if (!reading.running) status |= hal::sample_status::kForceLost;
   sample.status |= status;
-  sample.force_age_ns = reading.newest_ns == 0
-                            ? kBeyondAnyLimitNs
-                            : std::max<std::int64_t>(0, state.board->now_ns() - reading.newest_ns);
+  sample.force_age_ns =
+      reading.newest_ns == 0 ? kBeyondAnyLimitNs : std::max<std::int64_t>(0, now_ns - reading.newest_ns);
 
   const auto count = [](std::atomic<std::uint64_t>& counter, std::uint64_t by) {
     if (by > 0) counter.fetch_add(by, std::memory_order_relaxed);

@@ -180,12 +180,22 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
     restarted_.notify_one();
   };
 
-  bias_lost_.store(false);
+  // What the page cannot tell stays as it was: a bias once lost is lost until another is taken.
+  const bool was_lost = zero_ && bias_lost_.load();
+  bool page_tells = false;
+  {
+    const std::lock_guard told(told_);
+    page_tells = box && box->bias && box_bias_;
+  }
+  bias_lost_.store(!zero_holds(box) || (was_lost && !page_tells));
   configuration_changed_.store(false);
+  settings.rate_hz = box && box->rdt_rate_hz ? *box->rdt_rate_hz : config_.rate_hz;
+  settings.bias_counts = zero_ ? zero_->bias_counts : SixAxes<double>{};
+  settings.bias_serial = bias_serial_.load();
   {
     const std::lock_guard told(told_);
     change_.clear();
-    box_bias_ = box ? box->bias : std::nullopt;
+    if (!zero_) box_bias_ = box ? box->bias : std::nullopt;
     box_ = box;
     connection_ = "udp " + numeric_address_ + ":" + std::to_string(config_.rdt_port);
     if (box && box->rdt_rate_hz) connection_ += ", " + number(*box->rdt_rate_hz) + " Hz";
@@ -248,7 +258,8 @@ void NetFtSensor::disengage() noexcept {
 void NetFtSensor::read(hal::RigSample& sample) noexcept {
   namespace status = hal::sample_status;
   if (!engaged_.load(std::memory_order_acquire)) {
-    mean_.take(sample);
+    mean_.take(sample, monotonic_ns());
+    sample.bias_serial = bias_serial_.load(std::memory_order_relaxed);
     sample.status |= status::kForceMissing;
     sample.force_age_ns = std::numeric_limits<std::int64_t>::max();
     last_read_ns_ = 0;
@@ -265,6 +276,7 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
   std::uint64_t taken = came;
   if (came > 0) {
     SixAxes<double> counts{};
+    std::int64_t instant_ns = now.newest_instant_ns;
     // A mean over what would count as stale tells nothing of now.
     if (now_ns - last_read_ns_ > stale_after_ns_) {
       taken = 1;
@@ -275,6 +287,8 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
         const auto sum = static_cast<std::int64_t>(now.sum_counts[i] - seen_.sum_counts[i]);
         counts[i] = static_cast<double>(sum) / static_cast<double>(came);
       }
+      const auto since_base = static_cast<std::int64_t>(now.sum_since_base_ns - seen_.sum_since_base_ns);
+      instant_ns = now.base_ns + since_base / static_cast<std::int64_t>(came);
     }
     const auto load = [&](std::size_t first, double unit) {
       return hal::Vector3{unit * (counts[first] - now.bias_counts[first]),
@@ -282,9 +296,10 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
                           unit * (counts[first + 2] - now.bias_counts[first + 2])};
     };
     mean_.add(axes_.to_tool(load(0, now.newtons_per_count)),
-              axes_.to_tool(load(3, now.newton_millimetres_per_count)));
+              axes_.to_tool(load(3, now.newton_millimetres_per_count)), instant_ns);
   }
-  mean_.take(sample);
+  mean_.take(sample, now_ns);
+  sample.bias_serial = now.session == 0 ? bias_serial_.load(std::memory_order_relaxed) : now.bias_serial;
   sample.force_count = static_cast<std::uint32_t>(std::min<std::uint64_t>(taken, UINT32_MAX));
 
   const auto age = [&](std::int64_t arrival_ns) {
@@ -296,7 +311,8 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
     sample.status |= status::kForceLost;
   }
   if (now.saturated != seen_.saturated) sample.status |= status::kForceSaturated;
-  if (now.faulty != seen_.faulty || configuration_changed_.load(std::memory_order_relaxed)) {
+  if (now.faulty != seen_.faulty || now.implausible != seen_.implausible ||
+      configuration_changed_.load(std::memory_order_relaxed)) {
     sample.status |= status::kForceFault;
   }
   if (now.warned != seen_.warned || bias_lost_.load(std::memory_order_relaxed)) {
@@ -375,8 +391,28 @@ hal::Result<SixAxes<double>> NetFtSensor::measure_mean() {
 std::optional<hal::Error> NetFtSensor::bias_in_software() {
   const auto mean = measure_mean();
   if (!mean) return mean.error();
-  stream_.set_bias(*mean);
+  keep_zero(*mean);
   return std::nullopt;
+}
+
+void NetFtSensor::keep_zero(const SixAxes<double>& bias_counts) {
+  zero_ = Zero{bias_counts, newtons_per_count_, newton_millimetres_per_count_};
+  stream_.set_bias(bias_counts, bias_serial_.fetch_add(1) + 1);
+}
+
+bool NetFtSensor::zero_holds(const std::optional<BoxConfiguration>& box) {
+  if (!zero_) return true;
+  const bool same_units = zero_->newtons_per_count == newtons_per_count_ &&
+                          zero_->newton_millimetres_per_count == newton_millimetres_per_count_;
+  bool same_box_bias = true;  // where nothing is said
+  {
+    const std::lock_guard told(told_);
+    if (box && box->bias && box_bias_) same_box_bias = *box->bias == *box_bias_;
+  }
+  if (same_units && same_box_bias) return true;
+  if (!same_units) zero_->bias_counts = {};
+  bias_serial_.fetch_add(1);
+  return false;
 }
 
 std::optional<hal::Error> NetFtSensor::bias_on_box() {
@@ -394,7 +430,7 @@ std::optional<hal::Error> NetFtSensor::bias_on_box() {
       worst = std::max(worst, std::abs((*mean)[i] * unit) / ranges[i]);
     }
     if (worst < kBiasedShare) {
-      stream_.set_bias({});
+      keep_zero({});
       return std::nullopt;
     }
   }
@@ -422,6 +458,9 @@ void NetFtSensor::check_after_restarts(const std::stop_token& stop) {
     // Until it is known better.
     bias_lost_.store(true);
     check_restarted_box(stop);
+    if (bias_lost_.load() && !stop.stop_requested()) {
+      stream_.set_bias_serial(bias_serial_.fetch_add(1) + 1);
+    }
   }
 }
 
@@ -510,6 +549,13 @@ hal::PartReport NetFtSensor::report() const {
       findings.push_back(number(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
                          " % of the samples are lost on the way: connect the box directly, check the cable");
     }
+    const std::int64_t last_implausible_ns = counters_.last_implausible_ns.load();
+    if (last_implausible_ns != 0 && monotonic_ns() - last_implausible_ns < kRecentlyNs) {
+      findings.emplace_back(
+          "the stream's numbers ran ahead of time or began again twice within 10 s: the box fails, or "
+          "somebody "
+          "else sends in its name; give the box a network of its own");
+    }
     const std::int64_t last_silence_ns = counters_.last_silence_ns.load();
     if (!silent && last_silence_ns != 0 && monotonic_ns() - last_silence_ns < kRecentlyNs) {
       findings.push_back("the stream fell silent within the last minute (" +
@@ -541,6 +587,7 @@ hal::PartReport NetFtSensor::report() const {
   add("out_of_order", counters_.unconfirmed);
   add("box_restarts", counters_.box_restarts);
   add("stream_restarts", counters_.stream_restarts);
+  add("implausible_numbers", counters_.implausible);
   add("malformed_datagrams", counters_.malformed);
   add("foreign_datagrams", counters_.foreign);
   add("saturated_samples", counters_.saturated);

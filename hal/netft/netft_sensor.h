@@ -26,7 +26,9 @@ namespace hapticd::netft {
 /// is wait-free. A box that restarts goes on being read, but what it was told is checked again: it has
 /// forgotten a bias set on it, and may have another configuration. A lost bias is reported and every sample
 /// carries a warning; it is not set again by itself, since nobody here knows whether the tool is free, and a
-/// bias taken under load would make that load unfelt from then on.
+/// bias taken under load would make that load unfelt from then on. A bias outlasts disengage() and engage(),
+/// as long as the box counts as before and has no other bias of its own. Every bias, and every loss of one,
+/// changes hal::RigSample::bias_serial.
 class NetFtSensor final : public hal::ForceSensor {
  public:
   /// Checks the configuration; opens nothing.
@@ -55,6 +57,10 @@ class NetFtSensor final : public hal::ForceSensor {
   std::optional<hal::Error> await_sample(std::chrono::steady_clock::time_point deadline);
   std::optional<hal::Error> bias_in_software();
   std::optional<hal::Error> bias_on_box();
+  void keep_zero(const SixAxes<double>& bias_counts);
+  /// Whether what an earlier bias found still holds for the box as it is now; if not, it is forgotten where
+  /// it has no meaning any more, and the serial number changes.
+  bool zero_holds(const std::optional<BoxConfiguration>& box);
   /// Mean counts of good samples over at least kBiasTime.
   hal::Result<SixAxes<double>> measure_mean();
   void check_after_restarts(const std::stop_token& stop);
@@ -77,7 +83,8 @@ class NetFtSensor final : public hal::ForceSensor {
   std::atomic<bool> engaged_{false};
   std::atomic<bool> bias_lost_{false};
   std::atomic<bool> configuration_changed_{false};
-  std::atomic<std::uint64_t> skipped_{0};  ///< samples too old to be part of a mean
+  std::atomic<std::uint32_t> bias_serial_{0};  ///< of the zero; see hal::RigSample
+  std::atomic<std::uint64_t> skipped_{0};      ///< samples too old to be part of a mean
 
   mutable std::mutex control_;  ///< one at a time opens, closes, biases
   RdtCounters counters_;
@@ -85,6 +92,13 @@ class NetFtSensor final : public hal::ForceSensor {
   std::string numeric_address_;
   double newtons_per_count_ = 0.0;
   double newton_millimetres_per_count_ = 0.0;
+  /// What a bias has found; outlasts disengage(). Counts mean a load only together with their units.
+  struct Zero {
+    SixAxes<double> bias_counts{};
+    double newtons_per_count = 0.0;
+    double newton_millimetres_per_count = 0.0;
+  };
+  std::optional<Zero> zero_;
 
   mutable std::mutex told_;  ///< guards what follows; held briefly only
   std::optional<BoxConfiguration> box_;

@@ -11,8 +11,10 @@
 #include <limits>
 #include <thread>
 
+#include "hal/netft/rdt_continuity.h"
 #include "hal/netft/rdt_sequence.h"
 #include "hal/netft/rdt_status.h"
+#include "hal/sample_clock.h"
 
 namespace hapticd::netft {
 
@@ -41,7 +43,11 @@ class RdtStream::Receiver {
         to_tick_(to_tick),
         counters_(counters),
         socket_(context_),
-        timer_(context_) {
+        timer_(context_),
+        clock_(settings_.rate_hz) {
+    totals_.base_ns = monotonic_ns();
+    totals_.bias_counts = settings_.bias_counts;
+    totals_.bias_serial = settings_.bias_serial;
     totals_.session = session;
     totals_.newtons_per_count = settings_.newtons_per_count;
     totals_.newton_millimetres_per_count = settings_.newton_millimetres_per_count;
@@ -110,9 +116,17 @@ class RdtStream::Receiver {
     return promise.get_future().get();
   }
 
-  void set_bias(const SixAxes<double>& bias_counts) {
-    asio::post(context_, [this, bias_counts] {
+  void set_bias(const SixAxes<double>& bias_counts, std::uint32_t serial) {
+    asio::post(context_, [this, bias_counts, serial] {
       totals_.bias_counts = bias_counts;
+      totals_.bias_serial = serial;
+      to_tick_.publish(totals_);
+    });
+  }
+
+  void set_bias_serial(std::uint32_t serial) {
+    asio::post(context_, [this, serial] {
+      totals_.bias_serial = serial;
       to_tick_.publish(totals_);
     });
   }
@@ -131,6 +145,7 @@ class RdtStream::Receiver {
 
   void request_stream() noexcept {
     count(counters_.requests);
+    continuity_.note_request();
     last_request_ns_ = monotonic_ns();
     retry_wait_ns_ = std::min(std::max(2 * retry_wait_ns_, settings_.retry_first.count()),
                               settings_.retry_longest.count());
@@ -163,6 +178,7 @@ class RdtStream::Receiver {
     const std::int64_t now_ns = monotonic_ns();
     if (totals_.newest_ns != 0 && now_ns - totals_.newest_ns > settings_.stale_after.count()) {
       after_silence_ = true;
+      clock_.restart();
     }
     for (std::size_t i = 0; i < records; ++i) take_record(records_[i], now_ns);
     to_tick_.publish(totals_);
@@ -195,6 +211,9 @@ class RdtStream::Receiver {
     }
     after_silence_ = false;
     newest_ft_sequence_ = record.ft_sequence;
+    const std::int64_t instant_ns = clock_.instant_ns(record.rdt_sequence, now_ns);
+    if (clock_.ahead_ns() > 0.0 && continuity_.note_ahead(clock_.ahead_ns(), now_ns))
+      note_implausible(now_ns);
     totals_.newest_ns = now_ns;
     counters_.silent.store(false, std::memory_order_relaxed);
     ++second_records_;
@@ -202,7 +221,13 @@ class RdtStream::Receiver {
     if ((record.status & ~counters_.recent_status.load(std::memory_order_relaxed)) != 0) {
       counters_.recent_status.store(second_status_ | earlier_status_, std::memory_order_relaxed);
     }
-    use(record, now_ns);
+    use(record, now_ns, instant_ns);
+  }
+
+  void note_implausible(std::int64_t now_ns) noexcept {
+    ++totals_.implausible;
+    count(counters_.implausible);
+    counters_.last_implausible_ns.store(now_ns, std::memory_order_relaxed);
   }
 
   /// The box's own count of measurements has not gone back.
@@ -212,6 +237,8 @@ class RdtStream::Receiver {
 
   /// A stream that was asked for again may begin at 0 again while the box itself counts on.
   void note_restart(const RdtRecord& record, std::int64_t now_ns) noexcept {
+    clock_.restart();
+    if (continuity_.note_restart(now_ns)) note_implausible(now_ns);
     const bool asked_for = now_ns - last_request_ns_ < kRequestEffectNs;
     if (counts_on(record) && asked_for) {
       count(counters_.stream_restarts);
@@ -221,7 +248,7 @@ class RdtStream::Receiver {
     if (settings_.on_box_restart) settings_.on_box_restart();
   }
 
-  void use(const RdtRecord& record, std::int64_t now_ns) noexcept {
+  void use(const RdtRecord& record, std::int64_t now_ns, std::int64_t instant_ns) noexcept {
     const RdtFitness fitness = judge_rdt_status(record.status);
     if (fitness.warning) {
       ++totals_.warned;
@@ -255,6 +282,8 @@ class RdtStream::Receiver {
     }
     totals_.newest_counts = counts;
     totals_.newest_good_ns = now_ns;
+    totals_.newest_instant_ns = instant_ns;
+    totals_.sum_since_base_ns += static_cast<std::uint64_t>(instant_ns - totals_.base_ns);
     ++totals_.good;
     count(counters_.good);
   }
@@ -323,6 +352,8 @@ class RdtStream::Receiver {
 
   RdtTotals totals_;
   RdtSequence sequence_;
+  RdtContinuity continuity_;
+  hal::SampleClock clock_;
   std::uint32_t newest_ft_sequence_ = 0;
   bool after_silence_ = false;
   std::int64_t last_request_ns_ = 0;
@@ -365,8 +396,12 @@ RdtTotals RdtStream::totals() {
   return receiver_->totals();
 }
 
-void RdtStream::set_bias(const SixAxes<double>& bias_counts) {
-  receiver_->set_bias(bias_counts);
+void RdtStream::set_bias(const SixAxes<double>& bias_counts, std::uint32_t serial) {
+  receiver_->set_bias(bias_counts, serial);
+}
+
+void RdtStream::set_bias_serial(std::uint32_t serial) {
+  receiver_->set_bias_serial(serial);
 }
 
 void RdtStream::send(RdtCommand command) {

@@ -30,9 +30,15 @@ struct RdtTotals {
   std::uint64_t saturated = 0;            ///< records with a channel at its end of range
   std::uint64_t warned = 0;
   std::uint64_t faulty = 0;         ///< records the box itself calls unfit: in no sum
+  std::uint64_t implausible = 0;    ///< times the numbers jumped or began again too often (RdtContinuity)
   std::int64_t newest_good_ns = 0;  ///< arrival, monotonic clock
   std::int64_t newest_ns = 0;       ///< arrival of the newest of any fitness
-  SixAxes<double> bias_counts{};    ///< to be subtracted from a mean
+  /// Instants at which the good records were measured, by their numbers at the box's rate: since `base_ns`.
+  std::int64_t base_ns = 0;
+  std::uint64_t sum_since_base_ns = 0;
+  std::int64_t newest_instant_ns = 0;  ///< of the newest good one
+  SixAxes<double> bias_counts{};       ///< to be subtracted from a mean
+  std::uint32_t bias_serial = 0;       ///< of the zero that bias_counts stands for
   double newtons_per_count = 0.0;
   double newton_millimetres_per_count = 0.0;
 };
@@ -47,8 +53,10 @@ struct RdtCounters {
   std::atomic<std::uint64_t> unconfirmed{0};  ///< out of all order
   std::atomic<std::uint64_t> box_restarts{0};
   std::atomic<std::uint64_t> stream_restarts{0};  ///< numbers began anew since we asked for the stream again
-  std::atomic<std::uint64_t> malformed{0};        ///< datagrams of no whole number of records
-  std::atomic<std::uint64_t> foreign{0};          ///< datagrams from somebody else
+  std::atomic<std::uint64_t> implausible{0};      ///< see RdtTotals
+  std::atomic<std::int64_t> last_implausible_ns{0};
+  std::atomic<std::uint64_t> malformed{0};  ///< datagrams of no whole number of records
+  std::atomic<std::uint64_t> foreign{0};    ///< datagrams from somebody else
   std::atomic<std::uint64_t> saturated{0};
   std::atomic<std::uint64_t> warned{0};
   std::atomic<std::uint64_t> faulty{0};
@@ -68,6 +76,9 @@ struct RdtStreamSettings {
   int port = 0;
   double newtons_per_count = 1.0;
   double newton_millimetres_per_count = 1.0;
+  double rate_hz = 0.0;           ///< records a second as the box says; 0 = unknown
+  SixAxes<double> bias_counts{};  ///< of an earlier bias that still holds
+  std::uint32_t bias_serial = 0;
   SixAxes<double> range_counts{};  ///< a reading that reaches this is at its end of range
   std::chrono::nanoseconds stale_after{};
   std::chrono::nanoseconds retry_first{};
@@ -93,7 +104,11 @@ class RdtStream {
 
   // While started, not on the receiving thread:
   RdtTotals totals();
-  void set_bias(const SixAxes<double>& bias_counts);
+  /// Zero is from now on what reads `bias_counts`; the serial number changes with the first sample that uses
+  /// it.
+  void set_bias(const SixAxes<double>& bias_counts, std::uint32_t serial);
+  /// The zero was lost: nothing is known but that it is another one.
+  void set_bias_serial(std::uint32_t serial);
   void send(RdtCommand command);
 
   /// What was asked of the system but not granted, with its remedy; empty when all was.

@@ -299,6 +299,10 @@ void OpenHapticsDevice::write(const hal::DeviceCommand& command) noexcept {
   if (Servo* servo = state_->servo.load(std::memory_order_relaxed)) servo->write(command);
 }
 
+void OpenHapticsDevice::write_zero_in_crash() noexcept {
+  if (Servo* servo = state_->servo.load()) servo->write_zero_in_crash();
+}
+
 void OpenHapticsDevice::run(hal::ServoBody& body, const std::atomic<bool>& stop) noexcept {
   State& s = *state_;
   std::shared_ptr<DeviceSession> session;  // keeps the servo while it is watched

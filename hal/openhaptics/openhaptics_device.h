@@ -35,6 +35,7 @@ class OpenHapticsDevice final : public hal::HapticDevice, public hal::ServoClock
   const hal::DeviceInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand& command) noexcept override;
+  void write_zero_in_crash() noexcept override;
   hal::ServoClock* clock() noexcept override { return this; }
 
   /// Returns at once where the device is not engaged or another run is under way. A scheduler that stalls is

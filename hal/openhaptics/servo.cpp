@@ -1,5 +1,7 @@
 #include "hal/openhaptics/servo.h"
 
+#include <time.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -66,8 +68,26 @@ Servo::Leaving Servo::give_up(std::chrono::milliseconds patience) noexcept {
   }
 }
 
+void Servo::write_zero_in_crash() noexcept {
+  crashed_.store(true);
+  const int state = state_.load();
+  if (state == kOver) return;
+  if (pthread_equal(turner_.load(std::memory_order_relaxed), pthread_self()) != 0) {
+    if (state == kInBody) render({});
+    return;
+  }
+  // Two turns that begin: the first of them, at the latest, has ended after the flag was set.
+  constexpr timespec kMillisecond{0, 1'000'000};
+  const std::uint64_t frames = told_->frames.load(std::memory_order_relaxed);
+  for (int waited_ms = 0; waited_ms < kCrashPatienceMs; ++waited_ms) {
+    if (told_->frames.load(std::memory_order_relaxed) >= frames + 2) return;
+    nanosleep(&kMillisecond, nullptr);
+  }
+}
+
 hd::CallbackCode Servo::turn() noexcept {
   if (!move(kIdle, kInFrame)) return hd::kCallbackDone;
+  turner_.store(pthread_self(), std::memory_order_relaxed);
   told_->frames.fetch_add(1, std::memory_order_relaxed);
   if (finishing_.load(std::memory_order_acquire)) {
     last_frame();
@@ -111,6 +131,7 @@ void Servo::mark_time() noexcept {
 
 void Servo::begin() noexcept {
   if (api_.make_current_device != nullptr) api_.make_current_device(device_);
+  frame_ns_ = ErrorSeat::now_ns();
   api_.begin_frame(device_);
 }
 
@@ -124,8 +145,9 @@ void Servo::render(const hal::Vector3& force) noexcept {
 
 void Servo::end() noexcept {
   // Whoever is unfit gives no force, whatever he was asked for; nor does a servo nobody waits for any more.
-  const bool fit =
-      (status_ & (kDeviceFault | kDeviceNotReady)) == 0 && state_.load(std::memory_order_acquire) == kInFrame;
+  const bool fit = (status_ & (kDeviceFault | kDeviceNotReady)) == 0 &&
+                   state_.load(std::memory_order_acquire) == kInFrame &&
+                   !crashed_.load(std::memory_order_acquire);
   render(fit ? command_n_ : hal::Vector3{});
 }
 
@@ -203,6 +225,7 @@ void Servo::take_pose() noexcept {
   } else {
     told_->orientations_rejected.fetch_add(1, std::memory_order_relaxed);
   }
+  tip_ns_ = frame_ns_;
   tip_mm_ = rig_from_device(position - setup_.origin_mm) + rotated(orientation_, setup_.tip_offset_mm);
 }
 
@@ -245,6 +268,7 @@ void Servo::feel_motors() noexcept {
 void Servo::read(hal::RigSample& sample) const noexcept {
   sample.tip_position_mm = tip_mm_;
   sample.tip_orientation = orientation_;
+  sample.position_age_ns = ErrorSeat::now_ns() - tip_ns_;
   sample.status |= status_;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <pthread.h>
+
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -79,11 +81,18 @@ class Servo {
   void read(hal::RigSample& sample) const noexcept;
   void write(const hal::DeviceCommand& command) noexcept;
 
+  // -- any thread, in a signal handler
+  /// No turn gives force from now on. Waits until one has ended without, for kCrashPatienceMs at most; where
+  /// the crash is in our own part of a turn, ends that one without force. In the vendor's library nothing can
+  /// be done.
+  void write_zero_in_crash() noexcept;
+
   // -- any thread
   const std::shared_ptr<ServoReport>& report() const noexcept { return told_; }
 
  private:
   using Nanoseconds = std::int64_t;
+  static constexpr int kCrashPatienceMs = 50;
   enum State : int { kIdle, kInFrame, kInBody, kOver };
 
   hd::CallbackCode turn() noexcept;
@@ -112,6 +121,8 @@ class Servo {
   std::atomic<int> state_{kOver};
   std::atomic<bool> finishing_{false};
   std::atomic<bool> finished_{false};
+  std::atomic<bool> crashed_{false};
+  std::atomic<pthread_t> turner_{};  ///< the scheduler's thread, once a turn has begun
   hal::ServoBody* body_ = nullptr;
 
   // The callback's own.
@@ -125,6 +136,8 @@ class Servo {
   hal::Vector3 command_n_;
   std::uint64_t turns_ = 0;
   Nanoseconds now_ns_ = 0;
+  Nanoseconds frame_ns_ = 0;  ///< when the frame under way began: the library reads the device then
+  Nanoseconds tip_ns_ = 0;    ///< of tip_mm_
   Nanoseconds last_turn_ns_ = 0;
   Nanoseconds fault_until_ns_ = 0;
 

@@ -92,8 +92,13 @@ std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngl
 
 double force_any_way_n(const PhantomConfig& config, const JointAngles& q,
                        const Currents& current_a) noexcept {
+  return force_any_way_n(config, Drive(config), q, current_a);
+}
+
+double force_any_way_n(const PhantomConfig& config, const Drive& drive, const JointAngles& q,
+                       const Currents& current_a) noexcept {
   const Jacobian j = jacobian(config.arm, q);
-  const std::array<double, 3> torque_n_mm = Drive(config).joint_torques_of_n_mm(current_a);
+  const std::array<double, 3> torque_n_mm = drive.joint_torques_of_n_mm(current_a);
   double force_n = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < 3; ++i) {
     const double lever_mm = std::hypot(j[0][i], j[1][i], j[2][i]);

@@ -1,6 +1,7 @@
 #include "hal/phantom/phantom_device.h"
 
 #include <fmt/format.h>
+#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -23,6 +24,8 @@ using Counts = std::array<std::int64_t, 3>;
 
 constexpr Volts kZeroVolts{};
 constexpr std::int64_t kStillCounts = 3;
+/// Motors warm up between the reading that says what they can give and the command: so much less is as asked.
+constexpr double kAsAsked = 0.99;
 constexpr double kSPerNs = 1e-9;
 constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
 
@@ -107,6 +110,8 @@ struct PhantomDevice::State final : CutAtExit {
   void follow(std::int64_t now_ns) noexcept;
   std::uint32_t troubles() const noexcept;
   void warm_up(std::int64_t now_ns) noexcept;
+  /// What the motors can give now in this pose in any direction, N.
+  double force_now_n() const noexcept;
   /// The force's currents, all of them scaled so that none is beyond what its motor may have now.
   Currents currents_within(const hal::Vector3& force_n) noexcept;
   void put(const Currents& current_a) noexcept;
@@ -183,6 +188,14 @@ void PhantomDevice::State::warm_up(std::int64_t now_ns) noexcept {
   }
 }
 
+double PhantomDevice::State::force_now_n() const noexcept {
+  Currents allowed_a{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    allowed_a[i] = heat[i].allowed_a(config.peak_current_a[i], config.continuous_current_a[i]);
+  }
+  return std::min(config.max_force_n, force_any_way_n(config, drive, q, allowed_a));
+}
+
 Currents PhantomDevice::State::currents_within(const hal::Vector3& force_n) noexcept {
   Currents current_a = drive.currents_for(torques_for_n_mm(config.arm, q, force_n));
   double scale = 1.0;
@@ -190,7 +203,7 @@ Currents PhantomDevice::State::currents_within(const hal::Vector3& force_n) noex
     const double allowed_a = heat[i].allowed_a(config.peak_current_a[i], config.continuous_current_a[i]);
     if (std::abs(current_a[i]) > allowed_a) scale = std::min(scale, allowed_a / std::abs(current_a[i]));
   }
-  over_force = scale < 1.0;
+  over_force = scale < kAsAsked;
   for (double& a : current_a) a *= scale;
   return current_a;
 }
@@ -322,6 +335,8 @@ void PhantomDevice::read(hal::RigSample& sample) noexcept {
   for (std::size_t i = 0; i < 3; ++i) state.q_told[i].store(state.q[i], std::memory_order_relaxed);
   sample.tip_position_mm = state.tip_mm;
   sample.tip_orientation = state.turned;
+  sample.position_age_ns = 0;  // the counters are read in this call
+  if (state.is_home && !state.jumped) sample.max_force_n = state.force_now_n();
   sample.status |= status;
 }
 
@@ -345,6 +360,16 @@ void PhantomDevice::write(const hal::DeviceCommand& command) noexcept {
     if (dot(force_n, force_n) != 0.0) state.withheld_commands.fetch_add(1, std::memory_order_relaxed);
   }
   state.watchdog.fed(state.board->now_ns());
+}
+
+// Once more after a moment: a tick under way in another thread may still put its volts after the first zero.
+void PhantomDevice::write_zero_in_crash() noexcept {
+  State& state = *state_;
+  if (!state.engaged.load(std::memory_order_acquire)) return;
+  constexpr timespec kMoment{0, 2'000'000};
+  state.cut_at_exit();
+  nanosleep(&kMoment, nullptr);
+  state.cut_at_exit();
 }
 
 hal::PartReport PhantomDevice::report() const {

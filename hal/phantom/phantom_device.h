@@ -33,6 +33,7 @@ class PhantomDevice final : public hal::HapticDevice {
   const hal::DeviceInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand& command) noexcept override;
+  void write_zero_in_crash() noexcept override;
 
   /// Takes the pose the arm rests in for its reset pose, as soon as it has rested for home_still_ms while
   /// read() is called. Any thread; does not wait. Error: not engaged.

@@ -139,6 +139,7 @@ void ReplayRig::read(hal::RigSample& sample) noexcept {
   sample = hal::RigSample{};
   sample.tick = state.tick;
   sample.time_ns = in_ns(static_cast<double>(state.tick) / state.info.rate_hz);
+  sample.bias_serial = 1;  // the zero the recording has, or was given as it was opened
 
   std::uint64_t pass_tick = state.tick++;
   if (state.loop) pass_tick %= state.ticks_per_pass + state.ticks_per_pause;

@@ -20,6 +20,8 @@ struct HandProgram {
     kSway,    ///< waves the tool in free air: up to `speed_mm_per_s` each way, at `rate_hz` and close to it
     kScan,    ///< touches lightly, `repetitions` times, along `stroke_direction` from home over
               ///< `stroke_length_mm`, following the surface; `speed_mm_per_s` at the surface
+    kDart,    ///< abrupt motion in free air: `stroke_length_mm` along `shake_direction` and back, with
+              ///< `speed_mm_per_s` between ends and `acceleration_m_per_s2` at them, `rate_hz` times a second
   };
   Kind kind = Kind::kRest;
   double force_n = 2.0;
@@ -44,7 +46,8 @@ struct HandProgram {
   /// Without meaning for a weight and a shaken device.
   double grip_stiffness_scale = 1.0;
   double grip_damping_scale = 1.0;
-  double tilt_deg = 0.0;  ///< any: amplitude of the tool's sway about x and about y
+  double tilt_deg = 0.0;                ///< any: amplitude of the tool's sway about x and about y
+  double acceleration_m_per_s2 = 20.0;  ///< dart
 };
 
 /// When a program is over and the tool free again, counted from its start; an upper bound as far as it

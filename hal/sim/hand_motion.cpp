@@ -82,6 +82,7 @@ double planned_duration_s(const HandProgram& p) {
     case HandProgram::Kind::kShake:
       return home_s;
     case HandProgram::Kind::kSway:
+    case HandProgram::Kind::kDart:
       return p.hold_s < 0.0 ? HUGE_VAL : home_s + p.hold_s + kWaveBuildsUpS + kFreeAgainS;
   }
   return home_s;
@@ -156,6 +157,7 @@ void HandMotion::scan_next() noexcept {
 
 // The wave is told apart from the way home: it grows out of wherever the hand is, and dies down in the end.
 HandIntent HandMotion::posture(HandIntent intent) const noexcept {
+  if (program_.kind == HandProgram::Kind::kDart) return dart(intent);
   if (program_.kind != HandProgram::Kind::kSway) return intent;
   const double ends_s = program_.hold_s >= 0.0 ? homeward_.duration_s() + program_.hold_s : HUGE_VAL;
   const double left_s = std::max(0.0, ends_s + kWaveBuildsUpS - time_s_);
@@ -177,6 +179,37 @@ HandIntent HandMotion::posture(HandIntent intent) const noexcept {
   return intent;
 }
 
+// Speed rises and falls evenly; too short a way for the full speed is half way up and half way down.
+HandIntent HandMotion::dart(HandIntent intent) const noexcept {
+  const double begins_s = homeward_.duration_s();
+  if (time_s_ < begins_s) return intent;
+  const double period_s = 1.0 / program_.rate_hz;
+  const double into_s = std::fmod(time_s_ - begins_s, period_s);
+  const bool back = into_s >= 0.5 * period_s;
+  // What was begun is brought back.
+  if (program_.hold_s >= 0.0 && time_s_ - into_s >= begins_s + program_.hold_s) return intent;
+  const double length_mm = program_.stroke_length_mm;
+  const double rate_mm_per_s2 = 1e3 * program_.acceleration_m_per_s2;
+  const double speed_mm_per_s = std::min(program_.speed_mm_per_s, std::sqrt(rate_mm_per_s2 * length_mm));
+  const double rise_s = speed_mm_per_s / rate_mm_per_s2;
+  const double takes_s = length_mm / speed_mm_per_s + rise_s;
+  const double t = std::clamp(back ? into_s - 0.5 * period_s : into_s, 0.0, takes_s);
+  const double left_s = takes_s - t;
+  double gone_mm = speed_mm_per_s * (t - 0.5 * rise_s);
+  double now_mm_per_s = speed_mm_per_s;
+  if (t < rise_s) {
+    gone_mm = 0.5 * rate_mm_per_s2 * t * t;
+    now_mm_per_s = rate_mm_per_s2 * t;
+  } else if (left_s < rise_s) {
+    gone_mm = length_mm - 0.5 * rate_mm_per_s2 * left_s * left_s;
+    now_mm_per_s = rate_mm_per_s2 * left_s;
+  }
+  intent.position_mm = intent.position_mm + program_.shake_direction * (back ? length_mm - gone_mm : gone_mm);
+  intent.velocity_mm_per_s =
+      intent.velocity_mm_per_s + program_.shake_direction * (back ? -now_mm_per_s : now_mm_per_s);
+  return intent;
+}
+
 void HandMotion::finish_repetition() noexcept {
   ++done_;
   const bool again = program_.repetitions < 0 || done_ < program_.repetitions;
@@ -188,7 +221,8 @@ void HandMotion::leave_phase() noexcept {
   const double speed = program_.speed_mm_per_s;
   switch (phase_) {
     case Phase::kLift:
-      if (program_.kind == HandProgram::Kind::kRest || program_.kind == HandProgram::Kind::kSway) {
+      if (program_.kind == HandProgram::Kind::kRest || program_.kind == HandProgram::Kind::kSway ||
+          program_.kind == HandProgram::Kind::kDart) {
         return enter(Phase::kFree);
       }
       if (program_.kind == HandProgram::Kind::kScan) return scan_next();

@@ -68,6 +68,7 @@ class HandMotion {
   double tap_height_mm() const noexcept;
   void scan_next() noexcept;
   HandIntent posture(HandIntent intent) const noexcept;
+  HandIntent dart(HandIntent intent) const noexcept;
   double knock_n(double since_s) const noexcept;
 
   HandProgram program_;

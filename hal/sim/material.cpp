@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/sim/monotone_root.h"
+
 namespace hapticd::sim {
 
 namespace {
@@ -100,32 +102,17 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
   const auto end_force = [&](double y) { return (1.0 + intake_sum_) * elastic_force_n(y) + constant; };
   const auto mean_force = [&](double y) { return 0.5 * (before + end_force(y)) + damping * (y - depth_mm_); };
 
-  // Where something increasing becomes zero, between bounds.
-  const auto root = [&](const auto& value, const auto& steepness, double low, double high) {
-    constexpr double kToleranceMm = 1e-11;
-    double y = std::clamp(depth_mm_ + last_change_mm_, low, high);
-    for (int iteration = 0; iteration < 30; ++iteration) {
-      const double residual = value(y);
-      (residual > 0.0 ? high : low) = y;
-      double next = y - residual / steepness(y);
-      if (!(next >= low && next <= high)) next = 0.5 * (low + high);
-      if (std::abs(next - y) < kToleranceMm) return next;
-      y = next;
-    }
-    return y;
-  };
-
   Step step;
   double y;
   const bool touching = free_depth_mm > 0.0 && mean_force(free_depth_mm) > 0.0;
   if (touching) {
     // y + compliance · mean_force(y) = free depth. There the force is positive, so the solution is not
     // deeper; above, bounded by the force's reaching zero.
-    y = root([&](double at) { return at + compliance_mm_per_n * mean_force(at) - free_depth_mm; },
-             [&](double at) {
-               return 1.0 + compliance_mm_per_n * (0.5 * (1.0 + intake_sum_) * slope(at) + damping);
-             },
-             -1.0, free_depth_mm);
+    y = monotone_root([&](double at) { return at + compliance_mm_per_n * mean_force(at) - free_depth_mm; },
+                      [&](double at) {
+                        return 1.0 + compliance_mm_per_n * (0.5 * (1.0 + intake_sum_) * slope(at) + damping);
+                      },
+                      depth_mm_ + last_change_mm_, -1.0, free_depth_mm);
     // Matter does not reach above its flat surface: a tip thrown out within the step is let go there.
     step.mean_force_n = y > 0.0 ? std::max(0.0, mean_force(y)) : free_depth_mm / compliance_mm_per_n;
     y = std::max(0.0, y);
@@ -136,8 +123,9 @@ Material::Step Material::advance(double free_depth_mm, double compliance_mm_per_
     // the tip.
     const double alone =
         depth_mm_ > 0.0 && end_force(0.0) - damping * depth_mm_ < 0.0
-            ? root([&](double at) { return end_force(at) + damping * (at - depth_mm_); },
-                   [&](double at) { return (1.0 + intake_sum_) * slope(at) + damping; }, 0.0, depth_mm_ + 1.0)
+            ? monotone_root([&](double at) { return end_force(at) + damping * (at - depth_mm_); },
+                            [&](double at) { return (1.0 + intake_sum_) * slope(at) + damping; },
+                            depth_mm_ + last_change_mm_, 0.0, depth_mm_ + 1.0)
             : 0.0;
     y = std::max({0.0, alone, free_depth_mm});
     step.depth_mm = free_depth_mm;

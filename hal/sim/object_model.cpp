@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/sim/general_object_model.h"
+
 namespace hapticd::sim {
 
 namespace {
@@ -25,6 +27,7 @@ std::vector<ObjectModel> make_presets() {
   const auto add = [&all](std::string name, Shape shape, MaterialParameters material,
                           FrictionParameters friction, FrictionParameters friction_bearing) {
     all.push_back({std::move(name), shape, material, friction, friction_bearing});
+    all.back().general_material = general_material_of(all.back().name);
   };
   const auto uneven = [&all](double share, double wavelength_mm) {
     all.back().inhomogeneity_share = share;

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "hal/sim/friction.h"
+#include "hal/sim/general_friction.h"
+#include "hal/sim/general_material.h"
 #include "hal/sim/material.h"
 #include "hal/sim/shape.h"
 
@@ -28,6 +30,11 @@ struct ObjectModel {
   /// material's at the surface point (x, y); where it is touched first, at the origin, it is the material's.
   double inhomogeneity_share = 0.0;
   double inhomogeneity_wavelength_mm = 40.0;
+
+  /// What the general family has besides the above: of `material` it takes all but the branches. Sources in
+  /// general_object_model.cpp.
+  GeneralMaterialParameters general_material{};
+  GeneralFrictionParameters general_friction{};  ///< with either tip
 
   double stiffness_scale(const hal::Vector3& surface_point_mm) const noexcept;
 

@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "hal/sim/external_instrument.h"
+#include "hal/sim/general_object_model.h"
 #include "hal/sim/simulation.h"
+#include "hal/sim/tick_clock.h"
 
 namespace hapticd::sim {
 
@@ -58,6 +60,7 @@ std::optional<hal::Error> check(const HandProgram& p) {
                          Range{"place_mm.y", p.place_mm.y, -150.0, 150.0, "mm"},
                          Range{"place_mm.z", p.place_mm.z, -100.0, 150.0, "mm"},
                          Range{"travel_s", p.travel_s, 0.0, 60.0, "s"},
+                         Range{"acceleration_m_per_s2", p.acceleration_m_per_s2, 0.1, 100.0, "m/s²"},
                          Range{"stroke_direction's length", length(p.stroke_direction), 1e-6, 1e6, ""},
                          Range{"shake_direction's length", length(p.shake_direction), 1e-6, 1e6, ""}}) {
     if (auto error = out_of_range(r.field, r.value, r.low, r.high, r.unit)) return error;
@@ -124,6 +127,22 @@ std::optional<hal::Error> check_custom(const SimulationConfig& config) {
          {"skin_stiffness_n_per_mm", material.skin_stiffness_n_per_mm, 0.0, kHighest, "≥ 0 N/mm"},
          {"skin_viscosity_n_s_per_mm", material.skin_viscosity_n_s_per_mm, 0.0, kHighest, "≥ 0 N·s/mm"},
          {"skin_depth_mm", material.skin_depth_mm, 1e-9, kHighest, "> 0 mm"}});
+    const GeneralMaterialParameters& general = object->general_material;
+    const GeneralFrictionParameters& friction = object->general_friction;
+    ranges.insert(ranges.end(),
+                  {{"fading_share", general.fading_share, 0.0, 1.0, "0 … 1"},
+                   {"power", general.power, 1e-3, 0.9, "0.001 … 0.9"},
+                   {"strain_growth", general.strain_growth, 0.0, 10.0, "0 … 10"},
+                   {"slower_when_dense", general.slower_when_dense, 1.0, 1e3, "1 … 1000"},
+                   {"pore_share", general.pore_share, 0.0, 100.0, "0 … 100"},
+                   {"pore_time_s", general.pore_time_s, 1e-4, 1e3, "0.0001 … 1000 s"},
+                   {"pore_strain_rate_per_s", general.pore_strain_rate_per_s, 1e-6, kHighest, "> 0 1/s"},
+                   {"load_exponent", friction.load_exponent, 0.5, 1.5, "0.5 … 1.5"},
+                   {"stiffness_exponent", friction.stiffness_exponent, 0.0, 1.0, "0 … 1"}});
+    for (const SlipShare& slip : general.slips) {
+      ranges.push_back({"slip share", slip.share, 0.0, 10.0, "0 … 10"});
+      ranges.push_back({"slip limit", slip.limit, 1e-6, 0.5, "0.000001 … 0.5"});
+    }
   }
   for (const Range& r : ranges) {
     if (!(r.value >= r.low && r.value <= r.high)) return refuse(r.key, r.value, r.limit);
@@ -142,12 +161,16 @@ struct Change {
 }  // namespace
 
 struct SimulatedRig::State {
-  State(const SimulationConfig& config_, const DeviceModel& model, Tip tip_)
+  State(const SimulationConfig& config_, const DeviceModel& model, Tip tip_, Plant plant_,
+        const Conditions& conditions)
       : config(config_),
         tip(tip_),
-        simulation(model, 1e-3 * config_.tool_mass_g, config_.seed,
+        plant(plant_),
+        clock(config_.rate_hz, conditions, config_.real_time ? nullptr : config_.ticks, config_.seed),
+        simulation(model, 1e-3 * config_.tool_mass_g * (1.0 + conditions.tool_mass_error_share), config_.seed,
                    {config_.tool_centre_mm, config_.sensor_to_tool, config_.sensor_force_offset_n,
-                    config_.sensor_torque_offset_n_mm}),
+                    config_.sensor_torque_offset_n_mm},
+                   Simulation::kStepS, conditions, clock.irregular()),
         instrument({}, config_.seed ^ 0x6c766474ULL),
         resting_hand(simulation.prepare(HandProgram{})) {}
   ~State() {
@@ -165,7 +188,9 @@ struct SimulatedRig::State {
   void publish_object(const std::string& name, const ObjectModel* model) {
     auto change = std::make_unique<Change>();
     change->replaces_object = true;
-    if (model != nullptr) change->object = std::make_unique<PlacedObject>(*model, tip, Simulation::kStepS);
+    if (model != nullptr) {
+      change->object = std::make_unique<PlacedObject>(*model, tip, Simulation::kStepS, plant, config.hold);
+    }
     publish(std::move(change));
     object_name = name;
   }
@@ -217,6 +242,29 @@ struct SimulatedRig::State {
     retire(std::exchange(awaiting_clearance, nullptr));
   }
 
+  /// Whether the tip is clear of an object in place, were it there.
+  bool clear_of(const PlacedObject& object) const noexcept {
+    const Vector3 seen_mm = object.pose.to_object(simulation.truth().tip_position_mm);
+    const Projection nearest = project(object.model.shape, seen_mm);
+    return nearest.depth_mm <= 0.0 && nearest.outward_normal.z > 0.0;
+  }
+
+  /// The clock's thread: what is due by now happens to the object in place.
+  void let_happen() noexcept {
+    ObjectEvent event;
+    while (sent.pop(event)) schedule.add(event);
+    PlacedObject* object = simulation.object();
+    while (schedule.due(1e-9 * static_cast<double>(simulation.time_ns()), event)) {
+      if (object == nullptr) continue;
+      object->pose.begin(event);
+      returning = event.kind == ObjectEvent::Kind::kReturn;
+    }
+    if (returning && object != nullptr && clear_of(*object)) {
+      object->pose.set_present(true);
+      returning = false;
+    }
+  }
+
   /// What the clock's thread no longer needs goes back to be freed elsewhere.
   void retire(Change* change) noexcept {
     change->next_retired = retired.load(std::memory_order_relaxed);
@@ -226,7 +274,9 @@ struct SimulatedRig::State {
 
   SimulationConfig config;
   Tip tip;
+  Plant plant;
   hal::RigInfo info;
+  TickClock clock;
   Simulation simulation;
   ExternalInstrument instrument;
   hal::Vector3 instrument_mm;
@@ -239,7 +289,10 @@ struct SimulatedRig::State {
   PreparedHand resting_hand;             ///< lifts the tool off
   Change* awaiting_clearance = nullptr;  ///< carries the object that is to come
   bool lifted_for_object = false;
+  ObjectSchedule schedule;
+  bool returning = false;  ///< a vanished object waits until the tip is clear of it
 
+  ObjectEventQueue sent;  ///< by callers of happen(), one at a time
   std::atomic<Change*> incoming{nullptr};
   std::atomic<Change*> retired{nullptr};
 
@@ -259,6 +312,9 @@ std::vector<std::string> SimulatedRig::object_presets() {
 std::vector<std::string> SimulatedRig::tips() {
   return tip_names();
 }
+std::vector<std::string> SimulatedRig::plants() {
+  return plant_names();
+}
 
 hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const SimulationConfig& config) {
   if (auto error = check_custom(config)) return *error;
@@ -269,6 +325,10 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   }
   const std::optional<Tip> tip = tip_named(config.tip);
   if (!tip) return hal::Error{"unknown tip", "[rig.sim] tip", config.tip, joined(tip_names()), ""};
+  const std::optional<Plant> plant = plant_named(config.plant);
+  if (!plant) {
+    return hal::Error{"unknown plant", "[rig.sim] plant", config.plant, joined(plant_names()), ""};
+  }
   const auto refuse = [](const char* key, double value, const std::string& limit) {
     return hal::Error{std::string(key) + " is out of range", "[rig.sim]", std::to_string(value), limit, ""};
   };
@@ -303,19 +363,41 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   model->structural_field = {config.structural_gradient_per_mm, config.structural_curvature_per_mm2};
   if (auto error = check_extras(config)) return *error;
 
-  auto state = std::make_unique<State>(config, *model, *tip);
+  auto conditions = conditions_of(config.conditions, config.condition_values);
+  if (!conditions) return conditions.error();
+  if (config.real_time) conditions->ticks_are_even();  // they are late by themselves
+  if (auto error = check(config.hold)) return *error;
+  if (config.ticks && config.ticks->ticks().empty()) {
+    return hal::Error{"a sequence of ticks has none", "simulated rig", "", "at least one", ""};
+  }
+
+  auto state = std::make_unique<State>(config, *model, *tip, *plant, *conditions);
+  for (const ObjectEvent& event : config.object_events) {
+    if (auto error = check(event)) return *error;
+    if (!state->schedule.add(event)) {
+      return hal::Error{"too many object events", "simulated rig",
+                        std::to_string(config.object_events.size()), "at most 64", ""};
+    }
+  }
   state->info.kind = hal::RigKind::kSimulated;
   state->info.name = "sim:" + model->name;
   state->info.rate_hz = config.rate_hz;
   state->info.device = model->info();
   state->info.sensor = state->simulation.sensor().info();
+  state->info.sensor.tool_mass_g = config.tool_mass_g;  // as reported; the truth may differ
   state->info.has_truth = true;
   state->info.has_external_position = true;
   state->info.uncertain = model->uncertain();
+  for (hal::UncertainParameter& parameter : uncertain_of(*plant)) {
+    state->info.uncertain.push_back(std::move(parameter));
+  }
   if (config.external_instrument) {
     for (hal::UncertainParameter& parameter : ExternalInstrumentModel{}.uncertain()) {
       state->info.uncertain.push_back(std::move(parameter));
     }
+  }
+  for (hal::UncertainParameter& parameter : uncertain(*conditions)) {
+    state->info.uncertain.push_back(std::move(parameter));
   }
   auto rig = std::unique_ptr<SimulatedRig>(new SimulatedRig(std::move(state)));
   if (config.custom_object) {
@@ -339,7 +421,8 @@ bool SimulatedRig::owns_clock() const noexcept {
 void SimulatedRig::read(hal::RigSample& sample) noexcept {
   State& s = *state_;
   s.take_up_change();
-  std::int64_t until_ns = 0;
+  TickClock::Tick tick;
+  std::int64_t& until_ns = tick.time_ns;
   if (s.config.real_time) {
     // The world does not wait for a late caller, but it does not race through more than 0.1 s at once either.
     constexpr std::int64_t kLongestLeapNs = 100'000'000;
@@ -351,13 +434,19 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
       until_ns = s.simulation.time_ns() + kLongestLeapNs;
     }
   } else {
-    until_ns = std::llround(1e9 * static_cast<double>(s.ticks + 1) / s.config.rate_hz);
+    tick = s.clock.next();
   }
-  while (s.simulation.time_ns() + Simulation::kStepNs <= until_ns) s.simulation.step();
+  while (s.simulation.time_ns() + Simulation::kStepNs <= until_ns) {
+    s.let_happen();
+    s.simulation.step();
+  }
 
   sample = hal::RigSample{};
-  s.simulation.read_device(sample);
-  s.simulation.sensor().read(sample);
+  // An even clock has always rounded to the steps of the physics; one that is not tells how late it is.
+  const std::int64_t beyond_ns = s.clock.irregular() ? until_ns - s.simulation.time_ns() : 0;
+  s.simulation.read_device(sample, beyond_ns);
+  s.simulation.sensor().read(sample, {beyond_ns, tick.sensor_late_ns, tick.sensor_lost});
+  sample.bias_serial = 1;  // biased as it starts, and never again
   sample.tick = s.ticks++;
   if (s.config.external_instrument) {
     s.instrument_mm = s.instrument.read(s.simulation.truth().tip_position_mm);
@@ -404,6 +493,13 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
   const std::lock_guard lock(state_->world);
   state_->publish_object(name, model ? &*model : nullptr);
   return std::nullopt;
+}
+
+std::optional<hal::Error> SimulatedRig::happen(const ObjectEvent& event) {
+  if (auto error = check(event)) return error;
+  const std::lock_guard lock(state_->world);
+  if (state_->sent.push(event)) return std::nullopt;
+  return hal::Error{"too many object events are waiting", "simulated rig", "", "a few at a time", ""};
 }
 
 std::string SimulatedRig::object() const {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,9 +10,12 @@
 
 #include "hal/error.h"
 #include "hal/rig.h"
+#include "hal/sim/conditions.h"
 #include "hal/sim/device_model.h"
 #include "hal/sim/hand.h"
+#include "hal/sim/object_events.h"
 #include "hal/sim/object_model.h"
+#include "hal/sim/tick_sequence.h"
 
 namespace hapticd::sim {
 
@@ -20,6 +24,7 @@ struct SimulationConfig {
   std::string device = "phantom_1_0";
   std::string object = "sponge_block";  ///< "none" for an empty table
   std::string tip = "rod";              ///< or "ball_bearing"
+  std::string plant = "separable";      ///< or "general": the laws the objects follow, see Plant
   double rate_hz = 1000.0;              ///< of the tick; the physics runs at 10 kHz whatever this is
   std::uint64_t seed = 1;
   /// False: each read() advances exactly one period, however long the caller took (virtual time).
@@ -44,6 +49,14 @@ struct SimulationConfig {
   hal::Vector3 sensor_torque_offset_n_mm{};
   hal::Quaternion sensor_to_tool{};  ///< rotates sensor coordinates into the tool's; of length 1
   bool external_instrument = true;   ///< whether external_position() answers
+  /// "clean": a perfect clock, sensor and table; "lab": what real life adds, see conditions.h.
+  std::string conditions = "clean";
+  std::map<std::string, double> condition_values{};  ///< single ones by name, over the preset's
+  /// Virtual time only: when the ticks fall and when sensor samples arrive, in place of what the conditions
+  /// say.
+  std::shared_ptr<const TickSequence> ticks{};
+  ObjectHold hold{};                         ///< of whatever object is in place
+  std::vector<ObjectEvent> object_events{};  ///< what happens to it, on the rig's time
 };
 
 /// Device, hand, object and sensor as one coupled physical system, seeded and bit-repeatable in virtual time.
@@ -56,6 +69,7 @@ class SimulatedRig final : public hal::Rig {
   static std::vector<std::string> device_presets();
   static std::vector<std::string> object_presets();
   static std::vector<std::string> tips();
+  static std::vector<std::string> plants();
 
   const hal::RigInfo& info() const noexcept override;
   bool owns_clock() const noexcept override;  ///< true in virtual time
@@ -71,6 +85,9 @@ class SimulatedRig final : public hal::Rig {
   /// passive weight's too, starts again.
   std::optional<hal::Error> set_object(const std::string& name);
   std::string object() const;
+  /// Any thread. Something happens to the object in place, at the next read() or later as it says. Refused
+  /// where too many are waiting already.
+  std::optional<hal::Error> happen(const ObjectEvent& event);
 
  private:
   struct State;

@@ -17,6 +17,8 @@ constexpr double kSwayAboutXHz = 0.35;
 constexpr double kSwayAboutYHz = 0.45;
 constexpr double kSwayBuildsUpS = 1.0;
 constexpr int kFieldSteps = 128;  // neighbours differ by 1 %, so that what lies between is right to 2e-5
+constexpr int kMassSteps = 16;    // neighbours differ by 5 % at most: right to 1e-3 of what the mass changes
+constexpr double kTiltTakesS = 0.5;
 
 double& component(Vector3& v, std::size_t i) noexcept {
   return i == 0 ? v.x : i == 1 ? v.y : v.z;
@@ -65,10 +67,12 @@ bool ToolMounting::plain() const noexcept {
 }
 
 AxisParameters axis_of(const DeviceModel& device, double tool_mass_kg, double hand_mass_kg,
-                       double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm) {
+                       double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm,
+                       double arm_mass_factor) {
   AxisParameters axis;
-  axis.motor_mass_kg = device.motor_side_mass_kg();
-  axis.tip_mass_kg = device.tip_side_mass_kg() + device.sensor_mass_kg + tool_mass_kg + hand_mass_kg;
+  axis.motor_mass_kg = arm_mass_factor * device.motor_side_mass_kg();
+  axis.tip_mass_kg =
+      arm_mass_factor * device.tip_side_mass_kg() + device.sensor_mass_kg + tool_mass_kg + hand_mass_kg;
   axis.structural_stiffness_n_per_mm = device.structural_stiffness_n_per_mm;
   // Damping ratio of the bare device's free-free mode: c = 2 ζ μ ω.
   const double reduced_kg = device.motor_side_mass_kg() * device.tip_side_mass_kg() / device.apparent_mass_kg;
@@ -81,7 +85,8 @@ AxisParameters axis_of(const DeviceModel& device, double tool_mass_kg, double ha
 }
 
 Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed,
-                       const ToolMounting& mounting, double step_s)
+                       const ToolMounting& mounting, double step_s, const Conditions& conditions,
+                       bool sensor_samples_wait)
     : device_(device),
       tool_mass_kg_(tool_mass_kg),
       mounting_(mounting),
@@ -90,7 +95,12 @@ Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint
       step_ns_(std::llround(1e9 * step_s)),
       slow_steps_(std::max<std::int64_t>(1, std::llround(1e-3 / step_s))),
       random_(seed),
-      sensor_(tool_mass_kg, seed ^ 0x6e616e6f3137ULL) {
+      conditions_(conditions),
+      unevenness_(conditions),
+      vibration_(conditions, seed),
+      sensor_(tool_mass_kg, seed ^ 0x6e616e6f3137ULL, conditions, step_s, sensor_samples_wait),
+      encoder_delay_steps_(
+          static_cast<std::size_t>(std::llround(1e-3 * conditions.encoder_delay_ms / step_s))) {
   for (double& phase : tremor_phase_) phase = 2.0 * std::numbers::pi * random_.uniform();
   for (std::size_t i = 0; i < 3; ++i) axes_[i] = {i == 2 ? 10.0 : 0.0, 0.0, i == 2 ? 10.0 : 0.0, 0.0};
   truth_.tip_position_mm = {0.0, 0.0, 10.0};
@@ -118,32 +128,64 @@ PreparedHand Simulation::prepare(const HandProgram& program) const {
   across.hand_stiffness_n_per_mm = hand.lateral_stiffness_n_per_mm;
   across.hand_damping_n_s_per_mm = hand.lateral_damping_n_s_per_mm;
   prepared.across = AxisDynamics(across, step_s_);
-  if (!device_.structural_field.constant()) {
-    const auto field = [this](AxisParameters parameters) {
+  const bool structure_varies = !device_.structural_field.constant();
+  if (structure_varies || unevenness_.mass_varies()) {
+    const auto field = [&](double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm) {
       std::vector<AxisDynamics> all;
-      const double home_n_per_mm = parameters.structural_stiffness_n_per_mm;
-      for (int i = 0; i <= kFieldSteps; ++i) {
-        const double log_compliance = std::numbers::ln2 * (2.0 * i / kFieldSteps - 1.0);
-        parameters.structural_stiffness_n_per_mm = home_n_per_mm * std::exp(-log_compliance);
-        all.emplace_back(parameters, step_s_);
+      const int masses = unevenness_.mass_varies() ? kMassSteps : 0;
+      const double lightest = unevenness_.smallest_mass_factor();
+      const double range = unevenness_.largest_mass_factor() - lightest;
+      for (int m = 0; m <= masses; ++m) {
+        AxisParameters parameters =
+            axis_of(device_, tool_mass_kg_, hand.mass_kg, hand_stiffness_n_per_mm, hand_damping_n_s_per_mm,
+                    masses > 0 ? lightest + range * m / masses : 1.0);
+        const double home_n_per_mm = parameters.structural_stiffness_n_per_mm;
+        for (int i = 0; i <= (structure_varies ? kFieldSteps : 0); ++i) {
+          if (structure_varies) {
+            const double log_compliance = std::numbers::ln2 * (2.0 * i / kFieldSteps - 1.0);
+            parameters.structural_stiffness_n_per_mm = home_n_per_mm * std::exp(-log_compliance);
+          }
+          all.emplace_back(parameters, step_s_);
+        }
       }
       return all;
     };
-    prepared.along_field = field(axis);
-    prepared.across_field = field(across);
+    prepared.along_field = field(hand.stiffness_n_per_mm, hand.damping_n_s_per_mm);
+    prepared.across_field = field(hand.lateral_stiffness_n_per_mm, hand.lateral_damping_n_s_per_mm);
   }
   return prepared;
 }
 
-std::array<AxisDynamics, 2> Simulation::dynamics_at(const Vector3& tip_mm) const noexcept {
-  const double log_compliance = device_.structural_field.log_compliance(tip_mm);
-  const double at = 0.5 * kFieldSteps * (1.0 + log_compliance / std::numbers::ln2);
-  const auto below = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, kFieldSteps - 1.0));
-  const double share = at - static_cast<double>(below);
-  const auto mixed = [&](const std::vector<AxisDynamics>& field) {
-    return AxisDynamics::between(field[below], field[below + 1], share);
+std::array<AxisDynamics, 3> Simulation::dynamics_at(const Vector3& tip_mm) const noexcept {
+  std::size_t structures = 1;
+  std::size_t below = 0;
+  double share = 0.0;
+  if (!device_.structural_field.constant()) {
+    structures = kFieldSteps + 1;
+    const double log_compliance = device_.structural_field.log_compliance(tip_mm);
+    const double at = 0.5 * kFieldSteps * (1.0 + log_compliance / std::numbers::ln2);
+    below = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, kFieldSteps - 1.0));
+    share = at - static_cast<double>(below);
+  }
+  const auto of_mass = [&](const std::vector<AxisDynamics>& field, std::size_t mass) {
+    const std::size_t first = mass * structures + below;
+    return structures == 1 ? field[first] : AxisDynamics::between(field[first], field[first + 1], share);
   };
-  return {mixed(hand_->across_field), mixed(hand_->along_field)};
+  if (!unevenness_.mass_varies()) {
+    const AxisDynamics across = of_mass(hand_->across_field, 0);
+    return {across, across, of_mass(hand_->along_field, 0)};
+  }
+  const double lightest = unevenness_.smallest_mass_factor();
+  const double range = unevenness_.largest_mass_factor() - lightest;
+  std::array<AxisDynamics, 3> all;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& field = axis == 2 ? hand_->along_field : hand_->across_field;
+    const double at = kMassSteps * (unevenness_.mass_factor(axis, tip_mm) - lightest) / range;
+    const auto mass = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, kMassSteps - 1.0));
+    all[axis] =
+        AxisDynamics::between(of_mass(field, mass), of_mass(field, mass + 1), at - static_cast<double>(mass));
+  }
+  return all;
 }
 
 void Simulation::set_hand(const PreparedHand* hand) noexcept {
@@ -221,13 +263,28 @@ Vector3 Simulation::sway(double hand_time_s) const noexcept {
 hal::Quaternion Simulation::tool_orientation(double time_s) const noexcept {
   const Vector3 wobble{kWobbleRad * std::sin(2.0 * time_s + tremor_phase_[0]),
                        kWobbleRad * std::sin(2.6 * time_s + tremor_phase_[1]), 0.0};
-  return composed(rotation(sway(hand_time_s())), rotation(wobble));
+  const hal::Quaternion held = composed(rotation(sway(hand_time_s())), rotation(wobble));
+  return conditions_.tool_tilt_deg == 0.0 ? held : composed(rotation({tilt_rad(time_s), 0.0, 0.0}), held);
+}
+
+double Simulation::tilt_rad(double time_s) const noexcept {
+  const double tilt = conditions_.tool_tilt_deg * std::numbers::pi / 180.0;
+  if (conditions_.tool_tilt_at_s <= 0.0) return tilt;
+  const double since_s = std::clamp(time_s - conditions_.tool_tilt_at_s, 0.0, kTiltTakesS);
+  return MinimumJerk({}, {tilt, 0.0, 0.0}, kTiltTakesS).at(since_s).position_mm;
 }
 
 // Pressing straight down while moving sideways would jam the tip against the flank of anything curved.
 void Simulation::follow_contour(HandIntent& intent) noexcept {
   const Vector3 meant_mm = intent.position_mm;
-  const Projection surface = project(object_->model.shape, {intent.position_mm.x, intent.position_mm.y, 0.0});
+  const ObjectPose& pose = object_->pose;
+  Vector3 above{intent.position_mm.x, intent.position_mm.y, 0.0};
+  if (pose.displaced()) above = pose.to_object(above);
+  Projection surface = project(object_->model.shape, above);
+  if (pose.displaced()) {
+    surface.point_mm = pose.to_rig(surface.point_mm);
+    surface.outward_normal = pose.direction_to_rig(surface.outward_normal);
+  }
   const Vector3& n = surface.outward_normal;
   const Vector3 along{intent.velocity_mm_per_s.x, intent.velocity_mm_per_s.y, 0.0};
   intent.velocity_mm_per_s = along - n * dot(along, n) + n * intent.velocity_mm_per_s.z;
@@ -252,7 +309,21 @@ void Simulation::follow_contour(HandIntent& intent) noexcept {
 void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
                        const std::array<const AxisDynamics*, 3>& dynamics) noexcept {
   const Vector3 free_mm{axes[0].tip_mm, axes[1].tip_mm, axes[2].tip_mm};
-  const Projection nearest = project(object_->model.shape, free_mm);
+  ObjectPose& pose = object_->pose;
+  Vector3 object_moved_mm;
+  double there = 1.0;
+  Projection nearest;
+  if (pose.displaced()) {
+    pose.advance(truth_.reaction_force_n * -1.0);
+    const Vector3 seen_mm = pose.to_object(free_mm);
+    nearest = project(object_->model.shape, seen_mm);
+    nearest.point_mm = pose.to_rig(nearest.point_mm);
+    nearest.outward_normal = pose.direction_to_rig(nearest.outward_normal);
+    object_moved_mm = pose.moved_mm(free_mm);
+    there = pose.share_at(seen_mm);
+  } else {
+    nearest = project(object_->model.shape, free_mm);
+  }
   const Vector3& n = nearest.outward_normal;
 
   double compliance = 0.0;
@@ -260,19 +331,30 @@ void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
     compliance += component(n, i) * component(n, i) * dynamics[i]->tip_position_per_tip_force();
   }
   // Matter that is stiffer by a factor meets a tip that yields more by it, in forces smaller by it.
-  const double scale = object_->model.stiffness_scale(nearest.point_mm);
-  Material::Step step = object_->material.advance(nearest.depth_mm, compliance * scale);
+  double scale = object_->model.stiffness_scale(nearest.point_mm);
+  if (pose.displaced()) scale *= there;
+  constexpr double kFarAwayMm = -1e3;
+  Material::Step step = std::visit(
+      [&](auto& material) {
+        return there > 0.0 ? material.advance(nearest.depth_mm, compliance * scale)
+                           : material.advance(kFarAwayMm, compliance);
+      },
+      object_->material);
   step.mean_force_n *= scale;
   step.force_n *= scale;
 
   Vector3 tangential_n;
   if (step.mean_force_n > 0.0) {
-    const Vector3 moved = free_mm - before_mm;
-    object_->friction.project(n);
-    tangential_n = object_->friction.advance(moved - n * dot(moved, n),
-                                             dynamics[0]->tip_position_per_tip_force(), step.mean_force_n);
+    const Vector3 moved = free_mm - before_mm - object_moved_mm;
+    tangential_n = std::visit(
+        [&](auto& friction) {
+          friction.project(n);
+          return friction.advance(moved - n * dot(moved, n), dynamics[0]->tip_position_per_tip_force(),
+                                  step.mean_force_n);
+        },
+        object_->friction);
   } else {
-    object_->friction.release();
+    std::visit([](auto& friction) { friction.release(); }, object_->friction);
   }
   const Vector3 mean_n = n * step.mean_force_n + tangential_n;
   for (std::size_t i = 0; i < 3; ++i) dynamics[i]->add_tip_force(axes[i], component(mean_n, i));
@@ -283,7 +365,8 @@ void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
   truth_.displacement_mm = std::max(0.0, step.depth_mm);
   truth_.normal_force_n = step.force_n;
   truth_.friction_force_n = std::sqrt(dot(tangential_n, tangential_n));
-  truth_.surface_depression_mm = object_->material.depression_mm();
+  truth_.surface_depression_mm =
+      std::visit([](const auto& material) { return material.depression_mm(); }, object_->material);
   truth_.in_contact = step.mean_force_n > 0.0;
 }
 
@@ -294,10 +377,10 @@ void Simulation::step() noexcept {
 
   HandPerception felt;
   felt.tip_mm = {axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm};
-  std::array<AxisDynamics, 2> here;
+  std::array<AxisDynamics, 3> here;
   if (!hand_->along_field.empty()) {
     here = dynamics_at(felt.tip_mm);
-    dynamics = {&here[0], &here[0], &here[1]};
+    dynamics = {&here[0], &here[1], &here[2]};
   }
   felt.press_force_n = -dot(truth_.hand_force_n, contour_normal_);
   felt.reaction_n = truth_.normal_force_n;
@@ -308,6 +391,14 @@ void Simulation::step() noexcept {
       hand_->program.kind != HandProgram::Kind::kWeight && hand_->program.kind != HandProgram::Kind::kShake;
   if (is_hand && steps_ % slow_steps_ == 0) tremor_mm_ = tremor(time_s);
   if (is_hand) intent.position_mm = intent.position_mm + tremor_mm_;
+  // The rig's frame rides on the table: the hand, which is in the room, moves against it, and every mass is
+  // as if pushed the other way.
+  BaseMotion base;
+  if (vibration_.active()) {
+    base = vibration_.at(time_s);
+    intent.position_mm = intent.position_mm - base.position_mm;
+    intent.velocity_mm_per_s = intent.velocity_mm_per_s - base.velocity_mm_per_s;
+  }
 
   Vector3 motor_n = motor_force();
   motor_n = motor_n + intent.motor_force_n;
@@ -320,11 +411,21 @@ void Simulation::step() noexcept {
     const double damping = i == 2 ? hand.damping_n_s_per_mm : hand.lateral_damping_n_s_per_mm;
     pull_n[i] = stiffness * component(intent.position_mm, i) +
                 damping * component(intent.velocity_mm_per_s, i) + (i == 2 ? intent.support_n : 0.0);
-    next[i] = dynamics[i]->advance(axes_[i], component(motor_n, i), pull_n[i]);
+    double on_motor_n = component(motor_n, i);
+    double on_tip_n = pull_n[i];
+    if (vibration_.active()) {
+      const double arm = unevenness_.mass_factor(i, felt.tip_mm);
+      const double a = 1e-3 * component(base.acceleration_mm_per_s2, i);
+      on_motor_n -= arm * device_.motor_side_mass_kg() * a;
+      on_tip_n -=
+          (arm * device_.tip_side_mass_kg() + device_.sensor_mass_kg + tool_mass_kg_ + hand.mass_kg) * a;
+    }
+    next[i] = dynamics[i]->advance(axes_[i], on_motor_n, on_tip_n);
     // Dry friction, implicit: as much as stops the motor side within the step, but no more than it has.
     const double stopping_n = -next[i].motor_mm_per_s / dynamics[i]->motor_velocity_per_motor_force();
-    dynamics[i]->add_motor_force(
-        next[i], std::clamp(stopping_n, -device_.coulomb_friction_n, device_.coulomb_friction_n));
+    double dry_n = device_.coulomb_friction_n;
+    if (unevenness_.friction_varies()) dry_n *= unevenness_.friction_factor(i, felt.tip_mm);
+    dynamics[i]->add_motor_force(next[i], std::clamp(stopping_n, -dry_n, dry_n));
   }
   if (object_ != nullptr) {
     touch(felt.tip_mm, next, dynamics);
@@ -342,6 +443,7 @@ void Simulation::step() noexcept {
     const double stiffness = i == 2 ? hand.stiffness_n_per_mm : hand.lateral_stiffness_n_per_mm;
     const double damping = i == 2 ? hand.damping_n_s_per_mm : hand.lateral_damping_n_s_per_mm;
     component(acceleration, i) = (next[i].tip_mm_per_s - axes_[i].tip_mm_per_s) / step_s_;
+    if (vibration_.active()) component(acceleration, i) += component(base.acceleration_mm_per_s2, i);
     component(truth_.hand_force_n, i) = pull_n[i] - stiffness * next[i].tip_mm -
                                         damping * next[i].tip_mm_per_s -
                                         1e-3 * hand.mass_kg * component(acceleration, i);
@@ -350,6 +452,11 @@ void Simulation::step() noexcept {
   truth_.tip_position_mm = {axes_[0].tip_mm, axes_[1].tip_mm, axes_[2].tip_mm};
   ++steps_;
   load_sensor(acceleration, time_s);
+  if (encoder_delay_steps_ > 0) {
+    seen_.push({{axes_[0].motor_mm, axes_[1].motor_mm, axes_[2].motor_mm},
+                {axes_[0].motor_mm_per_s, axes_[1].motor_mm_per_s, axes_[2].motor_mm_per_s},
+                orientation_});
+  }
 }
 
 // What the object gives, less what it takes to accelerate the tool, plus its weight.
@@ -379,21 +486,37 @@ void Simulation::load_sensor(const Vector3& acceleration, double time_s) noexcep
                     to_tool(mounting_.sensor_to_tool, torque_n_mm));
     return;
   }
-  const bool sways = hand_->program.tilt_deg > 0.0 || dot(sway_before_rad_, sway_before_rad_) > 0.0;
+  const bool sways = hand_->program.tilt_deg > 0.0 || dot(sway_before_rad_, sway_before_rad_) > 0.0 ||
+                     conditions_.tool_tilt_deg != 0.0;
   if (sways || steps_ % slow_steps_ == 0) orientation_ = tool_orientation(time_s);
   sensor_.measure(
       to_tool(orientation_, truth_.reaction_force_n + (gravity - acceleration) * (1e-3 * tool_mass_kg_)));
 }
 
-void Simulation::read_device(hal::RigSample& sample) noexcept {
+void Simulation::read_device(hal::RigSample& sample, std::int64_t beyond_ns) noexcept {
   const double quantum = device_.encoder_resolution_mm;
+  const bool delayed = encoder_delay_steps_ > 0 && !seen_.empty();
+  const hal::Quaternion& orientation =
+      delayed ? seen_.delayed(encoder_delay_steps_).orientation : orientation_;
   for (std::size_t i = 0; i < 3; ++i) {
-    component(sample.tip_position_mm, i) = std::round(axes_[i].motor_mm / quantum) * quantum;
+    double motor_mm = delayed ? seen_.delayed(encoder_delay_steps_).motor_mm[i] : axes_[i].motor_mm;
+    if (beyond_ns > 0) {
+      motor_mm += 1e-9 * static_cast<double>(beyond_ns) *
+                  (delayed ? seen_.delayed(encoder_delay_steps_).motor_mm_per_s[i] : axes_[i].motor_mm_per_s);
+    }
+    component(sample.tip_position_mm, i) = std::round(motor_mm / quantum) * quantum;
+  }
+  if (delayed && conditions_.delays_reported > 0.5) {
+    sample.position_age_ns = static_cast<std::int64_t>(encoder_delay_steps_) * step_ns_;
   }
   const double noise = device_.gimbal_noise_rad;
   const double about_x = noise * random_.normal();
-  sample.tip_orientation = composed(orientation_, rotation({about_x, noise * random_.normal(), 0.0}));
-  sample.time_ns = time_ns();
+  sample.tip_orientation = composed(orientation, rotation({about_x, noise * random_.normal(), 0.0}));
+  if (conditions_.orientation_error_deg != 0.0) {
+    const double error_rad = conditions_.orientation_error_deg * std::numbers::pi / 180.0;
+    sample.tip_orientation = composed(rotation({error_rad, 0.0, 0.0}), sample.tip_orientation);
+  }
+  sample.time_ns = time_ns() + beyond_ns;
 }
 
 }  // namespace hapticd::sim

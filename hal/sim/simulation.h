@@ -4,16 +4,23 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "hal/samples.h"
+#include "hal/sim/arm_unevenness.h"
 #include "hal/sim/axis_dynamics.h"
+#include "hal/sim/base_vibration.h"
+#include "hal/sim/conditions.h"
+#include "hal/sim/delay_line.h"
 #include "hal/sim/device_model.h"
 #include "hal/sim/friction.h"
 #include "hal/sim/hand_motion.h"
 #include "hal/sim/material.h"
 #include "hal/sim/nano17.h"
+#include "hal/sim/object_events.h"
 #include "hal/sim/object_model.h"
+#include "hal/sim/plant.h"
 
 namespace hapticd::sim {
 
@@ -24,7 +31,8 @@ struct PreparedHand {
   AxisDynamics across;
   AxisDynamics along;
   /// Where the structure's stiffness varies: the same from half the compliance at home to twice as much, in
-  /// equal ratios. Empty where it is constant.
+  /// equal ratios; where the arm's mass varies, that for each of several masses, from the smallest to the
+  /// largest. Empty where both are constant.
   std::vector<AxisDynamics> across_field;
   std::vector<AxisDynamics> along_field;
 };
@@ -41,18 +49,29 @@ struct ToolMounting {
   bool plain() const noexcept;  ///< as if there were no mounting
 };
 
-/// An object in place: its shape and the state of its matter.
+/// An object in place: its shape and the state of its matter, by the laws of one family.
 struct PlacedObject {
-  PlacedObject(const ObjectModel& object, Tip tip, double step_s)
-      : model(object), material(object.material, step_s), friction(object.friction_with(tip), step_s) {}
+  PlacedObject(const ObjectModel& object, Tip tip, double step_s, Plant plant = Plant::kSeparable,
+               const ObjectHold& hold = {})
+      : model(object), pose(hold, step_s) {
+    if (plant == Plant::kGeneral) {
+      material.emplace<GeneralMaterial>(object.material, object.general_material, step_s);
+      friction.emplace<MaxwellSlipFriction>(object.friction_with(tip), object.general_friction, step_s);
+    } else {
+      material.emplace<Material>(object.material, step_s);
+      friction.emplace<Friction>(object.friction_with(tip), step_s);
+    }
+  }
   ObjectModel model;
-  Material material;
-  Friction friction;
+  std::variant<Material, GeneralMaterial> material;
+  std::variant<Friction, MaxwellSlipFriction> friction;
+  ObjectPose pose;
 };
 
 /// One axis of the device with sensor and tool in a hand whose impedance along it is given.
 AxisParameters axis_of(const DeviceModel& device, double tool_mass_kg, double hand_mass_kg,
-                       double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm);
+                       double hand_stiffness_n_per_mm, double hand_damping_n_s_per_mm,
+                       double arm_mass_factor = 1.0);
 
 /// The coupled physics, one step of 0.1 ms at a time, unless another step is asked for to see what the step
 /// does to a result; the sensor samples once a step. Single-threaded. Device and tool weight are
@@ -64,7 +83,8 @@ class Simulation {
 
   /// `step_s`: whole nanoseconds, and an object's matter is to be made for the same.
   Simulation(const DeviceModel& device, double tool_mass_kg, std::uint64_t seed,
-             const ToolMounting& mounting = {}, double step_s = kStepS);
+             const ToolMounting& mounting = {}, double step_s = kStepS, const Conditions& conditions = {},
+             bool sensor_samples_wait = false);
 
   PreparedHand prepare(const HandProgram& program) const;
   /// Takes over from where the tip is. The objects live as long as the simulation uses them.
@@ -72,14 +92,16 @@ class Simulation {
   /// Null for an empty table.
   void set_object(PlacedObject* object) noexcept;
   const PlacedObject* object() const noexcept { return object_; }
+  PlacedObject* object() noexcept { return object_; }
 
   void step() noexcept;
 
   /// Force asked of the motors; takes effect after the device's latency.
   void command(const hal::Vector3& force_n) noexcept;
   std::int64_t time_ns() const noexcept { return steps_ * step_ns_; }
-  /// Position as the encoders tell it and orientation as the gimbal tells it.
-  void read_device(hal::RigSample& sample) noexcept;
+  /// Position as the encoders report it and orientation as the gimbal reports it, `beyond_ns` after the last
+  /// step: less than a step, in which the tip goes on evenly.
+  void read_device(hal::RigSample& sample, std::int64_t beyond_ns = 0) noexcept;
   Nano17& sensor() noexcept { return sensor_; }
   const hal::TruthSample& truth() const noexcept { return truth_; }
   const DeviceModel& device() const noexcept { return device_; }
@@ -91,7 +113,7 @@ class Simulation {
   };
 
   hal::Vector3 motor_force() noexcept;
-  std::array<AxisDynamics, 2> dynamics_at(const hal::Vector3& tip_mm) const noexcept;
+  std::array<AxisDynamics, 3> dynamics_at(const hal::Vector3& tip_mm) const noexcept;
   void load_sensor(const hal::Vector3& acceleration_mm_per_s2, double time_s) noexcept;
   void follow_contour(HandIntent& intent) noexcept;
   void touch(const hal::Vector3& before_mm, std::array<AxisState, 3>& axes,
@@ -100,6 +122,7 @@ class Simulation {
   double hand_time_s() const noexcept { return static_cast<double>(steps_ - hand_began_step_) * step_s_; }
   hal::Vector3 sway(double hand_time_s) const noexcept;
   hal::Quaternion tool_orientation(double time_s) const noexcept;
+  double tilt_rad(double time_s) const noexcept;
 
   DeviceModel device_;
   double tool_mass_kg_;
@@ -109,6 +132,9 @@ class Simulation {
   std::int64_t step_ns_;
   std::int64_t slow_steps_;  ///< tremor and wobble are slow: once a millisecond will do
   Random random_;
+  Conditions conditions_;
+  ArmUnevenness unevenness_;
+  BaseVibration vibration_;
   Nano17 sensor_;
   const PreparedHand* hand_ = nullptr;
   std::optional<HandMotion> motion_;
@@ -134,6 +160,14 @@ class Simulation {
   bool followed_contour_ = false;
   hal::Vector3 contour_offset_mm_;  ///< between what was meant before and along the contour; fades
   std::int64_t contour_began_step_ = 0;
+  /// What the encoders read, step by step; kept where the reading is delayed.
+  struct Seen {
+    std::array<double, 3> motor_mm{};
+    std::array<double, 3> motor_mm_per_s{};
+    hal::Quaternion orientation;
+  };
+  DelayLine<Seen, 64> seen_;
+  std::size_t encoder_delay_steps_ = 0;
   hal::TruthSample truth_;
 };
 

@@ -17,14 +17,25 @@ ContactDetector::ContactDetector(const ContactParameters& parameters, double rat
       release_ticks_(counted(parameters.release_ticks, rate_hz)),
       quiet_ticks_(counted(parameters.quiet_ticks_after_release, rate_hz)),
       arming_ticks_(counted(parameters.free_ticks_to_arm, rate_hz)),
-      longest_disturbance_ticks_(ticks_of(kLongestDisturbanceS, rate_hz)) {}
+      longest_disturbance_ticks_(ticks_of(kLongestDisturbanceS, rate_hz)),
+      ringing_ticks_(ticks_of(kRingingS, rate_hz)),
+      evident_n_(2.0 * (parameters.evidence.unexplained_force_n > 0.0
+                            ? parameters.evidence.unexplained_force_n
+                            : default_unexplained_force_n(parameters.threshold_n))) {}
 
-void ContactDetector::reset() noexcept {
+void ContactDetector::await_free() noexcept {
   in_contact_ = false;
   reason_ = ContactReason::kAwaitingFree;
   recently_released_ = false;
   ticks_below_ = 0;
   ticks_free_ = 0;
+  ticks_disturbed_ = 0;
+}
+
+void ContactDetector::withdraw() noexcept {
+  await_free();
+  reason_ = ContactReason::kWithdrawn;
+  ++withdrawn_count_;
 }
 
 void ContactDetector::release(ContactReason reason) noexcept {
@@ -33,6 +44,12 @@ void ContactDetector::release(ContactReason reason) noexcept {
   ticks_free_ = 0;
   ticks_disturbed_ = 0;
   recently_released_ = true;
+  ticks_ringing_ = 0;
+}
+
+void ContactDetector::lose() noexcept {
+  release(ContactReason::kReactionLost);
+  ticks_ringing_ = ringing_ticks_;
 }
 
 void ContactDetector::declare() noexcept {
@@ -44,7 +61,8 @@ void ContactDetector::declare() noexcept {
   reason_ = ContactReason::kAboveThreshold;
 }
 
-bool ContactDetector::update(double force_n, double depth_mm, double contact_depth_mm) noexcept {
+bool ContactDetector::update(double force_n, double depth_mm, double contact_depth_mm,
+                             double uncertain_n) noexcept {
   const double magnitude = std::abs(force_n);
   const double clearance_mm = parameters_.release_clearance_mm;
   if (in_contact_) {
@@ -59,22 +77,27 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
     return in_contact_;
   }
 
-  const bool above = magnitude > parameters_.threshold_n;
+  const bool above = magnitude > parameters_.threshold_n + uncertain_n;
   ticks_free_ = above ? 0 : ticks_free_ + 1;
-  if (reason_ == ContactReason::kAwaitingFree) {
+  if (is_waiting()) {
+    // What stays beyond all that a sensor may read of nothing is something after all, of unknown depth.
+    const bool is_evident = reason_ == ContactReason::kWithdrawn && magnitude > evident_n_;
+    ticks_disturbed_ = is_evident ? ticks_disturbed_ + 1 : 0;
     if (ticks_free_ >= arming_ticks_) reason_ = ContactReason::kFree;
     return false;
   }
   if (recently_released_) {
     // What still pulls here is adhesion, or the structure ringing from the impact: no new contact before the
     // tip is back at the surface or all has been quiet for a while.
-    const bool back = depth_mm > contact_depth_mm - 0.5 * clearance_mm;
+    if (ticks_ringing_ > 0) --ticks_ringing_;
+    const double back_mm = (ticks_ringing_ > 0 ? 0.5 : -0.5) * clearance_mm;
+    const bool back = depth_mm > contact_depth_mm + back_mm;
     recently_released_ = !back && ticks_free_ < quiet_ticks_;
     // Force that stays this long is neither: the tool rests on something whose surface is not where the last
-    // contact left it. Where it is now nobody knows before the tool was free.
+    // contact left it, and where it is now cannot be known before the tool was free.
     ticks_disturbed_ = recently_released_ && above ? ticks_disturbed_ + 1 : 0;
     if (ticks_disturbed_ > longest_disturbance_ticks_) {
-      reset();
+      await_free();
       return false;
     }
   }

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "rt/contact/contact_evidence.h"
+#include "rt/contact/zero_tracker.h"
 #include "rt/scene/tick_record.h"
 
 namespace hapticd::rt {
@@ -25,32 +27,58 @@ struct ContactParameters {
   std::uint32_t quiet_ticks_after_release =
       100;  ///< within ε_f, before a contact away from the last one may follow it
   std::uint32_t free_ticks_to_arm = 20;  ///< ticks within ε_f before the first contact may be declared
+  EvidenceParameters evidence{};
+  double zero_bound_n = 0.25;  ///< how far the sensor's zero is followed from its bias; 0 = not at all
 };
 
-/// Contact state from force and depth, one tick at a time.
+/// Contact state from force and depth, one tick at a time. What it counts is looks at the force, not time: a
+/// late tick brings one look, however long it took.
 class ContactDetector {
  public:
   /// `rate_hz`: of the loop; what `parameters` count becomes so many of its ticks.
   ContactDetector(const ContactParameters& parameters, double rate_hz) noexcept;
 
   /// `force_n`: what free motion leaves at zero. `depth_mm`: along the press axis, growing into the object;
-  /// from `contact_depth_mm`, where the present contact began. Returns the state after this tick.
-  bool update(double force_n, double depth_mm, double contact_depth_mm) noexcept;
-  /// Somebody knows better: in contact from this tick on.
+  /// from `contact_depth_mm`, where the present contact began. `uncertain_n`: by how much more than ε_f the
+  /// force must be for a contact to be declared. Returns the state after this tick.
+  bool update(double force_n, double depth_mm, double contact_depth_mm, double uncertain_n = 0.0) noexcept;
+  /// In contact from this tick on: a contact law knows of an onset that was missed.
   void declare() noexcept;
-  void reset() noexcept;
+  /// There was no object: free once the force has been within ε_f.
+  void withdraw() noexcept;
+  /// The object is gone from under the tip.
+  void lose() noexcept;
+  /// Whether something is touched is not known: no contact before the force has been within ε_f.
+  void await_free() noexcept;
+  void reset() noexcept { await_free(); }
 
   bool in_contact() const noexcept { return in_contact_; }
   bool just_declared() const noexcept { return reason_ == ContactReason::kAboveThreshold; }
   bool just_left_surface() const noexcept { return reason_ == ContactReason::kAboveSurface; }
   ContactReason reason() const noexcept { return reason_; }
-  /// Ticks under force since a release, away from the last surface: the tool rests on something, but nobody
-  /// knows how deep.
+  /// Free, and known to be.
+  bool is_free() const noexcept { return !in_contact_ && !is_waiting(); }
+  /// Not in contact, but no contact may be declared yet.
+  bool is_waiting() const noexcept {
+    return reason_ == ContactReason::kAwaitingFree || reason_ == ContactReason::kWithdrawn;
+  }
+  /// True where what the sensor reads besides the tool, `force_n`, shows its zero: free and within ε_f, or
+  /// what was taken for a contact turned out to be none.
+  bool zero_shows(double force_n) const noexcept {
+    if (reason_ == ContactReason::kWithdrawn) return force_n < ZeroTracker::kMaxErrorN;
+    return is_free() && ticks_disturbed_ == 0 && force_n < parameters_.threshold_n;
+  }
+  /// Contacts so far that turned out to be none.
+  std::uint32_t withdrawn_count() const noexcept { return withdrawn_count_; }
+  /// Ticks under force since a release, away from the last surface: the tool rests on something of unknown
+  /// depth.
   std::uint32_t disturbed_ticks() const noexcept { return ticks_disturbed_; }
   std::uint32_t count() const noexcept { return count_; }
 
  private:
   static constexpr double kLongestDisturbanceS = 1.0;
+  static constexpr double kRingingS =
+      0.015;  ///< after an object threw the tip off, its force is none of contact
 
   void release(ContactReason reason) noexcept;
 
@@ -59,13 +87,17 @@ class ContactDetector {
   std::uint32_t quiet_ticks_;
   std::uint32_t arming_ticks_;
   std::uint32_t longest_disturbance_ticks_;
+  std::uint32_t ringing_ticks_;
+  double evident_n_;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   bool in_contact_ = false;
   bool recently_released_ = false;
+  std::uint32_t ticks_ringing_ = 0;  ///< left, since the reaction was lost
   std::uint32_t ticks_below_ = 0;
   std::uint32_t ticks_free_ = 0;
   std::uint32_t ticks_disturbed_ = 0;
   std::uint32_t count_ = 0;
+  std::uint32_t withdrawn_count_ = 0;
 };
 
 }  // namespace hapticd::rt

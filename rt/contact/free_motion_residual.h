@@ -4,6 +4,7 @@
 
 #include "hal/samples.h"
 #include "rt/signal/butterworth_low_pass.h"
+#include "rt/signal/instant_ring.h"
 #include "rt/signal/sliding_mean.h"
 
 namespace hapticd::rt {
@@ -22,6 +23,14 @@ namespace hapticd::rt {
 /// two. j_0 is the jerk with which a motion may begin before the encoders can tell: without it every brisk
 /// start would be taken for a contact.
 ///
+/// Force and position are measured at instants of their own; r is taken at the latest instant both reach, by
+/// their ages. An interval longer than the period is stepped through, the tip on a parabola and the force at
+/// its mean. What that leaves uncertain is bounded by the jerk:
+///
+///   u = ½ m (j + j_0) (s - T) min(1, s/τ), s the interval, fading with τ as L forgets it
+///
+/// It widens the dead zone, and the threshold of whoever decides on r.
+///
 /// `Value` is one number (along a press axis) or a vector of three (rig frame, gravity taken off).
 template <class Value>
 class BasicFreeMotionResidual {
@@ -31,21 +40,36 @@ class BasicFreeMotionResidual {
 
   BasicFreeMotionResidual(double tool_mass_g, double rate_hz) noexcept;
 
-  /// Force the tool was measured to bear and where it is, both of this tick, signed so that in free motion
-  /// force = m · acceleration of `position_mm` (in 1D: pushed back is positive, and so is into the object).
-  /// True time steps are used, so a late tick is no acceleration. Returns r in N. `in_contact`: the jerk is
-  /// the object's doing and teaches nothing about free motion.
+  /// One tick's measurement.
+  struct Measurement {
+    /// Signed so that in free motion force = m · acceleration of `position_mm` (in 1D: pushed back is
+    /// positive, and so is into the object).
+    Value force_n{};
+    Value position_mm{};
+    std::int64_t position_ns = 0;  ///< when the position was measured
+    std::int64_t force_ns = 0;     ///< the instant the force stands for
+  };
+
+  /// Returns r in N. `in_contact`: the jerk is the object's doing and teaches nothing about free motion.
+  /// After a gap (TickInterval::is_gap) all of the force counts as residual. A tick that brings no new force,
+  /// or follows another at once, changes nothing.
+  Value update(const Measurement& now, bool in_contact) noexcept;
+  /// The same for a force that is the mean since the last tick, read with the position at `time_ns`.
   Value update(const Value& sensor_force_n, const Value& position_mm, std::int64_t time_ns,
                bool in_contact) noexcept;
-  /// The next sample starts anew; whatever it reads counts as residual.
+  /// The next sample starts afresh; whatever it reads counts as residual.
   void reset() noexcept { samples_ = 0; }
   /// The tool is known to be free now: what the filters still remember of the contact is dropped, and the
   /// present reading is taken for inertia.
   void assume_free() noexcept;
+  /// The same of the last sample alone: those before it came from before a gap.
+  void start_free() noexcept;
 
   const Value& residual_n() const noexcept { return residual_n_; }
   /// Present half-width of the dead zone.
-  double explained_by_jerk_n() const noexcept { return seen_jerk_n_ + unseen_n_; }
+  double explained_by_jerk_n() const noexcept { return seen_jerk_n_ + unseen_n_ + irregular_n_; }
+  /// u: what irregular intervals leave uncertain in r.
+  double irregular_n() const noexcept { return irregular_n_; }
   /// Upper bound of what free motion may leave in prompt_force_n(), j_0 aside.
   double seen_jerk_n() const noexcept { return seen_jerk_n_; }
   /// f_s - L[m a], f_s the mean of the last kPromptMeanS: prompt, but off by up to the dead zone. For looking
@@ -79,25 +103,31 @@ class BasicFreeMotionResidual {
   // A tick's force is the mean of the sensor's samples since the last one: noisier the faster the loop. With
   // 9 g, threshold and j_0's dead zone are 27 mN: ten times the noise of 0.5 ms, four times that of 0.1 ms.
   static constexpr double kLeadMeanS = 0.5e-3;
+  static constexpr double kBeforeS = 5e-3;  // long enough that an encoder step bends a filled interval little
   // A brisk reach, 0.1 m in 0.4 s; encoders show no jerk before τ has passed.
   static constexpr double kUnseenJerkMmPerS3 = 1.2e5;
+
+  void start(const Measurement& now) noexcept;
+  /// Steps of a period through an interval that was longer.
+  void fill(const Measurement& now, double step_s, bool in_contact) noexcept;
+  void step(const Measurement& now, double step_s, bool in_contact) noexcept;
 
   double tool_mass_g_;
   double rate_hz_;
   double delay_s_;
+  double unseen_jerk_n_per_s_;  ///< m j_0
   double unseen_n_;
-  double jerk_decay_;
   SlidingMean<Value> lead_force_, prompt_force_;
   BasicButterworthLowPass<Signals> section_1_, section_2_;  // L
+  InstantRing<Value> positions_, forces_, inertias_;
   int samples_ = 0;
-  std::int64_t last_time_ns_ = 0;
+  Measurement last_{};  ///< that was used
   double last_step_s_ = 0.0;
-  Value last_position_mm_{};
   Value last_velocity_mm_per_s_{};
-  Value last_force_n_{};
   Value last_inertia_n_{};
   double jerk_n_per_s_ = 0.0;  ///< envelope of d(m a)/dt
   double seen_jerk_n_ = 0.0;   ///< γ τ times it
+  double irregular_n_ = 0.0;
   Value residual_n_{};
 };
 

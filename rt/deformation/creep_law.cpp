@@ -9,11 +9,10 @@ CreepLaw::CreepLaw(const CreepParameters& parameters, double rate_hz) noexcept
     : max_force_n_(parameters.max_force_n), knot_mm_(parameters.displacement_mm) {
   double sum = 0.0;
   for (const double w : parameters.weight) sum += w;
-  weight_[0] = immediate_ = parameters.weight[0] / sum;
+  weight_[0] = parameters.weight[0] / sum;
   for (std::size_t i = 0; i < CreepParameters::kLags; ++i) {
     weight_[i + 1] = parameters.weight[i + 1] / sum;
-    decay_[i] = std::exp(-1.0 / (parameters.time_s[i] * rate_hz));
-    immediate_ += weight_[i + 1] * (1.0 - decay_[i]);
+    decay_[i] = Decay(parameters.time_s[i], rate_hz);
   }
   for (std::size_t j = 0; j <= kLast; ++j) {
     const double share = static_cast<double>(j) / kLast;
@@ -33,15 +32,18 @@ CreepLaw::CreepLaw(const CreepParameters& parameters, double rate_hz) noexcept
   }
 }
 
-LawEstimate CreepLaw::update(double normal_force_n) noexcept {
+LawEstimate CreepLaw::update(double normal_force_n, double periods) noexcept {
   const double force_n = std::max(0.0, normal_force_n);
   double effective_n = weight_[0] * force_n;
+  double immediate = weight_[0];  // how much of a newton counts in the tick it comes
   for (std::size_t i = 0; i < CreepParameters::kLags; ++i) {
-    lagged_n_[i] = force_n + (lagged_n_[i] - force_n) * decay_[i];
+    const double kept = decay_[i].over(periods);
+    lagged_n_[i] = force_n + (lagged_n_[i] - force_n) * kept;
+    immediate += weight_[i + 1] * (1.0 - kept);
     effective_n += weight_[i + 1] * lagged_n_[i];
   }
   LawEstimate estimate = curve(effective_n);
-  estimate.mm_per_n *= immediate_;
+  estimate.mm_per_n *= immediate;
   return estimate;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "rt/deformation/contact_law.h"
+#include "rt/signal/decay.h"
 
 namespace hapticd::rt {
 
@@ -33,8 +34,8 @@ class CreepLaw {
  public:
   CreepLaw(const CreepParameters& parameters, double rate_hz) noexcept;
 
-  /// One tick under this normal force (negative counts as none).
-  LawEstimate update(double normal_force_n) noexcept;
+  /// `periods` of the loop under this normal force (negative counts as none).
+  LawEstimate update(double normal_force_n, double periods = 1.0) noexcept;
   /// The object has forgotten everything.
   void reset() noexcept { lagged_n_ = {}; }
   /// Ψ and its slope.
@@ -44,9 +45,8 @@ class CreepLaw {
   static constexpr std::size_t kLast = CreepParameters::kKnots - 1;
 
   double max_force_n_;
-  double immediate_;  ///< how much of a newton counts in the tick it comes
   std::array<double, CreepParameters::kLags + 1> weight_{};
-  std::array<double, CreepParameters::kLags> decay_{};
+  std::array<Decay, CreepParameters::kLags> decay_{};
   std::array<double, CreepParameters::kLags> lagged_n_{};
   std::array<double, CreepParameters::kKnots> knot_n_{};
   std::array<double, CreepParameters::kKnots> knot_mm_{};

@@ -16,10 +16,10 @@ class Direction {
   void begin(const hal::Vector3& reaction_n) noexcept {
     std::visit([&](auto& way) { way.begin(reaction_n); }, way_);
   }
-  /// Rig frame: reaction on the tool, motion of the tip since the last tick, its velocity.
+  /// Rig frame: reaction on the tool, motion of the tip since the last tick, `periods` ago, its velocity.
   void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-              const hal::Vector3& velocity_mm_per_s) noexcept {
-    std::visit([&](auto& way) { way.update(reaction_n, step_mm, velocity_mm_per_s); }, way_);
+              const hal::Vector3& velocity_mm_per_s, double periods = 1.0) noexcept {
+    std::visit([&](auto& way) { way.update(reaction_n, step_mm, velocity_mm_per_s, periods); }, way_);
   }
   /// u^n, out of the object, length 1.
   const hal::Vector3& normal() const noexcept {

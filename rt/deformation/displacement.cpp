@@ -33,7 +33,7 @@ void Displacement::begin(const hal::Vector3& began_mm, const hal::Vector3& tip_m
 }
 
 void Displacement::begin_unseen(const hal::Vector3& tip_mm, double normal_n) noexcept {
-  if (std::holds_alternative<HuntCrossleyParameters>(law_)) by_law_ = law_estimate(normal_n, 0.0);
+  if (std::holds_alternative<HuntCrossleyParameters>(law_)) by_law_ = law_estimate(normal_n, 0.0, 1.0);
   displacement_mm_ = by_law_.displacement_mm;
   start(tip_mm, kUnseenDeviationMm + kUnrecoveredError * displacement_mm_, kUnseenDeviationMm);
 }
@@ -46,8 +46,8 @@ double Displacement::unfelt_displacement_mm(double unfelt_n) const noexcept {
   return 0.0;
 }
 
-LawEstimate Displacement::law_estimate(double normal_n, double rate_mm_per_s) noexcept {
-  if (auto* creep = std::get_if<CreepLaw>(&law_)) return creep->update(normal_n);
+LawEstimate Displacement::law_estimate(double normal_n, double rate_mm_per_s, double periods) noexcept {
+  if (auto* creep = std::get_if<CreepLaw>(&law_)) return creep->update(normal_n, periods);
   if (const auto* law = std::get_if<HuntCrossleyParameters>(&law_)) {
     return hunt_crossley_displacement(*law, normal_n, rate_mm_per_s);
   }
@@ -56,13 +56,15 @@ LawEstimate Displacement::law_estimate(double normal_n, double rate_mm_per_s) no
 
 void Displacement::update(const hal::Vector3& tip_mm, const hal::Vector3& step_mm,
                           const hal::Vector3& normal_before, const hal::Vector3& normal, double normal_n,
-                          double rate_mm_per_s) noexcept {
+                          double rate_mm_per_s, const TickInterval& interval) noexcept {
+  const double periods = interval.elapsed_periods;
   if (auto* fused = std::get_if<FusedDisplacement>(&way_)) {
-    by_law_ = law_estimate(normal_n, rate_mm_per_s);
-    fused->update(-dot(step_mm, normal_before), norm(across(step_mm, normal_before)), by_law_);
+    by_law_ = law_estimate(normal_n, rate_mm_per_s, periods);
+    fused->update(-dot(step_mm, normal_before), norm(across(step_mm, normal_before)), by_law_,
+                  interval.periods);
     displacement_mm_ = fused->displacement_mm();
   } else if (auto* inverse = std::get_if<InverseDisplacement>(&way_)) {
-    by_law_ = law_estimate(inverse->filter.update(normal_n), rate_mm_per_s);
+    by_law_ = law_estimate(inverse->filter.update(normal_n, interval.periods), rate_mm_per_s, periods);
     displacement_mm_ = by_law_.displacement_mm;
   } else {
     hal::Vector3& contacted_mm = std::get_if<RecursiveDisplacement>(&way_)->contacted_mm;
@@ -71,10 +73,12 @@ void Displacement::update(const hal::Vector3& tip_mm, const hal::Vector3& step_m
   }
 }
 
-void Displacement::rest(double way_mm, double unsure_n) noexcept {
-  displacement_mm_ += way_mm;
+void Displacement::rest(double path_mm, double unexplained_n, const TickInterval& interval) noexcept {
+  displacement_mm_ += path_mm;
   // Only a law with memory has something to say about an object that is not touched.
-  by_law_ = std::holds_alternative<CreepLaw>(law_) ? law_estimate(unsure_n, 0.0) : LawEstimate{};
+  by_law_ = std::holds_alternative<CreepLaw>(law_)
+                ? law_estimate(unexplained_n, 0.0, interval.elapsed_periods)
+                : LawEstimate{};
 }
 
 void Displacement::reset() noexcept {

@@ -8,6 +8,7 @@
 #include "rt/deformation/fused_displacement.h"
 #include "rt/deformation/hunt_crossley.h"
 #include "rt/signal/butterworth_low_pass.h"
+#include "rt/signal/tick_interval.h"
 
 namespace hapticd::rt {
 
@@ -26,7 +27,7 @@ struct InverseDisplacement {
 };
 
 /// The one way of finding the displacement that a scene composed in, with its law. In contact it estimates;
-/// out of contact it counts on along the last normal, to tell where the surface was.
+/// out of contact it counts on along the last normal, to know where the surface was.
 class Displacement {
  public:
   using Way = std::variant<FusedDisplacement, InverseDisplacement, RecursiveDisplacement>;
@@ -42,9 +43,10 @@ class Displacement {
   /// One tick in contact. The step is taken along the normal *before* this tick's: what turned the normal
   /// must not count as way, or an encoder that dithers would add up.
   void update(const hal::Vector3& tip_mm, const hal::Vector3& step_mm, const hal::Vector3& normal_before,
-              const hal::Vector3& normal, double normal_n, double rate_mm_per_s) noexcept;
-  /// One tick out of contact: `way_mm` into the object, and a force that may yet turn out to be a contact.
-  void rest(double way_mm, double unsure_n) noexcept;
+              const hal::Vector3& normal, double normal_n, double rate_mm_per_s,
+              const TickInterval& interval) noexcept;
+  /// One tick out of contact: `path_mm` into the object, and a force that may yet turn out to be a contact.
+  void rest(double path_mm, double unexplained_n, const TickInterval& interval) noexcept;
   void reset() noexcept;
 
   bool has_law() const noexcept { return !std::holds_alternative<std::monostate>(law_); }
@@ -55,7 +57,7 @@ class Displacement {
   double deviation_mm() const noexcept;
 
  private:
-  LawEstimate law_estimate(double normal_n, double rate_mm_per_s) noexcept;
+  LawEstimate law_estimate(double normal_n, double rate_mm_per_s, double periods) noexcept;
   double unfelt_displacement_mm(double unfelt_n) const noexcept;
   void start(const hal::Vector3& began_mm, double deviation_mm, double least_deviation_mm) noexcept;
 

@@ -17,12 +17,13 @@ void FusedDisplacement::begin(double displacement_mm, double deviation_mm,
   least_variance_mm2_ = least_deviation_mm * least_deviation_mm;
 }
 
-void FusedDisplacement::update(double way_mm, double slide_mm, const LawEstimate& law) noexcept {
+void FusedDisplacement::update(double way_mm, double slide_mm, const LawEstimate& law,
+                               double periods) noexcept {
   displacement_mm_ += way_mm;
   variance_mm2_ += kDirectionErrorRad * kDirectionErrorRad * kDirectionWayMm * slide_mm;
   const double model_mm = law_error_ * law.displacement_mm + kLawOffsetMm;
-  const double law_variance_mm2 =
-      law.mm_per_n * law.mm_per_n * force_variance_n2_ + law_error_ticks_ * model_mm * model_mm;
+  const double law_variance_mm2 = law.mm_per_n * law.mm_per_n * force_variance_n2_ +
+                                  law_error_ticks_ / std::max(periods, kMinPeriods) * model_mm * model_mm;
   const double gain = variance_mm2_ / (variance_mm2_ + law_variance_mm2);
   displacement_mm_ += gain * (law.displacement_mm - displacement_mm_);
   // While the law sees a force there is no negative displacement, whatever the way added up to.

@@ -17,7 +17,7 @@ void PublishedDirection::begin(const hal::Vector3& reaction_n) noexcept {
 }
 
 void PublishedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-                                const hal::Vector3& velocity_mm_per_s) noexcept {
+                                const hal::Vector3& velocity_mm_per_s, double periods) noexcept {
   const hal::Vector3 slide_mm = across(step_mm, normal_);  // (4.17), (4.18)
   const double way_mm = norm(slide_mm);
   if (way_mm > 1e-9) {
@@ -34,7 +34,7 @@ void PublishedDirection::update(const hal::Vector3& reaction_n, const hal::Vecto
       friction_.kinetic * normal_n * share + friction_.viscous_n_s_per_mm * sliding_mm_per_s;
   friction_n_ = tangent_ * -friction;                                        // (4.16)
   const hal::Vector3 raw = direction_or(reaction_n - friction_n_, normal_);  // (4.10)
-  normal_ = direction_or(filter_.update(raw), normal_);
+  normal_ = direction_or(filter_.update(raw, periods), normal_);
 }
 
 }  // namespace hapticd::rt

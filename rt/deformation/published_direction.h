@@ -17,9 +17,9 @@ class PublishedDirection {
 
   /// Starts a contact. Without a direction to start from, the whole reaction counts as normal.
   void begin(const hal::Vector3& reaction_n) noexcept;
-  /// Rig frame: reaction on the tool, motion of the tip since the last tick, its velocity.
+  /// Rig frame: reaction on the tool, motion of the tip since the last tick, `periods` ago, its velocity.
   void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-              const hal::Vector3& velocity_mm_per_s) noexcept;
+              const hal::Vector3& velocity_mm_per_s, double periods = 1.0) noexcept;
 
   /// u^n, out of the object, length 1.
   const hal::Vector3& normal() const noexcept { return normal_; }

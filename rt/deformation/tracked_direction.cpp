@@ -16,7 +16,7 @@ TrackedDirection::TrackedDirection(const FrictionParameters& friction, double fo
                                    double rate_hz) noexcept
     : friction_(friction),
       ticks_per_update_(ticks_of(kUpdateS, rate_hz)),
-      period_s_(ticks_per_update_ / rate_hz),
+      period_s_(1.0 / rate_hz),
       force_variance_n2_(force_noise_n * force_noise_n) {}
 
 void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
@@ -33,16 +33,18 @@ void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
 }
 
 void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-                              const hal::Vector3& velocity_mm_per_s) noexcept {
+                              const hal::Vector3& velocity_mm_per_s, double periods) noexcept {
+  gathered_periods_ = gathered_ == 0 ? periods : gathered_periods_ + periods;
   gathered_step_mm_ = gathered_ == 0 ? step_mm : gathered_step_mm_ + step_mm;
   gathered_n_ = gathered_ == 0 ? reaction_n : gathered_n_ + reaction_n;
   if (++gathered_ < ticks_per_update_) return;
-  correct(gathered_n_ * (1.0 / gathered_), gathered_step_mm_, velocity_mm_per_s);
+  correct(gathered_n_ * (1.0 / gathered_), gathered_step_mm_, velocity_mm_per_s,
+          gathered_periods_ * period_s_);
   gathered_ = 0;
 }
 
 void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-                               const hal::Vector3& velocity_mm_per_s) noexcept {
+                               const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept {
   const hal::Vector3 slide_mm = across(step_mm, normal_);
   const double press_mm = std::abs(dot(step_mm, normal_));
   const hal::Vector3 sliding_mm_per_s = across(velocity_mm_per_s, normal_);
@@ -64,12 +66,14 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   }
   const double level_error = kFrictionError * kinetic;
   friction_variance_ = kept * kept * friction_variance_ + (1.0 - kept * kept) * level_error * level_error +
-                       stuck * kinetic * kinetic * (period_s_ / kStuckTimeS);
+                       stuck * kinetic * kinetic * (interval_s / kStuckTimeS);
   friction_variance_ = std::min(friction_variance_, 4.0 * kinetic * kinetic);
   covariance_ *= kept;
   const double turn_rad =
-      (way_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * period_s_;
-  normal_variance_ = std::min(normal_variance_ + turn_rad * turn_rad, 1.0);
+      (way_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * interval_s;
+  // The same a second, whatever the interval; stated for one of kUpdateS.
+  const double updates = std::max(interval_s, 0.05 * kUpdateS) * (1.0 / kUpdateS);
+  normal_variance_ = std::min(normal_variance_ + turn_rad * turn_rad / updates, 1.0);
 
   // What the reaction shows: u - φ, its length told by f_n.
   const hal::Vector3 without_viscous_n = reaction_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm;

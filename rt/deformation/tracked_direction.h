@@ -30,9 +30,9 @@ class TrackedDirection {
   TrackedDirection(const FrictionParameters& friction, double force_noise_n, double rate_hz) noexcept;
 
   void begin(const hal::Vector3& reaction_n) noexcept;
-  /// Rig frame: reaction on the tool, motion of the tip since the last tick, its velocity.
+  /// Rig frame: reaction on the tool, motion of the tip since the last tick, `periods` ago, its velocity.
   void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-              const hal::Vector3& velocity_mm_per_s) noexcept;
+              const hal::Vector3& velocity_mm_per_s, double periods = 1.0) noexcept;
 
   /// u, out of the object, length 1.
   const hal::Vector3& normal() const noexcept { return normal_; }
@@ -42,8 +42,9 @@ class TrackedDirection {
   double deviation_rad() const noexcept;
 
  private:
+  /// `interval_s`: since the last correction.
   void correct(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
-               const hal::Vector3& velocity_mm_per_s) noexcept;
+               const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept;
   /// No friction holds more than a few times what it does in sliding: beyond that it was the normal.
   void give_back_excess() noexcept;
 
@@ -60,7 +61,7 @@ class TrackedDirection {
 
   FrictionParameters friction_;
   std::uint32_t ticks_per_update_;
-  double period_s_;  ///< of the updates
+  double period_s_;  ///< of the loop
   double force_variance_n2_;
   hal::Vector3 normal_{0.0, 0.0, 1.0};
   hal::Vector3 coefficient_;  ///< φ, along the sliding
@@ -68,7 +69,8 @@ class TrackedDirection {
   double normal_variance_ = 0.0;
   double friction_variance_ = 0.0;
   double covariance_ = 0.0;
-  std::uint32_t gathered_ = 0;       ///< ticks since the last update,
+  std::uint32_t gathered_ = 0;  ///< ticks since the last update,
+  double gathered_periods_ = 0.0;
   hal::Vector3 gathered_step_mm_{};  ///< their steps
   hal::Vector3 gathered_n_{};        ///< and reactions, added up
 };

@@ -26,6 +26,9 @@ enum class GuardFault : std::uint8_t {
   kTurntableStalled,   ///< told to move, it does not
   kTurntableTimedOut,  ///< a motion did not end in time
   kTurntableAlarm,     ///< its drive reports an alarm
+  kOscillation,        ///< the command goes back and forth faster than a hand can and gives energy
+  kSensorZeroFar,      ///< the sensor's zero has drifted half as far from its bias as it is followed
+  kSensorZeroLost,     ///< it has drifted as far as it is followed
 };
 
 }  // namespace hapticd::rt

@@ -26,7 +26,8 @@ std::string_view to_text(FaultClearing clearing) noexcept {
 
 std::string fault_table_markdown() {
   std::string text =
-      "| fault | noticed by | action | latched | cleared by | remedy |\n|---|---|---|---|---|---|\n";
+      "| fault | noticed by | action | latched | cleared by | filters start again | remedy |\n"
+      "|---|---|---|---|---|---|---|\n";
   for (const FaultRule& rule : kFaultTable) {
     const bool latched = rule.clearing != FaultClearing::kItself;
     const auto add = [&text](std::string_view cell) { text.append(" ").append(cell).append(" |"); };
@@ -36,6 +37,7 @@ std::string fault_table_markdown() {
     add(to_text(rule.action));
     add(latched ? "yes" : "no");
     add(to_text(rule.clearing));
+    add(rule.restarts ? "yes" : "no");
     add(rule.remedy);
     text += "\n";
   }

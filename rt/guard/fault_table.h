@@ -31,7 +31,11 @@ struct FaultRule {
   std::string_view cause;  ///< how it is noticed
   FaultAction action;
   FaultClearing clearing;
-  bool unfit;                   ///< the sample may not enter a pipeline: its filters would be poisoned
+  bool unfit;  ///< the sample may not enter a pipeline: its filters would be poisoned
+  /// The pipeline starts again: what it estimated is forgotten before the next fit sample, contact is
+  /// declared only once the tool was seen free. Kept: target and its ramp, the sensor's zero, counts of
+  /// contacts, motors' heat.
+  bool restarts;
   bool of_sensor;               ///< only of interest where the scene listens to the force sensor
   std::uint32_t sample_status;  ///< bits of hal::sample_status that mean this fault; 0 = noticed otherwise
   std::string_view remedy;
@@ -52,44 +56,50 @@ inline constexpr auto kFaultTable = [] {
   using namespace fault_table_detail;
   using enum GuardFault;
   return std::array{
-    FaultRule{kStopped, "stopped", "someone asked for it", kCut, kAnyClient, false, false, 0,
+    FaultRule{kStopped, "stopped", "someone asked for it", kCut, kAnyClient, false, true, false, 0,
               "clear when the reason is gone"},
-    FaultRule{kNonFinite, "non_finite", "a measurement or a command is NaN, infinite or absurd", kCut, kAnyClient, true, false, 0,
+    FaultRule{kNonFinite, "non_finite", "a measurement or a command is NaN, infinite or absurd", kCut, kAnyClient, true, true, false, 0,
               "see in the telemetry which one; if it comes back, report it"},
-    FaultRule{kSensorStale, "sensor_stale", "the newest force sample is older than guard.sensor_stale_after_ms", kCut, kAnyClient, true, true, 0,
+    FaultRule{kSensorStale, "sensor_stale", "the newest force sample is older than guard.sensor_stale_after_ms", kCut, kAnyClient, true, true, true, 0,
               "look at the sensor's link and rate (hapticctl doctor)"},
-    FaultRule{kSensorSaturated, "sensor_saturated", "a sensor channel is at the end of its range", kCut, kAnyClient, true, true, status::kForceSaturated,
+    FaultRule{kSensorSaturated, "sensor_saturated", "a sensor channel is at the end of its range", kCut, kAnyClient, true, true, true, status::kForceSaturated,
               "take the load off; press less hard or use a sensor of more range"},
-    FaultRule{kSensorFault, "sensor_fault", "the sensor reports itself unfit", kCut, kAnyClient, true, true, status::kForceFault,
+    FaultRule{kSensorFault, "sensor_fault", "the sensor reports itself unfit", kCut, kAnyClient, true, true, true, status::kForceFault,
               "hapticctl doctor names the bit; check cable, supply and transducer"},
-    FaultRule{kDeviceFault, "device_fault", "the device is lost or reports an error", kCut, kAnyClient, true, false, status::kDeviceFault,
+    FaultRule{kDeviceFault, "device_fault", "the device is lost or reports an error", kCut, kAnyClient, true, true, false, status::kDeviceFault,
               "hapticctl doctor names the error; check cable and supply, then start again"},
-    FaultRule{kSensorLost, "sensor_lost", "no connection to the sensor", kCut, kAnyClient, true, true, status::kForceLost,
+    FaultRule{kSensorLost, "sensor_lost", "no connection to the sensor", kCut, kAnyClient, true, true, true, status::kForceLost,
               "check cable, address and supply; the driver keeps trying"},
-    FaultRule{kSensorWarning, "sensor_warning", "the sensor reports something, but is fit for use", kWarn, kItself, false, true, status::kForceWarning,
+    FaultRule{kSensorWarning, "sensor_warning", "the sensor reports something, but is fit for use", kWarn, kItself, false, false, true, status::kForceWarning,
               "hapticctl doctor names it"},
-    FaultRule{kDeviceNotReady, "device_not_ready", "the device is not calibrated, homed or engaged", kCut, kAnyClient, true, false, status::kDeviceNotReady,
+    FaultRule{kDeviceNotReady, "device_not_ready", "the device is not calibrated, homed or engaged", kCut, kAnyClient, true, true, false, status::kDeviceNotReady,
               "put the arm into its reset pose and home it"},
-    FaultRule{kDeviceWarm, "device_warm", "motors near their thermal limit", kRamp, kAnyClient, false, false, status::kDeviceWarm,
+    FaultRule{kDeviceWarm, "device_warm", "motors near their thermal limit", kRamp, kAnyClient, false, false, false, status::kDeviceWarm,
               "let the motors cool; use lower targets or shorter contacts"},
-    FaultRule{kDeviceOverForce, "device_over_force", "the device was asked for more than it gives", kCut, kAnyClient, false, false, status::kDeviceOverForce,
+    FaultRule{kDeviceOverForce, "device_over_force", "the device was asked for more than it gives", kCut, kAnyClient, false, true, false, status::kDeviceOverForce,
               "lower guard.max_force_n to what the device allows"},
-    FaultRule{kDeviceOverSpeed, "device_over_speed", "the device moves faster than it may", kCut, kAnyClient, false, false, status::kDeviceOverSpeed,
+    FaultRule{kDeviceOverSpeed, "device_over_speed", "the device moves faster than it may", kCut, kAnyClient, false, true, false, status::kDeviceOverSpeed,
               "move more slowly; if nobody moved it, lower the gains"},
-    FaultRule{kCommandStale, "command_stale", "commands did not reach the device in time; it cut the force itself", kCut, kItself, false, false, status::kCommandStale,
+    FaultRule{kCommandStale, "command_stale", "commands did not reach the device in time; it cut the force itself", kCut, kItself, false, true, false, status::kCommandStale,
               "see why the loop was late (hapticctl doctor)"},
-    FaultRule{kLoopGap, "loop_gap", "more than guard.loop_gap_ms between two ticks", kCut, kItself, false, false, 0,
+    FaultRule{kLoopGap, "loop_gap", "more than guard.loop_gap_ms between two ticks", kCut, kItself, false, true, false, 0,
               "see in hapticctl status what took the time; hapticctl doctor says how to set up the machine"},
-    FaultRule{kTurntableMoving, "turntable_moving", "the table turns while the tool touches or the device renders", kCut, kAnyClient, false, false, 0,
+    FaultRule{kTurntableMoving, "turntable_moving", "the table turns while the tool touches or the device renders", kCut, kAnyClient, false, true, false, 0,
               "lift the tool; look why the table turned"},
-    FaultRule{kTurntableLost, "turntable_lost", "no word from the table while it turns", kCut, kAnyClient, false, false, 0,
+    FaultRule{kTurntableLost, "turntable_lost", "no word from the table while it turns", kCut, kAnyClient, false, true, false, 0,
               "check the link, then home the table"},
-    FaultRule{kTurntableStalled, "turntable_stalled", "told to move, the table does not", kWarn, kItself, false, false, 0,
+    FaultRule{kTurntableStalled, "turntable_stalled", "told to move, the table does not", kWarn, kItself, false, false, false, 0,
               "free the table, then hapticctl turntable clear"},
-    FaultRule{kTurntableTimedOut, "turntable_timed_out", "a motion of the table did not end in time, or not where it should", kWarn, kItself, false, false, 0,
+    FaultRule{kTurntableTimedOut, "turntable_timed_out", "a motion of the table did not end in time, or not where it should", kWarn, kItself, false, false, false, 0,
               "check load and speed limit, then hapticctl turntable clear"},
-    FaultRule{kTurntableAlarm, "turntable_alarm", "the table's drive reports an alarm or refuses an order", kWarn, kItself, false, false, 0,
+    FaultRule{kTurntableAlarm, "turntable_alarm", "the table's drive reports an alarm or refuses an order", kWarn, kItself, false, false, false, 0,
               "hapticctl turntable status names it; mend it, then hapticctl turntable clear"},
+    FaultRule{kOscillation, "oscillation", "the command goes back and forth faster than a hand can, and gives energy", kCut, kAnyClient, false, true, false, 0,
+              "lower the target or the gains; hold the tool more firmly"},
+    FaultRule{kSensorZeroFar, "sensor_zero_far", "the sensor's zero has drifted by half of contact.zero_bound_n since its bias", kWarn, kItself, false, false, true, 0,
+              "bias the sensor when the tool is free and at rest (hapticctl sensor bias)"},
+    FaultRule{kSensorZeroLost, "sensor_zero_lost", "the sensor's zero has drifted by contact.zero_bound_n since its bias", kCut, kAnyClient, false, true, true, 0,
+              "bias the sensor with the tool free and at rest (hapticctl sensor bias), then clear"},
   };
 }();
 // clang-format on
@@ -115,9 +125,13 @@ static_assert(
       for (std::size_t i = 0; i < kFaultTable.size(); ++i) {
         if (static_cast<std::size_t>(kFaultTable[i].fault) != i + 1) return false;
       }
-      return kFaultTable.back().fault == GuardFault::kTurntableAlarm;
+      return kFaultTable.back().fault == GuardFault::kSensorZeroLost;
     }(),
     "one line a fault, in the order of GuardFault");
+static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.action == FaultAction::kCut); }) ==
+                      0 &&
+                  faults_that([](const FaultRule& r) { return r.unfit && !r.restarts; }) == 0,
+              "after a cut nothing goes on from before it");
 
 std::string_view to_text(FaultAction action) noexcept;
 std::string_view to_text(FaultClearing clearing) noexcept;

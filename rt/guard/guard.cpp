@@ -19,6 +19,7 @@ constexpr FaultSet kTakesForce =
 constexpr FaultSet kCuts = faults_that([](const FaultRule& r) { return r.action == FaultAction::kCut; });
 constexpr FaultSet kLatches =
     kTakesForce & faults_that([](const FaultRule& r) { return r.clearing != FaultClearing::kItself; });
+constexpr FaultSet kRestarts = faults_that([](const FaultRule& r) { return r.restarts; });
 constexpr FaultSet kUnfit = faults_that([](const FaultRule& r) { return r.unfit; });
 constexpr FaultSet kOfSensor = faults_that([](const FaultRule& r) { return r.of_sensor; });
 
@@ -37,6 +38,15 @@ std::int64_t in_ns(double ms) noexcept {
   return ms > 0.0 ? std::max<std::int64_t>(1, static_cast<std::int64_t>(1e6 * std::min(ms, kLongestMs))) : 0;
 }
 
+/// From one instant to a later one; `instead_s` where time stood still or went back.
+double seconds_between(std::int64_t from_ns, std::int64_t to_ns, double instead_s) noexcept {
+  return to_ns > from_ns ? 1e-9 * static_cast<double>(to_ns - from_ns) : instead_s;
+}
+
+double without_traces(double n) noexcept {
+  return std::abs(n) < Guard::kTraceN ? 0.0 : n;
+}
+
 /// The one to tell of several: the most drastic, and of those the first in the table.
 GuardFault foremost(FaultSet faults) noexcept {
   const FaultSet cutting = faults & kCuts;
@@ -45,7 +55,7 @@ GuardFault foremost(FaultSet faults) noexcept {
 }  // namespace
 
 Guard::Guard(const GuardLimits& limits, double rate_hz) noexcept
-    : period_s_(1.0 / rate_hz) {
+    : period_s_(1.0 / rate_hz), interval_s_(period_s_) {
   set_limits(limits);
 }
 
@@ -56,7 +66,7 @@ void Guard::set_limits(const GuardLimits& limits) noexcept {
 }
 
 inline FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
-  FaultSet faults = standing_;
+  FaultSet faults = standing_ | noticed_;
   if (sample.status != 0) faults |= faults_in(sample.status);
   const hal::Quaternion& q = sample.tip_orientation;
   if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) {
@@ -75,12 +85,29 @@ inline FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
   if (has_time_ && gap_ns_ > 0 && sample.time_ns - last_time_ns_ > gap_ns_) {
     faults |= set_of(GuardFault::kLoopGap);
   }
+  interval_s_ = has_time_ ? seconds_between(last_time_ns_, sample.time_ns, period_s_) : period_s_;
   last_time_ns_ = sample.time_ns;
   has_time_ = true;
   return faults;
 }
 
-void Guard::heed(FaultSet faults) noexcept {
+bool Guard::follow(const hal::RigSample& sample, bool fit) noexcept {
+  if (!fit) {
+    has_position_ = false;
+    speed_.reset();
+    return false;
+  }
+  const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
+  speed_.update(sample.tip_position_mm, seconds_between(last_position_ns_, position_ns, period_s_));
+  const hal::Vector3 step_mm = has_position_ ? sample.tip_position_mm - last_position_mm_ : hal::Vector3{};
+  last_position_mm_ = sample.tip_position_mm;
+  last_position_ns_ = position_ns;
+  has_position_ = true;
+  return oscillation_.update(last_force_n_, step_mm, sample.time_ns);
+}
+
+void Guard::apply_faults(FaultSet faults) noexcept {
+  if ((faults & kRestarts) != 0) restart_ = true;
   const FaultSet taking = faults & kTakesForce;
   if (taking == 0) return;
   const FaultSet latching = taking & kLatches;
@@ -96,25 +123,26 @@ void Guard::heed(FaultSet faults) noexcept {
   if ((taking & kCuts) != 0) {
     falls_ = false;
     authority_ = 0.0;
+    oscillation_.reset();
   }
 }
 
 bool Guard::admit(const hal::RigSample& sample) noexcept {
   present_ = faults_of(sample);
+  const bool fit = (present_ & kUnfit) == 0;
+  if (follow(sample, fit)) present_ |= set_of(GuardFault::kOscillation);
   if ((present_ & kTakesForce) != 0) [[unlikely]] {
-    heed(present_);
+    apply_faults(present_);
   } else if (state_ == GuardState::kSuspended) {
     state_ = GuardState::kResuming;
     fault_ = GuardFault::kNone;
   }
-  const bool fit = (present_ & kUnfit) == 0;
-  if (!fit) has_position_ = false;
   return fit;
 }
 
 void Guard::raise(GuardFault fault) noexcept {
   raised_ |= set_of(fault);
-  heed(set_of(fault));
+  apply_faults(set_of(fault));
 }
 
 bool Guard::clear() noexcept {
@@ -128,52 +156,62 @@ bool Guard::clear() noexcept {
 }
 
 void Guard::update_authority() noexcept {
-  const auto step = [this](double ramp_s) { return ramp_s > 0.0 ? period_s_ / ramp_s : 1.0; };
+  const auto share = [](double interval_s, double ramp_s) {
+    return ramp_s > 0.0 ? interval_s / ramp_s : 1.0;
+  };
   if (holds_back()) {
-    authority_ = falls_ ? std::max(0.0, authority_ - step(limits_.fall_ramp_s)) : 0.0;
+    authority_ = falls_ ? std::max(0.0, authority_ - share(interval_s_, limits_.fall_ramp_s)) : 0.0;
   } else if (state_ == GuardState::kResuming) {
-    authority_ = std::min(1.0, authority_ + step(limits_.resume_ramp_s));
+    authority_ = std::min(1.0, authority_ + share(rise_interval_s(), limits_.resume_ramp_s));
     if (authority_ == 1.0) state_ = GuardState::kRendering;
   }
+}
+
+hal::Vector3 Guard::within_bounds(hal::Vector3 force_n, double max_force_n,
+                                  std::uint8_t& limited) const noexcept {
+  double magnitude_n = std::sqrt(dot(force_n, force_n));
+  if (magnitude_n == 0.0) return {};
+  const hal::Vector3 direction = force_n * (1.0 / magnitude_n);
+  if (magnitude_n > max_force_n) {
+    magnitude_n = max_force_n;
+    force_n = direction * magnitude_n;
+    limited |= guard_limit::kForce;
+  }
+  const double power_w = 1e-3 * magnitude_n * speed_.along_mm_per_s(direction);
+  if (power_w > limits_.max_power_w) {
+    force_n = force_n * (limits_.max_power_w / power_w);
+    limited |= guard_limit::kPower;
+  }
+  return force_n;
 }
 
 hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sample,
                           TickRecord& record) noexcept {
   std::uint8_t limited = 0;
-  if ((present_ & kUnfit) == 0) {
-    // Smoothed over about eight ticks: the bound on power needs no promptness, and one encoder step is not a
-    // motion.
-    const hal::Vector3 raw = (sample.tip_position_mm - last_position_mm_) * (1.0 / period_s_);
-    velocity_mm_per_s_ =
-        has_position_ ? velocity_mm_per_s_ + (raw - velocity_mm_per_s_) * 0.125 : hal::Vector3{};
-    last_position_mm_ = sample.tip_position_mm;
-    has_position_ = true;
-  }
   if (!sane(wanted_n)) [[unlikely]] {
     present_ |= set_of(GuardFault::kNonFinite);
-    heed(set_of(GuardFault::kNonFinite));
+    apply_faults(set_of(GuardFault::kNonFinite));
   }
   if (state_ != GuardState::kRendering) update_authority();
 
   hal::Vector3 force;
   if (authority_ > 0.0) {
-    force = wanted_n * authority_;
-    const double max_force_n = limits_.max_force_n;
-    if (const double squared = dot(force, force); squared > max_force_n * max_force_n) {
-      force = force * (max_force_n / std::sqrt(squared));
-      limited |= guard_limit::kForce;
-    }
-    const double power_w = 1e-3 * dot(force, velocity_mm_per_s_);
-    if (power_w > limits_.max_power_w) {
-      force = force * (limits_.max_power_w / power_w);
-      limited |= guard_limit::kPower;
-    }
+    double max_force_n = limits_.max_force_n;
+    // What the arm can give in this pose: rendered weaker instead of faulted by the device.
+    const bool pose_decides = sample.max_force_n > 0.0 && sample.max_force_n < max_force_n;
+    if (pose_decides) max_force_n = sample.max_force_n;
+
+    force = within_bounds(wanted_n * authority_, max_force_n, limited);
     const hal::Vector3 change = force - last_force_n_;
-    const double largest_change_n = limits_.max_force_rate_n_per_s * period_s_;
-    if (const double squared = dot(change, change); squared > largest_change_n * largest_change_n) {
-      force = last_force_n_ + change * (largest_change_n / std::sqrt(squared));
+    const double max_change_n = limits_.max_force_rate_n_per_s * std::min(interval_s_, period_s_);
+    if (const double squared = dot(change, change); squared > max_change_n * max_change_n) {
+      // Between the last force, which may be above a bound that has come down since, and one that is not.
+      force =
+          within_bounds(last_force_n_ + change * (max_change_n / std::sqrt(squared)), max_force_n, limited);
       limited |= guard_limit::kRate;
     }
+    if (pose_decides && (limited & guard_limit::kForce) != 0) limited |= guard_limit::kPose;
+    force = {without_traces(force.x), without_traces(force.y), without_traces(force.z)};
   }
   last_force_n_ = force;
 

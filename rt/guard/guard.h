@@ -1,9 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include "hal/samples.h"
 #include "rt/guard/fault_table.h"
+#include "rt/guard/oscillation_monitor.h"
+#include "rt/guard/push_speed.h"
 #include "rt/scene/tick_record.h"
 
 namespace hapticd::rt {
@@ -20,10 +24,23 @@ struct GuardLimits {
   double loop_gap_ms = 50.0;
 };
 
-/// The one gate to the device: finite, bounded in magnitude, rate and power. What a fault does to the force
+/// The one gate to the device: finite, bounded in magnitude, power and rate. What a fault does to the force
 /// stands in the table of faults and nowhere here.
+///
+/// Limits hold from the tick in which they are set. Magnitude is also bounded by what the device can give in
+/// its pose (hal::RigSample::max_force_n), tick by tick. Magnitude and power hold in every tick; the rate
+/// holds as long as it does not keep a force above one of them.
+///
+/// Times are the samples': a tick that comes late counts for as long as it was late where force falls, and
+/// for kMaxRampStepS at most where it rises. A step of force is bounded as for one period at most. A time
+/// that stands still counts as one period.
 class Guard {
  public:
+  /// A component below this is exactly zero: nothing decays to denormal numbers.
+  static constexpr double kTraceN = 1e-12;
+  /// What one tick counts at most for a ramp that lets force rise: a gap is no ramp.
+  static constexpr double kMaxRampStepS = 0.01;
+
   Guard(const GuardLimits& limits, double rate_hz) noexcept;
 
   /// Looks for faults; true when the sample may enter a pipeline.
@@ -35,6 +52,8 @@ class Guard {
   void raise(GuardFault fault) noexcept;
   /// Those that show in no sample and last, such as a table that has stalled: present until set otherwise.
   void set_standing(FaultSet faults) noexcept { standing_ = faults; }
+  /// Those that the pipeline notices: present until set otherwise.
+  void set_noticed(FaultSet faults) noexcept { noticed_ = faults; }
   /// True when the latch was left: no fault that takes the force away may be present.
   bool clear() noexcept;
   void set_limits(const GuardLimits& limits) noexcept;
@@ -44,31 +63,46 @@ class Guard {
   GuardState state() const noexcept { return state_; }
   GuardFault fault() const noexcept { return fault_; }
   /// True while a fault keeps the force at zero.
-  bool silent() const noexcept { return holds_back() && authority_ == 0.0; }
+  bool force_is_zero() const noexcept { return holds_back() && authority_ == 0.0; }
+  /// True once after a fault that starts the pipeline again (FaultRule::restarts).
+  bool take_restart() noexcept { return std::exchange(restart_, false); }
+  /// Measured time from the sample before to the one last admitted.
+  double interval_s() const noexcept { return interval_s_; }
+  /// The same where something rises over time: bounded by kMaxRampStepS.
+  double rise_interval_s() const noexcept { return std::min(interval_s_, kMaxRampStepS); }
 
  private:
   bool holds_back() const noexcept {
     return state_ == GuardState::kLatched || state_ == GuardState::kSuspended;
   }
   FaultSet faults_of(const hal::RigSample& sample) noexcept;
+  /// Follows time and place of a sample; true when the command oscillates.
+  bool follow(const hal::RigSample& sample, bool fit) noexcept;
   /// Does what the table says about the faults of a set.
-  void heed(FaultSet faults) noexcept;
+  void apply_faults(FaultSet faults) noexcept;
   void update_authority() noexcept;
+  /// Within magnitude and power; adds to `limited` what was needed.
+  hal::Vector3 within_bounds(hal::Vector3 force_n, double max_force_n, std::uint8_t& limited) const noexcept;
 
   GuardLimits limits_;
   std::int64_t stale_after_ns_ = 0;  ///< of limits_, as samples tell it; 0 = nobody listens to a sensor
   std::int64_t gap_ns_ = 0;          ///< of limits_; 0 = none is too long
   double period_s_;
+  double interval_s_;  ///< see interval_s()
   GuardState state_ = GuardState::kRendering;
   GuardFault fault_ = GuardFault::kNone;
   FaultSet present_ = 0;  ///< in the last sample
   FaultSet raised_ = 0;   ///< since the last record
   FaultSet standing_ = 0;
-  bool falls_ = false;  ///< held back, but not cut: authority falls over a ramp
+  FaultSet noticed_ = 0;
+  bool restart_ = false;  ///< see take_restart()
+  bool falls_ = false;    ///< held back, but not cut: authority falls over a ramp
   double authority_ = 1.0;
   hal::Vector3 last_force_n_;
+  PushSpeed speed_;
+  OscillationMonitor oscillation_;
   hal::Vector3 last_position_mm_;
-  hal::Vector3 velocity_mm_per_s_;  ///< smoothed over a few ticks; only for the power bound
+  std::int64_t last_position_ns_ = 0;
   bool has_position_ = false;
   std::int64_t last_time_ns_ = 0;
   bool has_time_ = false;

@@ -21,17 +21,18 @@ class HandPortPassivity {
   explicit HandPortPassivity(double rate_hz) noexcept : period_s_(1.0 / rate_hz) {}
 
   void begin() noexcept { energy_mj_ = damping_ = 0.0; }
-  /// `step_mm`: motion of the tip over the tick that the forces were held. Returns the force to add to the
-  /// device's.
+  /// `step_mm`: motion of the tip over the `periods` of the loop that the forces were held. Returns the force
+  /// to add to the device's.
   hal::Vector3 update(const hal::Vector3& reaction_n, const hal::Vector3& device_n,
-                      const hal::Vector3& step_mm, const hal::Vector3& velocity_mm_per_s) noexcept {
+                      const hal::Vector3& step_mm, const hal::Vector3& velocity_mm_per_s,
+                      double periods = 1.0) noexcept {
     energy_mj_ -= dot(reaction_n + device_n, step_mm);
     damping_ = 0.0;
     const double deficit_mj = -kToleranceMj - energy_mj_;
     if (deficit_mj <= 0.0) return {};
     const double v2 =
         std::max(dot(velocity_mm_per_s, velocity_mm_per_s), kLeastSpeedMmPerS * kLeastSpeedMmPerS);
-    damping_ = std::min(kMaxDampingNsPerMm, deficit_mj / (v2 * period_s_));
+    damping_ = std::min(kMaxDampingNsPerMm, deficit_mj / (v2 * period_s_ * std::max(periods, 0.05)));
     return velocity_mm_per_s * -damping_;
   }
 

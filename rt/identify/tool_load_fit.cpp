@@ -292,12 +292,19 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   const Vector sizes = usual_sizes(best.theta.mass);
   const Matrix scaled = sizes.asDiagonal() * best.information * sizes.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
+  // Of exact data rounding is all that is left in a direction nothing was told of.
+  const double rounding = 1e-13 * eigen.eigenvalues().maxCoeff();
   Vector error(kP);
   for (int p = 0; p < kP; ++p) {
     double variance = 0.0;
     for (int i = 0; i < kP; ++i) {
       const double share = eigen.eigenvectors()(p, i);
-      variance += share * share / std::max(1e-300, eigen.eigenvalues()(i));
+      const double told = eigen.eigenvalues()(i);
+      if (told > rounding) {
+        variance += share * share / told;
+      } else if (std::abs(share) > 1e-6) {
+        variance = kInfinite;
+      }
     }
     error(p) = std::sqrt(variance);
     const double most = p >= kTurn && p < kTurn + 3 ? 0.5 : p == kMass ? 1.0 : 3.0;

@@ -4,6 +4,8 @@
 #include <bit>
 #include <thread>
 
+#include "rt/loop/flush_denormals.h"
+
 namespace hapticd::rt {
 
 namespace {
@@ -37,6 +39,7 @@ Engine::Engine(const hal::Rig& rig, std::size_t record_capacity)
 Engine::~Engine() = default;
 
 hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
+  const FlushDenormals flush;  // whatever thread calls: a vendor's scheduler, a rig that owns its clock
   const bool observed = observed_.load(std::memory_order_acquire);
   if (!observed) {
     has_time_for_observations_ = owns_clock_;

@@ -16,6 +16,8 @@
 #include <ctime>
 #include <thread>
 
+#include "rt/loop/flush_denormals.h"
+
 namespace hapticd::rt {
 
 namespace {
@@ -141,6 +143,7 @@ void PeriodicLoop::prepare_thread() {
 }
 
 void PeriodicLoop::thread_main() {
+  const FlushDenormals flush;  // for what rigs compute around the tick, too
   prepare_thread();
   const CpuWakeLock awake(config_.keep_cpu_awake);
   if (config_.keep_cpu_awake && !awake.held()) {
@@ -200,6 +203,7 @@ void PeriodicLoop::run_by(hal::ServoClock& clock) {
 
 // A foreign scheduler keeps no grid that we know of: its next call is expected a period after this one.
 void PeriodicLoop::on_servo() noexcept {
+  const FlushDenormals flush;
   const std::int64_t woken_ns = now_ns();
   tick(servo_deadline_ns_ == 0 ? woken_ns : servo_deadline_ns_, woken_ns);
   servo_deadline_ns_ = woken_ns + period_ns_;

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 
+#include "rt/scene/fill_contact.h"
 #include "rt/signal/ticks.h"
-#include "rt/target/largest_pull.h"
 #include "rt/target/release_fade.h"
 
 namespace hapticd::rt {
 
 namespace {
 
-constexpr double kFollowS = 0.5;  // the target is followed so long after a release, fading
 constexpr double kRegainS = 0.1;  // ringing after a bounce is over by then
 
 Direction direction_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz) {
@@ -44,47 +43,43 @@ Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, do
 
 ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& model, const hal::RigInfo& rig)
     : options_(resolved.explore),
-      reach_{std::min(resolved.guard.max_force_n, pull_within_sensor_n(rig)), resolved.guard.max_force_n},
+      reach_(device_reach(resolved.guard.max_force_n, rig)),
       lead_s_(1e-3 * resolved.explore.lead_ms),
       load_(resolved.explore.sensor_mounting
                 ? ToolLoad::mounted(resolved.tool_mass_g, *resolved.explore.sensor_mounting)
                 : ToolLoad(resolved.tool_mass_g, resolved.explore.gravity_at_bias)),
+      zero_(resolved.contact.zero_bound_n),
+      timer_(rig.rate_hz),
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
       deflection_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0,
                   resolved.explore.deflection_cutoff_hz, rig.rate_hz),
       contact_parameters_(resolved.contact),
-      residual_(resolved.tool_mass_g, rig.rate_hz),
-      contact_(resolved.contact, rig.rate_hz),
-      onset_(rig.rate_hz),
+      contact_(resolved.contact, resolved.tool_mass_g, rig.rate_hz),
       regain_ticks_(ticks_of(kRegainS, rig.rate_hz)),
       direction_(direction_of(resolved, model, rig.rate_hz)),
       displacement_(displacement_of(resolved, model, rig.rate_hz)),
       target_(resolved.target, rig.rate_hz),
-      release_step_(
-          1.0 / (rig.rate_hz *
-                 (resolved.explore.release == ReleaseMethod::kFade ? ReleaseFade::kDurationS : kFollowS))),
       passivity_(rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
       back_drive_(resolved.explore.back_drive_compensation ? rig.device.coulomb_friction_n : 0.0) {}
 
 std::uint32_t ExplorePipeline::channels() const noexcept {
   std::uint32_t all = channel::kMotion | channel::kContact | channel::kDeformation | channel::kTarget |
-                      channel::kControl | channel::kDirection;
+                      channel::kControl | channel::kDirection | channel::kZero;
   if (options_.displacement == DisplacementEstimator::kFused) all |= channel::kFusion;
   if (options_.passivity) all |= channel::kPassivity;
   return all;
 }
 
 void ExplorePipeline::reset() noexcept {
+  timer_.reset();
   motion_.reset();
-  residual_.reset();
   contact_.reset();
-  onset_.forget();
   deflection_.reset();
   displacement_.reset();
   controller_.reset();
   back_drive_.reset();
-  back_drive_n_ = {};
+  back_drive_direction_n_ = back_drive_n_ = command_n_ = {};
   has_tip_ = false;
   release_share_ = 0.0;
   desired_before_n_ = {};
@@ -95,101 +90,135 @@ void ExplorePipeline::set_target(const TargetLaw& target, double ramp_s) noexcep
 }
 
 void ExplorePipeline::applied(const hal::Vector3& force_n) noexcept {
-  controller_.applied(force_n - back_drive_n_);  // the rest moves the motors
+  // The rest moves the motors. What the guard took off, it took off both.
+  const double wanted = dot(command_n_, command_n_);
+  const double passed = wanted > 0.0 ? std::clamp(dot(force_n, command_n_) / wanted, 0.0, 1.0) : 0.0;
+  controller_.applied(force_n - back_drive_n_ * passed);
 }
 
 ExplorePipeline::Measured ExplorePipeline::measure(const hal::RigSample& sample) noexcept {
-  motion_.update(sample.tip_position_mm, sample.time_ns);
-  const hal::Vector3 tip_mm = sample.tip_position_mm - deflection_.update(controller_.device_force_n());
+  // What was free under another zero may be a load under this one.
+  if (zero_.take_bias(sample.bias_serial)) contact_.await_free();
+  const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
   Measured now;
-  now.tip_mm = tip_mm;
+  now.interval = timer_.update(position_ns);
+  motion_.update(sample.tip_position_mm, position_ns);
+  now.tip_mm =
+      sample.tip_position_mm - deflection_.update(controller_.device_force_n(), now.interval.periods);
+  now.encoder_mm = sample.tip_position_mm;
   now.velocity_mm_per_s = motion_.velocity_mm_per_s();
   now.acceleration_mm_per_s2 = motion_.acceleration_mm_per_s2();
-  now.load_n = load_.without_weight_n(sample);
+  now.load_n = load_.without_weight_n(sample.sensor_force_n - zero_.zero().force_n, sample.tip_orientation);
   now.reaction_n = now.load_n + load_.inertia_n(now.acceleration_mm_per_s2);
   if (has_tip_) {
-    now.step_mm = tip_mm - last_tip_mm_;
-    back_drive_n_ = back_drive_.update(sample.tip_position_mm - last_encoder_mm_);
+    now.step_mm = now.tip_mm - last_tip_mm_;
+    back_drive_direction_n_ = back_drive_.update(sample.tip_position_mm - last_encoder_mm_);
   }
-  last_tip_mm_ = tip_mm;
+  last_tip_mm_ = now.tip_mm;
   last_encoder_mm_ = sample.tip_position_mm;
   has_tip_ = true;
   return now;
 }
 
-bool ExplorePipeline::update_contact(const hal::RigSample& sample, const Measured& now) noexcept {
-  // Where the reaction pushes, the tip is not above the surface, whatever the way says.
+void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) noexcept {
+  // Where the reaction pushes, the tip is not above the surface, whatever the path says.
   const bool pushed = dot(now.reaction_n, direction_.normal()) > contact_parameters_.threshold_n;
-  const double way_mm = displacement_.displacement_mm();
-  const double depth_mm = pushed ? std::max(0.0, way_mm) : way_mm;
-  if (contact_parameters_.method == ContactMethod::kFilteredAcceleration) {
-    return contact_.update(norm(now.reaction_n), depth_mm, 0.0);
-  }
+  const double counted_mm = displacement_.displacement_mm();
+  const double depth_mm = pushed ? std::max(0.0, counted_mm) : counted_mm;
+  ContactStage3::Input input;
+  input.interval = now.interval;
   // Signed as the residual wants it: in free motion the load is -m a.
-  const hal::Vector3 residual_n =
-      residual_.update(now.load_n * -1.0, sample.tip_position_mm, sample.time_ns, contact_.in_contact());
-  onset_.remember(now.tip_mm, residual_.prompt_force_n());
-  contact_.update(norm(residual_n), depth_mm, 0.0);
-  if (contact_.just_left_surface()) residual_.assume_free();
+  input.free_motion = {now.load_n * -1.0, sample.tip_position_mm, sample.time_ns - sample.position_age_ns,
+                       sample.time_ns - sample.force_mean_age_ns};
+  input.tip_mm = now.tip_mm;
+  input.reaction_n = norm(now.reaction_n);
+  input.depth_mm = depth_mm;
+  input.acceleration_mm_per_s2 = norm(now.acceleration_mm_per_s2);
+  contact_.detect(input);
   // After a bounce the tool may rest on the object without the detector knowing how deep. A law does.
-  regained_ = displacement_.has_law() && contact_.disturbed_ticks() >= regain_ticks_;
+  regained_ = displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;
   if (regained_) contact_.declare();
-  return contact_.in_contact();
+}
+
+void ExplorePipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
+  if (!contact_.zero_shows()) return;
+  zero_.update({load_.in_sensor_frame(contact_.residual_n() * -1.0, sample.tip_orientation),
+                sample.sensor_torque_n_mm - zero_.zero().torque_n_mm},
+               interval);
 }
 
 void ExplorePipeline::begin_contact(const Measured& now) noexcept {
   direction_.begin(now.reaction_n);
   passivity_.begin();
+  path_mm_ = 0.0;
   if (regained_) return displacement_.begin_unseen(now.tip_mm, norm(now.reaction_n));
   const double unfelt_n = contact_parameters_.release_ratio * contact_parameters_.threshold_n;
   const bool looks_back = contact_parameters_.method == ContactMethod::kMatchedInertia;
-  displacement_.begin(looks_back ? onset_.place_mm(unfelt_n + residual_.seen_jerk_n()) : now.tip_mm,
-                      now.tip_mm, direction_.normal(), unfelt_n);
+  displacement_.begin(looks_back ? contact_.onset_mm() : now.tip_mm, now.tip_mm, direction_.normal(),
+                      unfelt_n);
 }
 
 double ExplorePipeline::rate_mm_per_s(const Measured& now) const noexcept {
   return -dot(now.velocity_mm_per_s, direction_.normal());
 }
 
-double ExplorePipeline::estimate(const Measured& now, bool in_contact) noexcept {
-  if (!in_contact) {
-    const double unsure_n = contact_.disturbed_ticks() > 0 ? norm(now.reaction_n) : 0.0;
-    displacement_.rest(-dot(now.step_mm, direction_.normal()), unsure_n);
+double ExplorePipeline::estimate(const Measured& now) noexcept {
+  if (!contact_.in_contact()) {
+    const double unexplained_n = contact_.detector().disturbed_ticks() > 0 ? norm(now.reaction_n) : 0.0;
+    displacement_.rest(-dot(now.step_mm, direction_.normal()), unexplained_n, now.interval);
     return 0.0;
   }
-  if (contact_.just_declared()) {
+  if (contact_.detector().just_declared()) {
     begin_contact(now);
     return dot(now.reaction_n, direction_.normal());
   }
   const hal::Vector3 normal_before = direction_.normal();
-  direction_.update(now.reaction_n, now.step_mm, now.velocity_mm_per_s);
+  direction_.update(now.reaction_n, now.step_mm, now.velocity_mm_per_s, now.interval.periods);
   const hal::Vector3& normal = direction_.normal();
   const double normal_n = dot(now.reaction_n, normal);
-  displacement_.update(now.tip_mm, now.step_mm, normal_before, normal, normal_n, rate_mm_per_s(now));
+  displacement_.update(now.tip_mm, now.step_mm, normal_before, normal, normal_n, rate_mm_per_s(now),
+                       now.interval);
+  path_mm_ -= dot(now.step_mm, normal_before);
   return normal_n;
 }
 
+double ExplorePipeline::authority() const noexcept {
+  return contact_.in_contact() ? contact_.authority() : release_share_ * release_authority_;
+}
+
+void ExplorePipeline::follow_release(const TickInterval& interval) noexcept {
+  if (contact_.in_contact()) {
+    release_share_ = 1.0;
+    release_authority_ = contact_.authority();
+    rendered_mm_ = std::max(0.0, displacement_.displacement_mm());
+    return;
+  }
+  rendered_mm_ = std::clamp(displacement_.displacement_mm(), 0.0, rendered_mm_);
+  release_share_ = std::max(0.0, release_share_ - interval.s / ReleaseFade::kDurationS);
+  if (rendered_mm_ == 0.0 || options_.release == ReleaseMethod::kCut) release_share_ = 0.0;
+}
+
 hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact, double normal_n) noexcept {
+  follow_release(now.interval);
+  const double share = authority();
   const hal::Vector3& normal = direction_.normal();
   const double rate = rate_mm_per_s(now);
-  const double displacement_mm = displacement_.displacement_mm();
-  const double predicted_mm = std::max(0.0, displacement_mm) + lead_s_ * rate;
   if (in_contact) {
-    release_share_ = 1.0;
-    const double target_n = target_.update(predicted_mm, rate, now.tip_mm);
+    const double target_n =
+        target_.update(rendered_mm_ + lead_s_ * rate, rate, now.tip_mm, now.interval.periods);
     desired_before_n_ = options_.friction_feel == FrictionFeel::kKept
                             ? normal * (target_n - normal_n)
                             : normal * target_n - now.reaction_n;  // (4.4)
-    return desired_before_n_;
+    return desired_before_n_ * share;
   }
-  release_share_ = release_share_ > release_step_ ? release_share_ - release_step_ : 0.0;
-  if (displacement_mm <= 0.0 || options_.release == ReleaseMethod::kCut) release_share_ = 0.0;
-  if (release_share_ == 0.0) {
-    target_.rest();
+  if (share == 0.0) {
+    target_.rest(now.interval.periods);
     return {};
   }
-  if (options_.release == ReleaseMethod::kFade) return desired_before_n_ * release_share_;
-  return normal * (release_share_ * target_.update(predicted_mm, rate, now.tip_mm));
+  if (options_.release == ReleaseMethod::kFade) return desired_before_n_ * share;
+  const double receding = std::min(0.0, rate);  // what is rendered may only shrink
+  return normal * (share * target_.update(std::max(0.0, rendered_mm_ + lead_s_ * receding), receding,
+                                          now.tip_mm, now.interval.periods));
 }
 
 bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
@@ -203,18 +232,27 @@ bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept
 
 hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const Measured now = measure(sample);
-  const bool in_contact = update_contact(sample, now);
-  const double normal_n = estimate(now, in_contact);
+  detect(sample, now);
+  const double normal_n = estimate(now);
+  if (contact_.in_contact()) {
+    contact_.judge({normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2),
+                    norm(now.encoder_mm - now.tip_mm)},
+                   now.interval);
+  }
+  follow_zero(sample, now.interval);
+  const bool in_contact = contact_.in_contact();
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);
-  if (options_.passivity && in_contact) {
+  if (options_.passivity && release_share_ > 0.0) {
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,
-                                              now.velocity_mm_per_s);
+                                              now.velocity_mm_per_s, now.interval.periods) *
+                                authority();
   }
   if (hold_within_sensor(desired_n)) record.guard_limits |= guard_limit::kForce;
+  back_drive_n_ = back_drive_direction_n_ * authority();
   // The observer's f_d is the last tick's until the new command is applied.
-  const hal::Vector3 command_n = controller_.update(desired_n) + back_drive_n_;
-  tell(now, in_contact, normal_n, desired_n, command_n, record);
-  return command_n;
+  command_n_ = controller_.update(desired_n) + back_drive_n_;
+  tell(now, in_contact, normal_n, desired_n, command_n_, record);
+  return command_n_;
 }
 
 void ExplorePipeline::tell(const Measured& now, bool in_contact, double normal_n,
@@ -224,9 +262,8 @@ void ExplorePipeline::tell(const Measured& now, bool in_contact, double normal_n
   record.velocity_mm_per_s = rate_mm_per_s(now);
   record.acceleration_mm_per_s2 = -dot(now.acceleration_mm_per_s2, normal);
   record.reaction_force_n = normal_n;
-  record.in_contact = in_contact;
-  record.contact_reason = contact_.reason();
-  record.contact_count = contact_.count();
+  fill_contact(contact_, record);
+  record.zero = zero_.zero();
   record.reaction_n = now.reaction_n;
   record.desired_force_n = -dot(desired_n, normal);
   record.commanded_force_n = -dot(command_n, normal);

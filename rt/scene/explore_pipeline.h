@@ -3,9 +3,8 @@
 #include <cstdint>
 
 #include "hal/rig.h"
-#include "rt/contact/contact_detector.h"
-#include "rt/contact/contact_onset.h"
-#include "rt/contact/free_motion_residual.h"
+#include "rt/contact/contact_stage.h"
+#include "rt/contact/zero_tracker.h"
 #include "rt/control/back_drive_compensation.h"
 #include "rt/control/three_axis_controller.h"
 #include "rt/deformation/direction.h"
@@ -23,8 +22,8 @@
 namespace hapticd::rt {
 
 /// Stiffness modulation in any direction on an object of unknown shape (D§4): tool load in any orientation,
-/// contact, friction, deformation direction, displacement, target force, controller. Each alternative of a
-/// stage is composed in once; what the scene did not ask for is not there.
+/// contact and its evidence, friction, deformation direction, displacement, target force, controller. Each
+/// alternative of a stage is composed in once; what the scene did not ask for is not there.
 class ExplorePipeline final : public Pipeline {
  public:
   /// `model` must hold what the spec needs (see compose()).
@@ -35,10 +34,15 @@ class ExplorePipeline final : public Pipeline {
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
+  FaultSet faults() const noexcept override { return zero_.faults(); }
+  FollowedZero zero() const noexcept override { return zero_.followed(); }
+  void adopt_zero(const FollowedZero& zero) noexcept override { zero_.adopt(zero); }
 
  private:
   /// What one tick measured, rig frame.
   struct Measured {
+    TickInterval interval;
+    hal::Vector3 encoder_mm;
     hal::Vector3 tip_mm;   ///< deflection of the structure taken into account
     hal::Vector3 step_mm;  ///< since the last tick
     hal::Vector3 velocity_mm_per_s;
@@ -48,12 +52,16 @@ class ExplorePipeline final : public Pipeline {
   };
 
   Measured measure(const hal::RigSample& sample) noexcept;
-  bool update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
+  void detect(const hal::RigSample& sample, const Measured& now) noexcept;
   void begin_contact(const Measured& now) noexcept;
   /// Direction and displacement of this tick; returns the normal force.
-  double estimate(const Measured& now, bool in_contact) noexcept;
+  double estimate(const Measured& now) noexcept;
+  void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// Speed into the object.
   double rate_mm_per_s(const Measured& now) const noexcept;
+  /// What is rendered, 0 ... 1: in contact what its evidence allows, then what is left of the release.
+  double authority() const noexcept;
+  void follow_release(const TickInterval& interval) noexcept;
   hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n) noexcept;
   /// No more of the desired force into the object than the sensor bears besides the hand; true where there
   /// was more.
@@ -66,6 +74,8 @@ class ExplorePipeline final : public Pipeline {
   double lead_s_;
 
   ToolLoad load_;
+  ZeroTracker zero_;
+  TickTimer timer_;
   ThreeAxisMotion motion_;
   StructuralDeflection deflection_;
   bool has_tip_ = false;
@@ -73,9 +83,8 @@ class ExplorePipeline final : public Pipeline {
   hal::Vector3 last_encoder_mm_;
 
   ContactParameters contact_parameters_;
-  FreeMotionResidual3 residual_;
-  ContactDetector contact_;
-  ContactOnset3 onset_;
+  ContactStage3 contact_;
+  double path_mm_ = 0.0;  ///< into the object since the onset, along the normals there were
   std::uint32_t regain_ticks_;
   bool regained_ = false;  ///< the present contact was not seen to begin
 
@@ -83,13 +92,16 @@ class ExplorePipeline final : public Pipeline {
   Displacement displacement_;
 
   TargetBlend target_;
-  double release_step_;
-  double release_share_ = 0.0;     ///< of what is still rendered after a release
-  hal::Vector3 desired_before_n_;  ///< in the last tick of contact, for the fade
+  double release_share_ = 0.0;      ///< of what is still rendered after a release
+  double release_authority_ = 0.0;  ///< in the last tick of contact
+  double rendered_mm_ = 0.0;        ///< the displacement that is rendered; after a release it only shrinks
+  hal::Vector3 desired_before_n_;   ///< in the last tick of contact, for the fade
   HandPortPassivity passivity_;
   ThreeAxisController controller_;
   BackDriveCompensation back_drive_;
-  hal::Vector3 back_drive_n_;  ///< in the command besides what the controller wants
+  hal::Vector3 back_drive_direction_n_;  ///< all of the compensation
+  hal::Vector3 back_drive_n_;            ///< in the command besides what the controller wants
+  hal::Vector3 command_n_;               ///< the last one, before the guard
 };
 
 }  // namespace hapticd::rt

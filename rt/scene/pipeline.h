@@ -3,7 +3,9 @@
 #include <cstdint>
 
 #include "hal/samples.h"
+#include "rt/guard/fault_table.h"
 #include "rt/scene/tick_record.h"
+#include "rt/signal/sensor_zero.h"
 #include "rt/target/target_law.h"
 
 namespace hapticd::rt {
@@ -27,6 +29,12 @@ class Pipeline {
   /// Forget all that was estimated (after a fault or at load); the next sample seeds everything anew, and
   /// contact is declared only once the tool was seen free.
   virtual void reset() noexcept = 0;
+
+  /// What it noticed of the rig with the last sample.
+  virtual FaultSet faults() const noexcept { return 0; }
+  /// The sensor's zero as it is followed; another pipeline goes on from it.
+  virtual FollowedZero zero() const noexcept { return {}; }
+  virtual void adopt_zero(const FollowedZero& /*zero*/) noexcept {}
 
   /// New target, reached over `ramp_s` from the force of the present one. One-dimensional scenes know linear
   /// targets only; whoever sets one has checked.

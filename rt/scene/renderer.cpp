@@ -14,6 +14,8 @@ Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept
   hand_over_n_ = guard_.force_n();
   hand_over_share_ = next != nullptr && dot(hand_over_n_, hand_over_n_) > 0.0 ? 1.0 : 0.0;
   guard_.set_limits(limits);
+  if (before != nullptr && (before->channels() & channel::kZero) != 0) zero_ = before->zero();
+  if (next != nullptr) next->adopt_zero(zero_);
   return before;
 }
 
@@ -22,10 +24,10 @@ void Renderer::set_target(const TargetLaw& target, double ramp_s) noexcept {
 }
 
 inline hal::Vector3 Renderer::wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept {
-  if (!guard_.admit(sample)) {
-    pipeline_is_stale_ = true;
-    return {};
-  }
+  guard_.set_noticed(pipeline_ != nullptr ? pipeline_->faults() : 0);
+  const bool fit = guard_.admit(sample);
+  if (guard_.take_restart()) pipeline_is_stale_ = true;
+  if (!fit) return {};
   if (pipeline_ == nullptr) return {};
   if (pipeline_is_stale_) {
     pipeline_->reset();
@@ -44,18 +46,18 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.sensor_force_n = sample.sensor_force_n;
   record.sample_status = sample.status;
   record.force_count = sample.force_count;
+  record.force_age_ns = sample.force_age_ns;
+  record.bias_serial = sample.bias_serial;
   record.guard_limits = 0;
 
   hal::Vector3 wanted = wanted_n(sample, record);
   const bool is_free = !record.in_contact && std::abs(record.desired_force_n) < kNothingWantedN;
-  ticks_free_ = is_free ? std::min(ticks_free_ + 1, free_ticks_) : 0;
-  const bool was_latched = guard_.silent();
-  hand_over_share_ = was_latched ? 0.0 : std::max(0.0, hand_over_share_ - hand_over_step_);
+  // A tick that is missing is no time in which it was seen free.
+  free_s_ = is_free ? std::min(free_s_ + std::min(guard_.interval_s(), period_s_), kFreeS) : 0.0;
+  hand_over_share_ =
+      guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);
   wanted = hand_over_n_ * hand_over_share_ + wanted * (1.0 - hand_over_share_);
   const hal::DeviceCommand command{guard_.bound(wanted, sample, record)};
-  // A command that was no number came out of the pipeline's own state: start that anew as well.
-  const bool is_number = std::isfinite(wanted.x + wanted.y + wanted.z);
-  if (!is_number || (!was_latched && guard_.fault() == GuardFault::kNonFinite)) pipeline_is_stale_ = true;
   if (pipeline_ != nullptr) pipeline_->applied(command.force_n);
   return command;
 }

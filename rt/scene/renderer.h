@@ -13,9 +13,7 @@ namespace hapticd::rt {
 class Renderer {
  public:
   Renderer(const GuardLimits& limits, double rate_hz) noexcept
-      : guard_(limits, rate_hz),
-        hand_over_step_(1.0 / (kHandOverS * rate_hz)),
-        free_ticks_(static_cast<std::uint32_t>(kFreeS * rate_hz)) {}
+      : guard_(limits, rate_hz), period_s_(1.0 / rate_hz) {}
 
   /// Swaps the pipeline (null: no scene, zero force) and returns the one before; the caller keeps ownership
   /// of both. The new one starts reset, and what it wants takes the place of the force that stands over 50
@@ -26,7 +24,7 @@ class Renderer {
   /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
   /// enough that no release is still fading.
   bool free() const noexcept {
-    return pipeline_ == nullptr || guard_.silent() || ticks_free_ >= free_ticks_;
+    return pipeline_ == nullptr || guard_.force_is_zero() || free_s_ + 0.5 * period_s_ >= kFreeS;
   }
 
   hal::DeviceCommand tick(const hal::RigSample& sample, TickRecord& record) noexcept;
@@ -44,19 +42,19 @@ class Renderer {
   hal::Vector3 wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept;
 
   static constexpr double kHandOverS = 0.05;
-  static constexpr double kFreeS = 0.06;           // the longest fade takes 50 ms
+  static constexpr double kFreeS = 0.06;           // well beyond the longest fade
   static constexpr double kNothingWantedN = 1e-3;  // of the device
 
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline
   Guard guard_;
+  FollowedZero zero_;         ///< of the pipeline before, as the sensor's goes on
   hal::Vector3 hand_over_n_;  ///< of the pipeline before, when it was exchanged
   double hand_over_share_ = 0.0;
-  double hand_over_step_;
-  std::uint32_t free_ticks_;
-  std::uint32_t ticks_free_ = 0;    ///< out of contact with no force wanted, up to free_ticks_
+  double period_s_;
+  double free_s_ = 0.0;             ///< out of contact with no force wanted, up to kFreeS
   std::uint32_t generation_ = 0;    ///< scene loads and unloads so far
-  bool pipeline_is_stale_ = false;  ///< a sample unfit for filters was seen: reset before the next fit one
+  bool pipeline_is_stale_ = false;  ///< a fault broke its history off: reset before the next fit sample
 };
 
 }  // namespace hapticd::rt

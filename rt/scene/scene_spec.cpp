@@ -13,6 +13,8 @@ namespace hapticd::rt {
 
 namespace {
 
+constexpr double kMinThresholdN = 0.005;
+
 /// Names what is wrong with one value of a scene.
 class Checker {
  public:
@@ -54,6 +56,9 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   if (spec.contact.threshold_n == 0.0) {
     spec.contact.threshold_n = explores ? 0.02 : 0.015;  // three axes of noise, and a tool that tilts
   }
+  if (spec.contact.evidence.unexplained_force_n == 0.0) {
+    spec.contact.evidence.unexplained_force_n = default_unexplained_force_n(spec.contact.threshold_n);
+  }
   if (spec.controller.proportional_gain == 0.0) {
     const ControllerParameters gains = default_gains(device.model);
     spec.controller.proportional_gain = gains.proportional_gain;
@@ -82,7 +87,16 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
     spec.press_axis = axis * (1.0 / length);
   }
   check.range("tool.mass_g", spec.tool_mass_g, 0.0, 500.0, "g");
-  check.range("contact.threshold_n", spec.contact.threshold_n, 1e-4, 5.0, "N");
+  check.range("contact.threshold_n", spec.contact.threshold_n, kMinThresholdN, 5.0,
+              "N (less is within the noise of a tick's mean)");
+  check.range("contact.lowest_stiffness_n_per_mm", spec.contact.evidence.lowest_stiffness_n_per_mm, 0.002,
+              10.0, "N/mm");
+  check.range("contact.unexplained_force_n", spec.contact.evidence.unexplained_force_n,
+              2.0 * spec.contact.threshold_n, 5.0, "N (no less than twice contact.threshold_n)");
+  if (spec.contact.zero_bound_n != 0.0) {
+    check.range("contact.zero_bound_n", spec.contact.zero_bound_n, spec.contact.threshold_n, 1.0,
+                "N (no less than contact.threshold_n; 0: the zero is not followed)");
+  }
   check.range("contact.release_ratio", spec.contact.release_ratio, 0.0, 1.0, "(fraction of the threshold)");
   check.range("contact.release_ticks", spec.contact.release_ticks, 1, 1000, "ticks");
   check.range("contact.release_clearance_mm", spec.contact.release_clearance_mm, 0.01, 50.0, "mm");
@@ -149,7 +163,7 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   const bool tracked = e.direction == DirectionMethod::kTracked;
   stages.emplace_back("motion: adaptive-window velocity, 50 Hz Butterworth acceleration, three axes");
   stages.emplace_back("tool compensation: gravity and inertia in any orientation (4.5)-(4.8)");
-  stages.emplace_back("contact: force threshold with release hysteresis");
+  stages.emplace_back("contact: force threshold with release hysteresis, force by the evidence of an object");
   stages.emplace_back(bearing ? "friction: Coulomb-viscous, ball bearing (4.11)"
                               : "friction: Dahl, solid rod (4.12)-(4.15), exact and scaled by the load");
   stages.emplace_back(tracked ? "direction: normal and friction told apart by when they change (Kalman)"
@@ -187,7 +201,8 @@ SceneOutline outline(const SceneSpec& spec) {
   switch (spec.kind) {
     case SceneKind::kTap1d:
       result.stages = {"motion: adaptive-window velocity, 50 Hz Butterworth acceleration",
-                       "tool compensation: inertia (3.4)", "contact: force threshold with release hysteresis",
+                       "tool compensation: inertia (3.4)",
+                       "contact: force threshold with release hysteresis, force by the evidence of an object",
                        "displacement: from the contact point along the press axis"};
       break;
     case SceneKind::kWall:
@@ -202,7 +217,7 @@ SceneOutline outline(const SceneSpec& spec) {
   }
   if (spec.kind != SceneKind::kWall) {
     result.hardware.emplace_back("force sensor");
-    result.channels |= channel::kMotion;
+    result.channels |= channel::kMotion | channel::kZero;
   }
   if (!spec.turntable_station.empty()) result.hardware.emplace_back("turntable");
   if (spec.kind != SceneKind::kExplore) {

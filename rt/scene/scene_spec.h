@@ -45,8 +45,8 @@ enum class FrictionFeel : std::uint8_t {
 
 /// What is rendered when an object that recovers slowly lets go of the tip while it is still deep.
 enum class ReleaseMethod : std::uint8_t {
-  kFollow,  ///< the target, along the way back to the undeformed surface
-  kFade,    ///< the last force, fading over 50 ms
+  kFollow,  ///< the target, at a displacement that only shrinks, fading over 12 ms
+  kFade,    ///< the last force, fading over 12 ms
   kCut,     ///< nothing (D§4.3.1)
 };
 
@@ -85,9 +85,10 @@ struct SceneSpec {
   ContactParameters contact;
   double wall_position_mm = 0.0;  ///< kWall: the surface, along the press axis
 
-  TargetLaw target;                             ///< at load
-  double max_target_stiffness_n_per_mm = 0.0;  ///< requests above are granted only this much; 0 = the device's
-  double target_ramp_s = 0.1;                   ///< default ramp of a target change
+  TargetLaw target;  ///< at load
+  double max_target_stiffness_n_per_mm =
+      0.0;                     ///< requests above are granted only this much; 0 = the device's
+  double target_ramp_s = 0.1;  ///< default ramp of a target change
 
   bool structural_compensation = true;
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = the device's own

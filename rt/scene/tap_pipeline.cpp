@@ -1,9 +1,10 @@
 #include "rt/scene/tap_pipeline.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "rt/scene/fill_contact.h"
 #include "rt/signal/tool_compensation.h"
-#include "rt/target/largest_pull.h"
 
 namespace hapticd::rt {
 
@@ -11,25 +12,24 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),
       tool_mass_g_(resolved.tool_mass_g),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
-      reach_{std::min(resolved.guard.max_force_n, pull_within_sensor_n(rig)), resolved.guard.max_force_n},
+      reach_(device_reach(resolved.guard.max_force_n, rig)),
+      timer_(rig.rate_hz),
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
-      contact_parameters_(resolved.contact),
-      residual_(resolved.tool_mass_g, rig.rate_hz),
-      contact_(resolved.contact, rig.rate_hz),
-      onset_(rig.rate_hz),
+      zero_(resolved.contact.zero_bound_n),
+      looks_back_(resolved.contact.method == ContactMethod::kMatchedInertia),
+      contact_(resolved.contact, resolved.tool_mass_g, rig.rate_hz),
       target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
-      controller_(resolved.controller, rig.rate_hz),
-      fade_(rig.rate_hz) {}
+      controller_(resolved.controller, rig.rate_hz) {}
 
 std::uint32_t TapPipeline::channels() const noexcept {
-  return channel::kMotion | channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl;
+  return channel::kMotion | channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl |
+         channel::kZero;
 }
 
 void TapPipeline::reset() noexcept {
+  timer_.reset();
   motion_.reset();
-  residual_.reset();
   contact_.reset();
-  onset_.forget();
   controller_.reset();
   fade_.reset();
 }
@@ -42,22 +42,50 @@ void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
   controller_.applied(axis_.along_axis_n(force_n));
 }
 
-bool TapPipeline::update_contact(double sensor_n, double reaction_n, double depth_mm,
-                                 std::int64_t time_ns) noexcept {
-  if (contact_parameters_.method == ContactMethod::kFilteredAcceleration) {
-    const bool in_contact = contact_.update(reaction_n, depth_mm, contact_depth_mm_);
-    if (contact_.just_declared()) contact_depth_mm_ = depth_mm;
-    return in_contact;
+TapPipeline::Measured TapPipeline::measure(const hal::RigSample& sample) noexcept {
+  // What was free under another zero may be a load under this one.
+  if (zero_.take_bias(sample.bias_serial)) contact_.await_free();
+  const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
+  Measured now;
+  now.interval = timer_.update(position_ns);
+  now.depth_mm = axis_.depth_mm(sample.tip_position_mm);
+  motion_.update(now.depth_mm, position_ns);
+  now.sensor_n = axis_.reaction_n(sample.sensor_force_n - zero_.zero().force_n);
+  now.reaction_n = reaction_force_n(now.sensor_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
+  return now;
+}
+
+void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& now) noexcept {
+  ContactStage::Input input;
+  input.interval = now.interval;
+  input.free_motion = {now.sensor_n, now.depth_mm, sample.time_ns - sample.position_age_ns,
+                       sample.time_ns - sample.force_mean_age_ns};
+  input.tip_mm = now.depth_mm;
+  input.reaction_n = std::abs(now.reaction_n);
+  input.depth_mm = now.depth_mm;
+  input.contact_depth_mm = contact_depth_mm_;
+  input.acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2());
+  contact_.detect(input);
+  if (contact_.detector().just_declared())
+    contact_depth_mm_ = looks_back_ ? contact_.onset_mm() : now.depth_mm;
+  if (contact_.in_contact()) {
+    const double path_mm = now.depth_mm - contact_depth_mm_;
+    const double bent_mm =
+        structural_n_per_mm_ > 0.0 ? controller_.device_force_n() / structural_n_per_mm_ : 0.0;
+    contact_.judge(
+        {now.reaction_n, path_mm - bent_mm, path_mm, input.acceleration_mm_per_s2, std::abs(bent_mm)},
+        now.interval);
   }
-  const double residual_n = residual_.update(sensor_n, depth_mm, time_ns, contact_.in_contact());
-  onset_.remember(depth_mm, residual_.prompt_force_n());
-  const bool in_contact = contact_.update(residual_n, depth_mm, contact_depth_mm_);
-  if (contact_.just_declared()) {
-    contact_depth_mm_ = onset_.place_mm(contact_parameters_.release_ratio * contact_parameters_.threshold_n +
-                                        residual_.seen_jerk_n());
-  }
-  if (contact_.just_left_surface()) residual_.assume_free();
-  return in_contact;
+  follow_zero(sample, now.interval);
+}
+
+void TapPipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
+  if (!contact_.zero_shows()) return;
+  // Along the axis what the tool's inertia leaves unexplained; across it the inertia averages out.
+  const hal::Vector3 read_n = sample.sensor_force_n - zero_.zero().force_n;
+  const hal::Vector3 error_n =
+      read_n + axis_.device_force_n(axis_.reaction_n(read_n) - contact_.residual_n());
+  zero_.update({error_n, sample.sensor_torque_n_mm - zero_.zero().torque_n_mm}, interval);
 }
 
 bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
@@ -71,40 +99,40 @@ bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) c
 }
 
 hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
-  const double depth_mm = axis_.depth_mm(sample.tip_position_mm);
-  motion_.update(depth_mm, sample.time_ns);
-  const double sensor_n = axis_.reaction_n(sample.sensor_force_n);
-  const double reaction_n = reaction_force_n(sensor_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
-  const bool in_contact = update_contact(sensor_n, reaction_n, depth_mm, sample.time_ns);
+  const Measured now = measure(sample);
+  update_contact(sample, now);
+  const bool in_contact = contact_.in_contact();
 
-  const double target = target_.update();
+  const double target = target_.update(now.interval.periods);
   DesiredForce desired;
   if (in_contact) {
-    const double encoder_mm = depth_mm - contact_depth_mm_;
+    const double encoder_mm = now.depth_mm - contact_depth_mm_;
+    // a (f_r - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
+    const double share = contact_.authority();
     desired = structural_n_per_mm_ > 0.0
-                  ? desired_force_compensated(reaction_n, target, encoder_mm, structural_n_per_mm_)
-                  : desired_force_rigid(reaction_n, target, encoder_mm);
+                  ? desired_force_compensated(share * now.reaction_n, share * target, encoder_mm,
+                                              structural_n_per_mm_)
+                  : desired_force_rigid(share * now.reaction_n, share * target, encoder_mm);
     if (hold_within_sensor(desired, encoder_mm)) record.guard_limits |= guard_limit::kForce;
   }
-  desired.force_n = fade_.update(in_contact, desired.force_n);
+  desired.force_n = fade_.update(in_contact, desired.force_n, now.interval);
   const double device_force_n = controller_.device_force_n();
   const double command_n = controller_.update(desired.force_n);
 
   record.velocity_mm_per_s = motion_.velocity_mm_per_s();
   record.acceleration_mm_per_s2 = motion_.acceleration_mm_per_s2();
-  record.reaction_force_n = reaction_n;
-  record.in_contact = in_contact;
-  record.contact_reason = contact_.reason();
-  record.contact_count = contact_.count();
+  record.reaction_force_n = now.reaction_n;
+  fill_contact(contact_, record);
+  record.zero = zero_.zero();
   record.displacement_mm = desired.displacement_mm;
   record.target_stiffness_n_per_mm = target;
   record.desired_force_n = desired.force_n;
   record.commanded_force_n = command_n;
   if (in_contact) {
-    record.hand_force_n = reaction_n - device_force_n;  // (3.1)
+    record.hand_force_n = now.reaction_n - device_force_n;  // (3.1)
     if (desired.displacement_mm > 0.0) {
       const FeasibleRange range =
-          feasible_range(reaction_n / desired.displacement_mm, record.hand_force_n, reach_);
+          feasible_range(now.reaction_n / desired.displacement_mm, record.hand_force_n, reach_);
       record.feasible_min_n_per_mm = range.min_n_per_mm;
       record.feasible_max_n_per_mm = range.max_n_per_mm;
     }

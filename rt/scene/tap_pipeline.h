@@ -3,9 +3,8 @@
 #include <cstdint>
 
 #include "hal/rig.h"
-#include "rt/contact/contact_detector.h"
-#include "rt/contact/contact_onset.h"
-#include "rt/contact/free_motion_residual.h"
+#include "rt/contact/contact_stage.h"
+#include "rt/contact/zero_tracker.h"
 #include "rt/control/force_controller.h"
 #include "rt/scene/axis.h"
 #include "rt/scene/pipeline.h"
@@ -18,8 +17,9 @@
 
 namespace hapticd::rt {
 
-/// Stiffness modulation along one axis (D§3): tool compensation, contact, displacement from the contact
-/// point, desired force, controller. Knows nothing of the object; the measured reaction is enough.
+/// Stiffness modulation along one axis (D§3): tool compensation, contact and its evidence, displacement from
+/// the contact point, desired force, controller. Knows nothing of the object; the measured reaction is
+/// enough.
 class TapPipeline final : public Pipeline {
  public:
   TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
@@ -29,9 +29,22 @@ class TapPipeline final : public Pipeline {
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
+  FaultSet faults() const noexcept override { return zero_.faults(); }
+  FollowedZero zero() const noexcept override { return zero_.followed(); }
+  void adopt_zero(const FollowedZero& zero) noexcept override { zero_.adopt(zero); }
 
  private:
-  bool update_contact(double sensor_n, double reaction_n, double depth_mm, std::int64_t time_ns) noexcept;
+  /// What one tick measured along the axis.
+  struct Measured {
+    TickInterval interval;
+    double depth_mm = 0.0;
+    double sensor_n = 0.0;    ///< zero taken off
+    double reaction_n = 0.0;  ///< f_r (3.4)
+  };
+
+  Measured measure(const hal::RigSample& sample) noexcept;
+  void update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
+  void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
   /// True where it was.
   bool hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept;
@@ -40,11 +53,11 @@ class TapPipeline final : public Pipeline {
   double tool_mass_g_;
   double structural_n_per_mm_;  ///< 0 = device taken as rigid
   DeviceReach reach_;
+  TickTimer timer_;
   MotionEstimator motion_;
-  ContactParameters contact_parameters_;
-  FreeMotionResidual residual_;
-  ContactDetector contact_;
-  ContactOnset onset_;
+  ZeroTracker zero_;
+  bool looks_back_;  ///< a contact began before it was declared
+  ContactStage contact_;
   double contact_depth_mm_ = 0.0;  ///< where the present contact began
   TargetRamp target_;
   ForceController controller_;

@@ -5,6 +5,7 @@
 
 #include "hal/samples.h"
 #include "rt/guard/fault.h"
+#include "rt/signal/sensor_zero.h"
 
 namespace hapticd::rt {
 
@@ -22,6 +23,7 @@ inline constexpr std::uint32_t kTruth = 1U << 8;    ///< only on a simulated rig
 inline constexpr std::uint32_t kDirection = 1U << 9;   ///< normal, reaction and friction as vectors
 inline constexpr std::uint32_t kFusion = 1U << 10;     ///< what the contact law says, and the deviation
 inline constexpr std::uint32_t kPassivity = 1U << 11;  ///< energy at the hand's port
+inline constexpr std::uint32_t kZero = 1U << 12;       ///< the sensor's zero as it is followed
 }  // namespace channel
 
 /// Why the contact state is what it is.
@@ -32,6 +34,8 @@ enum class ContactReason : std::uint8_t {
   kHeld,            ///< in contact, force above the release level
   kBelowRelease,    ///< released this tick: force stayed below the release level
   kAboveSurface,    ///< released this tick: the tip drew back past the contact point or out of the wall
+  kReactionLost,    ///< released this tick: the object that was touched is gone from under the tip
+  kWithdrawn,       ///< what was declared was no object; a contact follows only after the tool was seen free
 };
 
 /// State of the guard, the one gate between any renderer and any device.
@@ -46,6 +50,7 @@ namespace guard_limit {
 inline constexpr std::uint8_t kForce = 1U << 0;  ///< magnitude was cut, or held within what the sensor bears
 inline constexpr std::uint8_t kRate = 1U << 1;   ///< change since the last tick was cut
 inline constexpr std::uint8_t kPower = 1U << 2;  ///< power into the user's hand was cut
+inline constexpr std::uint8_t kPose = 1U << 3;   ///< with kForce: the device gives less than that in its pose
 }  // namespace guard_limit
 
 /// What took the time when a period was overrun.
@@ -75,6 +80,8 @@ struct TickRecord {
   hal::Vector3 sensor_force_n;
   std::uint32_t sample_status = 0;
   std::uint32_t force_count = 0;
+  std::int64_t force_age_ns = 0;  ///< of the newest sensor sample
+  std::uint32_t bias_serial = 0;  ///< of the sensor's zero; 0 = never biased
   // channel::kMotion
   double velocity_mm_per_s = 0.0;
   double acceleration_mm_per_s2 = 0.0;
@@ -82,7 +89,12 @@ struct TickRecord {
   double reaction_force_n = 0.0;  ///< f_r, tool inertia removed (3.4); in 3D its normal part
   bool in_contact = false;
   ContactReason contact_reason = ContactReason::kAwaitingFree;
-  std::uint32_t contact_count = 0;  ///< contacts since the scene was loaded
+  std::uint32_t contact_count = 0;    ///< contacts since the scene was loaded
+  std::uint32_t withdrawn_count = 0;  ///< of those, how many turned out to be no object
+  double contact_authority = 0.0;     ///< 0 … 1: share of the desired force the contact's evidence allows
+  double contact_force_n = 0.0;       ///< magnitude of what the threshold is compared with
+  // channel::kZero
+  SensorZero zero;  ///< taken off what the sensor reads, its frame
   // channel::kDeformation
   double displacement_mm = 0.0;  ///< x_r
   // channel::kTarget

@@ -57,6 +57,7 @@ hal::Vector3 WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& re
   record.in_contact = in_contact;
   record.contact_reason = reason_;
   record.contact_count = contact_count_;
+  record.contact_authority = in_contact ? 1.0 : 0.0;  // the wall needs no evidence
   record.displacement_mm = in_contact ? wall.displacement_mm : 0.0;
   record.target_stiffness_n_per_mm = target;
   record.desired_force_n = desired_n;

@@ -6,23 +6,11 @@
 #include "rt/signal/ticks.h"
 
 namespace hapticd::rt {
-namespace {
-
-// 1/n: a division is as dear as all the rest of a step through the window.
-constexpr auto kReciprocal = [] {
-  std::array<double, AdaptiveWindowVelocity::kMaxWindow + 1> reciprocal{};
-  for (std::size_t n = 1; n < reciprocal.size(); ++n) reciprocal[n] = 1.0 / static_cast<double>(n);
-  return reciprocal;
-}();
-
-}  // namespace
-
 AdaptiveWindowVelocity::AdaptiveWindowVelocity(double noise_bound_mm, double rate_hz, Fit fit) noexcept
     : noise_bound_mm_(noise_bound_mm),
       rate_hz_(rate_hz),
       spacing_(std::min(static_cast<int>(ticks_of(kSpacingS, rate_hz)), kWidestSpacing)),
       held_(kMaxWindow * spacing_ + 1),
-      point_rate_hz_(rate_hz / spacing_),
       fit_(fit),
       newest_(held_) {}
 
@@ -33,10 +21,11 @@ void AdaptiveWindowVelocity::reset() noexcept {
   velocity_mm_per_s_ = 0.0;
 }
 
-double AdaptiveWindowVelocity::update(double position_mm) noexcept {
+double AdaptiveWindowVelocity::update(double position_mm, double periods) noexcept {
+  const Reading now{position_mm, filled_ == 0 ? 0.0 : reading(0).periods + periods};
   newest_ = newest_ + 1 < 2 * held_ ? newest_ + 1 : held_;
-  positions_[static_cast<std::size_t>(newest_)] = position_mm;
-  positions_[static_cast<std::size_t>(newest_ - held_)] = position_mm;
+  readings_[static_cast<std::size_t>(newest_)] = now;
+  readings_[static_cast<std::size_t>(newest_ - held_)] = now;
   if (filled_ < held_) [[unlikely]]
     points_ = filled_++ / spacing_;
   if (points_ == 0) [[unlikely]] {
@@ -52,50 +41,59 @@ double AdaptiveWindowVelocity::update(double position_mm) noexcept {
 void AdaptiveWindowVelocity::fit_first() noexcept {
   window_ = filled_ - 1;
   if (window_ == 0) return;
-  const double first = positions_[static_cast<std::size_t>(newest_ - window_)];
-  velocity_mm_per_s_ = (position(0) - first) / window_ * rate_hz_;
+  velocity_mm_per_s_ = slope_from(readings_[static_cast<std::size_t>(newest_ - window_)]) * rate_hz_;
 }
 
-// A line of slope b through the newest position passes within the bound of the position j periods ago iff b
-// lies in
-// [(y_k - y_{k-j} - d)/(jT), (y_k - y_{k-j} + d)/(jT)]; the window grows while its end slope lies in all of
-// them.
+// A line of slope b through the newest position y_k at t_k passes within the bound d of an earlier one, y_j
+// at t_j, iff b lies in [(y_k - y_j - d)/(t_k - t_j), (y_k - y_j + d)/(t_k - t_j)]; the window grows while
+// its end slope lies in all of them.
 void AdaptiveWindowVelocity::fit_end() noexcept {
-  const double newest = position(0);
+  const Reading& newest = reading(0);
   double low = -HUGE_VAL;
   double high = HUGE_VAL;
-  const auto slope = [&](int n) {  // per period
-    return (newest - position(n)) * kReciprocal[static_cast<std::size_t>(n)];
-  };
+  double slope = 0.0;
   int n = 1;
   for (; n <= points_; ++n) {
-    const double candidate = slope(n);
+    const Reading& earlier = reading(n);
+    const double per_period = 1.0 / (newest.periods - earlier.periods);
+    const double candidate = (newest.position_mm - earlier.position_mm) * per_period;
     if (candidate < low || candidate > high) break;
-    const double slack = noise_bound_mm_ * kReciprocal[static_cast<std::size_t>(n)];
+    slope = candidate;
+    const double slack = noise_bound_mm_ * per_period;
     low = std::max(candidate - slack, low);
     high = std::min(candidate + slack, high);
   }
   window_ = n - 1;
-  velocity_mm_per_s_ = slope(window_) * point_rate_hz_;
+  velocity_mm_per_s_ = slope * rate_hz_;
 }
 
 void AdaptiveWindowVelocity::fit_best() noexcept {
-  const double newest = position(0);
-  double accepted = (newest - position(1)) * point_rate_hz_;
+  const Reading newest = reading(0);
+  double accepted = slope_from(reading(1));
   window_ = 1;
-  for (int n = 2; n <= points_; ++n) {
-    double weighted = 0.0;
-    for (int i = 0; i <= n; ++i) weighted += (n - 2 * i) * (position(i) - newest);
-    const double slope = 6.0 * weighted * point_rate_hz_ / (static_cast<double>(n) * (n + 1) * (n + 2));
+  // Sums over the window of t, y, t² and t y, all less those of the newest.
+  double sum_t = 0.0, sum_y = 0.0, sum_tt = 0.0, sum_ty = 0.0;
+  for (int n = 1; n <= points_; ++n) {
+    const double t = reading(n).periods - newest.periods;
+    const double y = reading(n).position_mm - newest.position_mm;
+    sum_t += t;
+    sum_y += y;
+    sum_tt += t * t;
+    sum_ty += t * y;
+    if (n == 1) continue;
+    const double count = n + 1;
+    const double slope = (count * sum_ty - sum_t * sum_y) / (count * sum_tt - sum_t * sum_t);
     bool within = true;
     for (int j = 1; j <= n && within; ++j) {
-      within = std::abs(position(j) - (newest - slope * j / point_rate_hz_)) <= noise_bound_mm_;
+      const Reading& earlier = reading(j);
+      const double on_line_mm = newest.position_mm + slope * (earlier.periods - newest.periods);
+      within = std::abs(earlier.position_mm - on_line_mm) <= noise_bound_mm_;
     }
     if (!within) break;
     accepted = slope;
     window_ = n;
   }
-  velocity_mm_per_s_ = accepted;
+  velocity_mm_per_s_ = accepted * rate_hz_;
 }
 
 }  // namespace hapticd::rt

@@ -11,7 +11,7 @@ namespace hapticd::rt {
 ///
 /// Noise goes with the bound over the window's time, so the window's points lie a millisecond apart where
 /// ticks are shorter: as many points, as long a window and as quiet a velocity, brought up to date at every
-/// tick.
+/// tick. Slopes are taken over the measured times of the positions, so a late tick is no velocity.
 class AdaptiveWindowVelocity {
  public:
   static constexpr int kMaxWindow = 15;  ///< points before the newest
@@ -25,19 +25,29 @@ class AdaptiveWindowVelocity {
   /// `noise_bound_mm` bounds the position error: half to one encoder step. Must be > 0.
   AdaptiveWindowVelocity(double noise_bound_mm, double rate_hz, Fit fit = Fit::kEnd) noexcept;
 
-  /// Takes the next position, one period after the last; returns the velocity. The first call after reset()
-  /// starts the buffer (at that position, not at zero) and returns 0.
-  double update(double position_mm) noexcept;
+  /// Takes the next position, measured `periods` (> 0) of the loop after the last; returns the velocity. The
+  /// first call after reset() starts the buffer (at that position, not at zero) and returns 0.
+  double update(double position_mm, double periods = 1.0) noexcept;
   void reset() noexcept;
 
   double velocity_mm_per_s() const noexcept { return velocity_mm_per_s_; }
-  /// Periods of the loop spanned by the line last fitted; 0 right after the start.
+  /// Ticks spanned by the line last fitted; 0 right after the start.
   int window() const noexcept { return window_; }
 
  private:
+  struct Reading {
+    double position_mm = 0.0;
+    double periods = 0.0;  ///< when, since the start
+  };
+
   /// `points` before the newest.
-  double position(int points) const noexcept {
-    return positions_[static_cast<std::size_t>(newest_ - points * spacing_)];
+  const Reading& reading(int points) const noexcept {
+    return readings_[static_cast<std::size_t>(newest_ - points * spacing_)];
+  }
+  /// Per period, from the position `points` before the newest to the newest.
+  double slope_from(const Reading& earlier) const noexcept {
+    const Reading& newest = reading(0);
+    return (newest.position_mm - earlier.position_mm) / (newest.periods - earlier.periods);
   }
   void fit_first() noexcept;
   void fit_end() noexcept;
@@ -48,12 +58,11 @@ class AdaptiveWindowVelocity {
 
   double noise_bound_mm_;
   double rate_hz_;
-  int spacing_;           ///< ticks between two points of the window
-  int held_;              ///< positions of the longest window
-  double point_rate_hz_;  ///< points a second
+  int spacing_;  ///< ticks between two points of the window
+  int held_;     ///< positions of the longest window
   Fit fit_;
   /// A ring, written twice, so that what it holds also stands in one piece, the newest last at newest_.
-  std::array<double, 2 * kMostHeld> positions_{};
+  std::array<Reading, 2 * kMostHeld> readings_{};
   int newest_;
   int filled_ = 0;
   int points_ = 0;  ///< before the newest, since the start, up to the longest window

@@ -7,33 +7,32 @@
 
 namespace hapticd::rt {
 
-/// Second-order Butterworth low-pass, bilinear transform with the cut-off prewarped, so the gain at the
-/// cut-off is exactly 1/√2. Gain 1 and group delay √2 / (2π cutoff) at low frequency (4.5 ms at 50 Hz).
+/// Second-order Butterworth low-pass, y" = ω² (u - y) - √2 ω y', by the trapezoidal rule over the measured
+/// interval between two inputs. At the nominal interval that is the bilinear transform with the cut-off
+/// prewarped, so the gain at the cut-off is exactly 1/√2; at any other it is the same filter in time: second
+/// order, stable for any interval, and a constant stays one. Gain 1 and group delay √2 / (2π cutoff) at low
+/// frequency (4.5 ms at 50 Hz).
 /// `Value` is one number, a vector of three, or any other signal that can be added and scaled.
 template <class Value>
 class BasicButterworthLowPass {
  public:
   /// 0 < cutoff_hz < rate_hz / 2.
-  BasicButterworthLowPass(double cutoff_hz, double rate_hz) noexcept {
-    const double k = std::tan(std::numbers::pi * cutoff_hz / rate_hz);
-    const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
-    b0_ = k * k * norm;
-    a1_ = 2.0 * (k * k - 1.0) * norm;
-    a2_ = (1.0 - std::numbers::sqrt2 * k + k * k) * norm;
-  }
+  BasicButterworthLowPass(double cutoff_hz, double rate_hz) noexcept
+      : k_(std::tan(std::numbers::pi * cutoff_hz / rate_hz)), nominal_(over(1.0)), step_(nominal_) {}
 
-  Value update(const Value& input) noexcept {
-    const Value fed = input * b0_;
-    output_ = fed + s1_;
-    s1_ = fed + fed - output_ * a1_ + s2_;
-    s2_ = fed - output_ * a2_;
+  /// `periods`: of the loop since the last input, ≥ 0.
+  Value update(const Value& input, double periods = 1.0) noexcept {
+    if (periods != step_.periods) step_ = periods == 1.0 ? nominal_ : over(periods);
+    const Value slope = slope_ * step_.keep + (input + input_ - output_ - output_) * step_.take;
+    output_ = output_ + (slope_ + slope) * step_.periods;
+    slope_ = slope;
+    input_ = input;
     return output_;
   }
   /// Settles at `value` as if it had been the input for ever: no start-up transient.
   void seed(const Value& value) noexcept {
-    output_ = value;
-    s1_ = value * (1.0 - b0_);
-    s2_ = value * (b0_ - a2_);
+    output_ = input_ = value;
+    slope_ = Value{};
   }
   const Value& output() const noexcept { return output_; }
   static double low_frequency_delay_s(double cutoff_hz) noexcept {
@@ -41,9 +40,24 @@ class BasicButterworthLowPass {
   }
 
  private:
-  double b0_, a1_, a2_;  // b1 = 2 b0, b2 = b0
-  Value s1_{}, s2_{};    // transposed direct form II
+  /// With h = periods T/2 and k = ω T/2: what of y' T/2 is kept over the interval, and what the input adds.
+  struct Step {
+    double periods;
+    double keep;
+    double take;
+  };
+  Step over(double periods) const noexcept {
+    const double g = k_ * periods;
+    const double scale = 1.0 / (1.0 + std::numbers::sqrt2 * g + g * g);
+    return {periods, (1.0 - std::numbers::sqrt2 * g - g * g) * scale, k_ * g * scale};
+  }
+
+  double k_;
+  Step nominal_;
+  Step step_;  ///< of the last interval
+  Value input_{};
   Value output_{};
+  Value slope_{};  ///< y' T/2
 };
 
 using ButterworthLowPass = BasicButterworthLowPass<double>;

@@ -13,41 +13,30 @@ double noise_bound_mm(double resolution_mm) noexcept {
 
 MotionEstimator::MotionEstimator(double position_resolution_mm, double rate_hz) noexcept
     : rate_hz_(rate_hz),
-      longest_gap_periods_(std::round(kLongestFilledGapS * rate_hz)),
+      timer_(rate_hz),
       velocity_(noise_bound_mm(position_resolution_mm), rate_hz),
       acceleration_(kAccelerationCutoffHz, rate_hz) {}
 
-void MotionEstimator::step(double position_mm) noexcept {
-  const double before = velocity_.velocity_mm_per_s();
-  acceleration_.update((velocity_.update(position_mm) - before) * rate_hz_);
-}
-
-void MotionEstimator::restart(double position_mm) noexcept {
-  velocity_.reset();
-  velocity_.update(position_mm);
-  acceleration_.seed(0.0);
-  started_ = true;
-}
-
-void MotionEstimator::fill_gap(double position_mm, double periods) noexcept {
-  const int missed = static_cast<int>(std::round(periods)) - 1;
-  for (int i = 1; i <= missed; ++i) {
-    step(last_position_mm_ + (position_mm - last_position_mm_) * i / (missed + 1));
-  }
-}
-
 void MotionEstimator::update(double position_mm, std::int64_t time_ns) noexcept {
-  // Halves are rounded away from zero.
-  const double periods = static_cast<double>(time_ns - last_time_ns_) * 1e-9 * rate_hz_;
-  if (!started_ || periods >= longest_gap_periods_ + 0.5 || periods <= -0.5) [[unlikely]] {
-    restart(position_mm);
-  } else {
-    if (periods >= 1.5) [[unlikely]]
-      fill_gap(position_mm, periods);
-    step(position_mm);
+  const TickInterval interval = timer_.update(time_ns);
+  if (interval.is_gap) [[unlikely]] {
+    velocity_.reset();
+    velocity_.update(position_mm);
+    acceleration_.seed(0.0);
+    has_velocity_ = false;
+    pending_periods_ = 0.0;
+    return;
   }
-  last_position_mm_ = position_mm;
-  last_time_ns_ = time_ns;
+  const double periods = interval.periods + pending_periods_;
+  if (periods < kMinPeriods) [[unlikely]] {
+    pending_periods_ = periods;
+    return;
+  }
+  pending_periods_ = 0.0;
+  const double before = velocity_.velocity_mm_per_s();
+  const double change = velocity_.update(position_mm, periods) - before;
+  acceleration_.update(has_velocity_ ? change * rate_hz_ / periods : 0.0, periods);
+  has_velocity_ = true;
 }
 
 double MotionEstimator::acceleration_lag_s() const noexcept {

@@ -4,6 +4,7 @@
 
 #include "rt/signal/adaptive_window_velocity.h"
 #include "rt/signal/butterworth_low_pass.h"
+#include "rt/signal/tick_interval.h"
 
 namespace hapticd::rt {
 
@@ -12,15 +13,13 @@ namespace hapticd::rt {
 class MotionEstimator {
  public:
   static constexpr double kAccelerationCutoffHz = 50.0;
-  static constexpr double kLongestFilledGapS = 0.016;
-
   MotionEstimator(double position_resolution_mm, double rate_hz) noexcept;
 
-  /// Takes the position of one tick. Ticks that never came (a late loop, up to kLongestFilledGapS) are filled
-  /// in on a straight line, so that a gap is not taken for a jump in velocity; after a longer gap the
-  /// estimate starts anew.
+  /// Takes the position of one tick and when it was measured. Slopes and filter go by the measured interval,
+  /// so a late tick is no jump in velocity. After a gap (TickInterval::is_gap) the estimate starts afresh; of
+  /// two readings almost at once the second is left out, for it shows no motion.
   void update(double position_mm, std::int64_t time_ns) noexcept;
-  void reset() noexcept { started_ = false; }
+  void reset() noexcept { timer_.reset(); }
 
   double velocity_mm_per_s() const noexcept { return velocity_.velocity_mm_per_s(); }
   double acceleration_mm_per_s2() const noexcept { return acceleration_.output(); }
@@ -28,17 +27,14 @@ class MotionEstimator {
   double acceleration_lag_s() const noexcept;
 
  private:
-  void step(double position_mm) noexcept;
-  void restart(double position_mm) noexcept;
-  void fill_gap(double position_mm, double periods) noexcept;
+  static constexpr double kMinPeriods = 0.05;  ///< between two readings that show a motion
 
   double rate_hz_;
-  double longest_gap_periods_;
+  TickTimer timer_;
   AdaptiveWindowVelocity velocity_;
   ButterworthLowPass acceleration_;
-  bool started_ = false;
-  double last_position_mm_ = 0.0;
-  std::int64_t last_time_ns_ = 0;
+  double pending_periods_ = 0.0;  ///< of readings left out
+  bool has_velocity_ = false;     ///< since the start, so that there is one to differ from
 };
 
 }  // namespace hapticd::rt

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <cmath>
 #include <numbers>
 
 #include "hal/samples.h"
+#include "rt/signal/decay.h"
 
 namespace hapticd::rt {
 
@@ -19,18 +19,21 @@ class StructuralDeflection {
   /// A stiffness of 0 stands for a rigid device.
   StructuralDeflection(double stiffness_n_per_mm, double cutoff_hz, double rate_hz) noexcept
       : compliance_mm_per_n_(stiffness_n_per_mm > 0.0 ? 1.0 / stiffness_n_per_mm : 0.0),
-        share_(cutoff_hz > 0.0 ? 1.0 - std::exp(-2.0 * std::numbers::pi * cutoff_hz / rate_hz) : 1.0) {}
+        lags_(cutoff_hz > 0.0),
+        decay_(lags_ ? Decay(1.0 / (2.0 * std::numbers::pi * cutoff_hz), rate_hz) : Decay()) {}
 
-  /// Takes the force the device was given last; returns p_s - p.
-  const hal::Vector3& update(const hal::Vector3& device_force_n) noexcept {
-    deflection_mm_ = deflection_mm_ + (device_force_n * compliance_mm_per_n_ - deflection_mm_) * share_;
+  /// Takes the force the device was given last, `periods` of the loop ago; returns p_s - p.
+  const hal::Vector3& update(const hal::Vector3& device_force_n, double periods = 1.0) noexcept {
+    const double share = lags_ ? 1.0 - decay_.over(periods) : 1.0;
+    deflection_mm_ = deflection_mm_ + (device_force_n * compliance_mm_per_n_ - deflection_mm_) * share;
     return deflection_mm_;
   }
   void reset() noexcept { deflection_mm_ = {}; }
 
  private:
   double compliance_mm_per_n_;
-  double share_;
+  bool lags_;
+  Decay decay_;
   hal::Vector3 deflection_mm_;
 };
 

@@ -59,8 +59,18 @@ class ToolLoad {
 
   /// f_r - m a, rig frame: what is left when weight is taken off ((4.5) without its inertia).
   hal::Vector3 without_weight_n(const hal::RigSample& sample) const noexcept {
-    const hal::Vector3 raw_n = is_turned_ ? rotated(to_tool_, sample.sensor_force_n) : sample.sensor_force_n;
-    return rotated(unit(sample.tip_orientation), raw_n + offset_n_) - weight_n_;
+    return without_weight_n(sample.sensor_force_n, sample.tip_orientation);
+  }
+  hal::Vector3 without_weight_n(const hal::Vector3& sensor_force_n,
+                                const hal::Quaternion& orientation) const noexcept {
+    const hal::Vector3 raw_n = is_turned_ ? rotated(to_tool_, sensor_force_n) : sensor_force_n;
+    return rotated(unit(orientation), raw_n + offset_n_) - weight_n_;
+  }
+  /// A force of the rig frame as the sensor would read it.
+  hal::Vector3 in_sensor_frame(const hal::Vector3& force_n,
+                               const hal::Quaternion& orientation) const noexcept {
+    const hal::Vector3 in_tool = rotated(conjugate(unit(orientation)), force_n);
+    return is_turned_ ? rotated(conjugate(to_tool_), in_tool) : in_tool;
   }
   /// m a (4.7).
   hal::Vector3 inertia_n(const hal::Vector3& acceleration_mm_per_s2) const noexcept {

@@ -31,6 +31,10 @@ inline hal::Quaternion unit(const hal::Quaternion& q) noexcept {
   const double scale = 1.0 / std::sqrt(squared);
   return {q.w * scale, q.x * scale, q.y * scale, q.z * scale};
 }
+/// The rotation back; q of length 1.
+constexpr hal::Quaternion conjugate(const hal::Quaternion& q) noexcept {
+  return {q.w, -q.x, -q.y, -q.z};
+}
 /// Tool coordinates into rig coordinates; q of length 1.
 constexpr hal::Vector3 rotated(const hal::Quaternion& q, const hal::Vector3& v) noexcept {
   const hal::Vector3 axis{q.x, q.y, q.z};

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "rt/model/models.h"
+#include "rt/target/device_reach.h"
 
 namespace hapticd::rt {
 
@@ -10,12 +11,6 @@ namespace hapticd::rt {
 struct FeasibleRange {
   double min_n_per_mm = 0.0;
   double max_n_per_mm = 0.0;  ///< infinite where the device alone can hold the hand
-};
-
-/// Largest device forces, both ≥ 0, in N.
-struct DeviceReach {
-  double pull_n = 0.0;  ///< into the object, for softer: no more than the sensor bears (largest_pull.h)
-  double push_n = 0.0;  ///< against the hand, for harder
 };
 
 /// k f_h / (f_h + f_pull) ≤ k~ ≤ k f_h / (f_h - f_push): (3.8) where the device's force is not the same both

@@ -1,31 +1,32 @@
 #pragma once
 
+#include <algorithm>
+
+#include "rt/signal/tick_interval.h"
+
 namespace hapticd::rt {
 
-/// Takes the desired force to zero over 50 ms when a contact ends. An object that recovers slowly lets go of
-/// the tip while it is still deep: the target's force there, k~ x, is newtons, and dropping it at once would
-/// be felt as a knock.
+/// Takes the desired force to zero over 12 ms when a contact ends: fast enough that nothing is felt where
+/// nothing is touched, slow enough that what is left of the force is no knock. By then most of it has gone
+/// with the reaction (ContactEvidence).
 class ReleaseFade {
  public:
-  static constexpr double kDurationS = 0.05;
-
-  explicit ReleaseFade(double rate_hz) noexcept : step_(1.0 / (kDurationS * rate_hz)) {}
+  static constexpr double kDurationS = 0.012;
 
   /// In contact, passes `desired_force_n` on and remembers it; afterwards fades out from the last one,
   /// linearly.
-  double update(bool in_contact, double desired_force_n) noexcept {
+  double update(bool in_contact, double desired_force_n, const TickInterval& interval) noexcept {
     if (in_contact) {
       last_force_n_ = desired_force_n;
       share_ = 1.0;
       return desired_force_n;
     }
-    share_ = share_ > step_ ? share_ - step_ : 0.0;
+    share_ = std::max(0.0, share_ - interval.s / kDurationS);
     return share_ * last_force_n_;
   }
   void reset() noexcept { share_ = 0.0; }
 
  private:
-  double step_;
   double share_ = 0.0;
   double last_force_n_ = 0.0;
 };

@@ -23,21 +23,22 @@ class TargetBlend {
     step_ = 1.0 / std::max(1.0, ramp_s * rate_hz_);
     offset_due_ = true;
   }
-  /// One tick: the force at the hand.
-  double update(double displacement_mm, double rate_mm_per_s, const hal::Vector3& tip_mm) noexcept {
+  /// One tick, `periods` of the loop after the last: the force at the hand.
+  double update(double displacement_mm, double rate_mm_per_s, const hal::Vector3& tip_mm,
+                double periods = 1.0) noexcept {
     displacement_mm_ = displacement_mm;
     const double goal_n = law_.force_n(displacement_mm, rate_mm_per_s, tip_mm);
     if (weight_ >= 1.0) return force_n_ = goal_n;
     const double before_n = before_.force_n(displacement_mm, rate_mm_per_s, tip_mm);
     if (offset_due_) offset_n_ = displacement_mm > 0.0 ? force_n_ - before_n : 0.0;
     offset_due_ = false;
-    weight_ = std::min(1.0, weight_ + step_);
+    weight_ = std::min(1.0, weight_ + step_ * periods);
     force_n_ = weight_ * goal_n + (1.0 - weight_) * std::max(0.0, before_n + offset_n_);
     return force_n_;
   }
   /// Out of contact: nothing to blend but time.
-  void rest() noexcept {
-    weight_ = std::min(1.0, weight_ + step_);
+  void rest(double periods = 1.0) noexcept {
+    weight_ = std::min(1.0, weight_ + step_ * periods);
     offset_due_ = false;
     offset_n_ = 0.0;
     force_n_ = displacement_mm_ = 0.0;

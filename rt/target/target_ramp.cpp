@@ -10,9 +10,10 @@ void TargetRamp::set(double goal, double ramp_s) noexcept {
   step_ = std::abs(goal - value_) / std::max(1.0, ramp_s * rate_hz_);
 }
 
-double TargetRamp::update() noexcept {
+double TargetRamp::update(double periods) noexcept {
   const double remaining = goal_ - value_;
-  value_ = std::abs(remaining) <= step_ ? goal_ : value_ + std::copysign(step_, remaining);
+  const double step = step_ * periods;
+  value_ = std::abs(remaining) <= step ? goal_ : value_ + std::copysign(step, remaining);
   return value_;
 }
 

@@ -2,16 +2,16 @@
 
 namespace hapticd::rt {
 
-/// A target that moves linearly to each new value, one step a tick. A change never jumps; a ramp of zero
-/// seconds takes one tick.
+/// A target that moves linearly to each new value, by the measured time. A change never jumps; a ramp of zero
+/// seconds takes one period.
 class TargetRamp {
  public:
   TargetRamp(double initial, double rate_hz) noexcept : value_(initial), goal_(initial), rate_hz_(rate_hz) {}
 
   /// From the value in force now to `goal` over `ramp_s`.
   void set(double goal, double ramp_s) noexcept;
-  /// Advances one tick and returns the value in force.
-  double update() noexcept;
+  /// Advances `periods` of the loop and returns the value in force.
+  double update(double periods = 1.0) noexcept;
   double value() const noexcept { return value_; }
   double goal() const noexcept { return goal_; }
 

@@ -7,8 +7,11 @@
 #include <iterator>
 #include <thread>
 
+#include "server/diagnosis/force_watch.h"
 #include "server/diagnosis/machine_findings.h"
+#include "server/scene_host.h"
 #include "server/session.h"
+#include "server/telemetry_hub.h"
 #include "server/turntable/turntable_host.h"
 
 namespace hapticd::server {
@@ -16,13 +19,15 @@ namespace hapticd::server {
 namespace {
 
 using enum FindingSeverity;
+using Clock = std::chrono::steady_clock;
 
+/// How long the loop and the force are looked at.
+constexpr std::chrono::milliseconds kWatched{500};
 constexpr double kTolerableRateError = 0.01;
 /// Ticks later than this share of a period are felt as jitter.
 constexpr double kTolerableLateness = 0.25;
 
 Findings examine_loop(Session& session) {
-  using Clock = std::chrono::steady_clock;
   Findings findings;
   if (!session.running()) {
     findings.push_back(
@@ -33,7 +38,7 @@ Findings examine_loop(Session& session) {
   if (!session.rig_owns_clock()) {
     const auto began = Clock::now();
     const std::uint64_t first = session.statistics().ticks;
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    std::this_thread::sleep_for(kWatched);
     const double seconds = std::chrono::duration<double>(Clock::now() - began).count();
     const double rate_hz = static_cast<double>(session.statistics().ticks - first) / seconds;
     const bool close = std::abs(rate_hz / wanted_hz - 1.0) <= kTolerableRateError;
@@ -59,6 +64,42 @@ Findings examine_loop(Session& session) {
   }
   return findings;
 }
+
+/// The records of the loaded scene for half a second from construction on, where it uses the force sensor.
+class SceneWatch {
+ public:
+  explicit SceneWatch(const Diagnosed& rig) : rig_(rig), scene_(rig.scenes.current()) {
+    if (scene_ && (scene_->outline.channels & rt::channel::kZero) == 0) scene_.reset();
+    if (!scene_) return;
+    SubscriptionOptions all;
+    all.batch_size = all.queue_samples;
+    all.longest_wait = std::chrono::milliseconds(0);
+    records_ = rig.hub.subscribe(all);
+  }
+  ~SceneWatch() {
+    if (records_) rig_.hub.unsubscribe(records_);
+  }
+  SceneWatch(const SceneWatch&) = delete;
+  SceneWatch& operator=(const SceneWatch&) = delete;
+
+  /// Waits for the rest of the half second. Nothing where another scene was loaded meanwhile.
+  Findings findings() {
+    if (!scene_ || !rig_.session.running()) return {};
+    std::this_thread::sleep_until(began_ + kWatched);
+    rig_.hub.pump(Clock::now());
+    ForceWatch watch(scene_->spec);
+    Subscription::Batch batch;
+    records_->take(batch, Clock::now());
+    for (const Subscription::Entry& entry : batch.entries) watch.add(entry.record());
+    return rig_.scenes.current() == scene_ ? watch.findings() : Findings{};
+  }
+
+ private:
+  const Diagnosed& rig_;
+  std::shared_ptr<const ResolvedScene> scene_;
+  std::shared_ptr<Subscription> records_;
+  Clock::time_point began_ = Clock::now();
+};
 
 Findings examine_turntable(TurntableHost& turntable, bool probe) {
   const bool opens = probe && turntable.table()->status().state == hal::TurntableState::kIdle;
@@ -103,13 +144,17 @@ Findings examine_part(const hal::PartReport& report) {
   return findings;
 }
 
-Findings diagnose(Session& session, TurntableHost& turntable, bool probe) {
+Findings diagnose(const Diagnosed& rig, bool probe) {
+  Session& session = rig.session;
+  TurntableHost& turntable = rig.turntable;
   Findings findings = examine_machine(session.loop_config());
   const auto add = [&findings](Findings more) {
     findings.insert(findings.end(), std::make_move_iterator(more.begin()),
                     std::make_move_iterator(more.end()));
   };
+  SceneWatch scene(rig);
   add(examine_loop(session));
+  add(scene.findings());
   const Session::Probe looked = probe ? session.probe_parts() : Session::Probe{session.part_reports(), {}};
   if (looked.error)
     findings.push_back({kProblem, "force sensor", looked.error->text(), looked.error->remedy});

@@ -5,14 +5,24 @@
 
 namespace hapticd::server {
 
+class SceneHost;
 class Session;
+class TelemetryHub;
 class TurntableHost;
 
 /// What a report of a part of the rig means.
 Findings examine_part(const hal::PartReport& report);
 
-/// Machine, loop and the parts of the rig. Watches the loop for half a second; with `probe` it opens hardware
-/// that nobody needs now, and closes it again.
-Findings diagnose(Session& session, TurntableHost& turntable, bool probe);
+/// What to look at.
+struct Diagnosed {
+  Session& session;
+  const SceneHost& scenes;
+  TelemetryHub& hub;
+  TurntableHost& turntable;
+};
+
+/// Machine, loop, the force under the loaded scene, and the parts of the rig. Watches the loop for half a
+/// second; with `probe` it opens hardware that nobody needs now, and closes it again.
+Findings diagnose(const Diagnosed& rig, bool probe);
 
 }  // namespace hapticd::server

@@ -22,6 +22,8 @@ constexpr v1::GuardFault to_proto(rt::GuardFault fault) {
 static_assert(to_proto(rt::GuardFault::kNone) == v1::GUARD_FAULT_NONE);
 static_assert(to_proto(rt::GuardFault::kSensorStale) == v1::GUARD_FAULT_SENSOR_STALE);
 static_assert(to_proto(rt::GuardFault::kTurntableAlarm) == v1::GUARD_FAULT_TURNTABLE_ALARM);
+static_assert(to_proto(rt::GuardFault::kOscillation) == v1::GUARD_FAULT_OSCILLATION);
+static_assert(to_proto(rt::GuardFault::kSensorZeroLost) == v1::GUARD_FAULT_SENSOR_ZERO_LOST);
 
 constexpr v1::FaultAction to_proto(rt::FaultAction action) {
   return static_cast<v1::FaultAction>(static_cast<int>(action) + 1);
@@ -38,6 +40,7 @@ constexpr v1::ContactReason to_proto(rt::ContactReason reason) {
 }
 static_assert(to_proto(rt::ContactReason::kAwaitingFree) == v1::CONTACT_REASON_AWAITING_FREE);
 static_assert(to_proto(rt::ContactReason::kAboveSurface) == v1::CONTACT_REASON_ABOVE_SURFACE);
+static_assert(to_proto(rt::ContactReason::kWithdrawn) == v1::CONTACT_REASON_WITHDRAWN);
 
 constexpr v1::OverrunCause to_proto(rt::OverrunCause cause) {
   return static_cast<v1::OverrunCause>(static_cast<int>(cause) + 1);
@@ -55,5 +58,6 @@ static_assert(channel_of(v1::FIELD_GROUP_GUARD) == rt::channel::kGuard);
 static_assert(channel_of(v1::FIELD_GROUP_TRUTH) == rt::channel::kTruth);
 static_assert(channel_of(v1::FIELD_GROUP_DIRECTION) == rt::channel::kDirection);
 static_assert(channel_of(v1::FIELD_GROUP_PASSIVITY) == rt::channel::kPassivity);
+static_assert(channel_of(v1::FIELD_GROUP_ZERO) == rt::channel::kZero);
 
 }  // namespace hapticd::server

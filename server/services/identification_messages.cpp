@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/services/status.h"
+#include "server/utf8_text.h"
 
 namespace hapticd::server {
 
@@ -196,8 +197,8 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
   message.set_certain(progress.certain);
   message.set_completion(progress.completion);
   message.set_instruction(report.instruction);
-  for (const std::string& words : progress.missing) message.add_missing(words);
-  for (const std::string& words : progress.remarks) message.add_remarks(words);
+  for (const std::string& words : progress.missing) message.add_missing(repaired_utf8(words));
+  for (const std::string& words : progress.remarks) message.add_remarks(repaired_utf8(words));
   message.set_model(report.model);
   if (report.problem) *message.mutable_problem() = to_detail(*report.problem);
 }

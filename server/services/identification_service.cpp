@@ -4,32 +4,17 @@
 
 #include "server/identification/identification_runner.h"
 #include "server/services/call.h"
+#include "server/services/counted_call.h"
 #include "server/services/identification_messages.h"
 #include "server/services/status.h"
+#include "server/utf8_text.h"
 
 namespace hapticd::server {
 
 namespace {
 
-/// Counts one among the calls of a kind for as long as it lives.
-class Counted {
- public:
-  Counted(std::atomic<int>& count, int most) : count_(count), admitted_(count.fetch_add(1) < most) {}
-  ~Counted() { count_.fetch_sub(1); }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-  bool admitted() const { return admitted_; }
-
- private:
-  std::atomic<int>& count_;
-  bool admitted_;
-};
-
-grpc::Status too_many(const char* what, const char* where, int most) {
-  return to_status({RefusalKind::kResourceExhausted,
-                    {fmt::format("too many {} at once", what), where, "", fmt::format("up to {}", most),
-                     "wait for one to end"}});
-}
+/// Bytes of a remark: it may quote a recording, whose lines are as long as they please.
+constexpr std::size_t kMaxRemark = 1000;
 
 /// What a recording can be read as tells how long it is; where it is nothing known, what is missing.
 void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& response) {
@@ -51,7 +36,7 @@ void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& re
     }
     if (why.empty()) why = rows.error().text();
   }
-  response.add_remarks("not readable as it is: " + why);
+  response.add_remarks(shortened(repaired_utf8("not readable as it is: " + why), kMaxRemark));
 }
 
 }  // namespace
@@ -70,8 +55,8 @@ grpc::Status IdentificationService::StartIdentification(grpc::ServerContext*,
 grpc::Status IdentificationService::WatchIdentification(
     grpc::ServerContext* context, const v1::WatchIdentificationRequest* request,
     grpc::ServerWriter<v1::IdentificationProgress>* writer) {
-  const Counted counted(watchers_, kMostWatchers);
-  if (!counted.admitted()) return too_many("watchers", "WatchIdentification", kMostWatchers);
+  const CountedCall counted(watchers_, kMostWatchers);
+  if (!counted.admitted()) return counted.refusal("watchers", "WatchIdentification");
   const Caller caller = caller_of(*context);
   std::string id = request->identification();
   for (std::uint64_t seen = 0;;) {
@@ -108,8 +93,8 @@ grpc::Status IdentificationService::ListIdentifications(grpc::ServerContext*,
 grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context,
                                                     grpc::ServerReader<v1::UploadRecordingRequest>* reader,
                                                     v1::UploadRecordingResponse* response) {
-  const Counted counted(uploads_, kMostUploads);
-  if (!counted.admitted()) return too_many("uploads", "UploadRecording", kMostUploads);
+  const CountedCall counted(uploads_, kMostUploads);
+  if (!counted.admitted()) return counted.refusal("uploads", "UploadRecording");
   v1::UploadRecordingRequest piece;
   if (!reader->Read(&piece) || !piece.has_description()) {
     return to_status({RefusalKind::kInvalidArgument,

@@ -6,7 +6,7 @@
 
 namespace hapticd::server {
 
-/// A drive's text may hold any bytes; no control character goes to a terminal.
+/// A drive's text may hold any bytes: as UTF-8, and no control character goes to a terminal.
 std::string printable(const std::string& text);
 
 /// What a driver reports of itself, into the fields that PartReport and Turntable both have.

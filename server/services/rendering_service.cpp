@@ -99,6 +99,7 @@ grpc::Status RenderingService::SetTarget(grpc::ServerContext* context, const v1:
   response->set_explanation(set->grant.explanation);
   response->set_effective_tick(set->effective_tick);
   response->set_effective_time_ns(set->effective_time_ns);
+  response->set_ramp_s(set->ramp_s);
   return grpc::Status::OK;
 }
 

@@ -3,9 +3,11 @@
 #include "rt/guard/fault_table.h"
 #include "server/diagnosis/diagnosis.h"
 #include "server/scene_host.h"
+#include "server/services/counted_call.h"
 #include "server/services/enums.h"
 #include "server/services/part_messages.h"
 #include "server/services/status.h"
+#include "server/services/telemetry_messages.h"
 #include "server/session.h"
 #include "server/telemetry_hub.h"
 #include "server/turntable/turntable_host.h"
@@ -50,6 +52,26 @@ void summarise(const rt::LatencySnapshot& latency, v1::LatencySummary& summary) 
     bucket.set_from_us(i == 0 ? 0.0 : microseconds(rt::LatencySnapshot::upper_edge_ns(i - 1)));
     bucket.set_up_to_us(microseconds(rt::LatencySnapshot::upper_edge_ns(i)));
     bucket.set_count(latency.counts[i]);
+  }
+}
+
+/// Whether the scene looks at the force sensor, and so follows its zero.
+bool uses_sensor(const ResolvedScene& scene) {
+  return (scene.outline.channels & rt::channel::kZero) != 0;
+}
+
+/// Contact and the sensor's zero as the last tick left them.
+void fill_contact_state(const rt::TickRecord& record, v1::RigState& state) {
+  state.set_force_age_ms(static_cast<double>(record.force_age_ns) * 1e-6);
+  state.set_bias_serial(record.bias_serial);
+  if ((record.channels & rt::channel::kContact) != 0) {
+    state.set_contact_reason(server::to_proto(record.contact_reason));
+    state.set_detection_force_n(record.contact_force_n);
+    state.set_contact_authority(record.contact_authority);
+    state.set_withdrawn_count(record.withdrawn_count);
+  }
+  if ((record.channels & rt::channel::kZero) != 0) {
+    fill_vector(record.zero.force_n, *state.mutable_followed_zero_n());
   }
 }
 
@@ -118,9 +140,12 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   }
   response->set_guard_state(to_proto(record.guard_state));
   response->set_guard_fault(to_proto(record.guard_fault));
-  if (const auto scene = scenes_.current()) response->set_scene(scene->spec.name);
+  const auto scene = scenes_.current();
+  if (scene) response->set_scene(scene->spec.name);
   response->set_target_stiffness_n_per_mm(record.target_stiffness_n_per_mm);
   response->set_in_contact(record.in_contact);
+  fill_contact_state(record, *response);
+  if (scene && uses_sensor(*scene)) response->set_zero_bound_n(scene->spec.contact.zero_bound_n);
   response->set_reaction_force_n(record.reaction_force_n);
   response->set_displacement_mm(record.displacement_mm);
   response->set_hand_force_n(record.hand_force_n);
@@ -140,7 +165,9 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
 
 grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseRequest* request,
                                   v1::Diagnosis* response) {
-  for (const Finding& finding : diagnose(session_, turntable_, request->probe())) {
+  const CountedCall counted(diagnoses_, kMaxSlowCalls);
+  if (!counted.admitted()) return counted.refusal("diagnoses", "RigService.Diagnose");
+  for (const Finding& finding : diagnose({session_, scenes_, hub_, turntable_}, request->probe())) {
     v1::Finding& told = *response->add_findings();
     told.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));
     told.set_topic(finding.topic);
@@ -152,6 +179,8 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
 
 grpc::Status RigService::BiasForceSensor(grpc::ServerContext*, const v1::BiasForceSensorRequest*,
                                          v1::BiasForceSensorResponse*) {
+  const CountedCall counted(biases_, kMaxSlowCalls);
+  if (!counted.admitted()) return counted.refusal("biases of the sensor", "RigService.BiasForceSensor");
   const auto refusal = session_.bias_force_sensor();
   return refusal ? to_status(*refusal) : grpc::Status::OK;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+
 #include "hapticd/v1/rig.grpc.pb.h"
 
 namespace hapticd::server {
@@ -31,6 +33,8 @@ class RigService final : public v1::RigService::Service {
   const SceneHost& scenes_;
   TelemetryHub& hub_;
   TurntableHost& turntable_;
+  std::atomic<int> diagnoses_{0};
+  std::atomic<int> biases_{0};
 };
 
 }  // namespace hapticd::server

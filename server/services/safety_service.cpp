@@ -1,29 +1,56 @@
 #include "server/services/safety_service.h"
 
+#include <fmt/format.h>
+
+#include "server/log.h"
 #include "server/safety_latch.h"
 #include "server/services/call.h"
 #include "server/services/enums.h"
 #include "server/services/status.h"
+#include "server/services/stop_request.h"
 
 namespace hapticd::server {
 
 grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* context,
-                                              const v1::StopRequest* request, v1::StopResponse* response) {
-  response->set_guard_fault(to_proto(latch_.stop(request->reason())));
-  response->set_guard_state(v1::GUARD_STATE_LATCHED);
+                                              const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  const std::uint64_t last_tick = latch_.stop();  // before anything that could fail or take its time
+  const StopReason reason = read_stop_request(*request);
+  std::string line = fmt::format("stopped by {}: {}", context->peer(),
+                                 reason.text.empty() ? "no reason given" : reason.text);
+  v1::StopResponse answer;
+  for (const std::string& repair : reason.repairs) {
+    answer.add_repairs(repair);
+    line += fmt::format(" ({})", repair);
+  }
+  log_warning(line);
+  answer.set_guard_fault(to_proto(latch_.fault_after_stop()));
+  answer.set_guard_state(v1::GUARD_STATE_LATCHED);
+  answer.set_latched_after_tick(last_tick);
+  bool own_buffer = false;
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(grpc::Status::OK);
+  reactor->Finish(grpc::SerializationTraits<v1::StopResponse>::Serialize(answer, response, &own_buffer));
   return reactor;
 }
 
-grpc::Status SafetyService::Clear(grpc::ServerContext* context, const v1::ClearRequest*,
-                                  v1::ClearResponse* response) {
-  const auto cleared = latch_.clear(caller_of(*context));
-  if (!cleared) return to_status(cleared.refusal());
-  response->set_guard_state(to_proto(cleared->state));
-  response->set_cleared_fault(to_proto(cleared->fault));
-  response->set_effective_tick(cleared->effective_tick);
-  return grpc::Status::OK;
+grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* context, const v1::ClearRequest*,
+                                               v1::ClearResponse* response) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  const bool served = clears_.serve([this, context, response, reactor] {
+    const auto cleared = latch_.clear(caller_of(*context));
+    if (cleared) {
+      response->set_guard_state(to_proto(cleared->state));
+      response->set_cleared_fault(to_proto(cleared->fault));
+      response->set_effective_tick(cleared->effective_tick);
+    }
+    reactor->Finish(cleared ? grpc::Status::OK : to_status(cleared.refusal()));
+  });
+  if (!served) {
+    reactor->Finish(
+        to_status({RefusalKind::kResourceExhausted,
+                   {"too many clears at once", "SafetyService.Clear", "",
+                    fmt::format("{} that wait", WaitingDesk::kMaxWaiting), "one of them is enough"}}));
+  }
+  return reactor;
 }
 
 grpc::Status SafetyService::ListFaults(grpc::ServerContext*, const v1::ListFaultsRequest*,

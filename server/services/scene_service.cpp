@@ -9,12 +9,16 @@
 #include "server/scene_file.h"
 #include "server/scene_host.h"
 #include "server/services/call.h"
+#include "server/services/counted_call.h"
 #include "server/services/status.h"
 #include "server/target_control.h"
 
 namespace hapticd::server {
 
 namespace {
+
+/// Short, but for those that wait until the tool is out of contact.
+constexpr int kMaxLoads = 8;
 
 struct ChannelName {
   std::uint32_t channel;
@@ -26,9 +30,10 @@ constexpr ChannelName kChannelNames[] = {
     {rt::channel::kTarget, "target"},   {rt::channel::kControl, "control"},
     {rt::channel::kGuard, "guard"},     {rt::channel::kTiming, "timing"},
     {rt::channel::kTruth, "truth"},     {rt::channel::kDirection, "direction"},
-    {rt::channel::kFusion, "fusion"},   {rt::channel::kPassivity, "passivity"}};
+    {rt::channel::kFusion, "fusion"},   {rt::channel::kPassivity, "passivity"},
+    {rt::channel::kZero, "zero"}};
 
-void fill(const ResolvedScene& scene, v1::SceneOutline& outline) {
+void fill_outline(const ResolvedScene& scene, v1::SceneOutline& outline) {
   outline.set_name(scene.spec.name);
   outline.set_description(scene.spec.description);
   outline.set_tip(std::string(word_of(scene.spec.tip)));
@@ -97,11 +102,13 @@ grpc::Status SceneService::ListScenes(grpc::ServerContext*, const v1::ListScenes
 
 grpc::Status SceneService::LoadScene(grpc::ServerContext* context, const v1::LoadSceneRequest* request,
                                      v1::LoadSceneResponse* response) {
+  const CountedCall counted(loads_, kMaxLoads);
+  if (!counted.admitted()) return counted.refusal("scenes that are loaded", "SceneService.LoadScene");
   const auto source = source_of(*request);
   if (!source) return no_source("LoadSceneRequest");
   const auto loaded = scenes_.load(*source, caller_of(*context));
   if (!loaded) return to_status(loaded.refusal());
-  fill(*loaded->scene, *response->mutable_outline());
+  fill_outline(*loaded->scene, *response->mutable_outline());
   response->set_effective_tick(loaded->effective_tick);
   return grpc::Status::OK;
 }
@@ -116,11 +123,13 @@ grpc::Status SceneService::UnloadScene(grpc::ServerContext* context, const v1::U
 
 grpc::Status SceneService::ExplainScene(grpc::ServerContext*, const v1::ExplainSceneRequest* request,
                                         v1::SceneOutline* response) {
+  const CountedCall counted(explanations_, kMaxSlowCalls);
+  if (!counted.admitted()) return counted.refusal("explanations of scenes", "SceneService.ExplainScene");
   const auto source = source_of(*request);
   if (!source) return no_source("ExplainSceneRequest");
   const auto scene = scenes_.resolve(*source);
   if (!scene) return to_status(scene.refusal());
-  fill(*scene, *response);
+  fill_outline(*scene, *response);
   const auto pipeline = scenes_.compose(*scene);
   if (!pipeline) {
     *response->mutable_obstacle() = to_detail(pipeline.refusal().error);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <mutex>
 
 #include "hapticd/v1/scene.grpc.pb.h"
@@ -23,6 +24,8 @@ class SceneService final : public v1::SceneService::Service {
 
  private:
   SceneHost& scenes_;
+  std::atomic<int> loads_{0};
+  std::atomic<int> explanations_{0};
   std::mutex measuring_;  ///< one cost at a time: side by side they would measure each other
 };
 

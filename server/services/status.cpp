@@ -7,6 +7,8 @@
 
 #include <string>
 
+#include "server/utf8_text.h"
+
 namespace hapticd::server {
 
 namespace {
@@ -55,21 +57,44 @@ std::string serialise_rpc_status(grpc::StatusCode code, const std::string& messa
 
 }  // namespace
 
-v1::ErrorDetail to_detail(const hal::Error& error) {
+namespace {
+
+// The parts that may hold text of the client's are kept short: a status travels three times in the trailers
+// of a call (as its message, in the google.rpc.Status and in its detail), and trailers beyond 8 KiB do not
+// arrive.
+constexpr std::size_t kMaxPart = 200;
+constexpr std::size_t kMaxLimit = 600;  // lists of accepted words
+constexpr std::size_t kMaxRemedy = 300;
+
+/// The error as it can be sent: UTF-8, and of bounded length.
+hal::Error sendable(const hal::Error& error) {
+  return {shortened(repaired_utf8(error.what), kMaxPart), shortened(repaired_utf8(error.where), kMaxPart),
+          shortened(repaired_utf8(error.value), kMaxPart), shortened(repaired_utf8(error.limit), kMaxLimit),
+          shortened(repaired_utf8(error.remedy), kMaxRemedy)};
+}
+
+v1::ErrorDetail detail_of(const hal::Error& sendable_error) {
   v1::ErrorDetail detail;
-  detail.set_what(error.what);
-  detail.set_where(error.where);
-  detail.set_value(error.value);
-  detail.set_limit(error.limit);
-  detail.set_remedy(error.remedy);
+  detail.set_what(sendable_error.what);
+  detail.set_where(sendable_error.where);
+  detail.set_value(sendable_error.value);
+  detail.set_limit(sendable_error.limit);
+  detail.set_remedy(sendable_error.remedy);
   return detail;
 }
 
+}  // namespace
+
+v1::ErrorDetail to_detail(const hal::Error& error) {
+  return detail_of(sendable(error));
+}
+
 grpc::Status to_status(const Refusal& refusal) {
+  const hal::Error error = sendable(refusal.error);
   google::protobuf::Any any;
-  any.PackFrom(to_detail(refusal.error));
+  any.PackFrom(detail_of(error));
   const grpc::StatusCode code = code_of(refusal.kind);
-  const std::string text = refusal.error.text();
+  const std::string text = error.text();
   return {code, text, serialise_rpc_status(code, text, any)};
 }
 

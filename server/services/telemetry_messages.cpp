@@ -1,11 +1,8 @@
 #include "server/services/telemetry_messages.h"
 
-#include "hal/samples.h"
 #include "server/services/enums.h"
 
 namespace hapticd::server {
-
-namespace {
 
 void fill_vector(const hal::Vector3& vector, v1::Vector3& message) {
   message.set_x(vector.x);
@@ -13,11 +10,15 @@ void fill_vector(const hal::Vector3& vector, v1::Vector3& message) {
   message.set_z(vector.z);
 }
 
+namespace {
+
 void fill_sample(const rt::TickRecord& record, v1::SampleGroup& group) {
   fill_vector(record.tip_position_mm, *group.mutable_tip_position_mm());
   fill_vector(record.sensor_force_n, *group.mutable_sensor_force_n());
   group.set_status_bits(record.sample_status);
   group.set_force_count(record.force_count);
+  group.set_force_age_ms(static_cast<double>(record.force_age_ns) * 1e-6);
+  group.set_bias_serial(record.bias_serial);
 }
 
 void fill_motion(const rt::TickRecord& record, v1::MotionGroup& group) {
@@ -30,6 +31,14 @@ void fill_contact(const rt::TickRecord& record, v1::ContactGroup& group) {
   group.set_reason(to_proto(record.contact_reason));
   group.set_contact_count(record.contact_count);
   group.set_reaction_force_n(record.reaction_force_n);
+  group.set_withdrawn_count(record.withdrawn_count);
+  group.set_authority(record.contact_authority);
+  group.set_detection_force_n(record.contact_force_n);
+}
+
+void fill_zero(const rt::TickRecord& record, v1::ZeroGroup& group) {
+  fill_vector(record.zero.force_n, *group.mutable_force_n());
+  fill_vector(record.zero.torque_n_mm, *group.mutable_torque_n_mm());
 }
 
 void fill_target(const rt::TickRecord& record, v1::TargetGroup& group) {
@@ -102,6 +111,7 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   if ((told & kSample) != 0) fill_sample(record, *sample.mutable_sample());
   if ((told & kMotion) != 0) fill_motion(record, *sample.mutable_motion());
   if ((told & kContact) != 0) fill_contact(record, *sample.mutable_contact());
+  if ((told & kZero) != 0) fill_zero(record, *sample.mutable_zero());
   if ((told & kDeformation) != 0) sample.mutable_deformation()->set_displacement_mm(record.displacement_mm);
   if ((told & kTarget) != 0) fill_target(record, *sample.mutable_target());
   if ((told & kControl) != 0) fill_control(record, *sample.mutable_control());

@@ -41,7 +41,7 @@ Outcome<Wanted> read_request(const v1::SubscribeRequest& request) {
           {"unknown field group", fmt::format("SubscribeRequest.groups[{}]", i),
            std::to_string(static_cast<int>(group)),
            "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, "
-           "FUSION, PASSIVITY",
+           "FUSION, PASSIVITY, ZERO",
            "ask for groups of this list, or for none to get all"}};
     }
     wanted.channels |= channel_of(group);

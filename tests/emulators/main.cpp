@@ -9,13 +9,17 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "hal/sim/tick_sequence.h"
 #include "tests/emulators/bench/emulated_bench.h"
 #include "tests/emulators/netft/netft_box.h"
 #include "tests/emulators/openhaptics/page.h"
@@ -37,6 +41,14 @@ struct Options {
   std::string page;
   std::string file;
   double seconds = 0.0;
+  std::string conditions = "clean";
+  std::vector<std::string> values;
+  double drift_n_per_s = 0.0;
+  std::string late_ticks;
+  double tool_mass_g = 9.35;
+  double vanish_every_s = 0.0;
+  double slide_mm_per_s = 0.0;
+  double edge_mm = 0.0;
 };
 
 /// Where the page is if nobody says; gone with the process.
@@ -72,7 +84,61 @@ sim::HandProgram program_of(const Options& options) {
   program.hold_s = options.hold_s;
   if (options.program == "press") program.kind = sim::HandProgram::Kind::kPress;
   if (options.program == "tap") program.kind = sim::HandProgram::Kind::kTap;
+  if (options.program == "wave") {  // ±20 mm at 2.2 Hz, well above the object
+    program.kind = sim::HandProgram::Kind::kSway;
+    program.rate_hz = 2.2;
+    program.speed_mm_per_s = 276.0;
+    program.hold_s = -1.0;
+    program.place_mm = {0.0, 0.0, 60.0};
+  }
+  if (options.program == "dart") {  // the tool, on the spring of the hand: 400 mm/s, 20 m/s²
+    program.speed_mm_per_s = 330.0;
+    program.acceleration_m_per_s2 = 16.5;
+    program.kind = sim::HandProgram::Kind::kDart;
+    program.rate_hz = 1.0;
+    program.stroke_length_mm = 60.0;
+    program.hold_s = -1.0;
+    program.grip_stiffness_scale = 2.0;
+    program.grip_damping_scale = 4.0;
+    program.place_mm = {0.0, 0.0, 20.0};
+  }
   return program;
+}
+
+/// By how much later than even each tick is: as recorded in a file, or "builtin": half a millisecond twice a
+/// second, 5 ms every three seconds, 30 ms every ten.
+std::vector<double> late_ticks_of(const std::string& text) {
+  std::vector<double> late_us;
+  if (text == "builtin") {
+    late_us.assign(30'000, 0.0);
+    for (std::size_t i = 499; i < late_us.size(); i += 500) late_us[i] = 500.0;
+    for (std::size_t i = 2999; i < late_us.size(); i += 3000) late_us[i] = 5000.0;
+    for (std::size_t i = 9999; i < late_us.size(); i += 10'000) late_us[i] = 30'000.0;
+    // Those that could not be in time either.
+    for (std::size_t i = 1; i < late_us.size(); ++i)
+      late_us[i] = std::max(late_us[i], late_us[i - 1] - 1000.0);
+    return late_us;
+  }
+  const auto sequence = sim::TickSequence::load(text);
+  if (!sequence) throw std::runtime_error(sequence.error().text());
+  double passed_us = 0.0;
+  for (const sim::TickInterval& tick : sequence->ticks()) {
+    passed_us += tick.interval_us;
+    late_us.push_back(passed_us - 1000.0 * static_cast<double>(late_us.size() + 1));
+  }
+  return late_us;
+}
+
+/// NAME=VALUE, as hal/sim/README.md lists them.
+std::map<std::string, double> values_of(const Options& options) {
+  std::map<std::string, double> values;
+  for (const std::string& text : options.values) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) throw std::runtime_error("--condition takes NAME=VALUE, not " + text);
+    values[text.substr(0, equals)] = std::stod(text.substr(equals + 1));
+  }
+  if (options.drift_n_per_s > 0.0) values["sensor_drift_n_per_s"] = options.drift_n_per_s;
+  return values;
 }
 
 std::string quoted(const std::string& text) {
@@ -116,16 +182,41 @@ void write_file(const std::string& path, const std::string& text) {
   fs::rename(draft, path);
 }
 
-/// Until SIGINT or SIGTERM, or for so long.
-void wait_for_the_end(const sigset_t& ending, double seconds) {
-  int signal_number = 0;
-  if (seconds <= 0.0) {
-    sigwait(&ending, &signal_number);
-    return;
-  }
+/// False when SIGINT or SIGTERM came before so long.
+bool wait(const sigset_t& ending, double seconds) {
   const double whole = std::floor(seconds);
   const timespec time{static_cast<time_t>(whole), static_cast<long>(1e9 * (seconds - whole))};
-  sigtimedwait(&ending, nullptr, &time);
+  return sigtimedwait(&ending, nullptr, &time) < 0;
+}
+
+/// Until SIGINT or SIGTERM, or for so long; meanwhile the object vanishes and slides as asked.
+void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench) {
+  using Kind = sim::ObjectEvent::Kind;
+  constexpr double kTurnS = 0.1;
+  constexpr double kSlideS = 1.0;
+  double next_vanish_s = options.vanish_every_s;
+  double next_return_s = HUGE_VAL;
+  double next_slide_s = kSlideS;
+  double direction = 1.0;
+  for (double now_s = 0.0; options.seconds <= 0.0 || now_s < options.seconds; now_s += kTurnS) {
+    if (!wait(ending, kTurnS)) return;
+    if (options.vanish_every_s > 0.0 && now_s >= next_vanish_s) {
+      bench.happen({.kind = Kind::kVanish});
+      next_return_s = now_s + 0.5 * options.vanish_every_s;
+      next_vanish_s += options.vanish_every_s;
+    }
+    if (now_s >= next_return_s) {
+      bench.happen({.kind = Kind::kReturn});
+      next_return_s = HUGE_VAL;
+    }
+    if (options.slide_mm_per_s > 0.0 && now_s >= next_slide_s) {
+      bench.happen({.kind = Kind::kMove,
+                    .move_mm = {direction * kSlideS * options.slide_mm_per_s, 0.0, 0.0},
+                    .duration_s = kSlideS});
+      direction = -direction;
+      next_slide_s += 2.0 * kSlideS;
+    }
+  }
 }
 
 int run(const Options& options) {
@@ -148,7 +239,13 @@ int run(const Options& options) {
   config.simulation.device = options.device;
   config.simulation.object = options.object;
   config.simulation.tip = options.tip;
+  config.simulation.conditions = options.conditions;
+  config.simulation.condition_values = values_of(options);
+  config.simulation.tool_mass_g = options.tool_mass_g;
+  if (options.edge_mm > 0.0) config.simulation.hold.edge_mm = options.edge_mm;
   config.truth_capacity = 1;  // nobody asks for it
+  page->set_late_ticks(options.late_ticks.empty() ? std::vector<double>{}
+                                                  : late_ticks_of(options.late_ticks));
   auto bench = emulators::EmulatedBench::create(
       config, *page, [&box](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
         box.load(force_n, torque_n_mm);
@@ -178,7 +275,14 @@ int run(const Options& options) {
                 options.file.c_str());
   }
   std::fflush(stdout);
-  wait_for_the_end(ending, options.seconds);
+  wait_for_the_end(ending, options, **bench);
+  (*bench)->stop();
+  const test::FreeAirJudge& free_air = (*bench)->free_air();
+  std::fprintf(
+      stderr,
+      "hapticd_emulated_rig: %.1f s in free air; force asked there: at most %.3f N, %.1f ms at a stretch "
+      "above %.2f N\n",
+      free_air.free_s(), free_air.max_n(), free_air.longest_ms(), test::FreeAirJudge::kZeroN);
   return 0;
 }
 
@@ -195,7 +299,7 @@ int main(int argc, char** argv) {
   app.add_option("--object", options.object, "Simulated object, or none");
   app.add_option("--tip", options.tip, "rod, ball_bearing");
   app.add_option("--program", options.program, "What the hand does, again and again")
-      ->check(CLI::IsMember({"press", "tap", "rest"}));
+      ->check(CLI::IsMember({"press", "tap", "rest", "wave", "dart"}));
   app.add_option("--force-n", options.force_n, "Force of a press [N]");
   app.add_option("--hold-s", options.hold_s, "How long it is held [s]; negative = for ever");
   app.add_option("--udp-port", options.udp_port, "Of the box; 0 = any free one")->check(CLI::Range(0, 65535));
@@ -206,6 +310,21 @@ int main(int argc, char** argv) {
   app.add_option("--write", options.file, "Where the rig file goes; else to standard output")
       ->type_name("FILE");
   app.add_option("--seconds", options.seconds, "End after so long; 0 = on SIGINT or SIGTERM");
+  app.add_option("--conditions", options.conditions, "clean, or lab: drift, vibration and the like")
+      ->check(CLI::IsMember({"clean", "lab"}));
+  app.add_option("--condition", options.values, "One of them by name, over the preset; again for more")
+      ->type_name("NAME=VALUE");
+  app.add_option("--drift-n-per-s", options.drift_n_per_s, "Of the sensor's zero, each axis")
+      ->check(CLI::Range(0.0, 0.01));
+  app.add_option("--late-ticks", options.late_ticks,
+                 "The device's scheduler is late: as in FILE.csv (interval_us, sensor_records), or builtin")
+      ->type_name("FILE|builtin");
+  app.add_option("--tool-mass-g", options.tool_mass_g, "Beyond the sensor")->check(CLI::Range(0.0, 500.0));
+  app.add_option("--vanish-every-s", options.vanish_every_s,
+                 "The object vanishes so often and is back after half of that; 0 = never");
+  app.add_option("--slide-mm-per-s", options.slide_mm_per_s,
+                 "The object slides along x and back; 0 = it rests");
+  app.add_option("--edge-mm", options.edge_mm, "Where the object ends along x; 0 = nowhere");
   app.footer(
       "Example:\n"
       "  hapticd_emulated_rig --object sponge_block --force-n 2 --write rig.toml &\n"

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "hal/daq/board_factory.h"
 #include "server/config.h"
 #include "server/rig_factory.h"
@@ -50,6 +52,7 @@ kind = "replay"
 device = "phantom_1_5_high_force"
 object = "rubber_ball"
 tip = "ball_bearing"
+plant = "general"
 seed = 7
 structural_mode_hz = 123.5
 structural_damping = 0.01
@@ -85,6 +88,7 @@ level = "debug"
   EXPECT_TRUE(again->replay.as_fast_as_possible);
   EXPECT_EQ(again->replay.force.scale, 1e-3);
   EXPECT_EQ(again->simulation.tip, "ball_bearing");
+  EXPECT_EQ(again->simulation.plant, "general");
   EXPECT_EQ(again->model_folder, "/etc/hapticd/models");
   EXPECT_EQ(again->model_store, "/var/lib/hapticd/models.sqlite");
   EXPECT_EQ(again->log_level, LogLevel::kDebug);
@@ -97,11 +101,12 @@ TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
                          "did you mean 'fifo_priority'?"});
   expect_config_refused("[lop]\nrate_hz = 1000\n",
                         {"unknown key 'lop'", "hapticd.toml, line 1", "",
-                         "loop, network, rig, scene, models, log", "did you mean 'loop'?"});
+                         "loop, network, rig, guard, scene, models, log", "did you mean 'loop'?"});
   expect_config_refused(
       "[rig.sim]\nforce = 3\n",
       {"unknown key 'force' in [rig.sim]", "hapticd.toml, line 2", "",
-       "device, object, tip, seed, structural_mode_hz, structural_damping, amplifier_pole_hz, tool_mass_g",
+       "device, object, tip, plant, seed, structural_mode_hz, structural_damping, amplifier_pole_hz, "
+       "tool_mass_g, object_edge_mm, object_slides_above_n, conditions",
        "remove it"});
 }
 
@@ -180,6 +185,41 @@ TEST(Configuration, TheFileNamesTheLineOfARefusedAddress) {
                          "listen on 127.0.0.1 and reach it from elsewhere through an SSH tunnel"});
 }
 
+TEST(Configuration, ASimulatedRigIsPutUnderTheConditionsOfALabByName) {
+  for (const auto& [text, device, conditions] :
+       {std::array{"sim", "phantom_1_0", "clean"}, std::array{"sim:lab", "phantom_1_0", "lab"},
+        std::array{"sim:phantom_1_5_high_force", "phantom_1_5_high_force", "clean"},
+        std::array{"sim:phantom_1_5_high_force:lab", "phantom_1_5_high_force", "lab"}}) {
+    DaemonConfig config;
+    ASSERT_FALSE(apply_rig_text(text, config)) << text;
+    EXPECT_EQ(config.simulation.device, device) << text;
+    EXPECT_EQ(config.simulation.conditions, conditions) << text;
+  }
+  const auto file = parse_config(
+      "[rig.sim]\nobject_edge_mm = 12\nobject_slides_above_n = 0.5\n"
+      "[rig.sim.conditions]\npreset = \"lab\"\nsensor_drift_n_per_s = 0.002\n",
+      "hapticd.toml");
+  ASSERT_TRUE(file) << file.error().text();
+  EXPECT_EQ(file->simulation.conditions, "lab");
+  EXPECT_EQ(file->simulation.condition_values.at("sensor_drift_n_per_s"), 0.002);
+  EXPECT_EQ(file->simulation.hold.edge_mm, 12.0);
+  const auto again = parse_config(write_config(*file), "hapticd.toml");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(again->simulation.conditions, "lab");
+  EXPECT_EQ(again->simulation.condition_values, file->simulation.condition_values);
+  EXPECT_EQ(again->simulation.hold.slides_above_n, 0.5);
+
+  expect_config_refused("[rig.sim.conditions]\nsensor_drift_n_per_s = 5\n",
+                        {"'rig.sim.conditions.sensor_drift_n_per_s' is out of range", "hapticd.toml, line 2",
+                         "5 N/s", "0 … 0.01 N/s", "use at most 0.01 N/s"});
+  DaemonConfig config;
+  ASSERT_FALSE(apply_rig_text("sim:phantom_1_0:lap", config));
+  const auto refused = open_rig(config);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().value, "lap");
+  EXPECT_NE(refused.error().remedy.find("lab"), std::string::npos);
+}
+
 TEST(Configuration, TheCommandLineGoesBeforeTheFile) {
   const auto file =
       parse_config("[loop]\nrate_hz = 2000\n[rig.sim]\nobject = \"foam_ball\"\n", "hapticd.toml");
@@ -223,6 +263,21 @@ TEST(RigText, AReplayCarriesItsColumnMapping) {
   EXPECT_EQ(config.replay.position.unit, "um");
   EXPECT_TRUE(config.replay.as_fast_as_possible);
   EXPECT_TRUE(config.replay.loop);
+}
+
+TEST(RigText, ASimulatedRigCarriesItsPlant) {
+  for (const char* text : {"sim:phantom_1_5_high_force:general", "sim:general:phantom_1_5_high_force"}) {
+    DaemonConfig config;
+    const auto error = apply_rig_text(text, config);
+    ASSERT_FALSE(error) << error->text();
+    EXPECT_EQ(config.simulation.device, "phantom_1_5_high_force");
+    EXPECT_EQ(config.simulation.plant, "general");
+    EXPECT_EQ(config.simulation.conditions, "clean");
+  }
+  DaemonConfig both;
+  ASSERT_FALSE(apply_rig_text("sim:phantom_1_0:lab:general", both));
+  EXPECT_EQ(both.simulation.conditions, "lab");
+  EXPECT_EQ(both.simulation.plant, "general");
 }
 
 TEST(RigNames, OfASimulatedRigAreSuggested) {

@@ -1,12 +1,21 @@
-// The doctor: what it makes of a machine's files and of a part's report.
+// The doctor: what it makes of a machine's files, of a part's report and of the force under a scene.
 
 #include "server/diagnosis/diagnosis.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
+#include <memory>
+#include <numbers>
+#include <optional>
 #include <string>
+#include <utility>
 
+#include "hal/sim/simulated_rig.h"
+#include "rt/scene/compose.h"
+#include "rt/scene/renderer.h"
+#include "server/diagnosis/force_watch.h"
 #include "server/diagnosis/machine_findings.h"
 #include "tests/support/temporary_folder.h"
 
@@ -115,6 +124,148 @@ TEST(Doctor, SaysHowAPartFares) {
   EXPECT_NE(examine_part(report).front().text.find("10.0.0.2"), std::string::npos);
   report.state = hal::PartState::kIdle;
   EXPECT_EQ(examine_part(report).front().severity, kNote);
+}
+
+/// A scene on a simulated rig, in virtual time, and what the doctor sees of its force.
+class Bench {
+ public:
+  explicit Bench(const hal::Quaternion& sensor_to_tool = {}) {
+    sim::SimulationConfig config;
+    config.object = "rubber_ball";  // a sponge relaxes: the device soon bears most of the press
+    config.sensor_to_tool = sensor_to_tool;
+    rig_ = std::move(*sim::SimulatedRig::create(config));
+    rt::SceneSpec spec;
+    spec.target.stiffness_n_per_mm = 0.5;
+    spec_ = *rt::resolve(spec, rig_->info());
+    pipeline_ = std::move(*rt::compose(spec_, rig_->info()));
+    renderer_.emplace(spec_.guard, rig_->info().rate_hz);
+    renderer_->exchange(pipeline_.get(), spec_.guard);
+  }
+
+  /// The next ticks; `change` sees each record before the doctor does.
+  template <class Change>
+  Findings watch(double seconds, Change change) {
+    ForceWatch watch(spec_);
+    for (int tick = 0; tick < static_cast<int>(seconds * 1000.0); ++tick) {
+      hal::RigSample sample;
+      rig_->read(sample);
+      rt::TickRecord record;
+      rig_->write(renderer_->tick(sample, record));
+      change(record);
+      watch.add(record);
+    }
+    return watch.findings();
+  }
+  Findings watch(double seconds) {
+    return watch(seconds, [](rt::TickRecord&) {});
+  }
+  /// Half a second, while the hand presses with 2 N.
+  Findings watch_pressed() {
+    press();
+    watch(8.0);
+    return watch(0.5);
+  }
+  void press() {
+    sim::HandProgram press;
+    press.kind = sim::HandProgram::Kind::kPress;
+    press.force_n = 2.0;
+    press.hold_s = -1.0;
+    EXPECT_FALSE(rig_->set_program(press).has_value());
+  }
+
+ private:
+  std::unique_ptr<sim::SimulatedRig> rig_;
+  rt::SceneSpec spec_;
+  std::unique_ptr<rt::Pipeline> pipeline_;
+  std::optional<rt::Renderer> renderer_;
+};
+
+/// About x.
+hal::Quaternion turned_by(double degrees) {
+  const double half_rad = 0.5 * degrees * std::numbers::pi / 180.0;
+  return {std::cos(half_rad), std::sin(half_rad), 0.0, 0.0};
+}
+
+TEST(DoctorOfForce, IsContentWithAForceAlongThePressAxis) {
+  const Findings found = Bench().watch_pressed();
+  ASSERT_EQ(found.size(), 1U) << found.front().text;
+  EXPECT_EQ(found.front().severity, kGood) << found.front().text;
+  EXPECT_NE(found.front().text.find("follows the press axis"), std::string::npos) << found.front().text;
+}
+
+TEST(DoctorOfForce, FindsASensorWhoseAxesAreTurned) {
+  struct Case {
+    double turned_deg;
+    const char* direction;  ///< in which an upward force is read
+    const char* verdict;
+  };
+  for (const Case& turned : {Case{90.0, "(0.00, 1.00,", "90° off"}, Case{-90.0, "(0.00, -1.00,", "90° off"},
+                             Case{180.0, "-1.00)", "the wrong sign"}}) {
+    const Findings found = Bench(turned_by(turned.turned_deg)).watch_pressed();
+    ASSERT_FALSE(found.empty());
+    const Finding& finding = found.back();
+    EXPECT_EQ(finding.severity, kProblem) << finding.text;
+    EXPECT_NE(finding.text.find("does not follow the press axis (0.00, 0.00, -1.00)"), std::string::npos)
+        << finding.text;
+    EXPECT_NE(finding.text.find(turned.direction), std::string::npos) << finding.text;
+    EXPECT_NE(finding.text.find(turned.verdict), std::string::npos) << finding.text;
+    EXPECT_NE(finding.remedy.find("rig file"), std::string::npos);
+  }
+}
+
+TEST(DoctorOfForce, ToleratesWhatFrictionAndSlantDo) {
+  EXPECT_EQ(Bench(turned_by(30.0)).watch_pressed().back().severity, kGood);
+  EXPECT_EQ(Bench(turned_by(60.0)).watch_pressed().back().severity, kProblem);
+}
+
+TEST(DoctorOfForce, SaysHowToCheckWhereNothingIsPressed) {
+  const Findings found = Bench(turned_by(90.0)).watch(0.5);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().severity, kNote);
+  EXPECT_NE(found.front().remedy.find("until the sensor reads more than 0.5 N"), std::string::npos);
+}
+
+TEST(DoctorOfForce, DoesNotTakeTheLoadOfAnUnbiasedSensorForAPress) {
+  const Findings found = Bench().watch(0.5, [](rt::TickRecord& record) {
+    record.bias_serial = 0;
+    record.sensor_force_n.y += 3.0;
+  });
+  ASSERT_EQ(found.size(), 1U) << found.back().text;
+  EXPECT_EQ(found.front().severity, kWarning);
+  EXPECT_NE(found.front().text.find("never biased"), std::string::npos);
+  EXPECT_NE(found.front().remedy.find("hapticctl sensor bias"), std::string::npos);
+}
+
+TEST(DoctorOfForce, TellsOfAZeroThatHasMovedFar) {
+  const auto far = [](rt::GuardFault fault) {
+    return Bench().watch(0.5, [fault](rt::TickRecord& record) {
+      record.faults_present |= rt::set_of(fault);
+      record.zero.force_n.x = record.sensor_force_n.x = 0.15;
+    });
+  };
+  const Findings warned = far(rt::GuardFault::kSensorZeroFar);
+  EXPECT_EQ(warned.front().severity, kWarning);
+  EXPECT_NE(warned.front().text.find("0.150 N since the bias; it is followed up to 0.25 N"),
+            std::string::npos)
+      << warned.front().text;
+  EXPECT_EQ(far(rt::GuardFault::kSensorZeroLost).front().severity, kProblem);
+}
+
+TEST(DoctorOfForce, TellsOfContactsThatWereTakenBack) {
+  const Findings found = Bench().watch(0.5, [](rt::TickRecord& record) {
+    record.contact_count = 5;
+    record.withdrawn_count = 3;
+  });
+  EXPECT_EQ(found.front().severity, kNote);
+  EXPECT_NE(found.front().text.find("3 of 5 contacts"), std::string::npos) << found.front().text;
+  EXPECT_NE(found.front().remedy.find("tool's mass"), std::string::npos);
+}
+
+TEST(DoctorOfForce, FindsThatNoForceReachesTheScene) {
+  const Findings found =
+      Bench().watch(0.5, [](rt::TickRecord& record) { record.channels = rt::channel::kSample; });
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().severity, kProblem);
 }
 
 }  // namespace

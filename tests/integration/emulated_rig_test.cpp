@@ -110,11 +110,15 @@ class EmulatedRigProcess : public testing::Test {
     add("[rig.openhaptics]", "stall_s = 2\n");
     rig += "\n[loop]\nfifo_priority = 0\nlock_memory = false\nkeep_cpu_awake = false\n";
     rig += "\n[scene]\nfolder = \"" + folder.path() + "\"\n";
+    rig +=
+        "\n[guard]\nmax_target_stiffness_n_per_mm = 20\nmax_sensor_stale_after_ms = 1000\nmax_loop_gap_ms = "
+        "1000\n";
     std::ofstream(rig_file) << rig;
-    folder.write("tap_1d.toml",
-                 "name = \"tap_1d\"\nkind = \"tap_1d\"\n[tool]\nmass_g = 9.35\n"
-                 "[target]\nstiffness_n_per_mm = 2\nmax_stiffness_n_per_mm = 20\n[structure]\ncompensation = true\n"
-                 "[guard]\nsensor_stale_after_ms = 1000\nloop_gap_ms = 1000\n");
+    folder.write(
+        "tap_1d.toml",
+        "name = \"tap_1d\"\nkind = \"tap_1d\"\n[tool]\nmass_g = 9.35\n"
+        "[target]\nstiffness_n_per_mm = 2\nmax_stiffness_n_per_mm = 20\n[structure]\ncompensation = true\n"
+        "[guard]\nsensor_stale_after_ms = 1000\nloop_gap_ms = 1000\n");
     setenv("HD_STAND_IN_PAGE", page_path.c_str(), 1);
   }
   void start(const Arguments& peers_arguments, const Arguments& daemon_arguments = {}) {
@@ -275,6 +279,25 @@ TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
       [](const v1::RigState& s) { return s.in_contact() && s.guard_state() == v1::GUARD_STATE_RENDERING; });
   client->await([&](const v1::RigState&) { return motor_force_n() > 0.2; });
 }
+
+/// Each on a device of its own: a crash leaves it open.
+class EmulatedRigCrash : public EmulatedRigProcess, public testing::WithParamInterface<int> {};
+
+TEST_P(EmulatedRigCrash, TakesTheForceAlongAndEndsByItsSignal) {
+  const int signal = GetParam();
+  ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
+  const grpc::Status loaded = client->load("tap_1d");
+  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });
+  daemon->signal(signal);
+  EXPECT_EQ(daemon->wait(), -signal) << daemon->errors();
+  EXPECT_EQ(motor_force_n(), 0.0) << "signal " << signal;
+  const HdPage page(page_path, HdPage::Join{});
+  ASSERT_FALSE(page.events().empty());
+  EXPECT_EQ(page.events().back(), emulators::HdEvent::kZeroFrame) << "a frame without force, and the end";
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, EmulatedRigCrash, testing::Values(SIGSEGV, SIGABRT));
 
 TEST_F(EmulatedRigProcess, TheSensorIsOpenForScenesThatListenToIt) {
   ASSERT_NO_FATAL_FAILURE(start(kRestingHand, {"--scene", "wall"}));

@@ -5,7 +5,10 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 
+#include "server/ending_signals.h"
+#include "tests/integration/command_record.h"
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/temporary_folder.h"
@@ -48,6 +51,97 @@ TEST(ServiceProcess, EndsCleanlyOnSigtermAndStreamsEndFirst) {
     EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
     EXPECT_EQ(process.wait(), 0) << process.errors();
   }
+}
+
+/// In contact, with force; ends by the signal. The exit code, and the last command a subscriber saw.
+void expect_force_first(int signal) {
+  SCOPED_TRACE("signal " + std::to_string(signal));
+  DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"});
+  const std::string address = process.await_address();
+  ASSERT_FALSE(address.empty());
+  const ServiceClient client(connect(address));
+  v1::SetHandProgramRequest press;
+  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
+  press.mutable_program()->set_force_n(2.0);
+  press.mutable_program()->set_hold_s(-1.0);
+  v1::SetHandProgramResponse response;
+  ASSERT_TRUE(client.simulation->SetHandProgram(call_context().get(), press, &response).ok());
+  client.await([](const v1::RigState& s) { return s.in_contact() && s.displacement_mm() > 2.0; });
+  CommandRecord record(client.channel);
+  record.await_tick(record.last_tick() + 50);
+  process.signal(signal);
+  const auto ticks = record.read_to_the_end();
+  EXPECT_EQ(process.wait(), 0) << process.errors();
+  ASSERT_FALSE(ticks.empty());
+  double most_n = 0.0;
+  for (const auto& [tick, command] : ticks) most_n = std::max(most_n, std::abs(command.force_n.z));
+  EXPECT_GT(most_n, 0.1) << "there was a force to take away";
+  const hal::Vector3& last = ticks.rbegin()->second.force_n;
+  EXPECT_EQ(dot(last, last), 0.0) << "tick " << ticks.rbegin()->first;
+}
+
+TEST(ServiceProcess, ASignalThatEndsItTakesTheForceFirst) {
+  for (const int signal : {SIGHUP, SIGQUIT, SIGTERM, SIGINT, SIGUSR1, SIGALRM, SIGXCPU, SIGPWR, SIGRTMIN}) {
+    expect_force_first(signal);
+  }
+}
+
+TEST(EndingSignals, AreAllThatEndAProcessAndAreNeitherCrashesNorTheMatterOfAWrite) {
+  const std::set<int> not_ending = {SIGKILL, SIGSTOP, SIGTSTP,  SIGTTIN, SIGTTOU, SIGCONT,
+                                    SIGCHLD, SIGURG,  SIGWINCH, SIGSEGV, SIGABRT, SIGBUS,
+                                    SIGFPE,  SIGILL,  SIGSYS,   SIGTRAP, SIGPIPE, SIGXFSZ};
+  const sigset_t ending = server::ending_signals();
+  for (int signal = 1; signal <= SIGRTMAX; ++signal) {
+    if (signal > SIGSYS && signal < SIGRTMIN) continue;  // the C library's own
+    EXPECT_EQ(sigismember(&ending, signal) == 1, !not_ending.contains(signal))
+        << server::name_of_signal(signal);
+  }
+}
+
+TEST(ServiceProcess, GoesOnAfterSignalsThatAreTheMatterOfAWrite) {
+  DaemonProcess process({"--listen", "127.0.0.1:0"});
+  const std::string address = process.await_address();
+  ASSERT_FALSE(address.empty());
+  process.signal(SIGPIPE);
+  process.signal(SIGXFSZ);
+  EXPECT_TRUE(ServiceClient(connect(address)).state().loop().running());
+  process.signal(SIGTERM);
+  EXPECT_EQ(process.wait(), 0) << process.errors();
+}
+
+TEST(ServiceProcess, ACrashIsStillACrash) {
+  for (const int signal : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL}) {
+    DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"});
+    ASSERT_FALSE(process.await_address().empty());
+    process.signal(signal);
+    EXPECT_EQ(process.wait(), -signal);
+    EXPECT_NE(process.errors().find("hapticd: crashed"), std::string::npos) << process.errors();
+  }
+}
+
+TEST(ServiceProcess, RefusesASceneOnItsCommandLineThatAsksForMoreThanItsGuardAllows) {
+  const TemporaryFolder folder;
+  folder.write("wild.toml", "name = \"wild\"\n[guard]\nmax_power_w = 50\n");
+  expect_ended(
+      run({"--scenes", folder.path(""), "--scene", "wild"}), 2,
+      "scene 'wild', guard.max_power_w: more than this daemon allows (got 50 W); "
+      "accepted: "
+      "at most 2.5 W ([guard] max_power_w); change the scene, or raise max_power_w under [guard] in the "
+      "daemon's configuration and start it again");
+  const std::string config = folder.write("hapticd.cfg", "[guard]\nmax_power_w = 50\n");
+  const Ended allowed =
+      run({"--config", config, "--scenes", folder.path(""), "--scene", "wild", "--check-config"});
+  EXPECT_EQ(allowed.code, 0) << allowed.errors;
+  EXPECT_NE(allowed.output.find("[guard]\nmax_force_n = 0.0\n"), std::string::npos) << allowed.output;
+  EXPECT_NE(allowed.output.find("max_power_w = 50.0\n"), std::string::npos) << allowed.output;
+}
+
+TEST(ServiceProcess, RefusesAConfigurationWhoseKeysAreEndless) {
+  const TemporaryFolder folder;
+  std::string key;
+  for (int i = 0; i < 40000; ++i) key += "a.";
+  const std::string config = folder.write("hapticd.toml", key + "a = 1\n");
+  expect_ended(run({"--config", config}), 2, config + ", line 1: a key has too many parts");
 }
 
 TEST(ServiceProcess, RefusesASecondDaemonOnThePort) {

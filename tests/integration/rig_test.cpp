@@ -68,6 +68,44 @@ TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {
   EXPECT_EQ(detail_of(status).what(), "the tool is in contact: it cannot be biased");
 }
 
+TEST(ServiceRig, StateTellsContactZeroAndForce) {
+  const RunningService service;
+  v1::RigState state = service.await([](const v1::RigState& now) { return now.bias_serial() == 1; });
+  EXPECT_EQ(state.contact_reason(), v1::CONTACT_REASON_UNSPECIFIED) << "no scene looks at contact";
+  EXPECT_FALSE(state.has_followed_zero_n());
+  EXPECT_EQ(state.zero_bound_n(), 0.0);
+
+  ASSERT_TRUE(service.load("wall").ok());
+  state = service.await(
+      [](const v1::RigState& now) { return now.contact_reason() != v1::CONTACT_REASON_UNSPECIFIED; });
+  EXPECT_EQ(state.zero_bound_n(), 0.0) << "a wall uses no sensor";
+
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  service.press(2.0);
+  state = service.await(
+      [](const v1::RigState& now) { return now.in_contact() && now.contact_authority() >= 1.0; });
+  EXPECT_TRUE(state.has_followed_zero_n());
+  EXPECT_GT(state.zero_bound_n(), 0.0);
+  EXPECT_GT(state.detection_force_n(), 0.0);
+}
+
+TEST(ServiceRig, TheDoctorLooksAtTheForceOfTheLoadedScene) {
+  server::DaemonConfig config = quiet_config();
+  config.simulation.object = "rubber_ball";  // the sensor bears most of the press
+  const RunningService service(config);
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  service.press(2.0);
+  service.await([](const v1::RigState& now) { return now.in_contact() && now.reaction_force_n() > 1.0; });
+  v1::Diagnosis diagnosis;
+  ASSERT_TRUE(service.rig->Diagnose(call_context().get(), {}, &diagnosis).ok());
+  const auto found =
+      std::find_if(diagnosis.findings().begin(), diagnosis.findings().end(), [](const v1::Finding& finding) {
+        return finding.text().find("its force follows the press axis") != std::string::npos;
+      });
+  ASSERT_NE(found, diagnosis.findings().end()) << diagnosis.DebugString();
+  EXPECT_EQ(found->severity(), v1::FINDING_SEVERITY_GOOD);
+}
+
 constexpr const char* kAtStation = "name = \"there\"\nkind = \"tap_1d\"\nturntable_station = \"rubber\"\n";
 
 v1::PartState table_of(const RunningService& service) {

@@ -33,6 +33,14 @@ server::DaemonConfig quiet_config() {
   return config;
 }
 
+server::DaemonConfig generous_config() {
+  server::DaemonConfig config = quiet_config();
+  config.guard.max_target_stiffness_n_per_mm = 20.0;
+  config.guard.min_target_ramp_s = 0.0;
+  config.guard.max_target_change_n_per_s = 1e6;
+  return config;
+}
+
 server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations) {
   server::DaemonConfig config = quiet_config();
   config.turntable.kind = server::TurntableChoice::kSimulated;

@@ -35,6 +35,10 @@ std::shared_ptr<grpc::Channel> connect(const std::string& address, Window window
 /// The simulated rig on a free port, without any of the privileges a loop would like.
 server::DaemonConfig quiet_config();
 
+/// The same with ceilings that leave room for tests of what lies below them: stiff targets, no floor of their
+/// ramps.
+server::DaemonConfig generous_config();
+
 /// The same with a simulated turntable that knows these stations; a stall of the machine is no fault of it.
 server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations);
 

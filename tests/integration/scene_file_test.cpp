@@ -18,7 +18,9 @@ namespace {
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
          ramp, compensation, structural, explore, control, guard] = spec;
-  auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks] = contact;
+  auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks, evidence, zero_bound] =
+      contact;
+  auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume, fall, gap] = guard;
   auto& [direction, displacement, contact_law, feel, release, passivity, back_drive, lead, cutoff, noise,
@@ -27,7 +29,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [power_stiffness, power_damping, exponent] = power_law;
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
   static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(compensation),
-      static_cast<void>(method);
+      static_cast<void>(method), static_cast<void>(evidence_required);
   static_cast<void>(release_ticks), static_cast<void>(quiet_ticks), static_cast<void>(free_ticks);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
@@ -38,7 +40,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     numbers.insert(numbers.end(), more.begin(), more.end());
   };
   if (kind == rt::SceneKind::kWall) add({&wall});
-  if (kind != rt::SceneKind::kWall) add({&threshold, &ratio, &clearance});
+  if (kind != rt::SceneKind::kWall) add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
   if (kind == rt::SceneKind::kExplore) {
     add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});

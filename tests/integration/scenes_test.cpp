@@ -20,11 +20,11 @@ TEST(ServiceScenes, LoadExplainListUnload) {
   EXPECT_EQ(loaded.outline().tip(), "rod");
   EXPECT_FALSE(loaded.outline().stages().empty());
   const auto& groups = loaded.outline().telemetry_groups();
-  for (const char* group :
-       {"sample", "motion", "contact", "deformation", "target", "control", "guard", "timing", "truth"}) {
+  for (const char* group : {"sample", "motion", "contact", "deformation", "target", "control", "guard",
+                            "timing", "truth", "zero"}) {
     EXPECT_NE(std::find(groups.begin(), groups.end(), group), groups.end()) << group;
   }
-  EXPECT_EQ(groups.size(), 9) << "no direction, fusion or passivity in one dimension";
+  EXPECT_EQ(groups.size(), 10) << "no direction, fusion or passivity in one dimension";
   EXPECT_EQ(loaded.outline().target_law(), "linear");
   EXPECT_TRUE(loaded.outline().model_needs().empty());
   EXPECT_EQ(service.await([&](const v1::RigState& s) { return s.tick() >= loaded.effective_tick(); }).scene(),

@@ -71,7 +71,7 @@ TEST(ServiceTargets, AreGrantedUpToWhatStaysStableOnTheDeviceWhereTheSceneDoesNo
 }
 
 TEST(ServiceTargets, OnASoftObjectThatIsExploredLessIsGrantedThanTheDeviceBears) {
-  const RunningService service;
+  const RunningService service(generous_config());
   v1::SetTargetResponse response;
   const std::string scene = "name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n";
   ASSERT_TRUE(service.load_toml(scene).ok());
@@ -121,7 +121,7 @@ TEST(ServiceTargets, AStrongDeviceIsHeldByTheSensorsRange) {
 }
 
 TEST(ServiceTargets, AreGrantedUpToTheCompensableStructuralStiffness) {
-  const RunningService service;
+  const RunningService service(generous_config());
   ASSERT_TRUE(service.load_toml("name = \"hard\"\n[target]\nmax_stiffness_n_per_mm = 20\n").ok());
   v1::RigInfo info;
   ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
@@ -197,7 +197,7 @@ TEST(ServiceTargets, OtherLawsAreGrantedWholeInASceneThatExplores) {
 }
 
 TEST(ServiceTargets, ALinearTargetOfASceneThatExploresIsBoundedByTheSceneAlone) {
-  const RunningService service;
+  const RunningService service(generous_config());
   ASSERT_TRUE(
       service
           .load_toml("name = \"stiff\"\nkind = \"explore\"\nobject_model = \"foam_ball_3d\"\n[target]\n"
@@ -326,9 +326,12 @@ TEST(ServiceTargets, TakeEffectAtTheTickOfTheAcknowledgementAndRamp) {
   const std::uint64_t start = response.effective_tick();
   const auto samples = trace.up_to(start + 210);
   bool seen = false;
+  std::int64_t before_ns = 0;  // of the last tick before the ramp, which goes by measured time
   for (const v1::TelemetrySample& sample : samples) {
     ASSERT_TRUE(sample.has_target());
     EXPECT_FALSE(sample.has_contact()) << "not asked for";
+    if (sample.tick() < start) before_ns = sample.time_ns();
+    const double ramped = static_cast<double>(sample.time_ns() - before_ns) / 0.2e9;
     const double k = sample.target().target_stiffness_n_per_mm();
     if (sample.tick() < start) {
       EXPECT_DOUBLE_EQ(k, 0.5);
@@ -337,19 +340,46 @@ TEST(ServiceTargets, TakeEffectAtTheTickOfTheAcknowledgementAndRamp) {
       seen = true;
       EXPECT_EQ(sample.time_ns(), response.effective_time_ns());
     }
-    if (sample.tick() >= start && sample.tick() < start + 200) {
-      EXPECT_NEAR(k, 0.5 + 0.5 * static_cast<double>(sample.tick() - start + 1) / 200.0, 1e-9)
-          << sample.tick();
+    if (sample.tick() >= start && ramped < 1.0) {
+      EXPECT_NEAR(k, 0.5 + 0.5 * ramped, 1e-6) << sample.tick();
     }
-    if (sample.tick() >= start + 200) {
+    if (ramped > 1.0) {
       EXPECT_DOUBLE_EQ(k, 1.0);
     }
   }
   EXPECT_TRUE(seen);
 }
 
+TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
+  server::DaemonConfig config = quiet_config();
+  config.guard.min_target_ramp_s = 0.2;
+  const RunningService service(config);
+  v1::LoadSceneResponse loaded;
+  ASSERT_TRUE(service.load("wall", &loaded).ok());
+  TargetTrace trace(service, loaded.effective_tick());
+  v1::SetTargetRequest request = target(1.0);
+  request.set_ramp_s(0.0);
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(request, &response).ok());
+  EXPECT_EQ(response.ramp_s(), 0.2);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+  EXPECT_EQ(response.explanation(),
+            "the ramp of 0 s was lengthened to 0.2 s: [guard] min_target_ramp_s = 0.2 s");
+  double before = 0.5;
+  for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 210)) {
+    const double k = sample.target().target_stiffness_n_per_mm();
+    EXPECT_LE(k - before, 0.5 / 200.0 + 1e-9) << sample.tick();
+    before = k;
+  }
+  EXPECT_DOUBLE_EQ(before, 1.0);
+  request.set_ramp_s(0.3);
+  ASSERT_TRUE(service.set_target(request, &response).ok());
+  EXPECT_EQ(response.ramp_s(), 0.3);
+  EXPECT_EQ(response.explanation(), "");
+}
+
 TEST(ServiceTargets, WaitForTheTimeAskedFor) {
-  const RunningService service;
+  const RunningService service(generous_config());
   v1::LoadSceneResponse loaded;
   ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
   TargetTrace trace(service, loaded.effective_tick());

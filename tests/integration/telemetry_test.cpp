@@ -71,6 +71,9 @@ TEST(ServiceTelemetry, CarriesEveryTickInOrder) {
   EXPECT_EQ(sample.scene_generation(), 1U);
   EXPECT_EQ(sample.guard().state(), v1::GUARD_STATE_RENDERING);
   EXPECT_GT(sample.sample().force_count(), 0U);
+  EXPECT_GE(sample.sample().force_age_ms(), 0.0);
+  EXPECT_LT(sample.sample().force_age_ms(), 10.0);
+  EXPECT_EQ(sample.sample().bias_serial(), 1U) << "a simulated sensor starts biased";
 }
 
 TEST(ServiceTelemetry, DecimatesAndCarriesOnlyWhatExists) {
@@ -122,7 +125,7 @@ TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
   unknown.add_groups(static_cast<v1::FieldGroup>(42));
   const std::string groups =
       "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, FUSION, "
-      "PASSIVITY";
+      "PASSIVITY, ZERO";
   const std::string remedy = "ask for groups of this list, or for none to get all";
   expect_refused(refuse(unknown), {grpc::StatusCode::INVALID_ARGUMENT, "unknown field group",
                                    "SubscribeRequest.groups[1]", "42", groups, remedy});

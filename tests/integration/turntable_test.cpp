@@ -264,7 +264,10 @@ TEST_F(ServiceTurntable, ContactOnTheWayStopsItAtOnce) {
   EXPECT_EQ(last.motion().end(), v1::TURNTABLE_MOTION_END_FORBIDDEN);
   EXPECT_NE(detail_of(status).what().find("the tool is in contact"), std::string::npos)
       << status.error_message();
-  service.await([](const v1::RigState& s) { return s.in_contact(); });
+  // The contact is forgotten with the cut: pressed on, the scene waits until nothing touches the tool.
+  service.await([](const v1::RigState& s) {
+    return s.contact_reason() == v1::CONTACT_REASON_AWAITING_FREE && s.detection_force_n() > 1.0;
+  });
   EXPECT_EQ(get().status().state(), v1::TURNTABLE_STATE_STANDING);
   EXPECT_LT(get().status().position_deg(), 169.0);
 }

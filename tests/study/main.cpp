@@ -7,9 +7,12 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/study/plant.h"
+#include "tests/study/plant_comparison.h"
 #include "tests/study/report/provenance.h"
 #include "tests/study/study.h"
 
@@ -22,6 +25,7 @@ struct Options {
   std::string folder;
   std::vector<std::string> only;
   std::string transport = "direct";
+  std::string plant = "both";
   bool quick = false;
   std::string shard = "1/1";
   std::vector<std::string> merge;
@@ -42,21 +46,51 @@ hapticd::report::Cells cells_of(const Options& options) {
                std::vector<std::filesystem::path>(options.merge.begin(), options.merge.end()));
 }
 
+/// A part on one family of objects; none where they have nothing to do with it.
+struct Turn {
+  const StudyPart* part;
+  std::optional<hapticd::sim::Plant> plant;
+};
+
+std::vector<Turn> turns_of(const std::vector<StudyPart>& parts, const Options& options) {
+  using hapticd::study::PlantUse;
+  std::vector<Turn> turns;
+  for (const StudyPart& part : parts) {
+    if (!is_wanted(part, options.only)) continue;
+    if (part.plants == PlantUse::kNone) {
+      turns.push_back({&part, std::nullopt});
+      continue;
+    }
+    for (const std::string& name : hapticd::sim::plant_names()) {
+      const auto plant = hapticd::sim::plant_named(name);
+      const bool has_it = part.plants == PlantUse::kBoth || plant == hapticd::sim::Plant::kSeparable;
+      if (has_it && (options.plant == "both" || options.plant == name)) turns.push_back({&part, plant});
+    }
+  }
+  return turns;
+}
+
 /// The number of parts that ended with an error.
 int run(const Study& study, const Options& options) {
   using Clock = std::chrono::steady_clock;
   hapticd::report::Report report(options.folder);
-  const hapticd::report::Cells cells = cells_of(options);
+  hapticd::report::Cells cells = cells_of(options);
   const bool shared = cells.merges() || !cells.shard().is_whole();
   hapticd::study::StudyContext context{report, options.quick, cells};
-  std::vector<StudyPart> parts;
-  for (const StudyPart& part : options.transport == "emulated" ? study.emulated : study.parts) {
-    if (is_wanted(part, options.only) && (!shared || part.in_cells)) parts.push_back(part);
-  }
+  std::vector<Turn> turns = turns_of(options.transport == "emulated" ? study.emulated : study.parts, options);
+  if (shared) std::erase_if(turns, [](const Turn& turn) { return !turn.part->in_cells; });
   int failures = 0;
-  for (const StudyPart& part : parts) {
-    std::cout << "\n--- " << study.name << ", " << part.name << " (" << &part - parts.data() + 1 << " of "
-              << parts.size() << "): " << part.shows << std::endl;
+  for (const Turn& turn : turns) {
+    const StudyPart& part = *turn.part;
+    const auto plant = turn.plant.value_or(hapticd::sim::Plant::kSeparable);
+    const std::string suffix = hapticd::study::plant_suffix(plant);
+    const std::string plant_name = turn.plant ? hapticd::sim::name_of(plant) : "";
+    hapticd::study::set_current_plant(plant);
+    cells.set_suffix(suffix);
+    report.set_condition(turn.plant ? "plant" : "", plant_name, suffix);
+    std::cout << "\n--- " << study.name << ", " << part.name << (turn.plant ? ", plant " : "") << plant_name
+              << " (" << &turn - turns.data() + 1 << " of " << turns.size() << "): " << part.shows
+              << std::endl;
     report.begin_section(std::string(study.name) + "_" + part.name, part.shows);
     const auto start = Clock::now();
     try {
@@ -68,6 +102,8 @@ int run(const Study& study, const Options& options) {
     const std::chrono::duration<double> took = Clock::now() - start;
     std::cout << "(" << hapticd::report::fixed(took.count(), 1) << " s)" << std::endl;
   }
+  report.set_condition("", "", "");
+  if (cells.shard().is_whole()) hapticd::study::compare_plants(report, std::string(study.name) + "_plants");
   if (study.finish != nullptr && cells.shard().is_whole()) study.finish(context);
   std::cout << "\nfigures: " << (report.folder() / "figures.jsonl").string() << std::endl;
   return failures;
@@ -92,6 +128,13 @@ int main(int argc, char** argv) {
     std::vector<std::string> parts;
     for (const StudyPart& part : study.parts) parts.emplace_back(part.name);
     command->add_option("--only", options.only, "only these parts")->check(CLI::IsMember(parts));
+    command
+        ->add_option("--plant", options.plant,
+                     "the laws the simulated objects follow: separable relaxation (the inverse of the creep "
+                     "law), general (nobody's inverse), or both, one after the other, where a part has to do "
+                     "with objects")
+        ->check(CLI::IsMember({"both", "separable", "general"}))
+        ->capture_default_str();
     if (!study.emulated.empty()) {
       command
           ->add_option("--transport", options.transport,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/study/plant.h"
 #include "tests/study/report/html_page.h"
 #include "tests/study/report/work_precision.h"
 
@@ -52,7 +53,8 @@ void add_defaults(report::Report& report) {
   std::vector<std::string> stages;
   std::map<std::string, std::vector<Json>> of_stage;
   for (const Json& record : figures_in(report.folder(), "error_vs_runtime")) {
-    const std::string stage = record["case"].value("stage", "");
+    const std::string plant = record["case"].value("plant", "");
+    const std::string stage = record["case"].value("stage", "") + (plant.empty() ? "" : ", " + plant);
     if (!of_stage.contains(stage)) stages.push_back(stage);
     of_stage[stage].push_back(record);
   }
@@ -133,8 +135,12 @@ void add_dearest(report::Report& report) {
 
 /// In the order of the walk, then stability, extremes, cost.
 std::vector<std::string> order_of(const Study& study) {
-  std::vector<std::string> order{"report_summary"};
-  for (const StudyPart& part : study.parts) order.push_back(std::string(study.name) + '_' + part.name);
+  std::vector<std::string> order{"report_summary", std::string(study.name) + "_plants"};
+  for (const StudyPart& part : study.parts) {
+    for (const sim::Plant plant : {sim::Plant::kSeparable, sim::Plant::kGeneral}) {
+      order.push_back(std::string(study.name) + '_' + part.name + plant_suffix(plant));
+    }
+  }
   return order;
 }
 

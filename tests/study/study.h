@@ -14,12 +14,20 @@ struct StudyContext {
   const report::Cells& cells;  ///< computes what a cluster can share; the same values whoever does
 };
 
+/// What the simulated objects have to do with a part.
+enum class PlantUse {
+  kNone,       ///< nothing: recordings, the machine; its figures know of no plant
+  kSeparable,  ///< it is about the separable family, or too dear or too live for two
+  kBoth,       ///< it runs once on each family, one after the other
+};
+
 /// One question and the function that answers it. A part throws only when it cannot go on; what fails inside
 /// is a record with the reason.
 struct StudyPart {
   const char* name;
   const char* shows;
   void (*run)(StudyContext& context);
+  PlantUse plants = PlantUse::kBoth;
   /// All its measuring is done in cells, so that shards can share it: `--shard i/n` runs such parts only, and
   /// they end where Cells::values() gives none.
   bool in_cells = false;

@@ -57,6 +57,7 @@ class FakeDevice : public HapticDevice {
   PartReport report() const override { return {"haptic device", "fake", PartState::kReady, "", {}, {}}; }
   const DeviceInfo& info() const noexcept override { return info_; }
   void read(RigSample& sample) noexcept override {
+    if (read_takes > 0ms) std::this_thread::sleep_for(read_takes);
     sample.tip_position_mm = {0.0, 0.0, -7.0};
     sample.status |= status::kDeviceWarm;
   }
@@ -69,6 +70,7 @@ class FakeDevice : public HapticDevice {
     return std::nullopt;
   }
 
+  std::chrono::milliseconds read_takes{0};
   bool refuses = false;
   std::atomic<bool> engaged{false};
   std::atomic<int> engagements{0};
@@ -114,11 +116,13 @@ class FakeSensor final : public ForceSensor {
     sample.sensor_force_n = {0.0, 0.0, 9.0};
     sample.force_count = 7;
     sample.force_age_ns = 100;
+    sample.bias_serial = bias_serial;
     sample.status |= status::kForceWarning;
     reading = false;
   }
   std::optional<Error> bias() override { return Error{"biased", "", "", "", ""}; }
 
+  std::uint32_t bias_serial = 0;
   std::chrono::milliseconds read_takes{0};
   std::atomic<bool> reading{false};
   std::atomic<bool> disengaged_during_read{false};
@@ -260,6 +264,32 @@ TEST(ComposedRig, CountsTicksAndTimeByItselfWithoutABase) {
   EXPECT_EQ(first.time_ns, 0);
   EXPECT_EQ(second.tick, 1U);
   EXPECT_GE(second.time_ns, first.time_ns);
+}
+
+TEST(ComposedRig, TimeIsTheInstantInWhichTheDeviceWasRead) {
+  const Made made = make(false, true, true);
+  made.device->read_takes = 3ms;
+  EXPECT_FALSE(made.rig->engage(RigPartKind::kDevice));
+  EXPECT_FALSE(made.rig->engage(RigPartKind::kForceSensor));
+  made.read();
+  const auto begun = std::chrono::steady_clock::now();
+  const std::int64_t before_ns = made.read().time_ns;
+  std::this_thread::sleep_for(2ms);
+  const std::int64_t after_ns = made.read().time_ns;
+  const auto took = std::chrono::steady_clock::now() - begun;
+  EXPECT_GE(after_ns - before_ns, 5'000'000) << "the pause and the device's own 3 ms";
+  EXPECT_LE(after_ns - before_ns, std::chrono::nanoseconds(took).count());
+}
+
+TEST(ComposedRig, TheZerosSerialNumberOutlastsTheSensor) {
+  const Made made = make(true, false, true);
+  EXPECT_FALSE(made.rig->engage(RigPartKind::kForceSensor));
+  made.sensor->bias_serial = 5;
+  EXPECT_EQ(made.read().bias_serial, 5U);
+  made.rig->disengage(RigPartKind::kForceSensor);
+  const RigSample gone = made.read();
+  EXPECT_EQ(gone.bias_serial, 5U);
+  EXPECT_EQ(gone.force_mean_age_ns, std::numeric_limits<std::int64_t>::max());
 }
 
 TEST(ComposedRig, NeverLetsGoOfASensorInTheMiddleOfARead) {

@@ -9,6 +9,7 @@ hapticd_test(test_netft_protocol
     ${netft}/rdt_record_test.cpp
     ${netft}/rdt_sequence_test.cpp
     ${netft}/rdt_status_test.cpp
+    ${netft}/sample_clock_test.cpp
   LINK hapticd_netft)
 hapticd_test(test_netft
   SOURCES

@@ -62,6 +62,7 @@ struct EmulatedBench::State {
   std::atomic<std::uint64_t> truths_lost{0};
   std::atomic<std::uint64_t> turns{0};
   std::atomic<std::uint64_t> turns_missed{0};
+  test::FreeAirJudge free_air;
 
   void run();
   void turn();
@@ -76,6 +77,9 @@ void EmulatedBench::State::turn() {
   if (sink) sink(sample.sensor_force_n, sample.sensor_torque_n_mm);
   const Vector3 force_n = to_rig(page.force_n(config.page_device));
   rig->write({force_n});
+  hal::TruthSample now;
+  rig->truth(now);
+  free_air.add(1e-9 * static_cast<double>(sample.time_ns), now.in_contact, std::sqrt(dot(force_n, force_n)));
   if (turns.fetch_add(1, std::memory_order_relaxed) % static_cast<std::uint64_t>(config.truth_every) == 0) {
     BenchTruth truth;
     truth.monotonic_ns = monotonic_ns();
@@ -160,6 +164,13 @@ std::optional<hal::Error> EmulatedBench::set_program(const sim::HandProgram& pro
 }
 std::optional<hal::Error> EmulatedBench::set_object(const std::string& name) {
   return state_->rig->set_object(name);
+}
+
+std::optional<hal::Error> EmulatedBench::happen(const sim::ObjectEvent& event) {
+  return state_->rig->happen(event);
+}
+const test::FreeAirJudge& EmulatedBench::free_air() const noexcept {
+  return state_->free_air;
 }
 
 std::size_t EmulatedBench::truth_count() const noexcept {

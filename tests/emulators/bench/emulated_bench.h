@@ -13,6 +13,7 @@
 #include "hal/samples.h"
 #include "hal/sim/simulated_rig.h"
 #include "tests/emulators/openhaptics/page.h"
+#include "tests/support/free_air_judge.h"
 
 namespace hapticd::emulators {
 
@@ -63,6 +64,9 @@ class EmulatedBench {
   // Any thread, at any time; see SimulatedRig.
   std::optional<hal::Error> set_program(const sim::HandProgram& program);
   std::optional<hal::Error> set_object(const std::string& name);
+  std::optional<hal::Error> happen(const sim::ObjectEvent& event);
+  /// Force asked for where nothing was touched. Call it while the world stands still.
+  const test::FreeAirJudge& free_air() const noexcept;
 
   // -- any thread, at any time
   /// How many truths are kept so far. Each is final once it is counted.

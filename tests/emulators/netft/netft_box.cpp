@@ -266,6 +266,12 @@ void NetFtBox::restart(double silence_s) {
   publish_page();
 }
 
+void NetFtBox::skip_numbers(std::uint32_t count) {
+  const std::lock_guard lock(mutex_);
+  rdt_sequence_ += count;
+  ft_sequence_ += count;
+}
+
 void NetFtBox::restart_numbers() {
   const std::lock_guard lock(mutex_);
   rdt_sequence_ = 0;

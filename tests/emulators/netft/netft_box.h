@@ -90,6 +90,8 @@ class NetFtBox {
   void restart(double silence_s);
   /// As restart(), but goes on sending to its client, as nobody noticed: only the numbers begin anew.
   void restart_numbers();
+  /// The next record's number is so much higher, as if the ones between were lost, though no time has passed.
+  void skip_numbers(std::uint32_t count);
   /// Another client takes the stream, as the box lets it.
   void give_stream_away();
   void change_settings(const NetFtBoxSettings& settings);

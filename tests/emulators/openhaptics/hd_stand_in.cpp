@@ -205,6 +205,7 @@ void Library::run() {
   std::int64_t due_ns = now_ns();
   std::vector<Entry> turn;
   turn.reserve(64);
+  std::uint64_t ticks = 0;
   while (!stop && !page->kill_scheduler) {
     const double slow_hz = page->slow_hz;
     const double rate_hz =
@@ -212,8 +213,11 @@ void Library::run() {
     due_ns += static_cast<std::int64_t>(1e9 / rate_hz);
     const std::int64_t late_ns = now_ns() - due_ns;
     if (late_ns > 50'000'000) due_ns += late_ns;  // it does not catch up
-    const timespec due{static_cast<time_t>(due_ns / 1'000'000'000),
-                       static_cast<long>(due_ns % 1'000'000'000)};
+    const std::uint32_t late_ticks = page->late_ticks;
+    const double behind_us = late_ticks > 0 ? static_cast<double>(page->late_us[ticks++ % late_ticks]) : 0.0;
+    const std::int64_t wake_ns = due_ns + static_cast<std::int64_t>(1e3 * behind_us);
+    const timespec due{static_cast<time_t>(wake_ns / 1'000'000'000),
+                       static_cast<long>(wake_ns % 1'000'000'000)};
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr);
     if (const std::uint32_t stall = page->stall_ms.exchange(0)) sleep_ms(stall);
     if (stop || page->kill_scheduler) break;

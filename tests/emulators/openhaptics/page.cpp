@@ -104,6 +104,13 @@ hal::Vector3 HdPage::force_n(std::size_t index) const noexcept {
   }
 }
 
+void HdPage::set_late_ticks(const std::vector<double>& late_us) noexcept {
+  layout_->late_ticks = 0;
+  const std::size_t count = std::min(late_us.size(), HdPageLayout::kLateTicks);
+  for (std::size_t i = 0; i < count; ++i) layout_->late_us[i] = static_cast<float>(late_us[i]);
+  layout_->late_ticks = static_cast<std::uint32_t>(count);
+}
+
 std::vector<HdEvent> HdPage::events() const {
   std::vector<HdEvent> list;
   const std::uint32_t count = std::min<std::uint32_t>(layout_->event_count, HdPageLayout::kEvents);

@@ -78,6 +78,7 @@ struct HdPageLayout {
   static constexpr std::uint32_t kMagic = 0x48445031;
   static constexpr std::size_t kDevices = 2;
   static constexpr std::size_t kEvents = 256;
+  static constexpr std::size_t kLateTicks = 65536;
 
   std::uint32_t magic;
   HdPageDevice devices[kDevices];
@@ -91,6 +92,9 @@ struct HdPageLayout {
   std::atomic<std::uint32_t> stop_hangs_ms;   ///< hdStopScheduler takes so long
   std::atomic<std::uint32_t> rate_error;      ///< hdSetSchedulerRate pushes this
   std::atomic<std::uint32_t> schedule_error;  ///< hdScheduleAsynchronous pushes this and schedules nothing
+
+  std::atomic<std::uint32_t> late_ticks;   ///< so many of `late_us` are used, over and over; 0 = even ticks
+  std::atomic<float> late_us[kLateTicks];  ///< tick by tick, by how much later than even its scheduler calls
 
   // -- out
   std::atomic<bool> loaded;
@@ -131,6 +135,9 @@ class HdPage {
   /// What the motors give now: nothing with the output disabled, the device closed or when the last frame is
   /// older than the device's own watchdog allows. Vendor's frame.
   hal::Vector3 force_n(std::size_t index = 0) const noexcept;
+  /// The library's scheduler is late by these, one after the other and over and over; at most kLateTicks are
+  /// used. Empty: it is not.
+  void set_late_ticks(const std::vector<double>& late_us) noexcept;
   std::vector<HdEvent> events() const;
   void forget_events() noexcept { layout_->event_count = 0; }
 

@@ -7,7 +7,7 @@
 
 namespace hapticd::study {
 
-/// The model of a simulated object, identified once a run.
+/// The model of a simulated object of the current plant, identified on it once a run.
 const IdentificationResult& identified(const std::string& object);
 
 /// What is identified on the four objects of D§4, and how well it fits; the models as files.

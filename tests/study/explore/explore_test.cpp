@@ -117,7 +117,7 @@ TEST_P(Explored, DirectionAndDisplacementHoldThroughStrokesAndTheirTurns) {
   }
 }
 
-/// Swing of the stroking tip under a scene at a target.
+/// Swing of the stroking tip under a scene at a target; infinite where the guard ended an oscillation.
 double swing_mm(const std::string& object, rt::SceneSpec scene, const rt::ObjectModel& model, double target) {
   scene.target = rt::linear_target(target);
   VirtualRun run(explore_rig("phantom_1_5_high_force", object, "ball_bearing"), scene, true, &model);
@@ -128,6 +128,7 @@ double swing_mm(const std::string& object, rt::SceneSpec scene, const rt::Object
     run.step();
     judge.add(run.truth().displacement_mm);
   }
+  if (run.record().guard_fault == rt::GuardFault::kOscillation) return HUGE_VAL;
   return judge.swing_mm();
 }
 

@@ -3,17 +3,20 @@
 #include <fstream>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "server/model_file.h"
 #include "tests/study/explore/explore_study.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/study/plant.h"
 
 namespace hapticd::study {
 
 const IdentificationResult& identified(const std::string& object) {
-  static std::map<std::string, IdentificationResult> known;
-  const auto found = known.find(object);
-  return found != known.end() ? found->second : known.emplace(object, identify(object)).first->second;
+  static std::map<std::pair<std::string, sim::Plant>, IdentificationResult> known;
+  const std::pair key{object, current_plant()};
+  const auto found = known.find(key);
+  return found != known.end() ? found->second : known.emplace(key, identify(object)).first->second;
 }
 
 namespace {
@@ -37,7 +40,7 @@ void run_models(StudyContext& context) {
   plot.x = {"displacement", "mm"};
   plot.y = {"normal force", "N"};
   plot.y.maximum = 12.0;
-  const std::filesystem::path folder = context.report.folder() / "models";
+  const std::filesystem::path folder = context.report.folder() / ("models" + plant_suffix(current_plant()));
   std::filesystem::create_directories(folder);
   int colour = 0;
   for (const std::string& object : explored_objects()) {

@@ -8,6 +8,7 @@
 #include "rt/identify/palpation_tracker.h"
 #include "rt/signal/motion_estimator.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/study/plant.h"
 #include "tests/study/rig/virtual_run.h"
 #include "tests/support/value_of.h"
 
@@ -109,6 +110,9 @@ IdentificationResult identify(const std::string& object) {
   rt::ObjectModel& model = result.model;
   model.name = object;
   model.identified_on = "sim:phantom_1_5_high_force, six presses of 1-12 N and four taps, strokes of 2-4 N";
+  if (current_plant() != sim::Plant::kSeparable) {
+    model.identified_on += std::string(", plant ") + sim::name_of(current_plant());
+  }
   for (const rt::PalpationSample& s : palpation) {
     if (!s.in_contact) continue;
     model.max_displacement_mm = std::max(model.max_displacement_mm, s.displacement_mm);

@@ -65,6 +65,7 @@ inline rt::SceneSpec explore_scene(rt::Tip tip) {
 inline rt::SceneSpec dissertation_scene(rt::Tip tip) {
   rt::SceneSpec scene = explore_scene(tip);
   scene.contact.method = rt::ContactMethod::kFilteredAcceleration;
+  scene.contact.evidence.required = false;
   scene.contact.threshold_n = 0.06;
   scene.explore.direction = rt::DirectionMethod::kPublished;
   scene.explore.displacement = rt::DisplacementEstimator::kInverse;

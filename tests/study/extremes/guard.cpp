@@ -60,7 +60,7 @@ Excess anything(const Effort& effort) {
     const double most = 1e-3 * limits().max_force_rate_n_per_s;
     const bool cut = rt::norm(force) == 0.0;
     if (!cut) excess.change_n.see(std::max(0.0, rt::norm(force - before) - most));
-    if (guard.silent()) excess.fault_force_n.see(rt::norm(force));
+    if (guard.force_is_zero()) excess.fault_force_n.see(rt::norm(force));
     before = force;
     if (random.uniform() < 0.05) guard.clear();
   }

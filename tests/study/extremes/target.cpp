@@ -78,10 +78,11 @@ double ramp_arrives(const Effort& effort) {
 }
 
 double fade_ends(const Effort&) {
-  rt::ReleaseFade fade(kRateHz);
-  fade.update(true, 35.0);
+  constexpr rt::TickInterval kTick{1.0 / kRateHz, 1.0, 1.0, false};
+  rt::ReleaseFade fade;
+  fade.update(true, 35.0, kTick);
   int ticks = 0;
-  while (fade.update(false, 35.0) != 0.0 && ticks < 1000) ++ticks;
+  while (fade.update(false, 35.0, kTick) != 0.0 && ticks < 1000) ++ticks;
   return ticks;
 }
 
@@ -182,7 +183,7 @@ ExtremeGroup target_extremes() {
           {"target blend", "ten hours of one target", "drift", "N", 1e-15, "k~ x", blend_ten_hours},
           {"target ramp", "1e-4 to 1e3 N/mm in an hour", "left at its end", "N/mm", 0.0, "arrives",
            ramp_arrives},
-          {"release fade", "35 N at release", "ticks to zero", "ticks", 51.0, "50 ms", fade_ends},
+          {"release fade", "35 N at release", "ticks to zero", "ticks", 13.0, "12 ms", fade_ends},
           {"desired force", "target 0 … 100 × k_s", "what an error of force counts", "-fold",
            1.0 / (1.0 - rt::kMaxCompensableRatio) * (1.0 + 1e-9), "1/(1 - 0.8)", compensated_gain},
           {"desired force", "k_s 0.1 … 1e3, target to 0.8 k_s, to 50 mm", "error of (3.3) at the tip", "1",

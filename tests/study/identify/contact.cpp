@@ -12,6 +12,7 @@
 #include "tests/study/identify/contact_palpation.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
+#include "tests/study/plant.h"
 
 namespace hapticd::study {
 
@@ -89,7 +90,7 @@ void study_sessions(StudyContext& context) {
                                "add() [µs]", "last missing"});
   for (const std::string& object : explored_objects()) {
     const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
-    const auto rig = sim::SimulatedRig::create(config);
+    const auto rig = create_rig(config);
     for (const SessionMethod& m : session_methods()) {
       rt::ContactIdentification identification(m.task, (*rig)->info());
       std::size_t ticks = 0;
@@ -291,7 +292,7 @@ void study_coverage(StudyContext& context) {
     const TruePalpation validation = palpate(object, validation_wishes(), 7);
     const auto row = [&](const std::string& name, const TruePalpation& training) {
       const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
-      const auto rig = sim::SimulatedRig::create(config);
+      const auto rig = create_rig(config);
       rt::ContactIdentification identification(rt::ContactTask{}, (*rig)->info());
       rt::Observation observation;
       double asked_s = 1.0;
@@ -335,7 +336,7 @@ void study_uncertainty(StudyContext& context) {
     for (int seed = 1; seed <= seeds; ++seed) {
       sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
       config.seed = static_cast<std::uint64_t>(seed);
-      const auto rig = sim::SimulatedRig::create(config);
+      const auto rig = create_rig(config);
       rt::ContactIdentification identification(rt::ContactTask{}, (*rig)->info());
       run_session(identification, config, kSessionLimitS);
       const auto model = identification.finish();

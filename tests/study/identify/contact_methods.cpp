@@ -8,6 +8,7 @@
 #include "rt/identify/palpation_tracker.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/identify/simulated_session.h"
+#include "tests/study/plant.h"
 
 namespace hapticd::study {
 
@@ -57,7 +58,7 @@ ContactErrors errors_of(const FittedLaw& fitted, const TruePalpation& palpation)
 
 TruePalpation wished_palpation(const std::string& object) {
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
-  const auto rig = sim::SimulatedRig::create(config);
+  const auto rig = create_rig(config);
   const hal::RigInfo info = (*rig)->info();
   rt::ContactIdentification identification(rt::ContactTask{}, info);
   rt::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,

@@ -10,6 +10,7 @@
 #include "rt/identify/palpation_tracker.h"
 #include "server/palpation/simulated_palpator.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -67,7 +68,7 @@ ContactErrors errors_of(const std::vector<double>& force_n, const std::vector<do
 TruePalpation palpate(const std::string& object, const std::vector<rt::Wish>& wishes, std::uint64_t seed) {
   sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
   config.seed = seed;
-  const auto rig = value_of(sim::SimulatedRig::create(config));
+  const auto rig = value_of(create_rig(config));
   const hal::RigInfo& info = rig->info();
   rt::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,
                                info.rate_hz);

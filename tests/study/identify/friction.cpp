@@ -9,6 +9,7 @@
 #include "tests/study/identify/friction_validation.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
+#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -35,7 +36,7 @@ struct Identified {
 Identified identified_on(const std::string& object, rt::Tip tip) {
   const std::string tip_name = tip == rt::Tip::kRod ? "rod" : "ball_bearing";
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, tip_name);
-  const hal::RigInfo info = value_of(sim::SimulatedRig::create(config))->info();
+  const hal::RigInfo info = value_of(create_rig(config))->info();
   rt::FrictionTask task;
   task.tip = tip;
   rt::FrictionIdentification identification(task, info);

@@ -10,6 +10,7 @@
 #include "rt/signal/three_axis_motion.h"
 #include "rt/signal/tool_load.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -21,7 +22,7 @@ std::vector<FrictionInstant> validation_strokes(const std::string& object, const
                                                 double length_mm) {
   sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, tip);
   config.seed = 97;
-  const auto rig = value_of(sim::SimulatedRig::create(config));
+  const auto rig = value_of(create_rig(config));
   rt::ThreeAxisMotion motion(rig->info().device.position_resolution_mm, config.rate_hz);
   const rt::ToolLoad load(config.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0});
   std::vector<FrictionInstant> strokes;

@@ -9,7 +9,10 @@ void run_identify_contact(StudyContext& context);             ///< laws and meth
 void run_identify_contact_recordings(StudyContext& context);  ///< silicone, meat, nano-indentation
 void run_identify_friction(StudyContext& context);  ///< rod and ball bearing on the simulated objects
 void run_identify_friction_recordings(StudyContext& context);  ///< reciprocating and seal friction
-void run_identify_rig(StudyContext& context);       ///< structural stiffness, tool, threshold, gains
+void run_identify_rig(StudyContext& context);
+
+/// Gains of the controller by the ultimate gain, pressed by a hand.
+void run_identify_gains(StudyContext& context);     ///< structural stiffness, tool, threshold, gains
 void run_identify_handover(StudyContext& context);  ///< tool and threshold from a hand-held sensor
 
 }  // namespace hapticd::study

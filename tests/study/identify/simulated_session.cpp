@@ -8,6 +8,7 @@
 #include "rt/scene/renderer.h"
 #include "server/palpation/simulated_palpator.h"
 #include "server/palpation/wished_scene.h"
+#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -18,7 +19,7 @@ using test::value_of;
 SessionResult run_session(rt::Identification& identification, const sim::SimulationConfig& config,
                           double limit_s,
                           const std::function<void(const rt::Observation&, const hal::TruthSample&)>& watch) {
-  const std::unique_ptr<sim::SimulatedRig> rig = value_of(sim::SimulatedRig::create(config));
+  const std::unique_ptr<sim::SimulatedRig> rig = value_of(create_rig(config));
   rt::GuardLimits limits;
   limits.max_force_n = rig->info().device.max_force_n;
   limits.max_force_rate_n_per_s = 1e6;

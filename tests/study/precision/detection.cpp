@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rt/contact/contact_detector.h"
+#include "tests/study/plant.h"
 #include "tests/study/precision/contact_signals.h"
 #include "tests/study/precision/detection_traces.h"
 #include "tests/study/precision/precision_study.h"
@@ -314,7 +315,7 @@ void run_detection_precision(StudyContext& context) {
       stage.methods.back().failed = "declares contact in flight: most taps have no delay";
     }
   }
-  report::add_work_precision(context.report, stage);
+  add_stage(context.report, stage);
   show_curves(context, all, data);
   say_careful(context, all);
   say_shipped(context, data);

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "hal/sim/simulated_rig.h"
+#include "tests/study/plant.h"
 #include "tests/study/rig/hands.h"
 #include "tests/support/value_of.h"
 
@@ -22,7 +23,7 @@ class WatchedRig {
     config.object = object;
     config.seed = seed;
     config.tool_mass_g = kDetectionToolG;
-    rig_ = value_of(sim::SimulatedRig::create(config));
+    rig_ = value_of(create_rig(config));
     demand(rig_->set_program(hand));
   }
   DetectionTick step() {

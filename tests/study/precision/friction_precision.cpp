@@ -8,6 +8,7 @@
 #include "rt/identify/friction_law_fit.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/identify/friction_validation.h"
+#include "tests/study/plant.h"
 #include "tests/study/precision/estimation_stages.h"
 #include "tests/study/precision/published_dahl.h"
 #include "tests/study/report/run_time.h"
@@ -299,7 +300,7 @@ void run_friction_precision(StudyContext& context) {
     }
     table.add_row(row);
   }
-  report::add_work_precision(context.report, stage);
+  add_stage(context.report, stage);
   context.report.add_table("friction_objects", "Friction error by object", table);
 }
 

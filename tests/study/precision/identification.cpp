@@ -9,6 +9,7 @@
 #include "rt/identify/contact_single_stage.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/identify/contact_methods.h"
+#include "tests/study/plant.h"
 #include "tests/study/precision/log_least_squares.h"
 #include "tests/study/precision/precision_study.h"
 #include "tests/study/report/run_time.h"
@@ -147,7 +148,7 @@ void study_methods(StudyContext& context, const std::vector<ObjectData>& data) {
       "the "
       "force over mean force in contact.\nThe simulated objects are no Hunt-Crossley laws, so that law's own "
       "lack is in every error but the creep law's. Run time: of the whole fit, over the samples given.";
-  report::add_work_precision(context.report, stage);
+  add_stage(context.report, stage);
   context.report.say(
       "All ways to find a Hunt-Crossley law end within a few per cent of each other and of nonlinear least "
       "squares: what is left is the law's own lack. Of the published recursion it is the weighting by f² "

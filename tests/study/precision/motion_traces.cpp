@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "hal/sim/simulated_rig.h"
+#include "tests/study/plant.h"
 #include "tests/study/rig/hands.h"
 #include "tests/support/value_of.h"
 
@@ -36,7 +37,7 @@ MotionTrace trace(const std::string& name, const std::string& object, const sim:
   config.object = object;
   config.rate_hz = kPhysicsHz;
   config.seed = 11;
-  const auto rig = value_of(sim::SimulatedRig::create(config));
+  const auto rig = value_of(create_rig(config));
   demand(rig->set_program(hand));
 
   const auto steps_of = [](double s) { return static_cast<std::size_t>(std::lround(s * kPhysicsHz)); };

@@ -11,6 +11,7 @@
 #include "rt/loop/engine.h"
 #include "rt/scene/compose.h"
 #include "server/telemetry_hub.h"
+#include "tests/study/plant.h"
 #include "tests/study/precision/decimation.h"
 #include "tests/study/precision/precision_study.h"
 #include "tests/study/report/run_time.h"
@@ -300,7 +301,7 @@ void study_loop_rate(StudyContext& context) {
                      percent(rendered.held), fixed(delay_ms, 2), fixed(100.0 * alarms, 1)});
     }
   }
-  report::add_work_precision(context.report, stage);
+  add_stage(context.report, stage);
   context.report.add_table(
       "loop_rate", "What a faster loop brings", table,
       "Surface: truth less estimate of the displacement when the contact is declared. Pressing error: mean "
@@ -419,7 +420,7 @@ void study_telemetry(StudyContext& context) {
                    fixed(100.0 * power_beyond(taps, 0.5 / n), 3),
                    fixed(1e-3 * kShippedHz / n * sizeof(rt::TickRecord), 0)});
   }
-  report::add_work_precision(context.report, stage);
+  add_stage(context.report, stage);
   context.report.add_table("telemetry_decimation", "What a decimated subscriber misses", table,
                            "Missed of a peak: 1 - largest force told/largest force, by tap; worst: over taps "
                            "and phases. Power: of "

@@ -13,6 +13,7 @@
 #include "rt/signal/vector.h"
 #include "tests/study/explore/explore_study.h"
 #include "tests/study/explore/scenes.h"
+#include "tests/study/plant.h"
 #include "tests/study/precision/estimation_stages.h"
 #include "tests/study/precision/plain_direction.h"
 #include "tests/study/precision/stroke_log.h"
@@ -214,6 +215,8 @@ rt::Displacement stage_of(const DisplacementMethod& method, const Identification
   return {rt::FusedDisplacement(error, rt::ExploreParameters{}.force_noise_n, kRateHz), law};
 }
 
+constexpr rt::TickInterval kEvenTick{1.0 / kRateHz, 1.0, 1.0, false};
+
 /// The stage alone, on the normals and forces of the default pipeline.
 double displacement_run_time_ns(const DisplacementMethod& method, const IdentificationResult& models,
                                 const StrokeLog& log, double seconds) {
@@ -232,7 +235,7 @@ double displacement_run_time_ns(const DisplacementMethod& method, const Identifi
             stage.begin(tick.tip_mm, tick.tip_mm, tick.normal, 0.01);
           } else {
             stage.update(tick.tip_mm, tick.step_mm, normal_before, tick.normal, tick.normal_n,
-                         tick.rate_mm_per_s);
+                         tick.rate_mm_per_s, kEvenTick);
           }
           normal_before = tick.normal;
           sum += stage.displacement_mm();
@@ -350,7 +353,7 @@ void show_directions(StudyContext& context, const std::vector<DirectionMethod>& 
                    fixed(p("ball_bearing", 0.95, &DirectionErrors::sliding_deg), 1),
                    fixed(p("ball_bearing", 0.95, &DirectionErrors::all_deg), 1)});
   }
-  report::add_work_precision(context.report, stage);
+  add_stage(context.report, stage);
   context.report.add_table("direction_tips", "Direction error with rod and ball bearing", table,
                            "Mean over the objects. With turns: all of pressing, turning and stroking. The "
                            "just noticeable difference of force direction is 18.4° (D§4.4.3).");
@@ -408,7 +411,7 @@ void show_displacements(StudyContext& context, const Data& data, double seconds)
     row.push_back(fixed(100.0 * over_objects(data, "ball_bearing", of(0.5)), 1));
     table.add_row(row);
   }
-  report::add_work_precision(context.report, stage);
+  add_stage(context.report, stage);
   context.report.add_table("displacement_objects", "Displacement error by object", table,
                            "Medians with the rod; over all objects the 95th percentile with the rod and the "
                            "median with the ball bearing.");

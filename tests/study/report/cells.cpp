@@ -84,8 +84,9 @@ std::filesystem::path Cells::path_in(const std::filesystem::path& folder, const 
 }
 
 std::optional<std::vector<CellValues>> Cells::values(
-    const std::string& sweep, std::size_t count,
+    const std::string& its_name, std::size_t count,
     const std::function<CellValues(std::size_t)>& compute) const {
+  const std::string sweep = its_name + suffix_;
   std::vector<std::size_t> numbers;
   for (std::size_t cell = 0; cell < count; ++cell) {
     if (shard_.has(cell)) numbers.push_back(cell);

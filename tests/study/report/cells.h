@@ -44,6 +44,9 @@ class Cells {
   std::optional<std::vector<CellValues>> values(const std::string& sweep, std::size_t count,
                                                 const std::function<CellValues(std::size_t)>& compute) const;
 
+  /// What the names of sweeps end in from now on: the same sweep under other conditions.
+  void set_suffix(std::string suffix) { suffix_ = std::move(suffix); }
+
   bool merges() const noexcept { return !from_.empty(); }
   const Shard& shard() const noexcept { return shard_; }
 
@@ -57,6 +60,7 @@ class Cells {
   std::string revision_;
   Shard shard_;
   std::vector<std::filesystem::path> from_;
+  std::string suffix_;
 };
 
 }  // namespace hapticd::report

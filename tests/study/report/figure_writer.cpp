@@ -1,5 +1,6 @@
 #include "tests/study/report/figure_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -79,10 +80,24 @@ void FigureWriter::rewrite_earlier() {
   if (!stream_) throw std::runtime_error("cannot write '" + path_.string() + "'");
 }
 
+void FigureWriter::set_common(Case conditions) {
+  common_ = std::move(conditions);
+}
+
+/// Whether an earlier record was made under the common conditions, or knows nothing of them.
+bool FigureWriter::has_common(const std::string& line) const {
+  const Json record = Json::parse(line, nullptr, false);
+  const Json common = case_of({.figure = "", .conditions = common_});
+  return std::all_of(common.items().begin(), common.items().end(), [&record](const auto& condition) {
+    const auto& conditions = record.value("case", Json::object());
+    return !conditions.contains(condition.key()) || conditions.at(condition.key()) == condition.value();
+  });
+}
+
 void FigureWriter::forget_earlier(const std::string& figure) {
-  if (!figures_.insert(figure).second) return;
-  const auto removed =
-      std::erase_if(earlier_, [&figure](const auto& entry) { return entry.first == figure; });
+  if (!figures_.insert(figure + case_of({.figure = "", .conditions = common_}).dump()).second) return;
+  const auto removed = std::erase_if(
+      earlier_, [&](const auto& entry) { return entry.first == figure && has_common(entry.second); });
   if (removed == 0) return;
   // Earlier records stand before all of this run's, so that the latter can be kept as they are.
   std::ifstream file(path_);
@@ -93,7 +108,9 @@ void FigureWriter::forget_earlier(const std::string& figure) {
   for (auto line = ours; line != lines.end(); ++line) stream_ << *line << '\n';
 }
 
-void FigureWriter::add(const Figure& figure) {
+void FigureWriter::add(const Figure& with_its_own) {
+  Figure figure = with_its_own;
+  figure.conditions.insert(figure.conditions.end(), common_.begin(), common_.end());
   add_line(figure.figure, case_of(figure).dump(-1, ' ', false, Json::error_handler_t::replace),
            to_json_line(figure));
 }

@@ -51,13 +51,16 @@ struct Figure {
 std::string to_json_line(const Figure& figure);
 
 /// Writes DIR/figures.jsonl, a line at a time, so that a run that dies leaves what it had. Several programs
-/// may write to one folder: the records of a figure replace those an earlier run left of the *same* figure,
-/// and leave the others alone.
+/// may write to one folder: the records of a figure replace those an earlier run left of the *same* figure
+/// under the same common conditions, and leave the others alone.
 class FigureWriter {
  public:
   /// Makes the folder. Throws std::runtime_error where it cannot be written to.
   explicit FigureWriter(const std::filesystem::path& folder);
 
+  /// Ends the case of every figure from now on; empty = nothing. An earlier run's records are replaced by
+  /// those of the same figure and the same common conditions only.
+  void set_common(Case conditions);
   /// Throws std::logic_error when this figure was already written for the same case: one of the two is wrong.
   void add(const Figure& figure);
   /// All records of another file of this kind, as they stand.
@@ -67,11 +70,14 @@ class FigureWriter {
  private:
   void add_line(const std::string& figure, const std::string& conditions, const std::string& line);
   void forget_earlier(const std::string& figure);
+  bool has_common(const std::string& line) const;
   void rewrite_earlier();
 
   std::filesystem::path path_;
   std::vector<std::pair<std::string, std::string>> earlier_;  ///< figure and line, of runs before this one
-  std::set<std::string> figures_;                             ///< written by this one
+  Case common_;
+  std::set<std::string>
+      figures_;  ///< written by this one, with the common conditions they were written under
   std::set<std::string> cases_;
   std::ofstream stream_;
 };

@@ -17,6 +17,11 @@ class Report {
   /// Makes the folder; throws std::runtime_error where it cannot be written to.
   explicit Report(std::filesystem::path folder) : folder_(std::move(folder)), figures_(folder_) {}
 
+  /// A condition of all that is added from now on: figures have it in their case, titles of sections, tables
+  /// and plots end in it, and names of sections and files in `suffix`, so that the same part can stand there
+  /// once for each. Empty name = no condition.
+  void set_condition(const std::string& name, const std::string& value, const std::string& suffix);
+
   /// What is added from now on stands in section `name` of the page, under `title`; an earlier run's section
   /// of that name is replaced.
   void begin_section(const std::string& name, const std::string& title);
@@ -42,6 +47,8 @@ class Report {
   std::filesystem::path folder_;
   FigureWriter figures_;
   SectionWriter section_;
+  std::string in_titles_;  ///< ", plant general"
+  std::string suffix_;
 };
 
 }  // namespace hapticd::report

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -125,6 +126,42 @@ TEST(FigureWriter, ReplacesOnlyWhatIsMeasuredAnew) {
   EXPECT_EQ(content(again.path()), line("other", 1) + line("new", 2) + line("tick", 3) +
                                        to_json_line({.figure = "new", .conditions = {{"n", 2}}, .value = 4}) +
                                        "\n");
+}
+
+TEST(FigureWriter, CommonConditionsEndEachCaseAndKeepTheOthersRecords) {
+  const Folder folder;
+  const auto write = [&folder](const char* plant, double value) {
+    FigureWriter writer(folder.path());
+    writer.set_common({{"plant", plant}});
+    writer.add({.figure = "error", .conditions = {{"object", "sponge"}}, .value = value});
+  };
+  write("separable", 1.0);
+  write("general", 2.0);
+  write("separable", 3.0);
+  const std::string lines = content(folder / "figures.jsonl");
+  EXPECT_NE(lines.find(R"("case":{"object":"sponge","plant":"general"},"value":2)"), std::string::npos)
+      << lines;
+  EXPECT_NE(lines.find(R"("case":{"object":"sponge","plant":"separable"},"value":3)"), std::string::npos);
+  EXPECT_EQ(lines.find(R"("value":1,)"), std::string::npos) << "replaced";
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 2);
+}
+
+TEST(Report, AConditionStandsInNamesAndTitles) {
+  const Folder folder;
+  Report report(folder.path());
+  MarkdownTable table({"a"});
+  table.add_row({"1"});
+  report.begin_section("part", "The part");
+  report.add_table("numbers", "Numbers", table);
+  report.set_condition("plant", "general", "_general");
+  report.begin_section("part", "The part");
+  report.add_table("numbers", "Numbers", table);
+  report.add({.figure = "f", .value = 1.0});
+  EXPECT_NE(content(folder / "numbers.md").find("## Numbers\n"), std::string::npos);
+  EXPECT_NE(content(folder / "numbers_general.md").find("## Numbers, plant general\n"), std::string::npos);
+  EXPECT_NE(content(folder / "sections/part_general.jsonl").find("The part, plant general"),
+            std::string::npos);
+  EXPECT_NE(content(folder / "figures.jsonl").find(R"("case":{"plant":"general"})"), std::string::npos);
 }
 
 TEST(FigureWriter, SaysWhereItCannotWrite) {

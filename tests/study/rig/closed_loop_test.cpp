@@ -137,6 +137,7 @@ TEST(ContactDetection, PublishedCompensationDoesRaiseThem) {
   rt::SceneSpec scene;
   scene.name = "tap_1d";
   scene.contact.method = rt::ContactMethod::kFilteredAcceleration;
+  scene.contact.evidence.required = false;
   scene.contact.free_ticks_to_arm = 1;
   VirtualRun run(rig, scene);
   run.set_hand(shaken());

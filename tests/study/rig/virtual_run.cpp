@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "rt/scene/compose.h"
+#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -12,7 +13,7 @@ using test::value_of;
 
 VirtualRun::VirtualRun(const sim::SimulationConfig& rig, const rt::SceneSpec& scene, bool with_scene,
                        const rt::ObjectModel* model)
-    : rig_(value_of(sim::SimulatedRig::create(rig))),
+    : rig_(value_of(create_rig(rig))),
       scene_(value_of(rt::resolve(scene, rig_->info()))),
       pipeline_(value_of(rt::compose(scene_, rig_->info(), model))),
       renderer_(std::make_unique<rt::Renderer>(scene_.guard, rig.rate_hz)) {

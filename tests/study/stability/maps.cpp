@@ -291,7 +291,7 @@ void run_granted(StudyContext& context) {
       std::to_string(held_in_all) +
       " of those that are stable ask for a softer object than device and sensor can make of one that "
       "densifies, which (3.8) with one stiffness does not know: the device gives steadily all it may "
-      "(rt/target/largest_pull.h), and the object feels stiffer than was asked.");
+      "(rt/target/device_reach.h), and the object feels stiffer than was asked.");
 }
 
 // ---------------------------------------------------------------- boundaries

@@ -7,7 +7,7 @@
 #include "hal/sim/nano17.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"
-#include "rt/target/largest_pull.h"
+#include "rt/target/device_reach.h"
 #include "rt/target/largest_target.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/rig/hands.h"

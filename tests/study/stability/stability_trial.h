@@ -50,7 +50,7 @@ double granted_n_per_mm(const StabilityTrial& trial);
 /// 0.8 of the structural stiffness, where the target is solved for the device's force; infinite elsewhere.
 double compensable_n_per_mm(const StabilityTrial& trial);
 /// The softest target that (3.8) would leave feasible under 4 N if the device gave all that the sensor, which
-/// feels hand and device together, can measure: softer than what it gives (rt/target/largest_pull.h), so that
+/// feels hand and device together, can measure: softer than what it gives (rt/target/device_reach.h), so that
 /// what is tried goes beyond what is reached.
 double softest_feasible_n_per_mm(const StabilityTrial& trial);
 

@@ -127,6 +127,41 @@ TEST(DaqSensor, BiasWaitsUntilThereIsAQuarterSecondToTakeItFrom) {
   EXPECT_TRUE(bench.sensor->report().findings.empty());
 }
 
+TEST(DaqSensor, TheMeanStandsForTheMiddleOfItsScansHoweverTheyCame) {
+  DaqBench bench;
+  bench.engage();
+  for (int k = 0; k < 500; ++k) {
+    // Ticks come late and early; ten scans a millisecond were taken all the same.
+    const double ms = k % 3 == 0 ? 2.4 : 0.4;
+    bench.pass_ms(ms);
+    const hal::RigSample sample = bench.read();
+    ASSERT_EQ(sample.status, 0U);
+    ASSERT_GT(sample.force_count, 0U);
+    const double half_ms = 0.05 * (sample.force_count - 1);
+    EXPECT_NEAR(1e-6 * static_cast<double>(sample.force_mean_age_ns - sample.force_age_ns), half_ms, 0.06)
+        << "tick " << k;
+  }
+  bench.sensor->disengage();
+  EXPECT_EQ(bench.read().force_mean_age_ns, std::numeric_limits<std::int64_t>::max());
+}
+
+TEST(DaqSensor, EveryBiasChangesTheSerialNumberWithTheFirstSampleThatUsesIt) {
+  DaqBench bench;
+  EXPECT_EQ(bench.read().bias_serial, 0U);
+  bench.engage();
+  EXPECT_EQ(bench.tick().bias_serial, 1U) << "the one taken while engaging";
+  bench.board->feed({0.0, 0.0, 5.0}, {});
+  for (int k = 0; k < 300; ++k) bench.tick();
+  bench.sensor->bias();  // nobody reads: taken by the next read
+  const hal::RigSample last_before = bench.tick();
+  EXPECT_EQ(last_before.bias_serial, 2U);
+  const hal::RigSample after = bench.tick();
+  EXPECT_EQ(after.bias_serial, 2U);
+  EXPECT_NEAR(after.sensor_force_n.z, 0.0, 0.005);
+  bench.sensor->disengage();
+  EXPECT_EQ(bench.read().bias_serial, 2U) << "let go, and still the same zero";
+}
+
 TEST(DaqSensor, AxesAreTheToolsInTheSensors) {
   DaqSensorConfig config;
   config.axes = "-y +x +z";

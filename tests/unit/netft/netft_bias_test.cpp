@@ -126,6 +126,58 @@ TEST(NetFtBias, InSoftwareOutlastsARestartOfABoxThatHadNone) {
   EXPECT_TRUE(reads(bench, [](const auto& s) { return s.status == 0 && near(s.sensor_force_n.z, 0.0); }));
 }
 
+TEST(NetFtBias, InSoftwareOutlastsLettingGoOfTheSensor) {
+  NetFtBench bench;
+  bench.box.set_offset({0.0, 0.0, 2.0}, {});
+  ASSERT_FALSE(bench.engage());
+  EXPECT_EQ(bench.read().bias_serial, 0U);
+  ASSERT_FALSE(bench.sensor->bias());
+  ASSERT_TRUE(
+      reads(bench, [](const auto& s) { return s.bias_serial == 1 && near(s.sensor_force_n.z, 0.0); }));
+  bench.sensor->disengage();
+  EXPECT_EQ(bench.read().bias_serial, 1U) << "not engaged, still the same zero";
+  ASSERT_FALSE(bench.sensor->engage());
+  // From the first sample on.
+  EXPECT_TRUE(reads(bench, [](const auto& s) {
+    EXPECT_EQ(s.bias_serial, 1U);
+    if (s.force_count > 0) {
+      EXPECT_TRUE(near(s.sensor_force_n.z, 0.0)) << s.sensor_force_n.z;
+    }
+    return s.force_count > 0 && s.status == 0;
+  }));
+  EXPECT_FALSE(bench.finds("is lost"));
+  ASSERT_FALSE(bench.sensor->bias());
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return s.bias_serial == 2; })) << "every bias counts";
+}
+
+TEST(NetFtBias, ItsSerialNumberTellsOfALoss) {
+  NetFtBench bench;
+  bench.config.bias = BiasBy::kBox;
+  bench.box.set_offset({0.0, 0.0, 2.0}, {});
+  ASSERT_FALSE(bench.engage());
+  ASSERT_FALSE(bench.sensor->bias());
+  ASSERT_TRUE(reads(bench, [](const auto& s) { return s.bias_serial == 1; }));
+  bench.box.restart(0.5);
+  EXPECT_TRUE(reads(bench, [](const auto& s) { return s.bias_serial == 2; }));
+}
+
+TEST(NetFtBias, IsForgottenWhereTheBoxCountsOtherwise) {
+  emulators::NetFtBoxSettings settings;
+  NetFtBench bench(settings);
+  bench.box.set_offset({0.0, 0.0, 2.0}, {});
+  ASSERT_FALSE(bench.engage());
+  ASSERT_FALSE(bench.sensor->bias());
+  bench.sensor->disengage();
+  settings.counts_per_force = 2e6;
+  bench.box.change_settings(settings);
+  bench.box.set_offset({0.0, 0.0, 2.0}, {});
+  ASSERT_FALSE(bench.sensor->engage());
+  EXPECT_TRUE(reads(bench, [](const auto& s) {
+    return s.bias_serial == 2 && (s.status & status::kForceWarning) != 0 && near(s.sensor_force_n.z, 2.0);
+  }));
+  EXPECT_TRUE(bench.finds("is lost"));
+}
+
 TEST(NetFtBias, ABoxThatRestartsWithOtherCountsIsUnfitUntilEngagedAnew) {
   emulators::NetFtBoxSettings settings;
   NetFtBench bench(settings);

@@ -275,6 +275,46 @@ TEST(NetFtFaults, NumbersThatBeginAnewWithinTheStreamAreARestartToo) {
   EXPECT_TRUE(eventually([&] { return bench.read().force_count > 0; }));
 }
 
+TEST(NetFtFaults, ASecondRestartWithinTenSecondsIsASensorFault) {
+  NetFtBench bench;
+  ASSERT_FALSE(bench.engage());
+  bool faulty = false;
+  const auto restart = [&](double count) {
+    const double samples = bench.figure("samples");
+    EXPECT_TRUE(eventually([&] { return bench.figure("samples") > samples + 3000.0; }));
+    bench.box.restart_numbers();
+    EXPECT_TRUE(eventually([&] {
+      faulty = faulty || (bench.read().status & status::kForceFault) != 0;
+      return bench.figure("box_restarts") + bench.figure("stream_restarts") >= count;
+    }));
+    faulty = faulty || (bench.read().status & status::kForceFault) != 0;
+  };
+  restart(1.0);  // of the stream that was asked for
+  restart(2.0);
+  EXPECT_FALSE(faulty) << "one restart is honest";
+  restart(3.0);
+  EXPECT_TRUE(faulty);
+  EXPECT_TRUE(bench.finds("a network of its own"));
+  EXPECT_TRUE(eventually([&] { return bench.read().status == 0 || bench.finds("is lost"); }))
+      << "one tick says it: the guard latches";
+}
+
+TEST(NetFtFaults, NumbersThatRunAheadOfTimeAreASensorFault) {
+  NetFtBench bench;
+  ASSERT_FALSE(bench.engage());
+  ASSERT_TRUE(eventually([&] { return bench.figure("samples") > 10'000.0; }));
+  EXPECT_EQ(bench.figure("implausible_numbers"), 0.0);
+  bench.read();
+  bench.box.skip_numbers(21'000);  // 3 s of records
+  bool faulty = false;
+  EXPECT_TRUE(eventually([&] {
+    faulty = faulty || (bench.read().status & status::kForceFault) != 0;
+    return faulty;
+  }));
+  EXPECT_EQ(bench.figure("implausible_numbers"), 1.0);
+  EXPECT_EQ(bench.figure("box_restarts"), 0.0);
+}
+
 TEST(NetFtFaults, ADelayedStreamIsStillAStream) {
   NetFtBench bench;
   bench.box.load({1.0, 0.0, 0.0}, {});

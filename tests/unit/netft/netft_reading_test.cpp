@@ -29,6 +29,28 @@ TEST(NetFtReading, IsTheMeanOfTheSamplesSinceTheLastTick) {
   EXPECT_NEAR(sample.sensor_torque_n_mm.z, -50.0, 1e-3);
 }
 
+TEST(NetFtReading, SaysWhichInstantTheMeanStandsFor) {
+  NetFtBench bench;
+  ASSERT_FALSE(bench.engage());
+  EXPECT_EQ(bench.box.page().requests() > 0, true);
+  ASSERT_TRUE(eventually([&] { return bench.figure("samples") > 5000.0; }));
+  bench.read();
+  int looked = 0;
+  ASSERT_TRUE(eventually([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    const hal::RigSample sample = bench.read();
+    if (sample.force_count < 5) return false;
+    // Evenly measured at 7 kHz, however they arrived: the middle is half of them before the newest.
+    const double half_ns = 0.5 * (sample.force_count - 1) * 1e9 / 7000.0;
+    EXPECT_GE(static_cast<double>(sample.force_mean_age_ns),
+              static_cast<double>(sample.force_age_ns) + 0.5 * half_ns);
+    return ++looked == 20;
+  }));
+  bench.sensor->disengage();
+  const std::int64_t before_ns = bench.read().force_mean_age_ns;
+  EXPECT_GT(bench.read().force_mean_age_ns, before_ns) << "a mean that is kept grows old";
+}
+
 TEST(NetFtReading, KeepsTheLastMeanAndSaysSoWhenNothingCame) {
   FedBench bench;
   ASSERT_FALSE(bench.engage());

@@ -129,6 +129,31 @@ TEST_F(OnTheBench, PoseAndOrientationComeThroughTheVendorsFrame) {
   }));
 }
 
+TEST_F(OnTheBench, AnObjectVanishesUnderAPressAndForceInFreeAirIsTold) {
+  set_up();
+  HandProgram press;
+  press.kind = HandProgram::Kind::kPress;
+  press.force_n = 2.0;
+  press.approach_mm_per_s = 100.0;
+  press.travel_s = 0.2;
+  press.force_rate_n_per_s = 10.0;
+  press.hold_s = 60.0;
+  ASSERT_FALSE(world->set_program(press));
+  hd->start_running();
+  ASSERT_TRUE(truly([](const BenchTruth& t) { return t.truth.normal_force_n > 1.5; }));
+  hd->body->ask({0.0, 0.0, 0.5});
+  ASSERT_TRUE(truly([](const BenchTruth& t) { return t.truth.device_force_n.z > 0.45; }));
+  ASSERT_FALSE(world->happen({.kind = sim::ObjectEvent::Kind::kVanish}));
+  ASSERT_TRUE(truly([](const BenchTruth& t) { return !t.truth.in_contact; }));
+  const std::size_t gone = world->truth_count();
+  ASSERT_TRUE(eventually([&] { return world->truth_count() > gone + 200; }));
+  world->stop();
+  EXPECT_FALSE(world->latest()->truth.in_contact);
+  EXPECT_NEAR(world->free_air().max_n(), 0.5, 0.01) << "the driver's body asks for it all the same";
+  EXPECT_GT(world->free_air().longest_ms(), 20.0);
+  EXPECT_FALSE(world->free_air().holds());
+}
+
 TEST_F(OnTheBench, TurnsAtItsRateAndKeepsTheTruthAsASeries) {
   set_up();
   ASSERT_TRUE(eventually([&] { return world->truth_count() > 500; }));

@@ -28,6 +28,54 @@ TEST(OpenHapticsForce, LimitsAreReadFromTheDevice) {
   EXPECT_DOUBLE_EQ(bench.figure("force_ramping_rate"), 2000.0);
 }
 
+TEST(OpenHapticsForce, IsZeroForGoodOnceACrashAsksForIt) {
+  HdBench bench;
+  ASSERT_TRUE(bench.renders(2.0));
+  bench.device->write_zero_in_crash();
+  EXPECT_EQ(magnitude(bench.page.force_n()), 0.0) << "at once, not some time later";
+  bench.body->ask({0.0, 0.0, 3.0});
+  ASSERT_TRUE(bench.ticks(20));
+  EXPECT_EQ(magnitude(bench.page.force_n()), 0.0);
+  EXPECT_TRUE(bench.leaves_clean());
+}
+
+/// Crashes in a tick: the scheduler's own thread is the one that handles it, and comes back to no other
+/// frame.
+class CrashingBody final : public hal::ServoBody {
+ public:
+  CrashingBody(HdBench& bench) : bench_(bench) {}
+  void on_servo() noexcept override {
+    hal::RigSample sample;
+    bench_.device->read(sample);
+    bench_.device->write({{0.0, 0.0, 2.0}});
+    if (++calls_ < 50) return;
+    if (calls_ == 50) {
+      before_n_ = magnitude(bench_.page.force_n());
+      bench_.device->write_zero_in_crash();
+      after_n_ = magnitude(bench_.page.force_n());
+    }
+    bench_.stop = true;
+  }
+  double before_n() const { return before_n_; }
+  double after_n() const { return after_n_; }
+
+ private:
+  HdBench& bench_;
+  int calls_ = 0;
+  double before_n_ = -1.0;
+  double after_n_ = -1.0;
+};
+
+TEST(OpenHapticsForce, IsZeroAlsoWhereTheTickItselfCrashes) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  CrashingBody body(bench);
+  bench.stop = false;
+  bench.device->run(body, bench.stop);
+  EXPECT_NEAR(body.before_n(), 2.0, 1e-9);
+  EXPECT_EQ(body.after_n(), 0.0);
+}
+
 TEST(OpenHapticsForce, ALowerLimitOfTheConfigurationHoldsAHigherOneDoesNot) {
   HdBench lower([](OpenHapticsConfig& config) { config.max_force_n = 2.0; });
   ASSERT_FALSE(lower.device->engage());

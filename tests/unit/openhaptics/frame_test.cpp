@@ -120,6 +120,20 @@ TEST(OpenHapticsFrame, PositionAndForceGoThroughTheDeviceInOneFrame) {
   expect_near(bench.page.force_n(), {0.1, 0.2, 0.3}, 1e-12);
 }
 
+TEST(OpenHapticsFrame, ThePositionsAgeCountsFromTheFrameInWhichItWasRead) {
+  HdBench bench([](OpenHapticsConfig&) {});
+  bench.page.set_pose({11.0, 22.0, 33.0}, {});
+  ASSERT_FALSE(bench.device->engage());
+  bench.start_running();
+  ASSERT_TRUE(bench.ticks(3));
+  const std::int64_t age_ns = bench.body->sample().position_age_ns;
+  EXPECT_GE(age_ns, 0);
+  EXPECT_LT(age_ns, 100'000'000);
+  bench.page.device().position_is_nan = true;  // the last one stays, and grows old
+  ASSERT_TRUE(bench.ticks(30));
+  EXPECT_GT(bench.body->sample().position_age_ns, 10'000'000);
+}
+
 TEST(OpenHapticsFrame, TheTipHangsOnTheStylusAsItIsMounted) {
   HdBench bench([](OpenHapticsConfig& config) {
     config.tip_offset_mm = {0.0, 0.0, -60.0};

@@ -33,6 +33,21 @@ TEST(PhantomDeviceExit, DestructionLeavesZeroVolts) {
   EXPECT_FALSE(bench.board->engaged(daq::BoardUse::kMotion));
 }
 
+TEST(PhantomDeviceExit, ACrashLeavesZeroVoltsAndNoTickAfterItWrites) {
+  DeviceBench bench;
+  bench.make_ready();
+  bench.tick({1.0, 1.0, 1.0});
+  ASSERT_FALSE(bench.at_zero_volts());
+  bench.device->write_zero_in_crash();
+  EXPECT_TRUE(bench.at_zero_volts());
+  const auto writes = bench.board->output_writes();
+  bench.device->write({{1.0, 1.0, 1.0}});  // the loop's thread is still there for a moment
+  EXPECT_EQ(bench.board->output_writes(), writes);
+  bench.device->disengage();
+  bench.device->write_zero_in_crash();
+  EXPECT_EQ(bench.board->output_writes(), writes) << "not engaged: nothing is there to write to";
+}
+
 TEST(PhantomDeviceExit, EngagingStartsFromZeroVolts) {
   DeviceBench bench;
   ASSERT_FALSE(bench.board->engage(daq::BoardUse::kMotion));  // left by somebody else

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "rt/target/feasible_range.h"
-#include "rt/target/largest_pull.h"
+#include "rt/target/device_reach.h"
 #include "rt/target/target_ramp.h"
 
 namespace hapticd::rt {

@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cfloat>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <thread>
 #include <vector>
 
 #include "fake_rig.h"
+#include "rt/loop/flush_denormals.h"
 #include "rt/scene/compose.h"
 
 namespace hapticd::rt {
@@ -64,6 +67,52 @@ EngineCommand target(double stiffness, std::uint64_t at_tick = 0) {
   command.ramp_s = 0.0;
   command.at_tick = at_tick;
   return command;
+}
+
+/// Wants a force that fades for ever, as filters do whose input went to zero.
+class Fading final : public Pipeline {
+ public:
+  std::uint32_t channels() const noexcept override { return channel::kControl; }
+  hal::Vector3 evaluate(const hal::RigSample&, TickRecord& record) noexcept override {
+    force_n_ *= 0.9;
+    record.commanded_force_n = force_n_;
+    record.hand_force_n = 0.7 * force_n_;
+    return {0.0, -0.5 * force_n_, force_n_};
+  }
+  void applied(const hal::Vector3& force_n) noexcept override { applied_n = force_n.z; }
+  void reset() noexcept override { force_n_ = 1.0; }
+  void set_target(const TargetLaw&, double) noexcept override {}
+  double applied_n = 1.0;
+
+ private:
+  double force_n_ = 1.0;
+};
+
+TEST(Engine, NoDenormalNumberLeavesATickOrStaysInIt) {
+  if (!FlushDenormals::works()) GTEST_SKIP() << "this processor is not told to flush them";
+  FakeRig rig;
+  Engine engine(rig);
+  Fading pipeline;
+  SceneSpec scene;
+  ASSERT_TRUE(tap(rig, scene));
+  engine.preload(&pipeline, scene.guard);
+  hal::RigSample sample;
+  TickRecord record;
+  // 0.9^n is denormal from n = 6724 on, and would stay at 5e-324 for good.
+  for (int i = 0; i < 20'000; ++i) {
+    rig.read(sample);
+    const hal::DeviceCommand command = engine.on_tick(sample);
+    ASSERT_TRUE(engine.pop_record(record));
+    for (const double n : {command.force_n.y, command.force_n.z, record.commanded_force_n,
+                           record.hand_force_n, pipeline.applied_n}) {
+      ASSERT_NE(std::fpclassify(n), FP_SUBNORMAL) << "tick " << i;
+    }
+  }
+  EXPECT_EQ(record.commanded_force_n, 0.0);
+  EXPECT_EQ(pipeline.applied_n, 0.0);
+  volatile double small = DBL_MIN;
+  small = small / 4.0;
+  EXPECT_NE(small, 0.0) << "the calling thread computes as it did before";
 }
 
 TEST(Engine, ACommandIsAcknowledgedWithItsTick) {

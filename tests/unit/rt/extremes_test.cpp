@@ -327,6 +327,7 @@ std::pair<TickRecord, double> press_onto(const HuntCrossleyParameters& law, Disp
   model.hunt_crossley = IdentifiedLaw<HuntCrossleyParameters>{law, 0.05};
   SceneSpec spec = explore_scene(Tip::kRod);
   spec.structural_compensation = false;
+  spec.contact.evidence.lowest_stiffness_n_per_mm = 0.002;  // softer than anything a scene is made for
   spec.explore.law = ContactLawKind::kHuntCrossley;
   spec.explore.displacement = estimator;
   ExploreBench bench(spec, model);

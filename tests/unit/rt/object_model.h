@@ -58,6 +58,7 @@ inline SceneSpec explore_scene(Tip tip) {
 inline SceneSpec dissertation_scene(Tip tip) {
   SceneSpec scene = explore_scene(tip);
   scene.contact.method = ContactMethod::kFilteredAcceleration;
+  scene.contact.evidence.required = false;
   scene.contact.threshold_n = 0.06;
   scene.explore.direction = DirectionMethod::kPublished;
   scene.explore.displacement = DisplacementEstimator::kInverse;

@@ -18,7 +18,7 @@ class Constant final : public Pipeline {
     return {0.0, 0.0, force_n_};
   }
   void applied(const hal::Vector3& force_n) noexcept override { applied_n = force_n.z; }
-  void reset() noexcept override {}
+  void reset() noexcept override { ++resets; }
   void set_target(const TargetLaw&, double) noexcept override {}
 
   void set(double force_n, bool in_contact) {
@@ -26,6 +26,7 @@ class Constant final : public Pipeline {
     in_contact_ = in_contact;
   }
   double applied_n = 0.0;
+  int resets = 0;
 
  private:
   double force_n_;
@@ -124,6 +125,39 @@ TEST_F(SceneExchange, IsFreeOnceNothingWasTouchedOrWantedForLongerThanAnyFade) {
   tick();
   renderer_.raise(GuardFault::kStopped);
   EXPECT_TRUE(renderer_.free()) << "latched: there is no force to lose";
+}
+
+TEST_F(SceneExchange, AfterAFaultThePipelineStartsAgainWhereTheTableSaysSo) {
+  for (const FaultRule& rule : kFaultTable) {
+    Renderer renderer(wide(), 1000.0);
+    Constant scene(3.0);
+    renderer.exchange(&scene, wide());
+    hal::RigSample sample;
+    TickRecord record;
+    for (int i = 0; i < 3; ++i) renderer.tick(sample, record = {});
+    ASSERT_EQ(scene.resets, 1) << "when it was loaded";
+    sample.status = rule.sample_status;
+    if (rule.sample_status == 0) renderer.raise(rule.fault);
+    renderer.tick(sample, record = {});
+    sample.status = 0;
+    for (int i = 0; i < 3; ++i) renderer.tick(sample, record = {});
+    EXPECT_EQ(scene.resets, rule.restarts ? 2 : 1) << rule.name;
+  }
+}
+
+TEST_F(SceneExchange, ALateTickIsNoHandOver) {
+  Constant before(3.0);
+  Constant after(1.0);
+  renderer_.exchange(&before, wide());
+  ticks(3);
+  renderer_.exchange(&after, wide());
+  hal::RigSample sample;
+  TickRecord record;
+  sample.time_ns = 1'000'000;
+  renderer_.tick(sample, record);
+  sample.time_ns += 40'000'000;  // of 50 ms
+  const double force_n = renderer_.tick(sample, record).force_n.z;
+  EXPECT_NEAR(force_n, 1.0 + 2.0 * (1.0 - 0.02 - 0.2), 1e-9) << "10 ms at most";
 }
 
 TEST_F(SceneExchange, NoNumberIsNoForceEvenWhileHandingOver) {

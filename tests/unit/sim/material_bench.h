@@ -14,9 +14,11 @@ inline sim::MaterialParameters spring(double stiffness_n_per_mm) {
 }
 
 /// Imposes forces: a tip so light that the material alone says where it goes.
-class ForceControl {
+template <class Law>
+class ForceControlOf {
  public:
-  ForceControl(const sim::MaterialParameters& parameters, double step_s) : material_(parameters, step_s) {}
+  explicit ForceControlOf(const Law& material) : material_(material) {}
+  ForceControlOf(const sim::MaterialParameters& parameters, double step_s) : material_(parameters, step_s) {}
 
   sim::Material::Step apply(double mean_force_n) {
     constexpr double kComplianceMmPerN = 1e5;
@@ -25,17 +27,20 @@ class ForceControl {
     last_ = material_.advance(last_.depth_mm + kComplianceMmPerN * mean_force_n, kComplianceMmPerN);
     return last_;
   }
-  sim::Material& material() { return material_; }
+  Law& material() { return material_; }
 
  private:
-  sim::Material material_;
+  Law material_;
   sim::Material::Step last_;
 };
+using ForceControl = ForceControlOf<sim::Material>;
 
 /// Imposes depths: a tip that nothing holds back.
-class DepthControl {
+template <class Law>
+class DepthControlOf {
  public:
-  DepthControl(const sim::MaterialParameters& parameters, double step_s) : material_(parameters, step_s) {}
+  explicit DepthControlOf(const Law& material) : material_(material) {}
+  DepthControlOf(const sim::MaterialParameters& parameters, double step_s) : material_(parameters, step_s) {}
 
   sim::Material::Step move_to(double depth_mm) {
     last_ = material_.advance(depth_mm, 0.0);
@@ -45,20 +50,24 @@ class DepthControl {
   }
   double work_n_mm() const { return work_n_mm_; }  ///< done on the material so far
   double depth_mm() const { return depth_mm_; }
-  sim::Material& material() { return material_; }
+  Law& material() { return material_; }
 
  private:
-  sim::Material material_;
+  Law material_;
   sim::Material::Step last_;
   double depth_mm_ = 0.0;
   double work_n_mm_ = 0.0;
 };
+using DepthControl = DepthControlOf<sim::Material>;
 
 /// A mass moving on the material, pushed by an outer force (positive into the object). Constant forces over a
 /// step move a mass exactly this way.
-class MovingMass {
+template <class Law>
+class MovingMassOf {
  public:
-  MovingMass(const sim::MaterialParameters& parameters, double mass_kg, double step_s)
+  MovingMassOf(const Law& material, double mass_kg, double step_s)
+      : material_(material), mass_kg_(mass_kg), step_s_(step_s) {}
+  MovingMassOf(const sim::MaterialParameters& parameters, double mass_kg, double step_s)
       : material_(parameters, step_s), mass_kg_(mass_kg), step_s_(step_s) {}
 
   double depth_mm = 0.0;
@@ -74,11 +83,13 @@ class MovingMass {
     return done;
   }
   double kinetic_n_mm() const { return 0.5e-3 * mass_kg_ * velocity_mm_per_s * velocity_mm_per_s; }
+  const Law& material() const { return material_; }
 
  private:
-  sim::Material material_;
+  Law material_;
   double mass_kg_;
   double step_s_;
 };
+using MovingMass = MovingMassOf<sim::Material>;
 
 }  // namespace hapticd::test

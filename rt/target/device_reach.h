@@ -1,10 +1,17 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "hal/rig.h"
 
 namespace hapticd::rt {
+
+/// Largest device forces, both ≥ 0, in N.
+struct DeviceReach {
+  double pull_n = 0.0;  ///< into the object, for softer: no more than the sensor bears
+  double push_n = 0.0;  ///< against the hand, for harder
+};
 
 /// Of the sensor's range, how much the device may use up by pressing the tool into an object. The sensor at
 /// the tip feels hand and device together, f_r = f_h + f_d (3.1): the rest is left to the hand, to knocks and
@@ -20,6 +27,11 @@ constexpr double pull_within_sensor_n(double range_n) noexcept {
 /// The same on a rig. A recording takes the largest force in it for the range, and pulls at nothing.
 inline double pull_within_sensor_n(const hal::RigInfo& rig) noexcept {
   return pull_within_sensor_n(rig.renders_force ? rig.sensor.range_n : 0.0);
+}
+
+/// Of a device that gives up to `max_force_n` on this rig.
+inline DeviceReach device_reach(double max_force_n, const hal::RigInfo& rig) noexcept {
+  return {std::min(max_force_n, pull_within_sensor_n(rig)), max_force_n};
 }
 
 }  // namespace hapticd::rt

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "hapticd/v1/rig.pb.h"
+#include "hapticd/v1/telemetry.pb.h"
+
+namespace hapticd::cli {
+
+/// What one tick lets a person know of the tool: whether force is there to be felt, whether the sensor can be
+/// trusted, whether something is touched. Made from either message that carries it; what a message does not
+/// carry is not known.
+struct LiveState {
+  bool runs = true;  ///< the loop
+  bool has_scene = false;
+  std::optional<bool> uses_sensor;             ///< the scene
+  std::optional<v1::GuardFault> sensor_fault;  ///< present now, of those that make the force unusable
+  double force_age_ms = 0.0;                   ///< of the newest sensor sample
+  v1::GuardState guard = v1::GUARD_STATE_UNSPECIFIED;
+  v1::GuardFault guard_fault = v1::GUARD_FAULT_UNSPECIFIED;  ///< why the guard holds the force back
+  std::optional<bool> biased;                                ///< the sensor
+  std::optional<bool> in_contact;
+  v1::ContactReason reason = v1::CONTACT_REASON_UNSPECIFIED;
+  double detection_force_n = 0.0;
+  double authority = 1.0;  ///< 0 … 1: share of the force that the evidence of an object allows
+};
+
+LiveState live_state(const v1::RigState& state);
+LiveState live_state(const v1::TelemetrySample& sample);
+
+/// The one thing to know first, in plain words: what keeps the force away before what is touched, e.g. "no
+/// fresh force: the newest is 35 ms old (sensor stale)", "waiting until nothing touches the tool: 0.12 N at
+/// rest", "in contact". Empty where the message carries nothing of it.
+std::string words(const LiveState& state);
+
+/// How far the sensor's zero was followed since its bias, of how much, and what that calls for.
+std::string sensor_zero_words(const v1::RigState& state);
+
+}  // namespace hapticd::cli

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "hal/sim/conditions.h"
+#include "hal/sim/random.h"
+#include "hal/sim/tick_sequence.h"
+
+namespace hapticd::sim {
+
+/// When the ticks of virtual time fall: evenly, as a sequence says, or late at random as the conditions say.
+/// Ticks are late against even times; where one is late by more than a period, those in between are missed.
+class TickClock {
+ public:
+  /// `sequence` may be null.
+  TickClock(double rate_hz, const Conditions& conditions, std::shared_ptr<const TickSequence> sequence,
+            std::uint64_t seed) noexcept;
+
+  /// Whether ticks or sensor samples ever deviate from even times.
+  bool irregular() const noexcept { return irregular_; }
+
+  struct Tick {
+    std::int64_t time_ns = 0;
+    std::int64_t sensor_late_ns = 0;
+    bool sensor_lost = false;
+  };
+  Tick next() noexcept;
+
+ private:
+  double lateness_us() noexcept;
+
+  double rate_hz_;
+  Conditions conditions_;
+  std::shared_ptr<const TickSequence> sequence_;
+  Random random_;
+  bool irregular_;
+  std::uint64_t ticks_ = 0;  ///< even times passed
+  std::size_t at_ = 0;       ///< in the sequence
+  double time_us_ = 0.0;
+};
+
+}  // namespace hapticd::sim

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+
+namespace hapticd::sim {
+
+/// One tick of a clock that is not perfect.
+struct TickInterval {
+  double interval_us = 1000.0;  ///< since the tick before
+  double sensor_late_us =
+      0.0;  ///< the newest sensor sample that has arrived is so much older than the sensor's newest
+  bool sensor_lost = false;  ///< what the sensor measured in this interval never arrives
+};
+
+/// Intervals between ticks, recorded or made up, in order; over and over.
+class TickSequence {
+ public:
+  explicit TickSequence(std::vector<TickInterval> ticks) : ticks_(std::move(ticks)) {}
+
+  /// A recording: CSV with the columns interval_us and sensor_records (how many had arrived for the tick).
+  /// How late the sensor's records came follows from their number: they are made at an even rate.
+  static hal::Result<TickSequence> load(const std::string& path);
+  /// A regular clock on which every `every`-th tick comes `late_us` late; the one after it, where it still
+  /// can, at its own time, else the next that can: whole periods are missed.
+  static TickSequence late(double period_us, double late_us, int every);
+  /// The same with `length` late ticks one after the other: each comes `late_us` after the one before was
+  /// due.
+  static TickSequence bursts(double period_us, double late_us, int length, int every);
+  /// The sensor's samples of every `every`-th tick come `late_us` late, all at once.
+  static TickSequence bunched(double period_us, double late_us, int every);
+  /// The samples of `length` ticks in a row are lost, every `every` ticks.
+  static TickSequence lost(double period_us, int length, int every);
+
+  /// The same for a loop of another rate: the lateness of a tick stays what it was.
+  TickSequence at_rate(double recorded_hz, double rate_hz) const;
+
+  const std::vector<TickInterval>& ticks() const noexcept { return ticks_; }
+
+ private:
+  std::vector<TickInterval> ticks_;
+};
+
+}  // namespace hapticd::sim

@@ -1,0 +1,67 @@
+#include "rt/contact/contact_stage.h"
+
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+template <class Value>
+void BasicContactStage<Value>::reset() noexcept {
+  residual_.reset();
+  detector_.reset();
+  evidence_.reset();
+  onset_.forget();
+}
+
+template <class Value>
+void BasicContactStage<Value>::detect(const Input& now) noexcept {
+  if (parameters_.method == ContactMethod::kFilteredAcceleration) {
+    force_n_ = now.reaction_n;
+    detector_.update(force_n_, now.depth_mm, now.contact_depth_mm);
+  } else {
+    residual_.update(now.free_motion, in_contact());
+    if (now.interval.is_gap) [[unlikely]] {
+      // What was free stays free; an onset within the gap was not seen, and none is placed across it.
+      onset_.forget();
+      if (detector_.is_free()) {
+        residual_.start_free();
+        if (magnitude(now.free_motion.force_n) > evidence_.max_free_force_n()) detector_.await_free();
+      }
+    } else if (after_gap_ && detector_.is_free()) {
+      residual_.start_free();  // the reading before was a mean over the gap
+    }
+    after_gap_ = now.interval.is_gap;
+    onset_.remember(now.tip_mm, residual_.prompt_force_n());
+    force_n_ = magnitude(residual_.residual_n());
+    detector_.update(force_n_, now.depth_mm, now.contact_depth_mm, residual_.irregular_n());
+    if (detector_.just_left_surface()) {
+      // What still pulls above the surface of an object that never resisted was none, if it does so again and
+      // again.
+      unproven_ = evidence_.proven() ? 0 : unproven_ + 1;
+      if (unproven_ >= kUnprovenToWithdraw && force_n_ > parameters_.threshold_n) detector_.withdraw();
+      residual_.assume_free();
+    }
+  }
+  quiet_s_ = force_n_ < parameters_.threshold_n ? quiet_s_ + now.interval.s : 0.0;
+  if (quiet_s_ > kQuietS) unproven_ = 0;
+  if (!in_contact()) return evidence_.rest(now.acceleration_mm_per_s2, now.interval);
+  if (detector_.just_declared() || now.interval.is_gap) evidence_.begin();
+}
+
+template <class Value>
+void BasicContactStage<Value>::judge(const ContactEvidence::Observation& now,
+                                     const TickInterval& interval) noexcept {
+  evidence_.update(now, interval);
+  if (evidence_.plausible()) return;
+  evidence_.proven() ? detector_.lose() : detector_.withdraw();
+  residual_.assume_free();
+}
+
+template <class Value>
+Value BasicContactStage<Value>::onset_mm() const noexcept {
+  return onset_.place_mm(parameters_.release_ratio * parameters_.threshold_n + residual_.seen_jerk_n());
+}
+
+template class BasicContactStage<double>;
+template class BasicContactStage<hal::Vector3>;
+
+}  // namespace hapticd::rt

@@ -1,0 +1,81 @@
+#pragma once
+
+#include "hal/samples.h"
+#include "rt/contact/contact_detector.h"
+#include "rt/contact/contact_evidence.h"
+#include "rt/contact/contact_onset.h"
+#include "rt/contact/free_motion_residual.h"
+#include "rt/signal/tick_interval.h"
+
+namespace hapticd::rt {
+
+/// Contact as a scene has it: detected from what free motion leaves unexplained, held while there is evidence
+/// of an object, and ended without. `Value` is a number along the press axis or a vector in the rig frame.
+template <class Value>
+class BasicContactStage {
+ public:
+  BasicContactStage(const ContactParameters& parameters, double tool_mass_g, double rate_hz) noexcept
+      : parameters_(parameters),
+        residual_(tool_mass_g, rate_hz),
+        detector_(parameters, rate_hz),
+        evidence_(parameters.evidence, parameters.threshold_n, tool_mass_g),
+        onset_(rate_hz) {}
+
+  /// What one tick measured.
+  struct Input {
+    TickInterval interval;
+    /// Force the sensor bears besides its zero and the tool's weight, with the position and their instants.
+    typename BasicFreeMotionResidual<Value>::Measurement free_motion;
+    Value tip_mm{};           ///< where an onset is placed
+    double reaction_n = 0.0;  ///< magnitude of f_r, for the published method
+    double depth_mm = 0.0;    ///< and where the present contact began, along one line into the object
+    double contact_depth_mm = 0.0;
+    double acceleration_mm_per_s2 = 0.0;  ///< magnitude
+  };
+
+  /// Begins, holds and releases a contact by the force.
+  void detect(const Input& now) noexcept;
+  /// In contact: ends it where nothing speaks for it, and counts what speaks for it.
+  void judge(const ContactEvidence::Observation& now, const TickInterval& interval) noexcept;
+  /// A contact law knows of an onset that was missed.
+  void declare() noexcept { detector_.declare(); }
+  /// Whether something is touched is not known.
+  void await_free() noexcept { detector_.await_free(); }
+  void reset() noexcept;
+
+  const ContactDetector& detector() const noexcept { return detector_; }
+  bool in_contact() const noexcept { return detector_.in_contact(); }
+  /// Share of the desired force that may be rendered, 0 … 1; 0 out of contact.
+  double authority() const noexcept { return in_contact() ? evidence_.authority() : 0.0; }
+  /// Where a contact that has just been declared began.
+  Value onset_mm() const noexcept;
+  /// What the threshold is compared with.
+  double force_n() const noexcept { return force_n_; }
+  /// True where what the sensor reads besides the tool, residual_n(), shows its zero.
+  bool zero_shows() const noexcept {
+    return parameters_.method == ContactMethod::kMatchedInertia && detector_.zero_shows(force_n_);
+  }
+  const Value& residual_n() const noexcept { return residual_.residual_n(); }
+
+ private:
+  ContactParameters parameters_;
+  BasicFreeMotionResidual<Value> residual_;
+  ContactDetector detector_;
+  ContactEvidence evidence_;
+  BasicContactOnset<Value> onset_;
+  /// Contacts in a row that never resisted, without a quiet time between: a bouncing tool makes one or two.
+  static constexpr int kUnprovenToWithdraw = 3;
+  static constexpr double kQuietS = 0.02;
+
+  double force_n_ = 0.0;
+  int unproven_ = 0;
+  bool after_gap_ = false;
+  double quiet_s_ = 0.0;
+};
+
+using ContactStage = BasicContactStage<double>;
+using ContactStage3 = BasicContactStage<hal::Vector3>;
+extern template class BasicContactStage<double>;
+extern template class BasicContactStage<hal::Vector3>;
+
+}  // namespace hapticd::rt

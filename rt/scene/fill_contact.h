@@ -1,0 +1,19 @@
+#pragma once
+
+#include "rt/contact/contact_stage.h"
+#include "rt/scene/tick_record.h"
+
+namespace hapticd::rt {
+
+/// The contact group of a record, but for the reaction force.
+template <class Value>
+void fill_contact(const BasicContactStage<Value>& contact, TickRecord& record) noexcept {
+  record.in_contact = contact.in_contact();
+  record.contact_reason = contact.detector().reason();
+  record.contact_count = contact.detector().count();
+  record.withdrawn_count = contact.detector().withdrawn_count();
+  record.contact_authority = contact.authority();
+  record.contact_force_n = contact.force_n();
+}
+
+}  // namespace hapticd::rt

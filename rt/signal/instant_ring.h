@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace hapticd::rt {
+
+/// The recent past of one signal, each value with the instant it stands for; read between two of them on a
+/// straight line. Brings signals that were measured at different instants to a common one. Holds 6 ms of a
+/// 10 kHz loop. `Value` can be added and scaled.
+template <class Value>
+class InstantRing {
+ public:
+  static constexpr std::size_t kSize = 64;
+
+  /// Forgets the past: `value` counts as what it always was.
+  void seed(std::int64_t instant_ns, const Value& value) noexcept {
+    filled_ = 0;
+    push(instant_ns, value);
+  }
+  /// `instant_ns`: later than the last one.
+  void push(std::int64_t instant_ns, const Value& value) noexcept {
+    newest_ = newest_ + 1 < kSize ? newest_ + 1 : 0;
+    ring_[newest_] = {instant_ns, value};
+    if (filled_ < kSize) ++filled_;
+  }
+  std::int64_t newest_ns() const noexcept { return ring_[newest_].instant_ns; }
+  std::int64_t oldest_ns() const noexcept {
+    return ring_[newest_ + 1 >= filled_ ? newest_ + 1 - filled_ : newest_ + 1 + kSize - filled_].instant_ns;
+  }
+  const Value& newest() const noexcept { return ring_[newest_].value; }
+  /// At an instant within what is held; the nearest end outside it.
+  Value at(std::int64_t instant_ns) const noexcept {
+    const Entry* later = &ring_[newest_];
+    if (instant_ns >= later->instant_ns) return later->value;
+    for (std::size_t age = 1; age < filled_; ++age) {
+      const Entry& earlier = ring_[newest_ >= age ? newest_ - age : newest_ + kSize - age];
+      if (instant_ns >= earlier.instant_ns) {
+        const double share = static_cast<double>(instant_ns - earlier.instant_ns) /
+                             static_cast<double>(later->instant_ns - earlier.instant_ns);
+        return earlier.value + (later->value - earlier.value) * share;
+      }
+      later = &earlier;
+    }
+    return later->value;
+  }
+
+ private:
+  struct Entry {
+    std::int64_t instant_ns = 0;
+    Value value{};
+  };
+
+  std::array<Entry, kSize> ring_{};
+  std::size_t newest_ = kSize - 1;
+  std::size_t filled_ = 0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <grpcpp/support/byte_buffer.h>
+
+#include <string>
+#include <vector>
+
+namespace hapticd::server {
+
+/// What could be read of a StopRequest.
+struct StopReason {
+  std::string text;                  ///< one line of UTF-8, at most kMaxStopReason bytes
+  std::vector<std::string> repairs;  ///< what was wrong with the request, in words
+};
+
+inline constexpr std::size_t kMaxStopReason = 256;  ///< bytes that are kept of a reason
+
+/// Reads a StopRequest whatever its bytes are: cut short, of another message, with a reason that is not
+/// UTF-8.
+StopReason read_stop_request(const grpc::ByteBuffer& request);
+/// The same from the bytes.
+StopReason read_stop_request(std::string_view bytes);
+
+}  // namespace hapticd::server

@@ -1,0 +1,52 @@
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "tests/support/child_process.h"
+
+namespace hapticd::test {
+namespace {
+
+struct End {
+  int code;
+  std::string output;
+};
+
+End crash(const char* way) {
+  ChildProcess victim(CRASH_VICTIM, {way});
+  const int code = victim.wait();
+  return {code, victim.output()};
+}
+
+TEST(CrashGuard, WritesZeroOnceAndEndsByTheSignal) {
+  const std::pair<const char*, int> ways[] = {
+      {"segv", SIGSEGV},  {"bus", SIGBUS},        {"fpe", SIGFPE},     {"ill", SIGILL},
+      {"abort", SIGABRT}, {"terminate", SIGABRT}, {"killed", SIGSEGV}, {"crash_in_thread", SIGSEGV}};
+  for (const auto& [way, signal] : ways) {
+    const End end = crash(way);
+    EXPECT_EQ(end.code, -signal) << way;
+    EXPECT_EQ(end.output, "zero\n") << way;
+  }
+}
+
+TEST(CrashGuard, WorksWhereTheStackIsUsedUp) {
+  for (const char* way : {"overflow", "overflow_in_thread"}) {
+    const End end = crash(way);
+    EXPECT_EQ(end.code, -SIGSEGV) << way;
+    EXPECT_EQ(end.output, "zero\n") << way;
+  }
+}
+
+TEST(CrashGuard, EndsAlsoWhereTheDriverCrashesItself) {
+  const End end = crash("crash_in_driver");
+  EXPECT_EQ(end.code, -SIGABRT);
+  EXPECT_EQ(end.output, "zero\n") << "once";
+}
+
+TEST(CrashGuard, LeavesARigAloneThatWasTakenBack) {
+  const End end = crash("none");
+  EXPECT_EQ(end.code, -SIGABRT);
+  EXPECT_EQ(end.output, "");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "tests/integration/command_record.h"
+
+namespace hapticd::test {
+namespace {
+
+/// Sets one target again and again, without a ramp, some hundred times a second.
+int insist(const std::string& address, double stiffness_n_per_mm, int times, std::atomic<int>& refused) {
+  const ServiceClient client(connect(address));
+  v1::SetTargetRequest request;
+  request.set_stiffness_n_per_mm(stiffness_n_per_mm);
+  request.set_ramp_s(0.0);
+  int lengthened = 0;
+  for (int i = 0; i < times; ++i) {
+    v1::SetTargetResponse response;
+    if (!client.set_target(request, &response).ok()) ++refused;
+    if (response.ramp_s() >= 0.1 && response.explanation().find("was lengthened") != std::string::npos)
+      ++lengthened;
+    std::this_thread::sleep_for(std::chrono::milliseconds(9));
+  }
+  return lengthened;
+}
+
+void expect_no_jolt(const RunningService& service, double hand_force_n) {
+  // A machine that stalls while the hand comes down makes the scene wait until the tool is free: then it is
+  // lifted and pressed again.
+  bool is_deep = false;
+  for (int attempt = 0; attempt < 10 && !is_deep; ++attempt) {
+    service.press(hand_force_n);
+    for (int look = 0; look < 500 && !is_deep; ++look) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      is_deep = service.state().displacement_mm() > 3.0;
+    }
+  }
+  ASSERT_TRUE(is_deep) << service.state().DebugString();
+  CommandRecord record(service.channel);
+  constexpr int kTimes = 300;
+  std::atomic<int> refused{0};
+  int soft = 0;
+  int hard = 0;
+  std::thread one([&] { soft = insist(service.address(), 0.3, kTimes, refused); });
+  std::thread other([&] { hard = insist(service.address(), 1.2, kTimes, refused); });
+  one.join();
+  other.join();
+  EXPECT_EQ(refused.load(), 0);
+  EXPECT_EQ(soft, kTimes);
+  EXPECT_EQ(hard, kTimes);
+  const auto ticks = record.stop();
+  EXPECT_GT(ticks.size(), 2000U);
+  double least_n = 1e9;
+  double most_n = -1e9;
+  for (const auto& [tick, command] : ticks) {
+    least_n = std::min(least_n, command.force_n.z);
+    most_n = std::max(most_n, command.force_n.z);
+  }
+  EXPECT_GT(most_n - least_n, 0.2) << "the targets did change the force";
+  const LargestStep largest = largest_step(ticks);
+  testing::Test::RecordProperty("largest_step_n", std::to_string(largest.step_n));
+  EXPECT_LE(largest.step_n, 0.3) << largest.around;
+}
+
+TEST(FightingClients, MakeNoStepsOfForceAlongOneAxis) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  expect_no_jolt(service, 2.0);
+}
+
+TEST(FightingClients, MakeNoStepsOfForceExploring) {
+  server::DaemonConfig config = quiet_config();
+  config.simulation.object = "foam_ball_3d";
+  const RunningService service(config);
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  expect_no_jolt(service, 3.0);
+}
+
+}  // namespace
+}  // namespace hapticd::test
