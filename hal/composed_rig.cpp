@@ -84,7 +84,8 @@ std::vector<PartReport> ComposedRig::reports() const {
 }
 
 std::optional<Error> ComposedRig::bias_force_sensor() {
-  return parts_.sensor ? parts_.sensor->bias() : Rig::bias_force_sensor();
+  if (parts_.sensor) return parts_.sensor->bias();
+  return parts_.base ? parts_.base->bias_force_sensor() : Rig::bias_force_sensor();
 }
 
 std::optional<Error> ComposedRig::home_device() {

@@ -13,6 +13,7 @@
 #include "server/rig_factory.h"
 #include "server/safety_latch.h"
 #include "server/scene_host.h"
+#include "server/sensor_bias.h"
 #include "server/session.h"
 #include "server/target_control.h"
 #include "server/telemetry_hub.h"
@@ -35,10 +36,12 @@ struct Daemon::Parts {
         hub(session.engine()),
         scenes(session, SceneLibrary(config.scene_folder), ModelLibrary(config.model_folder, store),
                config.guard),
+        biases(session, scenes, hub, store->in_memory() ? "" : store->path() + ".data/sensor_biases.csv"),
         targets(session, scenes, hub, config.guard),
         latch(session, hub),
-        identifications(session, scenes, hub, *store),
+        identifications(session, scenes, hub, biases, *store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub) {
+    scenes.know_zero_by([this] { return biases.zero_in_force(); });
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
   }
 
@@ -47,6 +50,7 @@ struct Daemon::Parts {
   Session session;
   TelemetryHub hub;
   SceneHost scenes;
+  SensorBiases biases;
   TargetControl targets;
   SafetyLatch latch;
   IdentificationRunner identifications;
@@ -129,7 +133,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // The network comes up before the loop's thread raises itself: threads inherit how their creator is
   // scheduled.
   auto network = GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                                    parts->identifications, parts->turntable},
+                                    parts->biases, parts->identifications, parts->turntable},
                                    config.listen, config.unix_socket);
   if (!network) {
     failure = {ExitCode::kCannotListen, network.error()};

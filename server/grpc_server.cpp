@@ -93,7 +93,7 @@ void pass_on(gpr_log_func_args* line) {
 
 struct GrpcServer::State {
   explicit State(const Parts& parts)
-      : rig(parts.session, parts.scenes, parts.hub, parts.turntable),
+      : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),

@@ -14,6 +14,7 @@ namespace hapticd::server {
 class SafetyLatch;
 class IdentificationRunner;
 class SceneHost;
+class SensorBiases;
 class Session;
 class TargetControl;
 class TelemetryHub;
@@ -29,6 +30,7 @@ class GrpcServer {
     TargetControl& targets;
     SafetyLatch& latch;
     TelemetryHub& hub;
+    SensorBiases& biases;
     IdentificationRunner& identifications;
     TurntableHost& turntable;
   };

@@ -14,6 +14,11 @@ namespace hapticd::server {
 namespace {
 
 constexpr double kNoticedSpread = 0.05;
+constexpr double kNoticedTiltDeg = 2.0;
+
+bool is_under(const rt::ToolModel& tool, const ZeroInForce& zero) {
+  return !zero.identity.empty() && tool.found_under_bias == zero.identity;
+}
 
 /// The deepest place a target says something about; 0 where it says the same everywhere.
 double deepest_mm(const rt::TargetLaw& target) {
@@ -51,18 +56,35 @@ double spread(const rt::StructuralModel& structure) {
 /// One value after the other, and what there is to say of it.
 class Filling {
  public:
-  Filling(rt::SceneSpec& scene, const hal::RigInfo& rig, RigModelUse& use)
-      : scene_(scene), rig_(rig), use_(use) {}
+  Filling(rt::SceneSpec& scene, const hal::RigInfo& rig, const ZeroInForce& zero, RigModelUse& use)
+      : scene_(scene), rig_(rig), zero_(zero), use_(use) {}
+
+  /// How the tool was held when the sensor was biased, unless the scene says so itself.
+  void gravity_at_bias() {
+    const rt::ExploreParameters defaults;
+    const hal::Vector3& said = scene_.explore.gravity_at_bias;
+    if (!zero_.gravity || rt::norm(said - defaults.gravity_at_bias) > 0.0) return;
+    scene_.explore.gravity_at_bias = *zero_.gravity;
+    const double tilt_deg = std::acos(std::clamp(-zero_.gravity->z, -1.0, 1.0)) * 57.29577951308232;
+    if (tilt_deg < kNoticedTiltDeg) return;
+    use_.remarks.push_back(fmt::format(
+        "tool.gravity_at_bias: the tool was tilted by {:.2g}° when the sensor was biased", tilt_deg));
+  }
 
   void tool(const StoredModel& stored) {
     const auto& tool = std::get<rt::ToolModel>(stored.model.content);
     scene_.tool_mass_g = tool.mass_g;
     std::string more;
     if (!scene_.explore.sensor_mounting) {
-      const rt::SensorMounting mounting{rt::turn_deg_of(tool.sensor_to_tool), tool.force_bias_n};
+      const rt::SensorMounting mounting = mounting_of(tool, scene_.explore.gravity_at_bias, zero_);
       scene_.explore.sensor_mounting = mounting;
-      more = fmt::format("; with the sensor's bias of {:.3g} N and its seat, turned by {:.2g}°",
-                         rt::norm(mounting.force_bias_n), rt::norm(mounting.turn_deg));
+      const double turn_deg = rt::norm(mounting.turn_deg);
+      more = is_under(tool, zero_)
+                 ? fmt::format("; with the sensor's bias of {:.3g} N and its seat, turned by {:.2g}°",
+                               rt::norm(mounting.force_bias_n), turn_deg)
+                 : fmt::format("; with the sensor's seat, turned by {:.2g}°; without its bias, for it was found "
+                               "under another bias of the sensor ({}); 'hapticctl identify tool' finds it again",
+                               turn_deg, tool.found_under_bias.value_or("not known which"));
     }
     used(stored, fmt::format("tool.mass_g = {:.4g}{} g", tool.mass_g, error_text(stored, "mass_g")), more);
   }
@@ -109,6 +131,7 @@ class Filling {
 
   rt::SceneSpec& scene_;
   const hal::RigInfo& rig_;
+  const ZeroInForce& zero_;
   RigModelUse& use_;
 };
 
@@ -136,10 +159,23 @@ std::vector<std::string> cautions(const StoredModel& stored, const rt::SceneSpec
   return all;
 }
 
-RigModelUse use_rig_models(const RigModels& models, rt::SceneSpec& scene, const hal::RigInfo& rig) {
+rt::SensorMounting mounting_of(const rt::ToolModel& tool, const hal::Vector3& gravity_at_bias,
+                               const ZeroInForce& zero) {
+  rt::SensorMounting mounting{rt::turn_deg_of(tool.sensor_to_tool), tool.force_bias_n};
+  if (is_under(tool, zero)) return mounting;
+  // Nothing is read where the tool hangs as it was biased: turn (0 - bias) is its weight there.
+  const hal::Vector3 weight_n =
+      gravity_at_bias * rt::inertial_force_n(tool.mass_g, rt::ToolLoad::kGravityMmPerS2);
+  mounting.force_bias_n = rt::rotated(rt::conjugate(rt::unit(tool.sensor_to_tool)), weight_n) * -1.0;
+  return mounting;
+}
+
+RigModelUse use_rig_models(const RigModels& models, rt::SceneSpec& scene, const hal::RigInfo& rig,
+                           const ZeroInForce& zero) {
   RigModelUse use;
-  Filling fill(scene, rig, use);
+  Filling fill(scene, rig, zero, use);
   const bool explores = scene.kind == rt::SceneKind::kExplore;
+  if (explores) fill.gravity_at_bias();
   if (models.tool && explores && scene.tool_mass_g == 0.0) fill.tool(*models.tool);
   if (models.structure && scene.structural_compensation && scene.structural_stiffness_n_per_mm == 0.0) {
     fill.structure(*models.structure);

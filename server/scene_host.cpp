@@ -130,7 +130,8 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
     written.object_model.clear();
     scene.written = write_scene(written);
   }
-  RigModelUse of_rig = use_rig_models(models_.of_rig(session_.rig_info()), *spec, session_.rig_info());
+  RigModelUse of_rig = use_rig_models(models_.of_rig(session_.rig_info()), *spec, session_.rig_info(),
+                                      zero_in_force_ ? zero_in_force_() : ZeroInForce{});
   std::vector<std::string> limited;
   auto resolved = resolve_within_ceilings(*spec, limited);
   if (!resolved) return resolved.refusal();
@@ -281,16 +282,8 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
                                                std::shared_ptr<const ResolvedScene> scene,
                                                const Caller& caller, Right right) {
   // Hardware may take seconds to answer: it is opened before anybody has to wait for it.
-  if (auto refusal = open_hardware(scene.get())) return *refusal;
-  auto loaded = exchange_open(std::move(next), guard, std::move(scene), caller, right);
-  if (!loaded) release_unused_hardware();
-  return loaded;
-}
-
-Outcome<SceneHost::Loaded> SceneHost::exchange_open(std::unique_ptr<rt::Pipeline> next,
-                                                    const rt::GuardLimits& guard,
-                                                    std::shared_ptr<const ResolvedScene> scene,
-                                                    const Caller& caller, Right right) {
+  auto hardware = claim_hardware(scene.get());
+  if (!hardware) return hardware.refusal();
   const auto until = caller.until(kDefaultPatience);
   const auto free_until = caller.until(kLongestWaitForFree) - kTimeToTell;
   rt::EngineCommand command;
@@ -314,9 +307,6 @@ Outcome<SceneHost::Loaded> SceneHost::exchange_open(std::unique_ptr<rt::Pipeline
     if (scene) {
       if (auto refusal = check_stored(*scene)) return *refusal;
     }
-    // Another exchange may have let go of it meanwhile; mostly this finds it open.
-    if (auto refusal = open_hardware(scene.get())) return *refusal;
-
     command.when_free = differs_in_models_only(scene.get());
     const auto outcome = session_.execute(command, caller, command.when_free ? kSlice : kDefaultPatience);
     if (!outcome) {
@@ -332,29 +322,27 @@ Outcome<SceneHost::Loaded> SceneHost::exchange_open(std::unique_ptr<rt::Pipeline
       const std::lock_guard lock(current_mutex_);
       current_ = scene;
     }
-    release_unused_hardware();
+    sensor_ = std::move(*hardware);
     log_info(scene ? "scene '" + scene->spec.name + "' loaded" : std::string("scene unloaded"));
     return Loaded{std::move(scene), outcome->tick};
   }
 }
 
-void SceneHost::release_unused_hardware() const {
-  if (!uses_sensor(current().get())) session_.disengage_sensor();
-}
-
-std::optional<hal::Error> SceneHost::open_hardware() const {
-  if (auto refusal = open_hardware(current().get())) return refusal->error;
+std::optional<hal::Error> SceneHost::open_hardware() {
+  auto hardware = claim_hardware(current().get());
+  if (!hardware) return hardware.refusal().error;
+  sensor_ = std::move(*hardware);
   return std::nullopt;
 }
 
-std::optional<Refusal> SceneHost::open_hardware(const ResolvedScene* scene) const {
+Outcome<SensorClaim> SceneHost::claim_hardware(const ResolvedScene* scene) const {
   if (scene != nullptr && !scene->spec.turntable_station.empty() && check_station_) {
-    if (auto refusal = check_station_(scene->spec.turntable_station)) return refusal;
+    if (auto refusal = check_station_(scene->spec.turntable_station)) return *refusal;
   }
-  if (!uses_sensor(scene)) return std::nullopt;
-  auto error = session_.engage_sensor();
-  if (!error) return std::nullopt;
-  return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
+  if (!uses_sensor(scene)) return SensorClaim();
+  auto claim = session_.claim_sensor();
+  if (!claim) return Refusal{RefusalKind::kFailedPrecondition, claim.error()};
+  return std::move(*claim);
 }
 
 bool SceneHost::uses(const std::string& hash) const {

@@ -16,6 +16,7 @@
 #include "rt/scene/scene_spec.h"
 #include "server/caller.h"
 #include "server/guard_ceilings.h"
+#include "server/model_fit.h"
 #include "server/model_library.h"
 #include "server/outcome.h"
 #include "server/scene_library.h"
@@ -64,10 +65,11 @@ class SceneHost {
   /// Asked before a scene is loaded that names a station of the turntable. Set before anybody loads.
   using StationCheck = std::function<std::optional<Refusal>(const std::string& station)>;
   void check_stations_with(StationCheck check) { check_station_ = std::move(check); }
-  /// Opens the hardware that the scene in force needs; load() does it by itself.
-  std::optional<hal::Error> open_hardware() const;
-  /// Lets go of the force sensor where no scene listens to it: after others than scenes have used it.
-  void release_unused_hardware() const;
+  /// Asked when a scene is resolved: which zero the force sensor is under. Set before anybody loads.
+  using ZeroSource = std::function<ZeroInForce()>;
+  void know_zero_by(ZeroSource source) { zero_in_force_ = std::move(source); }
+  /// Opens the hardware that the scene in force needs, before the loop runs; load() does it by itself.
+  std::optional<hal::Error> open_hardware();
 
   struct Loaded {
     std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload
@@ -135,21 +137,18 @@ class SceneHost {
   bool differs_in_models_only(const ResolvedScene* next) const;
   /// An error where a stored model that the scene was resolved with is not there any more.
   std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
-  /// Opens what a scene (null: none) needs and is not open.
-  std::optional<Refusal> open_hardware(const ResolvedScene* scene) const;
+  /// What a scene (null: none) needs, open: for as long as it is loaded.
+  Outcome<SensorClaim> claim_hardware(const ResolvedScene* scene) const;
   std::optional<Refusal> await_free(Caller::Clock::time_point until, const Caller& caller) const;
   enum class Right : std::uint8_t { kAnyones, kReserved };
   Outcome<Loaded> load_resolved(ResolvedScene scene, const Caller& caller, Right right);
   Outcome<Loaded> exchange(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
                            std::shared_ptr<const ResolvedScene> scene, const Caller& caller, Right right);
-  /// The same once its hardware is open.
-  Outcome<Loaded> exchange_open(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
-                                std::shared_ptr<const ResolvedScene> scene, const Caller& caller,
-                                Right right);
 
   Session& session_;
   const GuardCeilings ceilings_;  ///< what no scene may exceed, wherever it comes from
   StationCheck check_station_;
+  ZeroSource zero_in_force_;
   SceneLibrary library_;
   ModelLibrary models_;
 
@@ -161,6 +160,7 @@ class SceneHost {
   std::shared_ptr<const ResolvedScene> current_;
   std::string reserved_by_;             ///< empty: nobody
   std::unique_ptr<rt::Pipeline> live_;  ///< what the loop works with; owned here, changed under exchange_
+  SensorClaim sensor_;                  ///< of the scene in force, changed under exchange_
 };
 
 }  // namespace hapticd::server

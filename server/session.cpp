@@ -43,29 +43,37 @@ void Session::refuse_commands() {
 void Session::stop() {
   refuse_commands();
   loop_.stop();
-  disengage_sensor();
+  {
+    const std::lock_guard lock(hardware_);
+    if (!std::exchange(sensor_is_shut_, true)) rig_->disengage(hal::RigPartKind::kForceSensor);
+  }
   rig_->disengage(hal::RigPartKind::kDevice);
 }
 
-std::optional<hal::Error> Session::engage_sensor() {
-  const std::lock_guard lock(hardware_);
-  auto error = rig_->engage(hal::RigPartKind::kForceSensor);
-  sensor_engaged_ = !error;
-  return error;
+SensorClaim::~SensorClaim() {
+  if (session_ != nullptr) session_->release_sensor();
 }
 
-void Session::disengage_sensor() {
+hal::Result<SensorClaim> Session::claim_sensor() {
   const std::lock_guard lock(hardware_);
-  if (std::exchange(sensor_engaged_, false)) rig_->disengage(hal::RigPartKind::kForceSensor);
+  if (sensor_is_shut_) {
+    return hal::Error{"the service is shutting down", "force sensor", "", "", "connect again later"};
+  }
+  if (auto error = rig_->engage(hal::RigPartKind::kForceSensor)) return std::move(*error);
+  ++sensor_claims_;
+  return SensorClaim(*this);
+}
+
+void Session::release_sensor() {
+  const std::lock_guard lock(hardware_);
+  if (--sensor_claims_ == 0 && !sensor_is_shut_) rig_->disengage(hal::RigPartKind::kForceSensor);
 }
 
 Session::Probe Session::probe_parts() {
-  const std::lock_guard lock(hardware_);
   Probe probe;
-  const bool opens = !sensor_engaged_;
-  if (opens) probe.error = rig_->engage(hal::RigPartKind::kForceSensor);
+  const auto claim = claim_sensor();
+  if (!claim) probe.error = claim.error();
   probe.reports = rig_->reports();
-  if (opens && !probe.error) rig_->disengage(hal::RigPartKind::kForceSensor);
   return probe;
 }
 
@@ -78,14 +86,12 @@ std::optional<Refusal> Session::refuse_in_contact(const char* deed) const {
 
 std::optional<Refusal> Session::bias_force_sensor() {
   if (auto refusal = refuse_in_contact("biased")) return refusal;
+  const auto claim = claim_sensor();
+  if (!claim) return Refusal{RefusalKind::kFailedPrecondition, claim.error()};
   const std::lock_guard lock(hardware_);
-  const bool opens = !sensor_engaged_;
-  std::optional<hal::Error> error = opens ? rig_->engage(hal::RigPartKind::kForceSensor) : std::nullopt;
-  if (!error) {
-    error = rig_->bias_force_sensor();
-    if (opens) rig_->disengage(hal::RigPartKind::kForceSensor);
+  if (auto error = rig_->bias_force_sensor()) {
+    return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
   }
-  if (error) return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
   return std::nullopt;
 }
 

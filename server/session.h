@@ -14,6 +14,7 @@
 #include "rt/loop/periodic_loop.h"
 #include "server/caller.h"
 #include "server/outcome.h"
+#include "server/sensor_claim.h"
 
 namespace hapticd::sim {
 class SimulatedRig;
@@ -39,10 +40,9 @@ class Session {
   /// kUnavailable.
   void stop();
 
-  /// Opens the force sensor unless it is open, and returns once it delivers.
-  std::optional<hal::Error> engage_sensor();
-  /// Nobody needs the force sensor any more.
-  void disengage_sensor();
+  /// Opens the force sensor unless it is open, and returns once it delivers; it stays open for as long as
+  /// anybody holds a claim.
+  hal::Result<SensorClaim> claim_sensor();
   std::vector<hal::PartReport> part_reports() const { return rig_->reports(); }
   struct Probe {
     std::vector<hal::PartReport> reports;
@@ -83,7 +83,9 @@ class Session {
                                      std::chrono::nanoseconds allowance);
 
  private:
+  friend class SensorClaim;
   std::optional<Refusal> refuse_in_contact(const char* deed) const;
+  void release_sensor();
 
   std::unique_ptr<hal::Rig> rig_;
   sim::SimulatedRig* simulation_;
@@ -91,7 +93,8 @@ class Session {
   rt::LoopConfig loop_config_;
   rt::PeriodicLoop loop_;
   std::mutex hardware_;  ///< among those who open and close the sensor
-  bool sensor_engaged_ = false;
+  int sensor_claims_ = 0;
+  bool sensor_is_shut_ = false;  ///< stopped: nobody opens or closes it any more
   std::atomic<bool> started_{false};
   std::atomic<bool> stopping_{false};
 };

@@ -66,6 +66,17 @@ void add_object_option(CLI::App& command, Line& line) {
   command.add_option("--object", line.task.object, "What is touched: the name its model gets")->required();
 }
 
+/// Three numbers, "0,0,-1".
+void add_direction(CLI::App& command, const std::string& name, std::vector<double>& direction,
+                   const std::string& description) {
+  command.add_option(name, direction, description)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+}
+
+void add_press_direction(CLI::App& command, Line& line) {
+  add_direction(command, "--press-direction", line.task.press_direction,
+                "Into the object, rig frame (z up); without it 0,0,-1");
+}
+
 CLI::Option* add_recording_options(CLI::App& command, Line& line) {
   CLI::Option* recording = command.add_option("--recording", line.task.recording_path,
                                               "A CSV file of any size, in the place of the rig");
@@ -104,6 +115,7 @@ void add_contact(CLI::App& identify, Session& session) {
       .add_option("--speed", line->task.speed_mm_per_s,
                   "Speed to be covered in mm/s; without it by the object's own stiffness")
       ->check(CLI::PositiveNumber);
+  add_press_direction(command, *line);
   add_recording_options(command, *line);
 }
 
@@ -120,6 +132,9 @@ void add_friction(CLI::App& identify, Session& session) {
       ->check(CLI::IsMember({"rod", "ball_bearing"}));
   command.add_option("--length", line->task.length_mm, "Of the line in mm, 5 to 200; without it 30")
       ->check(CLI::Range(5.0, 200.0));
+  add_press_direction(command, *line);
+  add_direction(command, "--line-direction", line->task.line_direction,
+                "Along which the tip is tapped and stroked, rig frame; without it 1,0,0");
   CLI::Option* recording = add_recording_options(command, *line);
   command
       .add_option(

@@ -62,6 +62,12 @@ void fill_contact(const IdentifyTask& task, v1::ContactTask& contact) {
   if (task.speed_mm_per_s) contact.set_speed_mm_per_s(*task.speed_mm_per_s);
 }
 
+void fill_vector(const std::vector<double>& components, v1::Vector3& vector) {
+  vector.set_x(components.at(0));
+  vector.set_y(components.at(1));
+  vector.set_z(components.at(2));
+}
+
 }  // namespace
 
 v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTask& task) {
@@ -69,6 +75,8 @@ v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTa
   request.set_object(task.object);
   if (task.time_limit_s) request.set_time_limit_s(*task.time_limit_s);
   request.set_adopt(task.adopt);
+  if (!task.press_direction.empty()) fill_vector(task.press_direction, *request.mutable_press_direction());
+  if (!task.line_direction.empty()) fill_vector(task.line_direction, *request.mutable_line_direction());
   switch (kind) {
     case IdentifyKind::kContact:
       fill_contact(task, *request.mutable_contact());

@@ -14,6 +14,8 @@ struct IdentifyTask {
   std::optional<double> time_limit_s;
   bool adopt = false;
 
+  // contact and friction
+  std::vector<double> press_direction;  ///< three components, or none
   // contact
   std::string law;     ///< "hunt_crossley", "creep", or empty
   std::string method;  ///< "recursive", "double_stage", "batch", or empty
@@ -23,6 +25,7 @@ struct IdentifyTask {
   // friction
   std::string tip;
   std::optional<double> length_mm;
+  std::vector<double> line_direction;  ///< three components, or none
   // structural stiffness
   bool constant = false;
   // threshold

@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 
 #include "client/cli/names.h"
@@ -119,14 +121,27 @@ std::string words(const LiveState& state) {
   return contact;
 }
 
+namespace {
+std::string bias_text(const v1::RigState& state) {
+  if (!state.has_sensor_bias()) return fmt::format("bias {}", state.bias_serial());
+  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  const double minutes = static_cast<double>(now - state.sensor_bias().taken_at_unix_s()) / 60.0;
+  return fmt::format("the bias of {:.0f} min ago", std::max(0.0, minutes));
+}
+}  // namespace
+
 std::string sensor_zero_words(const v1::RigState& state) {
   if (state.zero_bound_n() <= 0.0) return "not followed: no scene uses the force sensor";
+  if (!state.sensor_bias_lost().empty()) {
+    return "lost: the sensor restarted or counts in another way; hapticctl sensor bias, with the tool free and "
+           "at rest";
+  }
   if (state.bias_serial() == 0) return "not biased: hapticctl sensor bias, with the tool free and at rest";
   if (!state.has_followed_zero_n()) return "not followed while there is no usable force";
   const v1::Vector3& zero = state.followed_zero_n();
   const std::string followed =
-      fmt::format("followed by {:.3f} N of at most {:g} N since bias {}",
-                  std::hypot(zero.x(), zero.y(), zero.z()), state.zero_bound_n(), state.bias_serial());
+      fmt::format("followed by {:.3f} N of at most {:g} N since {}",
+                  std::hypot(zero.x(), zero.y(), zero.z()), state.zero_bound_n(), bias_text(state));
   if (has_fault(state, v1::GUARD_FAULT_SENSOR_ZERO_LOST)) {
     return followed + ": at the bound; hapticctl sensor bias, with the tool free and at rest";
   }

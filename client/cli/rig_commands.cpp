@@ -59,12 +59,12 @@ void add_sensor(CLI::App& app, Session& session) {
   CLI::App* sensor = app.add_subcommand("sensor", "The force sensor");
   sensor->require_subcommand(1);
   CLI::App* bias = sensor->add_subcommand(
-      "bias", "Takes the present load as zero: with the tool free, upright and at rest");
+      "bias", "Takes the present load as zero: with the tool free and at rest, upright unless the scene explores");
   bias->footer("Example:\n  hapticctl sensor bias");
   bias->callback([&session] {
-    session.connect().bias_force_sensor();
-    if (session.json) return print_json(Json::object());
-    fmt::print("the present load counts as zero\n");
+    const v1::SensorBias taken = session.connect().bias_force_sensor();
+    if (session.json) return print_json(to_json(taken));
+    fmt::print("the present load counts as zero, until the next bias or until the sensor loses it\n");
   });
 }
 

@@ -130,9 +130,11 @@ v1::Diagnosis Client::diagnose(bool probe) {
   return state_->call(*state_->rig, &v1::RigService::Stub::Diagnose, request, kHardwareAnswers);
 }
 
-void Client::bias_force_sensor() {
-  state_->call(*state_->rig, &v1::RigService::Stub::BiasForceSensor, v1::BiasForceSensorRequest(),
-               kHardwareAnswers);
+v1::SensorBias Client::bias_force_sensor() {
+  return state_
+      ->call(*state_->rig, &v1::RigService::Stub::BiasForceSensor, v1::BiasForceSensorRequest(),
+             kHardwareAnswers)
+      .bias();
 }
 
 void Client::home_device() {

@@ -58,7 +58,7 @@ class Client {
   v1::RigState rig_state();
   /// Waits ten seconds beyond the timeout: hardware may take its time.
   v1::Diagnosis diagnose(bool probe);
-  void bias_force_sensor();
+  v1::SensorBias bias_force_sensor();
   void home_device();
 
   v1::ListScenesResponse scenes();

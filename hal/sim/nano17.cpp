@@ -88,9 +88,9 @@ void Nano17::deliver(const Arrival& arrival) noexcept {
   arrived_ = std::max(arrived_, here);
 }
 
-void Nano17::bias() noexcept {
-  bias_n_ = bias_n_ + last_mean_n_;
-  torque_bias_n_mm_ = torque_bias_n_mm_ + last_mean_torque_n_mm_;
+void Nano17::bias(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) noexcept {
+  bias_n_ = bias_n_ + force_n;
+  torque_bias_n_mm_ = torque_bias_n_mm_ + torque_n_mm;
 }
 
 void Nano17::read(hal::RigSample& sample, const Arrival& arrival) noexcept {
@@ -104,8 +104,6 @@ void Nano17::read(hal::RigSample& sample, const Arrival& arrival) noexcept {
   }
   sample.force_age_ns = now_ns - newest_ns_;
   sample.force_mean_age_ns = now_ns - mean_ns_;
-  last_mean_n_ = sample.sensor_force_n;
-  last_mean_torque_n_mm_ = sample.sensor_torque_n_mm;
   if (saturated_) sample.status |= hal::sample_status::kForceSaturated;
   saturated_ = false;
 }

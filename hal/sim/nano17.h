@@ -36,8 +36,9 @@ class Nano17 {
   };
   void read(hal::RigSample& sample, const Arrival& arrival) noexcept;
   void read(hal::RigSample& sample) noexcept { read(sample, Arrival{}); }
-  void bias() noexcept;
-  /// Known load taken as zero, as after bias() with the tool at rest but without its noise.
+  /// What it reads of nothing; from now on that is zero.
+  void bias(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) noexcept;
+  /// Known load taken as zero, as a bias with the tool at rest, but without its noise.
   void bias_at(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm = {}) noexcept {
     bias_n_ = zero_.crossed(force_n);
     torque_bias_n_mm_ = torque_n_mm;
@@ -70,9 +71,7 @@ class Nano17 {
   Random torque_random_;
   hal::ForceMean mean_;
   hal::Vector3 bias_n_;
-  hal::Vector3 last_mean_n_;
   hal::Vector3 torque_bias_n_mm_;
-  hal::Vector3 last_mean_torque_n_mm_;
   bool saturated_ = false;
 };
 

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <mutex>
 #include <numbers>
+#include <thread>
 #include <utility>
 
 #include "hal/sim/external_instrument.h"
 #include "hal/sim/general_object_model.h"
+#include "hal/sim/sensor_bias.h"
 #include "hal/sim/simulation.h"
 #include "hal/sim/tick_clock.h"
 
@@ -283,6 +285,8 @@ struct SimulatedRig::State {
 
   std::mutex world;  ///< among callers of set_program and set_object
   std::string object_name;
+  std::mutex biasing;  ///< among callers of bias_force_sensor
+  SensorBias bias;
 
   // The clock's thread's own.
   Change in_place;                       ///< hand and object in use
@@ -446,7 +450,7 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
   const std::int64_t beyond_ns = s.clock.irregular() ? until_ns - s.simulation.time_ns() : 0;
   s.simulation.read_device(sample, beyond_ns);
   s.simulation.sensor().read(sample, {beyond_ns, tick.sensor_late_ns, tick.sensor_lost});
-  sample.bias_serial = 1;  // biased as it starts, and never again
+  s.bias.follow(sample, s.simulation.time_ns(), s.simulation.sensor());
   sample.tick = s.ticks++;
   if (s.config.external_instrument) {
     s.instrument_mm = s.instrument.read(s.simulation.truth().tip_position_mm);
@@ -466,6 +470,22 @@ bool SimulatedRig::external_position(hal::Vector3& position_mm) const noexcept {
   if (!state_->config.external_instrument) return false;
   position_mm = state_->instrument_mm;
   return true;
+}
+
+std::optional<hal::Error> SimulatedRig::bias_force_sensor() {
+  constexpr std::chrono::seconds kPatience{2};
+  constexpr std::chrono::milliseconds kNap{2};
+  const std::lock_guard lock(state_->biasing);
+  const std::uint32_t number = state_->bias.ask();
+  const auto until = Clock::now() + kPatience;
+  while (!state_->bias.taken(number)) {
+    if (Clock::now() >= until) {
+      return hal::Error{"no bias was taken yet", "simulated force sensor", "2 s", "a quarter of a second",
+                        "see whether the loop runs"};
+    }
+    std::this_thread::sleep_for(kNap);
+  }
+  return std::nullopt;
 }
 
 std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) {

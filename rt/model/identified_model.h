@@ -45,6 +45,9 @@ struct ToolModel {
   hal::Vector3 force_bias_n;      ///< sensor frame
   hal::Vector3 torque_bias_n_mm;  ///< sensor frame
   hal::Quaternion sensor_to_tool;
+  /// Identity of the sensor's zero that force_bias_n and torque_bias_n_mm were found under; none = unknown.
+  /// Under any other zero they mean nothing.
+  std::optional<std::string> found_under_bias{};
 };
 
 /// ε_f of a rig with its tool: no false alarm in free motion (D§3.2.2).

@@ -37,6 +37,7 @@ class ExplorePipeline final : public Pipeline {
   FaultSet faults() const noexcept override { return zero_.faults(); }
   FollowedZero zero() const noexcept override { return zero_.followed(); }
   void adopt_zero(const FollowedZero& zero) noexcept override { zero_.adopt(zero); }
+  void biased_at(const hal::Quaternion& orientation) noexcept override { load_.biased_at(orientation); }
 
  private:
   /// What one tick measured, rig frame.

@@ -35,6 +35,8 @@ class Pipeline {
   /// The sensor's zero as it is followed; another pipeline goes on from it.
   virtual FollowedZero zero() const noexcept { return {}; }
   virtual void adopt_zero(const FollowedZero& /*zero*/) noexcept {}
+  /// The sensor was biased just now, with the tool held so.
+  virtual void biased_at(const hal::Quaternion& /*orientation*/) noexcept {}
 
   /// New target, reached over `ramp_s` from the force of the present one. One-dimensional scenes know linear
   /// targets only; whoever sets one has checked.

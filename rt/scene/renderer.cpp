@@ -23,6 +23,15 @@ void Renderer::set_target(const TargetLaw& target, double ramp_s) noexcept {
   if (pipeline_ != nullptr) pipeline_->set_target(target, ramp_s);
 }
 
+void Renderer::watch_bias(const hal::RigSample& sample) noexcept {
+  const bool changed = has_bias_serial_ && sample.bias_serial != bias_serial_;
+  has_bias_serial_ = true;
+  bias_serial_ = sample.bias_serial;
+  // A driver that lost its zero changes the number as well, and warns.
+  const bool lost = (sample.status & hal::sample_status::kForceWarning) != 0;
+  if (changed && !lost && pipeline_ != nullptr) pipeline_->biased_at(sample.tip_orientation);
+}
+
 inline hal::Vector3 Renderer::wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept {
   guard_.set_noticed(pipeline_ != nullptr ? pipeline_->faults() : 0);
   const bool fit = guard_.admit(sample);
@@ -43,6 +52,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.scene_generation = pipeline_ != nullptr ? generation_ : 0;
   record.channels = channel::kSample;
   record.tip_position_mm = sample.tip_position_mm;
+  record.tip_orientation = sample.tip_orientation;
   record.sensor_force_n = sample.sensor_force_n;
   record.sample_status = sample.status;
   record.force_count = sample.force_count;
@@ -50,6 +60,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.bias_serial = sample.bias_serial;
   record.guard_limits = 0;
 
+  watch_bias(sample);
   hal::Vector3 wanted = wanted_n(sample, record);
   const bool is_free = !record.in_contact && std::abs(record.desired_force_n) < kNothingWantedN;
   // A tick that is missing is no time in which it was seen free.

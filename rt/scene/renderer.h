@@ -40,6 +40,8 @@ class Renderer {
  private:
   /// What the pipeline wants of the device; nothing where the guard admits no sample.
   hal::Vector3 wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept;
+  /// Tells the pipeline of a bias, in every state of the guard.
+  void watch_bias(const hal::RigSample& sample) noexcept;
 
   static constexpr double kHandOverS = 0.05;
   static constexpr double kFreeS = 0.06;           // well beyond the longest fade
@@ -48,6 +50,8 @@ class Renderer {
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline
   Guard guard_;
+  bool has_bias_serial_ = false;
+  std::uint32_t bias_serial_ = 0;  ///< of the sample before
   FollowedZero zero_;         ///< of the pipeline before, as the sensor's goes on
   hal::Vector3 hand_over_n_;  ///< of the pipeline before, when it was exchanged
   double hand_over_share_ = 0.0;

@@ -77,6 +77,7 @@ struct TickRecord {
 
   // channel::kSample
   hal::Vector3 tip_position_mm;
+  hal::Quaternion tip_orientation;
   hal::Vector3 sensor_force_n;
   std::uint32_t sample_status = 0;
   std::uint32_t force_count = 0;

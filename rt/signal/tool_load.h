@@ -72,6 +72,14 @@ class ToolLoad {
     const hal::Vector3 in_tool = rotated(conjugate(unit(orientation)), force_n);
     return is_turned_ ? rotated(conjugate(to_tool_), in_tool) : in_tool;
   }
+  /// A vector of the sensor's frame in that of the rig.
+  hal::Vector3 in_rig_frame(const hal::Vector3& v, const hal::Quaternion& orientation) const noexcept {
+    return rotated(unit(orientation), is_turned_ ? rotated(to_tool_, v) : v);
+  }
+  /// The sensor was biased with the tool held so: its weight there reads as nothing from now on.
+  void biased_at(const hal::Quaternion& orientation) noexcept {
+    offset_n_ = rotated(conjugate(unit(orientation)), weight_n_);
+  }
   /// m a (4.7).
   hal::Vector3 inertia_n(const hal::Vector3& acceleration_mm_per_s2) const noexcept {
     return acceleration_mm_per_s2 * inertial_force_n(mass_g_, 1.0);

@@ -14,6 +14,9 @@
 #include "server/identification/observation_file.h"
 #include "server/log.h"
 #include "server/model_store.h"
+#include "server/sensor_bias.h"
+#include "server/identification/rig_view.h"
+#include "server/identification/sample_watch.h"
 #include "server/palpation/simulated_palpator.h"
 #include "server/palpation/wished_scene.h"
 #include "server/suggestion.h"
@@ -28,6 +31,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kReportEvery{100};
 constexpr std::chrono::milliseconds kNap{1};
+constexpr std::chrono::seconds kLongestSilence{5};
 /// A user is told anew what is wanted this often; the simulated hand as soon as it has done it.
 constexpr double kAskUserEveryS = 1.0;
 constexpr std::size_t kRowsBetweenLooks = 4096;
@@ -73,14 +77,16 @@ struct IdentificationRunner::Run {
   std::shared_ptr<const ShelvedRecording> recording;
   std::optional<RecordedObservations> rows;
   std::optional<SceneHost::Reservation> reservation;
+  std::optional<SensorClaim> sensor;    ///< held open for as long as it listens
+  std::optional<RigView> view;          ///< of the live rig
   std::optional<ObservationFile> kept;  ///< what the rig measured, where the store has a place for it
   std::string instruction;
   rt::Wish::Device device = rt::Wish::Device::kNothing;  ///< what it does now
 };
 
 IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub,
-                                           ModelStore& store)
-    : session_(session), scenes_(scenes), hub_(hub), store_(store) {
+                                           const SensorBiases& biases, ModelStore& store)
+    : session_(session), scenes_(scenes), hub_(hub), biases_(biases), store_(store) {
   // Those of earlier runs of the daemon are told of, and their names not used again.
   const auto ended = store_.list_identifications(kKept);
   if (!ended) return;
@@ -172,10 +178,14 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
       return Refusal{RefusalKind::kFailedPrecondition,
                      {"the guard is latched", "guard", "", "", "mend the cause and clear it first"}};
     }
+    if (auto refusal = check_geometry(request.geometry, session_.simulation() != nullptr)) return *refusal;
     auto reservation = scenes_.reserve("identification '" + run->id + "'");
     if (!reservation) return reservation.refusal();
     run->reservation.emplace(std::move(*reservation));
-    run->identification = make_identification(request.task, session_.rig_info());
+    const hal::RigInfo& rig = session_.rig_info();
+    run->view.emplace(request.task, request.geometry, rig, scenes_.models().of_rig(rig),
+                      biases_.zero_in_force());
+    run->identification = make_identification(request.task, run->view->rig_info());
     if (!store_.in_memory()) {
       auto kept = ObservationFile::create(store_.path() + ".data/" + run->id + ".csv");
       if (kept) {
@@ -237,6 +247,14 @@ std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::Wish& w
 
 IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
   const auto fault = [](const Refusal& refusal) { return Ended{Ending::kFault, refusal.error}; };
+  const bool needs_sensor = uses_sensor(run.request.task);
+  if (needs_sensor) {
+    // Before the scene lets go of it.
+    auto sensor = session_.claim_sensor();
+    if (!sensor) return {Ending::kFault, sensor.error()};
+    run.sensor.emplace(std::move(*sensor));
+  }
+  SampleWatch samples(needs_bias(run.request.task));
   if (const auto unloaded = run.reservation->unload(Caller{}); !unloaded) return fault(unloaded.refusal());
   rt::Engine& engine = session_.engine();
   struct Observing {
@@ -251,13 +269,17 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
   double next_wish_s = 0.0;
   int idle_wishes = 0;
   auto next_report = Clock::now();
+  auto last_heard = Clock::now();
   for (;;) {
     bool any = false;
     while (now_s < next_wish_s && engine.pop_observation(observation)) {
       any = true;
       if (began_ns < 0) began_ns = observation.sample.time_ns;
       now_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
-      run.identification->add(observation);
+      if (needs_sensor) {
+        if (auto error = samples.look(observation.sample, now_s)) return {Ending::kFault, *error};
+      }
+      run.identification->add(run.view->see(observation));
       if (run.kept) run.kept->add(observation);
       // Who searches a limit finds it: what is rendered on an object may have to end at once.
       if (run.device == rt::Wish::Device::kModulation && observation.sample.tick % kTicksBetweenLooks == 0 &&
@@ -295,7 +317,15 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
         next_wish_s = now_s + motion.duration_s;
       }
     }
-    if (!any) std::this_thread::sleep_for(kNap);
+    if (any) {
+      last_heard = Clock::now();
+    } else {
+      if (Clock::now() - last_heard > kLongestSilence) {
+        return {Ending::kFault, hal::Error{"the loop stands still: no tick for 5 s", "loop", "", "",
+                                           "see in 'hapticctl doctor' what holds it back"}};
+      }
+      std::this_thread::sleep_for(kNap);
+    }
   }
 }
 
@@ -332,6 +362,10 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
       model->data_reference = run.recording->description.name + ", sha256 " + run.recording->sha256;
     } else {
       const hal::RigInfo& rig = session_.rig_info();
+      if (auto* tool = std::get_if<rt::ToolModel>(&model->content)) {
+        tool->found_under_bias = biases_.zero_in_force().identity;
+      }
+      if (!run.view->remark().empty()) model->procedure += "; " + run.view->remark();
       model->device = rig.device.model;
       model->sensor = rig.sensor.model;
       model->data_reference = fmt::format("{:.1f} s on rig '{}'", progress.duration_s, rig.name);
@@ -368,6 +402,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     const auto restored = run.reservation->restore(Caller{});
     if (!restored && !problem && !session_.stopping()) problem = restored.refusal().error;
     run.reservation.reset();
+    run.sensor.reset();
   }
 
   IdentificationState state = IdentificationState::kFailed;

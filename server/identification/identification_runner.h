@@ -23,12 +23,14 @@
 namespace hapticd::server {
 
 class ModelStore;
+class SensorBiases;
 class TelemetryHub;
 
 struct IdentificationRequest {
   IdentificationTask task;
   std::string object;
-  std::string recording;  ///< id of an uploaded one; empty = on the rig
+  rt::PressGeometry geometry;  ///< on the rig
+  std::string recording;       ///< id of an uploaded one; empty = on the rig
   double time_limit_s = 60.0;
   bool adopt = false;  ///< tag the model "current" when it has converged
 };
@@ -57,7 +59,8 @@ class IdentificationRunner {
  public:
   static constexpr std::size_t kKept = 64;
 
-  IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub, ModelStore& store);
+  IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub, const SensorBiases& biases,
+                       ModelStore& store);
   /// Cancels what runs.
   ~IdentificationRunner();
   IdentificationRunner(const IdentificationRunner&) = delete;
@@ -98,6 +101,7 @@ class IdentificationRunner {
   Session& session_;
   SceneHost& scenes_;
   TelemetryHub& hub_;
+  const SensorBiases& biases_;
   ModelStore& store_;
   RecordingShelf shelf_;
 

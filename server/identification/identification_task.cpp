@@ -9,6 +9,7 @@
 #include "rt/identify/structural_identification.h"
 #include "rt/identify/threshold_identification.h"
 #include "rt/identify/tool_identification.h"
+#include "rt/signal/vector.h"
 #include "server/range.h"
 
 namespace hapticd::server {
@@ -95,6 +96,32 @@ std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigI
   if (structural && !rig.has_external_position) {
     return lacks("no instrument that measures the tip from outside",
                  "mount one (an LVDT, a laser) and name it in the rig's configuration");
+  }
+  return std::nullopt;
+}
+
+bool uses_sensor(const IdentificationTask& task) noexcept {
+  return !std::holds_alternative<rt::StructuralStiffnessTask>(task);
+}
+
+bool needs_bias(const IdentificationTask& task) noexcept {
+  return uses_sensor(task) && !std::holds_alternative<rt::ToolTask>(task);
+}
+
+std::optional<Refusal> check_geometry(const rt::PressGeometry& geometry, bool hand_is_simulated) {
+  constexpr const char* kPlace = "StartIdentificationRequest.press_direction, line_direction";
+  if (!rt::is_usable(geometry)) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"the directions are not usable", kPlace, "",
+                    "finite, longer than 0, more than 10° between them", "leave them out for -z and x"}};
+  }
+  const rt::PressGeometry usual;
+  const bool is_usual = rt::norm(geometry.press_direction - usual.press_direction) == 0.0 &&
+                        rt::norm(geometry.line_direction - usual.line_direction) == 0.0;
+  if (hand_is_simulated && !is_usual) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"the simulated hand presses along -z and strokes along x", kPlace, "", "",
+                    "leave them out, or identify on a rig that a person holds"}};
   }
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 
 #include "hal/error.h"
 #include "rt/identify/identification.h"
+#include "rt/identify/press_frame.h"
 #include "rt/identify/tasks.h"
 #include "server/identification/recorded_observations.h"
 #include "server/outcome.h"
@@ -31,6 +32,15 @@ std::optional<Refusal> check(const IdentificationTask& task);
 /// What the rig lacks for it, if anything: force sensor, device, outside instrument, a simulated hand or a
 /// user.
 std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigInfo& rig);
+
+/// Whether it listens to the force sensor at all.
+bool uses_sensor(const IdentificationTask& task) noexcept;
+
+/// Whether what the sensor reads at rest has to be zero; otherwise it is found as well.
+bool needs_bias(const IdentificationTask& task) noexcept;
+
+/// Where the object lies and the strokes go. The simulated hand knows one press only, along -z.
+std::optional<Refusal> check_geometry(const rt::PressGeometry& geometry, bool hand_is_simulated);
 
 std::unique_ptr<rt::Identification> make_identification(const IdentificationTask& task,
                                                         const hal::RigInfo& rig);

@@ -137,6 +137,11 @@ Outcome<IdentificationRequest> read_request(const v1::StartIdentificationRequest
   wanted.recording = request.recording();
   if (request.has_time_limit_s()) wanted.time_limit_s = request.time_limit_s();
   wanted.adopt = request.adopt();
+  const auto vector_of = [](const v1::Vector3& v) { return hal::Vector3{v.x(), v.y(), v.z()}; };
+  if (request.has_press_direction()) {
+    wanted.geometry.press_direction = vector_of(request.press_direction());
+  }
+  if (request.has_line_direction()) wanted.geometry.line_direction = vector_of(request.line_direction());
   return wanted;
 }
 

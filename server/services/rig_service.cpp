@@ -3,6 +3,8 @@
 #include "rt/guard/fault_table.h"
 #include "server/diagnosis/diagnosis.h"
 #include "server/scene_host.h"
+#include "server/sensor_bias.h"
+#include "server/services/call.h"
 #include "server/services/counted_call.h"
 #include "server/services/enums.h"
 #include "server/services/part_messages.h"
@@ -58,6 +60,17 @@ void summarise(const rt::LatencySnapshot& latency, v1::LatencySummary& summary) 
 /// Whether the scene looks at the force sensor, and so follows its zero.
 bool uses_sensor(const ResolvedScene& scene) {
   return (scene.outline.channels & rt::channel::kZero) != 0;
+}
+
+void fill_bias(const SensorBias& bias, v1::SensorBias& told) {
+  told.set_id(bias.id);
+  told.set_taken_at_unix_s(bias.taken_unix_s);
+  fill_vector(bias.tip_mm, *told.mutable_tip_mm());
+  v1::Quaternion& orientation = *told.mutable_tip_orientation();
+  orientation.set_w(bias.orientation.w);
+  orientation.set_x(bias.orientation.x);
+  orientation.set_y(bias.orientation.y);
+  orientation.set_z(bias.orientation.z);
 }
 
 /// Contact and the sensor's zero as the last tick left them.
@@ -145,6 +158,8 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   response->set_target_stiffness_n_per_mm(record.target_stiffness_n_per_mm);
   response->set_in_contact(record.in_contact);
   fill_contact_state(record, *response);
+  if (const auto bias = biases_.current()) fill_bias(*bias, *response->mutable_sensor_bias());
+  response->set_sensor_bias_lost(biases_.lost().value_or(""));
   if (scene && uses_sensor(*scene)) response->set_zero_bound_n(scene->spec.contact.zero_bound_n);
   response->set_reaction_force_n(record.reaction_force_n);
   response->set_displacement_mm(record.displacement_mm);
@@ -177,12 +192,14 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
   return grpc::Status::OK;
 }
 
-grpc::Status RigService::BiasForceSensor(grpc::ServerContext*, const v1::BiasForceSensorRequest*,
-                                         v1::BiasForceSensorResponse*) {
-  const CountedCall counted(biases_, kMaxSlowCalls);
+grpc::Status RigService::BiasForceSensor(grpc::ServerContext* context, const v1::BiasForceSensorRequest*,
+                                         v1::BiasForceSensorResponse* response) {
+  const CountedCall counted(bias_calls_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("biases of the sensor", "RigService.BiasForceSensor");
-  const auto refusal = session_.bias_force_sensor();
-  return refusal ? to_status(*refusal) : grpc::Status::OK;
+  const auto taken = biases_.take(caller_of(*context));
+  if (!taken) return to_status(taken.refusal());
+  fill_bias(*taken, *response->mutable_bias());
+  return grpc::Status::OK;
 }
 
 grpc::Status RigService::HomeDevice(grpc::ServerContext*, const v1::HomeDeviceRequest*,

@@ -8,14 +8,16 @@ namespace hapticd::server {
 
 class Session;
 class SceneHost;
+class SensorBiases;
 class TelemetryHub;
 class TurntableHost;
 
 /// What the rig is and how it fares, from copies; and what only hardware needs.
 class RigService final : public v1::RigService::Service {
  public:
-  RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, TurntableHost& turntable)
-      : session_(session), scenes_(scenes), hub_(hub), turntable_(turntable) {}
+  RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, SensorBiases& biases,
+             TurntableHost& turntable)
+      : session_(session), scenes_(scenes), hub_(hub), biases_(biases), turntable_(turntable) {}
 
   grpc::Status GetRigInfo(grpc::ServerContext* context, const v1::GetRigInfoRequest* request,
                           v1::RigInfo* response) override;
@@ -32,9 +34,10 @@ class RigService final : public v1::RigService::Service {
   Session& session_;
   const SceneHost& scenes_;
   TelemetryHub& hub_;
+  SensorBiases& biases_;
   TurntableHost& turntable_;
   std::atomic<int> diagnoses_{0};
-  std::atomic<int> biases_{0};
+  std::atomic<int> bias_calls_{0};
 };
 
 }  // namespace hapticd::server

@@ -66,23 +66,6 @@ std::vector<std::string> station_names(const hal::TurntableInfo& info) {
   return names;
 }
 
-/// While the table turns the force sensor is watched, also where no scene has it open.
-class SensorForMotion {
- public:
-  SensorForMotion(Session& session, SceneHost& scenes, bool dispensable) : scenes_(scenes) {
-    auto error = session.engage_sensor();
-    if (!dispensable) error_ = std::move(error);
-  }
-  ~SensorForMotion() { scenes_.release_unused_hardware(); }
-  SensorForMotion(const SensorForMotion&) = delete;
-  SensorForMotion& operator=(const SensorForMotion&) = delete;
-  const std::optional<hal::Error>& error() const { return error_; }
-
- private:
-  SceneHost& scenes_;
-  std::optional<hal::Error> error_;
-};
-
 }  // namespace
 
 TurntableHost::TurntableHost(std::unique_ptr<hal::Turntable> table, const InterlockConfig& interlock,
@@ -235,8 +218,9 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   auto reservation = scenes_.reserve(kWho);
   if (!reservation) return reservation.refusal();
   if (auto refusal = needed_where_it_is()) return *refusal;
-  const SensorForMotion sensor(session_, scenes_, config_.turn_without_sensor);
-  if (sensor.error()) return Refusal{RefusalKind::kUnavailable, *sensor.error()};
+  // While the table turns the force sensor is watched, also where no scene has it open.
+  const auto sensor = session_.claim_sensor();
+  if (!sensor && !config_.turn_without_sensor) return Refusal{RefusalKind::kUnavailable, sensor.error()};
   // A tick without a sample, or the very first one, is no reason to refuse.
   const auto patience = Caller::Clock::now() + kGlitch;
   while (this->interlock() && Caller::Clock::now() < patience) std::this_thread::sleep_for(kLook);

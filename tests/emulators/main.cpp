@@ -105,6 +105,66 @@ sim::HandProgram program_of(const Options& options) {
   return program;
 }
 
+/// What a person does whom an identification asks: one motion after the other, again and again. Empty for the
+/// programs of a single motion.
+std::vector<sim::HandProgram> cycle_of(const Options& options) {
+  using Kind = sim::HandProgram::Kind;
+  constexpr double kTravelS = 1.0;
+  std::vector<sim::HandProgram> cycle;
+  const auto add = [&cycle](Kind kind) -> sim::HandProgram& {
+    sim::HandProgram& program = cycle.emplace_back();
+    program.kind = kind;
+    program.travel_s = kTravelS;
+    program.approach_mm_per_s = 40.0;
+    return program;
+  };
+  if (options.program == "palpate") {
+    for (const double share : {0.3, 0.65, 1.0}) {
+      for (const double over_s : {1.5, 0.4, 0.1}) {
+        sim::HandProgram& press = add(Kind::kPress);
+        press.force_n = share * options.force_n;
+        press.force_rate_n_per_s = press.force_n / over_s;
+        press.hold_s = options.hold_s;
+      }
+      sim::HandProgram& taps = add(Kind::kTap);
+      taps.speed_mm_per_s = 100.0 + 150.0 * share;
+      taps.repetitions = 3;
+    }
+  }
+  if (options.program == "rub") {
+    constexpr double kLineMm = 30.0;
+    constexpr double kBeyondMm = 8.0;
+    for (int i = 0; i < 2; ++i) {
+      sim::HandProgram& scan = add(Kind::kScan);
+      scan.place_mm.x = -0.5 * kLineMm - kBeyondMm;
+      scan.stroke_length_mm = kLineMm + 2.0 * kBeyondMm;
+      scan.repetitions = 20;
+      scan.speed_mm_per_s = 40.0;
+    }
+    for (const double speed_mm_per_s : {110.0, 60.0}) {
+      for (const double force_n : {1.2, 3.0, 5.0}) {
+        sim::HandProgram& stroke = add(Kind::kStroke);
+        stroke.force_n = force_n;
+        stroke.force_rate_n_per_s = 6.0;
+        stroke.speed_mm_per_s = speed_mm_per_s;
+        stroke.stroke_length_mm = kLineMm;
+        stroke.repetitions = 4;
+      }
+    }
+  }
+  if (options.program == "turn") {
+    for (const double tilt_deg : {45.0, 20.0}) {
+      sim::HandProgram& sway = add(Kind::kSway);
+      sway.tilt_deg = tilt_deg;
+      sway.rate_hz = 1.2;
+      sway.speed_mm_per_s = 150.0;
+      sway.hold_s = 6.0;
+      sway.place_mm.z = 80.0;
+    }
+  }
+  return cycle;
+}
+
 /// By how much later than even each tick is: as recorded in a file, or "builtin": half a millisecond twice a
 /// second, 5 ms every three seconds, 30 ms every ten.
 std::vector<double> late_ticks_of(const std::string& text) {
@@ -189,7 +249,12 @@ bool wait(const sigset_t& ending, double seconds) {
   return sigtimedwait(&ending, nullptr, &time) < 0;
 }
 
-/// Until SIGINT or SIGTERM, or for so long; meanwhile the object vanishes and slides as asked.
+/// A posture is kept beyond the way to it.
+double posture_s(const sim::HandProgram& program) {
+  return program.kind == sim::HandProgram::Kind::kSway ? program.hold_s : 0.0;
+}
+
+/// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object vanishes and slides as asked.
 void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench) {
   using Kind = sim::ObjectEvent::Kind;
   constexpr double kTurnS = 0.1;
@@ -198,6 +263,9 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   double next_return_s = HUGE_VAL;
   double next_slide_s = kSlideS;
   double direction = 1.0;
+  const std::vector<sim::HandProgram> cycle = cycle_of(options);
+  std::size_t motion = 0;
+  double next_motion_s = cycle.empty() ? HUGE_VAL : 0.0;
   for (double now_s = 0.0; options.seconds <= 0.0 || now_s < options.seconds; now_s += kTurnS) {
     if (!wait(ending, kTurnS)) return;
     if (options.vanish_every_s > 0.0 && now_s >= next_vanish_s) {
@@ -208,6 +276,11 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
     if (now_s >= next_return_s) {
       bench.happen({.kind = Kind::kReturn});
       next_return_s = HUGE_VAL;
+    }
+    if (now_s >= next_motion_s) {
+      const sim::HandProgram& next = cycle[motion++ % cycle.size()];
+      if (const auto error = bench.set_program(next)) throw std::runtime_error(error->text());
+      next_motion_s = now_s + sim::planned_duration_s(next) + std::max(0.0, posture_s(next));
     }
     if (options.slide_mm_per_s > 0.0 && now_s >= next_slide_s) {
       bench.happen({.kind = Kind::kMove,
@@ -254,7 +327,7 @@ int run(const Options& options) {
   if (!bench) {
     error = bench.error();
   } else {
-    error = (*bench)->set_program(program_of(options));
+    error = (*bench)->set_program(program_of(options));  // at rest where a cycle follows
   }
   if (error) {
     std::fprintf(stderr, "hapticd_emulated_rig: %s\n", error->text().c_str());
@@ -299,7 +372,7 @@ int main(int argc, char** argv) {
   app.add_option("--object", options.object, "Simulated object, or none");
   app.add_option("--tip", options.tip, "rod, ball_bearing");
   app.add_option("--program", options.program, "What the hand does, again and again")
-      ->check(CLI::IsMember({"press", "tap", "rest", "wave", "dart"}));
+      ->check(CLI::IsMember({"press", "tap", "rest", "wave", "dart", "palpate", "rub", "turn"}));
   app.add_option("--force-n", options.force_n, "Force of a press [N]");
   app.add_option("--hold-s", options.hold_s, "How long it is held [s]; negative = for ever");
   app.add_option("--udp-port", options.udp_port, "Of the box; 0 = any free one")->check(CLI::Range(0, 65535));

@@ -380,32 +380,38 @@ TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
 
 TEST(ServiceTargets, WaitForTheTimeAskedFor) {
   const RunningService service(generous_config());
-  v1::LoadSceneResponse loaded;
-  ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
-  TargetTrace trace(service, loaded.effective_tick());
-  v1::SetTargetRequest request = target(1.125);
-  request.set_ramp_s(0.0);
-  request.set_at_time_ns(service.await([](const v1::RigState& s) { return s.time_ns() > 0; }).time_ns() +
-                         400'000'000);
-  v1::SetTargetResponse response;
-  const grpc::Status status = service.set_target(request, &response);
-  ASSERT_TRUE(status.ok()) << status.error_message();
-  EXPECT_GE(response.effective_time_ns(), request.at_time_ns());
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  // A target is handed to the loop 0.1 s ahead. On a machine that pauses for longer it comes late, and says so:
+  // that must not happen again and again.
+  bool in_time = false;
+  double stiffness_before = 0.5;
+  for (int attempt = 0; attempt < 5 && !in_time; ++attempt) {
+    const double stiffness = 1.125 - 0.125 * attempt;
+    TargetTrace trace(service, service.state().tick() + 1);
+    v1::SetTargetRequest request = target(stiffness);
+    request.set_ramp_s(0.0);
+    request.set_at_time_ns(service.state().time_ns() + 400'000'000);
+    v1::SetTargetResponse response;
+    const grpc::Status status = service.set_target(request, &response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_GE(response.effective_time_ns(), request.at_time_ns());
 
-  // The first tick whose time has come, however unevenly ticks came.
-  bool before = true;
-  for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 5)) {
-    if (sample.time_ns() < request.at_time_ns()) {
-      EXPECT_DOUBLE_EQ(sample.target().target_stiffness_n_per_mm(), 0.5);
-    } else {
-      if (before) {
-        EXPECT_EQ(sample.tick(), response.effective_tick());
-      }
-      before = false;
-      EXPECT_DOUBLE_EQ(sample.target().target_stiffness_n_per_mm(), 1.125);
+    std::int64_t last_before_ns = 0;
+    bool seen = false;
+    for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 5)) {
+      const bool before = sample.tick() < response.effective_tick();
+      EXPECT_DOUBLE_EQ(sample.target().target_stiffness_n_per_mm(), before ? stiffness_before : stiffness)
+          << sample.tick();
+      if (before) last_before_ns = sample.time_ns();
+      if (sample.tick() != response.effective_tick()) continue;
+      EXPECT_EQ(sample.time_ns(), response.effective_time_ns());
+      seen = true;
     }
+    EXPECT_TRUE(seen);
+    in_time = last_before_ns < request.at_time_ns();  // the first tick whose time had come
+    stiffness_before = stiffness;
   }
-  EXPECT_FALSE(before);
+  EXPECT_TRUE(in_time);
 }
 
 TEST(ServiceTargets, ADeadlineWithdrawsAWaitingTarget) {
