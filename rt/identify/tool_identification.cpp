@@ -71,10 +71,15 @@ void ToolIdentification::add(const Observation& observation) {
     filter_.reset();
     return;
   }
-  if ((sample.status & (kForceMissing | kForceFault | kDeviceFault)) != 0 ||
-      !finite(sample.tip_position_mm) || !finite(sample.sensor_force_n) ||
-      !finite(sample.sensor_torque_n_mm) || !finite(sample.tip_orientation) ||
-      norm(sample.tip_position_mm) > 1e5 || norm(sample.sensor_force_n) > 1e4) {
+  // The next mean covers this tick as well; of many in a row the filter makes a gap.
+  if ((sample.status & kForceMissing) != 0) {
+    ++unfit_;
+    return;
+  }
+  if ((sample.status & (kForceFault | kForceLost | kDeviceFault)) != 0 || !finite(sample.tip_position_mm) ||
+      !finite(sample.sensor_force_n) || !finite(sample.sensor_torque_n_mm) ||
+      !finite(sample.tip_orientation) || norm(sample.tip_position_mm) > 1e5 ||
+      norm(sample.sensor_force_n) > 1e4) {
     ++unfit_;
     filter_.reset();
     return;
@@ -100,7 +105,7 @@ void ToolIdentification::add(const Observation& observation) {
     }
     blocks_.emplace_back();
   }
-  blocks_.back().add(*excitation);
+  blocks_.back().add(*excitation, last_s_ - first_s_);
   ++used_;
 
   const hal::Vector3& g = excitation->gravity_in_tool;
@@ -124,14 +129,17 @@ ToolIdentification::Estimate ToolIdentification::estimate(std::size_t count) con
   count = std::min(count, blocks_.size());
   ToolMoments all;
   for (std::size_t i = 0; i < count; ++i) all.add(blocks_[i]);
-  result.fit = fit_tool_load(all);
+  ToolLoadOptions options;
+  options.at_s = last_s_ - first_s_;
+  result.fit = fit_tool_load(all, options);
   result.blocks = count;
   if (!result.fit.good) return result;
 
   // Which blocks fit far worse than half of them do? Twice: one gross error hides the next.
   for (int round = 0; round < 2 && count >= 8; ++round) {
     std::vector<double> left;
-    for (std::size_t i = 0; i < count; ++i) left.push_back(misfit(result.fit, blocks_[i]).force_n2);
+    for (std::size_t i = 0; i < count; ++i)
+      left.push_back(misfit(result.fit, blocks_[i], options.at_s).force_n2);
     std::vector<double> sorted = left;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count / 2), sorted.end());
     const double bound = kOutlier * kOutlier * sorted[count / 2] + 1e-12;
@@ -145,7 +153,7 @@ ToolIdentification::Estimate ToolIdentification::estimate(std::size_t count) con
       }
     }
     if (out == result.left_out || 3 * out > count) break;
-    const ToolLoadFit refined = fit_tool_load(kept);
+    const ToolLoadFit refined = fit_tool_load(kept, options);
     if (!refined.good) break;
     result.fit = refined;
     result.left_out = out;

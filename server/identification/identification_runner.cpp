@@ -174,7 +174,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
   } else {
     if (auto refusal = session_.unavailable()) return *refusal;
     if (auto refusal = check_rig(request.task, session_.rig_info())) return *refusal;
-    if (hub_.latest().guard_state == rt::GuardState::kLatched) {
+    if (is_held_back(request.task)) {
       return Refusal{RefusalKind::kFailedPrecondition,
                      {"the guard is latched", "guard", "", "", "mend the cause and clear it first"}};
     }
@@ -217,6 +217,12 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
 void IdentificationRunner::perform(Run& run) {
   const Ended ended = run.rows ? listen_to_recording(run) : listen_to_rig(run);
   conclude(run, ended);
+}
+
+bool IdentificationRunner::is_held_back(const IdentificationTask& task) {
+  const rt::TickRecord last = hub_.latest();
+  if (last.guard_state != rt::GuardState::kLatched) return false;
+  return renders_force(task) || last.guard_fault == rt::GuardFault::kStopped;
 }
 
 void IdentificationRunner::publish(const Run& run, const rt::IdentificationProgress& progress) {
@@ -290,7 +296,7 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
     }
     if (cancel_.load()) return {Ending::kCancelled, {}};
     if (session_.unavailable()) return {Ending::kFault, session_.unavailable()->error};
-    if (hub_.latest().guard_state == rt::GuardState::kLatched) {
+    if (is_held_back(run.request.task)) {
       return {Ending::kFault, hal::Error{"the guard latched", "guard", "", "",
                                          "see in 'hapticctl status' why; clear it and start again"}};
     }

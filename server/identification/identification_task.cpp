@@ -104,6 +104,11 @@ bool uses_sensor(const IdentificationTask& task) noexcept {
   return !std::holds_alternative<rt::StructuralStiffnessTask>(task);
 }
 
+bool renders_force(const IdentificationTask& task) noexcept {
+  return std::holds_alternative<rt::StructuralStiffnessTask>(task) ||
+         std::holds_alternative<rt::GainsTask>(task);
+}
+
 bool needs_bias(const IdentificationTask& task) noexcept {
   return uses_sensor(task) && !std::holds_alternative<rt::ToolTask>(task);
 }

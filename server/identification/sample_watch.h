@@ -8,8 +8,8 @@
 
 namespace hapticd::server {
 
-/// Why an identification that needs the force sensor cannot go on: nothing fresh comes from it, it was never
-/// biased, or its zero changed under way.
+/// Why an identification that needs the force sensor cannot go on: nothing fresh comes from it or from the
+/// device, the sensor was never biased, or its zero changed under way.
 class SampleWatch {
  public:
   static constexpr double kLongestSilenceS = 1.0;
@@ -20,6 +20,11 @@ class SampleWatch {
   /// Each sample, with its time since the first.
   std::optional<hal::Error> look(const hal::RigSample& sample, double now_s) {
     using namespace hal::sample_status;
+    if ((sample.status & (kDeviceFault | kDeviceNotReady)) == 0) device_fit_s_ = now_s;
+    if (now_s - device_fit_s_ > kLongestSilenceS) {
+      return hal::Error{"the device was unfit for a second", "haptic device", "", "",
+                        "see in 'hapticctl doctor' what is wrong with it, then start again"};
+    }
     const bool fresh = sample.force_count > 0 && (sample.status & (kForceMissing | kForceLost)) == 0;
     if (!fresh) {
       if (now_s - fresh_s_ < kLongestSilenceS) return std::nullopt;
@@ -42,6 +47,7 @@ class SampleWatch {
  private:
   bool needs_bias_;
   double fresh_s_ = 0.0;
+  double device_fit_s_ = 0.0;
   std::optional<std::uint32_t> serial_;
 };
 
