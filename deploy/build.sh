@@ -2,6 +2,7 @@
 # Configures and builds one preset.
 #
 #   bash deploy/build.sh PRESET [TARGET ...]     no target = all
+#   bash deploy/build.sh PRESET measure          all, and what measures: hapticd_study, hapticd_bench, their tests
 #
 # On a terminal the build shows its progress; elsewhere only a failure is shown.
 set -euo pipefail
@@ -9,6 +10,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=$1
 shift
+settings=()
+if [[ "${1:-}" == measure ]]; then
+  settings=(-DHAPTICD_MEASURE=ON)
+  shift
+fi
 targets=()
 (($# == 0)) || targets=(--target "$@")
 
@@ -22,7 +28,7 @@ quietly() {
 }
 
 echo "Building ($preset; the first time takes some minutes) ..."
-quietly cmake --preset "$preset"
+quietly cmake --preset "$preset" "${settings[@]}"
 if [[ -t 1 ]]; then
   cmake --build --preset "$preset" "${targets[@]}"
 else
