@@ -82,9 +82,10 @@ class Filling {
       more = is_under(tool, zero_)
                  ? fmt::format("; with the sensor's bias of {:.3g} N and its seat, turned by {:.2g}°",
                                rt::norm(mounting.force_bias_n), turn_deg)
-                 : fmt::format("; with the sensor's seat, turned by {:.2g}°; without its bias, for it was found "
-                               "under another bias of the sensor ({}); 'hapticctl identify tool' finds it again",
-                               turn_deg, tool.found_under_bias.value_or("not known which"));
+                 : fmt::format(
+                       "; with the sensor's seat, turned by {:.2g}°; without its bias, for it was found "
+                       "under another bias of the sensor ({}); 'hapticctl identify tool' finds it again",
+                       turn_deg, tool.found_under_bias.value_or("not known which"));
     }
     used(stored, fmt::format("tool.mass_g = {:.4g}{} g", tool.mass_g, error_text(stored, "mass_g")), more);
   }

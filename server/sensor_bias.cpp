@@ -102,8 +102,9 @@ void SensorBiases::keep(const SensorBias& bias) const {
   std::filesystem::create_directories(std::filesystem::path(file_).parent_path(), ignored);
   const bool is_new = !std::filesystem::exists(file_, ignored);
   std::ofstream out(file_, std::ios::app);
-  if (is_new) out << "id,taken_utc,tip_x_mm,tip_y_mm,tip_z_mm,orientation_w,orientation_x,orientation_y,"
-                     "orientation_z\n";
+  if (is_new)
+    out << "id,taken_utc,tip_x_mm,tip_y_mm,tip_z_mm,orientation_w,orientation_x,orientation_y,"
+           "orientation_z\n";
   out << fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{:.6f}\n", bias.id,
                      utc_text(bias.taken_unix_s), bias.tip_mm.x, bias.tip_mm.y, bias.tip_mm.z,
                      bias.orientation.w, bias.orientation.x, bias.orientation.y, bias.orientation.z);

@@ -18,8 +18,8 @@ class TelemetryHub;
 
 /// A zero of the force sensor that this daemon took.
 struct SensorBias {
-  std::string id;                 ///< "2026-11-22T21:03:20Z/2": start of the daemon, serial number of the zero
-  std::uint32_t serial = 0;       ///< hal::RigSample::bias_serial of the samples under it
+  std::string id;            ///< "2026-11-22T21:03:20Z/2": start of the daemon, serial number of the zero
+  std::uint32_t serial = 0;  ///< hal::RigSample::bias_serial of the samples under it
   std::int64_t taken_unix_s = 0;  ///< when
   hal::Vector3 tip_mm;            ///< where the tool was, rig frame
   hal::Quaternion orientation;    ///< and how it was held: its weight then reads as nothing

@@ -133,15 +133,16 @@ std::string bias_text(const v1::RigState& state) {
 std::string sensor_zero_words(const v1::RigState& state) {
   if (state.zero_bound_n() <= 0.0) return "not followed: no scene uses the force sensor";
   if (!state.sensor_bias_lost().empty()) {
-    return "lost: the sensor restarted or counts in another way; hapticctl sensor bias, with the tool free and "
+    return "lost: the sensor restarted or counts in another way; hapticctl sensor bias, with the tool free "
+           "and "
            "at rest";
   }
   if (state.bias_serial() == 0) return "not biased: hapticctl sensor bias, with the tool free and at rest";
   if (!state.has_followed_zero_n()) return "not followed while there is no usable force";
   const v1::Vector3& zero = state.followed_zero_n();
   const std::string followed =
-      fmt::format("followed by {:.3f} N of at most {:g} N since {}",
-                  std::hypot(zero.x(), zero.y(), zero.z()), state.zero_bound_n(), bias_text(state));
+      fmt::format("followed by {:.3f} N of at most {:g} N since {}", std::hypot(zero.x(), zero.y(), zero.z()),
+                  state.zero_bound_n(), bias_text(state));
   if (has_fault(state, v1::GUARD_FAULT_SENSOR_ZERO_LOST)) {
     return followed + ": at the bound; hapticctl sensor bias, with the tool free and at rest";
   }

@@ -59,7 +59,8 @@ void add_sensor(CLI::App& app, Session& session) {
   CLI::App* sensor = app.add_subcommand("sensor", "The force sensor");
   sensor->require_subcommand(1);
   CLI::App* bias = sensor->add_subcommand(
-      "bias", "Takes the present load as zero: with the tool free and at rest, upright unless the scene explores");
+      "bias",
+      "Takes the present load as zero: with the tool free and at rest, upright unless the scene explores");
   bias->footer("Example:\n  hapticctl sensor bias");
   bias->callback([&session] {
     const v1::SensorBias taken = session.connect().bias_force_sensor();

@@ -15,9 +15,7 @@ class SensorBias {
 
   /// Asks for one; its number. One at a time.
   std::uint32_t ask() noexcept { return asked_.fetch_add(1, std::memory_order_acq_rel) + 1; }
-  bool taken(std::uint32_t number) const noexcept {
-    return taken_.load(std::memory_order_acquire) >= number;
-  }
+  bool taken(std::uint32_t number) const noexcept { return taken_.load(std::memory_order_acquire) >= number; }
 
   /// Each reading passes here; it gets the serial number of its zero. The rig starts with a first bias.
   void follow(hal::RigSample& sample, std::int64_t now_ns, Nano17& sensor) noexcept {

@@ -77,8 +77,8 @@ class SimulatedRig final : public hal::Rig {
   void write(const hal::DeviceCommand& command) noexcept override;
   bool truth(hal::TruthSample& truth) const noexcept override;
   bool external_position(hal::Vector3& position_mm) const noexcept override;
-  /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so somebody else has to
-  /// read meanwhile.
+  /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so somebody else has
+  /// to read meanwhile.
   std::optional<hal::Error> bias_force_sensor() override;
 
   /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.

@@ -28,7 +28,8 @@ hal::Quaternion to_press_frame(const PressGeometry& geometry) noexcept {
   const hal::Vector3 down{0.0, 0.0, -1.0};
   const hal::Vector3 press = direction_or(geometry.press_direction, down);
   const hal::Quaternion upright = between(press, down);
-  const hal::Vector3 line = direction_or(rotated(upright, across(geometry.line_direction, press)), {1.0, 0.0, 0.0});
+  const hal::Vector3 line =
+      direction_or(rotated(upright, across(geometry.line_direction, press)), {1.0, 0.0, 0.0});
   // Both lie in the plane across z: a turn about z, half a turn for opposite ones.
   const double half_rad = -0.5 * std::atan2(line.y, line.x);
   return unit(product({std::cos(half_rad), 0.0, 0.0, std::sin(half_rad)}, upright));

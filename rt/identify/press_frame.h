@@ -26,7 +26,8 @@ bool is_usable(const PressGeometry& geometry) noexcept;
 class PressFrame {
  public:
   /// `geometry`: usable. `load`: weight of the tool and seat of the sensor.
-  PressFrame(const PressGeometry& geometry, const ToolLoad& load, double tool_mass_g, const hal::RigInfo& rig);
+  PressFrame(const PressGeometry& geometry, const ToolLoad& load, double tool_mass_g,
+             const hal::RigInfo& rig);
 
   /// Follows the sensor's zero: once a tick, before the others.
   void follow_zero(const hal::RigSample& sample) noexcept;

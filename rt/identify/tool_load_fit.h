@@ -29,7 +29,7 @@ struct ToolLoadFit {
   bool good = false;
   double mass_g = 0.0;
   hal::Quaternion sensor_to_tool;
-  hal::Vector3 force_bias_n, torque_bias_n_mm;              ///< at ToolLoadOptions::at_s
+  hal::Vector3 force_bias_n, torque_bias_n_mm;                ///< at ToolLoadOptions::at_s
   hal::Vector3 force_drift_n_per_s, torque_drift_n_mm_per_s;  ///< of the biases, steady
   hal::Vector3 arm_mm;     ///< from the tip to the centre, r; zero where the tool hardly turned
   hal::Vector3 centre_mm;  ///< from the sensor's origin
@@ -47,9 +47,9 @@ struct ToolLoadOptions {
   hal::Quaternion start{};  ///< where the search for sensor_to_tool starts, besides the data's own guess
 };
 
-/// Least squares over mass, rotation (proper), biases and how they drift, arm and centre; force and torque weighed by what is
-/// left of each. Gauss-Newton with Levenberg's damping on the sums. Not good where sums are not finite or
-/// empty.
+/// Least squares over mass, rotation (proper), biases and how they drift, arm and centre; force and torque
+/// weighed by what is left of each. Gauss-Newton with Levenberg's damping on the sums. Not good where sums
+/// are not finite or empty.
 ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& options = {});
 
 /// Mean square of what `fit` leaves of force [N²] and torque [N²·mm²] in other data, per component.

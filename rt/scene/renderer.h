@@ -52,8 +52,8 @@ class Renderer {
   Guard guard_;
   bool has_bias_serial_ = false;
   std::uint32_t bias_serial_ = 0;  ///< of the sample before
-  FollowedZero zero_;         ///< of the pipeline before, as the sensor's goes on
-  hal::Vector3 hand_over_n_;  ///< of the pipeline before, when it was exchanged
+  FollowedZero zero_;              ///< of the pipeline before, as the sensor's goes on
+  hal::Vector3 hand_over_n_;       ///< of the pipeline before, when it was exchanged
   double hand_over_share_ = 0.0;
   double period_s_;
   double free_s_ = 0.0;             ///< out of contact with no force wanted, up to kFreeS

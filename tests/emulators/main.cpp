@@ -254,7 +254,8 @@ double posture_s(const sim::HandProgram& program) {
   return program.kind == sim::HandProgram::Kind::kSway ? program.hold_s : 0.0;
 }
 
-/// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object vanishes and slides as asked.
+/// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object
+/// vanishes and slides as asked.
 void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench) {
   using Kind = sim::ObjectEvent::Kind;
   constexpr double kTurnS = 0.1;

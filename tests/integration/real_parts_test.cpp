@@ -71,7 +71,8 @@ TEST_F(RealParts, ABiasOutlastsScenesAndTheirEnd) {
   EXPECT_FALSE(bias.id().empty());
   EXPECT_GT(bias.taken_at_unix_s(), 1'600'000'000);
   const v1::Quaternion& held = bias.tip_orientation();
-  EXPECT_NEAR(held.w() * held.w() + held.x() * held.x() + held.y() * held.y() + held.z() * held.z(), 1.0, 1e-6);
+  EXPECT_NEAR(held.w() * held.w() + held.x() * held.x() + held.y() * held.y() + held.z() * held.z(), 1.0,
+              1e-6);
   for (const char* scene : {"tap_1d", "tap_1d", "wall", "tap_1d"}) {
     ASSERT_TRUE(client->load(scene).ok()) << scene;
     const v1::RigState state = client->state();
@@ -174,7 +175,8 @@ TEST_F(RealParts, TheHardwareLinesOfTheReadmeWork) {
   std::ofstream(rig_file, std::ios::app)
       << "\n[rig.turntable]\nkind = \"modbus\"\n[rig.turntable.modbus]\nhost = \"127.0.0.1\"\nport = " << port
       << "\nmap = \"plain_drive\"\n[rig.turntable.stations.sponge]\nangle_deg = 40.0\n";
-  for (const auto& [name, program] : {std::pair{"hapticd", HAPTICD_PROGRAM}, {"hapticctl", HAPTICCTL_PROGRAM}}) {
+  for (const auto& [name, program] :
+       {std::pair{"hapticd", HAPTICD_PROGRAM}, {"hapticctl", HAPTICCTL_PROGRAM}}) {
     std::filesystem::create_symlink(program, folder.path(name));
   }
   for (std::string line : lines) {

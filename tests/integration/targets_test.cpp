@@ -381,8 +381,8 @@ TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
 TEST(ServiceTargets, WaitForTheTimeAskedFor) {
   const RunningService service(generous_config());
   ASSERT_TRUE(service.load("tap_1d").ok());
-  // A target is handed to the loop 0.1 s ahead. On a machine that pauses for longer it comes late, and says so:
-  // that must not happen again and again.
+  // A target is handed to the loop 0.1 s ahead. On a machine that pauses for longer it comes late, and says
+  // so: that must not happen again and again.
   bool in_time = false;
   double stiffness_before = 0.5;
   for (int attempt = 0; attempt < 5 && !in_time; ++attempt) {

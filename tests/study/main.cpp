@@ -119,6 +119,16 @@ int main(int argc, char** argv) {
 
   Options options;
   int failures = 0;
+  CLI::App* all = app.add_subcommand("all", "every study, each in a folder of its own");
+  all->add_option("--out", options.folder, "folder for the studies' folders; made if need be")->required();
+  all->add_flag("--quick", options.quick, "fewer cases, the same figures");
+  all->callback([&options, &failures] {
+    const std::filesystem::path folder = options.folder;
+    for (const Study& study : hapticd::study::studies()) {
+      options.folder = (folder / study.name).string();
+      failures += run(study, options);
+    }
+  });
   for (const Study& study : hapticd::study::studies()) {
     CLI::App* command = app.add_subcommand(study.name, study.shows);
     command

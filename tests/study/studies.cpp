@@ -55,6 +55,10 @@ const std::vector<Study>& studies() {
            {"gains", "gains of the controller, pressed by a hand", run_identify_gains},
            {"handover", "tool and threshold of a real hand-held sensor", run_identify_handover,
             PlantUse::kNone},
+       },
+       {
+           {"transport", "live over emulated real transports and beside the direct rig", run_identify_transport,
+            PlantUse::kSeparable},
        }},
       {"faults",
        "every fault injected at the emulated peers while force is rendered in contact",

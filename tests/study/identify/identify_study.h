@@ -13,6 +13,7 @@ void run_identify_rig(StudyContext& context);
 
 /// Gains of the controller by the ultimate gain, pressed by a hand.
 void run_identify_gains(StudyContext& context);     ///< structural stiffness, tool, threshold, gains
+void run_identify_transport(StudyContext& context);  ///< the same over the emulated real transports, live
 void run_identify_handover(StudyContext& context);  ///< tool and threshold from a hand-held sensor
 
 }  // namespace hapticd::study

@@ -38,8 +38,8 @@ hal::RigInfo rig() {
   return info;
 }
 
-/// What an awkward rig would measure of the same press: the object lies elsewhere, the tool is held askew, the
-/// sensor is turned in it and was biased with the tool held in yet another way.
+/// What an awkward rig would measure of the same press: the object lies elsewhere, the tool is held askew,
+/// the sensor is turned in it and was biased with the tool held in yet another way.
 struct Awkward {
   Quaternion to_rig = turn({0.3, 1.0, -0.2}, 70.0);  ///< press frame → rig frame
   Quaternion tool = turn({1.0, -0.4, 0.8}, 35.0);    ///< orientation, rig frame
