@@ -48,6 +48,8 @@ const std::vector<Study>& studies() {
             run_identify_contact},
            {"contact_recordings", "contact laws across real recordings", run_identify_contact_recordings,
             PlantUse::kNone},
+           {"compression_recordings", "contact laws on compressed EcoFlex",
+            run_identify_compression_recordings, PlantUse::kNone},
            {"friction", "rod and ball bearing on the simulated objects", run_identify_friction},
            {"friction_recordings", "friction laws on real recordings", run_identify_friction_recordings,
             PlantUse::kNone},

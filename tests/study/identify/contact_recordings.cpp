@@ -10,7 +10,7 @@
 
 #include "hal/replay/recording.h"
 #include "rt/identify/contact_creep_fit.h"
-#include "rt/identify/contact_creep_force.h"
+#include "rt/deformation/creep_force.h"
 #include "rt/identify/contact_identification.h"
 #include "rt/identify/contact_point.h"
 #include "rt/identify/contact_surface.h"

@@ -1,0 +1,158 @@
+#include "rt/identify/contact_law_choice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "rt/deformation/hunt_crossley.h"
+#include "rt/identify/contact_variable_projection.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr std::size_t kRows = 1500;  // of a quick look, spread evenly
+
+struct Squares {
+  double left = 0.0, whole = 0.0;
+  void add(double estimated_mm, double displacement_mm) {
+    left += (estimated_mm - displacement_mm) * (estimated_mm - displacement_mm);
+    whole += displacement_mm * displacement_mm;
+  }
+  double relative() const { return std::sqrt(left / whole); }
+};
+
+/// The folds of one form; a form that cannot be fitted to one of them has no error.
+class Trial {
+ public:
+  void add(const Squares& fold) {
+    if (!(fold.whole > 0.0)) return;
+    folds_[count_++] = fold;
+    all_.left += fold.left;
+    all_.whole += fold.whole;
+  }
+  void fail() { failed_ = true; }
+  HeldOutError error() const {
+    if (failed_ || count_ < 2 || !std::isfinite(all_.left)) return {};
+    const double mean = all_.relative();
+    double spread = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) spread += std::pow(folds_[i].relative() - mean, 2);
+    return {mean, std::sqrt(spread / static_cast<double>(count_ * (count_ - 1)))};
+  }
+
+ private:
+  std::array<Squares, HeldOutBlocks::kFolds> folds_{};
+  std::size_t count_ = 0;
+  Squares all_;
+  bool failed_ = false;
+};
+
+/// Rows of a palpation, thinned; displacement from the surface.
+class Rows {
+ public:
+  Rows(const CreepFit& palpation, double surface_mm)
+      : all_(palpation.rows()), surface_mm_(surface_mm), every_(all_.size() / kRows + 1) {
+    for (const CreepFit::Row& row : all_)
+      deepest_mm_ = std::max(deepest_mm_, row.displacement_mm - surface_mm);
+  }
+  /// `use(row, displacement_mm)` for those that are in the held-out blocks or not, beyond a hundredth of the
+  /// deepest.
+  template <class Use>
+  void each(const HeldOutBlocks& blocks, bool held_out, const Use& use) const {
+    for (std::size_t i = 0; i < all_.size(); i += every_) {
+      const double x = all_[i].displacement_mm - surface_mm_;
+      if (x < 0.01 * deepest_mm_ || blocks.contains(i, all_.size()) != held_out) continue;
+      use(all_[i], x);
+    }
+  }
+
+ private:
+  std::span<const CreepFit::Row> all_;
+  double surface_mm_;
+  std::size_t every_;
+  double deepest_mm_ = 0.0;
+};
+
+std::optional<Squares> judge_power(const Rows& rows, const HeldOutBlocks& blocks, double offset_mm,
+                                   std::size_t fewest_samples) {
+  std::vector<PalpationSample> training;
+  rows.each(blocks, false, [&](const CreepFit::Row& row, double x) {
+    training.push_back({x, row.rate_mm_per_s, row.force_n[0], true, row.time_s});
+  });
+  VariableProjectionOptions options;
+  options.least_offset_mm = -offset_mm;
+  options.most_offset_mm = offset_mm;
+  options.fewest_samples = fewest_samples;
+  const auto found = fit_by_variable_projection(training, options);
+  if (!found) return std::nullopt;
+  Squares squares;
+  rows.each(blocks, true, [&](const CreepFit::Row& row, double x) {
+    const LawEstimate estimate =
+        hunt_crossley_displacement(found->parameters, row.force_n[0], row.rate_mm_per_s);
+    squares.add(estimate.displacement_mm, x + found->contact_offset_mm);
+  });
+  return squares;
+}
+
+std::optional<Squares> judge_curve(const CreepFit& palpation, const Rows& rows, CreepFit::Options options,
+                                   bool elastic) {
+  options.elastic = elastic;
+  const auto found = palpation.solve(options);
+  if (!found) return std::nullopt;
+  const CreepParameters& parameters = found->law.parameters;
+  const CreepLaw law(parameters, 1000.0);
+  Squares squares;
+  rows.each(options.held_out, true, [&](const CreepFit::Row& row, double x) {
+    double effective_n = 0.0;
+    for (std::size_t j = 0; j < row.force_n.size(); ++j) effective_n += parameters.weight[j] * row.force_n[j];
+    squares.add(law.curve(effective_n).displacement_mm, x);
+  });
+  return squares;
+}
+
+/// Worth its numbers compared with a simpler form.
+bool pays(const HeldOutError& richer, const HeldOutError& simpler) {
+  return std::isfinite(richer.relative) &&
+         !(richer.relative >= ContactLawChoice::kWorthwhile * simpler.relative);
+}
+
+}  // namespace
+
+ContactLawForm ContactLawChoice::curve() const noexcept {
+  return pays(creep, elastic_curve) ? ContactLawForm::kCreep : ContactLawForm::kElasticCurve;
+}
+
+bool ContactLawChoice::power_is_unfit() const noexcept {
+  return form != ContactLawForm::kPower && power.relative > kNoticeable;
+}
+
+std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, double surface_mm,
+                                                   double offset_mm, std::size_t fewest_samples) {
+  const Rows rows(palpation, surface_mm);
+  Trial power, elastic, creep;
+  for (HeldOutBlocks blocks{0}; blocks.fold < HeldOutBlocks::kFolds; ++blocks.fold) {
+    CreepFit::Options options;
+    options.surface_mm = surface_mm;
+    options.fewest_samples = fewest_samples;
+    options.most_rows = kRows;
+    options.with_errors = false;
+    options.held_out = blocks;
+    const auto take = [](Trial& trial, const std::optional<Squares>& fold) {
+      fold ? trial.add(*fold) : trial.fail();
+    };
+    take(power, judge_power(rows, blocks, offset_mm, fewest_samples));
+    take(elastic, judge_curve(palpation, rows, options, true));
+    take(creep, judge_curve(palpation, rows, options, false));
+  }
+  ContactLawChoice choice;
+  choice.power = power.error();
+  choice.elastic_curve = elastic.error();
+  choice.creep = creep.error();
+  const HeldOutError& curve = choice.curve() == ContactLawForm::kCreep ? choice.creep : choice.elastic_curve;
+  if (!std::isfinite(curve.relative) && !std::isfinite(choice.power.relative)) return std::nullopt;
+  choice.form = pays(curve, choice.power) ? choice.curve() : ContactLawForm::kPower;
+  return choice;
+}
+
+}  // namespace hapticd::rt
