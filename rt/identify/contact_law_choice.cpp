@@ -111,16 +111,28 @@ std::optional<Squares> judge_curve(const CreepFit& palpation, const Rows& rows, 
   return squares;
 }
 
+bool tells_creep(const CreepFit& palpation, double surface_mm, std::size_t fewest_samples) {
+  constexpr double kCertainWeight = 0.1;
+  CreepFit::Options options;
+  options.surface_mm = surface_mm;
+  options.fewest_samples = fewest_samples;
+  options.most_rows = kRows;
+  const auto found = palpation.solve(options);
+  // What yields at once and what within the shortest lag look alike, and it does not matter.
+  return found &&
+         *std::max_element(found->weight_error.begin() + 2, found->weight_error.end()) < kCertainWeight;
+}
+
 /// Worth its numbers compared with a simpler form.
 bool pays(const HeldOutError& richer, const HeldOutError& simpler) {
-  return std::isfinite(richer.relative) &&
-         !(richer.relative >= ContactLawChoice::kWorthwhile * simpler.relative);
+  return richer.relative + richer.deviation < simpler.relative;
 }
 
 }  // namespace
 
 ContactLawForm ContactLawChoice::curve() const noexcept {
-  return pays(creep, elastic_curve) ? ContactLawForm::kCreep : ContactLawForm::kElasticCurve;
+  const bool enough = creep_told || creep.relative < 0.5 * elastic_curve.relative;
+  return enough && pays(creep, elastic_curve) ? ContactLawForm::kCreep : ContactLawForm::kElasticCurve;
 }
 
 bool ContactLawChoice::power_is_unfit() const noexcept {
@@ -149,6 +161,7 @@ std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, do
   choice.power = power.error();
   choice.elastic_curve = elastic.error();
   choice.creep = creep.error();
+  choice.creep_told = tells_creep(palpation, surface_mm, fewest_samples);
   const HeldOutError& curve = choice.curve() == ContactLawForm::kCreep ? choice.creep : choice.elastic_curve;
   if (!std::isfinite(curve.relative) && !std::isfinite(choice.power.relative)) return std::nullopt;
   choice.form = pays(curve, choice.power) ? choice.curve() : ContactLawForm::kPower;

@@ -26,22 +26,24 @@ struct HeldOutError {
 struct ContactLawChoice {
   ContactLawForm form = ContactLawForm::kCreep;
   HeldOutError power, elastic_curve, creep;
+  /// The palpation determines how much creeps; one slow loading does not, whatever it leaves.
+  bool creep_told = false;
 
-  /// The curve that the data ask for, whatever the power law is worth: creep only where it pays.
+  /// The curve that the data ask for, whatever the power law is worth: creep where it pays and is told, or
+  /// leaves less than half.
   ContactLawForm curve() const noexcept;
   /// Off by more than a hand can tell (kNoticeable), and a curve is better: no law to render with.
   bool power_is_unfit() const noexcept;
 
   /// Just noticeable relative difference of stiffness (Jones and Hunter 1990).
   static constexpr double kNoticeable = 0.23;
-  /// A richer form must leave less than this share of what the simpler one leaves.
-  static constexpr double kWorthwhile = 0.9;
 };
 
 /// Judges each form on the displacement that it makes of the force, which is what a scene asks of it, over
-/// samples that were held out of its fit. The simpler form is kept unless a richer one leaves less than
-/// kWorthwhile of its error. `surface_mm` and `fewest_samples` as in CreepFit::Options; `offset_mm`: the
-/// power law's surface may lie that far before or behind. None where no form can be fitted.
+/// samples that were held out of its fit. The simpler form is kept unless a richer one is better by more than
+/// the richer one's standard error (the one-standard-error rule of Breiman et al. 1984). `surface_mm` and
+/// `fewest_samples` as in CreepFit::Options; `offset_mm`: the power law's surface may lie that far before or
+/// behind. None where no form can be fitted.
 std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, double surface_mm,
                                                    double offset_mm, std::size_t fewest_samples);
 
