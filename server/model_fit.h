@@ -20,9 +20,10 @@ struct RigModelUse {
   std::vector<std::string> remarks;  ///< each value and where it comes from; what was not used and why
 };
 
-/// Fills what an unresolved scene leaves to the rig with what was identified of it: tool.mass_g (scenes that
-/// explore), structure.stiffness_n_per_mm, the controller's gains and contact.threshold_n, each where it is
-/// zero. What nothing was identified for stays zero, for rt::resolve() to fill.
+/// Fills what an unresolved scene leaves to the rig with what was identified of it: tool.mass_g with the
+/// centre of that mass (scenes that explore), structure.stiffness_n_per_mm, the controller's gains and
+/// contact.threshold_n, each where it is zero. What nothing was identified for stays zero, for rt::resolve()
+/// to fill.
 RigModelUse use_rig_models(const RigModels& models, rt::SceneSpec& scene, const hal::RigInfo& rig);
 
 }  // namespace hapticd::server

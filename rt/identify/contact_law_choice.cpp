@@ -1,7 +1,6 @@
 #include "rt/identify/contact_law_choice.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -13,40 +12,6 @@ namespace hapticd::rt {
 namespace {
 
 constexpr std::size_t kRows = 1500;  // of a quick look, spread evenly
-
-struct Squares {
-  double left = 0.0, whole = 0.0;
-  void add(double estimated_mm, double displacement_mm) {
-    left += (estimated_mm - displacement_mm) * (estimated_mm - displacement_mm);
-    whole += displacement_mm * displacement_mm;
-  }
-  double relative() const { return std::sqrt(left / whole); }
-};
-
-/// The folds of one form; a form that cannot be fitted to one of them has no error.
-class Trial {
- public:
-  void add(const Squares& fold) {
-    if (!(fold.whole > 0.0)) return;
-    folds_[count_++] = fold;
-    all_.left += fold.left;
-    all_.whole += fold.whole;
-  }
-  void fail() { failed_ = true; }
-  HeldOutError error() const {
-    if (failed_ || count_ < 2 || !std::isfinite(all_.left)) return {};
-    const double mean = all_.relative();
-    double spread = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) spread += std::pow(folds_[i].relative() - mean, 2);
-    return {mean, std::sqrt(spread / static_cast<double>(count_ * (count_ - 1)))};
-  }
-
- private:
-  std::array<Squares, HeldOutBlocks::kFolds> folds_{};
-  std::size_t count_ = 0;
-  Squares all_;
-  bool failed_ = false;
-};
 
 /// Rows of a palpation, thinned; displacement from the surface.
 class Rows {
@@ -74,8 +39,8 @@ class Rows {
   double deepest_mm_ = 0.0;
 };
 
-std::optional<Squares> judge_power(const Rows& rows, const HeldOutBlocks& blocks, double offset_mm,
-                                   std::size_t fewest_samples) {
+std::optional<SquaredError> judge_power(const Rows& rows, const HeldOutBlocks& blocks, double offset_mm,
+                                        std::size_t fewest_samples) {
   std::vector<PalpationSample> training;
   rows.each(blocks, false, [&](const CreepFit::Row& row, double x) {
     training.push_back({x, row.rate_mm_per_s, row.force_n[0], true, row.time_s});
@@ -86,7 +51,7 @@ std::optional<Squares> judge_power(const Rows& rows, const HeldOutBlocks& blocks
   options.fewest_samples = fewest_samples;
   const auto found = fit_by_variable_projection(training, options);
   if (!found) return std::nullopt;
-  Squares squares;
+  SquaredError squares;
   rows.each(blocks, true, [&](const CreepFit::Row& row, double x) {
     const LawEstimate estimate =
         hunt_crossley_displacement(found->parameters, row.force_n[0], row.rate_mm_per_s);
@@ -95,14 +60,14 @@ std::optional<Squares> judge_power(const Rows& rows, const HeldOutBlocks& blocks
   return squares;
 }
 
-std::optional<Squares> judge_curve(const CreepFit& palpation, const Rows& rows, CreepFit::Options options,
-                                   bool elastic) {
+std::optional<SquaredError> judge_curve(const CreepFit& palpation, const Rows& rows,
+                                        CreepFit::Options options, bool elastic) {
   options.elastic = elastic;
   const auto found = palpation.solve(options);
   if (!found) return std::nullopt;
   const CreepParameters& parameters = found->law.parameters;
   const CreepLaw law(parameters, 1000.0);
-  Squares squares;
+  SquaredError squares;
   rows.each(options.held_out, true, [&](const CreepFit::Row& row, double x) {
     double effective_n = 0.0;
     for (std::size_t j = 0; j < row.force_n.size(); ++j) effective_n += parameters.weight[j] * row.force_n[j];
@@ -123,11 +88,6 @@ bool tells_creep(const CreepFit& palpation, double surface_mm, std::size_t fewes
          *std::max_element(found->weight_error.begin() + 2, found->weight_error.end()) < kCertainWeight;
 }
 
-/// Worth its numbers compared with a simpler form.
-bool pays(const HeldOutError& richer, const HeldOutError& simpler) {
-  return richer.relative + richer.deviation < simpler.relative;
-}
-
 }  // namespace
 
 ContactLawForm ContactLawChoice::curve() const noexcept {
@@ -142,7 +102,7 @@ bool ContactLawChoice::power_is_unfit() const noexcept {
 std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, double surface_mm,
                                                    double offset_mm, std::size_t fewest_samples) {
   const Rows rows(palpation, surface_mm);
-  Trial power, elastic, creep;
+  HeldOutTrial power, elastic, creep;
   for (HeldOutBlocks blocks{0}; blocks.fold < HeldOutBlocks::kFolds; ++blocks.fold) {
     CreepFit::Options options;
     options.surface_mm = surface_mm;
@@ -150,7 +110,7 @@ std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, do
     options.most_rows = kRows;
     options.with_errors = false;
     options.held_out = blocks;
-    const auto take = [](Trial& trial, const std::optional<Squares>& fold) {
+    const auto take = [](HeldOutTrial& trial, const std::optional<SquaredError>& fold) {
       fold ? trial.add(*fold) : trial.fail();
     };
     take(power, judge_power(rows, blocks, offset_mm, fewest_samples));

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "rt/identify/contact_creep_fit.h"
+#include "rt/identify/held_out_error.h"
 
 namespace hapticd::rt {
 
@@ -13,13 +13,6 @@ enum class ContactLawForm : std::uint8_t {
   kPower,         ///< Hunt-Crossley's K x^m (4.22): three numbers
   kElasticCurve,  ///< a free increasing curve x = Ψ(f) that answers at once: a creep law with w_0 = 1
   kCreep,         ///< the same curve of a force that creeps
-};
-
-/// How wrong a form is where it was not fitted: rms of x̂ - x over rms x, each block of HeldOutBlocks judged
-/// by a fit to the other folds.
-struct HeldOutError {
-  double relative = std::numeric_limits<double>::infinity();  ///< infinite: it could not be fitted
-  double deviation = 0.0;                                     ///< standard error, from the folds' scatter
 };
 
 /// Which forms an object's palpation supports.

@@ -53,6 +53,8 @@ const std::vector<Study>& studies() {
            {"friction", "rod and ball bearing on the simulated objects", run_identify_friction},
            {"friction_recordings", "friction laws on real recordings", run_identify_friction_recordings,
             PlantUse::kNone},
+           {"shipped_models", "the models that ship, by the service's own identification",
+            run_identify_shipped_models, PlantUse::kSeparable},
            {"rig", "structural stiffness, tool and contact threshold", run_identify_rig, PlantUse::kNone},
            {"gains", "gains of the controller, pressed by a hand", run_identify_gains},
            {"handover", "tool and threshold of a real hand-held sensor", run_identify_handover,
