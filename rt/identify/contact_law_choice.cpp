@@ -91,7 +91,7 @@ bool tells_creep(const CreepFit& palpation, double surface_mm, std::size_t fewes
 }  // namespace
 
 ContactLawForm ContactLawChoice::curve() const noexcept {
-  const bool enough = creep_told || creep.relative < 0.5 * elastic_curve.relative;
+  const bool enough = creep_is_determined || creep.relative < 0.5 * elastic_curve.relative;
   return enough && pays(creep, elastic_curve) ? ContactLawForm::kCreep : ContactLawForm::kElasticCurve;
 }
 
@@ -121,7 +121,7 @@ std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, do
   choice.power = power.error();
   choice.elastic_curve = elastic.error();
   choice.creep = creep.error();
-  choice.creep_told = tells_creep(palpation, surface_mm, fewest_samples);
+  choice.creep_is_determined = tells_creep(palpation, surface_mm, fewest_samples);
   const HeldOutError& curve = choice.curve() == ContactLawForm::kCreep ? choice.creep : choice.elastic_curve;
   if (!std::isfinite(curve.relative) && !std::isfinite(choice.power.relative)) return std::nullopt;
   choice.form = pays(curve, choice.power) ? choice.curve() : ContactLawForm::kPower;

@@ -20,10 +20,10 @@ struct ContactLawChoice {
   ContactLawForm form = ContactLawForm::kCreep;
   HeldOutError power, elastic_curve, creep;
   /// The palpation determines how much creeps; one slow loading does not, whatever it leaves.
-  bool creep_told = false;
+  bool creep_is_determined = false;
 
-  /// The curve that the data ask for, whatever the power law is worth: creep where it pays and is told, or
-  /// leaves less than half.
+  /// The curve that the data ask for, whatever the power law is worth: creep where it pays and is determined,
+  /// or leaves less than half.
   ContactLawForm curve() const noexcept;
   /// Off by more than a hand can tell (kNoticeable), and a curve is better: no law to render with.
   bool power_is_unfit() const noexcept;
