@@ -6,8 +6,8 @@
 #include <random>
 
 #include "contact_synthetic.h"
-#include "rt/identify/contact_creep_fit.h"
 #include "rt/deformation/creep_force.h"
+#include "rt/identify/contact_creep_fit.h"
 #include "rt/identify/contact_double_stage.h"
 #include "rt/identify/contact_estimate.h"
 #include "rt/identify/contact_point.h"
