@@ -4,6 +4,7 @@
 
 #include <initializer_list>
 #include <optional>
+#include <utility>
 
 #include "server/text_library.h"
 #include "server/toml_reader.h"
@@ -74,8 +75,9 @@ void read_creep(Section section, rt::ObjectModel& model, std::vector<Section>& s
   sections.push_back(std::move(section));
 }
 
-void read_rod_friction(Section section, rt::ObjectModel& model, std::vector<Section>& sections) {
-  auto& friction = model.rod_friction.emplace();
+void read_friction(Section section, std::optional<rt::FrictionParameters>& read,
+                   std::vector<Section>& sections) {
+  auto& friction = read.emplace();
   section.read("kinetic", friction.kinetic, kKinetic)
       .read("presliding_mm", friction.presliding_mm, kPreslidingMm)
       .read("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, kViscous)
@@ -106,7 +108,9 @@ hal::Result<rt::ObjectModel> parse_model(std::string_view text, const std::strin
   std::vector<Section> sections;
   if (root.wants("hunt_crossley")) read_hunt_crossley({root, "hunt_crossley"}, model, sections);
   if (root.wants("creep")) read_creep({root, "creep"}, model, sections);
-  if (root.wants("rod_friction")) read_rod_friction({root, "rod_friction"}, model, sections);
+  if (root.wants("rod_friction")) read_friction({root, "rod_friction"}, model.rod_friction, sections);
+  if (root.wants("bearing_friction"))
+    read_friction({root, "bearing_friction"}, model.bearing_friction, sections);
   if (auto error = document->error()) return *error;
   for (const Section& section : sections) {
     if (auto error = section.error(source)) return *error;
@@ -150,8 +154,10 @@ std::string write_model(const rt::ObjectModel& model) {
         toml_number(law->parameters.max_force_n), numbers(law->parameters.displacement_mm),
         toml_number(law->relative_error));
   }
-  if (const auto& friction = model.rod_friction) {
-    text += fmt::format("\n[rod_friction]\nkinetic = {}\npresliding_mm = {}\nviscous_n_s_per_mm = {}\n",
+  for (const auto& [section, friction] :
+       {std::pair{"rod_friction", model.rod_friction}, {"bearing_friction", model.bearing_friction}}) {
+    if (!friction) continue;
+    text += fmt::format("\n[{}]\nkinetic = {}\npresliding_mm = {}\nviscous_n_s_per_mm = {}\n", section,
                         toml_number(friction->kinetic), toml_number(friction->presliding_mm),
                         toml_number(friction->viscous_n_s_per_mm));
     if (friction->exponent != 1.0) text += fmt::format("exponent = {}\n", toml_number(friction->exponent));

@@ -13,7 +13,6 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr double kNoticedSpread = 0.05;
 constexpr double kNoticedTiltDeg = 2.0;
 
 bool is_under(const rt::ToolModel& tool, const ZeroInForce& zero) {
@@ -87,14 +86,20 @@ class Filling {
                        "under another bias of the sensor ({}); 'hapticctl identify tool' finds it again",
                        turn_deg, tool.found_under_bias.value_or("not known which"));
     }
+    if (tool.tip_to_centre_mm) {
+      scene_.explore.tip_to_centre_mm = tool.tip_to_centre_mm;
+      more += fmt::format("; its centre {:.3g} mm from the tip", rt::norm(*tool.tip_to_centre_mm));
+    }
     used(stored, fmt::format("tool.mass_g = {:.4g}{} g", tool.mass_g, error_text(stored, "mass_g")), more);
   }
   void structure(const StoredModel& stored) {
     const auto& structure = std::get<rt::StructuralModel>(stored.model.content);
     scene_.structural_stiffness_n_per_mm = structure.stiffness_n_per_mm;
     std::string more;
-    if (const double strays = spread(structure); strays > kNoticedSpread) {
-      more = fmt::format("; a field, taken at its centre: elsewhere up to {:.0f} % off", 100.0 * strays);
+    if (const double strays = spread(structure); strays > 0.0) {
+      scene_.structural_field = structure;
+      more =
+          fmt::format("; a field, taken where the tip is: up to {:.2g} % off its centre's", 100.0 * strays);
     }
     used(stored,
          fmt::format("structure.stiffness_n_per_mm = {:.4g}{} N/mm", structure.stiffness_n_per_mm,

@@ -32,9 +32,10 @@ struct ZeroInForce {
 rt::SensorMounting mounting_of(const rt::ToolModel& tool, const hal::Vector3& gravity_at_bias,
                                const ZeroInForce& zero);
 
-/// Fills what an unresolved scene leaves to the rig with what was identified of it: tool.mass_g (scenes that
-/// explore), structure.stiffness_n_per_mm, the controller's gains and contact.threshold_n, each where it is
-/// zero. What nothing was identified for stays zero, for rt::resolve() to fill.
+/// Fills what an unresolved scene leaves to the rig with what was identified of it: tool.mass_g with the
+/// centre of that mass (scenes that explore), structure.stiffness_n_per_mm, the controller's gains and
+/// contact.threshold_n, each where it is zero. What nothing was identified for stays zero, for rt::resolve()
+/// to fill.
 /// A tool found under another zero gives no bias; what gravity the sensor takes for nothing is then known
 /// from how the tool was held when it was biased.
 RigModelUse use_rig_models(const RigModels& models, rt::SceneSpec& scene, const hal::RigInfo& rig,

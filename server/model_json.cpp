@@ -303,13 +303,15 @@ void describe(A& archive, rt::StructuralModel& structure) {
 
 template <class A>
 void describe(A& archive, rt::ToolModel& tool) {
-  auto& [mass_g, centre_mm, force_bias_n, torque_bias_n_mm, sensor_to_tool, found_under_bias] = tool;
+  auto& [mass_g, centre_mm, force_bias_n, torque_bias_n_mm, sensor_to_tool, found_under_bias, tip_to_centre_mm] =
+      tool;
   archive("mass_g", mass_g);
   archive("centre_mm", centre_mm);
   archive("force_bias_n", force_bias_n);
   archive("torque_bias_n_mm", torque_bias_n_mm);
   archive("sensor_to_tool", sensor_to_tool);
   archive("found_under_bias", found_under_bias);
+  archive("tip_to_centre_mm", tip_to_centre_mm);
 }
 
 template <class A>

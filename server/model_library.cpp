@@ -32,7 +32,8 @@ std::string said_of(const StoredModel& stored) {
 }
 
 /// Puts the stored models in the place of a file's parts.
-void put_together(FoundModel& found, const FoundModel::Origin& contact, const FoundModel::Origin& friction) {
+void put_together(FoundModel& found, const FoundModel::Origin& contact, const FoundModel::Origin& friction,
+                  const FoundModel::Origin& bearing) {
   rt::ObjectModel& model = found.model;
   std::vector<std::string> said;
   if (contact) {
@@ -58,9 +59,15 @@ void put_together(FoundModel& found, const FoundModel::Origin& contact, const Fo
     found.rod_friction = friction;
     said.push_back(said_of(*friction));
   }
+  if (bearing) {
+    model.bearing_friction = std::get<rt::FrictionModel>(bearing->model.content).friction;
+    found.bearing_friction = bearing;
+    said.push_back(said_of(*bearing));
+  }
   if (said.empty()) return;
   const bool part_of_file = (model.hunt_crossley && !found.hunt_crossley) || (model.creep && !found.creep) ||
-                            (model.rod_friction && !found.rod_friction);
+                            (model.rod_friction && !found.rod_friction) ||
+                            (model.bearing_friction && !found.bearing_friction);
   if (part_of_file && !model.identified_on.empty()) said.push_back("the rest: " + model.identified_on);
   model.identified_on = fmt::format("{}", fmt::join(said, "; "));
 }
@@ -83,7 +90,7 @@ hal::Result<ModelName> ModelName::parse(std::string_view text, std::string_view 
 
 std::vector<std::string> FoundModel::stored() const {
   std::vector<std::string> hashes;
-  for (const Origin& origin : {hunt_crossley, creep, rod_friction}) {
+  for (const Origin& origin : {hunt_crossley, creep, rod_friction, bearing_friction}) {
     if (origin) hashes.push_back(origin->hash);
   }
   sort_uniquely(hashes);
@@ -105,7 +112,8 @@ FoundModel::Origin ModelLibrary::stored(const std::string& kind, const std::stri
 std::vector<std::string> ModelLibrary::tags_of(const std::string& object) const {
   std::vector<std::string> all;
   if (!store_) return all;
-  for (const auto& [kind, subject] : {std::pair("contact", object), std::pair("friction", object + "/rod")}) {
+  for (const auto& [kind, subject] : {std::pair("contact", object), std::pair("friction", object + "/rod"),
+                                      std::pair("friction", object + "/ball_bearing")}) {
     if (auto tags = store_->tags_of(kind, subject)) all.insert(all.end(), tags->begin(), tags->end());
   }
   sort_uniquely(all);
@@ -121,9 +129,8 @@ std::vector<std::string> ModelLibrary::stored_objects() const {
     return objects;
   }
   for (const StoredModel& stored : *models) {
-    const auto* friction = std::get_if<rt::FrictionModel>(&stored.model.content);
     const bool usable = std::holds_alternative<rt::ContactModel>(stored.model.content) ||
-                        (friction != nullptr && friction->tip == rt::Tip::kRod);
+                        std::holds_alternative<rt::FrictionModel>(stored.model.content);
     if (usable) objects.push_back(stored.model.object);
   }
   sort_uniquely(objects);
@@ -208,6 +215,7 @@ Outcome<FoundModel> ModelLibrary::find_parts(const std::string& name) const {
   tags.emplace_back(kCurrentTag);
   const FoundModel::Origin contact = stored("contact", object, tags);
   const FoundModel::Origin friction = stored("friction", object + "/rod", tags);
+  const FoundModel::Origin bearing = stored("friction", object + "/ball_bearing", tags);
 
   FoundModel found;
   if (texts_.contains(object)) {
@@ -216,11 +224,11 @@ Outcome<FoundModel> ModelLibrary::find_parts(const std::string& name) const {
     auto model = parse_model(text->toml, text->source, object);
     if (!model) return Refusal{RefusalKind::kInvalidArgument, model.error()};
     found.model = std::move(*model);
-  } else if (!contact && !friction) {
+  } else if (!contact && !friction && !bearing) {
     return Refusal{RefusalKind::kNotFound, unknown(object)};
   }
   found.model.name = object;
-  put_together(found, contact, friction);
+  put_together(found, contact, friction, bearing);
   return found;
 }
 

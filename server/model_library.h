@@ -32,6 +32,7 @@ struct FoundModel {
   Origin hunt_crossley;
   Origin creep;
   Origin rod_friction;
+  Origin bearing_friction;
 
   /// Hashes of the stored models among them, each once.
   std::vector<std::string> stored() const;

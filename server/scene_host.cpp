@@ -82,6 +82,26 @@ void limit_to_object(ResolvedScene& scene) {
   largest = std::max(asked, std::min(largest, rt::kLargestTargetOverObject * *own_n_per_mm));
 }
 
+/// Friction of a ball bearing is used where it was identified; no scene needs it.
+bool rolls_on_an_object(const rt::SceneSpec& scene) {
+  return scene.kind == rt::SceneKind::kExplore && scene.tip == rt::Tip::kBallBearing &&
+         scene.object_model != "none";
+}
+
+void say_bearing_friction(ResolvedScene& scene, const hal::RigInfo& rig) {
+  if (!scene.model || !scene.model->model.bearing_friction) return;
+  std::string remark =
+      fmt::format("friction of the ball bearing: {:.3g}, ", scene.model->model.bearing_friction->kinetic);
+  if (const StoredModel* stored = scene.model->bearing_friction.get()) {
+    remark += "from stored model " + stored->short_hash();
+    for (const std::string& caution : cautions(*stored, scene.spec, rig)) remark += "; " + caution;
+    scene.stored.push_back(stored->hash);
+  } else {
+    remark += "from the model file";
+  }
+  scene.remarks.push_back(std::move(remark));
+}
+
 }  // namespace
 
 SceneHost::SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models,
@@ -141,9 +161,11 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
   scene.stored = std::move(of_rig.stored);
   scene.remarks = std::move(of_rig.remarks);
   scene.remarks.insert(scene.remarks.end(), limited.begin(), limited.end());
-  if (!scene.outline.models.empty()) find_model(scene);
+  const bool rolls = rolls_on_an_object(scene.spec);
+  if (!scene.outline.models.empty() || rolls) find_model(scene);
+  if (rolls) say_bearing_friction(scene, session_.rig_info());
   const bool says = spec->max_target_stiffness_n_per_mm > 0.0;
-  if (!says && scene.model && scene.spec.kind == rt::SceneKind::kExplore) limit_to_object(scene);
+  if (!says && scene.model && !scene.outline.models.empty()) limit_to_object(scene);
   std::sort(scene.stored.begin(), scene.stored.end());
   scene.outline.channels |= rt::channel::kSample | rt::channel::kGuard | rt::channel::kTiming;
   if (session_.rig_info().has_truth) scene.outline.channels |= rt::channel::kTruth;

@@ -24,9 +24,9 @@ inline double dahl_kept(double to_go, double way_mm, double presliding_mm, doubl
 ///   z⁺ = s + (z - s) u⁺/u,  s = Δx/|Δx|;  with α = 1: z⁺ = s + (z - s) exp(-|Δx|/δ).
 /// (4.14) counts the way since the last reset although it starts from the present friction; this counts the
 /// step's own. As a convex combination it never leaves |z| ≤ 1, needs no reset at zero velocity, does not
-/// move at Δx = 0 for however long, and is defined at zero load.
+/// move at Δx = 0 for however long, and is defined at zero load. A step that is no number moves nothing.
 inline double dahl_step(double z, double slide_mm, double presliding_mm, double exponent = 1.0) noexcept {
-  if (slide_mm == 0.0) return z;
+  if (!(std::abs(slide_mm) > 0.0)) return z;
   const double s = std::copysign(1.0, slide_mm);
   return s + (z - s) * dahl_kept(1.0 - s * z, std::abs(slide_mm), presliding_mm, exponent);
 }

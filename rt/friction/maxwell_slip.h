@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace hapticd::rt {
@@ -28,8 +29,10 @@ class MaxwellSlip {
  public:
   explicit MaxwellSlip(const MaxwellSlipParameters& parameters) noexcept : parameters_(parameters) {}
 
-  /// Friction against the motion over the normal force after sliding on by `slide_mm`.
+  /// Friction against the motion over the normal force after sliding on by `slide_mm`; a step that is no
+  /// number moves nothing.
   double step(double slide_mm) noexcept {
+    if (std::isnan(slide_mm)) slide_mm = 0.0;
     double coefficient = 0.0;
     for (std::size_t i = 0; i < stretch_mm_.size(); ++i) {
       const double reach_mm = parameters_.reach_mm[i];

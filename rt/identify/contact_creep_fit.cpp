@@ -170,8 +170,10 @@ double effective_n(const Point& point, const CreepParameters& law) {
   return e;
 }
 
-/// Fills in all that tells of errors. The weights sum to one: w_0 is what the others leave.
-void find_errors(const std::vector<Point>& points, double deepest_mm, CreepEstimate& estimate) {
+/// Fills in all that tells of errors. The weights sum to one: w_0 is what the others leave. `free_weights`:
+/// how many of those others were searched.
+void find_errors(const std::vector<Point>& points, double deepest_mm, std::size_t free_weights,
+                 CreepEstimate& estimate) {
   const CreepParameters& parameters = estimate.law.parameters;
   const CreepLaw law(parameters, 1000.0);
   double left = 0.0, whole = 0.0, relative = 0.0;
@@ -195,8 +197,10 @@ void find_errors(const std::vector<Point>& points, double deepest_mm, CreepEstim
                          : 1.0;
 
   std::array<Eigen::Index, kSteps> column{};
-  auto next = static_cast<Eigen::Index>(kWeights - 1);
+  const auto weights = static_cast<Eigen::Index>(free_weights);
+  Eigen::Index next = weights;
   for (std::size_t k = 0; k < held.size(); ++k) column[k] = held[k] > 2 ? next++ : -1;
+  if (next == 0) return;
   constexpr int kMost = static_cast<int>(kSteps) + static_cast<int>(kWeights);
   SandwichCovariance<kMost> sandwich(next, points.size());
   SandwichCovariance<kMost>::Vector jacobian(next);
@@ -204,7 +208,7 @@ void find_errors(const std::vector<Point>& points, double deepest_mm, CreepEstim
     const double e = effective_n(p, parameters);
     const LawEstimate at = law.curve(e);
     const Place place = place_of(e, parameters.max_force_n);
-    for (std::size_t j = 1; j < kWeights; ++j) {
+    for (std::size_t j = 1; j <= free_weights; ++j) {
       jacobian(static_cast<Eigen::Index>(j) - 1) = p.weight * at.mm_per_n * (p.force_n[j] - p.force_n[0]);
     }
     for (Eigen::Index k = 0; k < kSteps; ++k) {
@@ -215,9 +219,9 @@ void find_errors(const std::vector<Point>& points, double deepest_mm, CreepEstim
   }
   const auto covariance = sandwich.covariance();
   double immediate = 0.0;
-  for (Eigen::Index i = 0; i + 1 < static_cast<Eigen::Index>(kWeights); ++i) {
+  for (Eigen::Index i = 0; i < weights; ++i) {
     estimate.weight_error[static_cast<std::size_t>(i) + 1] = std::sqrt(std::max(0.0, covariance(i, i)));
-    for (Eigen::Index j = 0; j + 1 < static_cast<Eigen::Index>(kWeights); ++j) immediate += covariance(i, j);
+    for (Eigen::Index j = 0; j < weights; ++j) immediate += covariance(i, j);
   }
   estimate.weight_error[0] = std::isnan(immediate) ? covariance(0, 0) : std::sqrt(std::max(0.0, immediate));
   if (!std::isfinite(covariance(0, 0))) return;
@@ -269,6 +273,7 @@ void CreepFit::add(const PalpationSample& sample, double step_s) noexcept {
   row.force_n[0] = force_n;
   std::copy(lagged_n_.begin(), lagged_n_.end(), row.force_n.begin() + 1);
   row.displacement_mm = sample.displacement_mm;
+  row.rate_mm_per_s = sample.rate_mm_per_s;
   row.time_s = sample.time_s;
   rows_.add(row);
 }
@@ -285,7 +290,7 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
   for (const Row& row : rows) most_n = std::max(most_n, row.force_n[0]);
   for (std::size_t i = 0; i < rows.size(); i += every) {
     const double x = rows[i].displacement_mm - options.surface_mm;
-    if (x < 0.01 * deepest_mm) continue;
+    if (x < 0.01 * deepest_mm || options.held_out.contains(i, rows.size())) continue;
     const double relative = 1.0 / (x + 0.05 * deepest_mm);
     points.push_back(
         {rows[i].force_n, x, options.for_force ? relative * (rows[i].force_n[0] + 0.05 * most_n) : relative});
@@ -297,11 +302,11 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
   Curves curves(std::move(points), deepest_mm);
   CreepParameters best;
   best.time_s = time_s_;
-  best.weight = {0.6, 0.1, 0.1, 0.1, 0.1};
-  if (options.start != nullptr) best.weight = options.start->weight;
+  if (!options.elastic) best.weight = {0.6, 0.1, 0.1, 0.1, 0.1};
+  if (!options.elastic && options.start != nullptr) best.weight = options.start->weight;
   double least = curves.fit(best);
   // The error is smooth in the four free weights: a pattern search that halves its step finds the valley.
-  for (double step = options.first_step; step > 1e-3; step *= 0.5) {
+  for (double step = options.elastic ? 0.0 : options.first_step; step > 1e-3; step *= 0.5) {
     for (bool better = true; better;) {
       better = false;
       for (std::size_t j = 0; j < best.weight.size(); ++j) {
@@ -325,8 +330,9 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
   CreepEstimate estimate;
   estimate.law.parameters = best;
   estimate.samples = curves.points().size();
-  estimate.weight_error.fill(std::numeric_limits<double>::infinity());
-  if (options.with_errors) find_errors(curves.points(), deepest_mm, estimate);
+  estimate.weight_error.fill(options.elastic ? 0.0 : std::numeric_limits<double>::infinity());
+  if (options.with_errors)
+    find_errors(curves.points(), deepest_mm, options.elastic ? 0 : kWeights - 1, estimate);
   return estimate;
 }
 

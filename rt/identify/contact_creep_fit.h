@@ -4,8 +4,10 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "rt/deformation/creep_law.h"
+#include "rt/identify/held_out_blocks.h"
 #include "rt/identify/palpation_sample.h"
 #include "rt/model/models.h"
 
@@ -37,6 +39,7 @@ class CreepFit {
   struct Row {
     std::array<double, CreepParameters::kLags + 1> force_n{};  ///< as it is, and lagged
     double displacement_mm = 0.0;
+    double rate_mm_per_s = 0.0;
     double time_s = 0.0;
   };
 
@@ -57,6 +60,9 @@ class CreepFit {
     const CreepParameters* start = nullptr;  ///< weights to begin the search with
     double first_step = 0.1;                 ///< of the pattern search
     bool with_errors = true;
+    /// The object answers at once: w_0 = 1, Ψ alone is found.
+    bool elastic = false;
+    HeldOutBlocks held_out{};  ///< of the rows
     /// Errors count as those of the force they stand for (by the secant stiffness) instead of relative to x:
     /// for predicting forces from displacements.
     bool for_force = false;
@@ -65,7 +71,8 @@ class CreepFit {
   std::optional<CreepEstimate> solve(const Options& options) const;
   std::optional<CreepEstimate> solve() const { return solve(Options{}); }
 
-  std::size_t rows() const noexcept { return rows_.items().size(); }
+  /// What was kept, samples in contact only.
+  std::span<const Row> rows() const noexcept { return rows_.items(); }
   const std::array<double, CreepParameters::kLags>& time_s() const noexcept { return time_s_; }
 
  private:

@@ -90,7 +90,7 @@ hal::Result<IdentifiedLaw<CreepParameters>> fit_creep(const std::vector<Palpatio
   options.fewest_samples = kFewestSamples;
   options.with_errors = false;
   const auto found = fit.solve(options);
-  if (!found) return too_little(fit.rows());
+  if (!found) return too_little(fit.rows().size());
   IdentifiedLaw<CreepParameters> law = found->law;
   CreepLaw run(law.parameters, rate_hz);
   law.relative_error =

@@ -9,6 +9,7 @@
 #include "rt/identify/contact_creep_fit.h"
 #include "rt/identify/contact_double_stage.h"
 #include "rt/identify/contact_estimate.h"
+#include "rt/identify/contact_law_choice.h"
 #include "rt/identify/contact_refusal.h"
 #include "rt/identify/contact_single_stage.h"
 #include "rt/identify/contact_surface.h"
@@ -71,6 +72,30 @@ const char* words_of(ContactFitMethod method) {
       break;
   }
   return "recursive least squares, then variable projection";
+}
+
+std::string words_of(const ContactLawChoice& choice) {
+  const auto percent = [](const HeldOutError& error) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.2g %%", 100.0 * error.relative);
+    return std::string(std::isfinite(error.relative) ? text : "no fit");
+  };
+  std::string words = "; displacement held out of the fit is missed by: power law " + percent(choice.power) +
+                      ", elastic curve " + percent(choice.elastic_curve) + ", creep " +
+                      percent(choice.creep) + "; chosen: ";
+  switch (choice.form) {
+    case ContactLawForm::kPower:
+      words += "power law";
+      break;
+    case ContactLawForm::kElasticCurve:
+      words += "elastic curve";
+      break;
+    case ContactLawForm::kCreep:
+      words += "creep";
+      break;
+  }
+  if (choice.power_is_unfit()) words += "; the power law is left out: more than a hand can tell is missing";
+  return words;
 }
 
 /// rms of x̂/x - 1 beyond a tenth of the deepest (IdentifiedLaw::relative_error).
@@ -139,6 +164,7 @@ struct ContactIdentification::State {
     std::optional<HuntCrossleyEstimate> hunt_crossley;
     HuntCrossleyUncertainty uncertainty;
     std::optional<CreepEstimate> creep;
+    bool creeps = true;  ///< false: what creeps is not asked for, the curve is elastic
     Coverage coverage;
     ContactDomain domain;
     bool steady = false, certain = false, converged = false;
@@ -148,6 +174,7 @@ struct ContactIdentification::State {
   std::optional<HuntCrossleyEstimate> recursive(const std::vector<PalpationSample>& palpation) const;
   std::optional<HuntCrossleyEstimate> batch(const std::vector<PalpationSample>& palpation) const;
   std::optional<CreepEstimate> creep_law(const Fit& current, bool thorough) const;
+  std::optional<ContactLawChoice> choice(const Fit& current) const;
   void judge(Fit& next) const;
   bool steady_now(const Fit& next) const;
   PalpationNeeds needs_of(const Fit& current) const;
@@ -289,9 +316,18 @@ std::optional<HuntCrossleyEstimate> ContactIdentification::State::batch(
   return fit_by_variable_projection(palpation, options);
 }
 
+/// None where one law was asked for by name.
+std::optional<ContactLawChoice> ContactIdentification::State::choice(const Fit& current) const {
+  if (!wants_creep() || !wants_hunt_crossley()) return std::nullopt;
+  const double surface_mm = recorded && current.surface ? current.surface->surface_mm : 0.0;
+  const double offset_mm = recorded ? 0.1 * (deepest_mm - surface_mm) : 0.0;
+  return choose_contact_law(creep, surface_mm, offset_mm, recorded ? 48 : 80);
+}
+
 std::optional<CreepEstimate> ContactIdentification::State::creep_law(const Fit& current,
                                                                      bool thorough) const {
   CreepFit::Options options;
+  options.elastic = !current.creeps;
   options.surface_mm = recorded && current.surface ? current.surface->surface_mm : 0.0;
   if (recorded) options.fewest_samples = 60;
   if (!thorough) {
@@ -386,7 +422,7 @@ void ContactIdentification::State::judge(Fit& current) const {
     current.certain = current.certain && sure;
   }
   if (wants_creep()) {
-    const double off = current.creep ? largest_weight_error(*current.creep) : 1.0;
+    const double off = !current.creeps ? 0.0 : current.creep ? largest_weight_error(*current.creep) : 1.0;
     const bool sure = current.creep && off < kCertainWeight &&
                       current.creep->relative_displacement < kCertainForce &&
                       current.creep->relative_displacement_half < kCertainForce;
@@ -435,6 +471,10 @@ void ContactIdentification::State::list_parameters(const Fit& current,
     parameters.push_back({"exponent", "1", p.exponent, u.exponent});
   }
   if (wants_creep() && creep_found) {
+    if (recorded && current.surface) {
+      parameters.push_back(
+          {"curve_surface_mm", "mm", current.surface->surface_mm, current.surface->standard_error_mm});
+    }
     const CreepParameters& p = creep_found->law.parameters;
     for (std::size_t j = 0; j < p.weight.size(); ++j) {
       parameters.push_back({"weight_" + std::to_string(j), "1", p.weight[j], creep_found->weight_error[j]});
@@ -496,7 +536,8 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
   State& s = *state_;
   if (auto refused = palpation_refusal(s.extent, s.gate, s.task.threshold_n, s.recorded)) return *refused;
   s.refresh();
-  const State::Fit& fit = s.fit;
+  State::Fit fit = s.fit;
+  const auto choice = s.choice(fit);
   const bool recursive =
       s.task.method == ContactFitMethod::kRecursive || s.task.method == ContactFitMethod::kDoubleStage;
 
@@ -519,8 +560,18 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
   }
   std::optional<CreepEstimate> creep;
   if (s.wants_creep()) {
+    fit.creeps = !choice || choice->curve() == ContactLawForm::kCreep;
     creep = s.creep_law(fit, true);
     if (creep) contact.creep = creep->law;
+  }
+  if (choice && choice->power_is_unfit() && creep) {
+    contact.hunt_crossley.reset();
+    law.reset();
+  }
+  if (!fit.creeps) {
+    // What creeps need not be known where nothing does.
+    fit.creep = creep;
+    s.judge(fit);
   }
   const bool missing_law = (s.task.law && s.wants_hunt_crossley() && !contact.hunt_crossley) ||
                            (s.task.law && s.wants_creep() && !contact.creep);
@@ -540,6 +591,15 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
                 1e-9 * static_cast<double>(s.last_ns - s.first_ns), s.largest_n, words_of(s.task.method));
   model.procedure = text;
   s.list_parameters(fit, law, uncertainty, creep, model.parameters);
+  if (choice) {
+    model.procedure += words_of(*choice);
+    for (const auto& [name, error] : {std::pair{"held_out_power", choice->power},
+                                      {"held_out_elastic_curve", choice->elastic_curve},
+                                      {"held_out_creep", choice->creep}}) {
+      if (std::isfinite(error.relative))
+        model.parameters.push_back({name, "1", error.relative, error.deviation});
+    }
+  }
   double deepest_mm = 0.0;
   for (const PalpationSample& p : fit.palpation) deepest_mm = std::max(deepest_mm, p.displacement_mm);
   model.validity = {deepest_mm, s.fastest_mm_per_s, s.largest_n};

@@ -39,6 +39,11 @@ Linear solve(const std::vector<Row>& rows, const std::vector<double>& log_x, dou
     found.damping = std::max(0.0, (gg * hf - gh * gf) / determinant);
   }
   found.stiffness = (gf - found.damping * gh) / gg;
+  if (!(found.stiffness > 0.0)) {
+    // At one speed nothing tells damping from stiffness.
+    found.damping = 0.0;
+    found.stiffness = gf / gg;
+  }
   const double k = found.stiffness;
   const double b = found.damping;
   found.squared_n2 = ff - 2.0 * (k * gf + b * hf) + k * k * gg + 2.0 * k * b * gh + b * b * hh;

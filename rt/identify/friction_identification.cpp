@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "rt/signal/vector.h"
 
@@ -276,6 +277,7 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
   hal::Result<FrictionLawFit> law = fit_friction_law(fit.rows.rows, options);
   if (!law) return law.error();
   fit.law = *law;
+  fit.options = options;
   return fit;
 }
 
@@ -316,7 +318,7 @@ std::vector<EstimatedParameter> FrictionIdentification::parameters_of(const Fit&
   std::vector<EstimatedParameter> list{{"kinetic", "1", p.kinetic, e.kinetic}};
   if (task_.tip == Tip::kRod) {
     list.push_back({"presliding_mm", "mm", p.presliding_mm, e.presliding_mm});
-    if (task_.exponent) list.push_back({"exponent", "1", p.exponent, e.exponent});
+    if (fit.options.exponent) list.push_back({"exponent", "1", p.exponent, e.exponent});
   }
   list.push_back({"viscous_n_s_per_mm", "N·s/mm", p.viscous_n_s_per_mm, e.viscous_n_s_per_mm});
   if (replay_) list.push_back({"force_bias_n", "N", fit.law.bias_n, fit.law.bias_error_n});
@@ -426,6 +428,13 @@ hal::Result<IdentifiedModel> FrictionIdentification::finish() const {
   const IdentificationProgress last = progress();
   hal::Result<Fit> found = fit(task_.exponent);
   if (!found) return found.error();
+  const bool chooses = task_.tip == Tip::kRod && !task_.exponent && !task_.exponent_is_one;
+  std::optional<FrictionLawChoice> choice;
+  if (chooses) {
+    choice = choose_friction_law(found->rows.rows, found->options);
+    if (choice->exponent()) found = fit(true);
+    if (!found) return found.error();
+  }
   IdentifiedModel model;
   model.content = FrictionModel{task_.tip, found->law.parameters};
   model.parameters = parameters_of(*found);
@@ -435,6 +444,16 @@ hal::Result<IdentifiedModel> FrictionIdentification::finish() const {
   model.procedure +=
       found->law.divided ? ", sliding and presliding apart" : ", sliding and presliding together";
   for (const std::string& remark : remarks(&*found)) model.procedure += "; " + remark;
+  if (choice) {
+    model.procedure += choice->exponent() ? "; exponent found: held-out strokes ask for it"
+                                          : "; exponent 1: held-out strokes ask for no other";
+    for (const auto& [name, error] : {std::pair{"held_out_dahl", choice->dahl},
+                                      {"held_out_dahl_exponent", choice->dahl_exponent},
+                                      {"held_out_maxwell_slip", choice->maxwell_slip}}) {
+      if (std::isfinite(error.relative))
+        model.parameters.push_back({name, "1", error.relative, error.deviation});
+    }
+  }
   model.validity.max_force_n = found->rows.most_normal_n;
   model.validity.max_speed_mm_per_s = found->rows.most_speed_mm_per_s;
   if (auto error = check(model)) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hal/rig.h"
+#include "rt/identify/friction_law_choice.h"
 #include "rt/identify/friction_law_fit.h"
 #include "rt/identify/friction_rows.h"
 #include "rt/identify/identification.h"
@@ -31,6 +32,10 @@ namespace hapticd::rt {
 /// where there is none at all (sensor_force_n.z = 0 throughout) friction is told in newton as
 /// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.
 ///
+/// finish() chooses the exponent of Dahl's equation by passages held out of the fit (FrictionLawChoice)
+/// unless the task says which; what each law leaves of those is listed as "held_out_dahl",
+/// "held_out_dahl_exponent" and "held_out_maxwell_slip".
+///
 /// Parameters: "kinetic", "presliding_mm", "viscous_n_s_per_mm"; "exponent", "force_bias_n",
 /// "coulomb_force_n" where they were asked for or apply.
 class FrictionIdentification final : public Identification {
@@ -49,6 +54,7 @@ class FrictionIdentification final : public Identification {
     FrictionLawFit law;
     FrictionRows rows;
     NormalSource source = NormalSource::kFlat;
+    FrictionFitOptions options;
     double normal_error_rad = 0.0;  ///< mean standard error of the scan's normals
     bool nominal_normal = false;
   };

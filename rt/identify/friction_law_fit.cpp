@@ -115,7 +115,8 @@ class LawFit {
     const double sliding_way_mm =
         options.law == FrictionLaw::kDahl ? StrokePassages::kSlidingWayMm : 2.0 * kPreslidingWayMm;
     for (const FrictionRow& row : rows) {
-      const bool usable = row.settled && std::abs(row.speed_mm_per_s) >= options.least_speed_mm_per_s;
+      const bool usable =
+          row.settled && row.weight > 0.0 && std::abs(row.speed_mm_per_s) >= options.least_speed_mm_per_s;
       const bool slides =
           usable && row.way_mm > sliding_way_mm && std::abs(row.speed_mm_per_s) >= options.sliding_mm_per_s;
       usable_.push_back(usable);

@@ -35,7 +35,9 @@ struct FrictionTask {
   double threshold_n = 0.02;
   double normal_force_n =
       0.0;  ///< recordings: the constant normal force where it was not recorded; 0 = it was
-  bool exponent = false;  ///< rod: also find the exponent of Dahl's equation; false: it is 1 (D§4.4.1)
+  /// Rod: the exponent of Dahl's equation is found whatever it is worth; false: where the data ask for it.
+  bool exponent = false;
+  bool exponent_is_one = false;  ///< rod: as in D§4.4.1, whatever the data ask for
 };
 
 struct StructuralStiffnessTask {

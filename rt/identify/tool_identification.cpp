@@ -327,6 +327,8 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
   tool.force_bias_n = fit.force_bias_n;
   tool.torque_bias_n_mm = fit.torque_bias_n_mm;
   tool.sensor_to_tool = fit.sensor_to_tool;
+  constexpr double kUsefulArmMm = 5.0;  // three sigma of it are a small part of any tool
+  if (greatest(fit.arm_error_mm) < kUsefulArmMm) tool.tip_to_centre_mm = fit.arm_mm;
   IdentifiedModel model;
   model.content = tool;
   model.procedure =

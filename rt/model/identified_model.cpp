@@ -63,6 +63,7 @@ struct ContentCheck {
     ranges.expect("force_bias_n", tool.force_bias_n, 1e3);
     ranges.expect("torque_bias_n_mm", tool.torque_bias_n_mm, 1e5);
     const hal::Quaternion& q = tool.sensor_to_tool;
+    if (tool.tip_to_centre_mm) ranges.expect("tip_to_centre_mm", *tool.tip_to_centre_mm, 1e3);
     ranges.expect("length of sensor_to_tool", std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z),
                   1.0 - 1e-6, 1.0 + 1e-6);
   }
@@ -80,16 +81,6 @@ struct ContentCheck {
 };
 
 }  // namespace
-
-double StructuralModel::stiffness_at(const hal::Vector3& position_mm) const noexcept {
-  const hal::Vector3 q = position_mm - centre_mm;
-  const auto& h = curvature_per_mm2;
-  const double bend = h[0] * q.x * q.x + h[1] * q.y * q.y + h[2] * q.z * q.z +
-                      2.0 * (h[3] * q.x * q.y + h[4] * q.x * q.z + h[5] * q.y * q.z);
-  // Far outside the places tapped at the polynomial means nothing: held within a factor of two.
-  const double relative = 1.0 + dot(gradient_per_mm, q) + bend;
-  return stiffness_n_per_mm / (relative < 0.5 ? 0.5 : relative > 2.0 ? 2.0 : relative);
-}
 
 const char* kind_name(const ModelContent& content) noexcept {
   constexpr const char* kNames[] = {"contact", "friction",  "structural_stiffness",

@@ -8,6 +8,7 @@
 
 #include "hal/samples.h"
 #include "rt/model/models.h"
+#include "rt/model/structural_model.h"
 #include "rt/scene/scene_spec.h"
 
 namespace hapticd::rt {
@@ -24,19 +25,6 @@ struct FrictionModel {
   FrictionParameters friction;
 };
 
-/// Structural compliance of a device: the tip gives way by c(p) f_d against the encoders, (4.26). As a field
-///   c(p) = c_0 (1 + g·q + q·H q),  q = p - centre,
-/// with H's upper triangle (xx, yy, zz, xy, xz, yz); a constant one has g = 0 and H = 0.
-struct StructuralModel {
-  double stiffness_n_per_mm = 0.0;  ///< 1/c_0, at the centre
-  hal::Vector3 centre_mm;
-  hal::Vector3 gradient_per_mm;                 ///< g
-  std::array<double, 6> curvature_per_mm2{};    ///< H
-  hal::Vector3 covered_from_mm, covered_to_mm;  ///< where taps were taken
-
-  double stiffness_at(const hal::Vector3& position_mm) const noexcept;
-};
-
 /// What hangs on the sensor and how the sensor sits in the tool. A load l in the sensor's frame is
 /// rotation · (raw - bias) in the tool's.
 struct ToolModel {
@@ -48,6 +36,8 @@ struct ToolModel {
   /// Identity of the sensor's zero that force_bias_n and torque_bias_n_mm were found under; none = unknown.
   /// Under any other zero they mean nothing.
   std::optional<std::string> found_under_bias{};
+  /// Of that mass from the tip, tool frame; none where the tool was not turned enough to tell.
+  std::optional<hal::Vector3> tip_to_centre_mm{};
 };
 
 /// ε_f of a rig with its tool: no false alarm in free motion (D§3.2.2).

@@ -63,12 +63,15 @@ std::optional<hal::Error> check(const ObjectModel& model) {
     }
     range("creep.relative_error", model.creep->relative_error, 1e-3, 1.0);
   }
-  if (model.rod_friction) {
-    range("rod_friction.kinetic", model.rod_friction->kinetic, 0.0, 5.0);
-    range("rod_friction.presliding_mm", model.rod_friction->presliding_mm, 1e-3, 20.0);
-    range("rod_friction.viscous_n_s_per_mm", model.rod_friction->viscous_n_s_per_mm, 0.0, 1.0);
-    range("rod_friction.exponent", model.rod_friction->exponent, 0.0, 3.0);
-  }
+  const auto friction = [&](const std::string& part, const std::optional<FrictionParameters>& found) {
+    if (!found) return;
+    range(part + ".kinetic", found->kinetic, 0.0, 5.0);
+    range(part + ".presliding_mm", found->presliding_mm, 1e-3, 20.0);
+    range(part + ".viscous_n_s_per_mm", found->viscous_n_s_per_mm, 0.0, 1.0);
+    range(part + ".exponent", found->exponent, 0.0, 3.0);
+  };
+  friction("rod_friction", model.rod_friction);
+  friction("bearing_friction", model.bearing_friction);
   return error;
 }
 

@@ -28,6 +28,7 @@ struct ObjectModel {
   std::optional<IdentifiedLaw<HuntCrossleyParameters>> hunt_crossley;
   std::optional<IdentifiedLaw<CreepParameters>> creep;
   std::optional<FrictionParameters> rod_friction;
+  std::optional<FrictionParameters> bearing_friction;  ///< none: kBallBearingFriction
 };
 
 /// Force over displacement at this force (> 0), in N/mm, once the object has settled: by the creep law, else

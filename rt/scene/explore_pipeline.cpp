@@ -14,8 +14,8 @@ constexpr double kRegainS = 0.1;  // ringing after a bounce is over by then
 
 Direction direction_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz) {
   const bool bearing = spec.tip == Tip::kBallBearing;
-  const FrictionParameters friction =
-      bearing ? kBallBearingFriction : model.rod_friction.value_or(FrictionParameters{});
+  const FrictionParameters friction = bearing ? model.bearing_friction.value_or(kBallBearingFriction)
+                                              : model.rod_friction.value_or(FrictionParameters{});
   if (spec.explore.direction == DirectionMethod::kTracked) {
     return Direction(TrackedDirection(friction, spec.explore.force_noise_n, rate_hz));
   }
@@ -53,6 +53,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
       deflection_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0,
                   resolved.explore.deflection_cutoff_hz, rig.rate_hz),
+      structural_field_(resolved.structural_compensation ? resolved.structural_field : std::nullopt),
       contact_parameters_(resolved.contact),
       contact_(resolved.contact, resolved.tool_mass_g, rig.rate_hz),
       regain_ticks_(ticks_of(kRegainS, rig.rate_hz)),
@@ -61,7 +62,12 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
       target_(resolved.target, rig.rate_hz),
       passivity_(rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
-      back_drive_(resolved.explore.back_drive_compensation ? rig.device.coulomb_friction_n : 0.0) {}
+      back_drive_(resolved.explore.back_drive_compensation ? rig.device.coulomb_friction_n : 0.0) {
+  if (resolved.explore.tip_to_centre_mm) {
+    load_.set_tip_to_centre(*resolved.explore.tip_to_centre_mm);
+    mass_motion_.emplace(rig.device.position_resolution_mm, rig.rate_hz);
+  }
+}
 
 std::uint32_t ExplorePipeline::channels() const noexcept {
   std::uint32_t all = channel::kMotion | channel::kContact | channel::kDeformation | channel::kTarget |
@@ -74,6 +80,7 @@ std::uint32_t ExplorePipeline::channels() const noexcept {
 void ExplorePipeline::reset() noexcept {
   timer_.reset();
   motion_.reset();
+  if (mass_motion_) mass_motion_->reset();
   contact_.reset();
   deflection_.reset();
   displacement_.reset();
@@ -103,13 +110,22 @@ ExplorePipeline::Measured ExplorePipeline::measure(const hal::RigSample& sample)
   Measured now;
   now.interval = timer_.update(position_ns);
   motion_.update(sample.tip_position_mm, position_ns);
+  if (structural_field_)
+    deflection_.set_stiffness_n_per_mm(structural_field_->stiffness_at(sample.tip_position_mm));
   now.tip_mm =
       sample.tip_position_mm - deflection_.update(controller_.device_force_n(), now.interval.periods);
   now.encoder_mm = sample.tip_position_mm;
   now.velocity_mm_per_s = motion_.velocity_mm_per_s();
   now.acceleration_mm_per_s2 = motion_.acceleration_mm_per_s2();
+  now.mass_mm = sample.tip_position_mm;
+  now.mass_acceleration_mm_per_s2 = now.acceleration_mm_per_s2;
+  if (mass_motion_) {
+    now.mass_mm = load_.centre_mm(sample.tip_position_mm, sample.tip_orientation);
+    mass_motion_->update(now.mass_mm, position_ns);
+    now.mass_acceleration_mm_per_s2 = mass_motion_->acceleration_mm_per_s2();
+  }
   now.load_n = load_.without_weight_n(sample.sensor_force_n - zero_.zero().force_n, sample.tip_orientation);
-  now.reaction_n = now.load_n + load_.inertia_n(now.acceleration_mm_per_s2);
+  now.reaction_n = now.load_n + load_.inertia_n(now.mass_acceleration_mm_per_s2);
   if (has_tip_) {
     now.step_mm = now.tip_mm - last_tip_mm_;
     back_drive_direction_n_ = back_drive_.update(sample.tip_position_mm - last_encoder_mm_);
@@ -128,12 +144,12 @@ void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) 
   ContactStage3::Input input;
   input.interval = now.interval;
   // Signed as the residual wants it: in free motion the load is -m a.
-  input.free_motion = {now.load_n * -1.0, sample.tip_position_mm, sample.time_ns - sample.position_age_ns,
+  input.free_motion = {now.load_n * -1.0, now.mass_mm, sample.time_ns - sample.position_age_ns,
                        sample.time_ns - sample.force_mean_age_ns};
   input.tip_mm = now.tip_mm;
   input.reaction_n = norm(now.reaction_n);
   input.depth_mm = depth_mm;
-  input.acceleration_mm_per_s2 = norm(now.acceleration_mm_per_s2);
+  input.acceleration_mm_per_s2 = norm(now.mass_acceleration_mm_per_s2);
   contact_.detect(input);
   // After a bounce the tool may rest on the object without the detector knowing how deep. A law does.
   regained_ = displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;

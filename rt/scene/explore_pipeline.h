@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "hal/rig.h"
 #include "rt/contact/contact_stage.h"
@@ -48,8 +49,10 @@ class ExplorePipeline final : public Pipeline {
     hal::Vector3 step_mm;  ///< since the last tick
     hal::Vector3 velocity_mm_per_s;
     hal::Vector3 acceleration_mm_per_s2;
-    hal::Vector3 load_n;      ///< on the sensor, weight taken off
-    hal::Vector3 reaction_n;  ///< on the tool
+    hal::Vector3 mass_mm;                      ///< centre of the tool's mass, by the encoders
+    hal::Vector3 mass_acceleration_mm_per_s2;  ///< its acceleration
+    hal::Vector3 load_n;                       ///< on the sensor, weight taken off
+    hal::Vector3 reaction_n;                   ///< on the tool
   };
 
   Measured measure(const hal::RigSample& sample) noexcept;
@@ -78,7 +81,9 @@ class ExplorePipeline final : public Pipeline {
   ZeroTracker zero_;
   TickTimer timer_;
   ThreeAxisMotion motion_;
+  std::optional<ThreeAxisMotion> mass_motion_;  ///< where the mass moves otherwise than the tip
   StructuralDeflection deflection_;
+  std::optional<StructuralModel> structural_field_;
   bool has_tip_ = false;
   hal::Vector3 last_tip_mm_;
   hal::Vector3 last_encoder_mm_;

@@ -10,6 +10,7 @@
 #include "rt/contact/contact_detector.h"
 #include "rt/control/force_controller.h"
 #include "rt/guard/guard.h"
+#include "rt/model/structural_model.h"
 #include "rt/signal/tool_load.h"
 #include "rt/target/target_law.h"
 
@@ -65,6 +66,9 @@ struct ExploreParameters {
   hal::Vector3 gravity_at_bias{0.0, 0.0, -1.0};  ///< tool frame, when the sensor was biased (4.6)
   /// Identified bias and seat of the sensor; none where it was biased as above and sits straight.
   std::optional<SensorMounting> sensor_mounting{};
+  /// Identified centre of the tool's mass from the tip, tool frame: as the tool turns its mass is carried
+  /// round the tip. None: the mass moves as the tip does.
+  std::optional<hal::Vector3> tip_to_centre_mm{};
 };
 
 /// Everything that defines a scene, validated by compose(). The defaults are the dissertation's; values
@@ -92,6 +96,8 @@ struct SceneSpec {
 
   bool structural_compensation = true;
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = the device's own
+  /// Identified over the workspace: its stiffness where the tip is stands for the one above.
+  std::optional<StructuralModel> structural_field{};
 
   ExploreParameters explore;
 

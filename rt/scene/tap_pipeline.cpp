@@ -12,6 +12,7 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),
       tool_mass_g_(resolved.tool_mass_g),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
+      structural_field_(resolved.structural_compensation ? resolved.structural_field : std::nullopt),
       reach_(device_reach(resolved.guard.max_force_n, rig)),
       timer_(rig.rate_hz),
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
@@ -49,6 +50,7 @@ TapPipeline::Measured TapPipeline::measure(const hal::RigSample& sample) noexcep
   Measured now;
   now.interval = timer_.update(position_ns);
   now.depth_mm = axis_.depth_mm(sample.tip_position_mm);
+  if (structural_field_) structural_n_per_mm_ = structural_field_->stiffness_at(sample.tip_position_mm);
   motion_.update(now.depth_mm, position_ns);
   now.sensor_n = axis_.reaction_n(sample.sensor_force_n - zero_.zero().force_n);
   now.reaction_n = reaction_force_n(now.sensor_n, tool_mass_g_, motion_.acceleration_mm_per_s2());

@@ -51,7 +51,8 @@ class TapPipeline final : public Pipeline {
 
   PressAxis axis_;
   double tool_mass_g_;
-  double structural_n_per_mm_;  ///< 0 = device taken as rigid
+  double structural_n_per_mm_;  ///< where the tip is; 0 = device taken as rigid
+  std::optional<StructuralModel> structural_field_;
   DeviceReach reach_;
   TickTimer timer_;
   MotionEstimator motion_;

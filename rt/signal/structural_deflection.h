@@ -28,6 +28,10 @@ class StructuralDeflection {
     deflection_mm_ = deflection_mm_ + (device_force_n * compliance_mm_per_n_ - deflection_mm_) * share;
     return deflection_mm_;
   }
+  /// Where the tip is now, of a device whose stiffness varies; > 0.
+  void set_stiffness_n_per_mm(double stiffness_n_per_mm) noexcept {
+    compliance_mm_per_n_ = 1.0 / stiffness_n_per_mm;
+  }
   void reset() noexcept { deflection_mm_ = {}; }
 
  private:

@@ -37,8 +37,10 @@ inline hal::Vector3 turn_deg_of(const hal::Quaternion& rotation) noexcept {
 /// The sensor, biased with the tool hanging still, reads in tool coordinates
 ///   f_s = Tᵀ (f_r + m (g - a)) - m g_0,
 /// with T the tool's rotation, g gravity in the rig frame and g_0 gravity as the tool saw it when the sensor
-/// was biased (4.6). All in rig coordinates below; a 1° error of orientation costs m G · 0.017 (2 mN for
-/// 12.6 g).
+/// was biased (4.6). a is the acceleration of the mass's centre: where the tool turns about its tip, the
+/// centre's is another than the tip's, and so are its weight and inertia complete; what the mass resists
+/// turning with is a torque, which no force shows. All in rig coordinates below; a 1° error of orientation
+/// costs m G · 0.017 (2 mN for 12.6 g).
 class ToolLoad {
  public:
   static constexpr double kGravityMmPerS2 = 9807.0;  // (4.6)
@@ -80,7 +82,15 @@ class ToolLoad {
   void biased_at(const hal::Quaternion& orientation) noexcept {
     offset_n_ = rotated(conjugate(unit(orientation)), weight_n_);
   }
-  /// m a (4.7).
+  /// The centre of the tool's mass lies so far from the tip, tool frame.
+  void set_tip_to_centre(const hal::Vector3& tip_to_centre_mm) noexcept {
+    tip_to_centre_mm_ = tip_to_centre_mm;
+  }
+  /// Where the centre of the tool's mass is, rig frame.
+  hal::Vector3 centre_mm(const hal::Vector3& tip_mm, const hal::Quaternion& orientation) const noexcept {
+    return tip_mm + rotated(unit(orientation), tip_to_centre_mm_);
+  }
+  /// m a (4.7), a of the mass's centre.
   hal::Vector3 inertia_n(const hal::Vector3& acceleration_mm_per_s2) const noexcept {
     return acceleration_mm_per_s2 * inertial_force_n(mass_g_, 1.0);
   }
@@ -88,6 +98,7 @@ class ToolLoad {
  private:
   double mass_g_;
   hal::Vector3 weight_n_;
+  hal::Vector3 tip_to_centre_mm_;
   bool is_turned_ = false;
   hal::Quaternion to_tool_;
   hal::Vector3 offset_n_;  ///< tool frame: what is added to a reading to make it the load with its weight

@@ -29,8 +29,10 @@ rt::ObjectModel some_model(std::mt19937_64& random) {
     creep.parameters.displacement_mm[i] = creep.parameters.displacement_mm[i - 1] + fraction(random);
   }
   creep.relative_error = fraction(random);
-  model.rod_friction =
-      rt::FrictionParameters{fraction(random), fraction(random), fraction(random), fraction(random)};
+  for (auto* friction : {&model.rod_friction, &model.bearing_friction}) {
+    *friction =
+        rt::FrictionParameters{fraction(random), fraction(random), fraction(random), fraction(random)};
+  }
   return model;
 }
 
@@ -56,12 +58,14 @@ void expect_same(const rt::ObjectModel& a, const rt::ObjectModel& b) {
     EXPECT_EQ(a.creep->parameters.displacement_mm, b.creep->parameters.displacement_mm);
     EXPECT_EQ(a.creep->relative_error, b.creep->relative_error);
   }
-  ASSERT_EQ(a.rod_friction.has_value(), b.rod_friction.has_value());
-  if (a.rod_friction) {
-    EXPECT_EQ(a.rod_friction->kinetic, b.rod_friction->kinetic);
-    EXPECT_EQ(a.rod_friction->presliding_mm, b.rod_friction->presliding_mm);
-    EXPECT_EQ(a.rod_friction->viscous_n_s_per_mm, b.rod_friction->viscous_n_s_per_mm);
-    EXPECT_EQ(a.rod_friction->exponent, b.rod_friction->exponent);
+  for (const auto& [of_a, of_b] :
+       {std::pair{a.rod_friction, b.rod_friction}, {a.bearing_friction, b.bearing_friction}}) {
+    ASSERT_EQ(of_a.has_value(), of_b.has_value());
+    if (!of_a) continue;
+    EXPECT_EQ(of_a->kinetic, of_b->kinetic);
+    EXPECT_EQ(of_a->presliding_mm, of_b->presliding_mm);
+    EXPECT_EQ(of_a->viscous_n_s_per_mm, of_b->viscous_n_s_per_mm);
+    EXPECT_EQ(of_a->exponent, of_b->exponent);
   }
 }
 
@@ -82,6 +86,7 @@ TEST(ModelFile, WhatIsWrittenReadsBackBitForBit) {
     if ((parts & 1) != 0) model.hunt_crossley.reset();
     if ((parts & 2) != 0) model.creep.reset();
     if ((parts & 4) != 0) model.rod_friction.reset();
+    if ((parts & 8) != 0) model.bearing_friction.reset();
     const std::string text = write_model(model);
     const auto again = parse_model(text, "written");
     ASSERT_TRUE(again) << again.error().text() << "\n" << text;
@@ -93,7 +98,8 @@ TEST(ModelFile, WhatIsWrittenReadsBackBitForBit) {
 TEST(ModelFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
   expect_error("name = \"x\"\n[hunt_crossly]\nexponent = 1\n",
                {"unknown key 'hunt_crossly'", "model text, line 2", "",
-                "name, identified_on, max_displacement_mm, max_force_n, hunt_crossley, creep, rod_friction",
+                "name, identified_on, max_displacement_mm, max_force_n, hunt_crossley, creep, rod_friction, "
+                "bearing_friction",
                 "did you mean 'hunt_crossley'?"});
   expect_error("name = \"x\"\n[rod_friction]\nkinetik = 1\n",
                {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",

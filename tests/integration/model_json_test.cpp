@@ -14,12 +14,19 @@ namespace {
 
 using test::example_contact;
 
+rt::ToolModel turned_tool() {
+  rt::ToolModel tool = test::example_tool();
+  tool.tip_to_centre_mm = {2.0, -3.0, 42.0};
+  return tool;
+}
+
 std::vector<rt::IdentifiedModel> one_of_each() {
   return {test::example_contact("sponge_cut"),
           test::example_friction("sponge_cut"),
           test::example_friction("sponge_cut", rt::Tip::kBallBearing),
           test::example_of_rig(test::example_structure()),
           test::example_of_rig(test::example_tool()),
+          test::example_of_rig(turned_tool()),
           test::example_of_rig(rt::ThresholdModel{0.012, 0.011, 20.0}),
           test::example_of_rig(rt::GainsModel{0.4, 0.02, 0.9, 14.0})};
 }
@@ -44,6 +51,19 @@ void expect_refused(const std::string& json, const std::string& what) {
 TEST(ModelJson, HashesLikeEverybody) {
   EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(ModelJson, AToolWithoutACentreFromTheTipHasTheTextItAlwaysHad) {
+  const auto without = canonical_json(test::example_of_rig(test::example_tool()));
+  const auto with = canonical_json(test::example_of_rig(turned_tool()));
+  ASSERT_TRUE(without && with);
+  EXPECT_EQ(without->find("tip_to_centre_mm"), std::string::npos) << "models stored before keep their hash";
+  const auto again = parse_canonical_json(*with, "test");
+  ASSERT_TRUE(again);
+  EXPECT_EQ(std::get<rt::ToolModel>(again->content).tip_to_centre_mm->z, 42.0);
+  rt::ToolModel far = turned_tool();
+  far.tip_to_centre_mm->x = std::nan("");
+  EXPECT_FALSE(canonical_json(test::example_of_rig(far)));
 }
 
 TEST(ModelJson, TheTextIsCanonicalAndReadsBackAsTheSame) {

@@ -358,6 +358,9 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
   ASSERT_TRUE(scene) << scene.refusal().error.text();
   EXPECT_EQ(scene->spec.tool_mass_g, 11.5);
   EXPECT_EQ(scene->spec.structural_stiffness_n_per_mm, 2.25);
+  ASSERT_TRUE(scene->spec.structural_field);
+  EXPECT_EQ(scene->spec.structural_field->gradient_per_mm.x, 0.001) << "all of it";
+  EXPECT_FALSE(scene->spec.explore.tip_to_centre_mm) << "the tool was not turned enough to tell";
   EXPECT_EQ(scene->spec.contact.threshold_n, 0.0175);
   EXPECT_EQ(scene->spec.controller.proportional_gain, 0.31);
   EXPECT_EQ(scene->spec.controller.derivative_gain_ms, 0.02);
@@ -385,6 +388,46 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
   ASSERT_TRUE(wild) << wild.refusal().error.text();
   EXPECT_NE(wild->spec.controller.proportional_gain, 1.9);
   EXPECT_NE(wild->remarks[3].find("not used: unstable at 1000 Hz"), std::string::npos) << wild->remarks[3];
+}
+
+TEST(RigModels, TheCentreOfAToolsMassReachesTheScene) {
+  SwapBench bench;
+  bench.add(1.0, "current");
+  rt::ToolModel tool = test::example_tool();
+  tool.tip_to_centre_mm = {2.0, -3.0, 42.0};
+  rt::IdentifiedModel model = test::example_of_rig(tool);
+  model.device = bench.scenes().rig_info().device.model;
+  model.sensor = bench.scenes().rig_info().sensor.model;
+  ASSERT_TRUE(bench.store().tag(bench.store().add(model)->hash, "current"));
+  const auto scene = bench.scenes().resolve({SceneSource::Kind::kToml, kScene, {}});
+  ASSERT_TRUE(scene) << scene.refusal().error.text();
+  ASSERT_TRUE(scene->spec.explore.tip_to_centre_mm);
+  EXPECT_EQ(scene->spec.explore.tip_to_centre_mm->z, 42.0);
+  EXPECT_NE(scene->remarks[0].find("its centre 42.2 mm from the tip"), std::string::npos)
+      << scene->remarks[0];
+}
+
+TEST(RigModels, AnIdentifiedBallBearingsFrictionIsUsedAndSaid) {
+  SwapBench bench;
+  bench.add(1.0, "current");
+  const SceneSource source{SceneSource::Kind::kToml, kScene, {}};
+  const auto before = bench.scenes().resolve(source);
+  ASSERT_TRUE(before) << before.refusal().error.text();
+  ASSERT_TRUE(before->model);
+  EXPECT_FALSE(before->model->model.bearing_friction);
+  rt::IdentifiedModel model = test::example_friction(kObject, rt::Tip::kBallBearing);
+  model.device = bench.scenes().rig_info().device.model;
+  model.sensor = bench.scenes().rig_info().sensor.model;
+  const std::string hash = bench.store().add(model)->hash;
+  ASSERT_TRUE(bench.store().tag(hash, "current"));
+  const auto scene = bench.scenes().resolve(source);
+  ASSERT_TRUE(scene) << scene.refusal().error.text();
+  ASSERT_TRUE(scene->model && scene->model->model.bearing_friction);
+  EXPECT_EQ(scene->model->model.bearing_friction->kinetic, 0.4);
+  EXPECT_TRUE(std::find(scene->stored.begin(), scene->stored.end(), hash) != scene->stored.end());
+  ASSERT_EQ(scene->remarks.size(), 1U);
+  EXPECT_EQ(scene->remarks[0], "friction of the ball bearing: 0.4, from stored model " + hash.substr(0, 12));
+  EXPECT_TRUE(bench.scenes().compose(*scene));
 }
 
 TEST(RigModels, ASceneToldOfItsModelsSaysWhatSpeaksAgainstThem) {

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "hal/sim/simulated_rig.h"
-#include "rt/identify/contact_creep_force.h"
+#include "rt/deformation/creep_force.h"
 #include "rt/identify/palpation_tracker.h"
 #include "server/palpation/simulated_palpator.h"
 #include "tests/study/explore/scenes.h"

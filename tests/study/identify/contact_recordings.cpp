@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "hal/replay/recording.h"
+#include "rt/deformation/creep_force.h"
 #include "rt/identify/contact_creep_fit.h"
-#include "rt/identify/contact_creep_force.h"
 #include "rt/identify/contact_identification.h"
 #include "rt/identify/contact_point.h"
 #include "rt/identify/contact_surface.h"

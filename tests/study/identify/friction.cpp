@@ -39,7 +39,9 @@ Identified identified_on(const std::string& object, rt::Tip tip) {
   const hal::RigInfo info = value_of(create_rig(config))->info();
   rt::FrictionTask task;
   task.tip = tip;
+  task.exponent_is_one = true;
   rt::FrictionIdentification identification(task, info);
+  task.exponent_is_one = false;
   task.exponent = true;
   rt::FrictionIdentification with_exponent(task, info);
   rt::SurfaceScan scan(task.threshold_n, info);

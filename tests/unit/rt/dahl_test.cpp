@@ -1,5 +1,8 @@
 #include "rt/friction/dahl.h"
 
+#include <cmath>
+#include <limits>
+
 #include "directions.h"
 
 namespace hapticd::rt {
@@ -234,6 +237,27 @@ TEST(Dahl, AClosedLoopCostsWork) {
       work += 0.5 * dot(before + z, step);
     }
     EXPECT_GT(work + 0.5 * kPreslidingMm * (dot(begin, begin) - dot(z, z)), 0.0) << radius_mm << " mm";
+  }
+}
+
+TEST(Dahl, StaysBoundedThroughReversalsRestAndWhatIsNoNumberForAnyExponent) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double exponent : {0.0, 0.05, 0.5, 1.0, 2.0, 3.0}) {
+    double z = 0.0;
+    for (int i = 0; i < 200'000; ++i) {
+      z = dahl_step(z, 0.01 * std::sin(0.37 * i) + 1e-5, 0.06, exponent);
+      ASSERT_LE(std::abs(z), 1.0) << exponent;
+    }
+    const double before = z;
+    for (int i = 0; i < 36'000'000; ++i) z = dahl_step(z, 0.0, 0.06, exponent);
+    EXPECT_EQ(z, before) << "ten hours at rest";
+    EXPECT_EQ(dahl_step(z, kNaN, 0.06, exponent), before);
+    EXPECT_EQ(dahl_step(z, kInfinity, 0.06, exponent), 1.0);
+    EXPECT_EQ(dahl_step(z, -kInfinity, 0.06, exponent), -1.0);
+    const hal::Vector3 held =
+        dahl_step(hal::Vector3{0.3, 0.4, 0.0}, hal::Vector3{kNaN, 0.0, 0.0}, 0.06, exponent);
+    EXPECT_EQ(held.x, 0.3);
   }
 }
 

@@ -20,7 +20,8 @@ class ExploreBench {
       : info_(bench_rig(device)) {
     info_.device.coulomb_friction_n = coulomb_friction_n;
     scene_ = *resolve(std::move(spec), info_);
-    friction_ = scene_.tip == Tip::kRod ? *model.rod_friction : kBallBearingFriction;
+    friction_ =
+        scene_.tip == Tip::kRod ? *model.rod_friction : model.bearing_friction.value_or(kBallBearingFriction);
     pipeline_ = std::move(*compose(scene_, info_, &model));
     renderer_ = std::make_unique<Renderer>(scene_.guard, info_.rate_hz);
     renderer_->exchange(pipeline_.get(), scene_.guard);

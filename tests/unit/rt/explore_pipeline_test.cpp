@@ -147,6 +147,93 @@ TEST(ExplorePipeline, PushedOutTheTipIsDeeperThanTheEncodersSay) {
   }
 }
 
+TEST(ExplorePipeline, WhereTheStructureIsSofterTheTipIsDeeper) {
+  SceneSpec spec = explore_scene(Tip::kBallBearing);
+  spec.target = linear_target(0.7);
+  spec.explore.displacement = DisplacementEstimator::kRecursive;
+  StructuralModel field;
+  field.stiffness_n_per_mm = 2.537;
+  field.centre_mm = {-40.0, 0.0, 0.0};
+  field.gradient_per_mm = {0.01, 0.0, 0.0};  // 1.4 times the compliance where it presses
+  const auto deeper_mm = [](const SceneSpec& scene) {
+    const TickRecord record = ExploreBench(scene).press_and_hold();
+    return (record.displacement_mm - 4.0) / record.device_command_n.z;
+  };
+  EXPECT_NEAR(deeper_mm(spec), 1.0 / 2.537, 0.02);
+  spec.structural_field = field;
+  EXPECT_NEAR(deeper_mm(spec), 1.4 / 2.537, 0.02);
+}
+
+TEST(ExplorePipeline, TheFrictionOfTheBearingIsTheObjectsWhereItWasIdentified) {
+  ObjectModel model = bench_model();
+  model.bearing_friction = FrictionParameters{0.25, 0.05, 0.0};
+  const auto stroke = [](const ObjectModel& known, const ObjectModel& truth) {
+    SceneSpec spec = explore_scene(Tip::kBallBearing);
+    spec.target = linear_target(0.0);
+    ExploreBench object(spec, truth);
+    ExploreBench bench(spec, known);
+    TickRecord record;
+    const auto go = [&](const hal::Vector3& from, const hal::Vector3& to, int ticks) {
+      for (int i = 1; i <= ticks; ++i) {
+        const double share = static_cast<double>(i) / ticks;
+        record = bench.tick(object.at(from + (to - from) * (share * share * (3.0 - 2.0 * share))));
+      }
+    };
+    go({0.0, 0.0, 10.0}, {0.0, 0.0, 10.0}, 300);
+    go({0.0, 0.0, 10.0}, {0.0, 0.0, -4.0}, 1000);
+    for (int way = 0; way < 4; ++way) {
+      const double side = way % 2 == 0 ? 30.0 : 0.0;
+      go({30.0 - side, 0.0, -4.0}, {side, 0.0, -4.0}, 1000);
+    }
+    go({0.0, 0.0, -4.0}, {15.0, 0.0, -4.0}, 500);
+    return std::acos(std::min(1.0, record.normal.z));
+  };
+  const double with_it_rad = stroke(model, model);
+  const double without_rad = stroke(bench_model(), model);
+  RecordProperty("with_it_rad", std::to_string(with_it_rad));
+  RecordProperty("without_rad", std::to_string(without_rad));
+  EXPECT_LT(with_it_rad, 0.03);
+  EXPECT_GT(without_rad, 3.0 * with_it_rad);
+  EXPECT_GT(without_rad, 0.05);
+}
+
+TEST(ExplorePipeline, AToolThatTurnsAboutItsTipIsFreeWhereItsCentreIsKnown) {
+  const hal::Vector3 arm_mm{2.0, -3.0, 42.0};
+  struct Free {
+    double largest_n = 0.0;
+    int ticks_in_contact = 0;
+  };
+  const auto sway = [&](bool known) {
+    SceneSpec spec = explore_scene(Tip::kRod);
+    if (known) spec.explore.tip_to_centre_mm = arm_mm;
+    ExploreBench bench(spec);
+    const auto held = [](double t) {
+      return turn({0.0, 1.0, 0.0}, 0.5 * std::min(1.0, t) * std::sin(12.5 * t));
+    };
+    const hal::Vector3 tip_mm{0.0, 0.0, 20.0};
+    const auto centre = [&](double t) { return tip_mm + rotated(held(t), arm_mm); };
+    Free free;
+    constexpr double h = 1e-3;
+    for (int i = 0; i < 5000; ++i) {
+      const double t = 1e-3 * i;
+      const hal::Vector3 a = (centre(t + h) - centre(t) * 2.0 + centre(t - h)) * (1.0 / (h * h));
+      hal::RigSample sample = bench.at(tip_mm, held(t));
+      sample.sensor_force_n = bench.sensed_n(a * (-1e-6 * bench.scene().tool_mass_g), held(t));
+      const TickRecord record = bench.tick(sample);
+      free.ticks_in_contact += record.in_contact ? 1 : 0;
+      if (i > 200) free.largest_n = std::max(free.largest_n, norm(record.reaction_n));
+    }
+    return free;
+  };
+  const Free known = sway(true);
+  const Free unknown = sway(false);
+  RecordProperty("known_n", std::to_string(known.largest_n));
+  RecordProperty("unknown_n", std::to_string(unknown.largest_n));
+  EXPECT_EQ(known.ticks_in_contact, 0);
+  EXPECT_GT(unknown.ticks_in_contact, 0) << "else the test shows nothing";
+  EXPECT_LT(known.largest_n, 0.5 * unknown.largest_n);
+}
+
 TEST(ExplorePipeline, AfterAFaultNothingOfTheOldContactIsRemembered) {
   const SceneSpec spec = rigid(explore_scene(Tip::kRod), 0.7);
   const auto first_displacement = [](ExploreBench& bench) {

@@ -124,6 +124,31 @@ TEST(FrictionIdentification, FindsShortStrokesThatNeverSlide) {
   }
 }
 
+TEST(FrictionIdentification, TakesAnotherExponentOnlyWhereHeldOutStrokesAskForIt) {
+  for (const double exponent : {1.0, 0.1}) {
+    Strokes strokes;
+    strokes.amplitude_mm = 0.12;
+    strokes.truth = {0.45, 0.06, 0.0, exponent};
+    strokes.force_noise_n = 0.01;
+    const auto model = found(strokes);
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_LT(parameter(*model, "held_out_dahl_exponent").value, 0.03);
+    EXPECT_GT(parameter(*model, "held_out_maxwell_slip").value, 0.0);
+    if (exponent == 1.0) {
+      EXPECT_EQ(friction_of(*model).exponent, 1.0) << model->procedure;
+    } else {
+      EXPECT_NEAR(friction_of(*model).exponent, exponent, 0.1);
+      EXPECT_GT(parameter(*model, "held_out_dahl").value,
+                2.0 * parameter(*model, "held_out_dahl_exponent").value);
+      FrictionTask task;
+      task.exponent_is_one = true;
+      const auto as_published = found(strokes, task);
+      ASSERT_TRUE(as_published);
+      EXPECT_EQ(friction_of(*as_published).exponent, 1.0);
+    }
+  }
+}
+
 TEST(FrictionIdentification, SaysHowSureItIs) {
   // Errors that last as long as a passage: the level itself differs from stroke to stroke.
   double squared = 0.0;
@@ -274,6 +299,10 @@ TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {
   EXPECT_NEAR(law.step(-1e9), -p.kinetic(), 1e-9);
   for (int i = 0; i < 1000; ++i) law.step(0.0);
   EXPECT_NEAR(law.step(0.0), -p.kinetic(), 1e-9) << "rest changes nothing";
+  for (int i = 0; i < 36'000'000; ++i) law.step(0.0);
+  EXPECT_NEAR(law.step(0.0), -p.kinetic(), 1e-9) << "nor do ten hours of it";
+  EXPECT_NEAR(law.step(std::numeric_limits<double>::quiet_NaN()), -p.kinetic(), 1e-9);
+  EXPECT_NEAR(law.step(std::numeric_limits<double>::infinity()), p.kinetic(), 1e-9);
   law.release();
   EXPECT_EQ(law.step(0.0), 0.0);
 }

@@ -105,6 +105,8 @@ TEST_P(TurnedSensor, EverythingIsFound) {
   const auto& tool = std::get<ToolModel>(model->content);
   EXPECT_NEAR(tool.mass_g, body.mass_g, 0.002 * body.mass_g);
   EXPECT_LT(norm(tool.centre_mm - body.centre_mm), 0.05);
+  ASSERT_TRUE(tool.tip_to_centre_mm);
+  EXPECT_LT(norm(*tool.tip_to_centre_mm - body.arm_mm), 1.0);
   EXPECT_LT(norm(tool.force_bias_n - body.force_bias_n), 5e-4);
   EXPECT_LT(norm(tool.torque_bias_n_mm - body.torque_bias_n_mm), 0.02);
   const Quaternion& q = tool.sensor_to_tool;
@@ -146,6 +148,7 @@ TEST(ToolIdentification, UprightWavesTellTheMassButNotTheBiasAlongGravity) {
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_FALSE(model->converged);
   EXPECT_NEAR(std::get<ToolModel>(model->content).mass_g, 12.0, 0.05);
+  EXPECT_FALSE(std::get<ToolModel>(model->content).tip_to_centre_mm) << "it was never turned";
   EXPECT_TRUE(std::isinf(error_of(*model, "sensor_to_tool_x_rad")));
   EXPECT_TRUE(std::isinf(error_of(*model, "centre_x_mm"))) << "no torque came";
   EXPECT_TRUE(std::isinf(error_of(*model, "tip_to_centre_z_mm"))) << "nothing turned";
