@@ -2,7 +2,6 @@
 
 #include <numbers>
 
-#include "rt/signal/decay.h"
 #include "rt/signal/tick_interval.h"
 
 namespace hapticd::rt {
@@ -15,39 +14,43 @@ namespace hapticd::rt {
 /// A full prediction would take as much damping out of a contact as the delay puts in, at every frequency,
 /// and so lower the largest stable target. Pressing is slower than what becomes unstable: the slope is that
 /// of the reaction behind two equal first-order lags, s/(1 + s/ω)². It is exact for a steady rate, adds in
-/// phase at kCutoffHz, and beyond it is late, which damps. With y₁, y₂ behind one lag and two, the slope is ω
-/// (y₁ - y₂): bounded by what the force has been, without a difference of noisy values. First order in the
-/// interval for a changing input, stable for any interval.
+/// phase at kCutoffHz, and beyond it is late, which damps. With y₁, y₂ behind one lag and two, the slope is
+/// ω (y₁ - y₂): bounded by what the force has been, without a difference of noisy values. Trapezoidal rule
+/// over the measured interval: second order, exact for a steady rate, stable for any interval.
 class ReactionLead {
  public:
   static constexpr double kCutoffHz = 20.0;
 
   /// `lead_s` ≥ 0; 0 = off.
   ReactionLead(double lead_s, double rate_hz) noexcept
-      : gain_(lead_s * kOmega), decay_(1.0 / kOmega, rate_hz) {}
+      : gain_(lead_s * kOmega), half_step_(0.5 * kOmega / rate_hz) {}
 
   bool is_on() const noexcept { return gain_ > 0.0; }
   /// Takes the reaction of a tick, N; returns what to add to it, N. Across a gap nothing is known of the
   /// slope.
   double update(double reaction_n, const TickInterval& interval) noexcept {
     if (interval.is_gap) {
-      once_n_ = twice_n_ = reaction_n;
+      reaction_n_ = once_n_ = twice_n_ = reaction_n;
       return 0.0;
     }
-    const double share = 1.0 - decay_.over(interval.periods);
-    once_n_ += (reaction_n - once_n_) * share;
-    twice_n_ += (once_n_ - twice_n_) * share;
+    const double h = half_step_ * interval.periods;
+    const double share = h / (1.0 + h);
+    const double once_before_n = once_n_;
+    once_n_ += (reaction_n + reaction_n_ - 2.0 * once_n_) * share;
+    twice_n_ += (once_n_ + once_before_n - 2.0 * twice_n_) * share;
+    reaction_n_ = reaction_n;
     return gain_ * (once_n_ - twice_n_);
   }
-  void reset() noexcept { once_n_ = twice_n_ = 0.0; }
+  void reset() noexcept { reaction_n_ = once_n_ = twice_n_ = 0.0; }
 
  private:
   static constexpr double kOmega = 2.0 * std::numbers::pi * kCutoffHz;
 
   double gain_;
-  Decay decay_;
-  double once_n_ = 0.0;   ///< the reaction behind one lag
-  double twice_n_ = 0.0;  ///< and behind two
+  double half_step_;         ///< ω T/2 of one period
+  double reaction_n_ = 0.0;  ///< of the tick before
+  double once_n_ = 0.0;      ///< the reaction behind one lag
+  double twice_n_ = 0.0;     ///< and behind two
 };
 
 }  // namespace hapticd::rt

@@ -42,14 +42,13 @@ TEST(ReactionLead, AddsNothingToAForceThatStands) {
 
 TEST(ReactionLead, IsExactForASteadyRateWhateverTheInterval) {
   for (const double tick_ms : {0.2, 1.0, 5.0}) {
-    EXPECT_NEAR(after_a_ramp(20.0, tick_ms), kLeadS * 20.0, 0.2 * kLeadS * 20.0) << tick_ms << " ms";
+    EXPECT_NEAR(after_a_ramp(20.0, tick_ms), kLeadS * 20.0, 1e-3 * kLeadS * 20.0) << tick_ms << " ms";
   }
-  EXPECT_NEAR(after_a_ramp(20.0, 1.0), kLeadS * 20.0, 0.04 * kLeadS * 20.0);
 }
 
 TEST(ReactionLead, DampsWhatIsFasterThanItsCutoff) {
   // The part of the answer in quadrature: ahead of the force it takes damping, behind it it gives some.
-  for (const double hz : {20.0, 40.0, 100.0, 200.0}) {
+  for (const double hz : {25.0, 40.0, 100.0, 200.0}) {
     ReactionLead lead(kLeadS, kRateHz);
     std::complex<double> answer;
     for (int i = 0; i < 2000; ++i) {
