@@ -126,12 +126,11 @@ void read_contact(TomlTable& root, rt::SceneSpec& spec) {
 void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
   rt::CompensationParameters& c = spec.compensation;
   if (spec.kind == rt::SceneKind::kWall) {
-    for (const char* key : {"lead_ms", "reaction_lead_share", "back_drive_compensation"}) {
+    for (const char* key : {"reaction_lead_share", "back_drive_compensation"}) {
       refuse_foreign(control, key, "control." + std::string(key), spec, "\"tap_1d\" or \"explore\"");
     }
     return;
   }
-  control.read("lead_ms", c.lead_ms, kLeadMs);
   control.read("reaction_lead_share", c.reaction_lead_share, kReactionLeadShare);
   control.read("back_drive_compensation", c.back_drive);
 }
@@ -288,8 +287,10 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   control.read("derivative_gain_ms", spec.controller.derivative_gain_ms, kDerivativeMs);
   if (explores(spec)) {
     structure.read("cutoff_hz", spec.explore.deflection_cutoff_hz, kCutoffHz);
+    control.read("lead_ms", spec.compensation.lead_ms, kLeadMs);
   } else {
     refuse_foreign(structure, "cutoff_hz", "structure.cutoff_hz", spec, kExploreOnly);
+    refuse_foreign(control, "lead_ms", "control.lead_ms", spec, kExploreOnly);
   }
   read_compensation(control, spec);
 
@@ -367,8 +368,9 @@ std::string write_scene(const rt::SceneSpec& spec) {
                       number(spec.controller.derivative_gain_ms));
   if (spec.kind != rt::SceneKind::kWall) {
     const rt::CompensationParameters& c = spec.compensation;
-    text += fmt::format("lead_ms = {}\nreaction_lead_share = {}\nback_drive_compensation = {}\n",
-                        number(c.lead_ms), number(c.reaction_lead_share), c.back_drive);
+    if (explore) text += fmt::format("lead_ms = {}\n", number(c.lead_ms));
+    text += fmt::format("reaction_lead_share = {}\nback_drive_compensation = {}\n",
+                        number(c.reaction_lead_share), c.back_drive);
   }
   text += fmt::format(
       "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\nsensor_stale_after_ms = "

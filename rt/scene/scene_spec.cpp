@@ -121,7 +121,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   }
   if (uses_sensor) {
     const CompensationParameters& c = spec.compensation;
-    check.range("control.lead_ms", c.lead_ms, 0.0, 50.0, "ms");
+    if (explores) check.range("control.lead_ms", c.lead_ms, 0.0, 50.0, "ms");
     check.range("control.reaction_lead_share", c.reaction_lead_share, 0.0, 1.0,
                 "(fraction of the loop's delay; more takes damping out of a contact)");
   }
@@ -193,8 +193,9 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
 }
 
-void outline_compensation(const CompensationParameters& c, std::vector<std::string>& stages) {
-  if (c.lead_ms > 0.0)
+void outline_compensation(const SceneSpec& spec, std::vector<std::string>& stages) {
+  const CompensationParameters& c = spec.compensation;
+  if (spec.kind == SceneKind::kExplore && c.lead_ms > 0.0)
     stages.push_back("prediction: displacement " + Checker::number(c.lead_ms) + " ms ahead");
   if (c.reaction_lead_share > 0.0) {
     stages.push_back("prediction: reaction, below 20 Hz, by " + Checker::number(c.reaction_lead_share) +
@@ -241,7 +242,7 @@ SceneOutline outline(const SceneSpec& spec) {
   const std::string axes = spec.kind == SceneKind::kExplore ? ", three axes (4.24)" : " (3.6)";
   result.stages.push_back(spec.controller.law == ControlLaw::kClosedLoop ? "controller: closed loop" + axes
                                                                          : "controller: open loop");
-  if (spec.kind != SceneKind::kWall) outline_compensation(spec.compensation, result.stages);
+  if (spec.kind != SceneKind::kWall) outline_compensation(spec, result.stages);
   if (spec.kind != SceneKind::kWall) result.stages.emplace_back("feasible range (3.8)");
   result.stages.emplace_back("guard: finite, force, rate, power, stale sensor");
   return result;

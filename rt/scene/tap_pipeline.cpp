@@ -14,7 +14,6 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       tool_mass_g_(resolved.tool_mass_g),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
       reach_(device_reach(resolved.guard.max_force_n, rig)),
-      lead_s_(1e-3 * resolved.compensation.lead_ms),
       timer_(rig.rate_hz),
       motion_(rig.device.position_resolution_mm, rig.rate_hz),
       zero_(resolved.contact.zero_bound_n),
@@ -121,8 +120,7 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
                                 ? now.reaction_n + reaction_lead_.update(now.reaction_n, now.interval)
                                 : now.reaction_n;
   if (!contact_.in_contact()) return {};
-  const double ahead_mm = lead_s_ * motion_.velocity_mm_per_s();
-  const double encoder_mm = now.depth_mm - contact_depth_mm_ + ahead_mm;
+  const double encoder_mm = now.depth_mm - contact_depth_mm_;
   // a (f_r - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
   const double share = contact_.authority();
   DesiredForce desired = structural_n_per_mm_ > 0.0
@@ -130,7 +128,7 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
                                                          encoder_mm, structural_n_per_mm_)
                              : desired_force_rigid(share * reaction_n, share * target_n_per_mm, encoder_mm);
   if (hold_within_sensor(desired, encoder_mm)) record.guard_limits |= guard_limit::kForce;
-  record.displacement_mm = std::max(0.0, desired.displacement_mm - ahead_mm);
+  record.displacement_mm = desired.displacement_mm;
   return desired;
 }
 

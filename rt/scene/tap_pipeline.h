@@ -47,7 +47,7 @@ class TapPipeline final : public Pipeline {
 
   Measured measure(const hal::RigSample& sample) noexcept;
   void update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
-  /// (3.3) as far ahead as the loop is late.
+  /// (3.3) with the reaction as far ahead as the loop is late.
   DesiredForce desired_force(const Measured& now, double target_n_per_mm, TickRecord& record) noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
@@ -58,7 +58,6 @@ class TapPipeline final : public Pipeline {
   double tool_mass_g_;
   double structural_n_per_mm_;  ///< 0 = device taken as rigid
   DeviceReach reach_;
-  double lead_s_;
   TickTimer timer_;
   MotionEstimator motion_;
   ZeroTracker zero_;

@@ -41,12 +41,12 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     numbers.insert(numbers.end(), more.begin(), more.end());
   };
   if (kind == rt::SceneKind::kWall) add({&wall});
-  if (kind != rt::SceneKind::kWall) add({&lead, &reaction_lead});
+  if (kind != rt::SceneKind::kWall) add({&reaction_lead});
   if (kind != rt::SceneKind::kWall)
     add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
   if (kind == rt::SceneKind::kExplore) {
-    add({&cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
+    add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
     if (!mounting) mounting.emplace();
     auto& [turn, bias] = *mounting;
     add({&turn.x, &turn.y, &turn.z, &bias.x, &bias.y, &bias.z});
@@ -177,9 +177,13 @@ TEST(SceneFile, WhatMeansNothingInAKindOfSceneIsRefused) {
   expect_error("name = \"x\"\nkind = \"wall\"\n[displacement]\nestimator = \"fused\"\n",
                {"'displacement' means nothing in a scene of kind \"wall\"", "scene text, line 3", "",
                 "kind = \"explore\"", "remove it, or choose such a kind"});
-  expect_error("name = \"x\"\nkind = \"wall\"\n[control]\nlead_ms = 5\n",
-               {"'control.lead_ms' means nothing in a scene of kind \"wall\"", "scene text, line 4", "",
-                "kind = \"tap_1d\" or \"explore\"", "remove it, or choose such a kind"});
+  expect_error("name = \"x\"\n[control]\nlead_ms = 5\n",
+               {"'control.lead_ms' means nothing in a scene of kind \"tap_1d\"", "scene text, line 3", "",
+                "kind = \"explore\"", "remove it, or choose such a kind"});
+  expect_error(
+      "name = \"x\"\nkind = \"wall\"\n[control]\nreaction_lead_share = 0.5\n",
+      {"'control.reaction_lead_share' means nothing in a scene of kind \"wall\"", "scene text, line 4", "",
+       "kind = \"tap_1d\" or \"explore\"", "remove it, or choose such a kind"});
   expect_error("name = \"x\"\nkind = \"explore\"\npress_axis = [0, 0, -1]\n",
                {"'press_axis' means nothing in a scene of kind \"explore\"", "scene text, line 3", "",
                 "kind = \"tap_1d\" or \"wall\"", "remove it, or choose such a kind"});

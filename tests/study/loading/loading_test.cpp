@@ -18,8 +18,8 @@ void PrintTo(const LoadingCase& c, std::ostream* out) {
 namespace {
 
 class Loading : public testing::TestWithParam<LoadingCase> {};
-INSTANTIATE_TEST_SUITE_P(Quick, Loading, testing::ValuesIn(loading_cases(true)), [](const auto& info) {
-  const LoadingCase& c = info.param;
+INSTANTIATE_TEST_SUITE_P(Quick, Loading, testing::ValuesIn(loading_cases(true)), [](const auto& tested) {
+  const LoadingCase& c = tested.param;
   return c.device + "_" + c.object + "_" + (c.target_n_per_mm < 0.5 ? "softer" : "harder");
 });
 

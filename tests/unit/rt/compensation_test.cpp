@@ -119,14 +119,6 @@ TEST(TapCompensation, WithoutAnyTheForceIsThatOfThePresentTick) {
   EXPECT_NEAR(pressing_on(kNone).desired_force_n, (kObjectNPerMm - kTargetNPerMm) * 4.0, 0.02);
 }
 
-TEST(TapCompensation, TheDisplacementIsPredicted) {
-  CompensationParameters lead = kNone;
-  lead.lead_ms = 3.0;
-  const double ahead_n = pressing_on(lead).desired_force_n - pressing_on(kNone).desired_force_n;
-  EXPECT_NEAR(ahead_n, -kTargetNPerMm * 3e-3 * kSpeedMmPerS, 0.003);
-  EXPECT_NEAR(pressing_on(lead).displacement_mm, 4.0, 0.05) << "what is reported is where the tip is";
-}
-
 TEST(TapCompensation, TheReactionIsPredicted) {
   CompensationParameters lead = kNone;
   lead.reaction_lead_share = 0.9;
@@ -226,8 +218,8 @@ TEST(CompensationScene, WhatIsOffIsNoStage) {
     }
     return false;
   };
-  EXPECT_TRUE(mentions("prediction: displacement"));
   EXPECT_TRUE(mentions("prediction: reaction"));
+  EXPECT_FALSE(mentions("prediction: displacement")) << "only while exploring";
   EXPECT_TRUE(mentions("back-drive"));
   spec.compensation = kNone;
   EXPECT_FALSE(mentions("prediction"));
