@@ -30,9 +30,9 @@ TEST_P(Loading, CompensationBringsTheForceNearerWhileTheHandPresses) {
   leave_uncompensated(trial.scene);
   const LoadingOutcome without = press(trial);
   ASSERT_EQ(without.failed, "");
-  // A soft object that is to feel harder is late by the evidence of it, which nothing can make up for.
-  const bool late = GetParam().object == "sponge_block" && GetParam().target_n_per_mm > 0.5;
-  EXPECT_LT(with.error_mean, (late ? 1.05 : 0.85) * without.error_mean);
+  // On a small device a soft object is felt late, by the evidence of it, which nothing can make up for.
+  const bool late = GetParam().object == "sponge_block" && GetParam().device == "phantom_1_0";
+  EXPECT_LT(with.error_mean, (late ? 1.15 : 0.75) * without.error_mean);
   EXPECT_LT(with.error_mean, late ? 0.18 : 0.07);
 }
 
