@@ -19,7 +19,7 @@ struct Cause {
   const char* name;
   const char* in_words;
   std::function<void(LoadingTrial&)> switch_off;
-  bool with_others = true;  ///< taken out where all are at once; a light and stiff device has no mode
+  bool with_others = true;  ///< taken out where all are at once; a light device would swing by itself
 };
 
 /// A device without mass would have no structural mode: a hundredth of it, as stiff as before.
@@ -65,7 +65,7 @@ const std::vector<Cause>& causes() {
       {"controller", "the desired force is the command",
        [](LoadingTrial& trial) { trial.scene.controller.law = rt::ControlLaw::kOpenLoop; }},
       {"friction", "no dry or viscous friction in the device", remove_friction},
-      {"inertia", "device, sensor and tool of a fiftieth of their mass", make_light},
+      {"inertia", "device, sensor and tool of a fiftieth of their mass", make_light, false},
       {"structure", "25 times as stiff", stiffen, false},
       {"encoders", "0.1 µm", refine_encoders},
   };
@@ -156,7 +156,7 @@ void run_loading_budget(StudyContext& context) {
       "At 10 N/s. Each part is the mean error less that of the same press without the cause, in "
       "percent of the target; negative where a cause hides another's error. ";
   for (const Cause& cause : causes()) remark += std::string(cause.name) + ": " + cause.in_words + "; ";
-  remark += "left without any: with all of them but the structure taken out at once.";
+  remark += "left without any: with all of them but inertia and structure taken out at once.";
   context.report.add_table("loading_budget", "What makes the error while pressing", table, remark);
   context.report.add_table("loading_budget_means", "The same, mean of the objects and targets", means);
 }

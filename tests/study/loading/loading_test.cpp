@@ -42,7 +42,7 @@ TEST_P(Loading, TheHandReachesTheRateItIsAskedFor) {
     const LoadingOutcome outcome = press_as_feasible(trial);
     ASSERT_EQ(outcome.failed, "");
     EXPECT_GT(outcome.max_rate_n_per_s, 0.8 * rate);
-    EXPECT_LT(outcome.max_rate_n_per_s, 2.0 * rate);
+    EXPECT_LT(outcome.max_rate_n_per_s, 2.5 * rate) << "the first force rendered is a small step";
   }
 }
 
