@@ -22,7 +22,7 @@ struct Cause {
   bool with_others = true;  ///< taken out where all are at once; a light device would swing by itself
 };
 
-/// A device without mass would have no structural mode: a hundredth of it, as stiff as before.
+/// A device without mass would have no structural mode: a fiftieth of it, as stiff as before.
 void make_light(LoadingTrial& trial) {
   constexpr double kShare = 0.02;
   sim::DeviceModel& device = *trial.rig.custom_device;
@@ -77,11 +77,11 @@ const std::vector<Cause>& causes() {
 void run_loading_budget(StudyContext& context) {
   std::vector<std::string> headers{"device", "object", "dims", "target N/mm", "compensation", "error %"};
   for (const Cause& cause : causes()) headers.emplace_back(cause.name);
-  headers.emplace_back("left without any");
+  headers.emplace_back("left");
   report::MarkdownTable table(headers);
   std::vector<std::string> mean_headers{"device", "dims", "compensation", "error %"};
   for (const Cause& cause : causes()) mean_headers.emplace_back(cause.name);
-  mean_headers.emplace_back("left without any");
+  mean_headers.emplace_back("left");
   report::MarkdownTable means(mean_headers);
 
   struct Sums {
@@ -156,7 +156,7 @@ void run_loading_budget(StudyContext& context) {
       "At 10 N/s. Each part is the mean error less that of the same press without the cause, in "
       "percent of the target; negative where a cause hides another's error. ";
   for (const Cause& cause : causes()) remark += std::string(cause.name) + ": " + cause.in_words + "; ";
-  remark += "left without any: with all of them but inertia and structure taken out at once.";
+  remark += "left: with all of them but inertia and structure taken out at once.";
   context.report.add_table("loading_budget", "What makes the error while pressing", table, remark);
   context.report.add_table("loading_budget_means", "The same, mean of the objects and targets", means);
 }
