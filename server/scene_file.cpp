@@ -35,6 +35,7 @@ constexpr Range kStaleMs{0.0, 1000.0, "ms"};
 constexpr Range kForceNoiseN{1e-5, 1.0, "N"};
 constexpr Range kCutoffHz{0.0, 5000.0, "Hz"};
 constexpr Range kLeadMs{0.0, 50.0, "ms"};
+constexpr Range kReactionLeadShare{0.0, 1.0, ""};
 constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
 constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
 constexpr Range kExponent{1.0, 3.0, ""};
@@ -119,6 +120,19 @@ void read_contact(TomlTable& root, rt::SceneSpec& spec) {
   } else {
     refuse_foreign(contact, "force_noise_n", "contact.force_noise_n", spec, kExploreOnly);
   }
+}
+
+/// What is added so that the hand gets the force while it moves.
+void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
+  rt::CompensationParameters& c = spec.compensation;
+  if (spec.kind == rt::SceneKind::kWall) {
+    for (const char* key : {"reaction_lead_share", "back_drive_compensation"}) {
+      refuse_foreign(control, key, "control." + std::string(key), spec, "\"tap_1d\" or \"explore\"");
+    }
+    return;
+  }
+  control.read("reaction_lead_share", c.reaction_lead_share, kReactionLeadShare);
+  control.read("back_drive_compensation", c.back_drive);
 }
 
 /// What only scenes of kind "explore" have, section by section.
@@ -273,13 +287,12 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   control.read("derivative_gain_ms", spec.controller.derivative_gain_ms, kDerivativeMs);
   if (explores(spec)) {
     structure.read("cutoff_hz", spec.explore.deflection_cutoff_hz, kCutoffHz);
-    control.read("lead_ms", spec.explore.lead_ms, kLeadMs);
-    control.read("back_drive_compensation", spec.explore.back_drive_compensation);
+    control.read("lead_ms", spec.compensation.lead_ms, kLeadMs);
   } else {
     refuse_foreign(structure, "cutoff_hz", "structure.cutoff_hz", spec, kExploreOnly);
     refuse_foreign(control, "lead_ms", "control.lead_ms", spec, kExploreOnly);
-    refuse_foreign(control, "back_drive_compensation", "control.back_drive_compensation", spec, kExploreOnly);
   }
+  read_compensation(control, spec);
 
   TomlTable guard = root.table("guard");
   guard.read("max_force_n", spec.guard.max_force_n, kForceN);
@@ -353,9 +366,11 @@ std::string write_scene(const rt::SceneSpec& spec) {
   text += fmt::format("\n[control]\nlaw = {}\nproportional_gain = {}\nderivative_gain_ms = {}\n",
                       quoted_word(spec.controller.law, kLaws), number(spec.controller.proportional_gain),
                       number(spec.controller.derivative_gain_ms));
-  if (explore) {
-    text += fmt::format("lead_ms = {}\nback_drive_compensation = {}\n", number(spec.explore.lead_ms),
-                        spec.explore.back_drive_compensation);
+  if (spec.kind != rt::SceneKind::kWall) {
+    const rt::CompensationParameters& c = spec.compensation;
+    if (explore) text += fmt::format("lead_ms = {}\n", number(c.lead_ms));
+    text += fmt::format("reaction_lead_share = {}\nback_drive_compensation = {}\n",
+                        number(c.reaction_lead_share), c.back_drive);
   }
   text += fmt::format(
       "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\nsensor_stale_after_ms = "

@@ -10,24 +10,30 @@ namespace hapticd::rt {
 /// that of the last motion. Dahl's state follows that motion, so the compensation holds while the hand holds
 /// still and turns over a tenth of a millimetre when it turns back. It gives less than the friction it
 /// compensates, so device and compensation together stay dissipative.
-class BackDriveCompensation {
+/// `Value` is a number along a line or a vector in the rig frame.
+template <class Value>
+class BasicBackDriveCompensation {
  public:
-  static constexpr double kShare = 0.7;
+  static constexpr double kShare = 0.8;
   static constexpr double kTurnOverMm = 0.1;
 
   /// Zero where the device's friction is unknown.
-  explicit BackDriveCompensation(double friction_n) noexcept : force_n_(kShare * friction_n) {}
+  explicit BasicBackDriveCompensation(double friction_n) noexcept : force_n_(kShare * friction_n) {}
 
   /// Motion of the encoders since the last tick; returns the force to add to the command.
-  hal::Vector3 update(const hal::Vector3& step_mm) noexcept {
+  Value update(const Value& step_mm) noexcept {
     direction_ = dahl_step(direction_, step_mm, kTurnOverMm);
     return direction_ * force_n_;
   }
-  void reset() noexcept { direction_ = {}; }
+  void reset() noexcept { direction_ = Value{}; }
+  bool is_on() const noexcept { return force_n_ > 0.0; }
 
  private:
   double force_n_;
-  hal::Vector3 direction_;
+  Value direction_{};
 };
+
+using BackDriveCompensation = BasicBackDriveCompensation<double>;
+using BackDriveCompensation3 = BasicBackDriveCompensation<hal::Vector3>;
 
 }  // namespace hapticd::rt

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "rt/control/loop_delay.h"
 #include "rt/scene/fill_contact.h"
 #include "rt/signal/ticks.h"
 #include "rt/target/release_fade.h"
@@ -44,7 +45,7 @@ Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, do
 ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& model, const hal::RigInfo& rig)
     : options_(resolved.explore),
       reach_(device_reach(resolved.guard.max_force_n, rig)),
-      lead_s_(1e-3 * resolved.explore.lead_ms),
+      lead_s_(1e-3 * resolved.compensation.lead_ms),
       load_(resolved.explore.sensor_mounting
                 ? ToolLoad::mounted(resolved.tool_mass_g, *resolved.explore.sensor_mounting)
                 : ToolLoad(resolved.tool_mass_g, resolved.explore.gravity_at_bias)),
@@ -62,7 +63,10 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
       target_(resolved.target, rig.rate_hz),
       passivity_(rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
-      back_drive_(resolved.explore.back_drive_compensation ? rig.device.coulomb_friction_n : 0.0) {
+      reaction_lead_(
+          resolved.compensation.reaction_lead_share * reaction_delay_s(resolved.controller, rig.rate_hz),
+          rig.rate_hz),
+      back_drive_(resolved.compensation.back_drive ? rig.device.coulomb_friction_n : 0.0) {
   if (resolved.explore.tip_to_centre_mm) {
     load_.set_tip_to_centre(*resolved.explore.tip_to_centre_mm);
     mass_motion_.emplace(rig.device.position_resolution_mm, rig.rate_hz);
@@ -85,6 +89,8 @@ void ExplorePipeline::reset() noexcept {
   deflection_.reset();
   displacement_.reset();
   controller_.reset();
+  reaction_lead_.reset();
+  reaction_ahead_n_ = 0.0;
   back_drive_.reset();
   back_drive_direction_n_ = back_drive_n_ = command_n_ = {};
   has_tip_ = false;
@@ -128,7 +134,9 @@ ExplorePipeline::Measured ExplorePipeline::measure(const hal::RigSample& sample)
   now.reaction_n = now.load_n + load_.inertia_n(now.mass_acceleration_mm_per_s2);
   if (has_tip_) {
     now.step_mm = now.tip_mm - last_tip_mm_;
-    back_drive_direction_n_ = back_drive_.update(sample.tip_position_mm - last_encoder_mm_);
+    if (back_drive_.is_on()) {
+      back_drive_direction_n_ = back_drive_.update(sample.tip_position_mm - last_encoder_mm_);
+    }
   }
   last_tip_mm_ = now.tip_mm;
   last_encoder_mm_ = sample.tip_position_mm;
@@ -223,8 +231,8 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
     const double target_n =
         target_.update(rendered_mm_ + lead_s_ * rate, rate, now.tip_mm, now.interval.periods);
     desired_before_n_ = options_.friction_feel == FrictionFeel::kKept
-                            ? normal * (target_n - normal_n)
-                            : normal * target_n - now.reaction_n;  // (4.4)
+                            ? normal * (target_n - normal_n - reaction_ahead_n_)
+                            : normal * (target_n - reaction_ahead_n_) - now.reaction_n;  // (4.4)
     return desired_before_n_ * share;
   }
   if (share == 0.0) {
@@ -257,6 +265,8 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
   }
   follow_zero(sample, now.interval);
   const bool in_contact = contact_.in_contact();
+  // Followed also before there is any authority, so that the slope is known once there is.
+  if (reaction_lead_.is_on()) reaction_ahead_n_ = reaction_lead_.update(normal_n, now.interval);
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);
   if (options_.passivity && release_share_ > 0.0) {
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,

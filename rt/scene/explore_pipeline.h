@@ -7,6 +7,7 @@
 #include "rt/contact/contact_stage.h"
 #include "rt/contact/zero_tracker.h"
 #include "rt/control/back_drive_compensation.h"
+#include "rt/control/reaction_lead.h"
 #include "rt/control/three_axis_controller.h"
 #include "rt/deformation/direction.h"
 #include "rt/deformation/displacement.h"
@@ -104,7 +105,9 @@ class ExplorePipeline final : public Pipeline {
   hal::Vector3 desired_before_n_;   ///< in the last tick of contact, for the fade
   HandPortPassivity passivity_;
   ThreeAxisController controller_;
-  BackDriveCompensation back_drive_;
+  ReactionLead reaction_lead_;
+  double reaction_ahead_n_ = 0.0;  ///< of the normal force, beyond its present value
+  BackDriveCompensation3 back_drive_;
   hal::Vector3 back_drive_direction_n_;  ///< all of the compensation
   hal::Vector3 back_drive_n_;            ///< in the command besides what the controller wants
   hal::Vector3 command_n_;               ///< the last one, before the guard

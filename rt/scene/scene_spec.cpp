@@ -119,13 +119,18 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
                   "N/mm (0.8 of the structural stiffness, as far as it can be compensated)");
     }
   }
+  if (uses_sensor) {
+    const CompensationParameters& c = spec.compensation;
+    if (explores) check.range("control.lead_ms", c.lead_ms, 0.0, 50.0, "ms");
+    check.range("control.reaction_lead_share", c.reaction_lead_share, 0.0, 1.0,
+                "(fraction of the loop's delay; more takes damping out of a contact)");
+  }
   if (explores) {
     const ExploreParameters& e = spec.explore;
     if (spec.tool_mass_g == 0.0) {
       check.fail("tool.mass_g", 0.0, "the mass beyond the sensor, in g",
                  "the rig does not know it: weigh the tool and give it, or its weight is taken for contact");
     }
-    check.range("control.lead_ms", e.lead_ms, 0.0, 50.0, "ms");
     check.range("structure.cutoff_hz", e.deflection_cutoff_hz, 0.0, 0.4 * rig.rate_hz, "Hz (0: at once)");
     check.range("contact.force_noise_n", e.force_noise_n, 1e-5, 1.0, "N");
     const double gravity = std::sqrt(dot(e.gravity_at_bias, e.gravity_at_bias));
@@ -185,9 +190,18 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   }
   stages.emplace_back(e.friction_feel == FrictionFeel::kKept ? "target force: along the normal, friction kept"
                                                              : "target force (4.4), friction cancelled");
-  if (e.lead_ms > 0.0)
-    stages.push_back("prediction: displacement " + Checker::number(e.lead_ms) + " ms ahead");
   if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
+}
+
+void outline_compensation(const SceneSpec& spec, std::vector<std::string>& stages) {
+  const CompensationParameters& c = spec.compensation;
+  if (spec.kind == SceneKind::kExplore && c.lead_ms > 0.0)
+    stages.push_back("prediction: displacement " + Checker::number(c.lead_ms) + " ms ahead");
+  if (c.reaction_lead_share > 0.0) {
+    stages.push_back("prediction: reaction, below 20 Hz, by " + Checker::number(c.reaction_lead_share) +
+                     " of the loop's delay");
+  }
+  if (c.back_drive) stages.emplace_back("back-drive compensation: the device's own dry friction");
 }
 
 }  // namespace
@@ -228,9 +242,7 @@ SceneOutline outline(const SceneSpec& spec) {
   const std::string axes = spec.kind == SceneKind::kExplore ? ", three axes (4.24)" : " (3.6)";
   result.stages.push_back(spec.controller.law == ControlLaw::kClosedLoop ? "controller: closed loop" + axes
                                                                          : "controller: open loop");
-  if (spec.kind == SceneKind::kExplore && spec.explore.back_drive_compensation) {
-    result.stages.emplace_back("back-drive compensation: the device's own dry friction");
-  }
+  if (spec.kind != SceneKind::kWall) outline_compensation(spec, result.stages);
   if (spec.kind != SceneKind::kWall) result.stages.emplace_back("feasible range (3.8)");
   result.stages.emplace_back("guard: finite, force, rate, power, stale sensor");
   return result;

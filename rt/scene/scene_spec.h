@@ -8,6 +8,7 @@
 #include "hal/error.h"
 #include "hal/rig.h"
 #include "rt/contact/contact_detector.h"
+#include "rt/control/compensation_parameters.h"
 #include "rt/control/force_controller.h"
 #include "rt/guard/guard.h"
 #include "rt/model/structural_model.h"
@@ -59,8 +60,6 @@ struct ExploreParameters {
   FrictionFeel friction_feel = FrictionFeel::kKept;
   ReleaseMethod release = ReleaseMethod::kFollow;
   bool passivity = true;                         ///< observer and controller at the hand's port
-  bool back_drive_compensation = true;           ///< of the device's own dry friction
-  double lead_ms = 3.0;                          ///< displacement is predicted so far ahead
   double deflection_cutoff_hz = 10.0;            ///< how fast the tip is taken to follow (4.25)
   double force_noise_n = 0.003;                  ///< standard deviation of a tick's mean, each component
   hal::Vector3 gravity_at_bias{0.0, 0.0, -1.0};  ///< tool frame, when the sensor was biased (4.6)
@@ -101,8 +100,9 @@ struct SceneSpec {
 
   ExploreParameters explore;
 
-  ControllerParameters controller;  ///< proportional_gain 0 = the device's own
-  GuardLimits guard;                ///< zeros = the device's own
+  ControllerParameters controller;      ///< proportional_gain 0 = the device's own
+  CompensationParameters compensation;  ///< kTap1d, kExplore
+  GuardLimits guard;                    ///< zeros = the device's own
 };
 
 /// What the rig must offer for a scene, and what the scene is made of; for `scene explain`.

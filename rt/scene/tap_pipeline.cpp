@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/control/loop_delay.h"
 #include "rt/scene/fill_contact.h"
 #include "rt/signal/tool_compensation.h"
 
@@ -20,7 +21,11 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       looks_back_(resolved.contact.method == ContactMethod::kMatchedInertia),
       contact_(resolved.contact, resolved.tool_mass_g, rig.rate_hz),
       target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
-      controller_(resolved.controller, rig.rate_hz) {}
+      controller_(resolved.controller, rig.rate_hz),
+      reaction_lead_(
+          resolved.compensation.reaction_lead_share * reaction_delay_s(resolved.controller, rig.rate_hz),
+          rig.rate_hz),
+      back_drive_(resolved.compensation.back_drive ? rig.device.coulomb_friction_n : 0.0) {}
 
 std::uint32_t TapPipeline::channels() const noexcept {
   return channel::kMotion | channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl |
@@ -33,6 +38,10 @@ void TapPipeline::reset() noexcept {
   contact_.reset();
   controller_.reset();
   fade_.reset();
+  reaction_lead_.reset();
+  back_drive_.reset();
+  has_depth_ = false;
+  back_drive_n_ = command_n_ = 0.0;
 }
 
 void TapPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
@@ -40,7 +49,10 @@ void TapPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
 }
 
 void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
-  controller_.applied(axis_.along_axis_n(force_n));
+  // The rest moves the arm. What the guard took off, it took off both.
+  const double passed_n = axis_.along_axis_n(force_n);
+  const double share = command_n_ != 0.0 ? std::clamp(passed_n / command_n_, 0.0, 1.0) : 0.0;
+  controller_.applied(passed_n - back_drive_n_ * share);
 }
 
 TapPipeline::Measured TapPipeline::measure(const hal::RigSample& sample) noexcept {
@@ -51,6 +63,9 @@ TapPipeline::Measured TapPipeline::measure(const hal::RigSample& sample) noexcep
   now.interval = timer_.update(position_ns);
   now.depth_mm = axis_.depth_mm(sample.tip_position_mm);
   if (structural_field_) structural_n_per_mm_ = structural_field_->stiffness_at(sample.tip_position_mm);
+  if (has_depth_) now.step_mm = now.depth_mm - last_depth_mm_;
+  last_depth_mm_ = now.depth_mm;
+  has_depth_ = true;
   motion_.update(now.depth_mm, position_ns);
   now.sensor_n = axis_.reaction_n(sample.sensor_force_n - zero_.zero().force_n);
   now.reaction_n = reaction_force_n(now.sensor_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
@@ -100,46 +115,55 @@ bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) c
   return true;
 }
 
+DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per_mm,
+                                        TickRecord& record) noexcept {
+  // Predicted also before there is any authority, so that the slope is known once there is.
+  const double reaction_n = reaction_lead_.is_on()
+                                ? now.reaction_n + reaction_lead_.update(now.reaction_n, now.interval)
+                                : now.reaction_n;
+  if (!contact_.in_contact()) return {};
+  const double encoder_mm = now.depth_mm - contact_depth_mm_;
+  // a (f_r - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
+  const double share = contact_.authority();
+  DesiredForce desired = structural_n_per_mm_ > 0.0
+                             ? desired_force_compensated(share * reaction_n, share * target_n_per_mm,
+                                                         encoder_mm, structural_n_per_mm_)
+                             : desired_force_rigid(share * reaction_n, share * target_n_per_mm, encoder_mm);
+  if (hold_within_sensor(desired, encoder_mm)) record.guard_limits |= guard_limit::kForce;
+  record.displacement_mm = desired.displacement_mm;
+  return desired;
+}
+
 hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const Measured now = measure(sample);
   update_contact(sample, now);
   const bool in_contact = contact_.in_contact();
 
   const double target = target_.update(now.interval.periods);
-  DesiredForce desired;
-  if (in_contact) {
-    const double encoder_mm = now.depth_mm - contact_depth_mm_;
-    // a (f_r - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
-    const double share = contact_.authority();
-    desired = structural_n_per_mm_ > 0.0
-                  ? desired_force_compensated(share * now.reaction_n, share * target, encoder_mm,
-                                              structural_n_per_mm_)
-                  : desired_force_rigid(share * now.reaction_n, share * target, encoder_mm);
-    if (hold_within_sensor(desired, encoder_mm)) record.guard_limits |= guard_limit::kForce;
-  }
+  DesiredForce desired = desired_force(now, target, record);
   desired.force_n = fade_.update(in_contact, desired.force_n, now.interval);
   const double device_force_n = controller_.device_force_n();
-  const double command_n = controller_.update(desired.force_n);
+  if (back_drive_.is_on()) back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority();
+  command_n_ = controller_.update(desired.force_n) + back_drive_n_;
 
   record.velocity_mm_per_s = motion_.velocity_mm_per_s();
   record.acceleration_mm_per_s2 = motion_.acceleration_mm_per_s2();
   record.reaction_force_n = now.reaction_n;
   fill_contact(contact_, record);
   record.zero = zero_.zero();
-  record.displacement_mm = desired.displacement_mm;
   record.target_stiffness_n_per_mm = target;
   record.desired_force_n = desired.force_n;
-  record.commanded_force_n = command_n;
+  record.commanded_force_n = command_n_;
   if (in_contact) {
     record.hand_force_n = now.reaction_n - device_force_n;  // (3.1)
-    if (desired.displacement_mm > 0.0) {
+    if (record.displacement_mm > 0.0) {
       const FeasibleRange range =
-          feasible_range(now.reaction_n / desired.displacement_mm, record.hand_force_n, reach_);
+          feasible_range(now.reaction_n / record.displacement_mm, record.hand_force_n, reach_);
       record.feasible_min_n_per_mm = range.min_n_per_mm;
       record.feasible_max_n_per_mm = range.max_n_per_mm;
     }
   }
-  return axis_.device_force_n(command_n);
+  return axis_.device_force_n(command_n_);
 }
 
 }  // namespace hapticd::rt

@@ -5,7 +5,9 @@
 #include "hal/rig.h"
 #include "rt/contact/contact_stage.h"
 #include "rt/contact/zero_tracker.h"
+#include "rt/control/back_drive_compensation.h"
 #include "rt/control/force_controller.h"
+#include "rt/control/reaction_lead.h"
 #include "rt/scene/axis.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
@@ -40,10 +42,13 @@ class TapPipeline final : public Pipeline {
     double depth_mm = 0.0;
     double sensor_n = 0.0;    ///< zero taken off
     double reaction_n = 0.0;  ///< f_r (3.4)
+    double step_mm = 0.0;     ///< of the encoders since the last tick; 0 where there is none
   };
 
   Measured measure(const hal::RigSample& sample) noexcept;
   void update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
+  /// (3.3) with the reaction as far ahead as the loop is late.
+  DesiredForce desired_force(const Measured& now, double target_n_per_mm, TickRecord& record) noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
   /// True where it was.
@@ -63,6 +68,12 @@ class TapPipeline final : public Pipeline {
   TargetRamp target_;
   ForceController controller_;
   ReleaseFade fade_;
+  ReactionLead reaction_lead_;
+  BackDriveCompensation back_drive_;
+  double last_depth_mm_ = 0.0;
+  bool has_depth_ = false;
+  double back_drive_n_ = 0.0;  ///< in the command besides what the controller wants
+  double command_n_ = 0.0;     ///< the last one, before the guard
 };
 
 }  // namespace hapticd::rt

@@ -17,18 +17,19 @@ namespace {
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, compensation, structural, explore, control, guard] = spec;
+         ramp, structure_compensated, structural, explore, control, compensation, guard] = spec;
   auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume, fall, gap] = guard;
-  auto& [direction, displacement, contact_law, feel, release, passivity, back_drive, lead, cutoff, noise,
-         gravity, mounting] = explore;
+  auto& [direction, displacement, contact_law, feel, release, passivity, cutoff, noise, gravity, mounting] =
+      explore;
+  auto& [lead, reaction_lead, back_drive] = compensation;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
-  static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(compensation),
+  static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
       static_cast<void>(method), static_cast<void>(evidence_required);
   static_cast<void>(release_ticks), static_cast<void>(quiet_ticks), static_cast<void>(free_ticks);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
@@ -40,7 +41,9 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     numbers.insert(numbers.end(), more.begin(), more.end());
   };
   if (kind == rt::SceneKind::kWall) add({&wall});
-  if (kind != rt::SceneKind::kWall) add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
+  if (kind != rt::SceneKind::kWall) add({&reaction_lead});
+  if (kind != rt::SceneKind::kWall)
+    add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
   if (kind == rt::SceneKind::kExplore) {
     add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
@@ -113,7 +116,6 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
       spec.explore.release =
           turn(round, 9, {rt::ReleaseMethod::kFollow, rt::ReleaseMethod::kFade, rt::ReleaseMethod::kCut});
       spec.explore.passivity = turn(round, 9, {true, false});
-      spec.explore.back_drive_compensation = turn(round, 6, {true, false});
       spec.target.kind =
           turn(round, 12,
                {Kind::kLinear, Kind::kHuntCrossley, Kind::kDisplacementProfile, Kind::kPositionProfile});
@@ -123,6 +125,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
         spec.target.knot_count = 1 + static_cast<std::uint32_t>(round) % rt::TargetLaw::kMaxKnots;
       }
     }
+    if (spec.kind != rt::SceneKind::kWall) spec.compensation.back_drive = turn(round, 6, {true, false});
     spec.controller.law = round % 2 == 0 ? rt::ControlLaw::kClosedLoop : rt::ControlLaw::kOpenLoop;
     for (double* number : numbers_of(spec)) *number = fraction(random);
 
@@ -150,7 +153,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->explore.friction_feel, spec.explore.friction_feel);
     EXPECT_EQ(again->explore.release, spec.explore.release);
     EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
-    EXPECT_EQ(again->explore.back_drive_compensation, spec.explore.back_drive_compensation);
+    EXPECT_EQ(again->compensation.back_drive, spec.compensation.back_drive);
     EXPECT_EQ(again->target.kind, spec.target.kind);
     EXPECT_EQ(again->target.knot_count, spec.target.knot_count);
     EXPECT_EQ(again->target.hunt_crossley.exponent, spec.target.hunt_crossley.exponent);
@@ -163,11 +166,11 @@ TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
       "name = \"x\"\n[target]\nstifness = 0.5\n",
       {"unknown key 'stifness' in [target]", "scene text, line 3", "",
        "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s", "did you mean 'stiffness_n_per_mm'?"});
-  expect_error(
-      "name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
-      {"unknown key 'contcat'", "scene text, line 2", "",
-       "name, kind, description, object_model, turntable_station, press_axis, tool, contact, target, structure, control, guard",
-       "did you mean 'contact'?"});
+  expect_error("name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
+               {"unknown key 'contcat'", "scene text, line 2", "",
+                "name, kind, description, object_model, turntable_station, press_axis, tool, contact, "
+                "target, structure, control, guard",
+                "did you mean 'contact'?"});
 }
 
 TEST(SceneFile, WhatMeansNothingInAKindOfSceneIsRefused) {
@@ -177,6 +180,10 @@ TEST(SceneFile, WhatMeansNothingInAKindOfSceneIsRefused) {
   expect_error("name = \"x\"\n[control]\nlead_ms = 5\n",
                {"'control.lead_ms' means nothing in a scene of kind \"tap_1d\"", "scene text, line 3", "",
                 "kind = \"explore\"", "remove it, or choose such a kind"});
+  expect_error(
+      "name = \"x\"\nkind = \"wall\"\n[control]\nreaction_lead_share = 0.5\n",
+      {"'control.reaction_lead_share' means nothing in a scene of kind \"wall\"", "scene text, line 4", "",
+       "kind = \"tap_1d\" or \"explore\"", "remove it, or choose such a kind"});
   expect_error("name = \"x\"\nkind = \"explore\"\npress_axis = [0, 0, -1]\n",
                {"'press_axis' means nothing in a scene of kind \"explore\"", "scene text, line 3", "",
                 "kind = \"tap_1d\" or \"wall\"", "remove it, or choose such a kind"});

@@ -2,6 +2,7 @@
 #include "tests/study/extremes/extremes_study.h"
 #include "tests/study/faults/faults_study.h"
 #include "tests/study/identify/identify_study.h"
+#include "tests/study/loading/loading_study.h"
 #include "tests/study/machine/machine_study.h"
 #include "tests/study/page.h"
 #include "tests/study/precision/precision_study.h"
@@ -69,6 +70,13 @@ const std::vector<Study>& studies() {
        {
            {"faults", "ticks from fault to zero force, what is told, and how force comes back", run_faults,
             PlantUse::kSeparable},
+       }},
+      {"loading",
+       "the force at the hand while it presses, not only while it holds",
+       {
+           {"error", "error at 2, 10 and 30 N/s and held, with and without compensation", run_loading_error},
+           {"budget", "which part of the error each cause makes, by switching it off in the rig",
+            run_loading_budget},
        }},
       {"trust",
        "where nothing is touched the device gives no force, whatever a clock, a sensor or an object does",

@@ -77,7 +77,7 @@ hal::Result<Scene> scene_named(const std::string& name) {
       explore.friction_feel = rt::FrictionFeel::kCancelled;
       explore.release = rt::ReleaseMethod::kCut;
       explore.passivity = false;
-      explore.back_drive_compensation = false;
+      scene.spec.compensation = {0.0, 0.0, false};
     }
     return scene;
   }

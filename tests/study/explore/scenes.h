@@ -73,8 +73,7 @@ inline rt::SceneSpec dissertation_scene(rt::Tip tip) {
   scene.explore.friction_feel = rt::FrictionFeel::kCancelled;
   scene.explore.release = rt::ReleaseMethod::kCut;
   scene.explore.passivity = false;
-  scene.explore.back_drive_compensation = false;
-  scene.explore.lead_ms = 0.0;
+  scene.compensation = {.lead_ms = 0.0, .reaction_lead_share = 0.0, .back_drive = false};
   scene.explore.deflection_cutoff_hz = 0.0;
   return scene;
 }

@@ -140,7 +140,7 @@ double maxwell_dither(const Effort& effort) {
 }
 
 double back_drive(const Effort& effort) {
-  rt::BackDriveCompensation compensation(0.2);
+  rt::BackDriveCompensation3 compensation(0.2);
   sim::Random random(3);
   Largest largest;
   const long ticks = effort.ticks(10.0) / 4;
@@ -177,8 +177,8 @@ ExtremeGroup friction_extremes() {
               {"Maxwell-slip", "ten hours of dither between two counts", "drift of the inner loop", "1",
                18e6 * 8 * 2.3e-16, "8 elements, ε a cycle", maxwell_dither},
               {"back-drive compensation", "dither between counts, 2.5 h", "largest force", "N",
-               rt::BackDriveCompensation::kShare * 0.2 * (1.0 + 1e-15),
-               "0.7 of the friction: stays dissipative", back_drive},
+               rt::BackDriveCompensation3::kShare * 0.2 * (1.0 + 1e-15),
+               "0.8 of the friction: stays dissipative", back_drive},
           }};
 }
 

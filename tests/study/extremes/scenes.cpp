@@ -75,7 +75,7 @@ class Bench {
     rt::SceneSpec scene = explore ? explore_scene(rt::Tip::kRod) : tap_scene();
     if (explore) scene.object_model = "made_up";
     scene.structural_compensation = false;
-    scene.explore.back_drive_compensation = false;  // it would add to what (3.3) asks for
+    scene.compensation.back_drive = false;  // it would add to what (3.3) asks for
     scene.target = rt::linear_target(target);
     return scene;
   }

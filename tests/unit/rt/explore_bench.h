@@ -100,7 +100,7 @@ inline std::vector<SceneSpec> all_explore_scenes() {
   other.name = "fused_hunt_crossley_fading";
   other.explore.law = ContactLawKind::kHuntCrossley;
   other.explore.release = ReleaseMethod::kFade;
-  other.explore.lead_ms = 3.0;
+  other.compensation.lead_ms = 3.0;
   scenes.push_back(other);
   other = explore_scene(Tip::kRod);
   other.name = "inverse_creep_cancelled";

@@ -150,7 +150,8 @@ TEST(ExploreScene, KeysOutOfRangeAreNamed) {
     std::vector<double> values;
   };
   for (const Case& c :
-       {Case{"control.lead_ms", [](SceneSpec&s, double v) { s.explore.lead_ms = v; }, {-1.0, 51.0, kNan}},
+       {Case{
+            "control.lead_ms", [](SceneSpec&s, double v) { s.compensation.lead_ms = v; }, {-1.0, 51.0, kNan}},
         Case{"structure.cutoff_hz",
              [](SceneSpec&s, double v) { s.explore.deflection_cutoff_hz = v; },
              {-1.0, 401.0, kNan}},

@@ -1,0 +1,230 @@
+// What is added so that the hand gets the force while it moves, block by block and in the scene of one
+// dimension. ReactionLead has a file of its own.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "rt/control/back_drive_compensation.h"
+#include "rt/control/default_gains.h"
+#include "rt/control/loop_delay.h"
+#include "rt/scene/compose.h"
+#include "rt/scene/renderer.h"
+
+namespace hapticd::rt {
+namespace {
+
+constexpr double kFrictionN = 0.2;
+constexpr double kObjectNPerMm = 0.8;
+constexpr double kTargetNPerMm = 0.5;
+
+TEST(LoopDelay, FollowsFromGainsAndRate) {
+  const ControllerParameters small = default_gains("phantom_1_0");
+  const ControllerParameters large = default_gains("phantom_1_5_high_force");
+  EXPECT_NEAR(reaction_delay_s(small, 1000.0), 3.7e-3, 0.05e-3);
+  EXPECT_NEAR(reaction_delay_s(large, 1000.0), 2.45e-3, 0.05e-3);
+  EXPECT_LT(reaction_delay_s(small, 5000.0), reaction_delay_s(small, 1000.0));
+  ControllerParameters open = small;
+  open.law = ControlLaw::kOpenLoop;
+  EXPECT_NEAR(reaction_delay_s(open, 1000.0), 1e-3 + kActuationDelayS, 1e-12);
+  EXPECT_GE(reaction_delay_s({ControlLaw::kClosedLoop, 0.0, 0.0}, 1000.0), 0.0) << "gains not yet resolved";
+}
+
+TEST(BackDriveCompensation, HoldsAtRestAndIsLessThanTheFriction) {
+  BackDriveCompensation compensation(kFrictionN);
+  EXPECT_EQ(compensation.update(0.0), 0.0) << "before any motion its sign is not known";
+  for (int i = 0; i < 100; ++i) compensation.update(0.03);
+  const double pushed_n = compensation.update(0.03);
+  EXPECT_NEAR(pushed_n, BackDriveCompensation::kShare * kFrictionN, 1e-6);
+  EXPECT_LT(pushed_n, kFrictionN);
+  EXPECT_EQ(compensation.update(0.0), pushed_n);
+  for (int i = 0; i < 100; ++i) compensation.update(-0.03);
+  EXPECT_NEAR(compensation.update(-0.03), -pushed_n, 1e-6);
+  compensation.update(std::numeric_limits<double>::quiet_NaN());
+  compensation.reset();
+  EXPECT_EQ(compensation.update(0.0), 0.0);
+}
+
+TEST(BackDriveCompensation, IsTheSameAlongALineAsInSpace) {
+  BackDriveCompensation line(kFrictionN);
+  BackDriveCompensation3 space(kFrictionN);
+  for (int i = 0; i < 50; ++i) {
+    const double step_mm = 0.04 * std::sin(0.4 * i);
+    EXPECT_NEAR(space.update({0.0, 0.0, step_mm}).z, line.update(step_mm), 1e-12);
+  }
+  EXPECT_FALSE(BackDriveCompensation(0.0).is_on());
+}
+
+/// `tap_1d` fed with made-up samples of an ideal spring at depth 0 along -z.
+class Tapped {
+ public:
+  explicit Tapped(const CompensationParameters& compensation, double max_force_n = 8.5) {
+    hal::RigInfo info;
+    info.name = "bench";
+    info.device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0, kFrictionN};
+    info.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
+    SceneSpec spec;
+    spec.name = "bench";
+    spec.structural_compensation = false;
+    spec.target.stiffness_n_per_mm = kTargetNPerMm;
+    spec.compensation = compensation;
+    spec.guard.max_force_n = max_force_n;
+    spec.tool_mass_g = 0.0;  // samples are made without inertia
+    const SceneSpec scene = *resolve(spec, info);
+    pipeline_ = std::move(*compose(scene, info));
+    renderer_ = std::make_unique<Renderer>(scene.guard, info.rate_hz);
+    renderer_->exchange(pipeline_.get(), scene.guard);
+  }
+
+  /// One tick, `ms` after the last.
+  TickRecord at(double depth_mm, int ms = 1) {
+    hal::RigSample sample;
+    time_ms_ += ms;
+    sample.tick = static_cast<std::uint64_t>(time_ms_);
+    sample.time_ns = time_ms_ * 1'000'000;
+    sample.tip_position_mm.z = -depth_mm;
+    sample.sensor_force_n.z = kObjectNPerMm * std::max(0.0, depth_mm);
+    TickRecord record;
+    renderer_->tick(sample, record);
+    return record;
+  }
+  /// Evenly from one depth to another.
+  TickRecord press(double from_mm, double to_mm, int ticks) {
+    TickRecord record;
+    for (int i = 1; i <= ticks; ++i) record = at(from_mm + (to_mm - from_mm) * i / ticks);
+    return record;
+  }
+  Renderer& renderer() { return *renderer_; }
+
+ private:
+  std::unique_ptr<Pipeline> pipeline_;
+  std::unique_ptr<Renderer> renderer_;
+  std::int64_t time_ms_ = 0;
+};
+
+constexpr CompensationParameters kNone{.lead_ms = 0.0, .reaction_lead_share = 0.0, .back_drive = false};
+constexpr double kSpeedMmPerS = 40.0;
+
+/// Pressing at 40 mm/s, 4 mm deep.
+TickRecord pressing_on(const CompensationParameters& compensation) {
+  Tapped scene(compensation);
+  scene.press(-2.0, -2.0, 200);
+  return scene.press(-2.0, 4.0, 150);
+}
+
+TEST(TapCompensation, WithoutAnyTheForceIsThatOfThePresentTick) {
+  EXPECT_NEAR(pressing_on(kNone).desired_force_n, (kObjectNPerMm - kTargetNPerMm) * 4.0, 0.02);
+}
+
+TEST(TapCompensation, TheReactionIsPredicted) {
+  CompensationParameters lead = kNone;
+  lead.reaction_lead_share = 0.9;
+  const double ahead_n = pressing_on(lead).desired_force_n - pressing_on(kNone).desired_force_n;
+  const double delay_s = reaction_delay_s(default_gains("phantom_1_0"), 1000.0);
+  EXPECT_NEAR(ahead_n, 0.9 * delay_s * kObjectNPerMm * kSpeedMmPerS, 0.01);
+}
+
+TEST(TapCompensation, TheDevicesFrictionIsAddedBehindTheController) {
+  CompensationParameters back_drive = kNone;
+  back_drive.back_drive = true;
+  const TickRecord with = pressing_on(back_drive);
+  const TickRecord without = pressing_on(kNone);
+  EXPECT_NEAR(with.desired_force_n, without.desired_force_n, 1e-9);
+  EXPECT_NEAR(with.commanded_force_n - without.commanded_force_n, BackDriveCompensation::kShare * kFrictionN,
+              0.005);
+  EXPECT_NEAR(with.hand_force_n, without.hand_force_n, 1e-6) << "what it moves is the arm, not the hand";
+}
+
+TEST(TapCompensation, AtRestOnlyTheFrictionIsLeft) {
+  Tapped with({});
+  Tapped without(kNone);
+  for (Tapped* scene : {&with, &without}) {
+    scene->press(-2.0, -2.0, 200);
+    scene->press(-2.0, 4.0, 150);
+  }
+  const TickRecord held = with.press(4.0, 4.0, 500);
+  const TickRecord bare = without.press(4.0, 4.0, 500);
+  EXPECT_NEAR(held.desired_force_n, bare.desired_force_n, 1e-6);
+  EXPECT_NEAR(held.commanded_force_n - bare.commanded_force_n, BackDriveCompensation::kShare * kFrictionN,
+              1e-3);
+}
+
+TEST(TapCompensation, NothingIsAddedInFreeAir) {
+  Tapped scene({});
+  for (int i = 0; i < 2000; ++i) {
+    const TickRecord record = scene.at(-10.0 + 5.0 * std::sin(0.02 * i));
+    ASSERT_EQ(record.commanded_force_n, 0.0) << "tick " << i;
+  }
+}
+
+TEST(TapCompensation, ALateTickIsNoJump) {
+  Tapped scene({});
+  scene.press(-2.0, -2.0, 200);
+  const TickRecord before = scene.press(-2.0, 4.0, 150);
+  const TickRecord after = scene.at(4.0 + 5e-3 * kSpeedMmPerS, 5);
+  const double expected_n = (kObjectNPerMm - kTargetNPerMm) * 5e-3 * kSpeedMmPerS;
+  EXPECT_NEAR(after.desired_force_n - before.desired_force_n, expected_n, 0.05);
+}
+
+TEST(TapCompensation, AtTheGuardsLimitNothingWindsUp) {
+  Tapped scene({}, 0.5);
+  scene.press(-2.0, -2.0, 200);
+  scene.press(-2.0, 8.0, 250);
+  const TickRecord full = scene.press(8.0, 8.0, 1000);
+  EXPECT_NEAR(std::abs(full.device_command_n.z), 0.5, 1e-9);
+  EXPECT_LT(std::abs(full.commanded_force_n), 0.5 + (kObjectNPerMm - kTargetNPerMm) * 8.0 + kFrictionN);
+  scene.press(8.0, 0.8, 180);
+  const TickRecord released = scene.press(0.8, 0.8, 200);
+  EXPECT_LT(std::abs(released.device_command_n.z), 0.45);
+}
+
+TEST(TapCompensation, ABadNumberGivesNoForceAndIsForgotten) {
+  Tapped scene({});
+  scene.press(-2.0, -2.0, 200);
+  scene.press(-2.0, 4.0, 150);
+  const TickRecord bad = scene.at(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(bad.device_command_n.z, 0.0);
+  EXPECT_EQ(bad.guard_state, GuardState::kLatched);
+  scene.press(-2.0, -2.0, 50);
+  EXPECT_TRUE(scene.renderer().clear());
+  scene.press(-2.0, -2.0, 1000);
+  const TickRecord again = scene.press(-2.0, 4.0, 150);
+  EXPECT_TRUE(std::isfinite(again.commanded_force_n));
+  EXPECT_GT(again.commanded_force_n, 0.0);
+}
+
+TEST(CompensationScene, BadValuesAreRefusedByName) {
+  hal::RigInfo info;
+  info.device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0, kFrictionN};
+  info.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
+  for (const double share : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    SceneSpec spec;
+    spec.name = "bench";
+    spec.compensation.reaction_lead_share = share;
+    const auto resolved = resolve(spec, info);
+    ASSERT_FALSE(resolved);
+    EXPECT_NE(resolved.error().text().find("control.reaction_lead_share"), std::string::npos);
+  }
+}
+
+TEST(CompensationScene, WhatIsOffIsNoStage) {
+  SceneSpec spec;
+  const auto mentions = [&spec](const char* word) {
+    for (const std::string& stage : outline(spec).stages) {
+      if (stage.find(word) != std::string::npos) return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(mentions("prediction: reaction"));
+  EXPECT_FALSE(mentions("prediction: displacement")) << "only while exploring";
+  EXPECT_TRUE(mentions("back-drive"));
+  spec.compensation = kNone;
+  EXPECT_FALSE(mentions("prediction"));
+  EXPECT_FALSE(mentions("back-drive"));
+}
+
+}  // namespace
+}  // namespace hapticd::rt
