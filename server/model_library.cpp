@@ -124,7 +124,7 @@ std::vector<std::string> ModelLibrary::stored_objects() const {
     const auto* friction = std::get_if<rt::FrictionModel>(&stored.model.content);
     const bool usable = std::holds_alternative<rt::ContactModel>(stored.model.content) ||
                         (friction != nullptr && friction->tip == rt::Tip::kRod);
-    if (usable) objects.push_back(stored.model.object);
+    if (usable && store_->serves(stored)) objects.push_back(stored.model.object);
   }
   sort_uniquely(objects);
   return objects;
@@ -172,9 +172,27 @@ hal::Result<rt::ObjectModel> ModelLibrary::find(const std::string& name) const {
   return std::move(found->model);
 }
 
+std::string ModelLibrary::other_rig_kind(const std::string& object) const {
+  if (!store_) return {};
+  const auto models = store_->list({.kind = {}, .object = object, .tag = {}});
+  if (!models) return {};
+  for (const StoredModel& stored : *models) {
+    if (!store_->serves(stored)) return stored.rig_kind;
+  }
+  return {};
+}
+
 hal::Error ModelLibrary::unknown(const std::string& object) const {
   const std::vector<std::string> known = names();
   const std::vector<std::string> tags = tags_of(object);
+  if (const std::string other = other_rig_kind(object); tags.empty() && !other.empty()) {
+    return {fmt::format("what is stored of '{}' was identified on a {} rig, and this is none", object, other),
+            "model name", object, comma_separated(known),
+            fmt::format(
+                "identify the object on this rig; or, to use it all the same, give it a tag of its own and "
+                "say {}@TAG",
+                object)};
+  }
   if (tags.empty()) {
     return {fmt::format("unknown model '{}'", object), "model name", object, comma_separated(known),
             did_you_mean(object, known, "use one of those")};
