@@ -157,5 +157,17 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   EXPECT_EQ(detail_of(kept).what(), "the loaded scene needs the table where it stands");
 }
 
+TEST(ServiceRigState, IsSmallWithoutItsHistograms) {
+  const RunningService service;
+  service.await([](const v1::RigState& s) { return s.loop().wakeup().buckets_size() > 0; });
+  v1::GetRigStateRequest request;
+  request.set_without_histograms(true);
+  v1::RigState state;
+  ASSERT_TRUE(service.rig->GetRigState(call_context().get(), request, &state).ok());
+  EXPECT_EQ(state.loop().wakeup().buckets_size(), 0);
+  EXPECT_GT(state.loop().wakeup().count(), 0U);
+  EXPECT_LT(state.ByteSizeLong(), 2000U);
+}
+
 }  // namespace
 }  // namespace hapticd::test

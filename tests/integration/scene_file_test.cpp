@@ -40,7 +40,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     numbers.insert(numbers.end(), more.begin(), more.end());
   };
   if (kind == rt::SceneKind::kWall) add({&wall});
-  if (kind != rt::SceneKind::kWall) add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
+  if (kind != rt::SceneKind::kWall)
+    add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
   if (kind == rt::SceneKind::kExplore) {
     add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
@@ -163,11 +164,11 @@ TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
       "name = \"x\"\n[target]\nstifness = 0.5\n",
       {"unknown key 'stifness' in [target]", "scene text, line 3", "",
        "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s", "did you mean 'stiffness_n_per_mm'?"});
-  expect_error(
-      "name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
-      {"unknown key 'contcat'", "scene text, line 2", "",
-       "name, kind, description, object_model, turntable_station, press_axis, tool, contact, target, structure, control, guard",
-       "did you mean 'contact'?"});
+  expect_error("name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
+               {"unknown key 'contcat'", "scene text, line 2", "",
+                "name, kind, description, object_model, turntable_station, press_axis, tool, contact, "
+                "target, structure, control, guard",
+                "did you mean 'contact'?"});
 }
 
 TEST(SceneFile, WhatMeansNothingInAKindOfSceneIsRefused) {
