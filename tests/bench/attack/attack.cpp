@@ -108,7 +108,7 @@ void idle_connections(const std::string& address, double scale) {
 
 void large_texts(const std::string& address, double scale) {
   client::Client client({.address = address});
-  for (int i = 0; i < static_cast<int>(300 * scale); ++i) {
+  for (int i = 0; i < static_cast<int>(60 * scale); ++i) {
     std::string toml = "name = \"" + std::string(10'000, 'x') + std::to_string(i) + "\"\n";
     while (toml.size() < 900'000) toml += "key_" + std::to_string(toml.size()) + " = 1\n";
     try {
