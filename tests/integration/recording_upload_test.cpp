@@ -166,19 +166,25 @@ TEST(RecordingUpload, OfWhichNothingComesIsGivenUp) {
   EXPECT_EQ(silences, 1);
 }
 
-/// A recording of presses on the simulated rig, in virtual time, made by hapticctl.
-std::string record_presses(const RunningService& service, const TemporaryFolder& folder) {
+/// A recording by hapticctl of a hand that taps, from before it begins; in virtual time.
+std::string record_taps(const RunningService& service, const TemporaryFolder& folder) {
+  constexpr std::uint64_t kTicks = 30'000;
   EXPECT_TRUE(service.load("tap_1d").ok());
+  const std::string path = folder.path("own.csv");
+  ChildProcess recorder(HAPTICCTL_BINARY,
+                        {"--server", service.address(), "telemetry", "record", path, "--decimation", "4"});
+  const v1::RigState recorded =
+      service.await([](const v1::RigState& s) { return s.telemetry_subscribers() > 0; });
   v1::SetHandProgramRequest request;
   request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_TAP);
   request.mutable_program()->set_repetitions(-1);
   v1::SetHandProgramResponse response;
   EXPECT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &response).ok());
-  const std::string path = folder.path("own.csv");
-  const Ran ran = run_hapticctl(service.address(),
-                                {"telemetry", "record", path, "--samples", "7500", "--decimation", "4"});
+  service.await([&](const v1::RigState& s) { return s.tick() > recorded.tick() + kTicks; });
+  recorder.signal(SIGINT);
+  const int code = recorder.wait();
   // In virtual time a reader that is held up may lose samples (4): such a recording is one, too.
-  EXPECT_TRUE(ran.code == 0 || ran.code == 4) << ran.output << ran.errors;
+  EXPECT_TRUE(code == 0 || code == 4) << recorder.output() << recorder.errors();
   return path;
 }
 
@@ -195,7 +201,7 @@ TEST(OwnRecording, IsIdentifiedAndPlayedAsItIs) {
   std::string path;
   {
     const RunningService service(rubber(false));
-    path = record_presses(service, folder);
+    path = record_taps(service, folder);
   }
   const RunningService service(rubber(true));
   const Ran ran = run_hapticctl(service.address(), {"identify", "contact", "--object", "mine", "--law",
