@@ -166,8 +166,8 @@ TEST(RecordingUpload, OfWhichNothingComesIsGivenUp) {
   EXPECT_EQ(silences, 1);
 }
 
-/// A recording by hapticctl of a hand that taps, from before it begins; in virtual time.
-std::string record_taps(const RunningService& service, const TemporaryFolder& folder) {
+/// A recording by hapticctl of a hand that presses, from before it begins; in virtual time.
+std::string record_presses(const RunningService& service, const TemporaryFolder& folder) {
   constexpr std::uint64_t kTicks = 30'000;
   EXPECT_TRUE(service.load("tap_1d").ok());
   const std::string path = folder.path("own.csv");
@@ -176,7 +176,9 @@ std::string record_taps(const RunningService& service, const TemporaryFolder& fo
   const v1::RigState recorded =
       service.await([](const v1::RigState& s) { return s.telemetry_subscribers() > 0; });
   v1::SetHandProgramRequest request;
-  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_TAP);
+  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
+  request.mutable_program()->set_force_n(4.0);
+  request.mutable_program()->set_hold_s(0.2);
   request.mutable_program()->set_repetitions(-1);
   v1::SetHandProgramResponse response;
   EXPECT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &response).ok());
@@ -201,7 +203,7 @@ TEST(OwnRecording, IsIdentifiedAndPlayedAsItIs) {
   std::string path;
   {
     const RunningService service(rubber(false));
-    path = record_taps(service, folder);
+    path = record_presses(service, folder);
   }
   const RunningService service(rubber(true));
   const Ran ran = run_hapticctl(service.address(), {"identify", "contact", "--object", "mine", "--law",
