@@ -62,6 +62,19 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 namespace {
 
+/// What models are kept by. Whose rig a recording shows is not known: any model may serve it.
+std::string rig_kind_of_models(hal::RigKind kind) {
+  switch (kind) {
+    case hal::RigKind::kSimulated:
+      return "simulated";
+    case hal::RigKind::kHardware:
+      return "hardware";
+    case hal::RigKind::kReplay:
+      break;
+  }
+  return {};
+}
+
 /// All that can be wrong before anybody listens: loop, scenes, models, rig, scene to start with. A dry one
 /// makes no file: it looks whether the store could be opened, and works with an empty one.
 template <class Parts>
@@ -80,11 +93,11 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailur
   }
   const std::string store_path = config.model_store.value_or("");
   if (const auto error = ModelStore::check(store_path)) return fail(ExitCode::kBadConfiguration, *error);
-  const bool opens = !dry || std::filesystem::exists(store_path);
-  auto store = ModelStore::open(opens ? store_path : std::string());
-  if (!store) return fail(ExitCode::kBadConfiguration, store.error());
   auto rig = open_rig(config);
   if (!rig) return fail(ExitCode::kCannotOpenRig, rig.error());
+  const bool opens = !dry || std::filesystem::exists(store_path);
+  auto store = ModelStore::open(opens ? store_path : std::string(), rig_kind_of_models((*rig)->info().kind));
+  if (!store) return fail(ExitCode::kBadConfiguration, store.error());
   // Before anybody asks for its limits: the device itself may know them better than its data sheet.
   if (!dry) {
     if (const auto error = (*rig)->engage(hal::RigPartKind::kDevice))

@@ -6,15 +6,11 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
-#include <netdb.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
 #include <utility>
 #include <vector>
 
+#include "server/connection_listener.h"
 #include "server/crash_guard.h"
 #include "server/log.h"
 #include "server/memory_watch.h"
@@ -43,35 +39,10 @@ constexpr int kMaxStreams = 100;
 /// Of the buffers of all calls and connections together; what calls take that were given up at once is the
 /// matter of the MemoryWatch.
 constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
-
-/// gRPC tells only that it could not listen. Why, the system tells whoever tries; empty where it lets one.
-std::string why_not_bound(const ListenAddress& listen) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE;
-  addrinfo* found = nullptr;
-  if (const int failure =
-          getaddrinfo(listen.host.c_str(), std::to_string(listen.port).c_str(), &hints, &found);
-      failure != 0) {
-    return gai_strerror(failure);
-  }
-  std::string reason;
-  const int probe = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (probe >= 0) {
-    const int on = 1;
-    setsockopt(probe, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    if (bind(probe, found->ai_addr, found->ai_addrlen) != 0 || ::listen(probe, 1) != 0)
-      reason = std::strerror(errno);
-    close(probe);
-  }
-  freeaddrinfo(found);
-  return reason;
-}
-
-hal::Error cannot_listen(const ListenAddress& listen, const std::string& reason) {
-  return {"cannot listen", listen.text(), reason.empty() ? "unknown" : reason, "",
-          "stop whoever listens there (another hapticd?), or choose another port with --listen"};
-}
+/// A connection that has not said within this time that it speaks HTTP/2 is closed.
+constexpr int kMaxHandshakeMs = 10'000;
+/// One without a call for so long is closed in good order; a client that calls again connects again.
+constexpr int kMaxIdleMs = 600'000;
 
 /// Gives every thread that serves calls a stack for crash handlers, once, before the call is read: parsers of
 /// what clients send are where a stack could be used up. It intercepts nothing.
@@ -82,8 +53,6 @@ class CrashStackForCallers final : public grpc::experimental::ServerInterceptorF
     return nullptr;
   }
 };
-
-void discard(gpr_log_func_args*) {}
 
 void pass_on(gpr_log_func_args* line) {
   if (line->severity == GPR_LOG_SEVERITY_ERROR) log_warning(std::string("gRPC: ") + line->message);
@@ -112,16 +81,16 @@ struct GrpcServer::State {
   IdentificationService identification;
   TurntableService turntable;
   SafetyService safety;
-  int port = 0;
   std::optional<MemoryWatch> memory;
   std::optional<StandingPoller> poller;  // ends after the server
-  std::unique_ptr<grpc::Server> server;  // last: ends before the services it calls
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
+  std::unique_ptr<grpc::Server> server;          // ends before the services it calls
+  std::unique_ptr<ConnectionListener> listener;  // last: hands on to the server
 };
 
 std::optional<hal::Error> GrpcServer::check(const ListenAddress& listen) {
-  const std::string reason = why_not_bound(listen);
-  if (reason.empty()) return std::nullopt;
-  return cannot_listen(listen, reason);
+  const auto bound = ConnectionListener::open(listen);
+  return bound ? std::nullopt : std::optional(bound.error());
 }
 
 GrpcServer::GrpcServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -132,14 +101,18 @@ GrpcServer::~GrpcServer() {
 
 hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, const ListenAddress& listen,
                                                            const std::string& unix_socket) {
+  auto listener = ConnectionListener::open(listen, unix_socket);
+  if (!listener) return listener.error();
   auto state = std::make_unique<State>(parts);
+  state->listener = std::move(*listener);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   grpc::ServerBuilder builder;
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // or a second daemon would share the port unseen
   builder.SetMaxReceiveMessageSize(kLargestRequest);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kMaxHandshakeMs);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kMaxIdleMs);
   grpc::ResourceQuota quota("hapticd");
   quota.SetMaxThreads(kMostThreads);
   quota.Resize(kMaxNetworkMemory);
@@ -150,33 +123,31 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
   interceptors.push_back(std::make_unique<CrashStackForCallers>());
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
-  builder.AddListeningPort(listen.text(), grpc::InsecureServerCredentials(), &state->port);
-  if (!unix_socket.empty())
-    builder.AddListeningPort("unix:" + unix_socket, grpc::InsecureServerCredentials());
+  using Connections = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
+  state->acceptor = builder.experimental().AddExternalConnectionAcceptor(Connections::FROM_FD,
+                                                                         grpc::InsecureServerCredentials());
   for (grpc::Service* service : std::initializer_list<grpc::Service*>{
            &state->rig, &state->scene, &state->model, &state->rendering, &state->telemetry,
            &state->simulation, &state->safety, &state->identification, &state->turntable}) {
     builder.RegisterService(service);
   }
   state->poller.emplace(builder);
-  gpr_set_log_function(discard);  // a port that is taken is told once, and by us
-  state->server = builder.BuildAndStart();
   gpr_set_log_function(pass_on);
-  if (state->server == nullptr || state->port == 0) {
-    if (state->port != 0) {
-      return hal::Error{"cannot listen on the unix socket", unix_socket, "", "",
-                        "check that its folder exists and may be written to"};
-    }
-    return cannot_listen(listen, why_not_bound(listen));
-  }
+  state->server = builder.BuildAndStart();
+  if (state->server == nullptr) return hal::Error{"gRPC does not start", listen.text(), "", "", ""};
   state->poller->start();
+  state->listener->start([acceptor = state->acceptor.get()](int descriptor) {
+    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+    connection.fd = descriptor;
+    acceptor->HandleNewConnection(&connection);
+  });
   std::unique_ptr<GrpcServer> server(new GrpcServer(std::move(state)));
   server->set_serving(false);
   return server;
 }
 
 std::uint16_t GrpcServer::port() const {
-  return static_cast<std::uint16_t>(state_->port);
+  return state_->listener->port();
 }
 
 void GrpcServer::set_serving(bool serving) {
@@ -186,6 +157,7 @@ void GrpcServer::set_serving(bool serving) {
 }
 
 void GrpcServer::shutdown(std::chrono::milliseconds patience) {
+  state_->listener->stop();
   state_->server->Shutdown(std::chrono::system_clock::now() + patience);
   state_->server->Wait();
 }

@@ -2,7 +2,9 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,6 +15,21 @@
 namespace hapticd::server {
 
 namespace {
+
+/// Whether somebody listens there: a lock file may have been deleted under its holder.
+bool is_served(const std::string& socket_path) {
+  sockaddr_un address{};
+  if (socket_path.size() >= sizeof address.sun_path) return false;
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, socket_path.c_str(), socket_path.size() + 1);
+  const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (descriptor < 0) return false;
+  const bool refused =
+      connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
+      errno != EAGAIN;  // somebody's queue is full
+  close(descriptor);
+  return !refused;
+}
 
 /// The process id a holder wrote into its lock file; "?" if it has not yet.
 std::string holder(int descriptor) {
@@ -48,6 +65,10 @@ hal::Result<std::unique_ptr<InstanceLock>> InstanceLock::acquire(const std::stri
       return hal::Error{"the path of the unix socket is taken by something that is no socket", socket_path,
                         "", "a path that is free, or a socket left behind",
                         "choose another path with --unix"};
+    }
+    if (is_served(socket_path)) {
+      return hal::Error{"another hapticd serves this unix socket, though its lock file is gone", socket_path,
+                        "", "one daemon per socket", "stop it, or choose another path with --unix"};
     }
     unlink(socket_path.c_str());
   }

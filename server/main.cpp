@@ -23,8 +23,7 @@ int fail(ExitCode code, const hal::Error& error) {
   return static_cast<int>(code);
 }
 
-/// One descriptor a connection: as many as the system lets us have. What is refused a listener of gRPC's for
-/// want of one is not tried again.
+/// One descriptor a connection: as many as the system lets us have.
 void raise_descriptor_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;

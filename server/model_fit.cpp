@@ -148,6 +148,9 @@ std::vector<std::string> cautions(const StoredModel& stored, const rt::SceneSpec
   const rt::IdentifiedModel& model = stored.model;
   std::vector<std::string> all;
   if (!model.converged) all.emplace_back("had not converged");
+  if (rig.kind == hal::RigKind::kHardware && stored.rig_kind == "simulated") {
+    all.emplace_back("identified on a simulated rig");
+  }
   if (model.device.empty()) {
     all.emplace_back("it is not known on which device it was identified");
   } else if (model.device != rig.device.model) {

@@ -131,7 +131,7 @@ std::vector<std::string> ModelLibrary::stored_objects() const {
   for (const StoredModel& stored : *models) {
     const bool usable = std::holds_alternative<rt::ContactModel>(stored.model.content) ||
                         std::holds_alternative<rt::FrictionModel>(stored.model.content);
-    if (usable) objects.push_back(stored.model.object);
+    if (usable && store_->serves(stored)) objects.push_back(stored.model.object);
   }
   sort_uniquely(objects);
   return objects;
@@ -179,9 +179,27 @@ hal::Result<rt::ObjectModel> ModelLibrary::find(const std::string& name) const {
   return std::move(found->model);
 }
 
+std::string ModelLibrary::other_rig_kind(const std::string& object) const {
+  if (!store_) return {};
+  const auto models = store_->list({.kind = {}, .object = object, .tag = {}});
+  if (!models) return {};
+  for (const StoredModel& stored : *models) {
+    if (!store_->serves(stored)) return stored.rig_kind;
+  }
+  return {};
+}
+
 hal::Error ModelLibrary::unknown(const std::string& object) const {
   const std::vector<std::string> known = names();
   const std::vector<std::string> tags = tags_of(object);
+  if (const std::string other = other_rig_kind(object); tags.empty() && !other.empty()) {
+    return {fmt::format("what is stored of '{}' was identified on a {} rig, and this is none", object, other),
+            "model name", object, comma_separated(known),
+            fmt::format(
+                "identify the object on this rig; or, to use it all the same, give it a tag of its own and "
+                "say {}@TAG",
+                object)};
+  }
   if (tags.empty()) {
     return {fmt::format("unknown model '{}'", object), "model name", object, comma_separated(known),
             did_you_mean(object, known, "use one of those")};

@@ -90,6 +90,8 @@ class ModelLibrary {
   /// Of all its models that scenes can use.
   std::vector<std::string> tags_of(const std::string& object) const;
   hal::Error unknown(const std::string& object) const;
+  /// The kind of rig that stored models of the object are of and this rig is not; empty where there are none.
+  std::string other_rig_kind(const std::string& object) const;
   hal::Error unknown_tag(const ModelName& name) const;
   /// Objects that have stored models tagged "current".
   std::vector<std::string> stored_objects() const;

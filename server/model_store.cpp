@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <filesystem>
 #include <mutex>
@@ -22,7 +23,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kBusyMs = 5000;
+using Clock = std::chrono::steady_clock;
+
+/// SQLite itself never waits for another process: it would under our lock.
+constexpr int kBusyMs = 0;
+constexpr std::chrono::seconds kOpenPatience{5};
+constexpr std::chrono::milliseconds kRetryEvery{5};
 constexpr std::size_t kShortestPrefix = 6;
 constexpr std::size_t kHashLength = 64;
 constexpr const char* kIdentificationsKept = "1000";
@@ -44,9 +50,28 @@ hal::Error damaged(const std::string& path, const std::string& how) {
       "not changed"};
 }
 
-/// What SQLite has to complain, for people.
-Refusal refusal_of(const SQLite::Exception& failure, const std::string& path) {
+bool is_busy(const SQLite::Exception& failure) {
+  const int code = failure.getErrorCode() & 0xFF;
+  return code == SQLITE_BUSY || code == SQLITE_LOCKED;
+}
+
+Refusal disk_full(const std::string& where) {
+  return {RefusalKind::kResourceExhausted,
+          {"the disk is full: nothing was stored", where, "", "", "make room, then try again"}};
+}
+
+Refusal moved_away(const std::string& path) {
+  return {RefusalKind::kFailedPrecondition,
+          {"the store of models was moved or deleted while hapticd runs: nothing was stored", path, "", "",
+           "export the models that are needed, put the file back or leave it away, and start hapticd again"}};
+}
+
+/// What SQLite has to complain, for people. `system_error`: errno of the call that failed.
+Refusal refusal_of(const SQLite::Exception& failure, const std::string& path, int system_error) {
   const std::string where = path.empty() ? "store of models in memory" : path;
+  if (failure.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED) return moved_away(where);
+  // Without room for its shared memory SQLite speaks of an input/output error.
+  if ((failure.getErrorCode() & 0xFF) == SQLITE_IOERR && system_error == ENOSPC) return disk_full(where);
   switch (failure.getErrorCode() & 0xFF) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
@@ -56,7 +81,7 @@ Refusal refusal_of(const SQLite::Exception& failure, const std::string& path) {
     case SQLITE_NOTADB:
       return {RefusalKind::kInternal, damaged(where, failure.what())};
     case SQLITE_FULL:
-      return {RefusalKind::kInternal, {"the disk is full: nothing was stored", where, "", "", "make room"}};
+      return disk_full(where);
     case SQLITE_READONLY:
     case SQLITE_CANTOPEN:
     case SQLITE_PERM:
@@ -100,8 +125,9 @@ std::string subject_of(const rt::IdentifiedModel& model) {
 }
 
 struct ModelStore::State {
-  explicit State(const std::string& file)
+  State(const std::string& file, std::string kind_of_rig)
       : path(means_memory(file) ? std::string() : file),
+        rig_kind(std::move(kind_of_rig)),
         database(path.empty() ? kMemory : path.c_str(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                  kBusyMs) {}
 
@@ -121,15 +147,40 @@ struct ModelStore::State {
     return store_schema::migrate(database, path);
   }
 
-  /// Runs one call: alone in this process, and with what SQLite throws as a refusal.
+  /// Runs one call: alone in this process, and with what SQLite throws as a refusal. Where another process
+  /// keeps the file locked it is tried again until `until`, and others have their turn in between.
   template <class Call>
-  auto guarded(Call call) -> decltype(call()) {
-    const std::lock_guard lock(mutex);
-    try {
-      return call();
-    } catch (const SQLite::Exception& failure) {
-      return refusal_of(failure, path);
+  auto guarded(Clock::time_point until, Call call) -> decltype(call()) {
+    for (;;) {
+      {
+        const std::lock_guard lock(mutex);
+        try {
+          return call();
+        } catch (const SQLite::Exception& failure) {
+          // Of a file that was moved SQLite fails in many ways.
+          if (was_moved()) return moved_away(path);
+          if (!is_busy(failure) || Clock::now() >= until) {
+            return refusal_of(failure, path, sqlite3_system_errno(database.getHandle()));
+          }
+        }
+      }
+      std::this_thread::sleep_for(kRetryEvery);
     }
+  }
+
+  /// Whether the file that is open is still the one at its path: what is written into another is lost with
+  /// this process, and nobody is told.
+  bool was_moved() {
+    int moved = 0;
+    if (path.empty()) return false;
+    sqlite3_file_control(database.getHandle(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
+    return moved != 0;
+  }
+  /// Every change ends here.
+  std::optional<Refusal> commit(SQLite::Transaction& transaction) {
+    if (was_moved()) return moved_away(path);  // rolled back by its owner
+    transaction.commit();
+    return std::nullopt;
   }
 
   /// The whole hash that begins so.
@@ -160,7 +211,7 @@ struct ModelStore::State {
     return tags;
   }
 
-  /// One row of hash, content, stored_at.
+  /// One row of hash, content, stored_at, rig_kind.
   Outcome<StoredModel> read_row(SQLite::Statement& query) {
     StoredModel stored;
     stored.hash = query.getColumn(0).getString();
@@ -169,13 +220,14 @@ struct ModelStore::State {
     if (!model) return Refusal{RefusalKind::kInternal, model.error()};
     stored.model = std::move(*model);
     stored.stored_at_unix_s = query.getColumn(2).getInt64();
+    stored.rig_kind = query.getColumn(3).getString();
     stored.tags = tags_of(stored.hash);
     return stored;
   }
 
   /// By its whole hash, which is there.
   Outcome<StoredModel> read(const std::string& hash) {
-    SQLite::Statement query(database, "SELECT hash, content, stored_at FROM models WHERE hash = ?");
+    SQLite::Statement query(database, "SELECT hash, content, stored_at, rig_kind FROM models WHERE hash = ?");
     query.bind(1, hash);
     query.executeStep();
     return read_row(query);
@@ -188,25 +240,27 @@ struct ModelStore::State {
   }
 
   Outcome<StoredModel> insert(const rt::IdentifiedModel& model, const std::string& canonical,
-                              const std::string& hash) {
+                              const std::string& hash, const std::string& identified_on) {
     SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
     SQLite::Statement row(database,
-                          "INSERT INTO models (hash, kind, subject, object, content, stored_at) "
-                          "VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT (hash) DO NOTHING");
+                          "INSERT INTO models (hash, kind, subject, object, content, stored_at, rig_kind) "
+                          "VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (hash) DO NOTHING");
     row.bind(1, hash);
     row.bind(2, rt::kind_name(model.content));
     row.bind(3, subject_of(model));
     row.bind(4, model.object);
     row.bind(5, canonical);
     row.bind(6, unix_now_s());
+    row.bind(7, identified_on);
     row.exec();
     auto stored = read(hash);
     if (!stored) return stored;  // rolled back
-    transaction.commit();
+    if (auto refusal = commit(transaction)) return *refusal;
     return stored;
   }
 
-  std::string path;  ///< empty = in memory
+  std::string path;      ///< empty = in memory
+  std::string rig_kind;  ///< of the rig that is served; empty = any
   mutable std::mutex mutex;
   SQLite::Database database;
 };
@@ -222,6 +276,10 @@ const std::string& ModelStore::path() const {
   return state_->path;
 }
 
+bool ModelStore::serves(const StoredModel& stored) const {
+  return state_->rig_kind.empty() || stored.rig_kind.empty() || stored.rig_kind == state_->rig_kind;
+}
+
 std::optional<hal::Error> ModelStore::check(const std::string& path) {
   if (means_memory(path)) return std::nullopt;
   std::error_code failure;
@@ -231,7 +289,8 @@ std::optional<hal::Error> ModelStore::check(const std::string& path) {
   return store_schema::check_header(path);
 }
 
-hal::Result<std::unique_ptr<ModelStore>> ModelStore::open(const std::string& path) {
+hal::Result<std::unique_ptr<ModelStore>> ModelStore::open(const std::string& path,
+                                                          const std::string& rig_kind) {
   if (auto error = check(path)) return *error;
   if (!means_memory(path)) {
     std::error_code failure;
@@ -243,34 +302,35 @@ hal::Result<std::unique_ptr<ModelStore>> ModelStore::open(const std::string& pat
                         "name another file with --model-store, or :memory: to keep no models"};
     }
   }
-  const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kBusyMs);
+  const auto until = Clock::now() + kOpenPatience;
   for (;;) {
     try {
-      auto state = std::make_unique<State>(path);
+      auto state = std::make_unique<State>(path, rig_kind);
       if (auto error = state->set_up()) return *error;
       return std::unique_ptr<ModelStore>(new ModelStore(std::move(state)));
     } catch (const SQLite::Exception& failure) {
-      // Changing the kind of journal does not wait for others by itself.
-      const bool busy = (failure.getErrorCode() & 0xFF) == SQLITE_BUSY;
-      if (!busy || std::chrono::steady_clock::now() >= until) return refusal_of(failure, path).error;
+      if (!is_busy(failure) || Clock::now() >= until) return refusal_of(failure, path, errno).error;
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(kRetryEvery);
   }
 }
 
-Outcome<StoredModel> ModelStore::add(const rt::IdentifiedModel& model) {
+Outcome<StoredModel> ModelStore::add(const rt::IdentifiedModel& model, Until until) {
   const auto canonical = canonical_json(model);
   if (!canonical) return invalid(canonical.error());
-  return state_->guarded(
-      [&]() -> Outcome<StoredModel> { return state_->insert(model, *canonical, sha256_hex(*canonical)); });
+  return state_->guarded(until, [&]() -> Outcome<StoredModel> {
+    // Of what came from a recording no device is known.
+    const std::string identified_on = model.device.empty() ? std::string() : state_->rig_kind;
+    return state_->insert(model, *canonical, sha256_hex(*canonical), identified_on);
+  });
 }
 
-Outcome<StoredModel> ModelStore::get(std::string_view hash) const {
-  return state_->guarded([&]() -> Outcome<StoredModel> { return state_->find(hash); });
+Outcome<StoredModel> ModelStore::get(std::string_view hash, Until until) const {
+  return state_->guarded(until, [&]() -> Outcome<StoredModel> { return state_->find(hash); });
 }
 
-bool ModelStore::contains(const std::string& hash) const {
-  const auto found = state_->guarded([&]() -> Outcome<bool> {
+bool ModelStore::contains(const std::string& hash, Until until) const {
+  const auto found = state_->guarded(until, [&]() -> Outcome<bool> {
     SQLite::Statement query(state_->database, "SELECT 1 FROM models WHERE hash = ?");
     query.bind(1, hash);
     return query.executeStep();
@@ -278,11 +338,11 @@ bool ModelStore::contains(const std::string& hash) const {
   return !found || *found;
 }
 
-Outcome<std::vector<StoredModel>> ModelStore::list(const ModelFilter& filter) const {
-  return state_->guarded([&]() -> Outcome<std::vector<StoredModel>> {
+Outcome<std::vector<StoredModel>> ModelStore::list(const ModelFilter& filter, Until until) const {
+  return state_->guarded(until, [&]() -> Outcome<std::vector<StoredModel>> {
     SQLite::Statement query(
         state_->database,
-        "SELECT hash, content, stored_at FROM models "
+        "SELECT hash, content, stored_at, rig_kind FROM models "
         "WHERE (?1 = '' OR kind = ?1) AND (?2 = '' OR object = ?2) AND "
         "(?3 = '' OR EXISTS (SELECT 1 FROM tags WHERE tags.hash = models.hash AND tag = ?3)) "
         "ORDER BY sequence DESC");
@@ -303,53 +363,61 @@ Outcome<std::vector<StoredModel>> ModelStore::list(const ModelFilter& filter) co
 }
 
 Outcome<StoredModel> ModelStore::tagged(const std::string& kind, const std::string& subject,
-                                        const std::string& tag) const {
-  return state_->guarded([&]() -> Outcome<StoredModel> {
-    SQLite::Statement query(state_->database,
-                            "SELECT hash FROM tags WHERE kind = ? AND subject = ? AND tag = ?");
+                                        const std::string& tag, Until until) const {
+  return state_->guarded(until, [&]() -> Outcome<StoredModel> {
+    SQLite::Statement query(
+        state_->database,
+        "SELECT hash FROM tags WHERE kind = ?1 AND subject = ?2 AND tag = ?3 "
+        "AND (?4 = '' OR ?3 <> ?5 OR rig_kind IN ('', ?4)) ORDER BY rig_kind = ?4 DESC, rig_kind LIMIT 1");
     query.bind(1, kind);
     query.bind(2, subject);
     query.bind(3, tag);
+    query.bind(4, state_->rig_kind);
+    query.bind(5, kCurrentTag);
     if (query.executeStep()) return state_->read(query.getColumn(0).getString());
     return Refusal{RefusalKind::kNotFound,
                    {"no " + kind + " model has this tag", subject, tag, "", "tag one: hapticctl model tag"}};
   });
 }
 
-Outcome<std::vector<std::string>> ModelStore::tags_of(const std::string& kind,
-                                                      const std::string& subject) const {
-  return state_->guarded([&]() -> Outcome<std::vector<std::string>> {
+Outcome<std::vector<std::string>> ModelStore::tags_of(const std::string& kind, const std::string& subject,
+                                                      Until until) const {
+  return state_->guarded(until, [&]() -> Outcome<std::vector<std::string>> {
     SQLite::Statement query(state_->database,
-                            "SELECT tag FROM tags WHERE kind = ? AND subject = ? ORDER BY tag");
+                            "SELECT DISTINCT tag FROM tags WHERE kind = ?1 AND subject = ?2 "
+                            "AND (?3 = '' OR tag <> ?4 OR rig_kind IN ('', ?3)) ORDER BY tag");
     query.bind(1, kind);
     query.bind(2, subject);
+    query.bind(3, state_->rig_kind);
+    query.bind(4, kCurrentTag);
     std::vector<std::string> tags;
     while (query.executeStep()) tags.push_back(query.getColumn(0).getString());
     return tags;
   });
 }
 
-Outcome<StoredModel> ModelStore::tag(std::string_view hash, const std::string& tag) {
+Outcome<StoredModel> ModelStore::tag(std::string_view hash, const std::string& tag, Until until) {
   if (auto error = check_name("tag", tag, "tag")) return invalid(*error);
-  return state_->guarded([&]() -> Outcome<StoredModel> {
+  return state_->guarded(until, [&]() -> Outcome<StoredModel> {
     SQLite::Transaction transaction(state_->database, SQLite::TransactionBehavior::IMMEDIATE);
     const auto whole = state_->resolve(hash);
     if (!whole) return whole.refusal();
     SQLite::Statement row(state_->database,
-                          "INSERT INTO tags (kind, subject, tag, hash) SELECT kind, subject, ?2, hash "
-                          "FROM models WHERE hash = ?1 "
-                          "ON CONFLICT (kind, subject, tag) DO UPDATE SET hash = excluded.hash");
+                          "INSERT INTO tags (kind, subject, rig_kind, tag, hash) "
+                          "SELECT kind, subject, rig_kind, ?2, hash FROM models WHERE hash = ?1 "
+                          "ON CONFLICT (kind, subject, rig_kind, tag) DO UPDATE SET hash = excluded.hash");
     row.bind(1, *whole);
     row.bind(2, tag);
     row.exec();
     auto stored = state_->read(*whole);
-    if (stored) transaction.commit();
+    if (!stored) return stored;
+    if (auto refusal = state_->commit(transaction)) return *refusal;
     return stored;
   });
 }
 
-Outcome<StoredModel> ModelStore::untag(std::string_view hash, const std::string& tag) {
-  return state_->guarded([&]() -> Outcome<StoredModel> {
+Outcome<StoredModel> ModelStore::untag(std::string_view hash, const std::string& tag, Until until) {
+  return state_->guarded(until, [&]() -> Outcome<StoredModel> {
     SQLite::Transaction transaction(state_->database, SQLite::TransactionBehavior::IMMEDIATE);
     const auto whole = state_->resolve(hash);
     if (!whole) return whole.refusal();
@@ -364,14 +432,15 @@ Outcome<StoredModel> ModelStore::untag(std::string_view hash, const std::string&
            comma_separated(tags), did_you_mean(tag, tags, "nothing is to be done")}};
     }
     auto stored = state_->read(*whole);
-    if (stored) transaction.commit();
+    if (!stored) return stored;
+    if (auto refusal = state_->commit(transaction)) return *refusal;
     return stored;
   });
 }
 
 Outcome<std::string> ModelStore::erase(std::string_view hash,
-                                       const std::function<bool(const std::string&)>& in_use) {
-  return state_->guarded([&]() -> Outcome<std::string> {
+                                       const std::function<bool(const std::string&)>& in_use, Until until) {
+  return state_->guarded(until, [&]() -> Outcome<std::string> {
     SQLite::Transaction transaction(state_->database, SQLite::TransactionBehavior::IMMEDIATE);
     auto whole = state_->resolve(hash);
     if (!whole) return whole;
@@ -383,13 +452,13 @@ Outcome<std::string> ModelStore::erase(std::string_view hash,
     SQLite::Statement row(state_->database, "DELETE FROM models WHERE hash = ?");
     row.bind(1, *whole);
     row.exec();
-    transaction.commit();
+    if (auto refusal = state_->commit(transaction)) return *refusal;
     return whole;
   });
 }
 
-Outcome<std::string> ModelStore::export_json(std::string_view hash) const {
-  return state_->guarded([&]() -> Outcome<std::string> {
+Outcome<std::string> ModelStore::export_json(std::string_view hash, Until until) const {
+  return state_->guarded(until, [&]() -> Outcome<std::string> {
     const auto stored = state_->find(hash);
     if (!stored) return stored.refusal();
     const auto canonical = canonical_json(stored->model);
@@ -398,16 +467,16 @@ Outcome<std::string> ModelStore::export_json(std::string_view hash) const {
   });
 }
 
-Outcome<StoredModel> ModelStore::import_json(std::string_view json) {
+Outcome<StoredModel> ModelStore::import_json(std::string_view json, Until until) {
   const auto imported = server::import_json(json);
   if (!imported) return invalid(imported.error());
-  return state_->guarded([&]() -> Outcome<StoredModel> {
-    return state_->insert(imported->model, imported->canonical, imported->hash);
+  return state_->guarded(until, [&]() -> Outcome<StoredModel> {
+    return state_->insert(imported->model, imported->canonical, imported->hash, "");
   });
 }
 
-Outcome<std::uint64_t> ModelStore::record_identification(const EndedIdentification& ended) {
-  return state_->guarded([&]() -> Outcome<std::uint64_t> {
+Outcome<std::uint64_t> ModelStore::record_identification(const EndedIdentification& ended, Until until) {
+  return state_->guarded(until, [&]() -> Outcome<std::uint64_t> {
     SQLite::Transaction transaction(state_->database, SQLite::TransactionBehavior::IMMEDIATE);
     SQLite::Statement row(state_->database,
                           "INSERT INTO identifications "
@@ -426,13 +495,14 @@ Outcome<std::uint64_t> ModelStore::record_identification(const EndedIdentificati
     state_->database.exec(std::string("DELETE FROM identifications WHERE sequence <= "
                                       "(SELECT max(sequence) FROM identifications) - ") +
                           kIdentificationsKept);
-    transaction.commit();
+    if (auto refusal = state_->commit(transaction)) return *refusal;
     return sequence;
   });
 }
 
-Outcome<std::vector<EndedIdentification>> ModelStore::list_identifications(std::size_t limit) const {
-  return state_->guarded([&]() -> Outcome<std::vector<EndedIdentification>> {
+Outcome<std::vector<EndedIdentification>> ModelStore::list_identifications(std::size_t limit,
+                                                                           Until until) const {
+  return state_->guarded(until, [&]() -> Outcome<std::vector<EndedIdentification>> {
     SQLite::Statement query(state_->database,
                             "SELECT id, kind, object, state, ended_at, model, problem, progress "
                             "FROM identifications ORDER BY sequence DESC LIMIT ?");

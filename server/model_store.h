@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -21,6 +22,9 @@ struct StoredModel {
   rt::IdentifiedModel model;
   std::int64_t stored_at_unix_s = 0;
   std::vector<std::string> tags;  ///< sorted
+  /// "simulated" or "hardware": the rig it was identified on; empty where that is not known, of recordings
+  /// and imports.
+  std::string rig_kind;
 
   /// The beginning by which people call it.
   std::string short_hash() const { return hash.substr(0, kShortHash); }
@@ -54,18 +58,28 @@ struct EndedIdentification {
 
 /// Identified models, kept for good: immutable, by the hash of their content, with tags that move. An SQLite
 /// database; several processes may have it open at once. A call either is done, and then survives the end of
-/// the process and of the machine, or has changed nothing. Any thread; a call waits for the disk, and up to 5
-/// s for another process.
+/// the process and of the machine, or has changed nothing. Any thread; a call waits for the disk, and for
+/// another process that keeps the file locked until `until`, without keeping other calls from being served.
 ///
 /// Refused calls: kNotFound for what is not there, kInvalidArgument for what is no hash, name or model,
-/// kFailedPrecondition for what is in use, kUnavailable while another process keeps the file locked,
-/// kInternal where the disk or the file fails.
+/// kFailedPrecondition for what is in use and where the file was moved or deleted, kUnavailable while another
+/// process keeps the file locked, kResourceExhausted where the disk is full, kInternal where the disk or the
+/// file fails.
 class ModelStore {
  public:
+  using Until = std::chrono::steady_clock::time_point;
+  /// Another process is not waited for: what scenes ask of the store on their way.
+  static constexpr Until kNow{};
+
   /// Makes the file and its folder where there are none, and brings an older file up to date. Refused, and
   /// left as it is: a file that is no such database, one of a newer version, a damaged one. An empty path or
   /// ":memory:": in memory, lost at the end.
-  static hal::Result<std::unique_ptr<ModelStore>> open(const std::string& path);
+  ///
+  /// `rig_kind`: of the rig that is served, as StoredModel::rig_kind. What is identified on it is put away as
+  /// of this kind, and its "current" models are of this kind or of none: what was found on a simulated rig is
+  /// not taken for a rig of hardware unless a tag of its own asks for it. Empty: models of every kind serve.
+  static hal::Result<std::unique_ptr<ModelStore>> open(const std::string& path,
+                                                       const std::string& rig_kind = {});
   /// Whether open() would accept what is there, without making or changing anything.
   static std::optional<hal::Error> check(const std::string& path);
   ~ModelStore();
@@ -75,37 +89,40 @@ class ModelStore {
   bool in_memory() const;
   /// Empty when in memory.
   const std::string& path() const;
+  /// Whether a model may serve the rig as the "current" one.
+  bool serves(const StoredModel& stored) const;
 
   /// Puts a model away. One that is there already stays as it is, with its time and tags.
-  Outcome<StoredModel> add(const rt::IdentifiedModel& model);
+  Outcome<StoredModel> add(const rt::IdentifiedModel& model, Until until = kNow);
   /// By any unambiguous beginning of its hash of at least 6 digits.
-  Outcome<StoredModel> get(std::string_view hash) const;
+  Outcome<StoredModel> get(std::string_view hash, Until until = kNow) const;
   /// By its whole hash. True also where the file cannot be read just now.
-  bool contains(const std::string& hash) const;
+  bool contains(const std::string& hash, Until until = kNow) const;
   /// Newest first. What cannot be read is logged and left out.
-  Outcome<std::vector<StoredModel>> list(const ModelFilter& filter = {}) const;
-  /// The one that has the tag.
-  Outcome<StoredModel> tagged(const std::string& kind, const std::string& subject,
-                              const std::string& tag) const;
+  Outcome<std::vector<StoredModel>> list(const ModelFilter& filter = {}, Until until = kNow) const;
+  /// The one that has the tag; of the rig's own kind before one of no kind.
+  Outcome<StoredModel> tagged(const std::string& kind, const std::string& subject, const std::string& tag,
+                              Until until = kNow) const;
   /// Tags of models of this subject, sorted, each once.
-  Outcome<std::vector<std::string>> tags_of(const std::string& kind, const std::string& subject) const;
+  Outcome<std::vector<std::string>> tags_of(const std::string& kind, const std::string& subject,
+                                            Until until = kNow) const;
 
-  /// Gives it the tag, and takes it from the one of the same kind and subject that had it.
-  Outcome<StoredModel> tag(std::string_view hash, const std::string& tag);
+  /// Gives it the tag, and takes it from the one of the same kind, subject and kind of rig that had it.
+  Outcome<StoredModel> tag(std::string_view hash, const std::string& tag, Until until = kNow);
   /// kNotFound where it has no such tag.
-  Outcome<StoredModel> untag(std::string_view hash, const std::string& tag);
+  Outcome<StoredModel> untag(std::string_view hash, const std::string& tag, Until until = kNow);
   /// Deletes it with its tags, and returns the whole hash. `in_use` is asked under the store's lock.
   Outcome<std::string> erase(std::string_view hash,
-                             const std::function<bool(const std::string& hash)>& in_use);
+                             const std::function<bool(const std::string& hash)>& in_use, Until until = kNow);
 
-  Outcome<std::string> export_json(std::string_view hash) const;
+  Outcome<std::string> export_json(std::string_view hash, Until until = kNow) const;
   /// Refusals as of import_json() in model_json.h, kInvalidArgument.
-  Outcome<StoredModel> import_json(std::string_view json);
+  Outcome<StoredModel> import_json(std::string_view json, Until until = kNow);
 
   /// Remembers one; the oldest beyond 1000 are forgotten.
-  Outcome<std::uint64_t> record_identification(const EndedIdentification& ended);
+  Outcome<std::uint64_t> record_identification(const EndedIdentification& ended, Until until = kNow);
   /// Newest first.
-  Outcome<std::vector<EndedIdentification>> list_identifications(std::size_t limit) const;
+  Outcome<std::vector<EndedIdentification>> list_identifications(std::size_t limit, Until until = kNow) const;
 
  private:
   struct State;

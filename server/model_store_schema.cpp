@@ -49,6 +49,28 @@ CREATE TABLE identifications (
   problem TEXT NOT NULL,
   progress BLOB NOT NULL
 ) STRICT;
+)sql",
+    // 2 → 3: the kind of rig of a model, and tags by it. Where a model comes from was told by its data only.
+    R"sql(
+DROP TRIGGER models_are_immutable;
+ALTER TABLE models ADD COLUMN rig_kind TEXT NOT NULL DEFAULT '';
+UPDATE models SET rig_kind = CASE WHEN content LIKE '% on rig ''sim:%' THEN 'simulated'
+  WHEN content LIKE '% on rig ''%' THEN 'hardware' ELSE '' END;
+CREATE TRIGGER models_are_immutable BEFORE UPDATE ON models
+BEGIN SELECT RAISE(ABORT, 'a stored model never changes'); END;
+ALTER TABLE tags RENAME TO tags_of_version_2;
+CREATE TABLE tags (
+  kind TEXT NOT NULL,
+  subject TEXT NOT NULL,
+  rig_kind TEXT NOT NULL,
+  tag TEXT NOT NULL,
+  hash TEXT NOT NULL REFERENCES models (hash) ON DELETE CASCADE,
+  PRIMARY KEY (kind, subject, rig_kind, tag)
+) STRICT;
+INSERT INTO tags SELECT old.kind, old.subject, models.rig_kind, old.tag, old.hash
+  FROM tags_of_version_2 AS old JOIN models ON models.hash = old.hash;
+DROP TABLE tags_of_version_2;
+CREATE INDEX tags_by_hash ON tags (hash);
 )sql"};
 
 hal::Error foreign(const std::string& path, const std::string& value) {

@@ -13,7 +13,7 @@ class Database;
 namespace hapticd::server::store_schema {
 
 inline constexpr std::int32_t kApplicationId = 0x68707464;  ///< "hptd", in the file's header
-inline constexpr int kVersion = 2;
+inline constexpr int kVersion = 3;
 
 /// What the first bytes of a file say: nothing against it, or why it is no store of ours. A file that is not
 /// there or empty is none's.

@@ -11,6 +11,8 @@
 #include "hal/netft/netft_sensor.h"
 #include "hal/openhaptics/openhaptics_device.h"
 #include "hal/phantom/phantom_device.h"
+#include "hal/replay/csv_file.h"
+#include "server/recording_columns.h"
 #include "server/suggestion.h"
 
 namespace hapticd::server {
@@ -41,6 +43,15 @@ std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {
   return unknown("object", simulation.object, std::move(objects));
 }
 
+/// A recording, also one of hapticd's own, whose columns have other names.
+hal::Result<std::unique_ptr<hal::Rig>> open_replay(replay::ReplayConfig config) {
+  const auto file = replay::CsvFile::open(config.path);
+  if (!file) return file.error();
+  fill_own_column(config.force, role_of(replay::Quantity::kForce), file->columns());
+  fill_own_column(config.position, role_of(replay::Quantity::kPosition), file->columns());
+  return as_rig(replay::ReplayRig::open(config));
+}
+
 /// What stands in for the parts that are not named; null where nothing does.
 hal::Result<std::unique_ptr<hal::Rig>> open_base(const DaemonConfig& config) {
   switch (config.rig) {
@@ -48,7 +59,7 @@ hal::Result<std::unique_ptr<hal::Rig>> open_base(const DaemonConfig& config) {
       if (auto error = check_names(config.simulation)) return *error;
       return as_rig(sim::SimulatedRig::create(config.simulation));
     case RigChoice::kReplay:
-      return as_rig(replay::ReplayRig::open(config.replay));
+      return open_replay(config.replay);
     case RigChoice::kHardware:
       return std::unique_ptr<hal::Rig>();
   }

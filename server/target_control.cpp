@@ -90,6 +90,14 @@ std::optional<Refusal> validate(const TargetRequest& request, std::int64_t now_n
       return refuse(*error, *request.ramp_s);
     }
   }
+  if (request.at_time_ns != 0 && request.at_time_ns <= now_ns) {
+    return Refusal{
+        RefusalKind::kOutOfRange,
+        {"the time has passed", "SetTargetRequest.at_time_ns",
+         fmt::format("{:.6f} s of the rig's clock, which shows {:.6f} s",
+                     1e-9 * static_cast<double>(request.at_time_ns), 1e-9 * static_cast<double>(now_ns)),
+         "0 for now, or up to 60 s ahead of RigState.time_ns", "send it earlier, or leave it out"}};
+  }
   if (request.at_time_ns > now_ns && request.at_time_ns - now_ns > kFurthestAhead.count()) {
     return Refusal{RefusalKind::kOutOfRange,
                    {"the time lies too far ahead", "SetTargetRequest.at_time_ns",

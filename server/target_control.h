@@ -49,7 +49,7 @@ struct Feasibility {
 
 struct TargetRequest {
   rt::TargetLaw law;            ///< granted in part only where it is linear
-  std::int64_t at_time_ns = 0;  ///< of the rig's clock; what has passed means now
+  std::int64_t at_time_ns = 0;  ///< of the rig's clock; 0 = now
   std::optional<double> ramp_s;
 };
 

@@ -5,6 +5,24 @@
 
 namespace hapticd::cli {
 
+namespace {
+
+/// A command that only leads on to others takes over the footer of the whole program: its own says where to
+/// look.
+void add_footers(CLI::App& app) {
+  const std::string whole = app.get_footer();
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_footer() != whole) continue;
+    std::string lines = "More, with examples:";
+    for (const CLI::App* sub : command->get_subcommands([](const CLI::App*) { return true; })) {
+      lines += fmt::format("\n  hapticctl {} {} --help", command->get_name(), sub->get_name());
+    }
+    command->footer(lines);
+  }
+}
+
+}  // namespace
+
 void build_app(CLI::App& app, Session& session) {
   app.description("hapticctl - talks to hapticd, which changes how stiff a real object feels");
   app.footer(std::string("Examples:\n"
@@ -14,6 +32,7 @@ void build_app(CLI::App& app, Session& session) {
                          "  hapticctl telemetry watch\n\n") +
              kExitCodeHelp);
   app.require_subcommand(1);
+  app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION, "Print the version and leave");
   // Global options may stand behind the command as well.
   app.fallthrough();
   app.add_option("-s,--server", session.server, "Where hapticd listens: host:port or unix:/path")
@@ -41,6 +60,7 @@ void build_app(CLI::App& app, Session& session) {
   add_plot_command(app, session);
   add_demo_command(app, session);
   add_completion_command(app);
+  add_footers(app);
 }
 
 void add_stream_options(CLI::App& command, StreamOptions& options) {

@@ -166,6 +166,11 @@ void DemoSession::conclude() {
     fmt::print("\n");
     result_table(presses_).print(terminal, 2);
   }
+  fmt::print(
+      "\n  Where a curve falls to nothing at depth, the hand lifts faster than the object recovers: the tip "
+      "comes\n"
+      "  free of it there, and where nothing is touched no force is given. A second short contact may "
+      "follow.\n");
   fmt::print("\n  recording  {} ({})\n  plot       {}\n  results    {}\n", csv, account_text(account), svg,
              json);
 }

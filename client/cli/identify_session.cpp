@@ -35,13 +35,20 @@ ExitCode exit_code_of(const v1::IdentificationProgress& progress) {
 std::string upload_line(const std::string& name, const UploadState& state, const Terminal& terminal) {
   constexpr int kBarColumns = 32;
   const std::string sent = fmt::format("{:.1f}", static_cast<double>(state.sent_bytes) / kMegabyte);
-  if (state.sent) return fmt::format("{}: {} MB sent, the daemon reads them", name, sent);
-  if (!state.total_bytes) return fmt::format("{}: {} MB sent", name, sent);
+  const std::string rate = fmt::format("{:.1f} MB/s", state.mb_per_s());
+  if (state.sent) return fmt::format("{}: {} MB sent, {}; the daemon reads them", name, sent, rate);
+  if (!state.total_bytes) return fmt::format("{}: {} MB sent, {}", name, sent, rate);
   const double share = *state.total_bytes == 0
                            ? 0.0
                            : static_cast<double>(state.sent_bytes) / static_cast<double>(*state.total_bytes);
-  return fmt::format("{}: {} {}  {} of {:.1f} MB", name, progress_bar(share, kBarColumns, terminal),
-                     percent_done(share), sent, static_cast<double>(*state.total_bytes) / kMegabyte);
+  return fmt::format("{}: {} {}  {} of {:.1f} MB, {}", name, progress_bar(share, kBarColumns, terminal),
+                     percent_done(share), sent, static_cast<double>(*state.total_bytes) / kMegabyte, rate);
+}
+
+Json upload_event(const std::string& name, const UploadState& state) {
+  Json event{{"name", name}, {"sent_bytes", state.sent_bytes}, {"mb_per_s", state.mb_per_s()}};
+  if (state.total_bytes) event["total_bytes"] = *state.total_bytes;
+  return {{"uploading", event}};
 }
 
 }  // namespace
@@ -70,6 +77,11 @@ std::string IdentifySession::upload(const std::string& path, const v1::Recording
   const UploadOptions options{.timeout = std::chrono::milliseconds(std::llround(session_.timeout_s * 1000.0)),
                               .on_progress =
                                   [&](const UploadState& state) {
+                                    if (session_.json && std::chrono::steady_clock::now() >= next_line_) {
+                                      next_line_ = std::chrono::steady_clock::now() + kLinePeriod;
+                                      print_json_line(upload_event(description.name(), state));
+                                      std::fflush(stdout);
+                                    }
                                     if (!live_ || !screen_.due()) return;
                                     const Terminal terminal = Terminal::detect();
                                     screen_.show({upload_line(description.name(), state, terminal)},

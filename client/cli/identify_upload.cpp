@@ -83,6 +83,10 @@ std::size_t character_length(std::string_view text) {
 
 }  // namespace
 
+double UploadState::mb_per_s() const {
+  return elapsed.count() > 0.0 ? 1e-6 * static_cast<double>(sent_bytes) / elapsed.count() : 0.0;
+}
+
 std::string recording_name(const std::string& path) {
   const std::string file_name = std::filesystem::path(path).filename().string();
   std::string_view rest = file_name.empty() ? std::string_view(path) : std::string_view(file_name);
@@ -106,6 +110,7 @@ v1::UploadRecordingResponse upload_file(client::Client& client, const std::strin
   UploadState state;
   std::ifstream file = open(path, state.total_bytes);
   client::RecordingUpload upload = client.upload_recording(description);
+  const auto began = Clock::now();
   std::string piece(client::RecordingUpload::kLargestPiece, '\0');
   while (file) {
     piece.resize(client::RecordingUpload::kLargestPiece);
@@ -116,6 +121,7 @@ v1::UploadRecordingResponse upload_file(client::Client& client, const std::strin
     upload.send(std::move(piece));
     wait_for([&upload] { return upload.taken(kNap); }, options.timeout, state, options, client.address());
     state.sent_bytes += bytes;
+    state.elapsed = Clock::now() - began;
     if (options.on_progress) options.on_progress(state);
   }
   if (file.bad()) throw LocalError("the recording could not be read to its end", path);

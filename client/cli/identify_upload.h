@@ -15,6 +15,10 @@ struct UploadState {
   std::uint64_t sent_bytes = 0;
   std::optional<std::uint64_t> total_bytes;  ///< absent for what has no length, e.g. a pipe
   bool sent = false;                         ///< all of it; the daemon makes something of it
+  std::chrono::duration<double> elapsed{};   ///< since its beginning; of what was sent, until all was
+
+  /// Mean so far; 0 before there is one.
+  double mb_per_s() const;
 };
 
 struct UploadOptions {

@@ -29,11 +29,11 @@ struct Trace {
 };
 
 constexpr Trace kForceTraces[] = {{"truth_hand_force_z_n", "hand, true", "#999999", -1.0},
-                             {"contact_reaction_force_n", "reaction", "#e69f00"},
-                             {"control_hand_force_n", "hand, estimated", "#0072b2"},
-                             {"control_commanded_force_n", "device, commanded", "#cc79a7"}};
+                                  {"contact_reaction_force_n", "reaction", "#e69f00"},
+                                  {"control_hand_force_n", "hand, estimated", "#0072b2"},
+                                  {"control_commanded_force_n", "device, commanded", "#cc79a7"}};
 constexpr Trace kDisplacementTraces[] = {{"truth_displacement_mm", "true", "#999999"},
-                                    {"deformation_displacement_mm", "estimated", "#009e73"}};
+                                         {"deformation_displacement_mm", "estimated", "#009e73"}};
 constexpr Trace kTarget{"target_stiffness_n_per_mm", "target", "#d55e00"};
 
 std::vector<Point> points(const std::vector<double>& x, const std::vector<double>& y, double sign) {
@@ -66,20 +66,21 @@ Figure figure_of(const CsvTable& table) {
   const auto& displacement =
       table.column(estimated ? "deformation_displacement_mm" : "truth_displacement_mm");
 
-  FigurePanel curve{.title = "",
+  FigurePanel curve{.title = "Force over displacement",
                     .x_label = "displacement / mm",
                     .y_label = "force / N",
                     .left = 0.0,
                     .bottom = 0.0,
                     .width = 0.5,
-                    .height = 0.95};
+                    .height = 0.95,
+                    .legend = FigurePanel::Legend::kBelow};
   for (const Trace& trace : kForceTraces) {
     const bool is_truth =
         std::string_view(trace.column).starts_with("truth_") && table.has("truth_displacement_mm");
     add_trace(curve, table, is_truth ? table.column("truth_displacement_mm") : displacement, trace,
-              FigureSeries::Stroke::kThinLine);
+              is_truth ? FigureSeries::Stroke::kThinLine : FigureSeries::Stroke::kLine);
   }
-  FigurePanel forces{.title = "",
+  FigurePanel forces{.title = "Over time",
                      .x_label = "",
                      .y_label = "force / N",
                      .left = 0.5,
@@ -129,12 +130,20 @@ void add_plot_command(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("plot", "Draws a recording: force over displacement, and the time courses");
   command->footer(
-      "Needs gnuplot (Debian: gnuplot-nox), but no daemon.\n\n"
+      "Needs gnuplot (Debian: gnuplot-nox), but no daemon. Estimates are drawn over the estimated "
+      "displacement,\n"
+      "the truth of a simulated rig over the true one: an object that has not yet recovered from the press "
+      "before\n"
+      "begins deeper, and its true curve stands aside by that.\n\n"
       "Example:\n  hapticctl plot press.csv --out press.svg");
   command->add_option("RECORDING.csv", options->recording, "Written by hapticctl telemetry record")
       ->required();
   command->add_option("-o,--out", options->svg, "Where to write the plot (SVG)")->required();
   command->callback([&session, options] {
+    if (std::filesystem::path(options->svg).extension() != ".svg") {
+      throw LocalError("plots are drawn as SVG only", "--out", options->svg, "a name that ends in .svg",
+                       "convert it afterwards, e.g. with rsvg-convert");
+    }
     const CsvTable table = CsvTable::read(options->recording);
     write_svg(figure_of(table), options->svg);
     if (session.json) return print_json({{"plot", options->svg}, {"samples", table.rows()}});

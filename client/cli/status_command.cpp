@@ -1,5 +1,7 @@
 #include <fmt/core.h>
 
+#include <memory>
+
 #include "client/cli/commands.h"
 #include "client/cli/live_state.h"
 #include "client/cli/message_json.h"
@@ -99,7 +101,24 @@ void print_loop(const v1::LoopState& loop, const Terminal& terminal) {
   table.print(terminal, 2);
 }
 
-void print_status(const v1::RigInfo& rig, const v1::RigState& state) {
+/// Figures of the rig that are known only roughly; how many, where they are not asked for.
+void print_uncertain(const v1::RigInfo& rig, bool all, const Terminal& terminal) {
+  if (rig.uncertain_parameters().empty()) return;
+  if (!all) {
+    fmt::print("\n{} figures of the rig are known only roughly: hapticctl status --rough\n",
+               rig.uncertain_parameters_size());
+    return;
+  }
+  fmt::print("\n{}\n", terminal.bold("known only roughly"));
+  TextTable table({}, {Align::kLeft, Align::kRight});
+  for (const auto& parameter : rig.uncertain_parameters()) {
+    table.add(
+        {parameter.name(), fmt::format("{:g}", parameter.value()), parameter.unit(), parameter.source()});
+  }
+  table.print(terminal, 2);
+}
+
+void print_status(const v1::RigInfo& rig, const v1::RigState& state, bool rough) {
   const Terminal terminal = Terminal::detect();
   TextTable facts;
   facts.add({terminal.bold("rig"), rig_text(rig)});
@@ -124,32 +143,29 @@ void print_status(const v1::RigInfo& rig, const v1::RigState& state) {
 
   if (!rig.realtime_shortcomings().empty()) {
     fmt::print("\n{}\n", terminal.bold("not granted to the loop's thread"));
-    for (const auto& shortcoming : rig.realtime_shortcomings()) fmt::print("  - {}\n", shortcoming);
-  }
-  if (!rig.uncertain_parameters().empty()) {
-    fmt::print("\n{}\n", terminal.bold("known only roughly"));
-    TextTable table({}, {Align::kLeft, Align::kRight});
-    for (const auto& parameter : rig.uncertain_parameters()) {
-      table.add(
-          {parameter.name(), fmt::format("{:g}", parameter.value()), parameter.unit(), parameter.source()});
-    }
+    TextTable table;
+    for (const auto& shortcoming : rig.realtime_shortcomings()) table.add({"-", shortcoming});
     table.print(terminal, 2);
   }
+  print_uncertain(rig, rough, terminal);
 }
 
 }  // namespace
 
 void add_status_command(CLI::App& app, Session& session) {
   CLI::App* command = app.add_subcommand("status", "Rig, loop, guard, scene and what is known only roughly");
+  const auto rough = std::make_shared<bool>(false);
+  command->add_flag("--rough", *rough, "List the figures of the rig that are known only roughly");
   command->footer("Examples:\n  hapticctl status\n  hapticctl status --json | jq .state.loop.wakeup.p99_us");
-  command->callback([&session] {
+  command->callback([&session, rough] {
     client::Client client = session.connect();
     const v1::RigInfo rig = client.rig_info();
-    const v1::RigState state = client.rig_state();
+    const v1::RigState state =
+        client.rig_state(session.json ? client::Histograms::kWith : client::Histograms::kWithout);
     if (session.json) {
       print_json({{"rig", to_json(rig)}, {"state", to_json(state)}});
     } else {
-      print_status(rig, state);
+      print_status(rig, state, *rough);
     }
   });
 }

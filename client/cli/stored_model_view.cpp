@@ -30,8 +30,9 @@ std::string tags_text(const v1::StoredModel& model) {
 }
 
 std::string rig_text(const v1::StoredModel& model) {
-  return fmt::format("{} / {}", model.device().empty() ? "?" : model.device(),
-                     model.sensor().empty() ? "?" : model.sensor());
+  const std::string kind = model.rig_kind().empty() ? std::string() : fmt::format(" ({})", model.rig_kind());
+  return fmt::format("{} / {}{}", model.device().empty() ? "?" : model.device(),
+                     model.sensor().empty() ? "?" : model.sensor(), kind);
 }
 
 /// "down to 6.1 mm, up to 5.8 N, 80 mm/s"; what does not apply is left out.

@@ -60,7 +60,8 @@ void set_target(const TargetOptions& options, Session& session) {
   client::Client client = session.connect();
   if (options.has_ramp) request.set_ramp_s(options.ramp_s);
   request.set_at_time_ns(options.at_time_ns);
-  if (options.has_in) request.set_at_time_ns(client.rig_state().time_ns() + std::llround(options.in_s * 1e9));
+  if (options.has_in && options.in_s > 0.0)
+    request.set_at_time_ns(client.rig_state().time_ns() + std::llround(options.in_s * 1e9));
 
   const v1::SetTargetResponse answer = client.set_target(request);
   if (session.json) return print_json(to_json(answer));
@@ -75,11 +76,25 @@ void set_target(const TargetOptions& options, Session& session) {
              static_cast<double>(answer.effective_time_ns()) * 1e-9);
 }
 
+void get_target(Session& session) {
+  const v1::RigState state = session.connect().rig_state(client::Histograms::kWithout);
+  if (session.json) {
+    return print_json(
+        {{"scene", state.scene()}, {"target_stiffness_n_per_mm", state.target_stiffness_n_per_mm()}});
+  }
+  if (state.scene().empty()) return fmt::print("no scene is loaded, so there is no target\n");
+  fmt::print("{:g} N/mm in scene '{}'\n", state.target_stiffness_n_per_mm(), state.scene());
+}
+
 }  // namespace
 
 void add_target_command(CLI::App& app, Session& session) {
   CLI::App* target = app.add_subcommand("target", "How stiff the object is to feel");
   target->require_subcommand(1);
+  CLI::App* get =
+      target->add_subcommand("get", "The target in force; of a law that is not linear, where the tip is");
+  get->footer("Example:\n  hapticctl target get");
+  get->callback([&session] { get_target(session); });
   const auto options = std::make_shared<TargetOptions>();
   CLI::App* set = target->add_subcommand("set", "Sets the target stiffness of the loaded scene");
   set->footer(

@@ -113,6 +113,25 @@ std::string padded(std::string_view text, std::size_t width) {
   return escaped ? cut + "\x1b[0m" : cut;
 }
 
+std::vector<std::string> wrapped(std::string_view text, std::size_t width) {
+  std::vector<std::string> lines(1);
+  while (!text.empty()) {
+    const std::size_t end = text.find(' ');
+    const std::string_view word = text.substr(0, end);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    std::string& line = lines.back();
+    if (line.empty()) {
+      line = word;
+    } else if (display_width(line) + 1 + display_width(word) <= width) {
+      line += ' ';
+      line += word;
+    } else {
+      lines.emplace_back(word);
+    }
+  }
+  return lines;
+}
+
 std::string padded_left(std::string_view text, std::size_t width) {
   const std::size_t present = display_width(text);
   return present >= width ? std::string(text) : std::string(width - present, ' ') + std::string(text);

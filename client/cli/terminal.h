@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace hapticd::cli {
 
@@ -28,6 +29,9 @@ struct Terminal {
 std::size_t display_width(std::string_view text);
 /// Padded with blanks on the right to `width` columns; a longer text is cut.
 std::string padded(std::string_view text, std::size_t width);
+/// In lines of at most `width` columns, broken between words; a longer word has a line of its own, whole. One
+/// line at least.
+std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 /// Padded on the left.
 std::string padded_left(std::string_view text, std::size_t width);
 

@@ -6,6 +6,12 @@
 #include <utility>
 
 namespace hapticd::cli {
+namespace {
+
+/// A last column narrower than this is not broken: nobody reads such a one.
+constexpr std::size_t kMinBrokenColumns = 20;
+
+}  // namespace
 
 TextTable::TextTable(std::vector<std::string> headings, std::vector<Align> alignment)
     : headings_(std::move(headings)), alignment_(std::move(alignment)) {}
@@ -35,7 +41,22 @@ std::vector<std::string> TextTable::lines(const Terminal& terminal, std::size_t 
   };
   std::vector<std::string> result;
   if (!headings_.empty()) result.push_back(terminal.bold(line_of(headings_)));
-  for (const auto& row : rows_) result.push_back(line_of(row));
+  std::size_t before_last = indent;
+  for (std::size_t i = 0; i + 1 < widths.size(); ++i) before_last += widths[i] + 2;
+  const auto room = static_cast<std::size_t>(terminal.width);
+  const bool breaks = terminal.live && room >= before_last + kMinBrokenColumns;
+  for (const auto& row : rows_) {
+    if (!breaks || row.size() != widths.size() || before_last + display_width(row.back()) <= room) {
+      result.push_back(line_of(row));
+      continue;
+    }
+    auto part = row;
+    for (std::string& piece : wrapped(row.back(), room - before_last)) {
+      part.back() = std::move(piece);
+      result.push_back(line_of(part));
+      part.assign(row.size(), "");
+    }
+  }
   return result;
 }
 

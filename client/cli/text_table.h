@@ -16,7 +16,8 @@ class TextTable {
   explicit TextTable(std::vector<std::string> headings = {}, std::vector<Align> alignment = {});
 
   void add(std::vector<std::string> row);
-  /// Lines without trailing blanks, indented by `indent` columns.
+  /// Lines without trailing blanks, indented by `indent` columns. On a terminal that is too narrow the last
+  /// column is broken between words.
   std::vector<std::string> lines(const Terminal& terminal, std::size_t indent = 0) const;
   /// To standard output.
   void print(const Terminal& terminal, std::size_t indent = 0) const;

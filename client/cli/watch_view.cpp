@@ -1,8 +1,10 @@
 #include "client/cli/watch_view.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "client/cli/live_state.h"
@@ -93,6 +95,31 @@ std::vector<TerminalSeries> curves(const std::deque<v1::TelemetrySample>& sample
   return all;
 }
 
+/// A linear target as its line. Of any other, force over displacement changes with the depth: what was asked
+/// for at the depths that were passed.
+TerminalSeries target_curve(const std::deque<v1::TelemetrySample>& samples, double now_n_per_mm,
+                            double max_displacement_mm) {
+  constexpr double kNoticedChange = 0.01;
+  TerminalSeries series{
+      fmt::format("target {:.3g} N/mm", now_n_per_mm), Color::kMagenta, TerminalSeries::Stroke::kDashed, {}};
+  bool bent = false;
+  for (const auto& sample : samples) {
+    const Quantity target = target_stiffness(sample);
+    const Quantity depth = displacement(sample);
+    if (!target || !depth || !(*depth > 0.0)) continue;
+    bent = bent || std::abs(*target - now_n_per_mm) > kNoticedChange * now_n_per_mm;
+    series.points.push_back({*depth, *depth * *target});
+  }
+  if (bent) {
+    std::sort(series.points.begin(), series.points.end(),
+              [](const Point& a, const Point& b) { return a.x < b.x; });
+    series.name = fmt::format("target, {:.3g} N/mm now", now_n_per_mm);
+  } else {
+    series.points = {{0.0, 0.0}, {max_displacement_mm, max_displacement_mm * now_n_per_mm}};
+  }
+  return series;
+}
+
 std::vector<std::string> force_over_displacement(const std::deque<v1::TelemetrySample>& samples, int width,
                                                  int height, const Terminal& terminal) {
   auto all = curves(samples, std::begin(kForces), std::end(kForces), false);
@@ -102,12 +129,8 @@ std::vector<std::string> force_over_displacement(const std::deque<v1::TelemetryS
                           range_of(all, &Point::y, {0.0, 0.5}),
                           width,
                           height};
-  if (const auto target = target_stiffness(samples.back())) {
-    all.insert(all.begin(), {fmt::format("target {:.3g} N/mm", *target),
-                             Color::kMagenta,
-                             TerminalSeries::Stroke::kDashed,
-                             {{0.0, 0.0}, {frame.x.high, frame.x.high * *target}}});
-  }
+  if (const auto target = target_stiffness(samples.back()))
+    all.insert(all.begin(), target_curve(samples, *target, frame.x.high));
   return draw(frame, all, terminal);
 }
 
@@ -132,22 +155,22 @@ std::string WatchView::when() const {
   return fmt::format("{:9.3f} s  {:<10}", time_s(s), words(live_state(s)));
 }
 
-std::string WatchView::values() const {
+std::vector<std::string> WatchView::values() const {
   const auto& s = samples_.back();
-  std::string text;
-  const auto append = [&text](const char* name, const Quantity& value, const char* unit) {
-    if (value) text += fmt::format("  {} {:.3f} {}", name, *value, unit);
+  std::vector<std::string> values;
+  const auto append = [&values](const char* name, const Quantity& value, const char* unit) {
+    if (value) values.push_back(fmt::format("{} {:.3f} {}", name, *value, unit));
   };
   append("displacement", displacement(s), "mm");
   append("hand", hand_force(s), "N");
   append("reaction", reaction_force(s), "N");
   append("target", target_stiffness(s), "N/mm");
   append("true hand", true_hand_force(s), "N");
-  return text;
+  return values;
 }
 
 std::string WatchView::line() const {
-  return samples_.empty() ? "no telemetry yet" : when() + values();
+  return samples_.empty() ? "no telemetry yet" : fmt::format("{}  {}", when(), fmt::join(values(), "  "));
 }
 
 std::vector<std::string> WatchView::frame(const client::StreamAccount& account,
@@ -157,10 +180,17 @@ std::vector<std::string> WatchView::frame(const client::StreamAccount& account,
       account.complete()
           ? terminal.paint(Color::kGrey, "  no gaps")
           : terminal.paint(Color::kRed, fmt::format("  {} samples missing", account.missing()));
-  std::vector<std::string> lines{terminal.bold(when()) + loss + values()};
+  // A number cut in half reads as another number: what has no room goes to the next line.
+  std::vector<std::string> lines{terminal.bold(when()) + loss};
+  for (const std::string& value : values()) {
+    if (display_width(lines.back()) + 2 + display_width(value) > static_cast<std::size_t>(terminal.width)) {
+      lines.emplace_back();
+    }
+    lines.back() += "  " + value;
+  }
   constexpr int kWideColumns = 110;
   constexpr int kTallRows = 34;
-  const int rows = std::clamp(terminal.height - 3, 8, 44);
+  const int rows = std::clamp(terminal.height - 2 - static_cast<int>(lines.size()), 8, 44);
   const auto forces = [&](int width, int height) {
     return over_time(samples_, std::begin(kForces), std::end(kForces), "force / N", window_s_, width, height,
                      terminal);

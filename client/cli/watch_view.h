@@ -25,8 +25,8 @@ class WatchView {
   std::string line() const;
 
  private:
-  std::string when() const;    ///< time, and what to know first
-  std::string values() const;  ///< all quantities with their units
+  std::string when() const;                 ///< time, and what to know first
+  std::vector<std::string> values() const;  ///< all quantities with their units
 
   double window_s_;
   std::deque<v1::TelemetrySample> samples_;

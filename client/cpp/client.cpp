@@ -120,8 +120,10 @@ v1::RigInfo Client::rig_info() {
   return state_->call(*state_->rig, &v1::RigService::Stub::GetRigInfo, v1::GetRigInfoRequest());
 }
 
-v1::RigState Client::rig_state() {
-  return state_->call(*state_->rig, &v1::RigService::Stub::GetRigState, v1::GetRigStateRequest());
+v1::RigState Client::rig_state(Histograms histograms) {
+  v1::GetRigStateRequest request;
+  request.set_without_histograms(histograms == Histograms::kWithout);
+  return state_->call(*state_->rig, &v1::RigService::Stub::GetRigState, request);
 }
 
 v1::Diagnosis Client::diagnose(bool probe) {

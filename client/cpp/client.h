@@ -29,6 +29,9 @@ struct ClientOptions {
   std::chrono::milliseconds timeout{5000};
 };
 
+/// Whether the loop's state comes with its histograms: 25 kB that who asks often can do without.
+enum class Histograms { kWith, kWithout };
+
 /// A scene by the name the daemon knows it by, or as the text of a scene file.
 struct SceneSource {
   enum class Kind { kName, kToml } kind = Kind::kName;
@@ -55,7 +58,7 @@ class Client {
   const std::string& address() const noexcept;
 
   v1::RigInfo rig_info();
-  v1::RigState rig_state();
+  v1::RigState rig_state(Histograms histograms = Histograms::kWith);
   /// Waits ten seconds beyond the timeout: hardware may take its time.
   v1::Diagnosis diagnose(bool probe);
   v1::SensorBias bias_force_sensor();

@@ -8,6 +8,20 @@
 
 namespace hapticd::client {
 
+namespace {
+
+/// The daemon itself ends a call without a word: of this end, whoever destroys the upload hears nothing.
+Error given_up_by_daemon(const std::string& address) {
+  v1::ErrorDetail detail;
+  detail.set_what("the daemon gave the upload up");
+  detail.set_where(address);
+  detail.set_limit("a piece at least every 30 s");
+  detail.set_remedy("send it without pauses, e.g. from a file; see also the daemon's log");
+  return {ErrorKind::kRefused, "CANCELLED", detail};
+}
+
+}  // namespace
+
 RecordingUpload::State::State(const std::shared_ptr<grpc::Channel>& channel,
                               const v1::RecordingDescription& description, std::string server_address)
     : address(std::move(server_address)),
@@ -67,6 +81,8 @@ bool RecordingUpload::State::advance(Phase goal, std::chrono::milliseconds wait)
     if (queue.AsyncNext(&tag, &succeeded, deadline) != grpc::CompletionQueue::GOT_EVENT) return false;
     on_completed(succeeded);
   }
+  if (phase == Phase::kDone && status.error_code() == grpc::StatusCode::CANCELLED)
+    throw given_up_by_daemon(address);
   if (phase == Phase::kDone && !status.ok()) {
     throw error_from_status(static_cast<int>(status.error_code()), status.error_message(),
                             status.error_details(), address);

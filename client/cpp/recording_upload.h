@@ -22,8 +22,8 @@ namespace hapticd::client {
 ///     while (!(answer = upload.answer(50ms))) show_progress();
 class RecordingUpload {
  public:
-  /// What the contract allows a piece to be, in bytes.
-  static constexpr std::size_t kLargestPiece = std::size_t{1} << 20;
+  /// What a piece should be at most, in bytes: well below the 1 MiB that a message may have.
+  static constexpr std::size_t kLargestPiece = std::size_t{1} << 18;
 
   RecordingUpload(RecordingUpload&&) noexcept;
   RecordingUpload& operator=(RecordingUpload&&) noexcept;
@@ -32,7 +32,7 @@ class RecordingUpload {
   /// The next piece of the text, at most kLargestPiece, once the last one was taken.
   void send(std::string csv);
   /// Waits up to `wait` until the last piece was taken. Throws Error when the daemon refused the recording
-  /// (it need not wait for the end) or the connection broke.
+  /// (it need not wait for the end), gave it up because no piece came for 30 s, or the connection broke.
   bool taken(std::chrono::milliseconds wait);
   /// That was all. Nothing may be sent any more.
   void finish();

@@ -32,6 +32,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kReportEvery{100};
 constexpr std::chrono::milliseconds kNap{1};
 constexpr std::chrono::seconds kLongestSilence{5};
+/// What was found is worth waiting for another process that keeps the store locked.
+constexpr std::chrono::seconds kStorePatience{10};
 /// A user is told anew what is wanted this often; the simulated hand as soon as it has done it.
 constexpr double kAskUserEveryS = 1.0;
 constexpr std::size_t kRowsBetweenLooks = 4096;
@@ -163,7 +165,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     auto recording = shelf_.find(request.recording);
     if (!recording) return recording.refusal();
     run->recording = *recording;
-    auto rows = RecordedObservations::open(run->recording->path, *motion, run->recording->description);
+    auto rows = RecordedObservations::open(run->recording->file.path(), *motion, run->recording->description);
     if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
     if (auto* friction = std::get_if<rt::FrictionTask>(&run->request.task)) {
       friction->normal_force_n = run->recording->normal_force_n;
@@ -385,10 +387,10 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     }
     if (auto error = rt::check(*model)) {
       if (!problem) problem = std::move(error);
-    } else if (auto stored = store_.add(*model)) {
+    } else if (auto stored = store_.add(*model, Clock::now() + kStorePatience)) {
       hash = stored->hash;
       if (converged && run.request.adopt) {
-        if (auto tagged = store_.tag(hash, kCurrentTag); !tagged && !problem)
+        if (auto tagged = store_.tag(hash, kCurrentTag, Clock::now() + kStorePatience); !tagged && !problem)
           problem = tagged.refusal().error;
       }
     } else if (!problem) {
@@ -407,6 +409,10 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     }
     const auto restored = run.reservation->restore(Caller{});
     if (!restored && !problem && !session_.stopping()) problem = restored.refusal().error;
+    if (restored && restored->scene) {
+      progress.remarks.push_back(fmt::format("scene '{}' was loaded afresh: its own target is in force again",
+                                             restored->scene->spec.name));
+    }
     run.reservation.reset();
     run.sensor.reset();
   }
@@ -435,7 +441,8 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
           .count();
   const auto recorded =
       store_.record_identification({report.id, report.kind, report.object, text_of(state), now_s, hash,
-                                    problem ? problem->text() : std::string(), ""});
+                                    problem ? problem->text() : std::string(), ""},
+                                   Clock::now() + kStorePatience);
   if (!recorded) log_warning(recorded.refusal().error.text());
   log_info("identification '" + report.id + "' is over: " + text_of(state) +
            (hash.empty() ? "" : ", model " + hash.substr(0, 12)) +

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "hal/replay/csv_file.h"
+#include "server/recording_columns.h"
 #include "server/suggestion.h"
 
 namespace hapticd::server {
@@ -130,11 +131,17 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
   for (std::size_t i = 0; i < roles.size(); ++i) {
     const auto mapped = description.columns.find(roles[i].column.name);
     const bool is_mapped = mapped != description.columns.end();
-    if (!is_mapped && !roles[i].required && !replay::is_recognised(roles[i].column, file->columns()))
+    replay::ColumnMapping mapping = is_mapped ? mapped->second : replay::ColumnMapping{};
+    const bool is_own = fill_own_column(mapping, roles[i].column, file->columns());
+    if (!is_mapped && !is_own && !roles[i].required &&
+        !replay::is_recognised(roles[i].column, file->columns()))
       continue;
-    const auto selection = replay::select_column(is_mapped ? mapped->second : replay::ColumnMapping{},
-                                                 roles[i].column, file->columns(), file->place());
+    const auto selection = replay::select_column(mapping, roles[i].column, file->columns(), file->place());
     if (!selection) return named(selection.error());
+    if (is_own) {
+      recording.own_columns_.push_back(fmt::format("{} is read from {}{}", roles[i].column.name,
+                                                   mapping.column, mapping.scale < 0.0 ? ", turned" : ""));
+    }
     recording.columns_.push_back({*selection, i});
   }
   if (motion == RecordedMotion::kFree) {

@@ -47,6 +47,8 @@ class RecordedObservations {
                                                 const RecordingDescription& description);
 
   const RecordingSummary& summary() const noexcept { return summary_; }
+  /// Quantities that were found by hapticd's own names of columns, in words; see recording_columns.h.
+  const std::vector<std::string>& own_columns() const noexcept { return own_columns_; }
   /// A rig of kind kReplay at one over the median step; nothing is known of its device and sensor.
   hal::RigInfo rig_info() const;
 
@@ -63,6 +65,7 @@ class RecordedObservations {
   RecordedMotion motion_ = RecordedMotion::kPress;
   std::string name_;
   std::vector<Column> columns_;
+  std::vector<std::string> own_columns_;
   RecordingSummary summary_;
 };
 

@@ -1,10 +1,7 @@
 #include "server/identification/recording_shelf.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cstdlib>
-#include <system_error>
 #include <utility>
 
 #include "server/suggestion.h"
@@ -13,26 +10,13 @@ namespace hapticd::server {
 
 namespace {
 
-Refusal cannot_write(const std::filesystem::path& path, const std::string& why) {
+Refusal cannot_keep(const hal::Error& error) {
   return {RefusalKind::kResourceExhausted,
-          {"the recording cannot be kept: " + why, path.string(), "", "",
+          {"the recording cannot be kept: " + error.what, error.where, error.value, "",
            "make room there, or set TMPDIR to a folder that has some"}};
 }
 
 }  // namespace
-
-ShelvedRecording::~ShelvedRecording() {
-  std::error_code ignored;
-  if (!path.empty()) std::filesystem::remove(path, ignored);
-}
-
-RecordingShelf::~RecordingShelf() {
-  shelf_.clear();
-  std::error_code ignored;
-  if (!folder_.empty()) std::filesystem::remove(folder_, ignored);
-}
-
-RecordingShelf::Upload::~Upload() = default;
 
 std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
   bytes_ += bytes.size();
@@ -42,8 +26,7 @@ std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
                     fmt::format("more than {} bytes", kMostBytes), fmt::format("up to {} bytes", kMostBytes),
                     "cut it, or leave out columns that are not needed"}};
   }
-  stream_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!stream_) return cannot_write(recording_->path, "writing failed");
+  if (const auto error = recording_->file.append(bytes)) return cannot_keep(*error);
   digest_.add(bytes);
   for (const char c : bytes) {
     if (last_ == '\n') line_counts_ = c != '#' && c != '\n' && c != '\r';
@@ -53,39 +36,24 @@ std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
   return std::nullopt;
 }
 
-std::optional<Refusal> RecordingShelf::make_folder() {
-  if (!folder_.empty()) return std::nullopt;
-  std::error_code failure;
-  std::string pattern =
-      (std::filesystem::temp_directory_path(failure) / "hapticd-recordings-XXXXXX").string();
-  if (failure || mkdtemp(pattern.data()) == nullptr) {
-    return cannot_write(pattern, "the folder cannot be made");
-  }
-  folder_ = pattern;
-  return std::nullopt;
-}
-
 Outcome<std::unique_ptr<RecordingShelf::Upload>> RecordingShelf::begin(
     const RecordingDescription& description, double normal_force_n) {
-  const std::lock_guard lock(mutex_);
-  if (auto refusal = make_folder()) return *refusal;
-  std::unique_ptr<Upload> upload(new Upload);
-  upload->recording_ = std::make_shared<ShelvedRecording>();
+  auto file = UnnamedFile::create();
+  if (!file) return cannot_keep(file.error());
+  std::unique_ptr<Upload> upload(new Upload(std::move(*file)));
   ShelvedRecording& recording = *upload->recording_;
-  recording.id = fmt::format("recording-{}", ++uploads_);
-  recording.path = folder_ / (recording.id + ".csv");
+  {
+    const std::lock_guard lock(mutex_);
+    recording.id = fmt::format("recording-{}", ++uploads_);
+  }
   recording.description = description;
   recording.normal_force_n = normal_force_n;
   if (recording.description.name.empty()) recording.description.name = recording.id;
-  upload->stream_.open(recording.path, std::ios::binary);
-  if (!upload->stream_) return cannot_write(recording.path, "the file cannot be made");
   return upload;
 }
 
 Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::unique_ptr<Upload> upload) {
   ShelvedRecording& recording = *upload->recording_;
-  upload->stream_.close();
-  if (!upload->stream_) return cannot_write(recording.path, "writing failed");
   if (upload->last_ != '\n' && upload->line_counts_) ++recording.rows;
   if (recording.rows > 0) --recording.rows;  // the header
   if (recording.rows == 0) {

@@ -2,6 +2,10 @@
 
 #include <grpcpp/server_context.h>
 
+#include <string>
+
+#include "server/log.h"
+
 namespace hapticd::server {
 
 Caller caller_of(const grpc::ServerContextBase& context) {
@@ -13,6 +17,10 @@ Caller caller_of(const grpc::ServerContextBase& context) {
   if (remaining < kEver) caller.deadline = Caller::Clock::now() + remaining;
   caller.cancelled = [&context] { return context.IsCancelled(); };
   return caller;
+}
+
+void log_call(std::string_view what, const grpc::ServerContextBase& context) {
+  log_info(std::string(what) + " by " + context.peer());
 }
 
 }  // namespace hapticd::server

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include "server/identification/identification_runner.h"
+#include "server/log.h"
 #include "server/services/call.h"
 #include "server/services/counted_call.h"
 #include "server/services/identification_messages.h"
+#include "server/services/silence_watch.h"
 #include "server/services/status.h"
 #include "server/utf8_text.h"
 
@@ -24,8 +26,11 @@ void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& re
   std::string why;
   for (const RecordedMotion motion :
        {RecordedMotion::kPress, RecordedMotion::kStroke, RecordedMotion::kFree}) {
-    const auto rows = RecordedObservations::open(recording.path, motion, recording.description);
+    const auto rows = RecordedObservations::open(recording.file.path(), motion, recording.description);
     if (rows) {
+      for (const std::string& own : rows->own_columns()) {
+        response.add_remarks(shortened(repaired_utf8("a recording of hapticd's own: " + own), kMaxRemark));
+      }
       const RecordingSummary& summary = rows->summary();
       response.set_duration_s(summary.duration_s);
       if (summary.longest_step_s > 5.0 * summary.median_step_s) {
@@ -39,15 +44,24 @@ void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& re
   response.add_remarks(shortened(repaired_utf8("not readable as it is: " + why), kMaxRemark));
 }
 
+/// The client sees CANCELLED, whatever is answered; why, the log tells.
+grpc::Status gone_silent(const std::string& name) {
+  log_warning(fmt::format("the upload of recording '{}' is given up: nothing came for {} s",
+                          repaired_utf8(name),
+                          std::chrono::seconds(IdentificationService::kMaxUploadPause).count()));
+  return grpc::Status::CANCELLED;
+}
+
 }  // namespace
 
-grpc::Status IdentificationService::StartIdentification(grpc::ServerContext*,
+grpc::Status IdentificationService::StartIdentification(grpc::ServerContext* context,
                                                         const v1::StartIdentificationRequest* request,
                                                         v1::StartIdentificationResponse* response) {
   const auto wanted = read_request(*request);
   if (!wanted) return to_status(wanted.refusal());
   const auto id = runner_.start(*wanted);
   if (!id) return to_status(id.refusal());
+  log_call("identification '" + *id + "' was started", *context);
   response->set_identification(*id);
   return grpc::Status::OK;
 }
@@ -95,8 +109,11 @@ grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context
                                                     v1::UploadRecordingResponse* response) {
   const CountedCall counted(uploads_, kMostUploads);
   if (!counted.admitted()) return counted.refusal("uploads", "UploadRecording");
+  SilenceWatch watch(kMaxUploadPause, [context] { context->TryCancel(); });
   v1::UploadRecordingRequest piece;
-  if (!reader->Read(&piece) || !piece.has_description()) {
+  const auto next_piece = [&] { return watch.during([&] { return reader->Read(&piece); }); };
+  if (!next_piece() || !piece.has_description()) {
+    if (watch.was_silent()) return gone_silent(piece.description().name());
     return to_status({RefusalKind::kInvalidArgument,
                       {"the first message has no description", "UploadRecordingRequest.description", "", "",
                        "send a description first, then the text"}});
@@ -107,7 +124,8 @@ grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context
   if (!upload) return to_status(upload.refusal());
   do {
     if (auto refusal = (*upload)->append(piece.csv())) return to_status(*refusal);
-  } while (reader->Read(&piece));
+  } while (next_piece());
+  if (watch.was_silent()) return gone_silent(description->name);
   if (context->IsCancelled()) return grpc::Status::CANCELLED;  // its end never came
   const auto recording = runner_.recordings().finish(std::move(*upload));
   if (!recording) return to_status(recording.refusal());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 
 #include "hapticd/v1/identification.grpc.pb.h"
 
@@ -14,6 +15,8 @@ class IdentificationService final : public v1::IdentificationService::Service {
   static constexpr int kMostWatchers = 16;
   /// The same for recordings on their way.
   static constexpr int kMostUploads = 4;
+  /// An upload of which nothing came for so long is given up.
+  static constexpr std::chrono::seconds kMaxUploadPause{30};
 
   explicit IdentificationService(IdentificationRunner& runner) : runner_(runner) {}
 

@@ -5,6 +5,7 @@
 #include "server/model_library.h"
 #include "server/model_store.h"
 #include "server/scene_host.h"
+#include "server/services/call.h"
 #include "server/services/status.h"
 
 namespace hapticd::server {
@@ -47,6 +48,7 @@ void fill(const StoredModel& stored, const SceneHost& scenes, v1::StoredModel& t
   told.set_converged(model.converged);
   told.set_stored_at_unix_s(stored.stored_at_unix_s);
   for (const std::string& tag : stored.tags) told.add_tags(tag);
+  told.set_rig_kind(stored.rig_kind);
   told.set_in_use(scenes.uses(stored.hash));
 }
 
@@ -54,6 +56,11 @@ grpc::Status answer(const Outcome<StoredModel>& stored, const SceneHost& scenes,
   if (!stored) return to_status(stored.refusal());
   fill(*stored, scenes, told);
   return grpc::Status::OK;
+}
+
+/// How long a call waits for another process that keeps the store locked.
+ModelStore::Until until(const grpc::ServerContext& context) {
+  return caller_of(context).until(kDefaultPatience);
 }
 
 }  // namespace
@@ -92,24 +99,27 @@ grpc::Status ModelService::GetModel(grpc::ServerContext*, const v1::GetModelRequ
   return grpc::Status::OK;
 }
 
-grpc::Status ModelService::ListStoredModels(grpc::ServerContext*, const v1::ListStoredModelsRequest* request,
+grpc::Status ModelService::ListStoredModels(grpc::ServerContext* context,
+                                            const v1::ListStoredModelsRequest* request,
                                             v1::ListStoredModelsResponse* response) {
-  const auto stored = store().list({request->kind(), request->object(), request->tag()});
+  const auto stored = store().list({request->kind(), request->object(), request->tag()}, until(*context));
   if (!stored) return to_status(stored.refusal());
   for (const StoredModel& model : *stored) fill(model, scenes_, *response->add_models());
   return grpc::Status::OK;
 }
 
-grpc::Status ModelService::GetStoredModel(grpc::ServerContext*, const v1::GetStoredModelRequest* request,
+grpc::Status ModelService::GetStoredModel(grpc::ServerContext* context,
+                                          const v1::GetStoredModelRequest* request,
                                           v1::StoredModel* response) {
-  return answer(store().get(request->hash()), scenes_, *response);
+  return answer(store().get(request->hash(), until(*context)), scenes_, *response);
 }
 
-grpc::Status ModelService::DiffStoredModels(grpc::ServerContext*, const v1::DiffStoredModelsRequest* request,
+grpc::Status ModelService::DiffStoredModels(grpc::ServerContext* context,
+                                            const v1::DiffStoredModelsRequest* request,
                                             v1::DiffStoredModelsResponse* response) {
-  const auto a = store().get(request->hash_a());
+  const auto a = store().get(request->hash_a(), until(*context));
   if (!a) return to_status(a.refusal());
-  const auto b = store().get(request->hash_b());
+  const auto b = store().get(request->hash_b(), until(*context));
   if (!b) return to_status(b.refusal());
   const auto differences = difference(*a, *b);
   if (!differences) return to_status(differences.refusal());
@@ -128,39 +138,46 @@ grpc::Status ModelService::DiffStoredModels(grpc::ServerContext*, const v1::Diff
   return grpc::Status::OK;
 }
 
-grpc::Status ModelService::TagStoredModel(grpc::ServerContext*, const v1::TagStoredModelRequest* request,
+grpc::Status ModelService::TagStoredModel(grpc::ServerContext* context,
+                                          const v1::TagStoredModelRequest* request,
                                           v1::StoredModel* response) {
-  return answer(store().tag(request->hash(), request->tag()), scenes_, *response);
+  const auto tagged = store().tag(request->hash(), request->tag(), until(*context));
+  if (tagged) log_call("model " + tagged->short_hash() + " tagged '" + request->tag() + "'", *context);
+  return answer(tagged, scenes_, *response);
 }
 
-grpc::Status ModelService::UntagStoredModel(grpc::ServerContext*, const v1::UntagStoredModelRequest* request,
+grpc::Status ModelService::UntagStoredModel(grpc::ServerContext* context,
+                                            const v1::UntagStoredModelRequest* request,
                                             v1::StoredModel* response) {
-  return answer(store().untag(request->hash(), request->tag()), scenes_, *response);
+  return answer(store().untag(request->hash(), request->tag(), until(*context)), scenes_, *response);
 }
 
-grpc::Status ModelService::DeleteStoredModel(grpc::ServerContext*,
+grpc::Status ModelService::DeleteStoredModel(grpc::ServerContext* context,
                                              const v1::DeleteStoredModelRequest* request,
                                              v1::DeleteStoredModelResponse* response) {
-  const auto hash =
-      store().erase(request->hash(), [this](const std::string& whole) { return scenes_.uses(whole); });
+  const auto hash = store().erase(
+      request->hash(), [this](const std::string& whole) { return scenes_.uses(whole); }, until(*context));
   if (!hash) return to_status(hash.refusal());
+  log_call("model " + hash->substr(0, StoredModel::kShortHash) + " deleted", *context);
   response->set_hash(*hash);
   return grpc::Status::OK;
 }
 
-grpc::Status ModelService::ExportStoredModel(grpc::ServerContext*,
+grpc::Status ModelService::ExportStoredModel(grpc::ServerContext* context,
                                              const v1::ExportStoredModelRequest* request,
                                              v1::ExportStoredModelResponse* response) {
-  auto json = store().export_json(request->hash());
+  auto json = store().export_json(request->hash(), until(*context));
   if (!json) return to_status(json.refusal());
   response->set_json(std::move(*json));
   return grpc::Status::OK;
 }
 
-grpc::Status ModelService::ImportStoredModel(grpc::ServerContext*,
+grpc::Status ModelService::ImportStoredModel(grpc::ServerContext* context,
                                              const v1::ImportStoredModelRequest* request,
                                              v1::StoredModel* response) {
-  return answer(store().import_json(request->json()), scenes_, *response);
+  const auto imported = store().import_json(request->json(), until(*context));
+  if (imported) log_call("model " + imported->short_hash() + " imported", *context);
+  return answer(imported, scenes_, *response);
 }
 
 }  // namespace hapticd::server

@@ -13,7 +13,7 @@ std::string printable(const std::string& text);
 template <class Message>
 void fill_report(const hal::PartReport& report, Message& message) {
   message.set_driver(report.driver);
-  message.set_connection(report.connection);
+  message.set_connection(printable(report.connection));
   for (const std::string& finding : report.findings) message.add_findings(printable(finding));
   for (const hal::PartFigure& figure : report.figures) {
     auto& told = *message.add_figures();

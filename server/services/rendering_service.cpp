@@ -1,8 +1,11 @@
 #include "server/services/rendering_service.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
+#include "server/log.h"
 #include "server/services/call.h"
 #include "server/services/status.h"
 #include "server/target_control.h"
@@ -49,6 +52,11 @@ void read_profile(const v1::StiffnessProfile& profile, rt::TargetLaw& law) {
 
 Outcome<rt::TargetLaw> law_of(const v1::SetTargetRequest& request) {
   using Kind = rt::TargetLaw::Kind;
+  if (!request.has_law() && !request.has_stiffness_n_per_mm()) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"no target is given", "SetTargetRequest", "", "stiffness_n_per_mm or law",
+                    "give one of them; 0 N/mm has to be said"}};
+  }
   if (!request.has_law()) return rt::linear_target(request.stiffness_n_per_mm());
   if (request.has_stiffness_n_per_mm()) {
     return not_a_law("both a stiffness and a law are given", "give one of them");
@@ -93,6 +101,10 @@ grpc::Status RenderingService::SetTarget(grpc::ServerContext* context, const v1:
   if (request->has_ramp_s()) wanted.ramp_s = request->ramp_s();
   const auto set = targets_.set(wanted, caller_of(*context));
   if (!set) return to_status(set.refusal());
+  const std::string line = log_.line(
+      fmt::format("{:g} N/mm ({:g} asked for)", set->grant.granted_n_per_mm, set->requested_n_per_mm),
+      context->peer(), TargetLog::Clock::now());
+  if (!line.empty()) log_info(line);
   response->set_requested_n_per_mm(set->requested_n_per_mm);
   response->set_granted_n_per_mm(set->grant.granted_n_per_mm);
   response->set_limiting_reason(to_proto(set->grant.reason));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "hapticd/v1/rendering.grpc.pb.h"
+#include "server/services/target_log.h"
 
 namespace hapticd::server {
 
@@ -19,6 +20,7 @@ class RenderingService final : public v1::RenderingService::Service {
  private:
   TargetControl& targets_;
   TelemetryHub& hub_;
+  TargetLog log_;
 };
 
 }  // namespace hapticd::server

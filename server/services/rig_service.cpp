@@ -41,13 +41,14 @@ double microseconds(std::int64_t nanoseconds) {
   return static_cast<double>(nanoseconds) * 1e-3;
 }
 
-void summarise(const rt::LatencySnapshot& latency, v1::LatencySummary& summary) {
+void summarise(const rt::LatencySnapshot& latency, bool with_histogram, v1::LatencySummary& summary) {
   summary.set_count(latency.count);
   summary.set_mean_us(latency.mean_ns * 1e-3);
   summary.set_median_us(microseconds(latency.quantile_ns(0.5)));
   summary.set_p99_us(microseconds(latency.quantile_ns(0.99)));
   summary.set_p999_us(microseconds(latency.quantile_ns(0.999)));
   summary.set_max_us(microseconds(latency.max_ns));
+  if (!with_histogram) return;
   for (std::size_t i = 0; i < latency.counts.size(); ++i) {
     if (latency.counts[i] == 0) continue;
     v1::LatencyBucket& bucket = *summary.add_buckets();
@@ -94,10 +95,10 @@ grpc::Status RigService::GetRigInfo(grpc::ServerContext*, const v1::GetRigInfoRe
                                     v1::RigInfo* response) {
   const hal::RigInfo& rig = session_.rig_info();
   response->set_kind(to_proto(rig.kind));
-  response->set_name(rig.name);
+  response->set_name(printable(rig.name));
   response->set_loop_rate_hz(rig.rate_hz);
   v1::DeviceInfo& device = *response->mutable_device();
-  device.set_model(rig.device.model);
+  device.set_model(printable(rig.device.model));
   device.set_max_force_n(rig.device.max_force_n);
   device.set_max_continuous_force_n(rig.device.max_continuous_force_n);
   device.set_position_resolution_mm(rig.device.position_resolution_mm);
@@ -105,7 +106,7 @@ grpc::Status RigService::GetRigInfo(grpc::ServerContext*, const v1::GetRigInfoRe
   device.set_apparent_mass_g(rig.device.apparent_mass_g);
   device.set_coulomb_friction_n(rig.device.coulomb_friction_n);
   v1::SensorInfo& sensor = *response->mutable_sensor();
-  sensor.set_model(rig.sensor.model);
+  sensor.set_model(printable(rig.sensor.model));
   sensor.set_range_n(rig.sensor.range_n);
   sensor.set_resolution_n(rig.sensor.resolution_n);
   sensor.set_sample_rate_hz(rig.sensor.sample_rate_hz);
@@ -126,16 +127,17 @@ grpc::Status RigService::GetRigInfo(grpc::ServerContext*, const v1::GetRigInfoRe
   return grpc::Status::OK;
 }
 
-grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigStateRequest*,
+grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigStateRequest* request,
                                      v1::RigState* response) {
   const rt::LoopStatistics statistics = session_.statistics();
   v1::LoopState& loop = *response->mutable_loop();
   loop.set_ticks(statistics.ticks);
-  summarise(statistics.jitter, *loop.mutable_jitter());
-  summarise(statistics.timer, *loop.mutable_timer());
-  summarise(statistics.wakeup, *loop.mutable_wakeup());
-  summarise(statistics.compute, *loop.mutable_compute());
-  summarise(statistics.device, *loop.mutable_device());
+  const bool histograms = !request->without_histograms();
+  summarise(statistics.jitter, histograms, *loop.mutable_jitter());
+  summarise(statistics.timer, histograms, *loop.mutable_timer());
+  summarise(statistics.wakeup, histograms, *loop.mutable_wakeup());
+  summarise(statistics.compute, histograms, *loop.mutable_compute());
+  summarise(statistics.device, histograms, *loop.mutable_device());
   loop.set_periods_missed(statistics.periods_missed);
   loop.set_overruns_by_wakeup(statistics.overruns_by_wakeup);
   loop.set_overruns_by_compute(statistics.overruns_by_compute);
@@ -199,13 +201,16 @@ grpc::Status RigService::BiasForceSensor(grpc::ServerContext* context, const v1:
   const auto taken = biases_.take(caller_of(*context));
   if (!taken) return to_status(taken.refusal());
   fill_bias(*taken, *response->mutable_bias());
+  log_call("force sensor biased", *context);
   return grpc::Status::OK;
 }
 
-grpc::Status RigService::HomeDevice(grpc::ServerContext*, const v1::HomeDeviceRequest*,
+grpc::Status RigService::HomeDevice(grpc::ServerContext* context, const v1::HomeDeviceRequest*,
                                     v1::HomeDeviceResponse*) {
   const auto refusal = session_.home_device();
-  return refusal ? to_status(*refusal) : grpc::Status::OK;
+  if (refusal) return to_status(*refusal);
+  log_call("device homed", *context);
+  return grpc::Status::OK;
 }
 
 }  // namespace hapticd::server

@@ -38,6 +38,7 @@ grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* cont
   const bool served = clears_.serve([this, context, response, reactor] {
     const auto cleared = latch_.clear(caller_of(*context));
     if (cleared) {
+      log_call("the guard was cleared", *context);
       response->set_guard_state(to_proto(cleared->state));
       response->set_cleared_fault(to_proto(cleared->fault));
       response->set_effective_tick(cleared->effective_tick);

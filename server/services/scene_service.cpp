@@ -108,6 +108,7 @@ grpc::Status SceneService::LoadScene(grpc::ServerContext* context, const v1::Loa
   if (!source) return no_source("LoadSceneRequest");
   const auto loaded = scenes_.load(*source, caller_of(*context));
   if (!loaded) return to_status(loaded.refusal());
+  log_call("scene '" + loaded->scene->spec.name + "' was loaded", *context);
   fill_outline(*loaded->scene, *response->mutable_outline());
   response->set_effective_tick(loaded->effective_tick);
   return grpc::Status::OK;
@@ -117,6 +118,7 @@ grpc::Status SceneService::UnloadScene(grpc::ServerContext* context, const v1::U
                                        v1::UnloadSceneResponse* response) {
   const auto unloaded = scenes_.unload(caller_of(*context));
   if (!unloaded) return to_status(unloaded.refusal());
+  log_call("the scene was unloaded", *context);
   response->set_effective_tick(unloaded->effective_tick);
   return grpc::Status::OK;
 }

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hal/sim/simulated_rig.h"
-#include "server/log.h"
 #include "server/scene_host.h"
+#include "server/services/call.h"
 #include "server/services/status.h"
 #include "server/session.h"
 #include "server/suggestion.h"
@@ -91,7 +92,8 @@ grpc::Status SimulationService::GetSimulation(grpc::ServerContext*, const v1::Ge
   return grpc::Status::OK;
 }
 
-grpc::Status SimulationService::SetHandProgram(grpc::ServerContext*, const v1::SetHandProgramRequest* request,
+grpc::Status SimulationService::SetHandProgram(grpc::ServerContext* context,
+                                               const v1::SetHandProgramRequest* request,
                                                v1::SetHandProgramResponse*) {
   if (session_.simulation() == nullptr) return not_simulated(session_);
   if (const auto refusal = scenes_.reserved()) return to_status(*refusal);  // the hand is busy
@@ -106,11 +108,14 @@ grpc::Status SimulationService::SetHandProgram(grpc::ServerContext*, const v1::S
     error->where = "SetHandProgramRequest.program";
     return to_status({RefusalKind::kInvalidArgument, *error});
   }
-  log_info("hand program " + v1::HandProgramKind_Name(request->program().kind()));
+  constexpr std::string_view kPrefix = "HAND_PROGRAM_KIND_";
+  log_call(
+      "hand program " + v1::HandProgramKind_Name(request->program().kind()).substr(kPrefix.size()) + " begun",
+      *context);
   return grpc::Status::OK;
 }
 
-grpc::Status SimulationService::SetObject(grpc::ServerContext*, const v1::SetObjectRequest* request,
+grpc::Status SimulationService::SetObject(grpc::ServerContext* context, const v1::SetObjectRequest* request,
                                           v1::SetObjectResponse* response) {
   if (session_.simulation() == nullptr) return not_simulated(session_);
   if (const auto refusal = scenes_.reserved()) return to_status(*refusal);
@@ -123,7 +128,7 @@ grpc::Status SimulationService::SetObject(grpc::ServerContext*, const v1::SetObj
   if (const auto error = session_.simulation()->set_object(request->name())) {
     return to_status({RefusalKind::kInvalidArgument, *error});
   }
-  log_info("object '" + request->name() + "' is put under the tool");
+  log_call("object '" + request->name() + "' put under the tool", *context);
   describe(session_, *response->mutable_simulation());
   return grpc::Status::OK;
 }

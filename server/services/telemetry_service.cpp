@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -23,6 +24,10 @@ struct Wanted {
   std::uint32_t channels = ~0U;
   SubscriptionOptions options;
 };
+
+/// Where no size of a batch is asked for: samples of an undecimated stream, and how old they may become.
+constexpr std::uint32_t kDefaultBatch = 20;
+constexpr std::chrono::milliseconds kDefaultAge{20};
 
 Refusal out_of_range(const char* field, std::uint32_t value, const char* limit) {
   return {RefusalKind::kOutOfRange,
@@ -55,7 +60,12 @@ Outcome<Wanted> read_request(const v1::SubscribeRequest& request) {
     return out_of_range("queue_samples", request.queue_samples(), "100 … 60000 samples");
   }
   if (request.decimation() != 0) options.decimation = request.decimation();
-  if (request.batch_size() != 0) options.batch_size = request.batch_size();
+  if (request.batch_size() != 0) {
+    options.batch_size = request.batch_size();
+  } else {
+    options.batch_size = std::max(1U, kDefaultBatch / options.decimation);
+    options.longest_wait = kDefaultAge;
+  }
   if (request.queue_samples() != 0) options.queue_samples = request.queue_samples();
   // While one batch is written the next one gathers: with less room a prompt reader would lose samples too.
   options.queue_samples = std::max(options.queue_samples, 2 * options.batch_size);

@@ -60,4 +60,11 @@ int run_netft(const NetFtOptions& options);
 /// The box of `netft`, until it is told to end.
 int run_netft_child();
 
+/// `hapticd_bench attack`: how fast a recording is uploaded, and what floods make of the daemon's memory.
+struct AttackOptions {
+  std::string folder;
+  bool quick = false;  ///< a tenth of everything
+};
+int run_attack(const AttackOptions& options);
+
 }  // namespace hapticd::bench

@@ -99,6 +99,15 @@ int main(int argc, char** argv) {
       ->required();
   scenes_command->add_flag("--quick", scenes.quick, "without counting instructions more than needed");
   scenes_command->callback([&] { status = run_scenes(scenes); });
+
+  AttackOptions attack;
+  auto* attack_command = app.add_subcommand(
+      "attack", "how fast a recording is uploaded, and what floods do to the daemon's memory");
+  attack_command
+      ->add_option("--out", attack.folder, "folder for figures.jsonl and the table; made if need be")
+      ->required();
+  attack_command->add_flag("--quick", attack.quick, "a tenth of everything");
+  attack_command->callback([&] { status = run_attack(attack); });
 #endif
 
   try {

@@ -2,6 +2,8 @@
 # Searches for inputs that break a parser, from the corpus on. What it finds stays in build/fuzz/findings.
 #
 #   bash tests/fuzz/run.sh SECONDS [NAME ...]     so long for each; no name = all
+#
+# rpc_calls is no parser: it calls every method of the running service (release build), from a seed that it prints.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -14,7 +16,26 @@ names=("$@")
 
 mkdir -p build/fuzz/findings
 broken=0
+# search_calls: calls of a new seed each, until the time is over.
+search_calls() {
+  local program=build/release/bin/fuzz_rpc_calls until=$((SECONDS + seconds)) seed
+  [[ -x $program ]] || bash deploy/build.sh release fuzz_rpc_calls
+  while ((SECONDS < until)); do
+    seed=$((RANDOM * 32768 + RANDOM))
+    if ! "$program" 2000 "$seed" >build/fuzz/rpc_calls.log 2>&1; then
+      tail -40 build/fuzz/rpc_calls.log >&2
+      echo "fuzz: rpc_calls broke; again: $program 2000 $seed" >&2
+      return 1
+    fi
+    tail -1 build/fuzz/rpc_calls.log
+  done
+}
+if [[ " ${names[*]} " == *" rpc_calls "* ]] || { (($# == 0)) && [[ -x build/release/bin/fuzz_rpc_calls ]]; }; then
+  search_calls || broken=1
+  names=("${names[@]/rpc_calls/}")
+fi
 for name in "${names[@]}"; do
+  [[ -n $name ]] || continue
   grown=build/fuzz/corpus/$name
   mkdir -p "$grown"
   log=build/fuzz/$name.log

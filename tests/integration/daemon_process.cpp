@@ -13,10 +13,18 @@ std::vector<std::string> without_store(std::vector<std::string> arguments) {
   }
   return arguments;
 }
+std::vector<std::string> limited(int max_descriptors, std::vector<std::string> arguments) {
+  const std::string limit = std::to_string(max_descriptors);
+  arguments.insert(arguments.begin(), {"--nofile=" + limit + ":" + limit, HAPTICD_BINARY});
+  return arguments;
+}
 }  // namespace
 
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments)
     : ChildProcess(HAPTICD_BINARY, without_store(std::move(arguments))) {}
+
+DaemonProcess::DaemonProcess(std::vector<std::string> arguments, int max_descriptors)
+    : ChildProcess("/usr/bin/prlimit", limited(max_descriptors, without_store(std::move(arguments)))) {}
 
 std::string DaemonProcess::await_address() {
   const std::string line = read_line();

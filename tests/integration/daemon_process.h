@@ -11,6 +11,8 @@ namespace hapticd::test {
 class DaemonProcess : public ChildProcess {
  public:
   explicit DaemonProcess(std::vector<std::string> arguments);
+  /// One that may not have more files and connections open at once.
+  DaemonProcess(std::vector<std::string> arguments, int max_descriptors);
   /// Waits for the line that tells the address, and returns the latter; empty if the process ended without
   /// it.
   std::string await_address();

@@ -1,6 +1,7 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 
 #include "tests/integration/running_service.h"
@@ -122,6 +123,32 @@ TEST(ServiceEndpoints, RefuseASecondDaemonOnTheUnixSocket) {
     EXPECT_TRUE(stub->GetRigInfo(call_context().get(), {}, &info).ok()) << "the socket is still the first's";
   }
   const RunningService next(config);  // once the first has gone, the path is free
+}
+
+TEST(ServiceEndpoints, RefuseASecondDaemonWhoseLockFileWasDeletedUnderTheFirst) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.unix_socket = folder.path("hapticd.sock");
+  const RunningService service(config);
+  ASSERT_TRUE(std::filesystem::remove(config.unix_socket + ".lock"));
+  server::StartFailure failure;
+  EXPECT_EQ(server::Daemon::start(config, failure), nullptr);
+  EXPECT_EQ(failure.code, server::ExitCode::kCannotListen);
+  EXPECT_EQ(failure.error.what, "another hapticd serves this unix socket, though its lock file is gone");
+  v1::RigInfo info;
+  const auto stub = v1::RigService::NewStub(connect("unix:" + config.unix_socket));
+  EXPECT_TRUE(stub->GetRigInfo(call_context().get(), {}, &info).ok()) << "the socket is still the first's";
+}
+
+TEST(ServiceEndpoints, RefuseAUnixSocketWhosePathIsTooLong) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.unix_socket = folder.path(std::string(200, 's'));
+  server::StartFailure failure;
+  EXPECT_EQ(server::Daemon::start(config, failure), nullptr);
+  EXPECT_EQ(failure.code, server::ExitCode::kCannotListen);
+  EXPECT_EQ(failure.error.what, "cannot listen on the unix socket");
+  EXPECT_EQ(failure.error.value, "the path is too long");
 }
 
 TEST(ServiceEndpoints, NeverRemoveWhatIsNoSocket) {

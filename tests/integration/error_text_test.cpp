@@ -1,6 +1,12 @@
 // Reasons arrive whatever text they quote.
 
+#include <google/protobuf/any.pb.h>
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/dynamic_message.h>
 #include <gtest/gtest.h>
+
+#include <fstream>
+#include <memory>
 
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "server/utf8_text.h"
@@ -70,6 +76,33 @@ TEST(ErrorText, ArrivesHoweverLongTheNamesItQuotes) {
       expect_arrives(status, status.error_code());
     }
   }
+}
+
+/// What a client sees whose language brings no google.rpc.Status.
+TEST(ErrorText, IsReadWithTheEnvelopeThatIsShippedBesideTheContract) {
+  const RunningService service;
+  const grpc::Status refused = service.load("tap_2d");
+  ASSERT_FALSE(refused.ok());
+  google::protobuf::FileDescriptorSet files;
+  std::ifstream stream(RPC_STATUS_DESCRIPTORS, std::ios::binary);
+  ASSERT_TRUE(files.ParseFromIstream(&stream));
+  google::protobuf::DescriptorPool pool;
+  for (const auto& one : files.file()) ASSERT_NE(pool.BuildFile(one), nullptr) << one.name();
+  google::protobuf::DynamicMessageFactory factory(&pool);
+  const auto* type = pool.FindMessageTypeByName("google.rpc.Status");
+  ASSERT_NE(type, nullptr);
+  const std::unique_ptr<google::protobuf::Message> envelope(factory.GetPrototype(type)->New());
+  ASSERT_TRUE(envelope->ParseFromString(refused.error_details()));
+  const auto& access = *envelope->GetReflection();
+  EXPECT_EQ(access.GetInt32(*envelope, type->FindFieldByName("code")), refused.error_code());
+  EXPECT_EQ(access.GetString(*envelope, type->FindFieldByName("message")), refused.error_message());
+  ASSERT_EQ(access.FieldSize(*envelope, type->FindFieldByName("details")), 1);
+  google::protobuf::Any any;
+  ASSERT_TRUE(any.ParseFromString(
+      access.GetRepeatedMessage(*envelope, type->FindFieldByName("details"), 0).SerializeAsString()));
+  v1::ErrorDetail detail;
+  ASSERT_TRUE(any.UnpackTo(&detail)) << any.type_url();
+  EXPECT_NE(detail.remedy().find("tap_1d"), std::string::npos) << detail.remedy();
 }
 
 TEST(ErrorText, OfARecordingThatIsNotUtf8Arrives) {

@@ -1,19 +1,23 @@
 // However busy the service is: stop and clear are served, memory has a bound.
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
-#include <fstream>
 #include <memory>
 #include <thread>
 
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/error_detail.h"
-#include "tests/integration/http2_flood.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/http2_flood.h"
+#include "tests/support/process_memory.h"
 
 namespace hapticd::test {
 namespace {
@@ -148,14 +152,6 @@ TEST(Flood, RefusalsOfSlowCallsSayTheLimit) {
   EXPECT_EQ(detail.limit(), "up to 4");
 }
 
-double resident_mb(pid_t process) {
-  std::ifstream statm("/proc/" + std::to_string(process) + "/statm");
-  double pages = 0.0;
-  double resident = 0.0;
-  statm >> pages >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
-}
-
 class FloodOfResets : public testing::TestWithParam<const char*> {};
 
 // Twenty thousand calls that were opened and reset at once took half a gigabyte of locked memory, by one
@@ -218,6 +214,73 @@ TEST(Flood, AProcessMayHaveAsManyConnectionsAsTheSystemAllows) {
   ASSERT_EQ(prlimit(process.pid(), RLIMIT_NOFILE, nullptr, &theirs), 0);
   EXPECT_EQ(theirs.rlim_cur, ours.rlim_max);
 }
+
+/// Open connections that say nothing, as a client leaves them that leaks channels.
+class IdleConnections {
+ public:
+  IdleConnections(const std::string& address, int count) {
+    sockaddr_in peer{};
+    peer.sin_family = AF_INET;
+    peer.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    peer.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
+    for (int i = 0; i < count; ++i) {
+      const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+      EXPECT_GE(descriptor, 0) << "this process needs more descriptors itself";
+      EXPECT_EQ(connect(descriptor, reinterpret_cast<const sockaddr*>(&peer), sizeof peer), 0);
+      descriptors_.push_back(descriptor);
+    }
+  }
+  ~IdleConnections() {
+    for (const int descriptor : descriptors_) close(descriptor);
+  }
+  /// Waits until the service has closed one of them.
+  bool one_is_refused() const {
+    std::vector<pollfd> watched;
+    for (const int descriptor : descriptors_) watched.push_back({descriptor, POLLRDHUP, 0});
+    return poll(watched.data(), watched.size(), static_cast<int>(1000 * kPatience.count())) > 0;
+  }
+
+ private:
+  std::vector<int> descriptors_;
+};
+
+class FloodOfConnections : public testing::TestWithParam<int> {};
+
+// A listener of gRPC's own that was once refused a descriptor never accepted again.
+TEST_P(FloodOfConnections, ClosesThePortToNobodyAfterwards) {
+  const int max_descriptors = GetParam();
+  const int connections = max_descriptors + 76;
+  rlimit ours{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &ours), 0);
+  if (ours.rlim_max < static_cast<rlim_t>(connections) + 100) GTEST_SKIP() << "this process may open too few";
+  const rlimit enough{ours.rlim_max, ours.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &enough), 0);
+  DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"}, max_descriptors);
+  const std::string address = process.await_address();
+  ASSERT_FALSE(address.empty());
+  const ServiceClient before(connect(address));
+  before.state();
+  for (int round = 0; round < 3; ++round) {
+    const IdleConnections idle(address, connections);
+    EXPECT_TRUE(idle.one_is_refused());
+    // Those that were open are served, and files can still be opened.
+    before.state();
+    EXPECT_TRUE(before.load("wall").ok());
+    v1::StopResponse stopped;
+    EXPECT_TRUE(before.safety->Stop(call_context().get(), {}, &stopped).ok());
+  }
+  v1::RigState state;
+  const auto context = call_context();
+  context->set_wait_for_ready(true);  // the last of those connections have yet to be seen to be closed
+  const grpc::Status status = ServiceClient(connect(address)).rig->GetRigState(context.get(), {}, &state);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  process.signal(SIGTERM);
+  EXPECT_EQ(process.wait(), 0);
+  EXPECT_NE(process.errors().find("no descriptors are left"), std::string::npos) << process.errors();
+  EXPECT_EQ(setrlimit(RLIMIT_NOFILE, &ours), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Limits, FloodOfConnections, testing::Values(300, 1024));
 
 }  // namespace
 }  // namespace hapticd::test

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -273,9 +274,10 @@ TEST(ModelStore, ServesManyThreadsAndASecondProcess) {
     threads.emplace_back([&path, t] {
       const auto store = opened(path);  // a connection of its own, as another process has
       for (int i = 0; i < kEach; ++i) {
-        const auto stored = store->add(example_contact("x", 100 * t + i));
+        const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+        const auto stored = store->add(example_contact("x", 100 * t + i), until);
         ASSERT_TRUE(stored) << stored.refusal().error.text();
-        ASSERT_TRUE(store->tag(stored->hash, "current"));
+        ASSERT_TRUE(store->tag(stored->hash, "current", until));
       }
     });
   }
@@ -336,7 +338,7 @@ TEST(ModelStoreFile, OfVersion1IsBroughtUpToDateWithoutLoss) {
     EXPECT_EQ(store->tagged("contact", "sponge", "current")->hash, hashes[7]);
     EXPECT_TRUE(store->record_identification({"contact-1", "contact", "sponge", "failed", 1, "", "", ""}));
   }
-  EXPECT_EQ(SQLite::Database(path).execAndGet("PRAGMA user_version").getInt(), 2);
+  EXPECT_EQ(SQLite::Database(path).execAndGet("PRAGMA user_version").getInt(), 3);
 }
 
 TEST(ModelStoreFile, OfANewerVersionIsRefusedAndLeftAlone) {
@@ -345,15 +347,15 @@ TEST(ModelStoreFile, OfANewerVersionIsRefusedAndLeftAlone) {
   {
     opened(path);
     SQLite::Database newer(path, SQLite::OPEN_READWRITE);
-    newer.exec("CREATE TABLE of_tomorrow (x); PRAGMA user_version = 3");
+    newer.exec("CREATE TABLE of_tomorrow (x); PRAGMA user_version = 4");
   }
   const auto before = contents(folder.path());
   const auto store = ModelStore::open(path);
   ASSERT_FALSE(store);
   EXPECT_EQ(store.error().what, "the store of models was written by a newer hapticd");
   EXPECT_EQ(store.error().where, path);
-  EXPECT_EQ(store.error().value, "version 3");
-  EXPECT_EQ(store.error().limit, "up to version 2");
+  EXPECT_EQ(store.error().value, "version 4");
+  EXPECT_EQ(store.error().limit, "up to version 3");
   EXPECT_TRUE(ModelStore::check(path));
   EXPECT_EQ(contents(folder.path()), before);
 }
@@ -547,6 +549,68 @@ TEST(ModelLibrary, AnObjectMayBeStoredOnlyAndAskedForByTag) {
   for (const char* bad : {"gel@", "@soft", "gel@a@b", "gel@../x"}) {
     EXPECT_EQ(library.find_parts(bad).refusal().kind, RefusalKind::kInvalidArgument) << bad;
   }
+}
+
+TEST(ModelStoreFile, OfVersion2ItsModelsAreOfTheRigThatTheirDataName) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("models.sqlite");
+  rt::IdentifiedModel simulated = example_contact("sponge", 1);
+  simulated.data_reference = "12.0 s on rig 'sim:phantom_1_0'";
+  rt::IdentifiedModel real = example_contact("sponge", 2);
+  real.data_reference = "12.0 s on rig 'openhaptics+netft'";
+  rt::IdentifiedModel recorded = example_contact("sponge", 3);
+  {
+    SQLite::Database old(path, SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    old.exec(kVersion1);
+    for (const rt::IdentifiedModel& model : {simulated, real, recorded}) {
+      SQLite::Statement row(old,
+                            "INSERT INTO models (hash, kind, subject, object, content, stored_at) "
+                            "VALUES (?, 'contact', 'sponge', 'sponge', ?, 1)");
+      row.bind(1, hash_of(model));
+      row.bind(2, *canonical_json(model));
+      row.exec();
+    }
+    SQLite::Statement tag(old, "INSERT INTO tags VALUES ('contact', 'sponge', 'current', ?)");
+    tag.bind(1, hash_of(simulated));
+    tag.exec();
+  }
+  const auto store = std::move(*ModelStore::open(path, "hardware"));
+  EXPECT_EQ(store->get(hash_of(simulated))->rig_kind, "simulated");
+  EXPECT_EQ(store->get(hash_of(real))->rig_kind, "hardware");
+  EXPECT_EQ(store->get(hash_of(recorded))->rig_kind, "");
+  EXPECT_FALSE(store->tagged("contact", "sponge", "current"));
+  EXPECT_TRUE(std::move(*ModelStore::open(path, "simulated"))->tagged("contact", "sponge", "current"));
+}
+
+TEST(ModelLibrary, WhatWasFoundOnASimulatedRigIsNotCurrentOnAnother) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("models.sqlite");
+  const std::shared_ptr<ModelStore> simulated = std::move(*ModelStore::open(path, "simulated"));
+  const std::string found = add(*simulated, example_contact("gel", 1));
+  ASSERT_TRUE(simulated->tag(found, "current"));
+  EXPECT_EQ(ModelLibrary("", simulated).find_parts("gel")->stored(), std::vector<std::string>{found});
+
+  const std::shared_ptr<ModelStore> real = std::move(*ModelStore::open(path, "hardware"));
+  const ModelLibrary library("", real);
+  const auto refused = library.find("gel");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().what,
+            "what is stored of 'gel' was identified on a simulated rig, and this is none");
+  const auto names = library.names();
+  EXPECT_TRUE(std::find(names.begin(), names.end(), "gel") == names.end());
+  // A tag of its own asks for it.
+  ASSERT_TRUE(real->tag(found, "as_simulated"));
+  EXPECT_EQ(library.find_parts("gel@as_simulated")->stored(), std::vector<std::string>{found});
+  // Its own takes nothing from the other's.
+  const std::string own = add(*real, example_contact("gel", 2));
+  ASSERT_TRUE(real->tag(own, "current"));
+  EXPECT_EQ(library.find_parts("gel")->stored(), std::vector<std::string>{own});
+  EXPECT_EQ(ModelLibrary("", simulated).find_parts("gel")->stored(), std::vector<std::string>{found});
+  // What came from a recording serves both.
+  rt::IdentifiedModel recorded = example_contact("foam", 3);
+  recorded.device.clear();
+  ASSERT_TRUE(real->tag(add(*real, recorded), "current"));
+  EXPECT_TRUE(ModelLibrary("", simulated).contains("foam"));
 }
 
 TEST(ModelLibrary, TheRigsOwnModelsAreThoseOfItsDeviceAndSensor) {

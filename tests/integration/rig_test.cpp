@@ -46,12 +46,16 @@ TEST(ServiceRig, IsLookedOverByTheDoctor) {
   }
 }
 
-TEST(ServiceRig, ASimulatedOneHasNothingToBiasOrHome) {
+TEST(ServiceRig, ASimulatedOneIsBiasedAndHasNothingToHome) {
   const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  EXPECT_FALSE(service.state().has_sensor_bias());
   v1::BiasForceSensorResponse biased;
-  expect_refused(service.rig->BiasForceSensor(call_context().get(), {}, &biased),
-                 {grpc::StatusCode::FAILED_PRECONDITION, "there is nothing to bias", "force sensor", "",
-                  "a rig with hardware that needs it", ""});
+  const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  const v1::RigState state = service.state();
+  EXPECT_EQ(state.sensor_bias().id(), biased.bias().id());
+  EXPECT_EQ(state.sensor_bias_lost(), "");
   v1::HomeDeviceResponse homed;
   expect_refused(service.rig->HomeDevice(call_context().get(), {}, &homed),
                  {grpc::StatusCode::FAILED_PRECONDITION, "there is nothing to home", "haptic device", "",
@@ -155,6 +159,18 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   const grpc::Status kept = refused->Finish();
   EXPECT_EQ(kept.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(detail_of(kept).what(), "the loaded scene needs the table where it stands");
+}
+
+TEST(ServiceRigState, IsSmallWithoutItsHistograms) {
+  const RunningService service;
+  service.await([](const v1::RigState& s) { return s.loop().wakeup().buckets_size() > 0; });
+  v1::GetRigStateRequest request;
+  request.set_without_histograms(true);
+  v1::RigState state;
+  ASSERT_TRUE(service.rig->GetRigState(call_context().get(), request, &state).ok());
+  EXPECT_EQ(state.loop().wakeup().buckets_size(), 0);
+  EXPECT_GT(state.loop().wakeup().count(), 0U);
+  EXPECT_LT(state.ByteSizeLong(), 2000U);
 }
 
 }  // namespace

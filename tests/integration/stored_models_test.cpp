@@ -1,7 +1,9 @@
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <cmath>
+#include <optional>
 
 #include "server/model_json.h"
 #include "tests/integration/daemon_process.h"
@@ -263,6 +265,30 @@ TEST(ServiceStoredModels, AStoreThatCannotBeUsedKeepsTheDaemonFromStarting) {
       << process.output();
   DaemonProcess nowhere({"--listen", "127.0.0.1:0", "--model-store", path + "/models.sqlite"});
   EXPECT_EQ(nowhere.wait(), 2);
+}
+
+/// A store in a file, and another process that keeps it locked.
+TEST(ServiceStoredModels, OfALockedStoreAreRefusedInTimeAndScenesThatNeedNoneAreLoaded) {
+  const TemporaryFolder folder;
+  server::DaemonConfig config = quiet_config();
+  config.model_store = folder.path("models.sqlite");
+  const RunningService service(config);
+  const std::string hash = import(*service.model, example_contact("sponge")).hash();
+  std::optional<SQLite::Database> other(std::in_place, *config.model_store, SQLite::OPEN_READWRITE);
+  other->exec("BEGIN EXCLUSIVE");
+
+  v1::TagStoredModelRequest request;
+  request.set_hash(hash);
+  request.set_tag("current");
+  v1::StoredModel stored;
+  const auto context = call_context(std::chrono::milliseconds(300));
+  const grpc::Status status = service.model->TagStoredModel(context.get(), request, &stored);
+  EXPECT_TRUE(status.error_code() == StatusCode::UNAVAILABLE ||
+              status.error_code() == StatusCode::DEADLINE_EXCEEDED)
+      << status.error_message();
+  EXPECT_TRUE(service.load("tap_1d").ok());
+  other.reset();
+  EXPECT_TRUE(tag(*service.model, hash, "current").ok());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/services/target_log.h"
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
 
@@ -54,6 +55,18 @@ TEST(ServiceTargets, AreFiniteAndInRange) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE);
   EXPECT_EQ(detail_of(status).what(), "the time lies too far ahead");
   EXPECT_EQ(detail_of(status).limit(), "at most 60 s ahead of RigState.time_ns");
+  expect_refused(service.set_target({}),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "no target is given", "SetTargetRequest", "",
+                  "stiffness_n_per_mm or law", "give one of them; 0 N/mm has to be said"});
+  for (const std::int64_t passed :
+       {std::int64_t{1}, std::int64_t{-1}, std::numeric_limits<std::int64_t>::min()}) {
+    v1::SetTargetRequest past = target(0.7);
+    past.set_at_time_ns(passed);
+    const grpc::Status refused = service.set_target(past);
+    EXPECT_EQ(refused.error_code(), grpc::StatusCode::OUT_OF_RANGE) << passed;
+    EXPECT_EQ(detail_of(refused).what(), "the time has passed");
+    EXPECT_EQ(detail_of(refused).limit(), "0 for now, or up to 60 s ahead of RigState.time_ns");
+  }
   const v1::RigState state =
       service.await([&](const v1::RigState& s) { return s.tick() >= loaded.effective_tick(); });
   EXPECT_EQ(state.target_stiffness_n_per_mm(), 0.5) << "nothing of all this reached the loop";
@@ -390,7 +403,7 @@ TEST(ServiceTargets, WaitForTheTimeAskedFor) {
     TargetTrace trace(service, service.state().tick() + 1);
     v1::SetTargetRequest request = target(stiffness);
     request.set_ramp_s(0.0);
-    request.set_at_time_ns(service.state().time_ns() + 400'000'000);
+    request.set_at_time_ns(service.state().time_ns() + 1'500'000'000);
     v1::SetTargetResponse response;
     const grpc::Status status = service.set_target(request, &response);
     ASSERT_TRUE(status.ok()) << status.error_message();
@@ -419,7 +432,7 @@ TEST(ServiceTargets, ADeadlineWithdrawsAWaitingTarget) {
   ASSERT_TRUE(service.load("tap_1d").ok());
   v1::SetTargetRequest request = target(1.25);
   request.set_ramp_s(0.0);
-  request.set_at_time_ns(service.state().time_ns() + 1'000'000'000);
+  request.set_at_time_ns(service.state().time_ns() + 3'000'000'000);
   v1::SetTargetResponse response;
   const grpc::Status status =
       service.rendering->SetTarget(call_context(std::chrono::milliseconds(200)).get(), request, &response);
@@ -568,6 +581,17 @@ TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
   EXPECT_LT(range.min_n_per_mm(), range.object_stiffness_n_per_mm());
+}
+
+TEST(TargetLog, NamesEachNewClientAndOtherwiseOneTargetASecond) {
+  using std::chrono::milliseconds;
+  server::TargetLog log;
+  const server::TargetLog::Clock::time_point start{std::chrono::hours(1)};
+  EXPECT_EQ(log.line("0.3 N/mm", "ipv4:a", start), "target 0.3 N/mm set by ipv4:a");
+  for (int i = 1; i < 100; ++i) EXPECT_EQ(log.line("0.4 N/mm", "ipv4:a", start + milliseconds(10 * i)), "");
+  EXPECT_EQ(log.line("0.5 N/mm", "ipv4:a", start + milliseconds(1000)),
+            "target 0.5 N/mm set by ipv4:a (99 more since the last such line)");
+  EXPECT_EQ(log.line("0.6 N/mm", "ipv4:b", start + milliseconds(1001)), "target 0.6 N/mm set by ipv4:b");
 }
 
 }  // namespace

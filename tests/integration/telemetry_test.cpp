@@ -224,5 +224,18 @@ TEST(ServiceTelemetry, AStreamEndsWithTheService) {
                                 "", "", "connect again later"});
 }
 
+TEST(ServiceTelemetry, ABatchOfADecimatedStreamWaitsForNoMoreThanTwentyTicks) {
+  const RunningService service;
+  for (const auto& [decimation, most] : {std::pair{1U, 20}, {4U, 5}, {16U, 1}, {100U, 1}}) {
+    v1::SubscribeRequest request;
+    request.set_decimation(decimation);
+    Reader reader(service.address(), request);
+    for (int i = 0; i < 5; ++i) {
+      ASSERT_TRUE(reader.read());
+      EXPECT_LE(reader.batch().samples_size(), most) << decimation;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -38,6 +38,15 @@ TEST(App, EveryCommandHasADescriptionAndAnExample) {
   });
 }
 
+TEST(App, ACommandThatLeadsOnSaysWhereAndTellsItsVersionWhenAsked) {
+  Built built;
+  const CLI::App* target = built.app.get_subcommand("target");
+  EXPECT_NE(target->get_footer().find("hapticctl target get --help"), std::string::npos)
+      << target->get_footer();
+  EXPECT_EQ(target->get_footer().find("telemetry"), std::string::npos) << target->get_footer();
+  EXPECT_THROW(built.app.parse("--version"), CLI::CallForVersion);
+}
+
 TEST(App, EveryOptionIsCompletedWhereItStands) {
   Built built;
   const std::string script = bash_completion(built.app);

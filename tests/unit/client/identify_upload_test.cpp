@@ -34,7 +34,8 @@ v1::RecordingDescription description() {
   return result;
 }
 
-TEST(IdentifyUpload, AFileGoesInPiecesOfAtMostAMebibyte) {
+TEST(IdentifyUpload, AFileGoesInPiecesWellBelowWhatAMessageMayHave) {
+  static_assert(2 * client::RecordingUpload::kLargestPiece <= kMebibyte);
   const test::TemporaryFolder folder;
   for (const std::size_t bytes :
        {std::size_t{1}, kMebibyte - 1, kMebibyte, kMebibyte + 1, 5 * kMebibyte + 77}) {
@@ -54,7 +55,7 @@ TEST(IdentifyUpload, AFileGoesInPiecesOfAtMostAMebibyte) {
     EXPECT_TRUE(all_sent);
     EXPECT_EQ(fake.uploaded_bytes(), bytes);
     EXPECT_EQ(fake.uploaded_checksum(), IdentifyFakeService::checksum_of(text));
-    for (const std::size_t size : fake.piece_sizes()) EXPECT_LE(size, kMebibyte);
+    for (const std::size_t size : fake.piece_sizes()) EXPECT_LE(size, client::RecordingUpload::kLargestPiece);
     const auto pieces = fake.pieces();
     ASSERT_FALSE(pieces.empty());
     EXPECT_EQ(pieces[0].description().columns().at("force").column(), "Fz");

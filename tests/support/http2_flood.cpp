@@ -1,4 +1,4 @@
-#include "tests/integration/http2_flood.h"
+#include "tests/support/http2_flood.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

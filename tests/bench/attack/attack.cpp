@@ -1,0 +1,229 @@
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <grpcpp/grpcpp.h>
+#include <netinet/in.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client/cpp/client.h"
+#include "tests/bench/benchmark.h"
+#include "tests/bench/live/daemon_process.h"
+#include "tests/study/report/report.h"
+#include "tests/support/http2_flood.h"
+#include "tests/support/process_memory.h"
+
+namespace hapticd::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using report::fixed;
+
+constexpr std::chrono::seconds kPatience{60};
+
+double seconds_since(Clock::time_point began) {
+  return std::chrono::duration<double>(Clock::now() - began).count();
+}
+
+/// Rows as telemetry has them, some 330 bytes each, in pieces.
+class Rows {
+ public:
+  explicit Rows(std::uint64_t bytes) : left_(bytes) {}
+  std::string next_piece() {
+    std::string piece = count_ == 0 ? "time_s,force_N,position_mm,note\n" : "";
+    while (left_ > 0 && piece.size() + kRowBytes <= client::RecordingUpload::kLargestPiece) {
+      std::string row = std::to_string(count_++) + "e-3,1.25,1.5,";
+      row.resize(kRowBytes - 1, 'x');
+      piece += row + '\n';
+      left_ -= std::min<std::uint64_t>(left_, kRowBytes);
+    }
+    return piece;
+  }
+
+ private:
+  static constexpr std::size_t kRowBytes = 330;
+  std::uint64_t left_;
+  std::uint64_t count_ = 0;
+};
+
+/// Sends a recording until the daemon has it; the megabytes a second of the sending.
+double upload(client::Client& client, std::uint64_t bytes) {
+  v1::RecordingDescription description;
+  description.set_name("bench.csv");
+  Rows rows(bytes);
+  client::RecordingUpload upload = client.upload_recording(description);
+  const auto began = Clock::now();
+  for (std::string piece = rows.next_piece(); !piece.empty(); piece = rows.next_piece()) {
+    upload.send(std::move(piece));
+    if (!upload.taken(kPatience)) throw std::runtime_error("the daemon does not take the recording");
+  }
+  const double sending_s = seconds_since(began);
+  upload.finish();
+  if (!upload.answer(kPatience)) throw std::runtime_error("the daemon does not answer the upload");
+  return 1e-6 * static_cast<double>(bytes) / sending_s;
+}
+
+/// A connection that says nothing.
+int idle_connection(const std::string& address) {
+  sockaddr_in peer{};
+  peer.sin_family = AF_INET;
+  peer.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  peer.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
+  const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (descriptor >= 0 && connect(descriptor, reinterpret_cast<const sockaddr*>(&peer), sizeof peer) == 0) {
+    return descriptor;
+  }
+  if (descriptor >= 0) close(descriptor);
+  return -1;
+}
+
+struct Attack {
+  const char* name;
+  /// `scale`: 1 in full, less for a quick look.
+  void (*run)(const std::string& address, double scale);
+};
+
+void rapid_reset(const std::string& address, double scale) {
+  test::Http2Flood flood(address);
+  flood.open_and_reset("/hapticd.v1.TelemetryService/Subscribe", static_cast<int>(60'000 * scale));
+}
+
+void idle_connections(const std::string& address, double scale) {
+  std::vector<int> open;
+  for (int i = 0; i < static_cast<int>(2'000 * scale); ++i) open.push_back(idle_connection(address));
+  for (const int descriptor : open) {
+    if (descriptor >= 0) close(descriptor);
+  }
+}
+
+void large_texts(const std::string& address, double scale) {
+  client::Client client({.address = address});
+  for (int i = 0; i < static_cast<int>(60 * scale); ++i) {
+    std::string toml = "name = \"" + std::string(10'000, 'x') + std::to_string(i) + "\"\n";
+    while (toml.size() < 900'000) toml += "key_" + std::to_string(toml.size()) + " = 1\n";
+    try {
+      client.load_scene({.kind = client::SceneSource::Kind::kToml, .text = toml});
+    } catch (const client::Error&) {
+      // Refused, as it should be.
+    }
+  }
+}
+
+void subscribers_that_never_read(const std::string& address, double scale) {
+  client::Client client({.address = address});
+  v1::SubscribeRequest request;
+  request.set_batch_size(1);
+  request.set_queue_samples(4'000);
+  std::vector<client::TelemetryStream> streams;
+  for (int i = 0; i < static_cast<int>(80 * scale); ++i) streams.push_back(client.subscribe(request));
+  std::this_thread::sleep_for(std::chrono::duration<double>(5.0 * scale));
+}
+
+void unfinished_uploads(const std::string& address, double scale) {
+  client::Client client({.address = address});
+  for (int i = 0; i < static_cast<int>(100 * scale); ++i) {
+    client::RecordingUpload upload = client.upload_recording({});
+    Rows rows(1'000'000);
+    upload.send(rows.next_piece());
+    try {
+      upload.taken(std::chrono::milliseconds(200));
+    } catch (const client::Error&) {
+      // Others are still under way.
+    }
+  }
+}
+
+constexpr Attack kAttacks[] = {{"rapid_reset", rapid_reset},
+                               {"idle_connections", idle_connections},
+                               {"large_texts", large_texts},
+                               {"subscribers_that_never_read", subscribers_that_never_read},
+                               {"unfinished_uploads", unfinished_uploads}};
+
+struct Outcome {
+  double growth_mb = 0.0;
+  bool crashed = false;
+};
+
+Outcome attack_daemon(const Attack& attack, double scale, const std::filesystem::path& logs) {
+  DaemonProcess daemon(logs / (std::string("hapticd_") + attack.name + ".log"));
+  client::Client client({.address = daemon.address()});
+  client.rig_state();
+  const double before_mb = test::resident_mb(daemon.pid());
+  attack.run(daemon.address(), scale);
+  Outcome outcome;
+  outcome.growth_mb = test::most_resident_mb(daemon.pid()) - before_mb;
+  try {
+    client::Client afterwards({.address = daemon.address(), .timeout = kPatience});
+    outcome.crashed = !afterwards.rig_state().loop().running();
+  } catch (const client::Error&) {
+    outcome.crashed = true;
+  }
+  outcome.crashed = daemon.stop() != 0 || outcome.crashed;
+  return outcome;
+}
+
+/// All the descriptors there are: one a connection.
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+}  // namespace
+
+int run_attack(const AttackOptions& options) {
+  raise_descriptor_limit();
+  report::Report report(options.folder);
+  const std::filesystem::path logs = report.folder() / "attack";
+  std::filesystem::create_directories(logs);
+  const double scale = options.quick ? 0.1 : 1.0;
+
+  report::Figure speed{.figure = "upload_mb_per_s", .unit = "MB/s"};
+  const auto bytes = static_cast<std::uint64_t>(200e6 * scale);
+  try {
+    DaemonProcess daemon(logs / "hapticd_upload.log");
+    client::Client client({.address = daemon.address()});
+    speed.value = upload(client, bytes);
+  } catch (const std::exception& error) {
+    speed.failed = error.what();
+  }
+  report.add(speed);
+
+  report::MarkdownTable table{
+      {"attack", "growth of the resident memory [MB]", "serves afterwards", "failed"}};
+  double crashes = 0.0;
+  for (const Attack& attack : kAttacks) {
+    report::Report::note(std::string(attack.name) + " …");
+    report::Figure growth{
+        .figure = "attack_rss_growth_mb", .conditions = {{"attack", attack.name}}, .unit = "MB"};
+    bool serves = false;
+    try {
+      const Outcome outcome = attack_daemon(attack, scale, logs);
+      growth.value = outcome.growth_mb;
+      serves = !outcome.crashed;
+      if (outcome.crashed) ++crashes;
+    } catch (const std::exception& error) {
+      growth.failed = error.what();
+    }
+    report.add(growth);
+    table.add_row({attack.name, growth.value ? fixed(*growth.value, 0) : report::kNoNumber,
+                   serves ? "yes" : "no", growth.failed});
+  }
+  report.add({.figure = "attack_crashes", .value = crashes, .unit = "1", .goal = 0.0});
+  report.add_table("attack", "What one client can do to the daemon", table,
+                   "Each attack meets a daemon of its own, on loopback.");
+  return 0;
+}
+
+}  // namespace hapticd::bench
