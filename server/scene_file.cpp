@@ -131,7 +131,9 @@ void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
     }
     return;
   }
-  control.read("reaction_lead_share", c.reaction_lead_share, kReactionLeadShare);
+  if (control.has("reaction_lead_share")) {
+    control.read("reaction_lead_share", c.reaction_lead_share.emplace(), kReactionLeadShare);
+  }
   control.read("back_drive_compensation", c.back_drive);
 }
 
@@ -369,8 +371,9 @@ std::string write_scene(const rt::SceneSpec& spec) {
   if (spec.kind != rt::SceneKind::kWall) {
     const rt::CompensationParameters& c = spec.compensation;
     if (explore) text += fmt::format("lead_ms = {}\n", number(c.lead_ms));
-    text += fmt::format("reaction_lead_share = {}\nback_drive_compensation = {}\n",
-                        number(c.reaction_lead_share), c.back_drive);
+    if (c.reaction_lead_share)
+      text += fmt::format("reaction_lead_share = {}\n", number(*c.reaction_lead_share));
+    text += fmt::format("back_drive_compensation = {}\n", c.back_drive);
   }
   text += fmt::format(
       "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\nsensor_stale_after_ms = "

@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kSummedHz = 60.0;  // ten times the filter's cut-off: more repeats itself
 constexpr double kBlockS = 1.0;
-constexpr double kCellS = 0.3;  // at a tilt before it counts as seen
+constexpr double kStretchS = 4.0;  // so long the sensor's zero counts as one; several turns of a hand
+constexpr double kCellS = 0.3;     // at a tilt before it counts as seen
 constexpr double kTiltRangeDeg = 75.0;
 constexpr double kEnoughMass = 0.004;  // relative standard error
 constexpr double kEnoughCentreMm = 0.2;
@@ -105,7 +106,7 @@ void ToolIdentification::add(const Observation& observation) {
     }
     blocks_.emplace_back();
   }
-  blocks_.back().add(*excitation, last_s_ - first_s_);
+  blocks_.back().add(*excitation);
   ++used_;
 
   const hal::Vector3& g = excitation->gravity_in_tool;
@@ -124,36 +125,47 @@ void ToolIdentification::add(const Observation& observation) {
   }
 }
 
+ToolMoments ToolIdentification::without_drift(const std::vector<ToolMoments>& blocks) const {
+  const double samples_per_stretch = kStretchS * rig_.rate_hz / static_cast<double>(stride_);
+  ToolMoments all, last, stretch;
+  for (const ToolMoments& block : blocks) {
+    stretch.add(block);
+    if (stretch.samples < samples_per_stretch) continue;
+    all.add(last.centred());
+    last = stretch;
+    stretch = {};
+  }
+  last.add(stretch);
+  all.add(last);
+  return all;
+}
+
 ToolIdentification::Estimate ToolIdentification::estimate(std::size_t count) const {
   Estimate result;
   count = std::min(count, blocks_.size());
-  ToolMoments all;
-  for (std::size_t i = 0; i < count; ++i) all.add(blocks_[i]);
-  ToolLoadOptions options;
-  options.at_s = last_s_ - first_s_;
-  result.fit = fit_tool_load(all, options);
+  result.fit =
+      fit_tool_load(without_drift({blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(count)}));
   result.blocks = count;
   if (!result.fit.good) return result;
 
   // Which blocks fit far worse than half of them do? Twice: one gross error hides the next.
   for (int round = 0; round < 2 && count >= 8; ++round) {
     std::vector<double> left;
-    for (std::size_t i = 0; i < count; ++i)
-      left.push_back(misfit(result.fit, blocks_[i], options.at_s).force_n2);
+    for (std::size_t i = 0; i < count; ++i) left.push_back(misfit(result.fit, blocks_[i].centred()).force_n2);
     std::vector<double> sorted = left;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count / 2), sorted.end());
     const double bound = kOutlier * kOutlier * sorted[count / 2] + 1e-12;
-    ToolMoments kept;
+    std::vector<ToolMoments> kept;
     std::size_t out = 0;
     for (std::size_t i = 0; i < count; ++i) {
       if (left[i] > bound) {
         ++out;
       } else {
-        kept.add(blocks_[i]);
+        kept.push_back(blocks_[i]);
       }
     }
     if (out == result.left_out || 3 * out > count) break;
-    const ToolLoadFit refined = fit_tool_load(kept, options);
+    const ToolLoadFit refined = fit_tool_load(without_drift(kept));
     if (!refined.good) break;
     result.fit = refined;
     result.left_out = out;

@@ -13,23 +13,21 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 constexpr int kZ = static_cast<int>(ToolMoments::kRegressors);
 constexpr int kY = 6;
-constexpr int kP = 22;
+constexpr int kP = 16;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kTurningEnough = 1.0;  // rad/s², rms: below, it is the gimbal's noise that turns
 
-// Places in the vector of parameters.
-constexpr int kMass = 0, kTurn = 1, kForceBias = 4, kArm = 7, kCentre = 10, kTorqueBias = 13,
-              kForceDrift = 16, kTorqueDrift = 19;
+/// Place of the regressor that is 1.
+constexpr int kOne = 3;
 
-// Places among the regressors.
-constexpr int kOne = 3, kTime = 4, kTurning = 5;
+// Places in the vector of parameters.
+constexpr int kMass = 0, kTurn = 1, kForceBias = 4, kArm = 7, kCentre = 10, kTorqueBias = 13;
 
 struct Theta {
   double mass = 0.0;  // g
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d force_bias = Eigen::Vector3d::Zero(), arm = Eigen::Vector3d::Zero(),
-                  centre = Eigen::Vector3d::Zero(), torque_bias = Eigen::Vector3d::Zero(),
-                  force_drift = Eigen::Vector3d::Zero(), torque_drift = Eigen::Vector3d::Zero();
+                  centre = Eigen::Vector3d::Zero(), torque_bias = Eigen::Vector3d::Zero();
 
   Theta moved(const Vector& step) const {
     Theta next = *this;
@@ -41,8 +39,6 @@ struct Theta {
     next.arm += step.segment<3>(kArm);
     next.centre += step.segment<3>(kCentre);
     next.torque_bias += step.segment<3>(kTorqueBias);
-    next.force_drift += step.segment<3>(kForceDrift);
-    next.torque_drift += step.segment<3>(kTorqueDrift);
     return next;
   }
 
@@ -52,16 +48,14 @@ struct Theta {
     Matrix tool = Matrix::Zero(3, kZ);  // force on the tool, its own frame
     tool.leftCols<3>() = mass * Eigen::Matrix3d::Identity();
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) tool(i, kTurning + 3 * i + j) = -mass * arm(j);
+      for (int j = 0; j < 3; ++j) tool(i, 4 + 3 * i + j) = -mass * arm(j);
     }
     Eigen::Matrix3d lever;
     lever << 0.0, -centre.z(), centre.y(), centre.z(), 0.0, -centre.x(), -centre.y(), centre.x(), 0.0;
     c.topRows<3>() = rotation.transpose() * tool;
     c.bottomRows<3>() = rotation.transpose() * lever * tool;
-    c.block<3, 1>(0, kOne) = force_bias;
-    c.block<3, 1>(3, kOne) = torque_bias;
-    c.block<3, 1>(0, kTime) = force_drift;
-    c.block<3, 1>(3, kTime) = torque_drift;
+    c.block<3, 1>(0, 3) = force_bias;
+    c.block<3, 1>(3, 3) = torque_bias;
     return c;
   }
 };
@@ -73,8 +67,7 @@ struct Unpacked {
   double samples = 0.0;
 };
 
-/// With time counted from `at_s`.
-Unpacked unpack(const ToolMoments& moments, double at_s) {
+Unpacked unpack(const ToolMoments& moments) {
   Unpacked u;
   const auto at = [&](int i, int j) {
     const auto a = static_cast<std::size_t>(std::max(i, j));
@@ -87,11 +80,8 @@ Unpacked unpack(const ToolMoments& moments, double at_s) {
   }
   for (int j = 0; j < kY; ++j) {
     u.yy(j) = at(kZ + j, kZ + j);
-    u.spread(j) = std::max(0.0, u.yy(j) - u.zy(kOne, j) * u.zy(kOne, j) / moments.samples);
+    u.spread(j) = std::max(0.0, u.yy(j) - u.zy(kOne, j) * u.zy(kOne, j) / std::max(1.0, u.zz(kOne, kOne)));
   }
-  u.zz.row(kTime) -= at_s * u.zz.row(kOne);
-  u.zz.col(kTime) -= at_s * u.zz.col(kOne);
-  u.zy.row(kTime) -= at_s * u.zy.row(kOne);
   u.samples = moments.samples;
   return u;
 }
@@ -120,7 +110,7 @@ double cost(const Vector& left, const Weights& weights) {
 Vector usual_sizes(double mass) {
   Vector s(kP);
   s << std::max(5.0, std::abs(mass)), 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 50.0, 50.0, 50.0, 50.0, 50.0, 50.0, 20.0,
-      20.0, 20.0, 0.01, 0.01, 0.01, 0.2, 0.2, 0.2;
+      20.0, 20.0;
   return s;
 }
 constexpr double kPriorSizes = 30.0;
@@ -203,10 +193,11 @@ Search descend(const Unpacked& u, Theta theta, const Weights& weights, bool turn
 /// The proper rotation and the mass nearest to the linear map from w to the force.
 Theta guess(const Unpacked& u) {
   Theta theta;
+  const double uncentred = std::max(1.0, u.zz(kOne, kOne));
   const Eigen::Matrix3d ww =
-      u.zz.block<3, 3>(0, 0) - u.zz.block<3, 1>(0, kOne) * u.zz.block<3, 1>(0, kOne).transpose() / u.samples;
+      u.zz.block<3, 3>(0, 0) - u.zz.block<3, 1>(0, kOne) * u.zz.block<3, 1>(0, kOne).transpose() / uncentred;
   const Eigen::Matrix3d wf =
-      u.zy.block<3, 3>(0, 0) - u.zz.block<3, 1>(0, kOne) * u.zy.block<1, 3>(kOne, 0) / u.samples;
+      u.zy.block<3, 3>(0, 0) - u.zz.block<3, 1>(0, kOne) * u.zy.block<1, 3>(kOne, 0) / uncentred;
   // Orthogonal Procrustes: of f = m Rᵀ w, R maximises tr(R wf ᵀ)... by singular values.
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(wf, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d middle = Eigen::Matrix3d::Identity();
@@ -226,13 +217,12 @@ Eigen::Vector3d to_eigen(const hal::Vector3& v) {
 
 }  // namespace
 
-void ToolMoments::add(const ToolExcitation& e, double time_s) noexcept {
+void ToolMoments::add(const ToolExcitation& e) noexcept {
   const auto& b = e.turning_n_per_g_mm;
   const std::array<double, kColumns> row{e.weight_n_per_g.x,
                                          e.weight_n_per_g.y,
                                          e.weight_n_per_g.z,
                                          1.0,
-                                         time_s,
                                          b[0].x,
                                          b[0].y,
                                          b[0].z,
@@ -262,13 +252,30 @@ void ToolMoments::add(const ToolMoments& other) noexcept {
   turning_square += other.turning_square;
 }
 
+ToolMoments ToolMoments::centred() const noexcept {
+  const auto place = [](std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; };  // i ≥ j
+  constexpr auto kOnes = static_cast<std::size_t>(kOne);
+  const auto sum = [&](std::size_t i) {
+    return i >= kOnes ? products[place(i, kOnes)] : products[place(kOnes, i)];
+  };
+  ToolMoments about = *this;
+  if (!(samples > 0.0)) return about;
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      double& product = about.products[place(i, j)];
+      product = i == kOnes || j == kOnes ? 0.0 : product - sum(i) * sum(j) / samples;
+    }
+  }
+  return about;
+}
+
 ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& options) {
   ToolLoadFit fit;
   if (!(moments.samples >= 10.0)) return fit;
   for (const double product : moments.products) {
     if (!std::isfinite(product)) return fit;
   }
-  const Unpacked u = unpack(moments, options.at_s);
+  const Unpacked u = unpack(moments);
   fit.has_torque = u.yy.tail<3>().sum() > 0.0;
   const bool turning =
       options.turning && std::sqrt(moments.turning_square / moments.samples) > kTurningEnough;
@@ -323,7 +330,7 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
     error(p) = std::sqrt(variance);
     const double most = p >= kTurn && p < kTurn + 3 ? 0.5 : p == kMass ? 1.0 : 3.0;
     const bool no_arm = !turning && p >= kArm && p < kArm + 3;
-    const bool no_torque = !fit.has_torque && ((p >= kCentre && p < kForceDrift) || p >= kTorqueDrift);
+    const bool no_torque = !fit.has_torque && p >= kCentre;
     error(p) = !(error(p) < most) || no_arm || no_torque ? kInfinite : error(p) * sizes(p);
   }
   const Theta& t = best.theta;
@@ -334,8 +341,6 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   fit.sensor_to_tool = {rotation.w(), rotation.x(), rotation.y(), rotation.z()};
   fit.force_bias_n = to_hal(t.force_bias);
   fit.torque_bias_n_mm = to_hal(t.torque_bias);
-  fit.force_drift_n_per_s = to_hal(t.force_drift);
-  fit.torque_drift_n_mm_per_s = to_hal(t.torque_drift);
   fit.arm_mm = to_hal(t.arm);
   fit.centre_mm = to_hal(t.centre);
   fit.mass_error_g = error(kMass);
@@ -348,7 +353,7 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   return fit;
 }
 
-ToolLoadMisfit misfit(const ToolLoadFit& fit, const ToolMoments& moments, double at_s) {
+ToolLoadMisfit misfit(const ToolLoadFit& fit, const ToolMoments& moments) {
   ToolLoadMisfit result;
   if (!(moments.samples > 0.0)) return result;
   Theta theta;
@@ -359,9 +364,7 @@ ToolLoadMisfit misfit(const ToolLoadFit& fit, const ToolMoments& moments, double
   theta.arm = to_eigen(fit.arm_mm);
   theta.centre = to_eigen(fit.centre_mm);
   theta.torque_bias = to_eigen(fit.torque_bias_n_mm);
-  theta.force_drift = to_eigen(fit.force_drift_n_per_s);
-  theta.torque_drift = to_eigen(fit.torque_drift_n_mm_per_s);
-  const Vector left = left_of(unpack(moments, at_s), theta.coefficients());
+  const Vector left = left_of(unpack(moments), theta.coefficients());
   result.force_n2 = left.head<3>().sum() / (3.0 * moments.samples);
   result.torque_n2_mm2 = left.tail<3>().sum() / (3.0 * moments.samples);
   return result;

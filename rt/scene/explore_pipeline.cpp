@@ -63,9 +63,9 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
       target_(resolved.target, rig.rate_hz),
       passivity_(rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
-      reaction_lead_(
-          resolved.compensation.reaction_lead_share * reaction_delay_s(resolved.controller, rig.rate_hz),
-          rig.rate_hz),
+      reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
+                         reaction_delay_s(resolved.controller, rig.rate_hz),
+                     rig.rate_hz),
       back_drive_(resolved.compensation.back_drive ? rig.device.coulomb_friction_n : 0.0) {
   if (resolved.explore.tip_to_centre_mm) {
     load_.set_tip_to_centre(*resolved.explore.tip_to_centre_mm);

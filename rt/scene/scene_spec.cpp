@@ -49,6 +49,10 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   const bool explores = spec.kind == SceneKind::kExplore;
 
   // What the scene leaves to the device.
+  if (!spec.compensation.reaction_lead_share) {
+    constexpr double kLeadIn1d = 0.9;
+    spec.compensation.reaction_lead_share = spec.kind == SceneKind::kTap1d ? kLeadIn1d : 0.0;
+  }
   if (spec.structural_stiffness_n_per_mm == 0.0) {
     spec.structural_stiffness_n_per_mm = device.structural_stiffness_n_per_mm;
   }
@@ -122,7 +126,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   if (uses_sensor) {
     const CompensationParameters& c = spec.compensation;
     if (explores) check.range("control.lead_ms", c.lead_ms, 0.0, 50.0, "ms");
-    check.range("control.reaction_lead_share", c.reaction_lead_share, 0.0, 1.0,
+    check.range("control.reaction_lead_share", c.reaction_lead_share.value_or(0.0), 0.0, 1.0,
                 "(fraction of the loop's delay; more takes damping out of a contact)");
   }
   if (explores) {
@@ -197,8 +201,8 @@ void outline_compensation(const SceneSpec& spec, std::vector<std::string>& stage
   const CompensationParameters& c = spec.compensation;
   if (spec.kind == SceneKind::kExplore && c.lead_ms > 0.0)
     stages.push_back("prediction: displacement " + Checker::number(c.lead_ms) + " ms ahead");
-  if (c.reaction_lead_share > 0.0) {
-    stages.push_back("prediction: reaction, below 20 Hz, by " + Checker::number(c.reaction_lead_share) +
+  if (const double share = c.reaction_lead_share.value_or(0.0); share > 0.0) {
+    stages.push_back("prediction: reaction, below 20 Hz, by " + Checker::number(share) +
                      " of the loop's delay");
   }
   if (c.back_drive) stages.emplace_back("back-drive compensation: the device's own dry friction");

@@ -22,9 +22,9 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       contact_(resolved.contact, resolved.tool_mass_g, rig.rate_hz),
       target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
-      reaction_lead_(
-          resolved.compensation.reaction_lead_share * reaction_delay_s(resolved.controller, rig.rate_hz),
-          rig.rate_hz),
+      reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
+                         reaction_delay_s(resolved.controller, rig.rate_hz),
+                     rig.rate_hz),
       back_drive_(resolved.compensation.back_drive ? rig.device.coulomb_friction_n : 0.0) {}
 
 std::uint32_t TapPipeline::channels() const noexcept {

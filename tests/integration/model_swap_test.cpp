@@ -350,7 +350,11 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
   EXPECT_TRUE(plain->remarks.empty());
   EXPECT_EQ(plain->spec.contact.threshold_n, 0.02);
 
-  const std::string tool = put(test::example_tool(11.5));
+  rt::ToolModel found = test::example_tool(11.5);
+  found.found_under_bias = "2026-01-01T00:00:00Z/2";
+  std::string zero = *found.found_under_bias;
+  bench.scenes().know_zero_by([&zero] { return ZeroInForce{zero, hal::Vector3{0.0, 0.6, -0.8}}; });
+  const std::string tool = put(found);
   put(test::example_structure(2.25));
   put(rt::ThresholdModel{0.0175, 0.016, 20.0});
   put(rt::GainsModel{0.31, 0.02, 0.7, 12.0}, false);
@@ -365,10 +369,25 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
   EXPECT_EQ(scene->spec.controller.proportional_gain, 0.31);
   EXPECT_EQ(scene->spec.controller.derivative_gain_ms, 0.02);
   EXPECT_EQ(scene->stored.size(), 5U) << "and the object's";
-  ASSERT_EQ(scene->remarks.size(), 4U);
-  EXPECT_EQ(scene->remarks[0], "tool.mass_g = 11.5 ± 0.04 g: from stored model " + tool.substr(0, 12) +
+  ASSERT_EQ(scene->remarks.size(), 5U);
+  EXPECT_EQ(scene->remarks[0], "tool.gravity_at_bias: the tool was tilted by 37° when the sensor was biased");
+  EXPECT_EQ(scene->spec.explore.gravity_at_bias.y, 0.6);
+  ASSERT_TRUE(scene->spec.explore.sensor_mounting);
+  EXPECT_EQ(scene->spec.explore.sensor_mounting->force_bias_n.x, found.force_bias_n.x);
+  EXPECT_EQ(scene->remarks[1], "tool.mass_g = 11.5 ± 0.04 g: from stored model " + tool.substr(0, 12) +
                                    "; with the sensor's bias of 0.0374 N and its seat, turned by 3°");
-  EXPECT_NE(scene->remarks[3].find("which had not converged"), std::string::npos) << scene->remarks[3];
+  EXPECT_NE(scene->remarks[4].find("which had not converged"), std::string::npos) << scene->remarks[4];
+
+  // Under another bias the one that was found means nothing: what is read is the weight, as the tool hung
+  // then.
+  zero = "2026-01-01T00:00:00Z/3";
+  const auto later = bench.scenes().resolve(source);
+  ASSERT_TRUE(later) << later.refusal().error.text();
+  const auto& mounting = later->spec.explore.sensor_mounting;
+  ASSERT_TRUE(mounting);
+  EXPECT_NEAR(rt::norm(mounting->force_bias_n), 11.5e-6 * rt::ToolLoad::kGravityMmPerS2, 1e-9);
+  EXPECT_EQ(mounting->turn_deg.x, scene->spec.explore.sensor_mounting->turn_deg.x) << "the seat stays";
+  EXPECT_NE(later->remarks[1].find("under another bias"), std::string::npos) << later->remarks[1];
 
   // What a scene says by itself it keeps.
   std::string said = kScene;

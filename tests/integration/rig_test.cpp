@@ -50,11 +50,13 @@ TEST(ServiceRig, ASimulatedOneIsBiasedAndHasNothingToHome) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
   EXPECT_FALSE(service.state().has_sensor_bias());
+  // Once the tool was seen free.
   v1::BiasForceSensorResponse biased;
-  const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
-  ASSERT_TRUE(status.ok()) << status.error_message();
-  const v1::RigState state = service.state();
-  EXPECT_EQ(state.sensor_bias().id(), biased.bias().id());
+  const v1::RigState state = service.await([&](const v1::RigState&) {
+    return service.rig->BiasForceSensor(call_context().get(), {}, &biased).ok();
+  });
+  EXPECT_FALSE(biased.bias().id().empty());
+  EXPECT_EQ(service.state().sensor_bias().id(), biased.bias().id());
   EXPECT_EQ(state.sensor_bias_lost(), "");
   v1::HomeDeviceResponse homed;
   expect_refused(service.rig->HomeDevice(call_context().get(), {}, &homed),

@@ -17,17 +17,20 @@ namespace {
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, structure_compensated, structural, explore, control, compensation, guard] = spec;
+         ramp, structure_compensated, structural, structural_field, explore, control, compensation, guard] =
+      spec;
   auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume, fall, gap] = guard;
-  auto& [direction, displacement, contact_law, feel, release, passivity, cutoff, noise, gravity, mounting] =
-      explore;
+  auto& [direction, displacement, contact_law, feel, release, passivity, cutoff, noise, gravity, mounting,
+         tip_to_centre] = explore;
   auto& [lead, reaction_lead, back_drive] = compensation;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
+  // Of stored models only: no file says them.
+  static_cast<void>(structural_field), static_cast<void>(tip_to_centre);
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
   static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
       static_cast<void>(method), static_cast<void>(evidence_required);
@@ -41,7 +44,10 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     numbers.insert(numbers.end(), more.begin(), more.end());
   };
   if (kind == rt::SceneKind::kWall) add({&wall});
-  if (kind != rt::SceneKind::kWall) add({&reaction_lead});
+  if (kind != rt::SceneKind::kWall) {
+    if (!reaction_lead) reaction_lead.emplace();
+    add({&*reaction_lead});
+  }
   if (kind != rt::SceneKind::kWall)
     add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
