@@ -47,6 +47,9 @@ inline std::string value_of(const std::string& key, const std::string& file) {
   return "0";
 }
 
+/// Presses again and again: a daemon that comes late, with the tool on the object already, sees it free next
+/// time.
+const inline Arguments kPressingHand{"--program", "press", "--force-n", "2", "--hold-s", "12"};
 const inline Arguments kHoldingHand{"--program", "press", "--force-n", "2", "--hold-s", "-1"};
 const inline Arguments kRestingHand{"--program", "rest"};
 

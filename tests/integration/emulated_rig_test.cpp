@@ -42,7 +42,7 @@ int udp_sockets(pid_t process) {
 }
 
 TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
-  ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
+  ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
   v1::RigInfo info;
   ASSERT_TRUE(client->rig->GetRigInfo(call_context().get(), {}, &info).ok());
   EXPECT_EQ(info.kind(), v1::RIG_KIND_HARDWARE);
@@ -98,7 +98,7 @@ TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
 }
 
 TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
-  ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
+  ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
   const grpc::Status loaded = client->load("tap_1d");
   ASSERT_TRUE(loaded.ok()) << loaded.error_message();
   client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });
@@ -118,7 +118,7 @@ TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
                 v1::PART_STATE_READY));
   EXPECT_EQ(clear().error_code(), grpc::StatusCode::FAILED_PRECONDITION);
 
-  ASSERT_NO_FATAL_FAILURE(start_peers_again(kHoldingHand));
+  ASSERT_NO_FATAL_FAILURE(start_peers_again(kPressingHand));
   client->await([](const v1::RigState& s) { return sensor_is(s, v1::PART_STATE_READY); });
   const v1::RigState still = client->state();
   EXPECT_TRUE(latched(still)) << "force came back unasked\n" << still.DebugString();
@@ -134,7 +134,7 @@ class EmulatedRigCrash : public EmulatedRigProcess, public testing::WithParamInt
 
 TEST_P(EmulatedRigCrash, TakesTheForceAlongAndEndsByItsSignal) {
   const int signal = GetParam();
-  ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
+  ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
   const grpc::Status loaded = client->load("tap_1d");
   ASSERT_TRUE(loaded.ok()) << loaded.error_message();
   client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });

@@ -353,7 +353,8 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
   rt::ToolModel found = test::example_tool(11.5);
   found.found_under_bias = "2026-01-01T00:00:00Z/2";
   std::string zero = *found.found_under_bias;
-  bench.scenes().know_zero_by([&zero] { return ZeroInForce{zero, hal::Vector3{0.0, 0.6, -0.8}}; });
+  std::optional<hal::Vector3> gravity = hal::Vector3{0.0, 0.6, -0.8};
+  bench.scenes().know_zero_by([&] { return ZeroInForce{zero, gravity}; });
   const std::string tool = put(found);
   put(test::example_structure(2.25));
   put(rt::ThresholdModel{0.0175, 0.016, 20.0});
@@ -388,6 +389,8 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
   EXPECT_NEAR(rt::norm(mounting->force_bias_n), 11.5e-6 * rt::ToolLoad::kGravityMmPerS2, 1e-9);
   EXPECT_EQ(mounting->turn_deg.x, scene->spec.explore.sensor_mounting->turn_deg.x) << "the seat stays";
   EXPECT_NE(later->remarks[1].find("under another bias"), std::string::npos) << later->remarks[1];
+
+  gravity.reset();
 
   // What a scene says by itself it keeps.
   std::string said = kScene;

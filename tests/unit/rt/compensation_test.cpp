@@ -212,6 +212,7 @@ TEST(CompensationScene, BadValuesAreRefusedByName) {
 
 TEST(CompensationScene, WhatIsOffIsNoStage) {
   SceneSpec spec;
+  spec.compensation.reaction_lead_share = 0.9;  // as resolved
   const auto mentions = [&spec](const char* word) {
     for (const std::string& stage : outline(spec).stages) {
       if (stage.find(word) != std::string::npos) return true;
