@@ -59,11 +59,10 @@ class RealParts : public EmulatedRigProcess {
 };
 
 TEST_F(RealParts, ABiasOutlastsScenesAndTheirEnd) {
-  // The hand holds 2 N all the time: without a scene nobody knows it is a contact, and that is what is wanted
-  // here, for a load that is taken as zero shows itself wherever the zero is lost.
-  ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
+  // A sensor that reads half a newton of nothing, until it is biased and wherever that is lost.
+  ASSERT_NO_FATAL_FAILURE(start({"--program", "rest", "--condition", "bias_error_z_n=0.5"}));
   ASSERT_TRUE(client->load("tap_1d").ok());
-  client->await([&](const v1::RigState&) { return mean_force_n() > 1.0; });
+  EXPECT_NEAR(std::abs(mean_force_n()), 0.5, 0.1);
   ASSERT_TRUE(unload().ok());
   EXPECT_FALSE(client->state().has_sensor_bias());
 
@@ -82,6 +81,7 @@ TEST_F(RealParts, ABiasOutlastsScenesAndTheirEnd) {
       EXPECT_NEAR(mean_force_n(), 0.0, 0.1) << "after it was closed and opened again";
     }
   }
+  ASSERT_TRUE(unload().ok());
   const v1::SensorBias again = biased();
   EXPECT_NE(again.id(), bias.id());
 }
