@@ -67,12 +67,15 @@ std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample&
 
   const auto at = [&](std::size_t i) -> const hal::RigSample& { return window_[(next_ + i) % length]; };
   const hal::RigSample& middle = at(reach_);
-  const hal::RigSample& before = at(reach_ - 1);
+  // Over the whole window: ticks that make up for a late one follow it within microseconds, and a step of the
+  // encoders over such a time is no acceleration.
+  const hal::RigSample& before = at(0);
+  const hal::RigSample& last = at(length - 1);
   const hal::RigSample& after = at(reach_ + 1);
   const double step_before_s = 1e-9 * static_cast<double>(middle.time_ns - before.time_ns);
-  const double step_after_s = 1e-9 * static_cast<double>(after.time_ns - middle.time_ns);
+  const double step_after_s = 1e-9 * static_cast<double>(last.time_ns - middle.time_ns);
   const hal::Vector3 acceleration =
-      ((after.tip_position_mm - middle.tip_position_mm) * (1.0 / step_after_s) -
+      ((last.tip_position_mm - middle.tip_position_mm) * (1.0 / step_after_s) -
        (middle.tip_position_mm - before.tip_position_mm) * (1.0 / step_before_s)) *
       (2.0 / (step_before_s + step_after_s));
 
