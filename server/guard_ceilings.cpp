@@ -34,8 +34,7 @@ std::vector<Bound> bounds_on(const GuardCeilings& c, const hal::DeviceInfo& devi
   const rt::SceneSpec plain;
   const rt::GuardLimits& usual = plain.guard;
   const bool is_wall = scene.kind == rt::SceneKind::kWall;
-  const double largest = is_wall ? rt::default_largest_wall_n_per_mm(device.model)
-                                 : rt::default_largest_target_n_per_mm(device.model);
+  const double largest = is_wall ? rt::default_largest_wall_n_per_mm(device.model) : rt::kLargestTargetNPerMm;
   rt::GuardLimits& guard = scene.guard;
   const double force_n = guard.max_force_n > 0.0 ? guard.max_force_n : c.max_force_n;
   std::vector<Bound> bounds = {
@@ -51,6 +50,9 @@ std::vector<Bound> bounds_on(const GuardCeilings& c, const hal::DeviceInfo& devi
        is_wall ? c.max_wall_stiffness_n_per_mm : c.max_target_stiffness_n_per_mm, false, false, 0.0, largest},
       {"target.ramp_s", "min_target_ramp_s", "s", &scene.target_ramp_s, c.min_target_ramp_s, true, false,
        plain.target_ramp_s, plain.target_ramp_s},
+      {"target.max_change_n_per_s", "max_target_change_n_per_s", "N/s", &scene.max_target_change_n_per_s,
+       c.max_target_change_n_per_s, false, false, plain.max_target_change_n_per_s,
+       plain.max_target_change_n_per_s},
       {"guard.resume_ramp_s", "min_resume_ramp_s", "s", &guard.resume_ramp_s, c.min_resume_ramp_s, true,
        false, usual.resume_ramp_s, usual.resume_ramp_s},
       {"guard.fall_ramp_s", "max_fall_ramp_s", "s", &guard.fall_ramp_s, c.max_fall_ramp_s, false, false,
@@ -80,7 +82,7 @@ GuardCeilings on_device(const GuardCeilings& ceilings, const hal::DeviceInfo& de
   if (c.max_force_n == 0.0) c.max_force_n = device.max_force_n;
   if (c.max_force_rate_n_per_s == 0.0) c.max_force_rate_n_per_s = device.max_force_n / kFullScaleTimeS;
   if (c.max_target_stiffness_n_per_mm == 0.0) {
-    c.max_target_stiffness_n_per_mm = rt::default_largest_target_n_per_mm(device.model);
+    c.max_target_stiffness_n_per_mm = rt::kLargestTargetNPerMm;
   }
   if (c.max_wall_stiffness_n_per_mm == 0.0) {
     c.max_wall_stiffness_n_per_mm = rt::default_largest_wall_n_per_mm(device.model);

@@ -25,6 +25,7 @@ constexpr Range kClearanceMm{0.0, 100.0, "mm"};
 constexpr Range kPositionMm{-1000.0, 1000.0, "mm"};
 constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
 constexpr Range kRampS{0.0, 60.0, "s"};
+constexpr Range kTargetChange{1e-6, 1e6, "N/s"};
 constexpr Range kStructural{0.0, 1e4, "N/mm"};
 constexpr Range kProportional{0.0, 4.0, ""};
 constexpr Range kDerivativeMs{-10.0, 10.0, "ms"};
@@ -278,6 +279,7 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   read_target_law(target, spec);
   target.read("max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, kStiffness);
   target.read("ramp_s", spec.target_ramp_s, kRampS);
+  target.read("max_change_n_per_s", spec.max_target_change_n_per_s, kTargetChange);
 
   TomlTable structure = root.table("structure");
   structure.read("compensation", spec.structural_compensation);
@@ -359,9 +361,9 @@ std::string write_scene(const rt::SceneSpec& spec) {
         quoted_word(e.displacement, kEstimators), quoted_word(e.law, kContactLaws),
         quoted_word(e.release, kReleases), e.passivity);
   }
-  text += fmt::format("\n[target]\n{}max_stiffness_n_per_mm = {}\nramp_s = {}\n",
+  text += fmt::format("\n[target]\n{}max_stiffness_n_per_mm = {}\nramp_s = {}\nmax_change_n_per_s = {}\n",
                       target_law_text(spec.target, explore), number(spec.max_target_stiffness_n_per_mm),
-                      number(spec.target_ramp_s));
+                      number(spec.target_ramp_s), number(spec.max_target_change_n_per_s));
   text += fmt::format("\n[structure]\ncompensation = {}\nstiffness_n_per_mm = {}\n",
                       spec.structural_compensation, number(spec.structural_stiffness_n_per_mm));
   if (explore) text += fmt::format("cutoff_hz = {}\n", number(spec.explore.deflection_cutoff_hz));

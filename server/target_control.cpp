@@ -190,7 +190,8 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
   return std::nullopt;
 }
 
-void TargetControl::lengthen_ramp(const rt::TargetLaw& law, TargetSet& set) const {
+void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec& scene,
+                                  TargetSet& set) const {
   const double wanted_s = set.ramp_s;
   double least_s = ceilings_.min_target_ramp_s;
   std::string why = fmt::format("[guard] min_target_ramp_s = {:g} s", least_s);
@@ -204,11 +205,11 @@ void TargetControl::lengthen_ramp(const rt::TargetLaw& law, TargetSet& set) cons
             ? std::abs(law.stiffness_n_per_mm - now_n_per_mm)
             : std::max(rt::greatest_stiffness_n_per_mm(law, rt::kDeepestTargetMm), now_n_per_mm);
     const double change_n = change_n_per_mm * now.displacement_mm;
-    if (const double needed_s = change_n / ceilings_.max_target_change_n_per_s; needed_s > least_s) {
+    if (const double needed_s = change_n / scene.max_target_change_n_per_s; needed_s > least_s) {
       least_s = needed_s;
-      why = fmt::format(
-          "[guard] max_target_change_n_per_s = {:g} N/s, and at {:.3g} mm the force changes by {:.3g} N",
-          ceilings_.max_target_change_n_per_s, now.displacement_mm, change_n);
+      why =
+          fmt::format("target.max_change_n_per_s = {:g} N/s, and at {:.3g} mm the force changes by {:.3g} N",
+                      scene.max_target_change_n_per_s, now.displacement_mm, change_n);
     }
   }
   least_s = std::min(least_s, kRampS.max);
@@ -260,7 +261,7 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
   command.at_time_ns = request.at_time_ns;
   command.target = law;
   result->ramp_s = request.ramp_s.value_or(scene->spec.target_ramp_s);
-  lengthen_ramp(law, *result);
+  lengthen_ramp(law, scene->spec, *result);
   command.ramp_s = result->ramp_s;
   const auto outcome = session_.execute(command, caller, until - Caller::Clock::now());
   if (!outcome) return outcome.refusal();

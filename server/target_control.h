@@ -86,7 +86,7 @@ class TargetControl {
 
   /// Lengthens a ramp that is shorter than the ceilings allow for this change of the target at the present
   /// displacement, and says so.
-  void lengthen_ramp(const rt::TargetLaw& law, TargetSet& set) const;
+  void lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec& scene, TargetSet& set) const;
 
   Session& session_;
   SceneHost& scenes_;

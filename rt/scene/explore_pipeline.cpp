@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "rt/control/compensation_fade.h"
 #include "rt/control/loop_delay.h"
 #include "rt/scene/fill_contact.h"
 #include "rt/signal/ticks.h"
@@ -60,7 +61,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
       regain_ticks_(ticks_of(kRegainS, rig.rate_hz)),
       direction_(direction_of(resolved, model, rig.rate_hz)),
       displacement_(displacement_of(resolved, model, rig.rate_hz)),
-      target_(resolved.target, rig.rate_hz),
+      target_(resolved.target, rig.rate_hz, resolved.max_target_change_n_per_s),
       passivity_(rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz),
       reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
@@ -266,7 +267,10 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
   follow_zero(sample, now.interval);
   const bool in_contact = contact_.in_contact();
   // Followed also before there is any authority, so that the slope is known once there is.
-  if (reaction_lead_.is_on()) reaction_ahead_n_ = reaction_lead_.update(normal_n, now.interval);
+  const double compensated = compensation_share(target_.stiffness_n_per_mm());
+  if (reaction_lead_.is_on()) {
+    reaction_ahead_n_ = compensated * reaction_lead_.update(normal_n, now.interval);
+  }
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);
   if (options_.passivity && release_share_ > 0.0) {
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,
@@ -274,7 +278,7 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
                                 authority();
   }
   if (hold_within_sensor(desired_n)) record.guard_limits |= guard_limit::kForce;
-  back_drive_n_ = back_drive_direction_n_ * authority();
+  back_drive_n_ = back_drive_direction_n_ * (authority() * compensated);
   // The observer's f_d is the last tick's until the new command is applied.
   command_n_ = controller_.update(desired_n) + back_drive_n_;
   tell(now, in_contact, normal_n, desired_n, command_n_, record);

@@ -70,9 +70,8 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
       spec.controller.derivative_gain_ms = gains.derivative_gain_ms;
   }
   if (spec.max_target_stiffness_n_per_mm == 0.0) {
-    spec.max_target_stiffness_n_per_mm = spec.kind == SceneKind::kWall
-                                             ? default_largest_wall_n_per_mm(device.model)
-                                             : default_largest_target_n_per_mm(device.model);
+    spec.max_target_stiffness_n_per_mm =
+        spec.kind == SceneKind::kWall ? default_largest_wall_n_per_mm(device.model) : kLargestTargetNPerMm;
   }
   if (spec.guard.max_force_n == 0.0) spec.guard.max_force_n = device.max_force_n;
   if (spec.guard.max_force_rate_n_per_s == 0.0) {
@@ -115,6 +114,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("target's stiffness", greatest_stiffness_n_per_mm(spec.target, kDeepestTargetMm), 0.0,
               spec.max_target_stiffness_n_per_mm, "N/mm (target.max_stiffness_n_per_mm)");
   check.range("target.ramp_s", spec.target_ramp_s, 0.0, 60.0, "s");
+  check.range("target.max_change_n_per_s", spec.max_target_change_n_per_s, 1e-6, 1e6, "N/s");
   if (spec.structural_compensation) {
     check.range("structure.stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, 0.01, 1e4, "N/mm");
     if (!explores) {

@@ -92,6 +92,8 @@ struct SceneSpec {
   double max_target_stiffness_n_per_mm =
       0.0;                     ///< requests above are granted only this much; 0 = the device's
   double target_ramp_s = 0.1;  ///< default ramp of a target change
+  /// How fast the force may change by a change of the target, in the tick: a pressing hand is not thrown off.
+  double max_target_change_n_per_s = 5.0;
 
   bool structural_compensation = true;
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = the device's own

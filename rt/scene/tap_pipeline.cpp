@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/control/compensation_fade.h"
 #include "rt/control/loop_delay.h"
 #include "rt/scene/fill_contact.h"
 #include "rt/signal/tool_compensation.h"
@@ -20,7 +21,7 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       zero_(resolved.contact.zero_bound_n),
       looks_back_(resolved.contact.method == ContactMethod::kMatchedInertia),
       contact_(resolved.contact, resolved.tool_mass_g, rig.rate_hz),
-      target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
+      target_(resolved.target.stiffness_n_per_mm, rig.rate_hz, resolved.max_target_change_n_per_s),
       controller_(resolved.controller, rig.rate_hz),
       reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                          reaction_delay_s(resolved.controller, rig.rate_hz),
@@ -41,7 +42,7 @@ void TapPipeline::reset() noexcept {
   reaction_lead_.reset();
   back_drive_.reset();
   has_depth_ = false;
-  back_drive_n_ = command_n_ = 0.0;
+  back_drive_n_ = command_n_ = displacement_mm_ = 0.0;
 }
 
 void TapPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
@@ -119,7 +120,8 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
                                         TickRecord& record) noexcept {
   // Predicted also before there is any authority, so that the slope is known once there is.
   const double reaction_n = reaction_lead_.is_on()
-                                ? now.reaction_n + reaction_lead_.update(now.reaction_n, now.interval)
+                                ? now.reaction_n + compensation_share(target_n_per_mm) *
+                                                       reaction_lead_.update(now.reaction_n, now.interval)
                                 : now.reaction_n;
   if (!contact_.in_contact()) return {};
   const double encoder_mm = now.depth_mm - contact_depth_mm_;
@@ -139,11 +141,14 @@ hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& rec
   update_contact(sample, now);
   const bool in_contact = contact_.in_contact();
 
-  const double target = target_.update(now.interval.periods);
+  const double target = target_.update(now.interval.periods, displacement_mm_);
   DesiredForce desired = desired_force(now, target, record);
+  displacement_mm_ = desired.displacement_mm;
   desired.force_n = fade_.update(in_contact, desired.force_n, now.interval);
   const double device_force_n = controller_.device_force_n();
-  if (back_drive_.is_on()) back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority();
+  if (back_drive_.is_on()) {
+    back_drive_n_ = back_drive_.update(now.step_mm) * contact_.authority() * compensation_share(target);
+  }
   command_n_ = controller_.update(desired.force_n) + back_drive_n_;
 
   record.velocity_mm_per_s = motion_.velocity_mm_per_s();

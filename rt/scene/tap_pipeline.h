@@ -72,8 +72,9 @@ class TapPipeline final : public Pipeline {
   BackDriveCompensation back_drive_;
   double last_depth_mm_ = 0.0;
   bool has_depth_ = false;
-  double back_drive_n_ = 0.0;  ///< in the command besides what the controller wants
-  double command_n_ = 0.0;     ///< the last one, before the guard
+  double back_drive_n_ = 0.0;     ///< in the command besides what the controller wants
+  double displacement_mm_ = 0.0;  ///< of the last tick
+  double command_n_ = 0.0;        ///< the last one, before the guard
 };
 
 }  // namespace hapticd::rt

@@ -1,5 +1,7 @@
 #include "rt/scene/wall_pipeline.h"
 
+#include <algorithm>
+
 #include "rt/target/desired_force.h"
 
 namespace hapticd::rt {
@@ -8,7 +10,7 @@ WallPipeline::WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),
       wall_depth_mm_(resolved.wall_position_mm),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
-      target_(resolved.target.stiffness_n_per_mm, rig.rate_hz),
+      target_(resolved.target.stiffness_n_per_mm, rig.rate_hz, resolved.max_target_change_n_per_s),
       controller_(resolved.controller, rig.rate_hz) {}
 
 std::uint32_t WallPipeline::channels() const noexcept {
@@ -30,7 +32,7 @@ void WallPipeline::applied(const hal::Vector3& force_n) noexcept {
 
 hal::Vector3 WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const double encoder_mm = axis_.depth_mm(sample.tip_position_mm) - wall_depth_mm_;
-  const double target = target_.update();
+  const double target = target_.update(1.0, std::max(0.0, encoder_mm));
 
   // There is no object: only the wall's own force acts, f~_d = -k~ x.
   const DesiredForce wall = structural_n_per_mm_ > 0.0

@@ -10,15 +10,13 @@ inline constexpr double kDeepestTargetMm = 20.0;
 /// A firm press of the hand, at which an object's stiffness and what is feasible on it are judged.
 inline constexpr double kFirmPressN = 4.0;
 
-/// Largest target stiffness that is granted where a scene does not say, in N/mm. Below the least target that
-/// became unstable in simulation with default gains on any of the device's presets: a hand's press on objects
-/// of 0.05 … 5 N/mm with knocks, in one dimension and exploring, with something to spare for what is
-/// uncertain of a device (mode, amplifier, friction); `hapticd_study report --only maps sensitivity` draws
-/// both. What can be compensated of the structure (kMaxCompensableRatio) is more than what stays stable. A
-/// device it does not know gets the smaller.
-constexpr double default_largest_target_n_per_mm(std::string_view device_model) noexcept {
-  return device_model.ends_with("1_5_high_force") ? 1.5 : 1.2;
-}
+/// Largest target stiffness that is granted where a scene does not say. Below the least target that became
+/// unstable in simulation with default gains on any of the devices' presets: a hand's press on objects of
+/// 0.05 … 5 N/mm with knocks, in one dimension and exploring, and a light press (1 and 2 N) while the target
+/// swings between it and 0.3 N/mm, with something to spare for what is uncertain of a device (mode,
+/// amplifier, friction); `hapticd_study report --only maps sensitivity` draws the first two. What can be
+/// compensated of the structure (kMaxCompensableRatio) is more than what stays stable.
+inline constexpr double kLargestTargetNPerMm = 1.0;
 
 /// While exploring, moreover no more than so many times the object's own stiffness at 4 N: strokes over the
 /// objects of D§4 went unstable from 4.6 to 10 times on (`hapticd_study explore --only stability`), the

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "rt/target/target_law.h"
 
@@ -9,11 +11,17 @@ namespace hapticd::rt {
 /// The target in force. A new one fades in over its ramp: the force is a mixture of the two laws whose
 /// weights move linearly, so it never jumps, pressed or not. A change that comes while one is under way
 /// starts from the mixture's stronger part; what is left of the other would be a jump of at most that rest,
-/// and is faded by keeping the force offset.
+/// and is faded by keeping the force offset. The weights move no faster than the force may change by them.
 class TargetBlend {
  public:
-  TargetBlend(const TargetLaw& law, double rate_hz) noexcept
-      : before_(law), law_(law), rate_hz_(rate_hz), stiffness_before_(law.stiffness_n_per_mm) {}
+  /// `max_change_n_per_s`: of the force at one displacement, by the mixture's change alone.
+  TargetBlend(const TargetLaw& law, double rate_hz,
+              double max_change_n_per_s = std::numeric_limits<double>::infinity()) noexcept
+      : before_(law),
+        law_(law),
+        rate_hz_(rate_hz),
+        max_change_n_(max_change_n_per_s / rate_hz),
+        stiffness_before_(law.stiffness_n_per_mm) {}
 
   void set(const TargetLaw& law, double ramp_s) noexcept {
     stiffness_before_ = stiffness_n_per_mm();
@@ -32,8 +40,12 @@ class TargetBlend {
     const double before_n = before_.force_n(displacement_mm, rate_mm_per_s, tip_mm);
     if (offset_due_) offset_n_ = displacement_mm > 0.0 ? force_n_ - before_n : 0.0;
     offset_due_ = false;
-    weight_ = std::min(1.0, weight_ + step_ * periods);
-    force_n_ = weight_ * goal_n + (1.0 - weight_) * std::max(0.0, before_n + offset_n_);
+    const double from_n = std::max(0.0, before_n + offset_n_);
+    const double between_n = std::abs(goal_n - from_n);
+    double step = step_ * periods;
+    if (step * between_n > max_change_n_ * periods) step = max_change_n_ * periods / between_n;
+    weight_ = std::min(1.0, weight_ + step);
+    force_n_ = weight_ * goal_n + (1.0 - weight_) * from_n;
     return force_n_;
   }
   /// Out of contact: nothing to blend but time.
@@ -56,6 +68,7 @@ class TargetBlend {
   TargetLaw before_;
   TargetLaw law_;
   double rate_hz_;
+  double max_change_n_;      ///< in one period
   double stiffness_before_;  ///< told when the last change came
   double weight_ = 1.0;      ///< of law_
   double step_ = 1.0;

@@ -10,9 +10,11 @@ void TargetRamp::set(double goal, double ramp_s) noexcept {
   step_ = std::abs(goal - value_) / std::max(1.0, ramp_s * rate_hz_);
 }
 
-double TargetRamp::update(double periods) noexcept {
+double TargetRamp::update(double periods, double displacement_mm) noexcept {
   const double remaining = goal_ - value_;
-  const double step = step_ * periods;
+  if (remaining == 0.0) return value_;
+  double step = step_ * periods;
+  if (step * displacement_mm > max_change_n_ * periods) step = max_change_n_ * periods / displacement_mm;
   value_ = std::abs(remaining) <= step ? goal_ : value_ + std::copysign(step, remaining);
   return value_;
 }

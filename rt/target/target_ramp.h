@@ -1,17 +1,22 @@
 #pragma once
 
+#include <limits>
+
 namespace hapticd::rt {
 
 /// A target that moves linearly to each new value, by the measured time. A change never jumps; a ramp of zero
-/// seconds takes one period.
+/// seconds takes one period. Where an object is pressed it moves no faster than the force may change by it.
 class TargetRamp {
  public:
-  TargetRamp(double initial, double rate_hz) noexcept : value_(initial), goal_(initial), rate_hz_(rate_hz) {}
+  /// `max_change_n_per_s`: of target × displacement, by the target's change alone.
+  TargetRamp(double initial, double rate_hz,
+             double max_change_n_per_s = std::numeric_limits<double>::infinity()) noexcept
+      : value_(initial), goal_(initial), rate_hz_(rate_hz), max_change_n_(max_change_n_per_s / rate_hz) {}
 
   /// From the value in force now to `goal` over `ramp_s`.
   void set(double goal, double ramp_s) noexcept;
-  /// Advances `periods` of the loop and returns the value in force.
-  double update(double periods = 1.0) noexcept;
+  /// Advances `periods` of the loop, pressed in by `displacement_mm`, and returns the value in force.
+  double update(double periods = 1.0, double displacement_mm = 0.0) noexcept;
   double value() const noexcept { return value_; }
   double goal() const noexcept { return goal_; }
 
@@ -19,6 +24,7 @@ class TargetRamp {
   double value_;
   double goal_;
   double rate_hz_;
+  double max_change_n_;  ///< in one period
   double step_ = 0.0;
 };
 

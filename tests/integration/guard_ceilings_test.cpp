@@ -70,14 +70,14 @@ TEST(GuardCeilings, RefuseEveryKeyThatAsksForMoreByName) {
       {"target.ramp_s", [](rt::SceneSpec& s) { s.target_ramp_s = 0.0; }, "0 s",
        "at least 0.1 s ([guard] min_target_ramp_s)"},
       {"target.max_stiffness_n_per_mm", [](rt::SceneSpec& s) { s.max_target_stiffness_n_per_mm = 1000.0; },
-       "1000 N/mm", "at most 1.2 N/mm ([guard] max_target_stiffness_n_per_mm)"},
+       "1000 N/mm", "at most 1 N/mm ([guard] max_target_stiffness_n_per_mm)"},
       // A rigid device by the scene's own word lifts nothing.
       {"target.max_stiffness_n_per_mm",
        [](rt::SceneSpec& s) {
          s.structural_compensation = false;
          s.max_target_stiffness_n_per_mm = 1000.0;
        },
-       "1000 N/mm", "at most 1.2 N/mm ([guard] max_target_stiffness_n_per_mm)"},
+       "1000 N/mm", "at most 1 N/mm ([guard] max_target_stiffness_n_per_mm)"},
   };
   for (const Case& c : cases) {
     rt::SceneSpec asking = scene();

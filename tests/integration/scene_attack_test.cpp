@@ -35,7 +35,7 @@ TEST(SceneAttack, AsAWholeIsRefusedAndChangesNothing) {
   target.set_stiffness_n_per_mm(1000.0);
   v1::SetTargetResponse set;
   ASSERT_TRUE(service.set_target(target, &set).ok());
-  EXPECT_EQ(set.granted_n_per_mm(), 1.2);
+  EXPECT_EQ(set.granted_n_per_mm(), 1.0);
   EXPECT_EQ(set.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
 }
 
@@ -49,7 +49,7 @@ TEST(SceneAttack, EachOfItsKeysIsRefusedByName) {
   };
   const Key keys[] = {
       {"[target]\nmax_stiffness_n_per_mm = 1000\n", "target.max_stiffness_n_per_mm", "1000 N/mm",
-       "at most 1.2 N/mm ([guard] max_target_stiffness_n_per_mm)"},
+       "at most 1 N/mm ([guard] max_target_stiffness_n_per_mm)"},
       {"[guard]\nmax_force_rate_n_per_s = 1e6\n", "guard.max_force_rate_n_per_s", "1000000 N/s",
        "at most 1700 N/s ([guard] max_force_rate_n_per_s)"},
       {"[guard]\nmax_power_w = 100\n", "guard.max_power_w", "100 W", "at most 2.5 W ([guard] max_power_w)"},
@@ -77,7 +77,7 @@ TEST(SceneAttack, EachOfItsKeysIsRefusedByName) {
   target.set_stiffness_n_per_mm(1000.0);
   v1::SetTargetResponse set;
   ASSERT_TRUE(service.set_target(target, &set).ok());
-  EXPECT_EQ(set.granted_n_per_mm(), 1.2);
+  EXPECT_EQ(set.granted_n_per_mm(), 1.0);
 }
 
 TEST(SceneAttack, KeysByTheThousandAreRefusedAndTheServiceGoesOn) {

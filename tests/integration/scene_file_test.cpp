@@ -17,8 +17,8 @@ namespace {
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, structure_compensated, structural, structural_field, explore, control, compensation, guard] =
-      spec;
+         ramp, max_change, structure_compensated, structural, structural_field, explore, control,
+         compensation, guard] = spec;
   auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
@@ -38,8 +38,9 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
-  std::vector<double*> numbers{&mass, &max_target, &ramp,  &structural, &proportional, &derivative, &force,
-                               &rate, &power,      &stale, &resume,     &fall,         &gap};
+  std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
+                               &proportional, &derivative, &force, &rate,       &power,
+                               &stale,        &resume,     &fall,  &gap};
   const auto add = [&numbers](std::initializer_list<double*> more) {
     numbers.insert(numbers.end(), more.begin(), more.end());
   };
@@ -171,7 +172,7 @@ TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
   expect_error(
       "name = \"x\"\n[target]\nstifness = 0.5\n",
       {"unknown key 'stifness' in [target]", "scene text, line 3", "",
-       "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s", "did you mean 'stiffness_n_per_mm'?"});
+       "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s, max_change_n_per_s", "did you mean 'stiffness_n_per_mm'?"});
   expect_error("name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
                {"unknown key 'contcat'", "scene text, line 2", "",
                 "name, kind, description, object_model, turntable_station, press_axis, tool, contact, "

@@ -63,7 +63,7 @@ TEST(ServiceScenes, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
   expect_refused(
       service.load_toml("name = \"mine\"\n\n[target]\nstifness = 0.3\n"),
       {grpc::StatusCode::INVALID_ARGUMENT, "unknown key 'stifness' in [target]", "scene text, line 4", "",
-       "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s", "did you mean 'stiffness_n_per_mm'?"});
+       "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s, max_change_n_per_s", "did you mean 'stiffness_n_per_mm'?"});
   EXPECT_EQ(service.state().scene(), "");
 }
 

@@ -78,7 +78,7 @@ TEST(ServiceTargets, AreGrantedUpToWhatStaysStableOnTheDeviceWhereTheSceneDoesNo
     ASSERT_TRUE(service.load(scene).ok());
     v1::SetTargetResponse response;
     ASSERT_TRUE(service.set_target(target(50.0), &response).ok());
-    EXPECT_EQ(response.granted_n_per_mm(), 1.2) << scene;
+    EXPECT_EQ(response.granted_n_per_mm(), 1.0) << scene;
     EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
   }
 }
@@ -197,11 +197,11 @@ TEST(ServiceTargets, OtherLawsAreGrantedWholeInASceneThatExplores) {
   v1::SetTargetRequest along;
   v1::StiffnessProfile& profile = *along.mutable_law()->mutable_position_profile();
   add_knot(profile, -20.0, 0.3);
-  add_knot(profile, 20.0, 1.2);
+  add_knot(profile, 20.0, 1.0);
   profile.mutable_axis()->set_y(3.0);
   status = service.set_target(along, &response);
   ASSERT_TRUE(status.ok()) << status.error_message();
-  EXPECT_EQ(response.granted_n_per_mm(), 1.2) << "as much as the scene allows";
+  EXPECT_EQ(response.granted_n_per_mm(), 1.0) << "as much as the scene allows";
 
   v1::SetTargetRequest linear;
   linear.mutable_law()->set_linear_n_per_mm(0.4);
@@ -229,7 +229,7 @@ TEST(ServiceTargets, ALawThatAsksForTooMuchIsRefusedWhole) {
   ASSERT_TRUE(service.load("explore_rod").ok());
   expect_refused(service.set_target(power_law(6.0, 0.0, 1.0)),
                  {grpc::StatusCode::OUT_OF_RANGE, "the target law is stiffer than the scene allows",
-                  "SetTargetRequest.law", "6 N/mm", "at most 1.2 N/mm down to 20 mm in scene 'explore_rod'",
+                  "SetTargetRequest.law", "6 N/mm", "at most 1 N/mm down to 20 mm in scene 'explore_rod'",
                   "ask for less: only a linear target can be granted in part"});
   EXPECT_DOUBLE_EQ(service.await([](const v1::RigState& s) { return s.target_stiffness_n_per_mm() > 0.0; })
                        .target_stiffness_n_per_mm(),
@@ -399,7 +399,7 @@ TEST(ServiceTargets, WaitForTheTimeAskedFor) {
   bool in_time = false;
   double stiffness_before = 0.5;
   for (int attempt = 0; attempt < 5 && !in_time; ++attempt) {
-    const double stiffness = 1.125 - 0.125 * attempt;
+    const double stiffness = 0.875 - 0.125 * attempt;
     TargetTrace trace(service, service.state().tick() + 1);
     v1::SetTargetRequest request = target(stiffness);
     request.set_ramp_s(0.0);

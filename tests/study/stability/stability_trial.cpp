@@ -6,8 +6,8 @@
 
 #include "hal/sim/nano17.h"
 #include "rt/target/desired_force.h"
-#include "rt/target/feasible_range.h"
 #include "rt/target/device_reach.h"
+#include "rt/target/feasible_range.h"
 #include "rt/target/largest_target.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/rig/hands.h"
@@ -61,7 +61,7 @@ double full_pull_n(const VirtualRun& run) {
 StabilityTrial tap_trial(const std::string& device, const sim::ObjectModel& object, double rate_hz) {
   StabilityTrial trial = trial_on(device, object, rate_hz);
   trial.scene.name = "tap_1d";
-  trial.scene.max_target_stiffness_n_per_mm = rt::default_largest_target_n_per_mm(device);
+  trial.scene.max_target_stiffness_n_per_mm = rt::kLargestTargetNPerMm;
   return trial;
 }
 
@@ -72,7 +72,7 @@ StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& 
   trial.rig.tool_mass_g = kExploreToolMassG;
   trial.scene = explore_scene(rt::Tip::kBallBearing);
   trial.scene.max_target_stiffness_n_per_mm =
-      std::min(rt::default_largest_target_n_per_mm(device),
+      std::min(rt::kLargestTargetNPerMm,
                rt::kLargestTargetOverObject * rt::stiffness_n_per_mm(model, kPressN).value());
   trial.model = model;
   return trial;

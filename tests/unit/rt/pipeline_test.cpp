@@ -89,7 +89,9 @@ TEST(TapPipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
   EXPECT_TRUE(record.guard_limits & guard_limit::kForce) << "and it is told";
   EXPECT_NEAR(record.feasible_min_n_per_mm, 10.0 * 5.5 / (5.5 + 24.5), 0.05);
   // Against the hand it may do all it can.
-  Bench wall(rigid(1.2), kStrong);
+  SceneSpec stiff = rigid(1.2);
+  stiff.max_target_stiffness_n_per_mm = 1.2;
+  Bench wall(stiff, kStrong);
   wall.press(-5.0, -5.0, 0.05, 50);
   wall.press(-5.0, 30.0, 0.05, 4000);
   EXPECT_GT(wall.press(30.0, 30.0, 0.05, 500).device_command_n.z, 30.0);
@@ -206,8 +208,29 @@ TEST(TapPipeline, AnObjectThatLetsGoWhileTheTipIsDeepCausesNoKnock) {
   EXPECT_LT(largest, 1.5 * 3.5 / 50.0) << "3.5 N over 50 ms";
 }
 
+TEST(TapPipeline, TargetChangesMoveTheForceNoFasterThanTheSceneSays) {
+  SceneSpec spec = rigid(0.3);
+  spec.max_target_change_n_per_s = 4.0;
+  Bench bench(spec);
+  bench.press(-5.0, -5.0, 0.4, 50);
+  bench.press(-5.0, 5.0, 0.4, 1000);
+  double before = bench.press(5.0, 5.0, 0.4, 100).device_command_n.z;
+  bench.renderer().set_target(linear_target(0.7), 0.1);
+  for (int i = 0; i < 600; ++i) {
+    const double force = bench.tick(bench.at_depth(5.0, 0.4)).device_command_n.z;
+    EXPECT_LE(std::abs(force - before), 1.01 * 4.0 / 1000.0) << i;
+    before = force;
+    if (i == 400) {
+      EXPECT_LT(before, 1.3) << "not yet";
+    }
+  }
+  EXPECT_NEAR(before, 0.3 * 5.0, 0.03) << "2 N in half a second";
+}
+
 TEST(TapPipeline, TargetChangesAreRamped) {
-  Bench bench(rigid(0.3));
+  SceneSpec spec = rigid(0.3);
+  spec.max_target_change_n_per_s = 1e6;
+  Bench bench(spec);
   bench.press(-5.0, -5.0, 0.4, 50);
   bench.press(-5.0, 5.0, 0.4, 1000);
   double before = bench.press(5.0, 5.0, 0.4, 100).device_command_n.z;

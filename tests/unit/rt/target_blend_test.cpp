@@ -31,6 +31,21 @@ TEST(TargetBlend, ARampIsStraightAndEndsExactlyOnTheNewLaw) {
   EXPECT_DOUBLE_EQ(blend.stiffness_n_per_mm(), 0.7);
 }
 
+TEST(TargetBlend, MovesTheForceNoFasterThanItIsAllowedTo) {
+  TargetBlend blend(linear_target(0.3), 1000.0, 4.0);
+  double before_n = blend.update(5.0, 0.0, {});
+  blend.set(linear_target(0.7), 0.1);
+  for (int i = 1; i <= 500; ++i) {
+    const double force_n = blend.update(5.0, 0.0, {});
+    EXPECT_NEAR(force_n - before_n, 0.004, 1e-12) << i;
+    before_n = force_n;
+  }
+  EXPECT_DOUBLE_EQ(blend.update(5.0, 0.0, {}), 3.5);
+  blend.set(linear_target(0.3), 0.1);
+  for (int i = 0; i < 100; ++i) blend.rest();
+  EXPECT_DOUBLE_EQ(blend.update(5.0, 0.0, {}), 1.5) << "out of contact there is no force to change";
+}
+
 TEST(TargetBlend, ARampOfNoTimeTakesOneTick) {
   TargetBlend blend(linear_target(0.3), 1000.0);
   blend.update(5.0, 0.0, {});
