@@ -343,6 +343,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
     {
       const std::lock_guard lock(current_mutex_);
       current_ = scene;
+      target_.reset();
     }
     sensor_ = std::move(*hardware);
     log_info(scene ? "scene '" + scene->spec.name + "' loaded" : std::string("scene unloaded"));
@@ -393,6 +394,17 @@ Outcome<SceneHost::Reservation> SceneHost::reserve(const std::string& by) {
   return Reservation(*this);
 }
 
+void SceneHost::note_target(const rt::TargetLaw& law) {
+  const std::lock_guard lock(current_mutex_);
+  target_ = law;
+}
+
+SceneHost::Reservation::Reservation(SceneHost& host) : host_(&host) {
+  const std::lock_guard lock(host.current_mutex_);
+  before_ = host.current_;
+  target_ = host.target_;
+}
+
 SceneHost::Reservation::~Reservation() {
   if (host_ == nullptr) return;
   const std::lock_guard lock(host_->current_mutex_);
@@ -414,7 +426,9 @@ Outcome<SceneHost::Loaded> SceneHost::Reservation::unload(const Caller& caller) 
 
 Outcome<SceneHost::Loaded> SceneHost::Reservation::restore(const Caller& caller) {
   if (!before_) return unload(caller);
-  return host_->load_resolved(*before_, caller, Right::kReserved);
+  ResolvedScene scene = *before_;
+  if (target_) scene.spec.target = *target_;
+  return host_->load_resolved(std::move(scene), caller, Right::kReserved);
 }
 
 SceneHost::Hold SceneHost::hold(Caller::Clock::time_point until) {

@@ -104,24 +104,31 @@ class SceneHost {
   };
   Hold hold(Caller::Clock::time_point until);
 
+  /// The target that was set since the scene was loaded. Call while it is held.
+  void note_target(const rt::TargetLaw& law);
+
   /// Sole right to the scene: while it lives, load() and unload() are refused to everyone else, and so are
   /// targets. Starts with the scene that was loaded; restore() gives that back.
   class Reservation {
    public:
     Reservation(Reservation&& other) noexcept
-        : host_(std::exchange(other.host_, nullptr)), before_(std::move(other.before_)) {}
+        : host_(std::exchange(other.host_, nullptr)),
+          before_(std::move(other.before_)),
+          target_(other.target_) {}
     Reservation& operator=(Reservation&&) = delete;
     ~Reservation();
     Outcome<Loaded> load(const rt::SceneSpec& spec, const Caller& caller);
     Outcome<Loaded> unload(const Caller& caller);
-    /// Loads what was loaded before, anew: it knows nothing of a contact that is under way.
+    /// Loads what was loaded before, again and with the target it had: it knows nothing of a contact that is
+    /// under way.
     Outcome<Loaded> restore(const Caller& caller);
 
    private:
     friend class SceneHost;
-    explicit Reservation(SceneHost& host) : host_(&host), before_(host.current()) {}
+    explicit Reservation(SceneHost& host);
     SceneHost* host_;
     std::shared_ptr<const ResolvedScene> before_;
+    std::optional<rt::TargetLaw> target_;
   };
   /// `by`: who, for those who are refused meanwhile, e.g. "identification 'contact-3'".
   Outcome<Reservation> reserve(const std::string& by);
@@ -158,9 +165,10 @@ class SceneHost {
 
   mutable std::mutex current_mutex_;
   std::shared_ptr<const ResolvedScene> current_;
-  std::string reserved_by_;             ///< empty: nobody
-  std::unique_ptr<rt::Pipeline> live_;  ///< what the loop works with; owned here, changed under exchange_
-  SensorClaim sensor_;                  ///< of the scene in force, changed under exchange_
+  std::optional<rt::TargetLaw> target_;  ///< see note_target()
+  std::string reserved_by_;              ///< empty: nobody
+  std::unique_ptr<rt::Pipeline> live_;   ///< what the loop works with; owned here, changed under exchange_
+  SensorClaim sensor_;                   ///< of the scene in force, changed under exchange_
 };
 
 }  // namespace hapticd::server

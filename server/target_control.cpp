@@ -265,6 +265,7 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
   command.ramp_s = result->ramp_s;
   const auto outcome = session_.execute(command, caller, until - Caller::Clock::now());
   if (!outcome) return outcome.refusal();
+  scenes_.note_target(law);
   result->effective_tick = outcome->tick;
   result->effective_time_ns = outcome->time_ns;
   return result;

@@ -410,7 +410,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     const auto restored = run.reservation->restore(Caller{});
     if (!restored && !problem && !session_.stopping()) problem = restored.refusal().error;
     if (restored && restored->scene) {
-      progress.remarks.push_back(fmt::format("scene '{}' was loaded afresh: its own target is in force again",
+      progress.remarks.push_back(fmt::format("scene '{}' was loaded again, with the target that was in force",
                                              restored->scene->spec.name));
     }
     run.reservation.reset();

@@ -27,17 +27,7 @@ int insist(const std::string& address, double stiffness_n_per_mm, int times, std
 }
 
 void expect_no_jolt(const RunningService& service, double hand_force_n) {
-  // A machine that stalls while the hand comes down makes the scene wait until the tool is free: then it is
-  // lifted and pressed again.
-  bool is_deep = false;
-  for (int attempt = 0; attempt < 10 && !is_deep; ++attempt) {
-    service.press(hand_force_n);
-    for (int look = 0; look < 500 && !is_deep; ++look) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      is_deep = service.state().displacement_mm() > 3.0;
-    }
-  }
-  ASSERT_TRUE(is_deep) << service.state().DebugString();
+  service.press(hand_force_n, [](const v1::RigState& s) { return s.displacement_mm() > 3.0; });
   CommandRecord record(service.channel);
   constexpr int kTimes = 300;
   std::atomic<int> refused{0};

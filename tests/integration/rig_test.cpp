@@ -87,9 +87,8 @@ TEST(ServiceRig, StateTellsContactZeroAndForce) {
   EXPECT_EQ(state.zero_bound_n(), 0.0) << "a wall uses no sensor";
 
   ASSERT_TRUE(service.load("tap_1d").ok());
-  service.press(2.0);
-  state = service.await(
-      [](const v1::RigState& now) { return now.in_contact() && now.contact_authority() >= 1.0; });
+  state = service.press(
+      2.0, [](const v1::RigState& now) { return now.in_contact() && now.contact_authority() >= 1.0; });
   EXPECT_TRUE(state.has_followed_zero_n());
   EXPECT_GT(state.zero_bound_n(), 0.0);
   EXPECT_GT(state.detection_force_n(), 0.0);
@@ -100,8 +99,8 @@ TEST(ServiceRig, TheDoctorLooksAtTheForceOfTheLoadedScene) {
   config.simulation.object = "rubber_ball";  // the sensor bears most of the press
   const RunningService service(config);
   ASSERT_TRUE(service.load("tap_1d").ok());
-  service.press(2.0);
-  service.await([](const v1::RigState& now) { return now.in_contact() && now.reaction_force_n() > 1.0; });
+  service.press(2.0,
+                [](const v1::RigState& now) { return now.in_contact() && now.reaction_force_n() > 1.0; });
   v1::Diagnosis diagnosis;
   ASSERT_TRUE(service.rig->Diagnose(call_context().get(), {}, &diagnosis).ok());
   const auto found =

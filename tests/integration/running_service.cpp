@@ -87,7 +87,7 @@ grpc::Status ServiceClient::set_target(const v1::SetTargetRequest& request,
   return rendering->SetTarget(call_context().get(), request, response != nullptr ? response : &unused);
 }
 
-v1::RigState ServiceClient::await(const std::function<bool(const v1::RigState&)>& condition) const {
+v1::RigState ServiceClient::await(const Condition& condition) const {
   const auto until = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
     v1::RigState now = state();
@@ -118,15 +118,27 @@ RunningService::RunningService(const server::DaemonConfig& config) : RunningServ
 RunningService::RunningService(std::unique_ptr<server::Daemon> running)
     : ServiceClient(connect("127.0.0.1:" + std::to_string(running->port()))), daemon(std::move(running)) {}
 
-void RunningService::press(double force_n) const {
+v1::RigState RunningService::press(double force_n, const Condition& pressed) const {
+  constexpr std::chrono::seconds kPatienceForOnePress{5};
   v1::SetHandProgramRequest request;
   request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
   request.mutable_program()->set_force_n(force_n);
   request.mutable_program()->set_hold_s(-1.0);
-  v1::SetHandProgramResponse response;
-  const grpc::Status status = simulation->SetHandProgram(call_context().get(), request, &response);
-  ASSERT_TRUE(status.ok()) << status.error_message();
-  await([](const v1::RigState& now) { return now.in_contact(); });
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  v1::RigState now;
+  while (std::chrono::steady_clock::now() < until) {
+    v1::SetHandProgramResponse response;
+    const grpc::Status status = simulation->SetHandProgram(call_context().get(), request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    const auto again = std::chrono::steady_clock::now() + kPatienceForOnePress;
+    while (std::chrono::steady_clock::now() < again) {
+      now = state();
+      if (pressed(now)) return now;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));  // politeness between two looks
+    }
+  }
+  ADD_FAILURE() << "pressed in vain; the last state was\n" << now.DebugString();
+  return now;
 }
 
 }  // namespace hapticd::test

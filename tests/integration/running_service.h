@@ -42,6 +42,8 @@ server::DaemonConfig generous_config();
 /// The same with a simulated turntable that knows these stations; a stall of the machine is no fault of it.
 server::DaemonConfig config_with_table(std::vector<hal::TurntableStation> stations);
 
+using Condition = std::function<bool(const v1::RigState&)>;
+
 /// A client's view of a daemon.
 class ServiceClient {
  public:
@@ -53,7 +55,7 @@ class ServiceClient {
   grpc::Status set_target(const v1::SetTargetRequest& request,
                           v1::SetTargetResponse* response = nullptr) const;
   /// Looks at the rig's state until `condition` holds; fails the test when it never does.
-  v1::RigState await(const std::function<bool(const v1::RigState&)>& condition) const;
+  v1::RigState await(const Condition& condition) const;
 
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::RigService::Stub> rig;
@@ -71,8 +73,9 @@ class RunningService : public ServiceClient {
   explicit RunningService(const server::DaemonConfig& config = quiet_config());
 
   std::string address() const { return "127.0.0.1:" + std::to_string(daemon->port()); }
-  /// Has the hand press with `force_n` and hold, and waits until the scene is in contact.
-  void press(double force_n) const;
+  /// Has the hand press with `force_n` and hold until `pressed`. A machine that stalls while the hand comes
+  /// down makes the scene wait until the tool is free: then it is lifted and pressed again.
+  v1::RigState press(double force_n, const Condition& pressed = &v1::RigState::in_contact) const;
 
   std::unique_ptr<server::Daemon> daemon;
 

@@ -37,8 +37,8 @@ TEST(ServiceSimulation, ExchangesTheObject) {
 TEST(ServiceSimulation, AHandPressesTheObject) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
-  service.press(2.0);
-  const v1::RigState pressed = service.await([](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  const v1::RigState pressed =
+      service.press(2.0, [](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
   EXPECT_GT(pressed.displacement_mm(), 0.0);
 }
 

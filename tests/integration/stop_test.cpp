@@ -64,9 +64,8 @@ TEST(StopRequest, IsReadAsFarAsItCanBe) {
 TEST(ServiceStop, StopsWhateverItsRequestHolds) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
-  service.press(2.0);
   CommandRecord record(service.channel);
-  service.await([](const v1::RigState& s) { return s.displacement_mm() > 2.0; });
+  service.press(2.0, [](const v1::RigState& s) { return s.displacement_mm() > 2.0; });
   struct Request {
     const char* name;
     std::string bytes;

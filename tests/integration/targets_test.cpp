@@ -548,8 +548,7 @@ TEST(ServiceTargets, TheFeasibleRangeFollowsTheEquation) {
 TEST(ServiceTargets, TheFeasibleRangeOfNowGoesByTheObjectsLawWhereItIsKnown) {
   const RunningService service;
   ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
-  service.press(2.0);
-  service.await([](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  service.press(2.0, [](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
   v1::GetFeasibleRangeRequest request;
   request.set_hand_force_n(4.0);
   v1::FeasibleRange range;
@@ -575,8 +574,7 @@ TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {
   expect_refused(service.rendering->GetFeasibleRange(call_context().get(), request, &range),
                  {grpc::StatusCode::INVALID_ARGUMENT, "hand force is not finite",
                   "GetFeasibleRangeRequest.hand_force_n", "nan", "-100 … 100 N", "send a finite number"});
-  service.press(2.0);
-  service.await([](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  service.press(2.0, [](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
   const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), {}, &range);
   ASSERT_TRUE(status.ok()) << status.error_message();
   EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
