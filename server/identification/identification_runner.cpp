@@ -160,12 +160,14 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
       return Refusal{
           RefusalKind::kInvalidArgument,
           {"an identification of kind '" + kind + "' needs the rig", std::string(kPlace) + ".recording",
-           request.recording, "contact, friction, tool or threshold", "identify it on the rig"}};
+           request.recording, "contact, friction, structural_stiffness, tool or threshold",
+           "identify it on the rig"}};
     }
     auto recording = shelf_.find(request.recording);
     if (!recording) return recording.refusal();
     run->recording = *recording;
-    auto rows = RecordedObservations::open(run->recording->file.path(), *motion, run->recording->description);
+    auto rows = RecordedObservations::open(run->recording->file.path(), *motion, run->recording->description,
+                                           request.geometry.press_direction);
     if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
     if (auto* friction = std::get_if<rt::FrictionTask>(&run->request.task)) {
       friction->normal_force_n = run->recording->normal_force_n;
@@ -189,7 +191,8 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
                       biases_.zero_in_force());
     run->identification = make_identification(request.task, run->view->rig_info());
     if (!store_.in_memory()) {
-      auto kept = ObservationFile::create(store_.path() + ".data/" + run->id + ".csv");
+      auto kept = ObservationFile::create(store_.path() + ".data/" + run->id + ".csv",
+                                          rig.has_external_position);
       if (kept) {
         run->kept.emplace(std::move(*kept));
       } else {
