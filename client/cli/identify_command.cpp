@@ -151,7 +151,8 @@ void add_structural(CLI::App& identify, Session& session) {
       "The device's own stiffness, by presses on virtual walls or on a rigid object",
       "On virtual walls it needs an instrument that measures the tip from outside: on the rig, or in a\n"
       "recording with the columns position_x_mm, device_force_x_N, external_x_mm (and y, z; rig frame), or\n"
-      "position_mm, device_force_N, external_mm along the press. Without an instrument, --rigid: the device presses\n"
+      "position_mm, device_force_N, external_mm along the press. Without an instrument, --rigid: the device "
+      "presses\n"
       "on an object that hardly gives way; the figure is then a lower bound. The device renders force.\n\n"
       "Examples:\n  hapticctl identify structural --adopt\n  hapticctl identify structural --constant\n"
       "  hapticctl identify structural --recording walls_with_lvdt.csv --column external=lvdt:um\n"
@@ -161,9 +162,10 @@ void add_structural(CLI::App& identify, Session& session) {
       "--rigid", line->task.rigid_contact,
       "Without an instrument: pressed on a rigid object; one value, where it stands, a lower bound");
   command
-      .add_option("--least-object-stiffness", line->task.least_object_stiffness_n_per_mm,
-                  "How stiff the rigid object is at least, in N/mm, 10 to 1e6; without it 1000. An assumption: "
-                  "the upper bound and the standard error follow from it")
+      .add_option(
+          "--least-object-stiffness", line->task.least_object_stiffness_n_per_mm,
+          "How stiff the rigid object is at least, in N/mm, 10 to 1e6; without it 1000. An assumption: "
+          "the upper bound and the standard error follow from it")
       ->check(CLI::Range(10.0, 1e6))
       ->needs(rigid);
   CLI::Option* recording = add_recording_options(command, *line);

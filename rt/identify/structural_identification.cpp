@@ -20,14 +20,14 @@ constexpr double kQuasiStaticNPerS = 80.0;
 constexpr double kLongestStepS = 0.016;
 constexpr double kWindowS = 0.016;  // of a velocity; recordings may have slower ticks
 constexpr double kFreeAfterS = 0.15;
-// Rigid contact. Below, the two surfaces still settle; the encoders hardly move, so that the force tells
-// which way friction acts.
+// Rigid contact. Below, the two surfaces still settle; the encoders move by the bend alone, and slower than
+// this they may stick while the force changes.
 constexpr double kSettledN = 0.3;
-constexpr double kChangingNPerS = 2.0;
+constexpr double kBendingMmPerS = 1.0;
 // Soft enough that the device presses with 2 … 3 times the hand's force, stiff enough to stay steady.
-constexpr double kRigidTarget = 1.2;      // N/mm
-constexpr double kRigidHandN = 2.0;       // the device adds k_s / kRigidTarget as much
-constexpr double kRigidDeviceN = 5.0;     // the greatest device force of a press beyond half of this is enough
+constexpr double kRigidTarget = 1.0;    // N/mm
+constexpr double kRigidHandN = 2.0;     // the device adds k_s / kRigidTarget as much
+constexpr double kRigidDeviceN = 5.0;   // the greatest device force of a press beyond half of this is enough
 constexpr double kIndependentS = 0.25;  // residuals closer than this resemble each other
 // Soft enough that a press runs through 10 mm and more: an instrument's calibration error averages out on the
 // way.
@@ -35,6 +35,7 @@ constexpr double kStiffWall = 0.45;  // N/mm
 constexpr double kSoftWall = 0.3;
 constexpr double kEnoughError = 0.006;  // of the compliance at the centre, relative
 constexpr double kEnoughFieldError = 0.01;
+constexpr double kEnoughRigidError = 0.01;  // what the object hides is of that size anyway
 constexpr std::size_t kMostRounds = 8;
 constexpr double kOutlier = 4.0;  // times the median press's residual
 
@@ -90,7 +91,7 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
       press_force_n_(std::min(task.rigid_contact ? kRigidDeviceN : 8.0,
                               rig.device.max_force_n > 0.0 ? 0.8 * rig.device.max_force_n : 6.0)),
       window_ticks_(ticks_in(kWindowS, rig.rate_hz) / 2 * 2 + 1),
-      free_rows_after_(static_cast<int>(std::clamp(kFreeAfterS * rig.rate_hz, 3.0, 150.0))),
+      free_rows_after_(static_cast<int>(std::lround(std::clamp(kFreeAfterS * rig.rate_hz, 3.0, 150.0)))),
       longest_step_s_(std::max(kLongestStepS, 3.0 / rig.rate_hz)) {
   if (task_.rigid_contact) task_.constant = true;
   before_.resize(kBefore);
@@ -222,11 +223,11 @@ void StructuralIdentification::accumulate(Press& press, const Row& row) const no
     const double rate = component(row.force_rate_n_per_s, i);
     const double deflection = component(row.deflection_mm, i);
     if (std::abs(rate) > kQuasiStaticNPerS) continue;
-    if (task_.rigid_contact ? std::abs(rate) < kChangingNPerS : std::abs(speed) < kMovingMmPerS) continue;
+    if (std::abs(speed) < (task_.rigid_contact ? kBendingMmPerS : kMovingMmPerS)) continue;
     if (std::abs(deflection) > 1e4) continue;  // sums of absurd numbers would drown the rest
     std::array<double, kRegressors + 1> entry{};
     for (std::size_t j = 0; j < 10; ++j) entry[j] = -force * field[j];
-    entry[10] = std::copysign(0.1, task_.rigid_contact ? rate : speed);
+    entry[10] = std::copysign(0.1, speed);
     entry[11] = 1e-2 * rate;
     entry[12] = deflection;
     press.axes[i].add(entry);
@@ -526,8 +527,8 @@ std::vector<EstimatedParameter> StructuralIdentification::parameters_of(const Fi
   EstimatedParameter& stiffness = parameters.front();
   stiffness.standard_error = std::hypot(stiffness.standard_error, bounds.relative_error * stiffness.value);
   if (std::isfinite(bounds.upper_n_per_mm)) {
-    parameters.push_back({"structural_stiffness_upper_n_per_mm", "N/mm", bounds.upper_n_per_mm,
-                          stiffness.standard_error});
+    parameters.push_back(
+        {"structural_stiffness_upper_n_per_mm", "N/mm", bounds.upper_n_per_mm, stiffness.standard_error});
   }
   parameters.push_back(
       {"least_object_stiffness_n_per_mm", "N/mm", task_.least_object_stiffness_n_per_mm, 0.0});
@@ -560,6 +561,9 @@ Wish StructuralIdentification::press_rigid() const {
   wish.motion = Wish::Motion::kPress;
   wish.device = Wish::Device::kModulation;
   wish.stiffness_n_per_mm = kRigidTarget;
+  // The object does not give way; the encoders do, by f_d/k_s. Compensated, any force would be too little.
+  wish.encoders_as_they_are = true;
+  wish.max_device_force_n = 1.5 * press_force_n_;
   wish.force_n = kRigidHandN;
   wish.force_rate_n_per_s = 4.0;
   wish.hold_s = 0.05;
@@ -662,7 +666,7 @@ IdentificationProgress StructuralIdentification::progress() const {
       // The places differ where the stiffness does; a field's own steadiness is its standard errors.
       progress.steady = !task_.constant || *high - *low < 0.01 * *high;
     }
-    progress.certain = now.centre_error < kEnoughError &&
+    progress.certain = now.centre_error < (rigid ? kEnoughRigidError : kEnoughError) &&
                        (task_.constant || (now.order == 2 && now.worst_error < kEnoughFieldError));
   }
   const bool covered = done == wanted;
@@ -675,16 +679,20 @@ IdentificationProgress StructuralIdentification::progress() const {
     progress.missing.push_back("an instrument from outside that tells where the tip is (D§4.6.1: an LVDT)");
   }
   if (!covered) {
-    progress.missing.push_back(std::to_string(wanted - done) + " of " + std::to_string(wanted) +
-                               (rigid ? " presses with more than " + text(0.5 * press_force_n_, 1) +
-                                            " N of the device: "
-                                      : " places: ") +
-                               wish().words);
+    progress.missing.push_back(
+        std::to_string(wanted - done) + " of " + std::to_string(wanted) +
+        (rigid ? " presses with more than " + text(0.5 * press_force_n_, 1) + " N of the device: "
+               : " places: ") +
+        wish().words);
   } else if (!progress.certain) {
     progress.missing.push_back("more presses: the stiffness is known to " +
                                text(100.0 * (task_.constant ? now.centre_error : now.worst_error), 2) +
                                " %, wanted " +
-                               text(100.0 * (task_.constant ? kEnoughError : kEnoughFieldError), 1) + " %");
+                               text(100.0 * (rigid            ? kEnoughRigidError
+                                             : task_.constant ? kEnoughError
+                                                              : kEnoughFieldError),
+                                    1) +
+                               " %");
   } else if (!progress.steady) {
     progress.missing.push_back("more presses: the last ones still changed the stiffness by more than 1 %");
   }
@@ -745,12 +753,13 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
                              " N";
     const std::string check = rigid ? "check the signs and units of force and position"
                                     : "check the signs and units of force and external position";
-    return hal::Error{"no press tells the stiffness", where, seen,
-                      rigid ? "presses of the device, changing by 2 … 80 N/s, under which the encoders follow the "
-                              "force"
-                            : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "
-                              "N/s, with a deflection that grows against the force",
-                      presses_.empty() ? wish().words + "; with a recording, " + check : check};
+    return hal::Error{
+        "no press tells the stiffness", where, seen,
+        rigid ? "presses of the device, changing by up to 80 N/s, under which the encoders follow "
+                "the force by more than 1 mm/s"
+              : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "
+                "N/s, with a deflection that grows against the force",
+        presses_.empty() ? wish().words + "; with a recording, " + check : check};
   }
   if (now.residual > 0.9) {
     return hal::Error{"the deflection does not follow the force", where,

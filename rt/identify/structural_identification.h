@@ -23,10 +23,10 @@ namespace hapticd::rt {
 /// by press; turns of motion, where friction is anything between -F and F, and impacts are left out. A press
 /// that fits four times worse than the others is left out as well and reported.
 ///
-/// Needs Observation::external_position_mm, or a rigid contact (StructuralStiffnessTask::rigid_contact). There
-/// the device presses the tip on an object that hardly gives way: p is constant within a press, and the same
-/// equation holds with o - p_s on its left. What the object gives way is taken for deflection: with f_r the
-/// force on the object and k_o its stiffness
+/// Needs Observation::external_position_mm, or a rigid contact (StructuralStiffnessTask::rigid_contact).
+/// There the device presses the tip on an object that hardly gives way: p is constant within a press, and the
+/// same equation holds with o - p_s on its left. What the object gives way is taken for deflection: with f_r
+/// the force on the object and k_o its stiffness
 ///   c_found = 1/k_s + (f_r/f_d)/k_o,
 /// so that 1/c_found is a lower bound of the stiffness. An upper one follows from the least k_o assumed; the
 /// distance between the two is part of the standard error.

@@ -136,8 +136,8 @@ void fill_bend(std::span<const double, kBendNumbers> numbers, const BendAxes& ax
   const auto along = [&](const hal::Vector3& v) { return press * dot(v, press); };
 
   hal::Vector3 position = axes.position_along_press ? press * numbers[kAlongPress] : vector(kPosition);
-  hal::Vector3 force = axes.force_along_press ? press * (axes.rigid ? 1.0 : -1.0) * numbers[kAlongPress + 1]
-                                              : vector(kForce);
+  hal::Vector3 force =
+      axes.force_along_press ? press * (axes.rigid ? 1.0 : -1.0) * numbers[kAlongPress + 1] : vector(kForce);
   observation.sample.tip_position_mm = position;
   if (axes.rigid) {
     observation.sample.sensor_force_n = vector(kSensor);

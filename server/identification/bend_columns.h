@@ -14,11 +14,12 @@
 
 namespace hapticd::server {
 
-// A recording of how a device bends: where the encoders see the tip, with what force the device acts on it, and
-// where an instrument from outside sees it. Each of the three is measured in the rig frame along three axes
+// A recording of how a device bends: where the encoders see the tip, with what force the device acts on it,
+// and where an instrument from outside sees it. Each of the three is measured in the rig frame along three
+// axes
 // ("position_x" …, "device_force_x" …, "external_x" …), or along the press only ("position", "device_force",
-// "external"). Along the press positions grow into the object or wall, and the force is positive while pressed:
-// against the press by a virtual wall, into the object on a rigid one.
+// "external"). Along the press positions grow into the object or wall, and the force is positive while
+// pressed: against the press by a virtual wall, into the object on a rigid one.
 
 /// Numbers of one row, beside the time: position, device force and external position along three axes, the
 /// three along the press, and the sensor's force ("force_x" …, rigid contact only).

@@ -191,8 +191,8 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
                       biases_.zero_in_force());
     run->identification = make_identification(request.task, run->view->rig_info());
     if (!store_.in_memory()) {
-      auto kept = ObservationFile::create(store_.path() + ".data/" + run->id + ".csv",
-                                          rig.has_external_position);
+      auto kept =
+          ObservationFile::create(store_.path() + ".data/" + run->id + ".csv", rig.has_external_position);
       if (kept) {
         run->kept.emplace(std::move(*kept));
       } else {
@@ -371,6 +371,11 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     model->object = run.request.object;
     if (run.recording) {
       model->data_reference = run.recording->description.name + ", sha256 " + run.recording->sha256;
+      if (run.request.adopt && !is_about_object(run.request.task)) {
+        // A recording does not say of which rig it is; to adopt its model is to say that it is of this one.
+        model->device = session_.rig_info().device.model;
+        model->sensor = session_.rig_info().sensor.model;
+      }
     } else {
       const hal::RigInfo& rig = session_.rig_info();
       if (auto* tool = std::get_if<rt::ToolModel>(&model->content)) {

@@ -108,9 +108,10 @@ std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigI
     return lacks("nobody who could touch anything", "upload the recording and identify from it");
   }
   if (by_instrument && !rig.has_external_position) {
-    return lacks("no instrument that measures the tip from outside",
-                 "press on something rigid instead (rigid_contact, hapticctl: --rigid); or mount one (an LVDT, a "
-                 "laser), record it beside the encoders and the device's force, and identify from the recording");
+    return lacks(
+        "no instrument that measures the tip from outside",
+        "press on something rigid instead (rigid_contact, hapticctl: --rigid); or mount one (an LVDT, a "
+        "laser), record it beside the encoders and the device's force, and identify from the recording");
   }
   return std::nullopt;
 }

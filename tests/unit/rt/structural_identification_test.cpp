@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -309,7 +310,8 @@ TEST(StructuralIdentification, WithoutForceItSaysHowLittleThereWas) {
     for (int i = 0; i < 5000; ++i) walls.add(identification, -1.0 - 1e-3 * i);
     const auto model = identification.finish();
     ASSERT_FALSE(model);
-    EXPECT_NE(model.error().value.find("greatest force is 0.000 N"), std::string::npos) << model.error().text();
+    EXPECT_NE(model.error().value.find("greatest force is 0.000 N"), std::string::npos)
+        << model.error().text();
     EXPECT_NE(model.error().remedy.find("units of force"), std::string::npos) << model.error().text();
   }
 }
@@ -323,18 +325,21 @@ struct RigidBench {
   double friction_n = 0.0;
   double noise_mm = 0.0;
   double drift_mm_per_s = 0.0;
-  double hand_share = 0.0;   ///< of the device's force
-  double sign = 1.0;         ///< of the encoders
+  double hand_share = 0.0;  ///< of the device's force
+  double sign = 1.0;        ///< of the encoders
   double rate_n_per_s = 12.0;
   Vector3 into{0.0, 0.0, -1.0};
   std::mt19937 random{11};
+  double bending_n = 0.0;
   std::int64_t tick = 0;
 
-  Observation at(double force_n, double direction, double lifted_mm) {
+  Observation at(double force_n, double lifted_mm) {
     std::normal_distribution<double> noise(0.0, noise_mm > 0.0 ? noise_mm : 1e-12);
     const double time_s = 1e-3 * static_cast<double>(tick++);
     const double reaction_n = (1.0 + hand_share) * force_n;
-    const double bend_mm = (force_n > 0.0 ? force_n - friction_n * direction : 0.0) / stiffness_n_per_mm;
+    // Dry friction: the encoders stick until the force has overcome it.
+    bending_n = std::clamp(bending_n, force_n - friction_n, force_n + friction_n);
+    const double bend_mm = bending_n / stiffness_n_per_mm;
     Observation o;
     o.sample.time_ns = std::llround(1e9 * time_s);
     o.sample.tip_position_mm = into * (sign * (bend_mm + reaction_n / object_n_per_mm - lifted_mm) +
@@ -346,10 +351,10 @@ struct RigidBench {
   /// Touches down, presses to `force_n`, lets go and lifts.
   void press(Identification& identification, double force_n = 5.0) {
     const double step_n = 1e-3 * rate_n_per_s;
-    for (int i = 300; i > 0; --i) identification.add(at(0.0, 0.0, 0.05 * i));
-    for (double f = 0.0; f < force_n; f += step_n) identification.add(at(f, 1.0, 0.0));
-    for (double f = force_n; f > 0.0; f -= step_n) identification.add(at(f, -1.0, 0.0));
-    for (int i = 0; i < 300; ++i) identification.add(at(0.0, 0.0, 0.05 * i));
+    for (int i = 300; i > 0; --i) identification.add(at(0.0, 0.05 * i));
+    for (double f = 0.0; f < force_n; f += step_n) identification.add(at(f, 0.0));
+    for (double f = force_n; f > 0.0; f -= step_n) identification.add(at(f, 0.0));
+    for (int i = 0; i < 300; ++i) identification.add(at(0.0, 0.05 * i));
   }
 };
 
@@ -431,7 +436,7 @@ TEST(StructuralIdentification, ARigidContactThatTellsNothingIsRefused) {
   // One force, held: no change, no deflection.
   StructuralIdentification held({.rigid_contact = true}, high_force());
   RigidBench still;
-  for (int i = 0; i < 3000; ++i) held.add(still.at(4.0, 0.0, 0.0));
+  for (int i = 0; i < 3000; ++i) held.add(still.at(4.0, 0.0));
   const auto nothing = held.finish();
   ASSERT_FALSE(nothing);
   EXPECT_NE(nothing.error().limit.find("N/s"), std::string::npos) << nothing.error().text();
@@ -439,7 +444,7 @@ TEST(StructuralIdentification, ARigidContactThatTellsNothingIsRefused) {
   // No numbers at all.
   StructuralIdentification unfit({.rigid_contact = true}, high_force());
   for (int i = 0; i < 100; ++i) {
-    Observation o = still.at(4.0, 0.0, 0.0);
+    Observation o = still.at(4.0, 0.0);
     o.sample.sensor_force_n.z = std::numeric_limits<double>::quiet_NaN();
     unfit.add(o);
   }
