@@ -250,6 +250,7 @@ void StructuralIdentification::close_press() {
     if (history_.size() >= 64) history_.erase(history_.begin());
     history_.push_back(now.model.stiffness_n_per_mm);
   }
+  if (task_.rigid_contact) rigid_enough_ = progress().converged;
 }
 
 bool StructuralIdentification::visited(std::size_t target) const noexcept {
@@ -588,8 +589,7 @@ std::size_t StructuralIdentification::pressed_enough() const noexcept {
 
 Wish StructuralIdentification::wish() const {
   if (task_.rigid_contact) {
-    const bool more = pressed_enough() < kRigidPresses || !progress().converged;
-    return more && presses_seen_ < kMostRounds * kRigidPresses ? press_rigid() : Wish{};
+    return !rigid_enough_ && presses_seen_ < kMostRounds * kRigidPresses ? press_rigid() : Wish{};
   }
   if (outside_missing_ > 0 && outside_missing_ == ticks_) {
     Wish wish;

@@ -135,6 +135,7 @@ class StructuralIdentification final : public Identification {
   int free_rows_ = 0;
   int rows_until_point_ = 0;
   double greatest_force_n_ = 0.0;  ///< seen at all
+  bool rigid_enough_ = false;      ///< as of the last press: wish() is asked while the device renders
 
   std::vector<Press> presses_;
   std::size_t presses_seen_ = 0;

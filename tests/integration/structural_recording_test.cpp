@@ -86,7 +86,7 @@ TEST(ServiceStructuralRecording, WhatTheRigKeptTellsTheSameAsTheRig) {
   const v1::IdentificationProgress live = service.watch(id);
   ASSERT_EQ(live.state(), v1::IDENTIFICATION_STATE_CONVERGED) << live.ShortDebugString().substr(0, 2000);
 
-  const std::string csv = text_of(config.model_store + ".data/" + id + ".csv");
+  const std::string csv = text_of(*config.model_store + ".data/" + id + ".csv");
   ASSERT_NE(csv.find("external_x_mm"), std::string::npos);
   request.set_adopt(true);
   const v1::IdentificationProgress again = identified(service, csv, request);
@@ -138,7 +138,7 @@ TEST(ServiceStructuralRecording, ARigidObjectBoundsItOnTheRigAndInWhatTheRigKept
   EXPECT_GT(parameter_in(live, "structural_stiffness_upper_n_per_mm"), 2.537);
   EXPECT_EQ(parameter_in(live, "least_object_stiffness_n_per_mm"), 40.0);
 
-  const std::string csv = text_of(config.model_store + ".data/" + id + ".csv");
+  const std::string csv = text_of(*config.model_store + ".data/" + id + ".csv");
   const v1::IdentificationProgress again = identified(service, csv, request);
   ASSERT_EQ(again.state(), v1::IDENTIFICATION_STATE_CONVERGED) << again.ShortDebugString().substr(0, 2000);
   EXPECT_NEAR(stiffness_in(again) / stiffness_in(live), 1.0, 5e-3);

@@ -370,7 +370,7 @@ TEST(StructuralIdentification, OnARigidObjectTheEncodersTellTheBend) {
     ASSERT_TRUE(model) << model.error().text();
     EXPECT_TRUE(model->converged);
     EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 2.5e-3);
-    EXPECT_NEAR(parameter_of(*model, "back_drive_friction_n"), 0.2, 0.01);
+    EXPECT_NEAR(parameter_of(*model, "back_drive_friction_n"), 0.2, 0.03) << "turns of motion blur it";
     EXPECT_NE(model->procedure.find("lower bound"), std::string::npos);
     EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest);
   }
