@@ -371,10 +371,16 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     model->object = run.request.object;
     if (run.recording) {
       model->data_reference = run.recording->description.name + ", sha256 " + run.recording->sha256;
-      if (run.request.adopt && !is_about_object(run.request.task)) {
+      const bool about_rig = !is_about_object(run.request.task);
+      if (about_rig && run.request.adopt) {
         // A recording does not say of which rig it is; to adopt its model is to say that it is of this one.
         model->device = session_.rig_info().device.model;
         model->sensor = session_.rig_info().sensor.model;
+      } else if (about_rig) {
+        progress.remarks.push_back(
+            "the model belongs to no device, and scenes do not use it: adopt it where the recording is of "
+            "this "
+            "rig");
       }
     } else {
       const hal::RigInfo& rig = session_.rig_info();

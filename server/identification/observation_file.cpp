@@ -43,9 +43,12 @@ void ObservationFile::write(const std::string& text) {
 
 void ObservationFile::add(const rt::Observation& observation) {
   const hal::RigSample& s = observation.sample;
+  const std::int64_t now_us = s.time_ns / 1000;
+  if (now_us <= last_us_) return;
+  last_us_ = now_us;
   row_.clear();
   const auto out = std::back_inserter(row_);
-  fmt::format_to(out, "{:.6f}", 1e-9 * static_cast<double>(s.time_ns));
+  fmt::format_to(out, "{:.6f}", 1e-6 * static_cast<double>(now_us));
   // Seven digits: a tenth of a micrometre of a metre, and finer than any sensor.
   const auto vector = [&](const hal::Vector3& v) {
     fmt::format_to(out, ",{:.7g},{:.7g},{:.7g}", v.x, v.y, v.z);

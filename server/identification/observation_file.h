@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -19,6 +21,8 @@ class ObservationFile {
   /// Makes folder and file; an error says why there is none.
   static hal::Result<ObservationFile> create(const std::filesystem::path& path, bool has_external_position);
 
+  /// A sample whose time stands still, to the microsecond, is left out: no recording can be read that has
+  /// one.
   void add(const rt::Observation& observation);
   /// "PATH, sha256 HASH"; an error where not all of it is on the disk.
   hal::Result<std::string> finish();
@@ -31,6 +35,7 @@ class ObservationFile {
 
   std::filesystem::path path_;
   bool has_external_position_;
+  std::int64_t last_us_ = std::numeric_limits<std::int64_t>::min();
   std::ofstream stream_;
   std::unique_ptr<Sha256Stream> digest_ = std::make_unique<Sha256Stream>();
   std::string row_;

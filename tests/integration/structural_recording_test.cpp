@@ -163,6 +163,8 @@ TEST(ServiceStructuralRecording, OneAxisMayHaveAnyDirectionAndUnits) {
     ASSERT_TRUE(service.model->GetStoredModel(call_context().get(), get, &stored).ok());
     EXPECT_NEAR(stored.max_force_n(), 5.0, 0.1);
     EXPECT_EQ(stored.device(), "") << "of which device it is nobody has said";
+    ASSERT_GT(end.remarks_size(), 0);
+    EXPECT_NE(end.remarks(end.remarks_size() - 1).find("adopt"), std::string::npos);
   }
 }
 
