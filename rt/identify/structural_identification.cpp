@@ -26,8 +26,8 @@ constexpr double kSettledN = 0.3;
 constexpr double kBendingMmPerS = 1.0;
 // Soft enough that the device presses with 2 … 3 times the hand's force, stiff enough to stay steady.
 constexpr double kRigidTarget = 1.0;    // N/mm
-constexpr double kRigidHandN = 2.0;     // the device adds k_s / kRigidTarget as much
-constexpr double kRigidDeviceN = 5.0;   // the greatest device force of a press beyond half of this is enough
+constexpr double kRigidHandN = 2.0;     // the device adds k_s / kRigidTarget times as much
+constexpr double kRigidDeviceN = 5.0;   // of the device; a press counts from half of this on
 constexpr double kIndependentS = 0.25;  // residuals closer than this resemble each other
 // Soft enough that a press runs through 10 mm and more: an instrument's calibration error averages out on the
 // way.
