@@ -24,6 +24,9 @@ constexpr std::array kOwnColumns{
     OwnColumn{"position_x", "sample_tip_position_x_mm"},
     OwnColumn{"position_y", "sample_tip_position_y_mm"},
     OwnColumn{"position_z", "sample_tip_position_z_mm"},
+    OwnColumn{"device_force_x", "guard_device_command_x_n"},
+    OwnColumn{"device_force_y", "guard_device_command_y_n"},
+    OwnColumn{"device_force_z", "guard_device_command_z_n"},
     OwnColumn{"force", "force_z_N"},
     OwnColumn{"position", "position_z_mm", -1.0},
 };

@@ -67,9 +67,9 @@ void add_object_option(CLI::App& command, Line& line) {
 }
 
 /// Three numbers, "0,0,-1".
-void add_direction(CLI::App& command, const std::string& name, std::vector<double>& direction,
-                   const std::string& description) {
-  command.add_option(name, direction, description)->delimiter(',')->expected(3)->type_name("X,Y,Z");
+CLI::Option& add_direction(CLI::App& command, const std::string& name, std::vector<double>& direction,
+                           const std::string& description) {
+  return *command.add_option(name, direction, description)->delimiter(',')->expected(3)->type_name("X,Y,Z");
 }
 
 void add_press_direction(CLI::App& command, Line& line) {
@@ -148,10 +148,31 @@ void add_structural(CLI::App& identify, Session& session) {
   const auto line = std::make_shared<Line>();
   CLI::App& command = add_kind(
       identify, session, line, IdentifyKind::kStructuralStiffness, "structural",
-      "The device's own stiffness, by taps on virtual walls",
-      "Needs an instrument that measures the tip from outside. The device renders force.\n\n"
-      "Examples:\n  hapticctl identify structural --adopt\n  hapticctl identify structural --constant");
+      "The device's own stiffness, by presses on virtual walls or on a rigid object",
+      "On virtual walls it needs an instrument that measures the tip from outside: on the rig, or in a\n"
+      "recording with the columns position_x_mm, device_force_x_N, external_x_mm (and y, z; rig frame), or\n"
+      "position_mm, device_force_N, external_mm along the press. Without an instrument, --rigid: the device "
+      "presses\n"
+      "on an object that hardly gives way; the figure is then a lower bound. The device renders force.\n\n"
+      "Examples:\n  hapticctl identify structural --adopt\n  hapticctl identify structural --constant\n"
+      "  hapticctl identify structural --recording walls_with_lvdt.csv --column external=lvdt:um\n"
+      "  hapticctl identify structural --rigid --least-object-stiffness 2000");
   command.add_flag("--constant", line->task.constant, "One value for everywhere, instead of a field");
+  CLI::Option* rigid = command.add_flag(
+      "--rigid", line->task.rigid_contact,
+      "Without an instrument: pressed on a rigid object; one value, where it stands, a lower bound");
+  command
+      .add_option(
+          "--least-object-stiffness", line->task.least_object_stiffness_n_per_mm,
+          "How stiff the rigid object is at least, in N/mm, 10 to 1e6; without it 1000. An assumption: "
+          "the upper bound and the standard error follow from it")
+      ->check(CLI::Range(10.0, 1e6))
+      ->needs(rigid);
+  CLI::Option* recording = add_recording_options(command, *line);
+  add_direction(command, "--press-direction", line->task.press_direction,
+                "Recordings: along which the columns of one axis were measured, rig frame (z up); without it "
+                "0,0,-1")
+      .needs(recording);
 }
 
 void add_tool(CLI::App& identify, Session& session) {

@@ -87,6 +87,11 @@ v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTa
       break;
     case IdentifyKind::kStructuralStiffness:
       request.mutable_structural_stiffness()->set_constant(task.constant);
+      request.mutable_structural_stiffness()->set_rigid_contact(task.rigid_contact);
+      if (task.least_object_stiffness_n_per_mm) {
+        request.mutable_structural_stiffness()->set_least_object_stiffness_n_per_mm(
+            *task.least_object_stiffness_n_per_mm);
+      }
       break;
     case IdentifyKind::kTool:
       request.mutable_tool();

@@ -14,7 +14,7 @@ struct IdentifyTask {
   std::optional<double> time_limit_s;
   bool adopt = false;
 
-  // contact and friction
+  // contact, friction, and structural stiffness from a recording
   std::vector<double> press_direction;  ///< three components, or none
   // contact
   std::string law;     ///< "hunt_crossley", "creep", or empty
@@ -28,6 +28,8 @@ struct IdentifyTask {
   std::vector<double> line_direction;  ///< three components, or none
   // structural stiffness
   bool constant = false;
+  bool rigid_contact = false;
+  std::optional<double> least_object_stiffness_n_per_mm;
   // threshold
   std::optional<double> duration_s;
   // gains

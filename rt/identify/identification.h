@@ -40,7 +40,9 @@ struct Wish {
   double stiffness_n_per_mm = 0.0;  ///< of the wall or of the target
   double proportional_gain = 0.0;   ///< kModulation
   double derivative_ms = 0.0;
-  std::string words;  ///< "press deeper than 6 mm"; what is missing and why
+  bool encoders_as_they_are = false;  ///< kModulation: without compensation of the device's bend
+  double max_device_force_n = 0.0;    ///< kModulation: of the scene; 0 = the device's own limit
+  std::string words;                  ///< "press deeper than 6 mm"; what is missing and why
 };
 
 /// How much of a plane of conditions was visited.

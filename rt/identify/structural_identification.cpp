@@ -17,16 +17,25 @@ constexpr double kLoadedN = 0.05;      // less is no press: friction and DAC ste
 constexpr double kFirmN = 0.5;         // a press whose peak is less tells nothing
 constexpr double kMovingMmPerS = 3.0;  // below, the sign of friction is anybody's guess
 constexpr double kQuasiStaticNPerS = 80.0;
-constexpr double kWildMm = 20.0;  // no structure bends so far
 constexpr double kLongestStepS = 0.016;
+constexpr double kWindowS = 0.016;  // of a velocity; recordings may have slower ticks
+constexpr double kFreeAfterS = 0.15;
+// Rigid contact. Below, the two surfaces still settle; the encoders move by the bend alone, and slower than
+// this they may stick while the force changes.
+constexpr double kSettledN = 0.3;
+constexpr double kBendingMmPerS = 1.0;
+// Soft enough that the device presses with 2 … 3 times the hand's force, stiff enough to stay steady.
+constexpr double kRigidTarget = 1.0;    // N/mm
+constexpr double kRigidHandN = 2.0;     // the device adds k_s / kRigidTarget times as much
+constexpr double kRigidDeviceN = 5.0;   // of the device; a press counts from half of this on
 constexpr double kIndependentS = 0.25;  // residuals closer than this resemble each other
 // Soft enough that a press runs through 10 mm and more: an instrument's calibration error averages out on the
 // way.
 constexpr double kStiffWall = 0.45;  // N/mm
 constexpr double kSoftWall = 0.3;
-constexpr int kFreeRowsAfter = 150;
 constexpr double kEnoughError = 0.006;  // of the compliance at the centre, relative
 constexpr double kEnoughFieldError = 0.01;
+constexpr double kEnoughRigidError = 0.01;  // what the object hides is of that size anyway
 constexpr std::size_t kMostRounds = 8;
 constexpr double kOutlier = 4.0;  // times the median press's residual
 
@@ -48,6 +57,10 @@ std::string text(double value, int digits) {
 }
 std::size_t packed(std::size_t row, std::size_t column) noexcept {  // row >= column
   return row * (row + 1) / 2 + column;
+}
+/// 4 … 16: beyond 1 kHz a window of 17 ticks does.
+std::size_t ticks_in(double duration_s, double rate_hz) noexcept {
+  return static_cast<std::size_t>(std::clamp(std::round(duration_s * rate_hz), 4.0, 16.0));
 }
 
 /// c(p)/c at the origin of the fit as a row of the field's polynomial.
@@ -75,9 +88,15 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
     : task_(task),
       rig_(rig),
       // As hard as a hand does without haste, and well within what the device gives.
-      press_force_n_(std::min(8.0, rig.device.max_force_n > 0.0 ? 0.8 * rig.device.max_force_n : 6.0)) {
+      press_force_n_(std::min(task.rigid_contact ? kRigidDeviceN : 8.0,
+                              rig.device.max_force_n > 0.0 ? 0.8 * rig.device.max_force_n : 6.0)),
+      window_ticks_(ticks_in(kWindowS, rig.rate_hz) / 2 * 2 + 1),
+      free_rows_after_(static_cast<int>(std::lround(std::clamp(kFreeAfterS * rig.rate_hz, 3.0, 150.0)))),
+      longest_step_s_(std::max(kLongestStepS, 3.0 / rig.rate_hz)) {
+  if (task_.rigid_contact) task_.constant = true;
   before_.resize(kBefore);
   presses_.reserve(kMaxPresses);
+  if (task_.rigid_contact) return;
   const auto place = [&](double x, double y, double z) {
     targets_mm_.push_back({x * kAsideMm, y * kAcrossMm, kMiddleMm + z * kUpDownMm});
   };
@@ -98,45 +117,50 @@ void StructuralIdentification::add(const Observation& observation) {
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
   if (ticks_++ == 0) first_s_ = now_s;
   last_s_ = now_s;
+  const bool rigid = task_.rigid_contact;
   if ((sample.status & hal::sample_status::kDeviceFault) != 0 || !finite(sample.tip_position_mm) ||
-      !finite(observation.device_command_n)) {
+      !finite(observation.device_command_n) || (rigid && !finite(sample.sensor_force_n))) {
     ++unfit_;
     window_count_ = 0;
     return;
   }
-  if (!observation.has_external_position || !finite(observation.external_position_mm)) {
+  if (!rigid && (!observation.has_external_position || !finite(observation.external_position_mm))) {
     ++outside_missing_;
     window_count_ = 0;
     return;
   }
-  Raw raw{sample.time_ns, sample.tip_position_mm, observation.external_position_mm,
-          observation.device_command_n};
+  const Raw raw{sample.time_ns, sample.tip_position_mm,
+                rigid ? hal::Vector3{} : observation.external_position_mm, observation.device_command_n,
+                rigid ? norm(sample.sensor_force_n) : 0.0};
+  greatest_force_n_ = std::max(greatest_force_n_, norm(raw.force_n));
   if (window_count_ > 0) {
-    const Raw& last = window_[(window_next_ + kWindow - 1) % kWindow];
+    const Raw& last = window_[(window_next_ + window_ticks_ - 1) % window_ticks_];
     const double step_s = 1e-9 * static_cast<double>(raw.time_ns - last.time_ns);
     if (!(step_s > 0.0)) {
       ++unfit_;
       return;
     }
-    if (step_s > kLongestStepS) {
+    if (step_s > longest_step_s_) {
       ++gaps_;
       window_count_ = 0;
-    } else if (norm((raw.outside_mm - raw.encoder_mm) - (last.outside_mm - last.encoder_mm)) > 1.0) {
-      ++jumps_;  // one wild reading of either instrument
+    } else if ((!rigid || norm(raw.force_n) > kSettledN) &&
+               norm((raw.outside_mm - raw.encoder_mm) - (last.outside_mm - last.encoder_mm)) > 1.0) {
+      ++jumps_;  // one wild reading of either instrument; under force no structure bends so fast
       window_count_ = 0;
     }
   }
   window_[window_next_] = raw;
-  window_next_ = (window_next_ + 1) % kWindow;
-  if (window_count_ < kWindow) ++window_count_;
-  if (window_count_ < kWindow) return;
+  window_next_ = (window_next_ + 1) % window_ticks_;
+  if (window_count_ < window_ticks_) ++window_count_;
+  if (window_count_ < window_ticks_) return;
 
   const Raw& oldest = window_[window_next_];
-  const Raw& middle = window_[(window_next_ + kWindow / 2) % kWindow];
+  const Raw& middle = window_[(window_next_ + window_ticks_ / 2) % window_ticks_];
   const double per_s = 1.0 / (1e-9 * static_cast<double>(raw.time_ns - oldest.time_ns));
   Row row;
   row.deflection_mm = middle.outside_mm - middle.encoder_mm;
   row.force_n = middle.force_n;
+  row.reaction_n = middle.reaction_n;
   row.force_rate_n_per_s = (raw.force_n - oldest.force_n) * per_s;
   row.velocity_mm_per_s = (raw.encoder_mm - oldest.encoder_mm) * per_s;
   row.place_mm = middle.encoder_mm;
@@ -144,9 +168,10 @@ void StructuralIdentification::add(const Observation& observation) {
 }
 
 void StructuralIdentification::take(const Row& row) {
-  const bool loaded = norm(row.force_n) > kLoadedN;
+  const bool loaded = norm(row.force_n) > (task_.rigid_contact ? kSettledN : kLoadedN);
   if (!pressing_) {
     if (!loaded) {
+      if (task_.rigid_contact) return;  // off the object the tip goes anywhere
       before_[before_next_] = row;
       before_next_ = (before_next_ + 1) % kBefore;
       before_count_ = std::min(before_count_ + 1, kBefore);
@@ -155,30 +180,39 @@ void StructuralIdentification::take(const Row& row) {
     pressing_ = true;
     press_ = Press{};
     free_rows_ = 0;
-    hal::Vector3 zero;
     for (std::size_t i = 0; i < before_count_; ++i) {
       accumulate(press_, before_[i]);
-      zero = zero + before_[i].deflection_mm * (1.0 / static_cast<double>(before_count_));
+      press_.points_zero_mm =
+          press_.points_zero_mm + before_[i].deflection_mm * (1.0 / static_cast<double>(before_count_));
     }
-    press_.points_zero_mm = zero.z;
+    if (task_.rigid_contact) {
+      press_.points_zero_mm = row.deflection_mm;
+      press_.points_zero_n = norm(row.force_n);
+    }
     before_count_ = 0;
     before_next_ = 0;
   }
-  accumulate(press_, row);
+  if (loaded || !task_.rigid_contact) accumulate(press_, row);
   const double force_n = norm(row.force_n);
   if (force_n > press_.force_n) {
     press_.force_n = force_n;
+    press_.reaction_n = row.reaction_n;
     press_.place_mm = row.place_mm;
-    for (int i = 0; i < 3; ++i) {
-      if (std::abs(component(row.force_n, static_cast<std::size_t>(i))) > 0.7 * force_n) press_.axis = i;
+    press_.axis = 2;
+    for (int i = 0; i < 2; ++i) {
+      if (std::abs(component(row.force_n, static_cast<std::size_t>(i))) >
+          std::abs(component(row.force_n, static_cast<std::size_t>(press_.axis)))) {
+        press_.axis = i;
+      }
     }
   }
   if (loaded && --rows_until_point_ <= 0 && press_.point_count < press_.points.size()) {
-    press_.points[press_.point_count++] = {row.force_n.z, row.deflection_mm.z - press_.points_zero_mm, 0.0};
+    const double along_mm = dot(row.deflection_mm - press_.points_zero_mm, row.force_n) / force_n;
+    press_.points[press_.point_count++] = {force_n, along_mm, 0.0};
     rows_until_point_ = static_cast<int>(0.1 * rig_.rate_hz);
   }
   free_rows_ = loaded ? 0 : free_rows_ + 1;
-  if (free_rows_ >= kFreeRowsAfter) close_press();
+  if (free_rows_ >= free_rows_after_) close_press();
 }
 
 void StructuralIdentification::accumulate(Press& press, const Row& row) const noexcept {
@@ -188,7 +222,8 @@ void StructuralIdentification::accumulate(Press& press, const Row& row) const no
     const double force = component(row.force_n, i);
     const double rate = component(row.force_rate_n_per_s, i);
     const double deflection = component(row.deflection_mm, i);
-    if (std::abs(speed) < kMovingMmPerS || std::abs(rate) > kQuasiStaticNPerS) continue;
+    if (std::abs(rate) > kQuasiStaticNPerS) continue;
+    if (std::abs(speed) < (task_.rigid_contact ? kBendingMmPerS : kMovingMmPerS)) continue;
     if (std::abs(deflection) > 1e4) continue;  // sums of absurd numbers would drown the rest
     std::array<double, kRegressors + 1> entry{};
     for (std::size_t j = 0; j < 10; ++j) entry[j] = -force * field[j];
@@ -203,7 +238,6 @@ void StructuralIdentification::close_press() {
   pressing_ = false;
   const Sums& sums = press_.axes[static_cast<std::size_t>(press_.axis)];
   if (press_.force_n < kFirmN || sums.rows < 20.0) return;
-  // A mean that no structure explains: the instrument lost the tip, or counts in other units.
   rows_used_ += static_cast<std::uint64_t>(sums.rows);
   if (presses_.size() < kMaxPresses) {
     presses_.push_back(press_);
@@ -216,6 +250,7 @@ void StructuralIdentification::close_press() {
     if (history_.size() >= 64) history_.erase(history_.begin());
     history_.push_back(now.model.stiffness_n_per_mm);
   }
+  if (task_.rigid_contact) rigid_enough_ = progress().converged;
 }
 
 bool StructuralIdentification::visited(std::size_t target) const noexcept {
@@ -469,6 +504,39 @@ StructuralIdentification::Fit StructuralIdentification::fit(int highest_order) c
   return result;
 }
 
+StructuralIdentification::RigidBounds StructuralIdentification::bounds_of(
+    const StructuralModel& model) const noexcept {
+  RigidBounds bounds;
+  double device_n = 0.0, object_n = 0.0;
+  for (const Press& press : presses_) {
+    device_n += press.force_n;
+    object_n += press.reaction_n;
+  }
+  // Without a sensor the hand is taken to be off: the device alone presses.
+  if (device_n > 0.0) bounds.reaction_ratio = std::max(1.0, object_n / device_n);
+  const double found = 1.0 / model.stiffness_n_per_mm;
+  const double hidden = bounds.reaction_ratio / task_.least_object_stiffness_n_per_mm;
+  if (hidden < found) bounds.upper_n_per_mm = 1.0 / (found - hidden);
+  bounds.relative_error = hidden / found;
+  return bounds;
+}
+
+std::vector<EstimatedParameter> StructuralIdentification::parameters_of(const Fit& fit) const {
+  std::vector<EstimatedParameter> parameters = fit.parameters;
+  if (!task_.rigid_contact) return parameters;
+  const RigidBounds bounds = bounds_of(fit.model);
+  EstimatedParameter& stiffness = parameters.front();
+  stiffness.standard_error = std::hypot(stiffness.standard_error, bounds.relative_error * stiffness.value);
+  if (std::isfinite(bounds.upper_n_per_mm)) {
+    parameters.push_back(
+        {"structural_stiffness_upper_n_per_mm", "N/mm", bounds.upper_n_per_mm, stiffness.standard_error});
+  }
+  parameters.push_back(
+      {"least_object_stiffness_n_per_mm", "N/mm", task_.least_object_stiffness_n_per_mm, 0.0});
+  parameters.push_back({"object_force_over_device_force", "1", bounds.reaction_ratio, 0.0});
+  return parameters;
+}
+
 Wish StructuralIdentification::press_at(std::size_t target, const char* why) const {
   Wish wish;
   wish.motion = Wish::Motion::kPress;
@@ -489,7 +557,40 @@ Wish StructuralIdentification::press_at(std::size_t target, const char* why) con
   return wish;
 }
 
+Wish StructuralIdentification::press_rigid() const {
+  Wish wish;
+  wish.motion = Wish::Motion::kPress;
+  wish.device = Wish::Device::kModulation;
+  wish.stiffness_n_per_mm = kRigidTarget;
+  // The object does not give way; the encoders do, by f_d/k_s. Compensated, any force would be too little.
+  wish.encoders_as_they_are = true;
+  wish.max_device_force_n = 1.5 * press_force_n_;
+  wish.force_n = kRigidHandN;
+  wish.force_rate_n_per_s = 4.0;
+  wish.hold_s = 0.05;
+  wish.words = "press the rigid object to " + text(kRigidHandN, 0) +
+               " N in half a second, straight down, and let go: the device presses on with more";
+  return wish;
+}
+
+std::size_t StructuralIdentification::wanted_presses() const noexcept {
+  return task_.rigid_contact ? kRigidPresses : targets_mm_.size();
+}
+
+std::size_t StructuralIdentification::pressed_enough() const noexcept {
+  std::size_t done = 0;
+  if (task_.rigid_contact) {
+    for (const Press& press : presses_) done += press.force_n > 0.5 * press_force_n_ ? 1U : 0U;
+    return std::min(done, kRigidPresses);
+  }
+  for (std::size_t i = 0; i < targets_mm_.size(); ++i) done += visited(i) ? 1U : 0U;
+  return done;
+}
+
 Wish StructuralIdentification::wish() const {
+  if (task_.rigid_contact) {
+    return !rigid_enough_ && presses_seen_ < kMostRounds * kRigidPresses ? press_rigid() : Wish{};
+  }
   if (outside_missing_ > 0 && outside_missing_ == ticks_) {
     Wish wish;
     wish.words = "let an instrument from outside tell where the tip is: the encoders cannot see the bend";
@@ -510,8 +611,9 @@ IdentificationProgress StructuralIdentification::progress() const {
   progress.duration_s = last_s_ - first_s_;
   progress.residual = std::numeric_limits<double>::quiet_NaN();
   const Fit now = fit(task_.constant ? 0 : 2);
-  std::size_t done = 0;
-  for (std::size_t i = 0; i < targets_mm_.size(); ++i) done += visited(i) ? 1U : 0U;
+  const std::size_t done = pressed_enough();
+  const std::size_t wanted = wanted_presses();
+  const bool rigid = task_.rigid_contact;
 
   Coverage sideways{{"x", "mm", -kAsideMm * 1.5, kAsideMm * 1.5, 3},
                     {"y", "mm", -kAcrossMm * 1.5, kAcrossMm * 1.5, 3},
@@ -536,6 +638,7 @@ IdentificationProgress StructuralIdentification::progress() const {
     ++upward.counts[bin(upward.y, press.force_n) * 3 + bin(upward.x, press.place_mm.z)];
   }
   for (Coverage* coverage : {&sideways, &upward}) {
+    if (rigid) break;  // it stands where it stands: no places to visit
     double required = 0.0, met = 0.0;
     for (std::size_t i = 0; i < coverage->required.size(); ++i) {
       required += coverage->required[i];
@@ -548,13 +651,13 @@ IdentificationProgress StructuralIdentification::progress() const {
   progress.fit_x = "device force [N]";
   progress.fit_y = "deflection [mm]";
   if (now.good) {
-    progress.parameters = now.parameters;
+    progress.parameters = parameters_of(now);
     progress.residual = now.residual;
     const std::size_t first = presses_.size() > 50 ? presses_.size() - 50 : 0;
     for (std::size_t p = first; p < presses_.size(); ++p) {
       for (std::size_t i = 0; i < presses_[p].point_count; ++i) {
         FitPoint point = presses_[p].points[i];
-        point.model = -point.x / now.model.stiffness_at(presses_[p].place_mm);
+        point.model = -(point.x - presses_[p].points_zero_n) / now.model.stiffness_at(presses_[p].place_mm);
         progress.fit.push_back(point);
       }
     }
@@ -563,12 +666,12 @@ IdentificationProgress StructuralIdentification::progress() const {
       // The places differ where the stiffness does; a field's own steadiness is its standard errors.
       progress.steady = !task_.constant || *high - *low < 0.01 * *high;
     }
-    progress.certain = now.centre_error < kEnoughError &&
+    progress.certain = now.centre_error < (rigid ? kEnoughRigidError : kEnoughError) &&
                        (task_.constant || (now.order == 2 && now.worst_error < kEnoughFieldError));
   }
-  const bool covered = done == targets_mm_.size();
+  const bool covered = done == wanted;
   progress.converged = covered && progress.certain && progress.steady;
-  const double share = static_cast<double>(done) / static_cast<double>(targets_mm_.size());
+  const double share = static_cast<double>(done) / static_cast<double>(wanted);
   completion_ = std::max(completion_, progress.converged ? 1.0 : 0.95 * share);
   progress.completion = completion_;
 
@@ -576,13 +679,20 @@ IdentificationProgress StructuralIdentification::progress() const {
     progress.missing.push_back("an instrument from outside that tells where the tip is (D§4.6.1: an LVDT)");
   }
   if (!covered) {
-    progress.missing.push_back(std::to_string(targets_mm_.size() - done) + " of " +
-                               std::to_string(targets_mm_.size()) + " places: " + wish().words);
+    progress.missing.push_back(
+        std::to_string(wanted - done) + " of " + std::to_string(wanted) +
+        (rigid ? " presses with more than " + text(0.5 * press_force_n_, 1) + " N of the device: "
+               : " places: ") +
+        wish().words);
   } else if (!progress.certain) {
     progress.missing.push_back("more presses: the stiffness is known to " +
                                text(100.0 * (task_.constant ? now.centre_error : now.worst_error), 2) +
                                " %, wanted " +
-                               text(100.0 * (task_.constant ? kEnoughError : kEnoughFieldError), 1) + " %");
+                               text(100.0 * (rigid            ? kEnoughRigidError
+                                             : task_.constant ? kEnoughError
+                                                              : kEnoughFieldError),
+                                    1) +
+                               " %");
   } else if (!progress.steady) {
     progress.missing.push_back("more presses: the last ones still changed the stiffness by more than 1 %");
   }
@@ -593,14 +703,25 @@ IdentificationProgress StructuralIdentification::progress() const {
   };
   remark(unfit_, "samples unfit (device fault, not finite, time standing still)");
   remark(gaps_, "gaps longer than 16 ms");
-  remark(jumps_, "jumps of more than 1 mm between the instruments");
+  remark(jumps_, rigid ? "jumps of the encoders by more than 1 mm under force"
+                       : "jumps of more than 1 mm between the instruments");
   if (outside_missing_ < ticks_) remark(outside_missing_, "samples without the instrument from outside");
   remark(now.left_out, "presses left out that fit four times worse than the others");
   if (now.good && now.order < (task_.constant ? 0 : 2)) {
     progress.remarks.push_back(std::string("too few places for a field: ") +
                                (now.order == 0 ? "constant" : "linear") + " so far");
   }
-  if (now.good && task_.constant && presses_.size() >= 3 && now.spread > 0.03) {
+  if (now.good && rigid) {
+    const RigidBounds bounds = bounds_of(now.model);
+    progress.remarks.push_back(
+        "a lower bound: what the object gives way counts as the device's; on one of " +
+        text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm, as assumed, it is " +
+        (std::isfinite(bounds.upper_n_per_mm) ? text(bounds.upper_n_per_mm, 3) + " N/mm" : "all the object"));
+    if (now.spread > 0.03) {
+      progress.remarks.push_back("presses differ by " + text(100.0 * now.spread, 1) +
+                                 " %: is the object fastened, and does the tip stay on one spot?");
+    }
+  } else if (now.good && task_.constant && presses_.size() >= 3 && now.spread > 0.03) {
     progress.remarks.push_back(
         "the stiffness differs by " + text(100.0 * now.spread, 1) +
         " % from place to place: a constant one is wrong by that much, ask for a field");
@@ -610,7 +731,16 @@ IdentificationProgress StructuralIdentification::progress() const {
 
 hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
   const char* where = "structural stiffness identification";
-  if (ticks_ == 0) return hal::Error{"no data", where, "0 samples", "", "press virtual walls"};
+  const bool rigid = task_.rigid_contact;
+  if (ticks_ == 0) {
+    return hal::Error{"no data", where, "0 samples", "",
+                      rigid ? "press a rigid object" : "press virtual walls"};
+  }
+  if (pressing_) {  // the data end in a press: it counts as far as it goes
+    StructuralIdentification closed(*this);
+    closed.close_press();
+    return closed.finish();
+  }
   if (outside_missing_ == ticks_) {
     return hal::Error{"no instrument tells the tip's position from outside", where, "",
                       "an external displacement reading beside the encoders (4.26)",
@@ -618,24 +748,50 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
   }
   const Fit now = fit(task_.constant ? 0 : 2);
   if (!now.good) {
+    const std::string seen = std::to_string(presses_.size()) +
+                             " presses beyond 0.5 N; the greatest force is " + text(greatest_force_n_, 3) +
+                             " N";
+    const std::string check = rigid ? "check the signs and units of force and position"
+                                    : "check the signs and units of force and external position";
     return hal::Error{
-        "no press tells the stiffness", where, std::to_string(presses_.size()) + " presses beyond 0.5 N",
-        "presses on virtual walls with a deflection that grows against the force",
-        presses_.empty() ? wish().words : "check the signs and units of force and external position"};
+        "no press tells the stiffness", where, seen,
+        rigid ? "presses of the device, changing by up to 80 N/s, under which the encoders follow "
+                "the force by more than 1 mm/s"
+              : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "
+                "N/s, with a deflection that grows against the force",
+        presses_.empty() ? wish().words + "; with a recording, " + check : check};
   }
   if (now.residual > 0.9) {
     return hal::Error{"the deflection does not follow the force", where,
                       "residual " + text(100.0 * now.residual, 0) + " % of what was measured", "below 90 %",
-                      "check that the instrument watches the tip and has the encoders' frame and units"};
+                      rigid ? "check that the tip stays on the object, and the signs and units of force and "
+                              "position"
+                            : "check that the instrument watches the tip and has the encoders' frame and "
+                              "units"};
+  }
+  if (rigid && !std::isfinite(bounds_of(now.model).upper_n_per_mm)) {
+    return hal::Error{"the object may give way as much as the device", where,
+                      "found " + text(now.model.stiffness_n_per_mm, 2) + " N/mm, with an object of " +
+                          text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm or more",
+                      "an object much stiffer than the device",
+                      "press on a block of wood or steel, and say how stiff it is at least "
+                      "(least_object_stiffness_n_per_mm)"};
   }
   IdentifiedModel model;
   model.content = now.model;
-  model.procedure = std::to_string(presses_seen_) + " presses on virtual walls, " +
-                    (now.order == 2   ? "quadratic field"
-                     : now.order == 1 ? "linear field"
-                                      : "constant") +
-                    " by least squares against an external position (4.26)";
-  model.parameters = now.parameters;
+  if (rigid) {
+    model.procedure = std::to_string(presses_seen_) +
+                      " presses of the device on a rigid object, constant by least squares against the "
+                      "encoders (4.25); a lower bound, the object assumed no softer than " +
+                      text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm";
+  } else {
+    model.procedure = std::to_string(presses_seen_) + " presses on virtual walls, " +
+                      (now.order == 2   ? "quadratic field"
+                       : now.order == 1 ? "linear field"
+                                        : "constant") +
+                      " by least squares against an external position (4.26)";
+  }
+  model.parameters = parameters_of(now);
   for (const Press& press : presses_) {
     model.validity.max_force_n = std::max(model.validity.max_force_n, press.force_n);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -20,9 +21,15 @@ namespace hapticd::rt {
 /// with o an offset of each press (the instrument's origin, the device's kinematics), F the dry friction that
 /// the motors lose, τ what commands take to act. All are found by linear least squares from sums kept press
 /// by press; turns of motion, where friction is anything between -F and F, and impacts are left out. A press
-/// that fits four times worse than the others is left out as well and told.
+/// that fits four times worse than the others is left out as well and reported.
 ///
-/// Needs Observation::external_position_mm.
+/// Needs Observation::external_position_mm, or a rigid contact (StructuralStiffnessTask::rigid_contact).
+/// There the device presses the tip on an object that hardly gives way: p is constant within a press, and the
+/// same equation holds with o - p_s on its left. What the object gives way is taken for deflection: with f_r
+/// the force on the object and k_o its stiffness
+///   c_found = 1/k_s + (f_r/f_d)/k_o,
+/// so that 1/c_found is a lower bound of the stiffness. An upper one follows from the least k_o assumed; the
+/// distance between the two is part of the standard error.
 class StructuralIdentification final : public Identification {
  public:
   StructuralIdentification(const StructuralStiffnessTask& task, const hal::RigInfo& rig);
@@ -38,16 +45,18 @@ class StructuralIdentification final : public Identification {
   static constexpr double kUpDownMm = 40.0;        ///< and so far above and below that
   static constexpr double kStaggerMm = 24.0;       ///< heights vary over that much beside
   static constexpr std::size_t kMaxPresses = 128;  ///< kept; later ones take the place of the oldest
+  static constexpr std::size_t kRigidPresses = 5;  ///< wanted on a rigid object
 
  private:
   static constexpr std::size_t kRegressors = 12;  ///< 10 of the field, friction, delay
-  static constexpr std::size_t kWindow = 17;      ///< ticks of a velocity's window
+  static constexpr std::size_t kWindow = 17;      ///< most ticks of a velocity's window
   static constexpr std::size_t kBefore = 150;     ///< free ticks kept from before a press
 
   /// One tick, centred in the window.
   struct Row {
-    hal::Vector3 deflection_mm;  ///< outside minus encoders
+    hal::Vector3 deflection_mm;  ///< outside minus encoders; rigid contact: outside = 0
     hal::Vector3 force_n;
+    double reaction_n = 0.0;  ///< the sensor's; 0 where there is none
     hal::Vector3 force_rate_n_per_s;
     hal::Vector3 velocity_mm_per_s;
     hal::Vector3 place_mm;
@@ -63,14 +72,23 @@ class StructuralIdentification final : public Identification {
     std::array<Sums, 3> axes;
     hal::Vector3 place_mm;             ///< where the force was greatest
     double force_n = 0.0;              ///< greatest
+    double reaction_n = 0.0;           ///< at the same time
     int axis = 2;                      ///< along which
-    std::array<FitPoint, 4> points{};  ///< force, deflection; model is filled in later
+    std::array<FitPoint, 4> points{};  ///< force, deflection against it; model is filled in later
     std::size_t point_count = 0;
-    double points_zero_mm = 0.0;  ///< deflection before the press
+    hal::Vector3 points_zero_mm;  ///< deflection before the press; rigid contact: at its beginning
+    double points_zero_n = 0.0;   ///< force then
   };
   struct Raw {
     std::int64_t time_ns = 0;
     hal::Vector3 encoder_mm, outside_mm, force_n;
+    double reaction_n = 0.0;
+  };
+  /// What the object's own compliance may hide, rigid contact only.
+  struct RigidBounds {
+    double reaction_ratio = 1.0;       ///< force on the object over that of the device
+    double upper_n_per_mm = HUGE_VAL;  ///< infinite where the assumed object is as soft as what was found
+    double relative_error = 0.0;       ///< of the lower bound, as a standard error
   };
   struct Fit {
     bool good = false;
@@ -91,11 +109,19 @@ class StructuralIdentification final : public Identification {
   void close_press();
   Fit fit(int highest_order) const;
   Wish press_at(std::size_t target, const char* why) const;
+  Wish press_rigid() const;
   bool visited(std::size_t target) const noexcept;
+  std::size_t wanted_presses() const noexcept;
+  std::size_t pressed_enough() const noexcept;
+  RigidBounds bounds_of(const StructuralModel& model) const noexcept;
+  std::vector<EstimatedParameter> parameters_of(const Fit& fit) const;
 
   StructuralStiffnessTask task_;
   hal::RigInfo rig_;
   double press_force_n_;
+  std::size_t window_ticks_;  ///< odd
+  int free_rows_after_;
+  double longest_step_s_;
   std::vector<hal::Vector3> targets_mm_;
 
   std::array<Raw, kWindow> window_{};
@@ -108,6 +134,8 @@ class StructuralIdentification final : public Identification {
   bool pressing_ = false;
   int free_rows_ = 0;
   int rows_until_point_ = 0;
+  double greatest_force_n_ = 0.0;  ///< seen at all
+  bool rigid_enough_ = false;      ///< as of the last press: wish() is asked while the device renders
 
   std::vector<Press> presses_;
   std::size_t presses_seen_ = 0;

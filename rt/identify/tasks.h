@@ -42,6 +42,11 @@ struct FrictionTask {
 
 struct StructuralStiffnessTask {
   bool constant = false;  ///< one value for everywhere; false = a field
+  /// Without an instrument: the device presses the tip on a rigid object, so that all motion of the encoders
+  /// under force is deflection. Always one value, where the object stands.
+  bool rigid_contact = false;
+  /// Rigid contact: assumed, not measured. What a softer object would give way is not in the uncertainty.
+  double least_object_stiffness_n_per_mm = 1000.0;
 };
 
 struct ToolTask {};

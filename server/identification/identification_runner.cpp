@@ -160,12 +160,14 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
       return Refusal{
           RefusalKind::kInvalidArgument,
           {"an identification of kind '" + kind + "' needs the rig", std::string(kPlace) + ".recording",
-           request.recording, "contact, friction, tool or threshold", "identify it on the rig"}};
+           request.recording, "contact, friction, structural_stiffness, tool or threshold",
+           "identify it on the rig"}};
     }
     auto recording = shelf_.find(request.recording);
     if (!recording) return recording.refusal();
     run->recording = *recording;
-    auto rows = RecordedObservations::open(run->recording->file.path(), *motion, run->recording->description);
+    auto rows = RecordedObservations::open(run->recording->file.path(), *motion, run->recording->description,
+                                           request.geometry.press_direction);
     if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
     if (auto* friction = std::get_if<rt::FrictionTask>(&run->request.task)) {
       friction->normal_force_n = run->recording->normal_force_n;
@@ -189,7 +191,8 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
                       biases_.zero_in_force());
     run->identification = make_identification(request.task, run->view->rig_info());
     if (!store_.in_memory()) {
-      auto kept = ObservationFile::create(store_.path() + ".data/" + run->id + ".csv");
+      auto kept =
+          ObservationFile::create(store_.path() + ".data/" + run->id + ".csv", rig.has_external_position);
       if (kept) {
         run->kept.emplace(std::move(*kept));
       } else {
@@ -368,6 +371,17 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     model->object = run.request.object;
     if (run.recording) {
       model->data_reference = run.recording->description.name + ", sha256 " + run.recording->sha256;
+      const bool about_rig = !is_about_object(run.request.task);
+      if (about_rig && run.request.adopt) {
+        // A recording does not say of which rig it is; to adopt its model is to say that it is of this one.
+        model->device = session_.rig_info().device.model;
+        model->sensor = session_.rig_info().sensor.model;
+      } else if (about_rig) {
+        progress.remarks.push_back(
+            "the model belongs to no device, and scenes do not use it: adopt it where the recording is of "
+            "this "
+            "rig");
+      }
     } else {
       const hal::RigInfo& rig = session_.rig_info();
       if (auto* tool = std::get_if<rt::ToolModel>(&model->content)) {

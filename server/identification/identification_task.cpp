@@ -23,6 +23,12 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
+/// The tip as an instrument from outside sees it, against the encoders: the force sensor has no say.
+bool is_by_instrument(const IdentificationTask& task) noexcept {
+  const auto* structure = std::get_if<rt::StructuralStiffnessTask>(&task);
+  return structure != nullptr && !structure->rigid_contact;
+}
+
 /// The first number that is out of its range.
 class FieldCheck {
  public:
@@ -53,6 +59,9 @@ std::optional<RecordedMotion> recorded_motion(const IdentificationTask& task) no
   if (std::holds_alternative<rt::ToolTask>(task) || std::holds_alternative<rt::ThresholdTask>(task)) {
     return RecordedMotion::kFree;
   }
+  if (const auto* structure = std::get_if<rt::StructuralStiffnessTask>(&task)) {
+    return structure->rigid_contact ? RecordedMotion::kRigid : RecordedMotion::kBend;
+  }
   return std::nullopt;
 }
 
@@ -69,7 +78,12 @@ std::optional<Refusal> check(const IdentificationTask& task) {
             fields.range(t.length_mm, {5.0, 200.0, "mm"}, "length", "friction.length_mm");
             fields.range(t.normal_force_n, {0.0, 1000.0, "N"}, "normal force", "recording.normal_force_n");
           },
-          [](const rt::StructuralStiffnessTask&) {}, [](const rt::ToolTask&) {},
+          [&](const rt::StructuralStiffnessTask& t) {
+            fields.range(t.least_object_stiffness_n_per_mm, {10.0, 1e6, "N/mm"},
+                         "least stiffness of the object",
+                         "structural_stiffness.least_object_stiffness_n_per_mm");
+          },
+          [](const rt::ToolTask&) {},
           [&](const rt::ThresholdTask& t) {
             fields.range(t.duration_s, {5.0, 600.0, "s"}, "duration", "threshold.duration_s");
           },
@@ -86,22 +100,24 @@ std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigI
     return Refusal{RefusalKind::kFailedPrecondition,
                    {"the rig has " + what, "rig '" + rig.name + "'", kind_name(task), "", remedy}};
   };
-  const bool structural = std::holds_alternative<rt::StructuralStiffnessTask>(task);
-  if (!structural && rig.sensor.model.empty()) {
+  const bool by_instrument = is_by_instrument(task);
+  if (!by_instrument && rig.sensor.model.empty()) {
     return lacks("no force sensor", "identify on a recording, or on a rig that has one");
   }
   if (rig.kind == hal::RigKind::kReplay) {
     return lacks("nobody who could touch anything", "upload the recording and identify from it");
   }
-  if (structural && !rig.has_external_position) {
-    return lacks("no instrument that measures the tip from outside",
-                 "mount one (an LVDT, a laser) and name it in the rig's configuration");
+  if (by_instrument && !rig.has_external_position) {
+    return lacks(
+        "no instrument that measures the tip from outside",
+        "press on something rigid instead (rigid_contact, hapticctl: --rigid); or mount one (an LVDT, a "
+        "laser), record it beside the encoders and the device's force, and identify from the recording");
   }
   return std::nullopt;
 }
 
 bool uses_sensor(const IdentificationTask& task) noexcept {
-  return !std::holds_alternative<rt::StructuralStiffnessTask>(task);
+  return !is_by_instrument(task);
 }
 
 bool renders_force(const IdentificationTask& task) noexcept {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "hal/replay/csv_file.h"
@@ -26,6 +27,7 @@ constexpr std::size_t kStepsLookedAt = 100'000;
 struct Role {
   ColumnRole column;
   bool required = true;
+  bool is_read = true;
 };
 
 /// In the order of RecordedRow's numbers.
@@ -40,6 +42,12 @@ std::vector<Role> roles_of(RecordedMotion motion) {
     roles.push_back({{"force", Quantity::kForce, {"friction_force", "friction", "force"}}});
     roles.push_back({role_of(Quantity::kPosition)});
     roles.push_back({{"normal_force", Quantity::kForce, {"normal_force", "normal"}}, false});
+    return roles;
+  }
+  if (motion == RecordedMotion::kBend || motion == RecordedMotion::kRigid) {
+    for (ColumnRole& role : bend_roles(motion == RecordedMotion::kRigid)) {
+      roles.push_back({std::move(role), false});  // which are required, choose_bend_columns() says
+    }
     return roles;
   }
   for (const char* axis : {"x", "y", "z"}) {
@@ -62,10 +70,11 @@ std::vector<Role> roles_of(RecordedMotion motion) {
 }
 
 /// All that a row may say, in the order of roles_of().
-using RecordedRow = std::array<double, 14>;
+using RecordedRow = std::array<double, 1 + kBendNumbers>;
 constexpr std::size_t kOrientation = 10;
+static_assert(std::tuple_size_v<RecordedRow> >= kOrientation + 4);
 
-rt::Observation observation_of(const RecordedRow& row, RecordedMotion motion) {
+rt::Observation observation_of(const RecordedRow& row, RecordedMotion motion, const BendAxes& bend) {
   rt::Observation observation;
   hal::RigSample& sample = observation.sample;
   sample.time_ns = std::llround(row[0] * 1e9);
@@ -92,6 +101,10 @@ rt::Observation observation_of(const RecordedRow& row, RecordedMotion motion) {
       if (length > 0.0) sample.tip_orientation = {w / length, x / length, y / length, z / length};
       break;
     }
+    case RecordedMotion::kBend:
+    case RecordedMotion::kRigid:
+      fill_bend(std::span(row).subspan<1>(), bend, observation);
+      break;
   }
   return observation;
 }
@@ -99,7 +112,9 @@ rt::Observation observation_of(const RecordedRow& row, RecordedMotion motion) {
 std::optional<hal::Error> unknown_quantity(const RecordingDescription& description,
                                            const std::vector<Role>& roles) {
   std::vector<std::string> names;
-  for (const Role& role : roles) names.push_back(role.column.name);
+  for (const Role& role : roles) {
+    if (!role.column.name.empty()) names.push_back(role.column.name);
+  }
   for (const auto& [name, mapping] : description.columns) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     return hal::Error{"this identification reads no such quantity", "recording '" + description.name + "'",
@@ -111,8 +126,9 @@ std::optional<hal::Error> unknown_quantity(const RecordingDescription& descripti
 }  // namespace
 
 hal::Result<RecordedObservations> RecordedObservations::open(const std::string& path, RecordedMotion motion,
-                                                             const RecordingDescription& description) {
-  const std::vector<Role> roles = roles_of(motion);
+                                                             const RecordingDescription& description,
+                                                             const hal::Vector3& press_direction) {
+  std::vector<Role> roles = roles_of(motion);
   if (auto error = unknown_quantity(description, roles)) return *error;
   auto file = replay::CsvFile::open(path);
   const auto named = [&](hal::Error error) {
@@ -128,7 +144,23 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
   recording.path_ = path;
   recording.motion_ = motion;
   recording.name_ = description.name;
+  if (motion == RecordedMotion::kBend || motion == RecordedMotion::kRigid) {
+    const auto chosen = choose_bend_columns(motion == RecordedMotion::kRigid, description.columns,
+                                            file->columns(), press_direction);
+    if (!chosen) {
+      hal::Error error = chosen.error();
+      error.where = "recording '" + description.name + "'";
+      return error;
+    }
+    recording.bend_ = chosen->axes;
+    // Time stays first and is always required.
+    for (std::size_t i = roles.size() - 1; i > 0; --i) {
+      roles[i].required = chosen->uses[i - 1];
+      roles[i].is_read = chosen->uses[i - 1];
+    }
+  }
   for (std::size_t i = 0; i < roles.size(); ++i) {
+    if (!roles[i].is_read) continue;
     const auto mapped = description.columns.find(roles[i].column.name);
     const bool is_mapped = mapped != description.columns.end();
     replay::ColumnMapping mapping = is_mapped ? mapped->second : replay::ColumnMapping{};
@@ -187,6 +219,7 @@ hal::RigInfo RecordedObservations::rig_info() const {
   info.name = "recording:" + name_;
   info.rate_hz = 1.0 / summary_.median_step_s;
   info.renders_force = false;
+  info.has_external_position = motion_ == RecordedMotion::kBend;
   return info;
 }
 
@@ -225,7 +258,7 @@ std::optional<hal::Error> RecordedObservations::read(
     }
     first = false;
     last_s = row[0];
-    rt::Observation observation = observation_of(row, motion_);
+    rt::Observation observation = observation_of(row, motion_, bend_);
     observation.sample.tick = count++;
     if (visit(observation)) return std::nullopt;
     stopped = true;

@@ -12,6 +12,7 @@
 #include "hal/replay/column_mapping.h"
 #include "hal/rig.h"
 #include "rt/scene/observation.h"
+#include "server/identification/bend_columns.h"
 
 namespace hapticd::server {
 
@@ -22,6 +23,9 @@ enum class RecordedMotion : std::uint8_t {
             ///< "normal_force" where there is one
   kFree,  ///< "time", "force_x" … "torque_z" in the sensor's frame, and "position_x" …, "orientation_w" …
           ///< where there are any
+  kBend,   ///< "time", the encoders' position, the device's force on the tip and the tip's position by an
+           ///< instrument from outside; see bend_columns.h
+  kRigid,  ///< the same without the instrument, pressed on a rigid object
 };
 
 /// A recording as its owner describes it.
@@ -43,8 +47,11 @@ class RecordedObservations {
  public:
   /// Reads the file once. Refuses, with line and column, what CsvFile and select_column() refuse, quantities
   /// that are none of the motion's, time that does not increase, fewer than ten rows and more than a month.
+  /// `press_direction` (rig frame, of any length): kBend and kRigid, of what was measured along one axis
+  /// only.
   static hal::Result<RecordedObservations> open(const std::string& path, RecordedMotion motion,
-                                                const RecordingDescription& description);
+                                                const RecordingDescription& description,
+                                                const hal::Vector3& press_direction = {0.0, 0.0, -1.0});
 
   const RecordingSummary& summary() const noexcept { return summary_; }
   /// Quantities that were found by hapticd's own names of columns, in words; see recording_columns.h.
@@ -63,6 +70,7 @@ class RecordedObservations {
 
   std::string path_;
   RecordedMotion motion_ = RecordedMotion::kPress;
+  BendAxes bend_;  ///< kBend and kRigid
   std::string name_;
   std::vector<Column> columns_;
   std::vector<std::string> own_columns_;

@@ -65,6 +65,22 @@ Outcome<rt::FrictionTask> friction_task(const v1::FrictionTask& wanted) {
   return task;
 }
 
+Outcome<IdentificationTask> structural_task(const v1::StructuralStiffnessTask& wanted) {
+  rt::StructuralStiffnessTask task;
+  task.constant = wanted.constant();
+  task.rigid_contact = wanted.rigid_contact();
+  if (wanted.has_least_object_stiffness_n_per_mm()) {
+    if (!wanted.rigid_contact()) {
+      return Refusal{RefusalKind::kInvalidArgument,
+                     {"only a rigid contact has an object",
+                      std::string(kPlace) + ".structural_stiffness.least_object_stiffness_n_per_mm", "", "",
+                      "set rigid_contact, or leave it out"}};
+    }
+    task.least_object_stiffness_n_per_mm = wanted.least_object_stiffness_n_per_mm();
+  }
+  return IdentificationTask(task);
+}
+
 Outcome<IdentificationTask> task_of(const v1::StartIdentificationRequest& request) {
   using Case = v1::StartIdentificationRequest::TaskCase;
   switch (request.task_case()) {
@@ -79,7 +95,7 @@ Outcome<IdentificationTask> task_of(const v1::StartIdentificationRequest& reques
       return IdentificationTask(*task);
     }
     case Case::kStructuralStiffness:
-      return IdentificationTask(rt::StructuralStiffnessTask{request.structural_stiffness().constant()});
+      return structural_task(request.structural_stiffness());
     case Case::kTool:
       return IdentificationTask(rt::ToolTask{});
     case Case::kThreshold: {

@@ -24,8 +24,8 @@ void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& re
   response.set_rows(recording.rows);
   response.set_sha256(recording.sha256);
   std::string why;
-  for (const RecordedMotion motion :
-       {RecordedMotion::kPress, RecordedMotion::kStroke, RecordedMotion::kFree}) {
+  for (const RecordedMotion motion : {RecordedMotion::kPress, RecordedMotion::kStroke, RecordedMotion::kFree,
+                                      RecordedMotion::kBend, RecordedMotion::kRigid}) {
     const auto rows = RecordedObservations::open(recording.file.path(), motion, recording.description);
     if (rows) {
       for (const std::string& own : rows->own_columns()) {

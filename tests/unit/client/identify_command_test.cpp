@@ -66,6 +66,11 @@ TEST(IdentifyCommand, FrictionTakesTipAndLength) {
 TEST(IdentifyCommand, TheRigsOwnModelsTakeNoObject) {
   EXPECT_TRUE(started_by("structural --constant").structural_stiffness().constant());
   EXPECT_FALSE(started_by("structural").structural_stiffness().constant());
+  EXPECT_FALSE(started_by("structural").structural_stiffness().rigid_contact());
+  const auto rigid = started_by("structural --rigid --least-object-stiffness 2000").structural_stiffness();
+  EXPECT_TRUE(rigid.rigid_contact());
+  EXPECT_EQ(rigid.least_object_stiffness_n_per_mm(), 2000.0);
+  EXPECT_FALSE(started_by("structural --rigid").structural_stiffness().has_least_object_stiffness_n_per_mm());
   EXPECT_TRUE(started_by("tool").has_tool());
   EXPECT_EQ(started_by("threshold --duration 30").threshold().duration_s(), 30.0);
   EXPECT_EQ(started_by("gains --target 0.5").gains().target_stiffness_n_per_mm(), 0.5);
@@ -86,7 +91,10 @@ TEST(IdentifyCommand, WhatCannotBeIsToldBeforeAnyCall) {
                            "friction --object sponge --tip rod --length 4",
                            "friction --object sponge --tip rod --normal-force 5",
                            "structural --object sponge",
-                           "structural --recording x.csv",
+                           "structural --least-object-stiffness 500",
+                           "structural --rigid --least-object-stiffness 1",
+                           "structural --press-direction 0,0,-1",
+                           "structural --column external=lvdt:um",
                            "tool --object sponge",
                            "threshold --duration 4",
                            "gains --target 21",
