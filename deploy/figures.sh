@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# Measures again every number that README.md prints with a mark, and holds the text to what was measured.
+#
+#   bash deploy/figures.sh [--quick] OUT
+#
+# Builds what measures, runs every study and benchmark (half an hour and more on two cores; --quick: fewer cases, less
+# than ten minutes), collects OUT/RUN/figures.jsonl as OUT/figures.jsonl with the run beside each record, and calls
+# deploy/check_figures.py, whose status it ends with. A study that ends with an error ends it at once. OUT/times.txt
+# tells what each run took; OUT/RUN.log is what it printed.
+#
+# HAPTICD_RECORDINGS names the folder of real recordings; without it their figures are missing, and the check says so.
+# Not among them is what takes a rig of its own for half an hour: tests/study/trust/live.sh.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+quick=()
+out=
+for argument in "$@"; do
+  case "$argument" in
+    --quick) quick=(--quick) ;;
+    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -*) echo "figures.sh: unknown option '$argument' (see --help)" >&2; exit 2 ;;
+    *) out=$argument ;;
+  esac
+done
+[[ -n $out ]] || { echo "figures.sh: it needs a folder for what is measured (see --help)" >&2; exit 2; }
+if [[ -z "${HAPTICD_RECORDINGS:-}" ]]; then
+  echo "figures.sh: HAPTICD_RECORDINGS is not set: nothing is measured on real recordings" >&2
+fi
+
+bash deploy/build.sh release measure
+readonly bin=build/release/bin
+mkdir -p "$out"
+rm -f "$out/figures.jsonl" "$out/times.txt"
+
+# measure RUN PROGRAM COMMAND OPTION...: into OUT/RUN, from nothing.
+measure() {
+  local run=$1 program=$2
+  shift 2
+  rm -rf "${out:?}/$run"
+  local TIMEFORMAT="$run %R s, of the processors %U + %S s"
+  if ! { time "$bin/$program" "$@" --out "$out/$run" >"$out/$run.log" 2>&1; } 2>>"$out/times.txt"; then
+    tail -n 30 "$out/$run.log" >&2
+    echo "figures.sh: failed: $program $*" >&2
+    exit 1
+  fi
+  tail -n 1 "$out/times.txt"
+  sed "s/^{/{\"run\":\"$run\",/" "$out/$run/figures.jsonl" >>"$out/figures.jsonl"
+}
+
+# What is measured in virtual time; faults and report are live in part.
+for study in rig explore identify loading faults trust report; do
+  measure "$study" hapticd_study "$study" "${quick[@]}"
+done
+# What is live. The report has run the benchmarks `scenes` and `realtime` already.
+if ((${#quick[@]})); then
+  measure tick hapticd_bench tick --seconds 0.5
+  measure live hapticd_bench live --seconds 5
+  measure netft hapticd_bench netft --seconds 3
+else
+  measure tick hapticd_bench tick
+  measure live hapticd_bench live
+  measure netft hapticd_bench netft --seconds 15
+  measure rig_transport hapticd_study rig --transport emulated
+  measure identify_transport hapticd_study identify --transport emulated
+fi
+measure attack hapticd_bench attack "${quick[@]}"
+
+echo "figures: $out/figures.jsonl"
+python3 deploy/check_figures.py --figures "$out/figures.jsonl" "${quick[@]}"
