@@ -125,14 +125,14 @@ class Definition:
         """What must stand in the text, one number or two. Complaint where the records do not give it; `whole`: or
         where a condition that is listed, or more values than are said to be, are missing."""
         ours = [record for record in records if self.matches(record)]
+        values = [self.factor * record["value"] for record in ours if record["value"] is not None]
+        if not values:
+            raise Complaint(f"no value of {self}")
         if whole:
             for key, wanted in self.case.items():
                 for value in wanted if isinstance(wanted, list) else [wanted]:
                     if not any(record["case"][key] == value for record in ours):
                         raise Complaint(f"no record of {self} has {key} {value}")
-        values = [self.factor * record["value"] for record in ours if record["value"] is not None]
-        if not values:
-            raise Complaint(f"no value of {self}")
         without = len(ours) - len(values)
         if whole and without != self.failed:
             raise Complaint(f"{without} of {len(ours)} records of {self} have no value, {self.failed} expected (failed = )")
@@ -254,7 +254,7 @@ def check_figures(marks, definitions, records, quick, complaints, remarks):
         try:
             measured = definition.printed(records, whole=held_to_it)
         except Complaint as complaint:
-            complaints.append(f"{mark.where}: '{mark.name}': {complaint}")
+            (remarks if definition.machine else complaints).append(f"{mark.where}: '{mark.name}': {complaint}")
             continue
         told = mark.numbers if definition.aggregate == "range" else mark.numbers[-1:]
         if told == measured:
