@@ -38,7 +38,7 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-TEXTS = ("README.md",)
+TEXTS = ("README.md", "hal/sim/README.md", "rt/README.md")
 SOURCES = ("tests/study", "tests/bench")
 
 MARK = re.compile(r"<!--([a-z][a-z0-9_]*)-->")
@@ -144,17 +144,14 @@ class Definition:
             results = [min(values), max(values)]
         else:
             results = [REDUCE[self.aggregate](values)]
-        return [without_negative_zero(self.format % result) for result in results]
+        # Rounded first; then adding zero makes a negative zero a positive one.
+        return [self.format % (float(self.format % result) + 0.0) for result in results]
 
     def decimals(self):
         """Digits behind the point that the format prints; None where it does not fix them."""
         if self.format.endswith("d"):
             return 0
         return int(self.format[self.format.index(".") + 1 : -1]) if self.format.endswith("f") else None
-
-
-def without_negative_zero(text):
-    return re.sub(r"^-(?=0(?:\.0*)?$)", "+" if text.startswith("+") else "", text)
 
 
 def read_definitions(path, complaints):
@@ -171,16 +168,21 @@ def read_definitions(path, complaints):
 class Mark:
     """A mark in a text with the numbers before it."""
 
-    def __init__(self, text_name, line_number, line, match):
-        self.where = f"{text_name}:{line_number}"
+    def __init__(self, text, line_number, line, match):
+        self.where = f"{text}:{line_number}"
         self.name = match.group(1)
         self.numbers = numbers_before(line, match.start())
+
+
+def shown(path):
+    """A text as complaints name it."""
+    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path.name
 
 
 def marks_in(path):
     for line_number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         for match in MARK.finditer(line):
-            yield Mark(path.name, line_number, line, match)
+            yield Mark(shown(path), line_number, line, match)
 
 
 def unmarked_numbers(path):
@@ -282,7 +284,7 @@ def write_measured(path, definitions, records, complaints):
                 raise Complaint("nothing defines it")
             numbers = [typeset(number) for number in definition.printed(records)]
         except Complaint as complaint:
-            complaints.append(f"{path.name}: '{found['mark']}' is left as it was: {complaint}")
+            complaints.append(f"{shown(path)}: '{found['mark']}' is left as it was: {complaint}")
             return found[0]
         before = f"{found['first']} … " if found["first"] and len(numbers) == 1 else ""
         return f"{before}{' … '.join(numbers)}<!--{found['mark']}-->"
@@ -299,7 +301,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("texts", nargs="*", type=Path, help="Markdown texts; default README.md")
+    parser.add_argument("texts", nargs="*", type=Path, help=f"Markdown texts; default {' '.join(TEXTS)}")
     parser.add_argument("--figures", type=Path, help="what deploy/figures.sh collected")
     parser.add_argument("--quick", action="store_true", help="the figures are of a quick run")
     parser.add_argument("--static", action="store_true", help="without figures")
@@ -341,7 +343,7 @@ def main(arguments=None):
         print(f"differs, as it may: {remark}")
     for text, rows in tables.items():
         for line_number, heading, unmarked, marked in rows:
-            print(f"{text.name}:{line_number}: {marked} numbers marked, {unmarked} not: {heading}")
+            print(f"{shown(text)}:{line_number}: {marked} numbers marked, {unmarked} not: {heading}")
     for complaint in complaints:
         print(f"error: {complaint}", file=sys.stderr)
     print(f"{len(marks)} marks, {len(complaints)} errors")

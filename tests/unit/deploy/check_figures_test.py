@@ -136,6 +136,11 @@ class AgainstFigures(Checked):
         self.measured([record("one", "sponge", -28000), record("one", "foam", -992)])
         self.passes(self.against_figures())
 
+    def test_knows_no_negative_zero(self):
+        self.measured([record("one", "sponge", -0.0004), record("one", "foam", 0.0)])
+        self.write("README.md", TEXT.replace("−1.2 … +0.1", "+0.0 … +0.0"))
+        self.passes(self.against_figures())
+
     def test_passes_over_no_case_that_gave_nothing(self):
         self.measured([*RECORDS, record("one", "rubber", None)])
         self.complains(self.against_figures(), "1 of 3 records of rig/held_error (device=one, object≠wood) have no value")
