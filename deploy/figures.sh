@@ -36,8 +36,6 @@ rm -f "$out/figures.jsonl" "$out/times.txt"
 # measure RUN PROGRAM COMMAND OPTION...: into OUT/RUN, from nothing; once more where a busy machine spoilt it.
 measure() {
   once "$@" || { echo "figures.sh: $1 is run once more" >&2; once "$@"; } || exit 1
-  tail -n 1 "$out/times.txt"
-  sed "s/^{/{\"run\":\"$1\",/" "$out/$1/figures.jsonl" >>"$out/figures.jsonl"
 }
 once() {
   local run=$1 program=$2 status=0
@@ -51,11 +49,19 @@ once() {
   return "$status"
 }
 
-# What is measured in virtual time; faults and report are live in part.
-for study in rig explore identify loading faults trust report; do
+# In virtual time, on one core each: two at a time.
+measure identify hapticd_study identify "${quick[@]}" &
+beside=$!
+trap 'kill "$beside" 2>/dev/null || true' EXIT
+for study in rig explore loading; do
   measure "$study" hapticd_study "$study" "${quick[@]}"
 done
-# What is live. The report has run the benchmarks `scenes` and `realtime` already.
+wait "$beside"
+trap - EXIT
+# These are live in part or use every core; the report runs the benchmarks `scenes` and `realtime`, too.
+for study in faults trust report; do
+  measure "$study" hapticd_study "$study" "${quick[@]}"
+done
 if ((${#quick[@]})); then
   measure tick hapticd_bench tick --seconds 0.5
   measure live hapticd_bench live --seconds 5
@@ -69,5 +75,10 @@ else
 fi
 measure attack hapticd_bench attack "${quick[@]}"
 
+for folder in "$out"/*/; do
+  run=$(basename "$folder")
+  sed "s/^{/{\"run\":\"$run\",/" "$folder/figures.jsonl"
+done >"$out/figures.jsonl"
+cat "$out/times.txt"
 echo "figures: $out/figures.jsonl"
 python3 deploy/check_figures.py --figures "$out/figures.jsonl" "${quick[@]}"
