@@ -31,7 +31,7 @@ fi
 bash deploy/build.sh release measure
 readonly bin=build/release/bin
 mkdir -p "$out"
-rm -f "$out/figures.jsonl" "$out/times.txt"
+rm -f "$out/times.txt" "$out/figures.jsonl" "$out"/*/figures.jsonl
 
 # measure RUN PROGRAM COMMAND OPTION...: into OUT/RUN, from nothing; once more where a busy machine spoilt it.
 measure() {
