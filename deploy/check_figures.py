@@ -18,8 +18,8 @@ range, the rounding. One line each:
     figure    RUN/FIGURE; RUN is a folder that deploy/figures.sh makes
     case      conditions that must hold: a value, or a list of which one must be; optional
     not       conditions that must not hold, in the same form; optional
-    show      one of min, max, median, mean, sum, count, only (exactly one record), range (min … max),
-              and the format, of the printf family
+    show      one of min, max, median, mean, sum, count, within (how many are no larger than their goal),
+              only (exactly one record), range (min … max), and the format, of the printf family
     factor    the values times this, e.g. 100 for percent; optional
     failed    how many of the records gave no value; 0 unless it says so, so that none is passed over in silence
     machine   true: a figure of the machine and its load; a difference is reported and fails nothing; optional
@@ -45,7 +45,7 @@ MARK = re.compile(r"<!--([a-z][a-z0-9_]*)-->")
 # 28 992, −1.2, +0.1, 1e-9
 NUMBER = r"[+\-−]?(?:\d{1,3}(?: \d{3})+(?![\d.])|\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
 BEFORE_MARK = re.compile(rf"(?:({NUMBER}) … )?({NUMBER})$")
-SHOW = re.compile(r"(min|max|median|mean|sum|count|only|range) (%\+?\.\d+[feg]|%\+?d)")
+SHOW = re.compile(r"(min|max|median|mean|sum|count|within|only|range) (%\+?\.\d+[feg]|%\+?d)")
 FIGURE = re.compile(r"([a-z_]+)/([a-z][a-z0-9_]*)")
 KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "in_quick"}
 # Columns of a table that hold no measured number: what is told first, and what it is compared with.
@@ -140,6 +140,9 @@ class Definition:
             if len(values) != 1:
                 raise Complaint(f"{len(values)} values of {self}; 'only' wants one")
             results = values
+        elif self.aggregate == "within":
+            goals = [record for record in ours if record["value"] is not None and record.get("goal") is not None]
+            results = [sum(1 for record in goals if record["value"] <= record["goal"])]
         elif self.aggregate == "range":
             results = [min(values), max(values)]
         else:

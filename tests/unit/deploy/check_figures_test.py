@@ -157,6 +157,13 @@ class AgainstFigures(Checked):
         self.write("figures.toml", DEFINITIONS.replace('"max', '"only'))
         self.complains(self.against_figures(), "3 values of rig/held_error")
 
+    def test_counts_what_is_within_its_goal(self):
+        self.write("figures.toml", 'held = { figure = "rig/held_error", show = "within %d" }\n')
+        self.write("README.md", "2<!--held--> of 3\n")
+        goals = ((0.1, 0.2), (0.2, 0.2), (0.3, 0.2))
+        self.measured([{**record("one", "foam", value), "goal": goal} for value, goal in goals])
+        self.passes(self.against_figures())
+
     def test_only_reports_what_is_the_machine_s(self):
         self.write("figures.toml", DEFINITIONS.replace('"max %.2f"', '"max %.2f", machine = true'))
         self.write("README.md", TEXT.replace("0.00<", "0.07<"))
