@@ -28,7 +28,7 @@ if [[ -z "${HAPTICD_RECORDINGS:-}" ]]; then
   echo "figures.sh: HAPTICD_RECORDINGS is not set: nothing is measured on real recordings" >&2
 fi
 
-bash deploy/build.sh release measure
+bash deploy/build.sh release measure hapticd_study hapticd_bench
 readonly bin=build/release/bin
 mkdir -p "$out"
 rm -f "$out/times.txt" "$out/figures.jsonl" "$out"/*/figures.jsonl
@@ -63,7 +63,7 @@ for study in faults trust report; do
   measure "$study" hapticd_study "$study" "${quick[@]}"
 done
 if ((${#quick[@]})); then
-  measure tick hapticd_bench tick --seconds 0.5
+  measure tick hapticd_bench tick --seconds 0.5 --hours 0.05
   measure live hapticd_bench live --seconds 5
   measure netft hapticd_bench netft --seconds 3
 else
