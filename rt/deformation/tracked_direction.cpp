@@ -24,6 +24,7 @@ void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
   coefficient_ = {};
   friction_n_ = {};
   gathered_ = 0;
+  touching_s_ = 0.0;
   // What the first reaction shows is the normal less whatever friction there is.
   const double force_n = std::max(norm(reaction_n), kLeastForceN);
   friction_variance_ = 0.1 * friction_.kinetic * friction_.kinetic;
@@ -45,6 +46,7 @@ void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3
 
 void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
                                const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept {
+  const hal::Vector3 before = normal_;
   const hal::Vector3 slide_mm = across(step_mm, normal_);
   const double press_mm = std::abs(dot(step_mm, normal_));
   const hal::Vector3 sliding_mm_per_s = across(velocity_mm_per_s, normal_);
@@ -94,6 +96,8 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   friction_variance_ = std::max(0.0, friction_variance_ - friction_gain * to_friction);
   covariance_ -= normal_gain * to_friction;
   give_back_excess();
+  touching_s_ += interval_s;
+  if (touching_s_ > kSettlingS) limit_turn(before, interval_s);
 
   friction_n_ = (coefficient_ * normal_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm) * -1.0;
 }
@@ -106,6 +110,16 @@ void TrackedDirection::give_back_excess() noexcept {
   coefficient_ = coefficient_ - excess;
   normal_ = direction_or(normal_ - excess, normal_);
   normal_variance_ = std::max(normal_variance_, dot(excess, excess));
+}
+
+void TrackedDirection::limit_turn(const hal::Vector3& before, double interval_s) noexcept {
+  const hal::Vector3 turn = normal_ - before;
+  const double most = kFastestTurnRadPerS * interval_s;
+  const double size = norm(turn);
+  if (size <= most) return;
+  normal_ = direction_or(before + turn * (most / size), before);
+  coefficient_ = across(coefficient_, normal_);
+  normal_variance_ = std::max(normal_variance_, (size - most) * (size - most));
 }
 
 double TrackedDirection::deviation_rad() const noexcept {

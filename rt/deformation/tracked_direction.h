@@ -24,6 +24,11 @@ namespace hapticd::rt {
 /// Pressing straight down and sliding down a slope as steep as the friction look alike: the same motion, the
 /// same force. A normal that is slightly off would see sliding in every press and confirm itself. Motion
 /// across the normal therefore counts as sliding only beyond what a slant of kSlantOfPressing explains.
+///
+/// A device that pulls along the normal to soften an object moves the tool across it where the normal is off,
+/// and the friction that this turns over looks like a turned normal again: with a pull of 10 N on a rubber
+/// ball the two swing by 50° at 28 Hz. Once it has settled the normal therefore turns no faster than
+/// kFastestTurnRadPerS: a stroke of 150 mm/s over kTightestRadiusMm follows, a swing does not build up.
 class TrackedDirection {
  public:
   /// `force_noise_n`: standard deviation of one component per tick.
@@ -47,6 +52,8 @@ class TrackedDirection {
                const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept;
   /// No friction holds more than a few times what it does in sliding: beyond that it was the normal.
   void give_back_excess() noexcept;
+  /// Turned from `before` to no more than what a surface can in `interval_s`.
+  void limit_turn(const hal::Vector3& before, double interval_s) noexcept;
 
   static constexpr double kUpdateS = 1e-3;
   static constexpr double kMostStatic = 2.5;         // of μ_k; 2.2 for a sticky gel
@@ -58,6 +65,8 @@ class TrackedDirection {
   static constexpr double kStuckTimeS = 0.1;         // in which friction may change altogether, at rest
   static constexpr double kStuckMmPerS = 4.0;        // slower than this the encoders may be blind to sliding
   static constexpr double kFirstDeviationRad = 0.3;  // of the first reaction from the normal
+  static constexpr double kFastestTurnRadPerS = 7.0;
+  static constexpr double kSettlingS = 0.05;  // of a contact, in which the normal turns as it may
 
   FrictionParameters friction_;
   std::uint32_t ticks_per_update_;
@@ -69,6 +78,7 @@ class TrackedDirection {
   double normal_variance_ = 0.0;
   double friction_variance_ = 0.0;
   double covariance_ = 0.0;
+  double touching_s_ = 0.0;     ///< since begin()
   std::uint32_t gathered_ = 0;  ///< ticks since the last update,
   double gathered_periods_ = 0.0;
   hal::Vector3 gathered_step_mm_{};  ///< their steps

@@ -9,6 +9,7 @@ namespace hapticd::bench {
 struct TickOptions {
   std::string folder;
   double seconds_per_scene = 2.0;
+  double resting_hours = 2.0;  ///< 0 = that part is left out
 };
 /// Returns the exit status.
 int run_tick(const TickOptions& options);

@@ -22,6 +22,10 @@ int main(int argc, char** argv) {
   tick_command->add_option("--seconds", tick.seconds_per_scene, "time spent on each scene")
       ->check(CLI::Range(0.05, 600.0))
       ->capture_default_str();
+  tick_command
+      ->add_option("--hours", tick.resting_hours, "of the rig's time with the tool at rest; 0 leaves it out")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
   tick_command->callback([&] { status = run_tick(tick); });
 
   std::string scene;

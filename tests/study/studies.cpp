@@ -82,7 +82,7 @@ const std::vector<Study>& studies() {
        "where nothing is touched the device gives no force, whatever a clock, a sensor or an object does",
        {
            {"free_air", "largest and longest force in free air, for every cause, scene, device and rate",
-            run_free_air, PlantUse::kSeparable, true},
+            run_free_air, PlantUse::kBoth, true},
            {"contact", "real taps and presses under the same causes: missed, dropped, late", run_contact_kept,
             PlantUse::kBoth, true},
        }},

@@ -1,6 +1,7 @@
 #include <iostream>
 
 #include "tests/bench/benchmark.h"
+#include "tests/bench/tick/tick_hours.h"
 #include "tests/bench/tick/tick_instructions.h"
 #include "tests/bench/tick/tick_timing.h"
 #include "tests/bench/tick/tick_workload.h"
@@ -48,6 +49,34 @@ void measure(report::Report& report, report::MarkdownTable& table, const std::st
   for (const report::Figure& figure : {median, p999, instructions}) report.add(figure);
 }
 
+/// Beside the same without flushing, in the same run.
+void measure_rest(report::Report& report, double hours) {
+  using report::fixed;
+  report::MarkdownTable table({"scene", "denormal numbers", "first 5 min [ns]", "last 30 min [ns]",
+                               "last over first", "slowest minute [ns]"});
+  for (const std::string& scene : tick_scenes()) {
+    for (const bool flushed : {true, false}) {
+      report::Figure slower{
+          .figure = "tick_rest_last_over_first",
+          .conditions = {{"scene", scene}, {"denormals", flushed ? "flushed" : "kept"}, {"hours", hours}}};
+      const auto workload = TickWorkload::create(scene);
+      if (!workload) {
+        slower.failed = workload.error().text();
+      } else {
+        const RestingTimes times = time_rest(**workload, hours, flushed);
+        slower.value = times.last_ns / times.first_ns;
+        table.add_row({scene, flushed ? "flushed" : "kept", fixed(times.first_ns, 1), fixed(times.last_ns, 1),
+                       fixed(*slower.value, 2), fixed(times.slowest_ns, 1)});
+      }
+      report.add(slower);
+    }
+  }
+  report.add_table("tick_rest", "Ticks while a tool lies still for hours after a contact", table,
+                   "Medians of the medians of each minute of the rig's time over batches of 60 ticks. "
+                   "Flushed: as the loop's "
+                   "thread computes. Kept: what it would be without.");
+}
+
 }  // namespace
 
 int run_tick(const TickOptions& options) {
@@ -60,6 +89,7 @@ int run_tick(const TickOptions& options) {
       "Medians over batches of 32 ticks, 99.9 % over single ticks less the clock's own cost; "
       "instructions as\n"
       "callgrind counts them. Samples are taps of the simulated hand; in 3D strokes to and fro.");
+  if (options.resting_hours > 0.0) measure_rest(report, options.resting_hours);
   return 0;
 }
 

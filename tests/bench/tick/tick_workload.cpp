@@ -114,7 +114,9 @@ const std::vector<std::string>& tick_scenes() {
 
 TickWorkload::TickWorkload(const rt::SceneSpec& resolved, std::unique_ptr<rt::Pipeline> pipeline,
                            double rate_hz)
-    : pipeline_(std::move(pipeline)), renderer_(resolved.guard, rate_hz) {
+    : pipeline_(std::move(pipeline)),
+      renderer_(resolved.guard, rate_hz),
+      period_ns_(static_cast<std::int64_t>(1e9 / rate_hz)) {
   renderer_.exchange(pipeline_.get(), resolved.guard);
 }
 
@@ -182,6 +184,11 @@ rt::TickRecord TickWorkload::next_record() noexcept {
   renderer_.tick(samples_[next_], record);
   if (++next_ == samples_.size()) next_ = 0;
   return record;
+}
+
+void TickWorkload::lay_down() noexcept {
+  still_ = samples_[(next_ + samples_.size() - 1) % samples_.size()];
+  still_.sensor_force_n = still_.sensor_torque_n_mm = {};
 }
 
 double TickWorkload::contact_share() const noexcept {

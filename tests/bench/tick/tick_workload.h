@@ -36,15 +36,15 @@ class TickWorkload {
   /// One tick as the loop does it: the scene's computation, and its record into the telemetry ring, which
   /// another thread reads. The samples come round and round.
   void tick() noexcept {
-    rt::TickRecord& record = *ring_.claim();  // read at once below: never full
-    record = rt::TickRecord{};
-    sink_ = renderer_.tick(samples_[next_], record);
-    ring_.publish();
-    if (const rt::TickRecord* told = ring_.front(); told != nullptr) {
-      guard_state_ = told->guard_state;
-      ring_.discard();
-    }
+    take(samples_[next_]);
     if (++next_ == samples_.size()) next_ = 0;
+  }
+  /// The tool is laid down where the last tick() found it: from now on nothing moves, the sensor reads zero.
+  void lay_down() noexcept;
+  /// One tick after that.
+  void rest() noexcept {
+    still_.time_ns += period_ns_;
+    take(still_);
   }
 
   /// The sample the next tick takes, and whether it is one in contact.
@@ -64,12 +64,24 @@ class TickWorkload {
 
  private:
   TickWorkload(const rt::SceneSpec& resolved, std::unique_ptr<rt::Pipeline> pipeline, double rate_hz);
+  void take(const hal::RigSample& sample) noexcept {
+    rt::TickRecord& record = *ring_.claim();  // read at once below: never full
+    record = rt::TickRecord{};
+    sink_ = renderer_.tick(sample, record);
+    ring_.publish();
+    if (const rt::TickRecord* told = ring_.front(); told != nullptr) {
+      guard_state_ = told->guard_state;
+      ring_.discard();
+    }
+  }
 
   rt::SpscRing<rt::TickRecord> ring_{64};
   std::unique_ptr<rt::Pipeline> pipeline_;
   rt::Renderer renderer_;
   std::vector<hal::RigSample> samples_;
   std::vector<bool> in_contact_;
+  hal::RigSample still_;  ///< of rest()
+  std::int64_t period_ns_;
   std::size_t next_ = 0;
   rt::GuardState guard_state_{};
   hal::DeviceCommand sink_;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "rt/guard/fault_table.h"
 #include "rt/signal/vector.h"
 #include "tests/study/explore/explore_study.h"
 #include "tests/study/explore/scenes.h"
@@ -18,7 +19,7 @@ struct Outcome {
   double swing_mm = 0.0;
   double angle_p95_deg = 0.0;
   double largest_command_n = 0.0;
-  bool latched = false;
+  rt::GuardFault latched_by = rt::GuardFault::kNone;
 };
 
 Outcome stroke(const std::string& object, const rt::SceneSpec& scene, const rt::ObjectModel& model,
@@ -41,7 +42,7 @@ Outcome stroke(const std::string& object, const rt::SceneSpec& scene, const rt::
     const rt::TickRecord& record = run.record();
     judge.add(run.truth().displacement_mm);
     outcome.largest_command_n = std::max(outcome.largest_command_n, rt::norm(record.device_command_n));
-    outcome.latched = outcome.latched || record.guard_state == rt::GuardState::kLatched;
+    if (record.guard_state == rt::GuardState::kLatched) outcome.latched_by = record.guard_fault;
     if (!run.truth().in_contact || !record.in_contact) continue;
     const double cosine = std::clamp(dot(record.normal, run.truth().outward_normal), -1.0, 1.0);
     angles_deg.push_back(std::acos(cosine) * 180.0 / std::numbers::pi);
@@ -75,9 +76,12 @@ void run_difficult(StudyContext& context) {
           swing.unit = "mm";
           swing.value = outcome.swing_mm;
           swing.source = "D§4.4.3, D§4.6.2: unstable on sticky objects and ridges";
-          if (outcome.latched) {
+          const bool latched = outcome.latched_by != rt::GuardFault::kNone;
+          const std::string guard =
+              latched ? "latched: " + std::string(rt::rule_of(outcome.latched_by).name) : "held";
+          if (latched) {
             swing.value.reset();
-            swing.failed = "the guard latched";
+            swing.failed = "the guard " + guard;
           }
           context.report.add(swing);
           report::Figure angle{"difficult_direction_error_p95_deg", conditions};
@@ -86,7 +90,7 @@ void run_difficult(StudyContext& context) {
           context.report.add(angle);
           table.add_row({object, fixed(speed, 0), fixed(target, 1), ours ? "default" : "dissertation",
                          fixed(outcome.swing_mm, 2), fixed(outcome.angle_p95_deg, 1),
-                         fixed(outcome.largest_command_n, 1), outcome.latched ? "latched" : "held"});
+                         fixed(outcome.largest_command_n, 1), guard});
         }
       }
     }

@@ -145,6 +145,34 @@ TEST(ExploredStability, HoldsWhereThePublishedPipelineOscillates) {
   EXPECT_GT(swing_mm("foam_ball_3d", dissertation_scene(rt::Tip::kBallBearing), foam.dissertation, 1.5), 2.0);
 }
 
+TEST(ExploredStability, AStiffBallThatIsSoftenedMuchIsStrokedWithoutASwing) {
+  // Pulled at with 10 N and more along an estimated normal, which the pull itself must not turn.
+  rt::SceneSpec scene = explore_scene(rt::Tip::kRod);
+  scene.target = rt::linear_target(0.3);
+  for (const char* device : {"phantom_1_0", "phantom_1_5_high_force"}) {
+    for (const double speed : {20.0, 60.0}) {
+      for (const double force : {2.0, 4.0}) {
+        VirtualRun run(explore_rig(device, "rubber_ball_3d", "rod"), scene, true,
+                       &identified("rubber_ball_3d").model);
+        sim::HandProgram hand = strokes(force, speed);
+        hand.stroke_length_mm = 30.0;
+        hand.approach_mm_per_s = 30.0;
+        hand.force_rate_n_per_s = 2.0;
+        run.set_hand(hand);
+        double most_n = 0.0;
+        bool latched = false;
+        while (run.time_s() < 10.0) {
+          run.step();
+          most_n = std::max(most_n, rt::norm(run.record().device_command_n));
+          latched = latched || run.record().guard_state == rt::GuardState::kLatched;
+        }
+        EXPECT_FALSE(latched) << device << ", " << speed << " mm/s, " << force << " N";
+        EXPECT_GT(most_n, 3.0) << "the device does pull";
+      }
+    }
+  }
+}
+
 TEST(ExploredStability, IsLostInTheEnd) {
   // The judge must be able to fail: no loop with these delays holds a target of 60 times the object.
   const IdentificationResult& foam = identified("foam_ball_3d");

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <numbers>
 
 #include "directions.h"
 #include "rt/deformation/published_direction.h"
@@ -264,6 +265,27 @@ TEST(Direction, AForceThatFlipsIsFollowedOrIgnoredButNeverLeavesTheSphere) {
     p.update(force, {0.0, 0.05, 0.0}, {0.0, 50.0, 0.0});
     ASSERT_NEAR(norm(t.normal()), 1.0, 1e-9);
     ASSERT_NEAR(norm(p.normal()), 1.0, 1e-9);
+  }
+}
+
+TEST(TrackedDirection, OnceSettledItTurnsNoFasterThanASurfaceCan) {
+  constexpr double kFastestRadPerS = 7.0;
+  for (const double rate_hz : {1000.0, 5000.0}) {
+    TrackedDirection t(kRod, kNoiseN, rate_hz);
+    t.begin({0.0, 0.0, 10.0});
+    const int settling = static_cast<int>(0.06 * rate_hz);
+    hal::Vector3 before = t.normal();
+    double turned_rad = 0.0;
+    for (int i = 0; i < 4 * settling; ++i) {
+      // A push across the normal that comes and goes at 30 Hz while the tip slides with it.
+      const double phase = std::sin(2.0 * std::numbers::pi * 30.0 * i / rate_hz);
+      const hal::Vector3 velocity{100.0 * phase, 0.0, 0.0};
+      t.update({-12.0 * phase, 0.0, 10.0}, velocity * (1.0 / rate_hz), velocity);
+      if (i > settling) turned_rad = std::max(turned_rad, angle_rad(before, t.normal()));
+      before = t.normal();
+    }
+    EXPECT_GT(turned_rad, 0.0) << "it does turn";
+    EXPECT_LE(turned_rad, 1.01 * kFastestRadPerS * 1e-3) << "in one update, of a millisecond";
   }
 }
 
