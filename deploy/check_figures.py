@@ -4,7 +4,7 @@
     python3 deploy/check_figures.py --static                  without figures: marks, definitions and texts fit together
     python3 deploy/check_figures.py --figures OUT/figures.jsonl           of a full run: every marked number
     python3 deploy/check_figures.py --figures OUT/figures.jsonl --quick   of a quick run: see below
-    python3 deploy/check_figures.py --figures OUT/figures.jsonl --write   of a full run: put what was measured into the text
+    python3 deploy/check_figures.py --figures OUT/figures.jsonl --write   put into the texts what is held to these figures
 
 In a Markdown text a mark is a comment directly behind a number, or behind a range of two ("a … b"):
 
@@ -25,6 +25,7 @@ range, the rounding. One line each:
     machine   true: a figure of the machine and its load; a difference is reported and fails nothing; optional
     in_quick  true: the quick run measures just this as well and is held to it; other numbers of a quick run come of
               fewer cases, so that only their being there is asked; optional
+    recordings  true: of real recordings; with --without-recordings only reported; optional
 
 Exit status: 0 all is well, 1 a text is wrong, 2 the command line or a file cannot be read. Python's own library only.
 """
@@ -47,7 +48,7 @@ NUMBER = r"[+\-−]?(?:\d{1,3}(?: \d{3})+(?![\d.])|\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
 BEFORE_MARK = re.compile(rf"(?:({NUMBER}) … )?({NUMBER})$")
 SHOW = re.compile(r"(min|max|median|mean|sum|count|within|only|range) (%\+?\.\d+[feg]|%\+?d)")
 FIGURE = re.compile(r"([a-z_]+)/([a-z][a-z0-9_]*)")
-KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "in_quick"}
+KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "in_quick", "recordings"}
 # Columns of a table that hold no measured number: what is told first, and what it is compared with.
 UNMEASURED = re.compile(r"to compare|reported|goal|dissertation: ")
 
@@ -103,6 +104,7 @@ class Definition:
         self.failed = table.get("failed", 0)
         self.machine = table.get("machine", False)
         self.in_quick = table.get("in_quick", False)
+        self.recordings = table.get("recordings", False)
 
     def __str__(self):
         conditions = [f"{key}={value}" for key, value in self.case.items()]
@@ -249,17 +251,18 @@ def check_form(mark, definition, complaints):
             complaints.append(f"{mark.where}: {number} is not of the form {definition.format} of '{mark.name}'")
 
 
-def check_figures(marks, definitions, records, quick, complaints, remarks):
+def check_figures(marks, definitions, records, options, complaints, remarks):
     """The text has what the records give."""
     for mark in marks:
         definition = definitions.get(mark.name)
         if definition is None or not mark.numbers:
             continue  # check_static complains of it
-        held_to_it = not definition.machine and (not quick or definition.in_quick)
+        excused = definition.machine or (definition.recordings and options.without_recordings)
+        held_to_it = not excused and (not options.quick or definition.in_quick)
         try:
             measured = definition.printed(records, whole=held_to_it)
         except Complaint as complaint:
-            (remarks if definition.machine else complaints).append(f"{mark.where}: '{mark.name}': {complaint}")
+            (remarks if excused else complaints).append(f"{mark.where}: '{mark.name}': {complaint}")
             continue
         told = mark.numbers if definition.aggregate == "range" else mark.numbers[-1:]
         if told == measured:
@@ -276,7 +279,7 @@ def typeset(number):
     return (whole.replace(",", " ") + point + rest).replace("-", "−")
 
 
-def write_measured(path, definitions, records, complaints):
+def write_measured(path, definitions, records, quick, complaints):
     """Puts the measured numbers before the marks of a text."""
     told = path.read_text(encoding="utf-8")
 
@@ -285,6 +288,8 @@ def write_measured(path, definitions, records, complaints):
         try:
             if definition is None:
                 raise Complaint("nothing defines it")
+            if quick and not definition.in_quick:
+                return found[0]
             numbers = [typeset(number) for number in definition.printed(records)]
         except Complaint as complaint:
             complaints.append(f"{shown(path)}: '{found['mark']}' is left as it was: {complaint}")
@@ -307,6 +312,7 @@ def main(arguments=None):
     parser.add_argument("texts", nargs="*", type=Path, help=f"Markdown texts; default {' '.join(TEXTS)}")
     parser.add_argument("--figures", type=Path, help="what deploy/figures.sh collected")
     parser.add_argument("--quick", action="store_true", help="the figures are of a quick run")
+    parser.add_argument("--without-recordings", action="store_true", help="none were at hand")
     parser.add_argument("--static", action="store_true", help="without figures")
     parser.add_argument("--write", action="store_true", help="put what was measured into the text")
     parser.add_argument("--definitions", type=Path, default=ROOT / "deploy" / "figures.toml")
@@ -314,8 +320,8 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     if options.static == (options.figures is not None):
         parser.error("either --static or --figures FILE")
-    if options.write and (options.static or options.quick):
-        parser.error("--write wants the figures of a full run")
+    if options.write and options.static:
+        parser.error("--write wants figures")
 
     complaints, remarks = [], []
     try:
@@ -336,12 +342,12 @@ def main(arguments=None):
 
     if options.write:
         for text in texts:
-            write_measured(text, definitions, records, complaints)
+            write_measured(text, definitions, records, options.quick, complaints)
         marks = [mark for text in texts for mark in marks_in(text)]
 
     check_static(marks, definitions, sources, complaints)
     if options.figures:
-        check_figures(marks, definitions, records, options.quick, complaints, remarks)
+        check_figures(marks, definitions, records, options, complaints, remarks)
     for remark in remarks:
         print(f"differs, as it may: {remark}")
     for text, rows in tables.items():

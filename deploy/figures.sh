@@ -8,7 +8,7 @@
 # deploy/check_figures.py, whose status it ends with. A run that ends with an error twice ends it at once. OUT/times.txt
 # tells what each run took; OUT/RUN.log is what it printed.
 #
-# HAPTICD_RECORDINGS names the folder of real recordings; without it their figures are missing, and the check says so.
+# HAPTICD_RECORDINGS names the folder of real recordings; without it their figures are missing, and reported as such.
 # Not among them is what takes a rig of its own for half an hour: tests/study/trust/live.sh.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -23,8 +23,11 @@ for argument in "$@"; do
     *) out=$argument ;;
   esac
 done
+[[ $out == /* || -z $out ]] || out=$OLDPWD/$out
 [[ -n $out ]] || { echo "figures.sh: it needs a folder for what is measured (see --help)" >&2; exit 2; }
+check=("${quick[@]}")
 if [[ -z "${HAPTICD_RECORDINGS:-}" ]]; then
+  check+=(--without-recordings)
   echo "figures.sh: HAPTICD_RECORDINGS is not set: nothing is measured on real recordings" >&2
 fi
 
@@ -52,7 +55,7 @@ once() {
 # In virtual time, on one core each: two at a time.
 measure identify hapticd_study identify "${quick[@]}" &
 beside=$!
-trap 'kill "$beside" 2>/dev/null || true' EXIT
+trap wait EXIT  # leave nothing running
 for study in rig explore loading; do
   measure "$study" hapticd_study "$study" "${quick[@]}"
 done
@@ -81,4 +84,4 @@ for folder in "$out"/*/; do
 done >"$out/figures.jsonl"
 cat "$out/times.txt"
 echo "figures: $out/figures.jsonl"
-python3 deploy/check_figures.py --figures "$out/figures.jsonl" "${quick[@]}"
+python3 deploy/check_figures.py --figures "$out/figures.jsonl" "${check[@]}"

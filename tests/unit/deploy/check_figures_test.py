@@ -187,6 +187,22 @@ class AgainstFigures(Checked):
         self.assertEqual((self.folder / "README.md").read_text(encoding="utf-8"), TEXT)
 
 
+    def test_writes_of_a_quick_run_what_it_measures_alike(self):
+        wrong = TEXT.replace("−1.2 … +0.1", "0.0 … 0.0").replace("0.00<", "9.99<")
+        self.write("README.md", wrong)
+        self.write("figures.toml", DEFINITIONS.replace("factor = 100", "factor = 100, in_quick = true"))
+        self.passes(self.against_figures("--write", "--quick"))
+        self.assertEqual(
+            (self.folder / "README.md").read_text(encoding="utf-8"), wrong.replace("0.0 … 0.0", "−1.2 … +0.1")
+        )
+
+    def test_excuses_recordings_that_are_not_at_hand(self):
+        self.measured([])
+        self.write("figures.toml", DEFINITIONS.replace(" }\n", ", recordings = true }\n"))
+        self.complains(self.against_figures(), "no value")
+        self.passes(self.against_figures("--without-recordings"))
+
+
 class CommandLine(Checked):
     def test_tells_a_file_that_is_not_there(self):
         status, printed = self.check("--figures", str(self.folder / "none.jsonl"))
