@@ -7,7 +7,7 @@
 set -euo pipefail
 
 declare -A packages=(
-  [build]="cmake ninja-build g++ ccache pkg-config"
+  [build]="cmake ninja-build g++ ccache pkg-config python3"
   # What the configuration of the build looks for, the test framework included.
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
                libmodbus-dev libasio-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev

@@ -58,8 +58,11 @@ Excess anything(const Effort& effort) {
     const hal::Vector3 force = guard.bound({any(), any(), any()}, sample, record);
     excess.force_n.see(std::max(0.0, rt::norm(force) - limits().max_force_n));
     const double most = 1e-3 * limits().max_force_rate_n_per_s;
+    // A bound comes before the rate: what the power takes off a force it takes at once.
     const bool cut = rt::norm(force) == 0.0;
-    if (!cut) excess.change_n.see(std::max(0.0, rt::norm(force - before) - most));
+    const bool weakened =
+        (record.guard_limits & rt::guard_limit::kPower) != 0 && rt::norm(force) < rt::norm(before);
+    if (!cut && !weakened) excess.change_n.see(std::max(0.0, rt::norm(force - before) - most));
     if (guard.force_is_zero()) excess.fault_force_n.see(rt::norm(force));
     before = force;
     if (random.uniform() < 0.05) guard.clear();
@@ -165,7 +168,7 @@ ExtremeGroup guard_extremes() {
            "force beyond the limit", "N", rounding, "max_force_n",
            [](const Effort& e) { return anything(e).force_n.value(); }},
           {"guard", "the same, change in a tick", "change beyond the limit", "N", rounding,
-           "max_force_rate; a cut is exempt", [](const Effort& e) { return anything(e).change_n.value(); }},
+           "max_force_rate; cut, power exempt", [](const Effort& e) { return anything(e).change_n.value(); }},
           {"guard", "the same, while a fault holds force back", "largest force", "N", 0.0, "silent is zero",
            [](const Effort& e) { return anything(e).fault_force_n.value(); }},
           {"guard", "NaN in a sample at 5 N", "ticks to zero force", "ticks", 0.0, "cut in that tick",

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "rt/target/desired_force.h"
+#include "tests/study/loading/loading_study.h"
 #include "tests/study/rig/hands.h"
 #include "tests/study/rig/oscillation.h"
 #include "tests/study/rig/rig_study.h"
@@ -82,8 +83,9 @@ sim::HandProgram knocked_weight() {
 }
 
 /// The passive weight of D§3.3.2: lowered onto the object, then the target is raised. Where it bounces while
-/// it is being lowered, it is lowered onto a softer target instead.
-Limit object_limit(const sim::SimulationConfig& rig, bool compensated) {
+/// it is being lowered, it is lowered onto a softer target instead. `compensated`: structure. `damped`:
+/// without the compensations that take damping away, the reaction's lead and the device's dry friction.
+Limit object_limit(const sim::SimulationConfig& rig, bool compensated, bool damped = false) {
   const double object = sim::object_preset(rig.object)->material.stiffness_at_4n_n_per_mm;
   const double structural = sim::device_preset(rig.device)->structural_stiffness_n_per_mm;
   const double end = compensated ? rt::kMaxCompensableRatio * structural : std::max(kStiffest, 4.0 * object);
@@ -93,6 +95,7 @@ Limit object_limit(const sim::SimulationConfig& rig, bool compensated) {
     scene.name = "tap_1d";
     scene.max_target_stiffness_n_per_mm = 1000.0;
     scene.structural_compensation = compensated;
+    if (damped) leave_uncompensated(scene);
     scene.target.stiffness_n_per_mm = std::min(end, softened * object);
     VirtualRun run(rig, scene);
     run.set_hand(knocked_weight());
@@ -139,7 +142,7 @@ void add_limit(StudyContext& context, report::Figure figure, const Limit& limit)
 
 void run_objects(StudyContext& context) {
   report::MarkdownTable table({"device", "object", "object N/mm", "limit, compensated", "beyond",
-                               "limit, rigid", "beyond it", "bound"});
+                               "limit, rigid", "beyond it", "rigid and damped", "beyond it", "bound"});
   for (const std::string device : {"phantom_1_0", "phantom_1_5_high_force"}) {
     const sim::DeviceModel model = *sim::device_preset(device);
     const double kp = device == "phantom_1_0" ? 0.45 : 1.05;
@@ -151,6 +154,7 @@ void run_objects(StudyContext& context) {
       rig.object = object;
       const Limit compensated = object_limit(rig, true);
       const Limit rigid = object_limit(rig, false);
+      const Limit damped = object_limit(rig, false, true);
       const sim::ObjectModel place = *sim::object_preset(object);
       // A weight damps nothing, and the surface's viscosity is part of the force that is cancelled.
       const double bound =
@@ -161,15 +165,20 @@ void run_objects(StudyContext& context) {
       add_limit(context, figure, compensated);
       figure.figure = "stable_stiffness_max_rigid";
       add_limit(context, figure, rigid);
+      figure.figure = "stable_stiffness_max_rigid_damped";
+      add_limit(context, figure, damped);
       table.add_row({device, object, report::fixed(place.material.stiffness_at_4n_n_per_mm, 2),
-                     shown(compensated), compensated.why, shown(rigid), rigid.why, report::fixed(bound, 2)});
+                     shown(compensated), compensated.why, shown(rigid), rigid.why, shown(damped), damped.why,
+                     report::fixed(bound, 2)});
     }
   }
   context.report.add_table(
       "stability", "Largest stable target stiffness under a 408 g weight, N/mm", table,
       "The target rises in steps of 5 % every two seconds, with a knock of 1 N for 20 ms at each, until the "
       "weight oscillates visibly (0.1 mm) without dying away, bounces off, or the "
-      "guard latches. Compensated: the sweep ends at 0.8 of the structural stiffness. Bound: (b + τ_f k)/τ_x "
+      "guard latches. Compensated: the sweep ends at 0.8 of the structural stiffness. Damped: neither the "
+      "reaction's lead nor the "
+      "compensation of dry friction, which a hand can spare and a bare weight cannot. Bound: (b + τ_f k)/τ_x "
       "with k at 4 N and b the device's viscosity.");
 }
 

@@ -172,7 +172,6 @@ std::vector<Granted> granted_cases(bool quick) {
     for (const std::string& object : tapped) {
       if (quick && object != "sponge_block" && object != "wood_plate") continue;
       for (const bool weight : {false, true}) {
-        if (quick && weight) continue;
         StabilityTrial trial = tap_trial(device, sim::object_preset(object).value());
         trial.weight = weight;
         all.push_back({device, "tap_1d", object, weight ? "weight" : "hand", trial});

@@ -22,6 +22,7 @@ constexpr double kJudgedS = 1.85;   // up to the next knock, and some to spare
 constexpr double kWeightLetDownS = 2.0;
 constexpr double kWeightSettlesS = 0.5;
 constexpr double kWeightRaisedS = 1.0;
+constexpr double kAnyChangeNPerS = 1e6;
 constexpr double kGentleShare = 0.2;  // of the structural stiffness
 constexpr double kSearchStep = 1.5;   // a band of instability that is narrower may be stepped over
 constexpr double kLongestApproachS = 2.0;
@@ -104,6 +105,9 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
   const double at_first = trial.weight ? std::min(target_n_per_mm, gentle) : target_n_per_mm;
   scene.target = rt::linear_target(at_first);
   scene.max_target_stiffness_n_per_mm = std::max(scene.max_target_stiffness_n_per_mm, target_n_per_mm);
+  // Asked is whether the target is stable, not how a change towards it feels: it is there before the first
+  // knock.
+  scene.max_target_change_n_per_s = kAnyChangeNPerS;
   VirtualRun run(trial.rig, scene, true, trial.model ? &*trial.model : nullptr);
   run.set_hand(hand_of(trial));
   StabilityJudge judge(trial.rig.rate_hz);

@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# Measures again every number that README.md prints with a mark, and holds the text to what was measured.
+#
+#   bash deploy/figures.sh [--quick] OUT
+#
+# Builds what measures, runs every study and benchmark (half an hour and more on two cores; --quick: fewer cases, less
+# than ten minutes), collects OUT/RUN/figures.jsonl as OUT/figures.jsonl with the run beside each record, and calls
+# deploy/check_figures.py, whose status it ends with. A run that ends with an error twice ends it at once. OUT/times.txt
+# tells what each run took; OUT/RUN.log is what it printed.
+#
+# HAPTICD_RECORDINGS names the folder of real recordings; without it their figures are missing, and reported as such.
+# Not among them is what takes a rig of its own for half an hour: tests/study/trust/live.sh.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+quick=()
+out=
+for argument in "$@"; do
+  case "$argument" in
+    --quick) quick=(--quick) ;;
+    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -*) echo "figures.sh: unknown option '$argument' (see --help)" >&2; exit 2 ;;
+    *) out=$argument ;;
+  esac
+done
+[[ $out == /* || -z $out ]] || out=$OLDPWD/$out
+[[ -n $out ]] || { echo "figures.sh: it needs a folder for what is measured (see --help)" >&2; exit 2; }
+check=("${quick[@]}")
+if [[ -z "${HAPTICD_RECORDINGS:-}" ]]; then
+  check+=(--without-recordings)
+  echo "figures.sh: HAPTICD_RECORDINGS is not set: nothing is measured on real recordings" >&2
+fi
+
+bash deploy/build.sh release measure hapticd_study hapticd_bench
+readonly bin=build/release/bin
+mkdir -p "$out"
+rm -f "$out/times.txt" "$out/figures.jsonl" "$out"/*/figures.jsonl
+
+# measure RUN PROGRAM COMMAND OPTION...: into OUT/RUN, from nothing; once more where a busy machine spoilt it.
+measure() {
+  once "$@" || { echo "figures.sh: $1 is run once more" >&2; once "$@"; } || exit 1
+}
+once() {
+  local run=$1 program=$2 status=0
+  shift 2
+  rm -rf "${out:?}/$run"
+  local TIMEFORMAT="$run: %R s, of the processors %U + %S s"
+  { time "$bin/$program" "$@" --out "$out/$run" >"$out/$run.log" 2>&1; } 2>>"$out/times.txt" || status=$?
+  ((status == 0)) && return
+  tail -n 30 "$out/$run.log" >&2
+  echo "figures.sh: failed: $program $*" >&2
+  return "$status"
+}
+
+# In virtual time, on one core each: two at a time.
+measure identify hapticd_study identify "${quick[@]}" &
+beside=$!
+trap wait EXIT  # leave nothing running
+for study in rig explore loading; do
+  measure "$study" hapticd_study "$study" "${quick[@]}"
+done
+wait "$beside"
+trap - EXIT
+# These are live in part or use every core; the report runs the benchmarks `scenes` and `realtime`, too.
+for study in faults trust report; do
+  measure "$study" hapticd_study "$study" "${quick[@]}"
+done
+if ((${#quick[@]})); then
+  measure tick hapticd_bench tick --seconds 0.5 --hours 0.05
+  measure live hapticd_bench live --seconds 5
+  measure netft hapticd_bench netft --seconds 3
+else
+  measure tick hapticd_bench tick
+  measure live hapticd_bench live
+  measure netft hapticd_bench netft --seconds 15
+  measure rig_transport hapticd_study rig --transport emulated
+  measure identify_transport hapticd_study identify --transport emulated
+fi
+measure attack hapticd_bench attack "${quick[@]}"
+
+for folder in "$out"/*/; do
+  run=$(basename "$folder")
+  sed "s/^{/{\"run\":\"$run\",/" "$folder/figures.jsonl"
+done >"$out/figures.jsonl"
+cat "$out/times.txt"
+echo "figures: $out/figures.jsonl"
+python3 deploy/check_figures.py --figures "$out/figures.jsonl" "${check[@]}"
