@@ -59,7 +59,7 @@ class EmulatedRig final : public Run {
  private:
   void feed(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm);
 
-  TemporaryFolder folder_;
+  TemporaryFolder folder_{memory_folder()};
   std::unique_ptr<emulators::HdPage> page_;
   std::unique_ptr<emulators::NetFtBox> box_;
   std::unique_ptr<emulators::EmulatedBench> bench_;

@@ -23,6 +23,7 @@
 #include "tests/emulators/bench/emulated_bench.h"
 #include "tests/emulators/netft/netft_box.h"
 #include "tests/emulators/openhaptics/page.h"
+#include "tests/support/temporary_folder.h"
 
 namespace {
 
@@ -49,26 +50,6 @@ struct Options {
   double vanish_every_s = 0.0;
   double slide_mm_per_s = 0.0;
   double edge_mm = 0.0;
-};
-
-/// Where the page is if nobody says; gone with the process.
-class OwnFolder {
- public:
-  OwnFolder() {
-    std::string name = (fs::temp_directory_path() / "hapticd-emulated-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  ~OwnFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  OwnFolder(const OwnFolder&) = delete;
-  OwnFolder& operator=(const OwnFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
 };
 
 /// A page that is there is gone on with: a daemon that outlived its peers still has it mapped.
@@ -300,9 +281,9 @@ int run(const Options& options) {
   sigaddset(&ending, SIGINT);
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);  // before there are threads: they inherit it
 
-  std::unique_ptr<OwnFolder> folder;
-  if (options.page.empty()) folder = std::make_unique<OwnFolder>();
-  const auto page = open_page(folder ? (folder->path() / "page").string() : options.page);
+  std::unique_ptr<test::TemporaryFolder> folder;  // gone with the process
+  if (options.page.empty()) folder = std::make_unique<test::TemporaryFolder>(test::memory_folder());
+  const auto page = open_page(folder ? folder->path("page") : options.page);
 
   emulators::NetFtBoxSettings settings;
   settings.udp_port = options.udp_port;
@@ -379,7 +360,8 @@ int main(int argc, char** argv) {
   app.add_option("--udp-port", options.udp_port, "Of the box; 0 = any free one")->check(CLI::Range(0, 65535));
   app.add_option("--http-port", options.http_port, "Of the box; 0 = any free one")
       ->check(CLI::Range(0, 65535));
-  app.add_option("--page", options.page, "File shared with the library; is gone on with where it exists")
+  app.add_option("--page", options.page,
+                 "File shared with the library, best in memory (/dev/shm); is gone on with where it exists")
       ->type_name("FILE");
   app.add_option("--write", options.file, "Where the rig file goes; else to standard output")
       ->type_name("FILE");

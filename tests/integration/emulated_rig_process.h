@@ -155,7 +155,8 @@ class EmulatedRigProcess : public testing::Test {
   }
 
   TemporaryFolder folder;
-  const std::string page_path = folder.path("page");
+  TemporaryFolder memory{memory_folder()};
+  const std::string page_path = memory.path("page");
   const std::string written = folder.path("emulated.toml");
   const std::string rig_file = folder.path("rig.toml");
   std::unique_ptr<ChildProcess> peers;

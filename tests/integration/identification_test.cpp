@@ -183,6 +183,23 @@ TEST(ServiceIdentification, AStopEndsItAndALatchedGuardRefusesIt) {
   EXPECT_EQ(detail_of(status).what(), "the guard is latched");
 }
 
+TEST(ServiceIdentification, TheTargetThatWasInForceComesBackWithTheScene) {
+  const Identifying service(touching("rubber_ball_3d"));
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest target;
+  target.set_stiffness_n_per_mm(0.31);
+  ASSERT_TRUE(service.set_target(target).ok());
+  v1::StartIdentificationRequest request = contact("mine");
+  request.set_time_limit_s(1.0);
+  std::string id;
+  ASSERT_TRUE(service.start(request, &id).ok());
+  const v1::IdentificationProgress result = service.watch(id);
+  EXPECT_NE(result.state(), v1::IDENTIFICATION_STATE_RUNNING);
+  const v1::RigState state =
+      service.await([](const v1::RigState& s) { return s.scene() == "tap_1d" && !s.in_contact(); });
+  EXPECT_DOUBLE_EQ(state.target_stiffness_n_per_mm(), 0.31) << "not the scene's own 0.5";
+}
+
 TEST(ServiceIdentification, WhatWasGatheredInTooShortATimeIsKeptAsPartial) {
   const Identifying service(touching("rubber_ball_3d"));
   v1::StartIdentificationRequest request = contact("mine");

@@ -1,5 +1,7 @@
 #include "tests/support/temporary_folder.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -7,8 +9,15 @@
 
 namespace hapticd::test {
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "hapticd-XXXXXX").string();
+std::string memory_folder() {
+  constexpr const char* kShared = "/dev/shm";
+  return access(kShared, W_OK | X_OK) == 0 ? kShared : std::filesystem::temp_directory_path().string();
+}
+
+TemporaryFolder::TemporaryFolder() : TemporaryFolder(std::filesystem::temp_directory_path().string()) {}
+
+TemporaryFolder::TemporaryFolder(const std::string& parent) {
+  std::string name = parent + "/hapticd-XXXXXX";
   if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
   path_ = name;
 }

@@ -13,6 +13,8 @@ out=$2
 waving_s=${3:-600}
 pressing_s=${4:-120}
 mkdir -p "$out"
+# In memory: a page of a file on a busy disk is held for seconds while it is written back, and the scheduler with it.
+pages=$(mktemp -d -p "$([[ -w /dev/shm ]] && echo /dev/shm || echo "${TMPDIR:-/tmp}")")
 cat >"$out/tap_under_load.toml" <<'TOML'
 name = "tap_under_load"
 kind = "tap_1d"
@@ -24,6 +26,7 @@ TOML
 cleanup() {
   jobs -pr | xargs -r kill 2>/dev/null || true
   wait 2>/dev/null || true
+  rm -rf "$pages"
 }
 trap cleanup EXIT
 
@@ -31,12 +34,12 @@ trap cleanup EXIT
 run() {
   local name=$1 seconds=$2 scene=$3
   shift 3
-  rm -f "$out/$name.toml" "$out/$name.page"
-  "$bin/hapticd_emulated_rig" --write "$out/$name.toml" --page "$out/$name.page" --drift-n-per-s 0.001 \
+  rm -f "$out/$name.toml" "$pages/$name.page"
+  "$bin/hapticd_emulated_rig" --write "$out/$name.toml" --page "$pages/$name.page" --drift-n-per-s 0.001 \
     --late-ticks builtin "$@" >"$out/$name.rig.log" 2>&1 &
   local rig=$!
   until [[ -s $out/$name.toml ]]; do sleep 0.1; done
-  HD_STAND_IN_PAGE=$out/$name.page "$bin/hapticd" --config "$out/$name.toml" --listen 127.0.0.1:50177 \
+  HD_STAND_IN_PAGE=$pages/$name.page "$bin/hapticd" --config "$out/$name.toml" --listen 127.0.0.1:50177 \
     >"$out/$name.daemon.log" 2>&1 &
   local daemon=$!
   local ctl=("$bin/hapticctl" --server 127.0.0.1:50177)
