@@ -49,7 +49,7 @@ BEFORE_MARK = re.compile(rf"(?:({NUMBER}) … )?({NUMBER})$")
 SHOW = re.compile(r"(min|max|median|mean|sum|count|within|only|range) (%\+?\.\d+[feg]|%\+?d)")
 FIGURE = re.compile(r"([a-z_]+)/([a-z][a-z0-9_]*)")
 KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "in_quick", "recordings"}
-# Columns of a table that hold no measured number: what is told first, and what it is compared with.
+# Columns of a table that hold no measured number: what is printed first, and what it is compared with.
 UNMEASURED = re.compile(r"to compare|reported|goal|dissertation: ")
 
 REDUCE = {
@@ -208,8 +208,8 @@ def unmarked_numbers(path):
             if UNMEASURED.search(heading):
                 continue
             marked = sum(len(numbers_before(cell, match.start())) for match in MARK.finditer(cell))
-            told = re.sub(r"`[^`]*`", "", MARK.sub("", cell))
-            tables[-1][2] += len(re.findall(rf"(?<![\w.§]){NUMBER}(?![\w])", told)) - marked
+            printed = re.sub(r"`[^`]*`", "", MARK.sub("", cell))
+            tables[-1][2] += len(re.findall(rf"(?<![\w.§]){NUMBER}(?![\w])", printed)) - marked
             tables[-1][3] += marked
     return [table for table in tables if table[3] > 0 or "measured" in table[1]]
 
@@ -264,10 +264,10 @@ def check_figures(marks, definitions, records, options, complaints, remarks):
         except Complaint as complaint:
             (remarks if excused else complaints).append(f"{mark.where}: '{mark.name}': {complaint}")
             continue
-        told = mark.numbers if definition.aggregate == "range" else mark.numbers[-1:]
-        if told == measured:
+        printed = mark.numbers if definition.aggregate == "range" else mark.numbers[-1:]
+        if printed == measured:
             continue
-        text = f"{mark.where}: '{mark.name}' says {' … '.join(told)}, measured {' … '.join(measured)}"
+        text = f"{mark.where}: '{mark.name}' says {' … '.join(printed)}, measured {' … '.join(measured)}"
         (complaints if held_to_it else remarks).append(text)
 
 
@@ -281,7 +281,7 @@ def typeset(number):
 
 def write_measured(path, definitions, records, quick, complaints):
     """Puts the measured numbers before the marks of a text."""
-    told = path.read_text(encoding="utf-8")
+    printed = path.read_text(encoding="utf-8")
 
     def measured(found):
         definition = definitions.get(found["mark"])
@@ -297,7 +297,7 @@ def write_measured(path, definitions, records, quick, complaints):
         before = f"{found['first']} … " if found["first"] and len(numbers) == 1 else ""
         return f"{before}{' … '.join(numbers)}<!--{found['mark']}-->"
 
-    text = re.sub(rf"(?:(?P<first>{NUMBER}) … )?{NUMBER}<!--(?P<mark>[a-z][a-z0-9_]*)-->", measured, told)
+    text = re.sub(rf"(?:(?P<first>{NUMBER}) … )?{NUMBER}<!--(?P<mark>[a-z][a-z0-9_]*)-->", measured, printed)
     path.write_text(text, encoding="utf-8")
 
 
