@@ -49,32 +49,36 @@ void measure(report::Report& report, report::MarkdownTable& table, const std::st
   for (const report::Figure& figure : {median, p999, instructions}) report.add(figure);
 }
 
-/// Beside the same without flushing, in the same run.
 void measure_rest(report::Report& report, double hours) {
   using report::fixed;
-  report::MarkdownTable table({"scene", "denormal numbers", "first 5 min [ns]", "last 30 min [ns]",
-                               "last over first", "slowest minute [ns]"});
+  report::MarkdownTable table(
+      {"scene", "laid down seconds ago [ns]", "flushed", "slowest minute", "kept", "slowest minute"});
   for (const std::string& scene : tick_scenes()) {
-    for (const bool flushed : {true, false}) {
-      report::Figure slower{
-          .figure = "tick_rest_last_over_first",
-          .conditions = {{"scene", scene}, {"denormals", flushed ? "flushed" : "kept"}, {"hours", hours}}};
-      const auto workload = TickWorkload::create(scene);
-      if (!workload) {
-        slower.failed = workload.error().text();
-      } else {
-        const RestingTimes times = time_rest(**workload, hours, flushed);
-        slower.value = times.last_ns / times.first_ns;
-        table.add_row({scene, flushed ? "flushed" : "kept", fixed(times.first_ns, 1), fixed(times.last_ns, 1),
-                       fixed(*slower.value, 2), fixed(times.slowest_ns, 1)});
-      }
-      report.add(slower);
+    const auto figure = [&](const char* denormals) {
+      return report::Figure{.figure = "tick_rest_ratio",
+                            .conditions = {{"scene", scene}, {"denormals", denormals}, {"hours", hours}}};
+    };
+    report::Figure flushed = figure("flushed");
+    report::Figure kept = figure("kept");
+    const auto times = time_rest(scene, hours);
+    if (!times) {
+      flushed.failed = kept.failed = times.error().text();
+    } else {
+      flushed.value = times->flushed_ratio;
+      kept.value = times->kept_ratio;
+      table.add_row({scene, fixed(times->fresh_ns, 1), fixed(times->flushed_ratio, 3),
+                     fixed(times->flushed_slowest, 2), fixed(times->kept_ratio, 3),
+                     fixed(times->kept_slowest, 2)});
     }
+    report.add(flushed);
+    report.add(kept);
   }
   report.add_table("tick_rest", "Ticks while a tool lies still for hours after a contact", table,
-                   "Medians of the medians of each minute of the rig's time over batches of 60 ticks. "
-                   "Flushed: as the loop's "
-                   "thread computes. Kept: what it would be without.");
+                   "As multiples of the ticks of a tool that was laid down seconds ago, taken in turns of 60 "
+                   "ticks: median of the last thirty minutes of " +
+                       fixed(hours, 1) +
+                       " h, and the slowest of all minutes. Flushed: denormal numbers count as zero, as in "
+                       "the loop's thread. Kept: what it would be without.");
 }
 
 }  // namespace

@@ -3,29 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "rt/loop/flush_denormals.h"
 #include "tests/bench/tick/cycle_clock.h"
+#include "tests/bench/tick/tick_workload.h"
 
 namespace hapticd::bench {
 namespace {
 
 constexpr std::size_t kBatchTicks = 60;
 constexpr std::size_t kBatchesPerMinute = 1000;
-
-double minute_ns(TickWorkload& workload, const CycleClock& clock) {
-  std::array<std::uint64_t, kBatchesPerMinute> counts;
-  for (std::uint64_t& count : counts) {
-    const std::uint64_t start = CycleClock::now();
-    for (std::size_t i = 0; i < kBatchTicks; ++i) workload.rest();
-    count = CycleClock::now() - start;
-  }
-  const auto middle = counts.begin() + kBatchesPerMinute / 2;
-  std::nth_element(counts.begin(), middle, counts.end());
-  return clock.ns(*middle) / kBatchTicks;
-}
+constexpr std::size_t kFreshTicks = 5000;
+constexpr std::ptrdiff_t kLastMinutes = 30;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -33,21 +27,84 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// A tool that lies still, and the times of its batches in the present minute.
+class RestingTool {
+ public:
+  RestingTool(std::unique_ptr<TickWorkload> workload, bool flushed)
+      : workload_(std::move(workload)), flushed_(flushed) {
+    lay_down();
+  }
+
+  /// Taps once more, then lies still.
+  void lay_down() {
+    const rt::FlushDenormals flush;
+    for (std::size_t i = 0; i < workload_->size(); ++i) workload_->tick();
+    workload_->lay_down();
+  }
+
+  void rest(std::size_t ticks) {
+    std::optional<rt::FlushDenormals> flush;
+    if (flushed_) flush.emplace();
+    for (std::size_t i = 0; i < ticks; ++i) workload_->rest();
+  }
+
+  void time_batch(std::size_t batch) {
+    std::optional<rt::FlushDenormals> flush;
+    if (flushed_) flush.emplace();
+    const std::uint64_t start = CycleClock::now();
+    for (std::size_t i = 0; i < kBatchTicks; ++i) workload_->rest();
+    counts_[batch] = CycleClock::now() - start;
+  }
+
+  /// Of a tick, in the clock's counts; median of the minute's batches.
+  double minute_median() {
+    const auto middle = counts_.begin() + kBatchesPerMinute / 2;
+    std::nth_element(counts_.begin(), middle, counts_.end());
+    return static_cast<double>(*middle) / kBatchTicks;
+  }
+
+ private:
+  std::unique_ptr<TickWorkload> workload_;
+  bool flushed_;
+  std::array<std::uint64_t, kBatchesPerMinute> counts_{};
+};
+
+double last_minutes(const std::vector<double>& ratios) {
+  const auto count = std::min(kLastMinutes, static_cast<std::ptrdiff_t>(ratios.size()));
+  return median({ratios.end() - count, ratios.end()});
+}
+
 }  // namespace
 
-RestingTimes time_rest(TickWorkload& workload, double hours, bool flushed) {
+hal::Result<RestingTimes> time_rest(const std::string& scene, double hours) {
+  std::array<std::unique_ptr<TickWorkload>, 3> workloads;
+  for (std::unique_ptr<TickWorkload>& workload : workloads) {
+    auto created = TickWorkload::create(scene);
+    if (!created) return created.error();
+    workload = std::move(*created);
+  }
+  RestingTool fresh(std::move(workloads[0]), true);
+  RestingTool flushed(std::move(workloads[1]), true);
+  RestingTool kept(std::move(workloads[2]), false);
+
+  const std::array<RestingTool*, 3> tools{&fresh, &flushed, &kept};
+  std::vector<double> fresh_counts;
+  std::vector<double> flushed_ratios;
+  std::vector<double> kept_ratios;
+  for (int minute = 0; minute < 60.0 * hours; ++minute) {
+    fresh.lay_down();
+    fresh.rest(kFreshTicks);
+    for (std::size_t batch = 0; batch < kBatchesPerMinute; ++batch) {
+      for (std::size_t i = 0; i < tools.size(); ++i) tools[(batch + i) % tools.size()]->time_batch(batch);
+    }
+    fresh_counts.push_back(fresh.minute_median());
+    flushed_ratios.push_back(flushed.minute_median() / fresh_counts.back());
+    kept_ratios.push_back(kept.minute_median() / fresh_counts.back());
+  }
   const CycleClock clock;
-  std::optional<rt::FlushDenormals> flush;
-  if (flushed) flush.emplace();
-  for (std::size_t i = 0; i < workload.size(); ++i) workload.tick();
-  workload.lay_down();
-  std::vector<double> minutes;
-  for (int minute = 0; minute < 60.0 * hours; ++minute) minutes.push_back(minute_ns(workload, clock));
-  const auto first = minutes.begin();
-  const auto last = minutes.end();
-  const auto count = static_cast<std::ptrdiff_t>(minutes.size());
-  return {median({first, first + std::min<std::ptrdiff_t>(5, count)}),
-          median({last - std::min<std::ptrdiff_t>(30, count), last}), *std::max_element(first, last)};
+  return RestingTimes{clock.ns(1) * median(fresh_counts), last_minutes(flushed_ratios),
+                      *std::max_element(flushed_ratios.begin(), flushed_ratios.end()),
+                      last_minutes(kept_ratios), *std::max_element(kept_ratios.begin(), kept_ratios.end())};
 }
 
 }  // namespace hapticd::bench
