@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "hal/nano17_calibration.h"
+#include "hal/netft/number_text.h"
 
 namespace hapticd::netft {
 
@@ -16,12 +17,6 @@ namespace {
 constexpr double kSameRange = 1.4;
 /// A first-order low pass below this delays by more than half a period of a 1 kHz loop.
 constexpr double kPromptHz = 320.0;
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 std::array<double, 6> ranges_of(const hal::Nano17Calibration& c) {
   return {c.range_across_n,    c.range_across_n,    c.range_along_n,
@@ -54,8 +49,8 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
       return hal::Error{.what = std::string("the box has another calibration than a ") +
                                 std::string(calibration->name) + ": the range of " + kAxes[i] + " differs",
                         .where = where + ", cfgmr",
-                        .value = number(range) + unit,
-                        .limit = "about " + number(expected[i]) + unit,
+                        .value = number_text(range) + unit,
+                        .limit = "about " + number_text(expected[i]) + unit,
                         .remedy = "select the right calibration on the box, or correct 'model'"};
     }
   }
@@ -69,10 +64,10 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
   if (box.rdt_rate_hz && *box.rdt_rate_hz < config.lowest_rate_hz) {
     return hal::Error{.what = "the box sends too slowly: ticks would go without a sample",
                       .where = where + ", comrdtrate",
-                      .value = number(*box.rdt_rate_hz) + " Hz",
-                      .limit = "at least lowest_rate_hz, " + number(config.lowest_rate_hz) + " Hz",
+                      .value = number_text(*box.rdt_rate_hz) + " Hz",
+                      .limit = "at least lowest_rate_hz, " + number_text(config.lowest_rate_hz) + " Hz",
                       .remedy = "set the RDT output rate on the box's communication page to " +
-                                number(config.rate_hz) + " Hz"};
+                                number_text(config.rate_hz) + " Hz"};
   }
   return std::nullopt;
 }
@@ -80,20 +75,22 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
 std::vector<std::string> findings_of(const BoxConfiguration& box, const NetFtConfig& config) {
   std::vector<std::string> findings;
   if (box.rdt_rate_hz && *box.rdt_rate_hz < config.rate_hz) {
-    findings.push_back("the box is set to " + number(*box.rdt_rate_hz) + " Hz, wanted are " +
-                       number(config.rate_hz) + " Hz: set the RDT output rate on its communication page");
+    findings.push_back("the box is set to " + number_text(*box.rdt_rate_hz) + " Hz, wanted are " +
+                       number_text(config.rate_hz) +
+                       " Hz: set the RDT output rate on its communication page");
   }
   if (box.low_pass_hz) {
     const double hz = *box.low_pass_hz;
-    const std::string is = hz == 0.0 ? "no low-pass filter" : "a low-pass filter of " + number(hz) + " Hz";
+    const std::string is =
+        hz == 0.0 ? "no low-pass filter" : "a low-pass filter of " + number_text(hz) + " Hz";
     if (config.low_pass_hz && *config.low_pass_hz != hz) {
       const std::string wanted =
-          *config.low_pass_hz == 0.0 ? "none" : "one of " + number(*config.low_pass_hz) + " Hz";
+          *config.low_pass_hz == 0.0 ? "none" : "one of " + number_text(*config.low_pass_hz) + " Hz";
       findings.push_back("the box is set to " + is + ", expected is " + wanted +
                          ": set it on its settings page, or correct 'low_pass_hz'");
     } else if (!config.low_pass_hz && hz > 0.0 && hz < kPromptHz) {
       findings.push_back("the box has " + is + ", which delays the force by about " +
-                         number(std::round(1e5 / (2.0 * std::numbers::pi * hz)) / 100.0) +
+                         number_text(std::round(1e5 / (2.0 * std::numbers::pi * hz)) / 100.0) +
                          " ms: choose a higher cut-off on its settings page");
     }
   }

@@ -8,16 +8,11 @@
 #include "hal/nano17_calibration.h"
 #include "hal/netft/netft_configuration.h"
 #include "hal/netft/netft_units.h"
+#include "hal/netft/number_text.h"
 
 namespace hapticd::netft {
 
 namespace {
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
 
 std::string place(const char* key) {
   return std::string("[rig.netft] ") + key;
@@ -50,25 +45,26 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
   };
   for (const Bound& bound : bounds) {
     if (!(bound.value >= bound.least && bound.value <= bound.most)) {
-      return hal::Error{.what = std::string("'") + bound.key + "' is out of range",
-                        .where = place(bound.key),
-                        .value = number(bound.value) + bound.unit,
-                        .limit = number(bound.least) + " … " + number(bound.most) + bound.unit,
-                        .remedy = "correct the value"};
+      return hal::Error{
+          .what = std::string("'") + bound.key + "' is out of range",
+          .where = place(bound.key),
+          .value = number_text(bound.value, 9) + bound.unit,
+          .limit = number_text(bound.least, 9) + " … " + number_text(bound.most, 9) + bound.unit,
+          .remedy = "correct the value"};
     }
   }
   if (config.lowest_rate_hz > config.rate_hz) {
     return hal::Error{.what = "the lowest rate is above the one that is wanted",
                       .where = place("lowest_rate_hz"),
-                      .value = number(config.lowest_rate_hz) + " Hz",
-                      .limit = "at most rate_hz, " + number(config.rate_hz) + " Hz",
+                      .value = number_text(config.lowest_rate_hz, 9) + " Hz",
+                      .limit = "at most rate_hz, " + number_text(config.rate_hz, 9) + " Hz",
                       .remedy = "lower it"};
   }
   if (config.retry_first_ms > config.retry_longest_ms) {
     return hal::Error{.what = "the first retry waits longer than the longest",
                       .where = place("retry_first_ms"),
-                      .value = number(config.retry_first_ms) + " ms",
-                      .limit = "at most retry_longest_ms, " + number(config.retry_longest_ms) + " ms",
+                      .value = number_text(config.retry_first_ms, 9) + " ms",
+                      .limit = "at most retry_longest_ms, " + number_text(config.retry_longest_ms, 9) + " ms",
                       .remedy = "lower it"};
   }
   // The address goes into an HTTP request: nothing that could end the line or begin a path.
@@ -96,7 +92,7 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
       std::find(kLowPassHz.begin(), kLowPassHz.end(), *config.low_pass_hz) == kLowPassHz.end()) {
     return hal::Error{.what = "the box has no such filter",
                       .where = place("low_pass_hz"),
-                      .value = number(*config.low_pass_hz) + " Hz",
+                      .value = number_text(*config.low_pass_hz, 9) + " Hz",
                       .limit = "0 (none), 5, 8, 18, 35, 73, 152, 326, 838, 1500, 2000, 2500, 3000 Hz",
                       .remedy = "use one of those, or leave the key out to accept any"};
   }

@@ -11,6 +11,7 @@
 #include "hal/netft/box_expectation.h"
 #include "hal/netft/netft_http.h"
 #include "hal/netft/netft_units.h"
+#include "hal/netft/number_text.h"
 #include "hal/netft/rdt_status.h"
 
 namespace hapticd::netft {
@@ -29,12 +30,6 @@ constexpr double kFewestBiasShare = 0.5;
 constexpr double kBiasedShare = 0.005;
 constexpr double kNoticeableLoss = 0.01;
 constexpr std::int64_t kRecentlyNs = 60'000'000'000;
-
-std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
@@ -198,7 +193,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
     if (!zero_) box_bias_ = box ? box->bias : std::nullopt;
     box_ = box;
     connection_ = "udp " + numeric_address_ + ":" + std::to_string(config_.rdt_port);
-    if (box && box->rdt_rate_hz) connection_ += ", " + number(*box->rdt_rate_hz) + " Hz";
+    if (box && box->rdt_rate_hz) connection_ += ", " + number_text(*box->rdt_rate_hz) + " Hz";
   }
   {
     const std::lock_guard lock(restart_mutex_);
@@ -436,8 +431,8 @@ std::optional<hal::Error> NetFtSensor::bias_on_box() {
   }
   return hal::Error{.what = "the box did not take the bias: its readings are not zero",
                     .where = place(),
-                    .value = number(100.0 * worst) + " % of the range",
-                    .limit = "below " + number(100.0 * kBiasedShare) + " %",
+                    .value = number_text(100.0 * worst) + " % of the range",
+                    .limit = "below " + number_text(100.0 * kBiasedShare) + " %",
                     .remedy = "keep the tool free and at rest, or set bias = \"software\""};
 }
 
@@ -542,11 +537,11 @@ hal::PartReport NetFtSensor::report() const {
       findings.emplace_back(
           "nothing comes from the box: check its power and cable, and that no other client takes the stream");
     } else if (rate > 0.0 && rate_set > 0.0 && rate < 0.9 * rate_set) {
-      findings.push_back("only " + number(std::round(rate)) + " samples a second come of the " +
-                         number(rate_set) + " the box is set to: check network and load of the machine");
+      findings.push_back("only " + number_text(std::round(rate)) + " samples a second come of the " +
+                         number_text(rate_set) + " the box is set to: check network and load of the machine");
     }
     if (counters_.loss_share.load() > kNoticeableLoss) {
-      findings.push_back(number(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
+      findings.push_back(number_text(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
                          " % of the samples are lost on the way: connect the box directly, check the cable");
     }
     const std::int64_t last_implausible_ns = counters_.last_implausible_ns.load();

@@ -26,7 +26,6 @@ constexpr Volts kZeroVolts{};
 constexpr std::int64_t kStillCounts = 3;
 /// Motors warm up between the reading that says what they can give and the command: so much less is as asked.
 constexpr double kAsAsked = 0.99;
-constexpr double kSPerNs = 1e-9;
 constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
 
 /// Why the device gives no force although it is engaged; several may hold at once.
@@ -180,7 +179,7 @@ std::uint32_t PhantomDevice::State::troubles() const noexcept {
 }
 
 void PhantomDevice::State::warm_up(std::int64_t now_ns) noexcept {
-  const double dt_s = heat_ns == 0 ? 0.0 : std::max(0.0, kSPerNs * static_cast<double>(now_ns - heat_ns));
+  const double dt_s = heat_ns == 0 ? 0.0 : std::max(0.0, 1e-9 * static_cast<double>(now_ns - heat_ns));
   heat_ns = now_ns;
   for (std::size_t i = 0; i < 3; ++i) {
     heat[i].advance(held_a[i], config.continuous_current_a[i], config.thermal_time_constant_s, dt_s);

@@ -5,23 +5,19 @@
 #include <numbers>
 #include <string>
 
+#include "hal/sim/range_check.h"
+
 namespace hapticd::sim {
 
 using hal::Vector3;
 
 namespace {
 
+constexpr const char* kWhere = "object of a simulated rig";
+
 // An object that slides on the table is braked by the film it slides on, so that its speed follows from the
 // force that is left: 10 N·s/m.
 constexpr double kSlidingMmPerSPerN = 100.0;
-
-std::optional<hal::Error> out_of_range(const char* field, double value, double low, double high,
-                                       const char* unit) {
-  if (value >= low && value <= high) return std::nullopt;
-  return hal::Error{std::string(field) + " is out of range", "object of a simulated rig",
-                    std::to_string(value), std::to_string(low) + " … " + std::to_string(high) + " " + unit,
-                    ""};
-}
 
 /// About y: from x towards -z for a positive angle.
 Vector3 turned(const Vector3& v, double rad) noexcept {
@@ -34,19 +30,19 @@ Vector3 turned(const Vector3& v, double rad) noexcept {
 
 std::optional<hal::Error> check(const ObjectEvent& event) {
   for (const double along : {event.move_mm.x, event.move_mm.y, event.move_mm.z}) {
-    if (auto error = out_of_range("move_mm", along, -200.0, 200.0, "mm")) return error;
+    if (auto error = out_of_range("move_mm", kWhere, along, -200.0, 200.0, "mm")) return error;
   }
-  if (auto error = out_of_range("tilt_deg", event.tilt_deg, -45.0, 45.0, "°")) return error;
-  if (auto error = out_of_range("at_s", event.at_s, -1e9, 1e9, "s")) return error;
-  return out_of_range("duration_s", event.duration_s, 0.0, 3600.0, "s");
+  if (auto error = out_of_range("tilt_deg", kWhere, event.tilt_deg, -45.0, 45.0, "°")) return error;
+  if (auto error = out_of_range("at_s", kWhere, event.at_s, -1e9, 1e9, "s")) return error;
+  return out_of_range("duration_s", kWhere, event.duration_s, 0.0, 3600.0, "s");
 }
 
 std::optional<hal::Error> check(const ObjectHold& hold) {
   if (hold.edge_mm) {
-    if (auto error = out_of_range("edge_mm", *hold.edge_mm, -200.0, 200.0, "mm")) return error;
+    if (auto error = out_of_range("edge_mm", kWhere, *hold.edge_mm, -200.0, 200.0, "mm")) return error;
   }
-  if (auto error = out_of_range("edge_round_mm", hold.edge_round_mm, 0.0, 20.0, "mm")) return error;
-  return out_of_range("slides_above_n", hold.slides_above_n, 0.0, 100.0, "N");
+  if (auto error = out_of_range("edge_round_mm", kWhere, hold.edge_round_mm, 0.0, 20.0, "mm")) return error;
+  return out_of_range("slides_above_n", kWhere, hold.slides_above_n, 0.0, 100.0, "N");
 }
 
 bool ObjectEventQueue::push(const ObjectEvent& event) noexcept {

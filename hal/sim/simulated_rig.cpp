@@ -10,6 +10,7 @@
 
 #include "hal/sim/external_instrument.h"
 #include "hal/sim/general_object_model.h"
+#include "hal/sim/range_check.h"
 #include "hal/sim/sensor_bias.h"
 #include "hal/sim/simulation.h"
 #include "hal/sim/tick_clock.h"
@@ -25,13 +26,6 @@ std::string joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
   return text;
-}
-
-std::optional<hal::Error> out_of_range(const char* field, double value, double low, double high,
-                                       const char* unit) {
-  if (value >= low && value <= high) return std::nullopt;
-  return hal::Error{std::string(field) + " is out of range", "hand program", std::to_string(value),
-                    std::to_string(low) + " … " + std::to_string(high) + " " + unit, ""};
 }
 
 double length(const Vector3& v) {
@@ -65,10 +59,10 @@ std::optional<hal::Error> check(const HandProgram& p) {
                          Range{"acceleration_m_per_s2", p.acceleration_m_per_s2, 0.1, 100.0, "m/s²"},
                          Range{"stroke_direction's length", length(p.stroke_direction), 1e-6, 1e6, ""},
                          Range{"shake_direction's length", length(p.shake_direction), 1e-6, 1e6, ""}}) {
-    if (auto error = out_of_range(r.field, r.value, r.low, r.high, r.unit)) return error;
+    if (auto error = out_of_range(r.field, "hand program", r.value, r.low, r.high, r.unit)) return error;
   }
   if (p.kind == HandProgram::Kind::kScan) {
-    return out_of_range("repetitions of a scan", p.repetitions, 1.0, 10000.0, "");
+    return out_of_range("repetitions of a scan", "hand program", p.repetitions, 1.0, 10000.0, "");
   }
   return std::nullopt;
 }

@@ -8,8 +8,8 @@ namespace hapticd::rt {
 
 namespace {
 
-hal::Error cannot(const std::string& what, const std::string& value, const std::string& limit,
-                  const std::string& remedy) {
+hal::Error cannot_combine(const std::string& what, const std::string& value, const std::string& limit,
+                          const std::string& remedy) {
   return {what, "combination of friction models", value, limit, remedy};
 }
 
@@ -62,7 +62,8 @@ Mean mean_of(const std::vector<IdentifiedModel>& models, const std::string& name
 
 hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>& models) {
   if (models.size() < 2) {
-    return cannot("too few models", std::to_string(models.size()), "at least 2", "identify more objects");
+    return cannot_combine("too few models", std::to_string(models.size()), "at least 2",
+                          "identify more objects");
   }
   IdentifiedModel combined;
   FrictionModel content;
@@ -72,11 +73,12 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
   for (const IdentifiedModel& model : models) {
     const auto* friction = std::get_if<FrictionModel>(&model.content);
     if (friction == nullptr) {
-      return cannot("not a friction model", kind_name(model.content), "friction models", "leave it out");
+      return cannot_combine("not a friction model", kind_name(model.content), "friction models",
+                            "leave it out");
     }
     if (!first && friction->tip != content.tip) {
-      return cannot("the models are of different tips", "rod and ball bearing", "one tip",
-                    "combine the models of each tip by themselves");
+      return cannot_combine("the models are of different tips", "rod and ball bearing", "one tip",
+                            "combine the models of each tip by themselves");
     }
     content.tip = friction->tip;
     combined.object += (first ? "" : "+") + model.object;
@@ -108,7 +110,7 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
     if (!mean.told) {
       const std::string name = part.name;
       if (name == "kinetic")
-        return cannot("no object tells the level of friction", "", "", "stroke for longer");
+        return cannot_combine("no object tells the level of friction", "", "", "stroke for longer");
       continue;  // assumed, or the default
     }
     *part.value = mean.value;

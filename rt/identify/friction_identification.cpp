@@ -21,8 +21,8 @@ constexpr double kForceRateNPerS = 6.0;
 constexpr double kScanBeyondMm = 8.0;
 constexpr double kLeastReactionN = 0.2;
 /// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
-constexpr double kLeastSpeedMmPerS = 2.0;
-constexpr double kSlidingMmPerS = 10.0;
+constexpr double kMinStrokeSpeedMmPerS = 2.0;
+constexpr double kSlidingStrokeMmPerS = 10.0;
 constexpr double kPreslidingMmPerS = 40.0;
 
 // The plane of conditions: what strokes up to 110 mm/s at three forces visit.
@@ -125,7 +125,7 @@ void FrictionIdentification::add(const Observation& observation) {
 }
 
 void FrictionIdentification::count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s) {
-  if (!(speed_mm_per_s > kSlidingMmPerS)) return;
+  if (!(speed_mm_per_s > kSlidingStrokeMmPerS)) return;
   const double force_n = task_.normal_force_n > 0.0 && replay_ ? task_.normal_force_n : reaction_n.z;
   most_force_n_ = std::max(most_force_n_, force_n);
   most_speed_mm_per_s_ = std::max(most_speed_mm_per_s_, speed_mm_per_s);
@@ -271,9 +271,9 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
   options.exponent = exponent && task_.tip == Tip::kRod;
   options.bias = replay_;
   options.doubt_viscous = replay_;
-  options.least_speed_mm_per_s = replay_ ? 0.0 : kLeastSpeedMmPerS;
+  options.least_speed_mm_per_s = replay_ ? 0.0 : kMinStrokeSpeedMmPerS;
   if (!replay_) options.presliding_mm_per_s = kPreslidingMmPerS;
-  options.sliding_mm_per_s = replay_ ? 0.2 * fit.rows.most_speed_mm_per_s : kSlidingMmPerS;
+  options.sliding_mm_per_s = replay_ ? 0.2 * fit.rows.most_speed_mm_per_s : kSlidingStrokeMmPerS;
   hal::Result<FrictionLawFit> law = fit_friction_law(fit.rows.rows, options);
   if (!law) return law.error();
   fit.law = *law;

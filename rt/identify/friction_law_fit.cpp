@@ -15,7 +15,7 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPreslidingWayMm = 0.5;  // D§4.4.1
+constexpr double kPreslidingDistanceMm = 0.5;  // D§4.4.1
 constexpr double kLeastPreslidingMm = 1e-3;
 constexpr double kMostPreslidingMm = 20.0;
 constexpr double kMostExponent = 3.0;
@@ -24,8 +24,8 @@ constexpr int kRounds = 12;
 /// cos² of the angle between the regressors of level and viscosity beyond which they cannot be told apart.
 constexpr double kAlike = 0.95;
 
-hal::Error cannot(const std::string& what, const std::string& value, const std::string& limit,
-                  const std::string& remedy) {
+hal::Error cannot_fit(const std::string& what, const std::string& value, const std::string& limit,
+                      const std::string& remedy) {
   return {what, "identification of friction", value, limit, remedy};
 }
 
@@ -113,7 +113,7 @@ class LawFit {
       : rows_(rows), options_(options), trust_(rows.size(), 1.0), slope_(rows.size(), 1.0) {
     // A rolling tip has turned long before D's three millimetres.
     const double sliding_way_mm =
-        options.law == FrictionLaw::kDahl ? StrokePassages::kSlidingWayMm : 2.0 * kPreslidingWayMm;
+        options.law == FrictionLaw::kDahl ? StrokePassages::kSlidingWayMm : 2.0 * kPreslidingDistanceMm;
     for (const FrictionRow& row : rows) {
       const bool usable =
           row.settled && row.weight > 0.0 && std::abs(row.speed_mm_per_s) >= options.least_speed_mm_per_s;
@@ -123,7 +123,7 @@ class LawFit {
       sliding_.push_back(slides);
       const bool calm = usable && std::abs(row.speed_mm_per_s) <= options.presliding_mm_per_s;
       presliding_.push_back(calm && row.way_mm < sliding_way_mm);
-      turning_.push_back(calm && row.way_mm < kPreslidingWayMm);
+      turning_.push_back(calm && row.way_mm < kPreslidingDistanceMm);
     }
   }
 
@@ -135,10 +135,10 @@ class LawFit {
     fit_.divided = sliding.instants() >= kFewestInstants || options_.law == FrictionLaw::kCoulombViscous;
     if (fit_.divided) {
       if (sliding.instants() < kFewestInstants) {
-        return cannot("too little of the strokes was sliding",
-                      std::to_string(std::llround(sliding.instants())) + " instants",
-                      "at least " + std::to_string(std::llround(kFewestInstants)),
-                      "stroke farther and faster");
+        return cannot_fit("too little of the strokes was sliding",
+                          std::to_string(std::llround(sliding.instants())) + " instants",
+                          "at least " + std::to_string(std::llround(kFewestInstants)),
+                          "stroke farther and faster");
       }
       take(sliding.solve(options_.viscous, options_.bias));
       for (int round = 0; round < kRounds; ++round) {
@@ -157,7 +157,7 @@ class LawFit {
             built_up(rows_, options_.law, fit_.parameters.presliding_mm, fit_.parameters.exponent);
         const LinearSums all = together(z);
         if (all.instants() < kFewestInstants) {
-          return cannot(
+          return cannot_fit(
               "too little of the strokes is of use",
               std::to_string(std::llround(all.instants())) + " instants after the first full stroke",
               "at least " + std::to_string(std::llround(kFewestInstants)), "stroke to and fro several times");
@@ -169,8 +169,8 @@ class LawFit {
     }
     if (!(fit_.parameters.kinetic > 0.0)) {
       std::string value = std::to_string(fit_.parameters.kinetic);
-      return cannot("friction goes along with the motion instead of against it", "coefficient " + value,
-                    "greater than 0", "turn the sign of the force or of the position");
+      return cannot_fit("friction goes along with the motion instead of against it", "coefficient " + value,
+                        "greater than 0", "turn the sign of the force or of the position");
     }
     judge();
     return fit_;
@@ -312,7 +312,7 @@ class LawFit {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (!usable_[i]) continue;
       const FrictionRow& row = rows_[i];
-      if (!dahl && row.way_mm < 2.0 * kPreslidingWayMm) continue;
+      if (!dahl && row.way_mm < 2.0 * kPreslidingDistanceMm) continue;
       const double error = row.friction_n - law_n(row, z[i]);
       left += row.weight * error * error;
       const double friction_n = row.friction_n - fit_.bias_n;
@@ -451,8 +451,8 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
   bool turned = false;
   for (std::size_t i = 1; i < rows.size() && !turned; ++i) turned = rows[i].passage != rows[0].passage;
   if (!turned) {
-    return cannot("the tip did not slide to and fro", std::to_string(rows.size()) + " moments of sliding",
-                  "strokes both ways", "stroke to and fro over the same place");
+    return cannot_fit("the tip did not slide to and fro", std::to_string(rows.size()) + " moments of sliding",
+                      "strokes both ways", "stroke to and fro over the same place");
   }
   hal::Result<FrictionLawFit> fit = LawFit(rows, options).run();
   constexpr double kSigmas = 2.0;
@@ -485,8 +485,8 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
   double longest_mm = 0.0;
   for (const FrictionRow& row : rows) longest_mm = std::max(longest_mm, row.way_mm);
   if (!(longest_mm > 0.0)) {
-    return cannot("the tip did not slide", std::to_string(rows.size()) + " moments", "strokes both ways",
-                  "stroke to and fro over the same place");
+    return cannot_fit("the tip did not slide", std::to_string(rows.size()) + " moments", "strokes both ways",
+                      "stroke to and fro over the same place");
   }
   const auto solve = [&](const std::vector<double>& reaches, double& left, double& squared) {
     const auto n = static_cast<Eigen::Index>(reaches.size() + (bias ? 1 : 0));
@@ -540,8 +540,8 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
     y = solve(reaches, left, squared);
   }
   if (reaches.empty()) {
-    return cannot("friction goes along with the motion instead of against it", "", "",
-                  "turn the sign of the force or of the position");
+    return cannot_fit("friction goes along with the motion instead of against it", "", "",
+                      "turn the sign of the force or of the position");
   }
   MaxwellSlipFit fit;
   for (std::size_t j = 0; j < reaches.size(); ++j) {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "rt/control/force_controller.h"
+#include "rt/identify/fixed_text.h"
 #include "rt/signal/vector.h"
 #include "rt/target/desired_force.h"
 
@@ -16,26 +16,14 @@ namespace {
 constexpr double kPressedN = 0.4;  // of the sensor: the hand is on the object
 constexpr double kFreeN = 0.2;
 constexpr double kFreeForS = 0.25;
-constexpr double kSettleS = 0.15;  // after touching: the impact rings
+constexpr double kImpactS = 0.15;  // after touching: the impact rings
 constexpr double kSilentS = 0.1;   // no force at all under a pressing hand
 constexpr double kQuietN = 0.05;
-constexpr double kLongestStepS = 0.016;
 // Amplitude below which an oscillation is taken for the hand's own tremor or the encoder's step.
 constexpr double kLeastMm = 0.05;
 constexpr double kViolentMm = 2.0;  // no waiting for more cycles of that size while they grow
 constexpr double kLeastN = 0.25;
 constexpr double kViolentN = 3.0;
-
-bool finite(const hal::Vector3& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-std::string text(double value, int digits) {
-  std::ostringstream stream;
-  stream.setf(std::ios::fixed);
-  stream.precision(digits);
-  stream << value;
-  return stream.str();
-}
 
 }  // namespace
 
@@ -52,8 +40,8 @@ GainsIdentification::GainsIdentification(const GainsTask& task, const hal::RigIn
   }
   const double structural = rig.device.structural_stiffness_n_per_mm;
   if (structural > 0.0 && task.target_stiffness_n_per_mm > kMaxCompensableRatio * structural) {
-    refuse("the target stiffness is more than " + text(kMaxCompensableRatio, 1) +
-           " of the device's own structural stiffness, " + text(structural, 2) +
+    refuse("the target stiffness is more than " + fixed_text(kMaxCompensableRatio, 1) +
+           " of the device's own structural stiffness, " + fixed_text(structural, 2) +
            " N/mm: no scene renders it");
   }
 }
@@ -92,7 +80,8 @@ void GainsIdentification::go_on() {
   if (gain_ >= kLastGain) close_range(kControllerLimit, 0.0);
   if (lowest_holding_ == 0.0) {
     return refuse("no gain below the controller's own limit holds " +
-                  text(task_.target_stiffness_n_per_mm, 2) + " N/mm on this object: ask for another target");
+                  fixed_text(task_.target_stiffness_n_per_mm, 2) +
+                  " N/mm on this object: ask for another target");
   }
   choose();
 }
@@ -110,7 +99,7 @@ void GainsIdentification::choose() {
   if (gain < lowest_holding_) {
     // The range that holds does not reach down to 0.6 K_c: its middle keeps the same distance to both ends.
     gain = std::sqrt(lowest_holding_ * (limit_first_ ? kLastGain : ultimate_));
-    remark_ = "0.6 K_c lies below the lowest gain that holds, " + text(lowest_holding_, 2) +
+    remark_ = "0.6 K_c lies below the lowest gain that holds, " + fixed_text(lowest_holding_, 2) +
               ": the middle of the range was taken";
   }
   const double wanted_ms = limit_first_ ? 0.0 : 1e3 * kPeriodShare * gain * period_s_;
@@ -150,7 +139,7 @@ void GainsIdentification::end_trial(bool oscillates) {
         verified_ = true;
         phase_ = Phase::kDone;
       } else if (derivative_ms_ > 0.0) {
-        remark_ = "with Kd = " + text(derivative_ms_, 3) + " ms it oscillated: without";
+        remark_ = "with Kd = " + fixed_text(derivative_ms_, 3) + " ms it oscillated: without";
         propose(gain_, 0.0);
       } else {
         remark_ = "the gains chosen oscillated when they were tried";
@@ -185,7 +174,7 @@ void GainsIdentification::add(const Observation& observation) {
     return;
   }
   last_time_ns_ = sample.time_ns;
-  if (step_s > kLongestStepS) {
+  if (step_s > kMaxSampleStepS) {
     // Whatever happened meanwhile: this press is judged no further, and is asked for again.
     ++gaps_;
     pressed_ = acted_ = false;
@@ -220,7 +209,7 @@ void GainsIdentification::add(const Observation& observation) {
   silent_s_ = command_n == 0.0 && force_n > kPressedN ? silent_s_ + step_s : 0.0;
   if (silent_s_ > kSilentS) {
     if (acted_ || silent_s_ > 5.0 * kSilentS) {
-      refuse(acted_ ? "the device fell silent under a pressing hand at Kp = " + text(gain_, 2) +
+      refuse(acted_ ? "the device fell silent under a pressing hand at Kp = " + fixed_text(gain_, 2) +
                           ": the guard has latched; find out why before going on"
                     : "the device gives no force: no scene renders, or its guard is latched");
       return;
@@ -228,11 +217,11 @@ void GainsIdentification::add(const Observation& observation) {
   }
   if (command_n > kRunAwayN) {
     if (std::max(oscillation_.swings(), in_force_.swings()) >= 2) return end_trial(true);
-    return refuse("the device's force ran away to " + text(command_n, 1) + " N under a press of " +
-                  text(kPressN, 0) + " N: this object does not admit " +
-                  text(task_.target_stiffness_n_per_mm, 2) + " N/mm");
+    return refuse("the device's force ran away to " + fixed_text(command_n, 1) + " N under a press of " +
+                  fixed_text(kPressN, 0) + " N: this object does not admit " +
+                  fixed_text(task_.target_stiffness_n_per_mm, 2) + " N/mm");
   }
-  if (pressed_s_ < kSettleS) return;
+  if (pressed_s_ < kImpactS) return;
   oscillation_.update(dot(sample.tip_position_mm, axis_));
   in_force_.update(dot(observation.device_command_n, axis_));
   for (const UltimateOscillation* o : {&oscillation_, &in_force_}) {
@@ -256,7 +245,7 @@ Wish GainsIdentification::wish() const {
   if (backing_off_) {
     wish.hold_s = 0.5;
     wish.words = trials_.empty() ? "let go: the search begins with the tool free and at rest"
-                                 : "let go: it oscillates at Kp = " + text(trials_.back().gain, 2);
+                                 : "let go: it oscillates at Kp = " + fixed_text(trials_.back().gain, 2);
     return wish;
   }
   wish.motion = Wish::Motion::kPress;
@@ -267,8 +256,8 @@ Wish GainsIdentification::wish() const {
   wish.force_n = kPressN;
   wish.force_rate_n_per_s = 8.0;
   wish.hold_s = kWatchS;
-  wish.words = "press the object to " + text(kPressN, 0) +
-               " N, hold for a second and let go (Kp = " + text(gain_, 2) + ")";
+  wish.words = "press the object to " + fixed_text(kPressN, 0) +
+               " N, hold for a second and let go (Kp = " + fixed_text(gain_, 2) + ")";
   return wish;
 }
 
@@ -347,8 +336,8 @@ hal::Result<IdentifiedModel> GainsIdentification::finish() const {
   if (ultimate_ == 0.0) {
     return hal::Error{
         "the ultimate gain was not reached", where,
-        highest_holding_ > 0.0 ? "Kp up to " + text(highest_holding_, 2) + " holds" : "no press judged",
-        "presses of " + text(kWatchS, 1) + " s at rising gain", wish().words};
+        highest_holding_ > 0.0 ? "Kp up to " + fixed_text(highest_holding_, 2) + " holds" : "no press judged",
+        "presses of " + fixed_text(kWatchS, 1) + " s at rising gain", wish().words};
   }
   GainsModel gains;
   gains.proportional_gain = gain_;
@@ -359,7 +348,8 @@ hal::Result<IdentifiedModel> GainsIdentification::finish() const {
   IdentifiedModel model;
   model.content = gains;
   model.procedure = std::to_string(trials_.size()) + " presses at rising gain, target " +
-                    text(task_.target_stiffness_n_per_mm, 2) + " N/mm: Kp = " + text(kUltimateShare, 1) +
+                    fixed_text(task_.target_stiffness_n_per_mm, 2) +
+                    " N/mm: Kp = " + fixed_text(kUltimateShare, 1) +
                     " K_c, Kd = Kp T_c/8 within the stable region (Ziegler and Nichols, D§3.3.2)" +
                     (limit_first_ ? "; the controller's own limit came first" : "");
   model.parameters = now.parameters;

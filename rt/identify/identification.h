@@ -10,6 +10,9 @@
 
 namespace hapticd::rt {
 
+/// Two samples farther apart in time than this are not consecutive, at any rate the rig has [s].
+inline constexpr double kMaxSampleStepS = 0.016;
+
 /// What an identification wants to happen next: said in words to a user, done by the simulated hand.
 struct Wish {
   enum class Motion : std::uint8_t {

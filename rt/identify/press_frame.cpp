@@ -19,11 +19,6 @@ hal::Quaternion between(const hal::Vector3& from, const hal::Vector3& to) noexce
   return {0.0, across_it.x, across_it.y, across_it.z};
 }
 
-hal::Quaternion product(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
-  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
-}
-
 hal::Quaternion to_press_frame(const PressGeometry& geometry) noexcept {
   const hal::Vector3 down{0.0, 0.0, -1.0};
   const hal::Vector3 press = direction_or(geometry.press_direction, down);

@@ -9,10 +9,6 @@ namespace hapticd::rt {
 
 namespace {
 
-bool finite(const hal::Vector3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 std::string counted(std::uint64_t count, const char* what) {
   return std::to_string(count) + " " + what;
 }

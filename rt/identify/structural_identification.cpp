@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <utility>
 
+#include "rt/identify/fixed_text.h"
 #include "rt/signal/vector.h"
 
 namespace hapticd::rt {
@@ -17,7 +17,6 @@ constexpr double kLoadedN = 0.05;      // less is no press: friction and DAC ste
 constexpr double kFirmN = 0.5;         // a press whose peak is less tells nothing
 constexpr double kMovingMmPerS = 3.0;  // below, the sign of friction is anybody's guess
 constexpr double kQuasiStaticNPerS = 80.0;
-constexpr double kLongestStepS = 0.016;
 constexpr double kWindowS = 0.016;  // of a velocity; recordings may have slower ticks
 constexpr double kFreeAfterS = 0.15;
 // Rigid contact. Below, the two surfaces still settle; the encoders move by the bend alone, and slower than
@@ -33,27 +32,17 @@ constexpr double kIndependentS = 0.25;  // residuals closer than this resemble e
 // way.
 constexpr double kStiffWall = 0.45;  // N/mm
 constexpr double kSoftWall = 0.3;
-constexpr double kEnoughError = 0.006;  // of the compliance at the centre, relative
+constexpr double kEnoughComplianceError = 0.006;  // of the compliance at the centre, relative
 constexpr double kEnoughFieldError = 0.01;
 constexpr double kEnoughRigidError = 0.01;  // what the object hides is of that size anyway
 constexpr std::size_t kMostRounds = 8;
-constexpr double kOutlier = 4.0;  // times the median press's residual
+constexpr double kOutlierPress = 4.0;  // times the median press's residual
 
 double component(const hal::Vector3& v, std::size_t i) noexcept {
   return i == 0 ? v.x : i == 1 ? v.y : v.z;
 }
-bool finite(const hal::Vector3& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 constexpr int columns_of_order(int order) noexcept {
   return order == 0 ? 1 : order == 1 ? 4 : 10;
-}
-std::string text(double value, int digits) {
-  std::ostringstream stream;
-  stream.setf(std::ios::fixed);
-  stream.precision(digits);
-  stream << value;
-  return stream.str();
 }
 std::size_t packed(std::size_t row, std::size_t column) noexcept {  // row >= column
   return row * (row + 1) / 2 + column;
@@ -92,7 +81,7 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
                               rig.device.max_force_n > 0.0 ? 0.8 * rig.device.max_force_n : 6.0)),
       window_ticks_(ticks_in(kWindowS, rig.rate_hz) / 2 * 2 + 1),
       free_rows_after_(static_cast<int>(std::lround(std::clamp(kFreeAfterS * rig.rate_hz, 3.0, 150.0)))),
-      longest_step_s_(std::max(kLongestStepS, 3.0 / rig.rate_hz)) {
+      longest_step_s_(std::max(kMaxSampleStepS, 3.0 / rig.rate_hz)) {
   if (task_.rigid_contact) task_.constant = true;
   before_.resize(kBefore);
   presses_.reserve(kMaxPresses);
@@ -370,7 +359,7 @@ StructuralIdentification::Fit StructuralIdentification::fit(int highest_order) c
       left_out = 0;
       if (round == 1 || within.size() < 5) break;
       for (std::size_t p = 0; p < within.size(); ++p) {
-        kept[p] = rms[p] <= kOutlier * median + 1e-9;
+        kept[p] = rms[p] <= kOutlierPress * median + 1e-9;
         if (!kept[p]) ++left_out;
       }
       // A fifth of the presses may be wrong; more than that, and it is the model that is.
@@ -551,9 +540,9 @@ Wish StructuralIdentification::press_at(std::size_t target, const char* why) con
   // evenly.
   const double golden = 0.6180339887 * static_cast<double>(presses_seen_);
   wish.place_mm.z += kStaggerMm * (golden - std::floor(golden) - 0.5);
-  wish.words = why + text(wish.place_mm.x, 0) + " mm aside, " + text(wish.place_mm.y, 0) + " mm across and " +
-               text(wish.place_mm.z, 0) + " mm above the home, to " + text(press_force_n_, 1) +
-               " N, and let go";
+  wish.words = why + fixed_text(wish.place_mm.x, 0) + " mm aside, " + fixed_text(wish.place_mm.y, 0) +
+               " mm across and " + fixed_text(wish.place_mm.z, 0) + " mm above the home, to " +
+               fixed_text(press_force_n_, 1) + " N, and let go";
   return wish;
 }
 
@@ -568,7 +557,7 @@ Wish StructuralIdentification::press_rigid() const {
   wish.force_n = kRigidHandN;
   wish.force_rate_n_per_s = 4.0;
   wish.hold_s = 0.05;
-  wish.words = "press the rigid object to " + text(kRigidHandN, 0) +
+  wish.words = "press the rigid object to " + fixed_text(kRigidHandN, 0) +
                " N in half a second, straight down, and let go: the device presses on with more";
   return wish;
 }
@@ -666,7 +655,7 @@ IdentificationProgress StructuralIdentification::progress() const {
       // The places differ where the stiffness does; a field's own steadiness is its standard errors.
       progress.steady = !task_.constant || *high - *low < 0.01 * *high;
     }
-    progress.certain = now.centre_error < (rigid ? kEnoughRigidError : kEnoughError) &&
+    progress.certain = now.centre_error < (rigid ? kEnoughRigidError : kEnoughComplianceError) &&
                        (task_.constant || (now.order == 2 && now.worst_error < kEnoughFieldError));
   }
   const bool covered = done == wanted;
@@ -681,17 +670,17 @@ IdentificationProgress StructuralIdentification::progress() const {
   if (!covered) {
     progress.missing.push_back(
         std::to_string(wanted - done) + " of " + std::to_string(wanted) +
-        (rigid ? " presses with more than " + text(0.5 * press_force_n_, 1) + " N of the device: "
+        (rigid ? " presses with more than " + fixed_text(0.5 * press_force_n_, 1) + " N of the device: "
                : " places: ") +
         wish().words);
   } else if (!progress.certain) {
     progress.missing.push_back("more presses: the stiffness is known to " +
-                               text(100.0 * (task_.constant ? now.centre_error : now.worst_error), 2) +
+                               fixed_text(100.0 * (task_.constant ? now.centre_error : now.worst_error), 2) +
                                " %, wanted " +
-                               text(100.0 * (rigid            ? kEnoughRigidError
-                                             : task_.constant ? kEnoughError
-                                                              : kEnoughFieldError),
-                                    1) +
+                               fixed_text(100.0 * (rigid            ? kEnoughRigidError
+                                                   : task_.constant ? kEnoughComplianceError
+                                                                    : kEnoughFieldError),
+                                          1) +
                                " %");
   } else if (!progress.steady) {
     progress.missing.push_back("more presses: the last ones still changed the stiffness by more than 1 %");
@@ -715,15 +704,16 @@ IdentificationProgress StructuralIdentification::progress() const {
     const RigidBounds bounds = bounds_of(now.model);
     progress.remarks.push_back(
         "a lower bound: what the object gives way counts as the device's; on one of " +
-        text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm, as assumed, it is " +
-        (std::isfinite(bounds.upper_n_per_mm) ? text(bounds.upper_n_per_mm, 3) + " N/mm" : "all the object"));
+        fixed_text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm, as assumed, it is " +
+        (std::isfinite(bounds.upper_n_per_mm) ? fixed_text(bounds.upper_n_per_mm, 3) + " N/mm"
+                                              : "all the object"));
     if (now.spread > 0.03) {
-      progress.remarks.push_back("presses differ by " + text(100.0 * now.spread, 1) +
+      progress.remarks.push_back("presses differ by " + fixed_text(100.0 * now.spread, 1) +
                                  " %: is the object fastened, and does the tip stay on one spot?");
     }
   } else if (now.good && task_.constant && presses_.size() >= 3 && now.spread > 0.03) {
     progress.remarks.push_back(
-        "the stiffness differs by " + text(100.0 * now.spread, 1) +
+        "the stiffness differs by " + fixed_text(100.0 * now.spread, 1) +
         " % from place to place: a constant one is wrong by that much, ask for a field");
   }
   return progress;
@@ -749,8 +739,8 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
   const Fit now = fit(task_.constant ? 0 : 2);
   if (!now.good) {
     const std::string seen = std::to_string(presses_.size()) +
-                             " presses beyond 0.5 N; the greatest force is " + text(greatest_force_n_, 3) +
-                             " N";
+                             " presses beyond 0.5 N; the greatest force is " +
+                             fixed_text(greatest_force_n_, 3) + " N";
     const std::string check = rigid ? "check the signs and units of force and position"
                                     : "check the signs and units of force and external position";
     return hal::Error{
@@ -763,7 +753,8 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
   }
   if (now.residual > 0.9) {
     return hal::Error{"the deflection does not follow the force", where,
-                      "residual " + text(100.0 * now.residual, 0) + " % of what was measured", "below 90 %",
+                      "residual " + fixed_text(100.0 * now.residual, 0) + " % of what was measured",
+                      "below 90 %",
                       rigid ? "check that the tip stays on the object, and the signs and units of force and "
                               "position"
                             : "check that the instrument watches the tip and has the encoders' frame and "
@@ -771,8 +762,8 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
   }
   if (rigid && !std::isfinite(bounds_of(now.model).upper_n_per_mm)) {
     return hal::Error{"the object may give way as much as the device", where,
-                      "found " + text(now.model.stiffness_n_per_mm, 2) + " N/mm, with an object of " +
-                          text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm or more",
+                      "found " + fixed_text(now.model.stiffness_n_per_mm, 2) + " N/mm, with an object of " +
+                          fixed_text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm or more",
                       "an object much stiffer than the device",
                       "press on a block of wood or steel, and say how stiff it is at least "
                       "(least_object_stiffness_n_per_mm)"};
@@ -783,7 +774,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
     model.procedure = std::to_string(presses_seen_) +
                       " presses of the device on a rigid object, constant by least squares against the "
                       "encoders (4.25); a lower bound, the object assumed no softer than " +
-                      text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm";
+                      fixed_text(task_.least_object_stiffness_n_per_mm, 0) + " N/mm";
   } else {
     model.procedure = std::to_string(presses_seen_) + " presses on virtual walls, " +
                       (now.order == 2   ? "quadratic field"

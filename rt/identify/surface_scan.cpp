@@ -8,7 +8,7 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr double kBeyondMm = 2.0;
+constexpr double kBeyondScanMm = 2.0;
 constexpr double kFinestMm = 0.01;  // of a touch, for a device whose resolution is not known
 
 ContactParameters parameters_of(double threshold_n) {
@@ -98,7 +98,7 @@ hal::Result<SurfaceSpline> SurfaceScan::surface() const {
 
 std::optional<ScannedNormal> normal_at(const SurfaceSpline& surface, const hal::Vector3& tip_mm) {
   const double along_mm = surface.nearest_along_mm(tip_mm.x, tip_mm.z);
-  if (!(along_mm > surface.from_mm() - kBeyondMm && along_mm < surface.to_mm() + kBeyondMm))
+  if (!(along_mm > surface.from_mm() - kBeyondScanMm && along_mm < surface.to_mm() + kBeyondScanMm))
     return std::nullopt;
   const ProfileValue profile = surface.at(along_mm);
   const double length = std::hypot(1.0, profile.slope);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 
+#include "rt/identify/fixed_text.h"
 #include "rt/signal/vector.h"
 
 namespace hapticd::rt {
@@ -13,16 +13,15 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kSettleS = 0.3;  // filters, after a start or a gap
-constexpr double kLongestStepS = 0.016;
 constexpr double kSecondS = 1.0;  // residuals further apart are independent: the filters remember 0.15 s
 constexpr double kLowestN = 1e-4;
 constexpr double kHighestN = 100.0;
-constexpr double kCellS = 0.3;
+constexpr double kVisitS = 0.3;
 constexpr double kTopSpeedMmPerS = 400.0;
 constexpr double kTopTiltDeg = 60.0;
-constexpr double kEnoughError = 0.25;  // of ε_f, relative
-constexpr double kSmallRecord = 1.15;  // times the one before
-constexpr double kAlone = 4.0;         // times the third greatest second: hardly free motion
+constexpr double kEnoughLevelError = 0.25;  // of ε_f, relative
+constexpr double kSmallRecord = 1.15;       // times the one before
+constexpr double kAlone = 4.0;              // times the third greatest second: hardly free motion
 
 // A hand at rest, slow, brisk and striking; turned in the middle range of speeds.
 constexpr int kRestCell = 0;
@@ -33,17 +32,6 @@ constexpr std::size_t kLevelCount = 480;
 
 double value_of(std::size_t level) noexcept {
   return kLowestN * std::pow(kHighestN / kLowestN, (static_cast<double>(level) + 0.5) / kLevelCount);
-}
-
-bool finite(const hal::Vector3& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-std::string text(double value, int digits) {
-  std::ostringstream stream;
-  stream.setf(std::ios::fixed);
-  stream.precision(digits);
-  stream << value;
-  return stream.str();
 }
 
 }  // namespace
@@ -93,7 +81,7 @@ void ThresholdIdentification::add(const Observation& observation) {
     ++unfit_;
     return;
   }
-  const bool gap = known && step_s > kLongestStepS;
+  const bool gap = known && step_s > kMaxSampleStepS;
   if (gap) ++gaps_;
   if (!known || gap) {
     settled_s_ = 0.0;
@@ -226,7 +214,7 @@ IdentificationProgress ThresholdIdentification::progress() const {
                     std::vector<std::uint8_t>(visits_.size()),
                     0.0};
   const auto enough = [&](int cell) {
-    return visits_[static_cast<std::size_t>(cell)] >= kCellS * rig_.rate_hz;
+    return visits_[static_cast<std::size_t>(cell)] >= kVisitS * rig_.rate_hz;
   };
   struct Need {
     int cell;
@@ -262,7 +250,7 @@ IdentificationProgress ThresholdIdentification::progress() const {
                                {"threshold_n", "N", threshold_n, tail.level_error_n});
     progress.parameters.push_back({"tail_scale_n", "N", tail.scale_n, tail.level_error_n});
     progress.steady = largest_at_s_ < 0.75 * observed_s_ || largest_n_ < kSmallRecord * largest_before_n_;
-    progress.certain = tail.level_error_n < kEnoughError * threshold_n;
+    progress.certain = tail.level_error_n < kEnoughLevelError * threshold_n;
     std::uint64_t above = tail.seconds;
     double square = 0.0, points = 0.0;
     for (std::size_t i = 0; i < kLevels && progress.fit.size() < 200; ++i) {
@@ -296,7 +284,8 @@ IdentificationProgress ThresholdIdentification::progress() const {
   completion_ = std::min(completion_, 1.0);
   progress.completion = completion_;
   if (!long_enough) {
-    progress.missing.push_back("free motion for " + text(task_.duration_s - observed_s_, 0) + " s more");
+    progress.missing.push_back("free motion for " + fixed_text(task_.duration_s - observed_s_, 0) +
+                               " s more");
   } else if (!progress.certain || !progress.steady) {
     progress.missing.emplace_back(progress.steady
                                       ? "free motion a while longer: the tail of the residual is uncertain"
@@ -304,8 +293,8 @@ IdentificationProgress ThresholdIdentification::progress() const {
   }
   if (alone) {
     progress.missing.insert(progress.missing.begin(), "start anew, touching nothing");
-    progress.remarks.push_back("the largest residual, " + text(1e3 * largest_n_, 0) + " mN after " +
-                               text(largest_at_s_, 1) + " s, stands alone: was something touched?");
+    progress.remarks.push_back("the largest residual, " + fixed_text(1e3 * largest_n_, 0) + " mN after " +
+                               fixed_text(largest_at_s_, 1) + " s, stands alone: was something touched?");
   }
   if (progress.converged) progress.missing.clear();
 
@@ -326,7 +315,7 @@ hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
   const Tail tail = this->tail();
   if (!tail.known) {
     return hal::Error{"too little free motion", where,
-                      text(observed_s_, 1) + " s of " + text(last_s_ - first_s_, 1),
+                      fixed_text(observed_s_, 1) + " s of " + fixed_text(last_s_ - first_s_, 1),
                       "at least 10 s without faults and gaps", "move the tool freely, touching nothing"};
   }
   if (!(largest_n_ > 0.0)) {
@@ -341,8 +330,8 @@ hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
   IdentifiedModel model;
   model.content = threshold;
   model.procedure =
-      "no alarm in " + text(observed_s_, 0) + " s of free motion; margin " +
-      text(100.0 * (threshold.threshold_n / largest_n_ - 1.0), 0) +
+      "no alarm in " + fixed_text(observed_s_, 0) + " s of free motion; margin " +
+      fixed_text(100.0 * (threshold.threshold_n / largest_n_ - 1.0), 0) +
       " % above the largest residual, for one alarm in ten minutes on an exponential tail (D§3.2.2)";
   model.parameters = now.parameters;
   model.validity.max_speed_mm_per_s = top_speed_mm_per_s_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/identify/identification.h"
 #include "rt/signal/tool_compensation.h"
 #include "rt/signal/tool_load.h"
 #include "rt/signal/vector.h"
@@ -12,15 +13,10 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kReachS = 0.016;  // of a rotation's differences: gimbals are noisy
-constexpr double kLongestStepS = 0.016;
-constexpr double kSettleS = 0.25;
+constexpr double kFilterSettleS = 0.25;
 
 hal::Quaternion inverse(const hal::Quaternion& q) noexcept {
   return {q.w, -q.x, -q.y, -q.z};
-}
-hal::Quaternion product(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
-  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 /// Rotation vector [rad] of a unit quaternion; q and -q are the same rotation.
 hal::Vector3 rotation_vector(const hal::Quaternion& q) noexcept {
@@ -52,7 +48,7 @@ std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample&
     const hal::RigSample& last = window_[(next_ + length - 1) % length];
     const double step_s = 1e-9 * static_cast<double>(sample.time_ns - last.time_ns);
     if (!(step_s > 0.0)) return std::nullopt;
-    if (step_s > std::max(kLongestStepS, 3.0 / rate_hz_)) {
+    if (step_s > std::max(kMaxSampleStepS, 3.0 / rate_hz_)) {
       met_gap_ = true;
       count_ = 0;
     }
@@ -116,7 +112,7 @@ std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample&
     channels[i] = second_[i].update(first_[i].update(channels[i]));
   }
   ++settled_;
-  if (static_cast<double>(settled_) < kSettleS * rate_hz_) return std::nullopt;
+  if (static_cast<double>(settled_) < kFilterSettleS * rate_hz_) return std::nullopt;
   e.weight_n_per_g = channels[0];
   e.turning_n_per_g_mm = {channels[1], channels[2], channels[3]};
   e.force_n = channels[4];

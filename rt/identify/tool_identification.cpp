@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 #include <utility>
 
+#include "rt/identify/fixed_text.h"
 #include "rt/signal/vector.h"
 
 namespace hapticd::rt {
@@ -26,19 +26,8 @@ constexpr double kOutlier = 4.0;
 constexpr std::int64_t kStaleNs = 20'000'000;
 constexpr std::size_t kShown = 200;
 
-bool finite(const hal::Vector3& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 bool finite(const hal::Quaternion& q) noexcept {
   return std::isfinite(q.w + q.x + q.y + q.z) && q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.25;
-}
-std::string text(double value, int digits) {
-  if (!std::isfinite(value)) return "unknown";
-  std::ostringstream stream;
-  stream.setf(std::ios::fixed);
-  stream.precision(digits);
-  stream << value;
-  return stream.str();
 }
 double greatest(const hal::Vector3& v) noexcept {
   return std::max({v.x, v.y, v.z});
@@ -287,8 +276,8 @@ IdentificationProgress ToolIdentification::progress() const {
   } else {
     for (const std::string& tilt : tilts_missing) progress.missing.push_back(tilt);
     if (!progress.certain && fit.good) {
-      progress.missing.push_back("wave the tool longer: mass known to " + text(100.0 * mass_share, 1) +
-                                 " %, centre to " + text(centre_error, 2) + " mm");
+      progress.missing.push_back("wave the tool longer: mass known to " + fixed_text(100.0 * mass_share, 1) +
+                                 " %, centre to " + fixed_text(centre_error, 2) + " mm");
     }
     if (progress.certain && !progress.steady) {
       progress.missing.push_back("go on a little: mass or centre still moved in the last third");
@@ -330,7 +319,7 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
                       so_far.missing.empty() ? "turn the tool" : so_far.missing.front()};
   }
   if (!(fit.mass_g > 0.0)) {
-    return hal::Error{"the mass comes out negative", where, text(fit.mass_g, 2) + " g", "more than 0 g",
+    return hal::Error{"the mass comes out negative", where, fixed_text(fit.mass_g, 2) + " g", "more than 0 g",
                       "the sensor's sign is reversed: it must tell the force on the tool"};
   }
   ToolModel tool;
@@ -344,7 +333,7 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
   IdentifiedModel model;
   model.content = tool;
   model.procedure =
-      text(last_s_ - first_s_, 1) + " s of free motion, least squares over weight and inertia (4.5)";
+      fixed_text(last_s_ - first_s_, 1) + " s of free motion, least squares over weight and inertia (4.5)";
   model.parameters = parameters(fit);
   model.residual = fit.residual;
   model.converged = progress().converged;

@@ -6,9 +6,9 @@
 namespace hapticd::test {
 namespace {
 
-using Case = FaultCase<BoardRig>;
+using BoardCase = FaultCase<BoardRig>;
 
-class BoardFaults : public testing::TestWithParam<Case> {};
+class BoardFaults : public testing::TestWithParam<BoardCase> {};
 
 TEST_P(BoardFaults, TakeTheForceInTimeAndGiveItBackGently) {
   BoardRig rig(board_for_faults());

@@ -12,7 +12,7 @@ namespace {
 
 namespace status = hal::sample_status;
 
-constexpr std::uint16_t kStart = 0x02;
+constexpr std::uint16_t kStartRequest = 0x02;
 constexpr std::uint16_t kResetLatch = 0x41;
 
 TEST(NetFtFaults, LostSamplesAreCountedAndLeaveTheMeanOfTheRest) {
@@ -208,8 +208,8 @@ TEST(NetFtFaults, ASilentBoxIsLostAskedAgainAndFoundAgain) {
   EXPECT_GT(sample.force_age_ns, 500'000'000);
   ASSERT_TRUE(eventually([&] { return bench.sensor->report().state == hal::PartState::kConnecting; }));
   EXPECT_TRUE(bench.finds("nothing comes from the box"));
-  const int asked = bench.box.commands(kStart);
-  ASSERT_TRUE(eventually([&] { return bench.box.commands(kStart) >= asked + 3; }));
+  const int asked = bench.box.commands(kStartRequest);
+  ASSERT_TRUE(eventually([&] { return bench.box.commands(kStartRequest) >= asked + 3; }));
 
   bench.box.set_silent(false);
   ASSERT_TRUE(eventually([&] {
@@ -243,9 +243,9 @@ TEST(NetFtFaults, AskingAgainBacksOff) {
 TEST(NetFtFaults, AStreamThatAnotherClientTookIsWonBack) {
   NetFtBench bench;
   ASSERT_FALSE(bench.engage());
-  const int asked = bench.box.commands(kStart);
+  const int asked = bench.box.commands(kStartRequest);
   bench.box.give_stream_away();
-  ASSERT_TRUE(eventually([&] { return bench.box.commands(kStart) > asked; }));
+  ASSERT_TRUE(eventually([&] { return bench.box.commands(kStartRequest) > asked; }));
   EXPECT_TRUE(eventually([&] {
     const hal::RigSample sample = bench.read();
     return sample.force_count > 0 && sample.status == 0;

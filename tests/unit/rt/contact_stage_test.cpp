@@ -8,13 +8,13 @@
 namespace hapticd::rt {
 namespace {
 
-constexpr double kToolG = 9.35;
+constexpr double kStageToolG = 9.35;
 
 /// A tool moved along a line, with whatever force its sensor reads, through the stage as a scene uses it.
 class Line {
  public:
   explicit Line(double rate_hz = 1000.0)
-      : period_s_(1.0 / rate_hz), timer_(rate_hz), stage_({}, kToolG, rate_hz) {}
+      : period_s_(1.0 / rate_hz), timer_(rate_hz), stage_({}, kStageToolG, rate_hz) {}
 
   /// One tick `late_s` after it was due.
   void tick(double depth_mm, double force_n, double acceleration_mm_per_s2 = 0.0, double late_s = 0.0) {
@@ -42,7 +42,7 @@ class Line {
       const double depth_mm = 20.0 * std::sin(omega * t);
       const double mean_acceleration =
           20.0 * omega * (std::cos(omega * t) - std::cos(omega * time_s_)) / step_s;  // over the tick
-      tick(depth_mm, 1e-6 * kToolG * mean_acceleration + error_n, -omega * omega * depth_mm,
+      tick(depth_mm, 1e-6 * kStageToolG * mean_acceleration + error_n, -omega * omega * depth_mm,
            step_s - period_s_);
       largest_ = std::max(largest_, stage_.authority());
     }

@@ -13,10 +13,10 @@
 namespace hapticd::rt {
 namespace {
 
-constexpr double kRateHz = ContactParameters::kCountedAtHz;
+constexpr double kCountedHz = ContactParameters::kCountedAtHz;
 
 ContactDetector armed(const ContactParameters& parameters = {}) {
-  ContactDetector detector(parameters, kRateHz);
+  ContactDetector detector(parameters, kCountedHz);
   for (std::uint32_t i = 0; i < parameters.free_ticks_to_arm; ++i) detector.update(0.0, 0.0, 0.0);
   return detector;
 }
@@ -32,7 +32,7 @@ TEST(ContactDetector, DeclaresAboveTheThresholdInEitherDirection) {
 }
 
 TEST(ContactDetector, IsNotArmedUnderLoad) {
-  ContactDetector detector(ContactParameters{}, kRateHz);
+  ContactDetector detector(ContactParameters{}, kCountedHz);
   for (int i = 0; i < 1000; ++i) EXPECT_FALSE(detector.update(2.0, 0.0, 0.0));
   EXPECT_EQ(detector.reason(), ContactReason::kAwaitingFree);
   for (std::uint32_t i = 0; i < ContactParameters{}.free_ticks_to_arm; ++i) detector.update(0.0, 0.0, 0.0);
@@ -85,13 +85,13 @@ TEST(ContactDetector, NotANumberIsNoContact) {
 }
 
 TEST(ContactOnset, FindsTheLastQuietTick) {
-  ContactOnset onset(kRateHz);
+  ContactOnset onset(kCountedHz);
   for (int i = 0; i < 40; ++i) onset.remember(0.1 * i, i <= 30 ? 0.002 : 0.01 * (i - 30));
   EXPECT_NEAR(onset.place_mm(0.0075), 3.0, 1e-12);
 }
 
 TEST(ContactOnset, FallsBackOnTheOldestItRemembers) {
-  ContactOnset onset(kRateHz);
+  ContactOnset onset(kCountedHz);
   for (int i = 0; i < 100; ++i) onset.remember(i, 1.0);
   EXPECT_EQ(onset.place_mm(0.0075), 100.0 - 32.0);
   onset.forget();

@@ -14,13 +14,13 @@ namespace {
 using namespace test;
 
 constexpr FrictionParameters kRod{0.35, 0.3, 2e-4};
-constexpr double kNoiseN = 0.003;
+constexpr double kDirectionNoiseN = 0.003;
 
 PublishedDirection published(const FrictionParameters& friction = kRod) {
   return {FrictionLaw::kDahl, friction, 1000.0};
 }
 TrackedDirection tracked(const FrictionParameters& friction = kRod) {
-  return {friction, kNoiseN, 1000.0};
+  return {friction, kDirectionNoiseN, 1000.0};
 }
 
 struct Errors {
@@ -72,7 +72,7 @@ Errors stroke(Direction direction, double radius_mm, double noise_n, const Frict
 }
 
 TEST(Direction, OfAStrokedPlaneIsFoundUnderItsFriction) {
-  for (const double noise_n : {0.0, kNoiseN}) {
+  for (const double noise_n : {0.0, kDirectionNoiseN}) {
     const Errors p = stroke(published(), 0.0, noise_n, kRod);
     const Errors t = stroke(tracked(), 0.0, noise_n, kRod);
     EXPECT_LT(p.mean_rad, 0.5 * kDegree);
@@ -85,8 +85,8 @@ TEST(Direction, OfAStrokedPlaneIsFoundUnderItsFriction) {
 
 TEST(Direction, OfAStrokedSphereIsFollowed) {
   for (const double radius_mm : {30.0, 60.0}) {
-    const Errors p = stroke(published(), radius_mm, kNoiseN, kRod);
-    const Errors t = stroke(tracked(), radius_mm, kNoiseN, kRod);
+    const Errors p = stroke(published(), radius_mm, kDirectionNoiseN, kRod);
+    const Errors t = stroke(tracked(), radius_mm, kDirectionNoiseN, kRod);
     EXPECT_LT(p.mean_rad, 1.0 * kDegree) << radius_mm;
     EXPECT_LT(t.mean_rad, (radius_mm < 50.0 ? 2.0 : 1.0) * kDegree)
         << radius_mm << ": friction is not taken for exact";
@@ -107,8 +107,8 @@ TEST(Direction, WithoutFrictionItIsTheReactions) {
 
 TEST(Direction, AViscousRollingTipNeedsNoModelOfTheObject) {
   const Errors p = stroke(PublishedDirection(FrictionLaw::kCoulombViscous, kBallBearingFriction, 1000.0),
-                          60.0, kNoiseN, kBallBearingFriction);
-  const Errors t = stroke(tracked(kBallBearingFriction), 60.0, kNoiseN, kBallBearingFriction);
+                          60.0, kDirectionNoiseN, kBallBearingFriction);
+  const Errors t = stroke(tracked(kBallBearingFriction), 60.0, kDirectionNoiseN, kBallBearingFriction);
   EXPECT_LT(p.mean_rad, 1.0 * kDegree);
   EXPECT_LT(t.mean_rad, 1.0 * kDegree);
 }
@@ -121,7 +121,7 @@ double drift_at_rest(Direction direction, int ticks) {
   direction.begin(normal * 1.0);
   double largest = 0.0;
   for (int i = 0; i < ticks; ++i) {
-    direction.update(normal + random_vector(random, kNoiseN), {}, {});
+    direction.update(normal + random_vector(random, kDirectionNoiseN), {}, {});
     largest = std::max(largest, angle_rad(direction.normal(), normal));
   }
   return largest;
@@ -170,7 +170,7 @@ TEST(Direction, AStraightPressWithASlantedStartDoesNotRunAway) {
       double largest = 0.0;
       const int ticks = static_cast<int>(8000.0 / mm_per_s);
       for (int i = 1; i <= ticks; ++i) {
-        const hal::Vector3 felt = normal * (0.05 + 2.0 * i / ticks) + random_vector(random, kNoiseN);
+        const hal::Vector3 felt = normal * (0.05 + 2.0 * i / ticks) + random_vector(random, kDirectionNoiseN);
         direction.update(felt, step, step * 1000.0);
         largest = std::max(largest, angle_rad(direction.normal(), normal));
       }
@@ -192,7 +192,8 @@ TEST(Direction, TheToldDeviationCoversTheErrorAndShrinksWithForce) {
   const double at_first = direction.deviation_rad();
   double squared = 0.0, believed = 0.0;
   for (int i = 0; i < 5000; ++i) {
-    direction.update(surface.move(step, normal, 1.0) + random_vector(random, kNoiseN), step, step * 1000.0);
+    direction.update(surface.move(step, normal, 1.0) + random_vector(random, kDirectionNoiseN), step,
+                     step * 1000.0);
     if (i < 500) continue;
     squared += std::pow(angle_rad(direction.normal(), normal), 2);
     believed += std::pow(direction.deviation_rad(), 2);
@@ -271,7 +272,7 @@ TEST(Direction, AForceThatFlipsIsFollowedOrIgnoredButNeverLeavesTheSphere) {
 TEST(TrackedDirection, OnceSettledItTurnsNoFasterThanASurfaceCan) {
   constexpr double kFastestRadPerS = 7.0;
   for (const double rate_hz : {1000.0, 5000.0}) {
-    TrackedDirection t(kRod, kNoiseN, rate_hz);
+    TrackedDirection t(kRod, kDirectionNoiseN, rate_hz);
     t.begin({0.0, 0.0, 10.0});
     const int settling = static_cast<int>(0.06 * rate_hz);
     hal::Vector3 before = t.normal();
@@ -294,8 +295,8 @@ TEST(TrackedDirection, CountsThatComeOneAxisAtATimeTellTheSameAtAnyRate) {
   const hal::Vector3 normal = direction_or({0.3, 0.0, 1.0}, {});
   const hal::Vector3 along = direction_or({1.0, 0.0, -0.3}, {});
   for (const int ticks : {2, 5, 10}) {
-    TrackedDirection slow(kRod, kNoiseN, 1000.0);
-    TrackedDirection fast(kRod, kNoiseN, 1000.0 * ticks);
+    TrackedDirection slow(kRod, kDirectionNoiseN, 1000.0);
+    TrackedDirection fast(kRod, kDirectionNoiseN, 1000.0 * ticks);
     StrokedSurface surface(kRod);
     slow.begin(normal);
     fast.begin(normal);

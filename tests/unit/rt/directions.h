@@ -40,9 +40,6 @@ inline hal::Quaternion random_rotation(std::mt19937_64& random) {
 inline double angle_rad(const hal::Vector3& a, const hal::Vector3& b) {
   return std::atan2(norm(cross(a, b)), dot(a, b));
 }
-inline bool finite(const hal::Vector3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 inline void expect_near(const hal::Vector3& a, const hal::Vector3& b, double tolerance) {
   EXPECT_LE(norm(a - b), tolerance) << "(" << a.x << ", " << a.y << ", " << a.z << ") against (" << b.x
                                     << ", " << b.y << ", " << b.z << ")";

@@ -13,18 +13,18 @@
 namespace hapticd::rt {
 namespace {
 
-constexpr double kRateHz = 1000.0;
+constexpr double kLoopHz = 1000.0;
 constexpr double kWantedN = 2.0;
 constexpr int kFallTicks = 100;
 constexpr int kResumeTicks = 200;
 
-GuardLimits limits() {
+GuardLimits fault_limits() {
   GuardLimits l;
   l.max_force_n = 8.5;
   l.max_force_rate_n_per_s = 1e5;
   l.sensor_stale_after_ms = 2.0;
-  l.resume_ramp_s = kResumeTicks / kRateHz;
-  l.fall_ramp_s = kFallTicks / kRateHz;
+  l.resume_ramp_s = kResumeTicks / kLoopHz;
+  l.fall_ramp_s = kFallTicks / kLoopHz;
   l.loop_gap_ms = 50.0;
   return l;
 }
@@ -68,7 +68,7 @@ class Bench {
   bool fit() const { return fit_; }
 
  private:
-  Guard guard_{limits(), kRateHz};
+  Guard guard_{fault_limits(), kLoopHz};
   TickRecord record_;
   std::int64_t time_ns_ = 0;
   bool fit_ = true;
@@ -137,7 +137,7 @@ TEST_P(EveryFault, EndsAsTheTableSays) {
 TEST_P(EveryFault, OfTheSensorConcernsOnlyScenesThatListenToIt) {
   const FaultRule& rule = GetParam();
   Bench bench;
-  GuardLimits deaf = limits();
+  GuardLimits deaf = fault_limits();
   deaf.sensor_stale_after_ms = 0.0;
   bench.guard().set_limits(deaf);
   const bool concerns = !rule.of_sensor && rule.fault != GuardFault::kNonFinite;

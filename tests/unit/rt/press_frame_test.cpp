@@ -16,10 +16,10 @@ namespace {
 using hal::Quaternion;
 using hal::Vector3;
 
-constexpr double kMassG = 12.6;
-constexpr double kWeightN = 1e-6 * kMassG * ToolLoad::kGravityMmPerS2;
+constexpr double kPressToolG = 12.6;
+constexpr double kWeightN = 1e-6 * kPressToolG * ToolLoad::kGravityMmPerS2;
 constexpr Vector3 kDown{0.0, 0.0, -1.0};
-constexpr HuntCrossleyParameters kLaw{0.25, 4e-4, 1.6};
+constexpr HuntCrossleyParameters kFoldedLaw{0.25, 4e-4, 1.6};
 
 Quaternion turn(const Vector3& axis, double deg) {
   const double half = deg * 0.008726646259971648;
@@ -28,7 +28,7 @@ Quaternion turn(const Vector3& axis, double deg) {
           std::sin(half) * unit_axis.z};
 }
 
-hal::RigInfo rig() {
+hal::RigInfo press_rig() {
   hal::RigInfo info;
   info.kind = hal::RigKind::kHardware;
   info.rate_hz = 1000.0;
@@ -63,7 +63,7 @@ struct Awkward {
     const Vector3 taken_n = rotated(conjugate(at_bias), kDown * kWeightN);
     mounting.force_bias_n = rotated(conjugate(mounting.to_tool()), taken_n) * -1.0;
     const PressGeometry geometry{rotated(to_rig, kDown) * 3.0, rotated(to_rig, {1.0, 0.0, 0.0}) * 0.2};
-    return {geometry, ToolLoad::mounted(kMassG, mounting), kMassG, rig()};
+    return {geometry, ToolLoad::mounted(kPressToolG, mounting), kPressToolG, press_rig()};
   }
 };
 
@@ -87,13 +87,13 @@ TEST(PressFrame, SeatsTheSensorAndLeavesTheToolAsItIsHeld) {
   const Awkward awkward;
   const Observation free = awkward.measured(Observation{});
   const Observation seen = awkward.frame().seated(free);
-  const ToolLoad straight(kMassG, kDown);
+  const ToolLoad straight(kPressToolG, kDown);
   EXPECT_LT(norm(straight.without_weight_n(seen.sample)), 1e-9);
   EXPECT_EQ(seen.sample.tip_orientation.x, awkward.tool.x);
 }
 
 TEST(PressFrame, ChangesNothingOfAnUprightPressAlongZ) {
-  const PressFrame frame({}, ToolLoad(kMassG, kDown), kMassG, rig());
+  const PressFrame frame({}, ToolLoad(kPressToolG, kDown), kPressToolG, press_rig());
   Observation wanted;
   wanted.sample.tip_position_mm = {4.0, -2.0, -7.0};
   wanted.sample.sensor_force_n = {0.3, -0.2, 2.5};
@@ -108,7 +108,7 @@ TEST(PressFrame, PressesUpAndSidewaysAreTurnedAsWell) {
   for (const Vector3& press : {Vector3{0.0, 0.0, 1.0}, Vector3{0.0, 0.0, -1.0}, Vector3{1.0, 0.0, 0.0},
                                Vector3{0.0, -1.0, 0.0}, Vector3{1.0, 1.0, 1.0}}) {
     const Vector3 line = cross(press, {0.2, 0.5, -0.7});
-    const PressFrame frame({press, line}, ToolLoad(0.0, kDown), 0.0, rig());
+    const PressFrame frame({press, line}, ToolLoad(0.0, kDown), 0.0, press_rig());
     Observation at;
     at.sample.tip_position_mm = direction_or(press, kDown) * 5.0;
     EXPECT_LT(apart(frame.upright(at).sample.tip_position_mm, kDown * 5.0), 1e-9);
@@ -128,7 +128,7 @@ TEST(PressFrame, DirectionsThatTellNothingAreNotUsable) {
 }
 
 TEST(PressFrame, FollowsADriftOfTheZeroWhileFreeAndNotWhilePressed) {
-  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, rig());
+  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, press_rig());
   const auto look = [&frame](int from, int to, double load_n) {
     Observation seen;
     for (int tick = from; tick < to; ++tick) {
@@ -150,7 +150,7 @@ TEST(PressFrame, FollowsADriftOfTheZeroWhileFreeAndNotWhilePressed) {
 }
 
 TEST(PressFrame, UnfitSamplesLeaveTheZeroAlone) {
-  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, rig());
+  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, press_rig());
   for (int tick = 0; tick < 5000; ++tick) {
     hal::RigSample sample;
     sample.time_ns = std::int64_t{1'000'000} * tick;
@@ -167,11 +167,11 @@ TEST(PressFrame, UnfitSamplesLeaveTheZeroAlone) {
 
 TEST(PressFrame, AContactIsIdentifiedTheSameWhereverItIs) {
   const Awkward awkward;
-  const auto observations = test::synthetic_observations(kLaw, 7.0);
+  const auto observations = test::synthetic_observations(kFoldedLaw, 7.0);
   const auto identified = [&](bool is_awkward) {
     ContactTask task;
     task.law = ContactLawKind::kHuntCrossley;
-    ContactIdentification identification(task, rig());
+    ContactIdentification identification(task, press_rig());
     PressFrame frame = awkward.frame();
     for (const Observation& observation : observations) {
       if (!is_awkward) {

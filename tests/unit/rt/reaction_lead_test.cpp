@@ -10,7 +10,7 @@
 namespace hapticd::rt {
 namespace {
 
-constexpr double kRateHz = 1000.0;
+constexpr double kLeadHz = 1000.0;
 constexpr double kLeadS = 3.5e-3;
 
 TickInterval after_ms(double ms) {
@@ -19,7 +19,7 @@ TickInterval after_ms(double ms) {
 
 /// Of a reaction that grows evenly, after half a second of ticks that are `tick_ms` apart.
 double after_a_ramp(double rate_n_per_s, double tick_ms) {
-  ReactionLead lead(kLeadS, kRateHz);
+  ReactionLead lead(kLeadS, kLeadHz);
   double ahead_n = 0.0;
   for (double ms = tick_ms; ms < 500.0; ms += tick_ms) {
     ahead_n = lead.update(1e-3 * ms * rate_n_per_s, after_ms(tick_ms));
@@ -28,12 +28,12 @@ double after_a_ramp(double rate_n_per_s, double tick_ms) {
 }
 
 TEST(ReactionLead, IsOffWithoutALead) {
-  EXPECT_FALSE(ReactionLead(0.0, kRateHz).is_on());
-  EXPECT_TRUE(ReactionLead(kLeadS, kRateHz).is_on());
+  EXPECT_FALSE(ReactionLead(0.0, kLeadHz).is_on());
+  EXPECT_TRUE(ReactionLead(kLeadS, kLeadHz).is_on());
 }
 
 TEST(ReactionLead, AddsNothingToAForceThatStands) {
-  ReactionLead lead(kLeadS, kRateHz);
+  ReactionLead lead(kLeadS, kLeadHz);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(lead.update(0.0, after_ms(1.0)), 0.0);
   double ahead_n = 0.0;
   for (int i = 0; i < 1000; ++i) ahead_n = lead.update(5.0, after_ms(1.0));
@@ -49,10 +49,10 @@ TEST(ReactionLead, IsExactForASteadyRateWhateverTheInterval) {
 TEST(ReactionLead, DampsWhatIsFasterThanItsCutoff) {
   // The part of the answer in quadrature: ahead of the force it takes damping, behind it it gives some.
   for (const double hz : {25.0, 40.0, 100.0, 200.0}) {
-    ReactionLead lead(kLeadS, kRateHz);
+    ReactionLead lead(kLeadS, kLeadHz);
     std::complex<double> answer;
     for (int i = 0; i < 2000; ++i) {
-      const double angle = 2.0 * std::numbers::pi * hz * i / kRateHz;
+      const double angle = 2.0 * std::numbers::pi * hz * i / kLeadHz;
       const double ahead_n = lead.update(std::sin(angle), after_ms(1.0));
       if (i >= 1000) answer += ahead_n * std::complex<double>(std::sin(angle), std::cos(angle)) / 500.0;
     }
@@ -62,7 +62,7 @@ TEST(ReactionLead, DampsWhatIsFasterThanItsCutoff) {
 }
 
 TEST(ReactionLead, AJumpIsAnsweredByAFractionOfIt) {
-  ReactionLead lead(kLeadS, kRateHz);
+  ReactionLead lead(kLeadS, kLeadHz);
   double largest = 0.0;
   for (int i = 0; i < 200; ++i) largest = std::max(largest, lead.update(10.0, after_ms(1.0)));
   EXPECT_LT(largest,
@@ -71,21 +71,21 @@ TEST(ReactionLead, AJumpIsAnsweredByAFractionOfIt) {
 }
 
 TEST(ReactionLead, ASaturatedForceStandsAndIsNotPredicted) {
-  ReactionLead lead(kLeadS, kRateHz);
+  ReactionLead lead(kLeadS, kLeadHz);
   double ahead_n = 0.0;
   for (int i = 0; i < 1000; ++i) ahead_n = lead.update(std::min(35.0, 0.1 * i), after_ms(1.0));
   EXPECT_NEAR(ahead_n, 0.0, 1e-6);
 }
 
 TEST(ReactionLead, KnowsNoSlopeAcrossAGap) {
-  ReactionLead lead(kLeadS, kRateHz);
+  ReactionLead lead(kLeadS, kLeadHz);
   lead.update(0.0, after_ms(1.0));
   EXPECT_EQ(lead.update(8.0, {1e-3, 1.0, 50.0, true}), 0.0);
   EXPECT_EQ(lead.update(8.0, after_ms(1.0)), 0.0);
 }
 
 TEST(ReactionLead, ForgetsABadNumberWithTheReset) {
-  ReactionLead lead(kLeadS, kRateHz);
+  ReactionLead lead(kLeadS, kLeadHz);
   EXPECT_TRUE(std::isnan(lead.update(std::numeric_limits<double>::quiet_NaN(), after_ms(1.0))))
       << "for the guard to see";
   lead.reset();

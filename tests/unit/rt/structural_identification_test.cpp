@@ -25,7 +25,7 @@ hal::RigInfo high_force() {
 }
 
 /// A device of compliance c(p) with dry friction, seen by encoders and from outside; presses walls as wished.
-struct Bench {
+struct StructuralBench {
   std::function<double(const Vector3&)> compliance_mm_per_n;
   double friction_n = 0.0;
   double sign = 1.0;  ///< of the bend
@@ -72,7 +72,7 @@ struct Bench {
 
 TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
   StructuralIdentification identification({.constant = true}, high_force());
-  Bench bench{[](const Vector3&) { return 1.0 / 2.537; }};
+  StructuralBench bench{[](const Vector3&) { return 1.0 / 2.537; }};
   bench.follow(identification, 8);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
@@ -86,7 +86,7 @@ TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
 
 TEST(StructuralIdentification, DryFrictionOfTheMotorsIsToldFromTheBend) {
   StructuralIdentification identification({.constant = true}, high_force());
-  Bench bench{[](const Vector3&) { return 0.4; }, 0.2};
+  StructuralBench bench{[](const Vector3&) { return 0.4; }, 0.2};
   bench.follow(identification, 8);
   const auto model = identification.finish();
   ASSERT_TRUE(model);
@@ -108,7 +108,7 @@ TEST(StructuralIdentification, FindsAQuadraticField) {
                   2.0 * (2e-6 * q.x * q.y - 1e-6 * q.y * q.z));
   };
   StructuralIdentification identification({}, high_force());
-  Bench bench{c};
+  StructuralBench bench{c};
   bench.follow(identification, 30);
   const auto model = identification.finish();
   ASSERT_TRUE(model);
@@ -122,7 +122,7 @@ TEST(StructuralIdentification, FindsAQuadraticField) {
 
 TEST(StructuralIdentification, AConstantModelOfAFieldSaysSo) {
   StructuralIdentification identification({.constant = true}, high_force());
-  Bench bench{[](const Vector3& p) { return 0.4 * (1.0 + 2e-3 * p.x); }};
+  StructuralBench bench{[](const Vector3& p) { return 0.4 * (1.0 + 2e-3 * p.x); }};
   bench.follow(identification, 10);
   const IdentificationProgress progress = identification.progress();
   bool said = false;
@@ -133,7 +133,7 @@ TEST(StructuralIdentification, AConstantModelOfAFieldSaysSo) {
 
 TEST(StructuralIdentification, OnePressTellsNoField) {
   StructuralIdentification identification({}, high_force());
-  Bench bench{[](const Vector3&) { return 0.4; }};
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
   bench.follow(identification, 1);
   const auto model = identification.finish();
   ASSERT_TRUE(model);
@@ -144,7 +144,7 @@ TEST(StructuralIdentification, OnePressTellsNoField) {
 
 TEST(StructuralIdentification, WithoutAnInstrumentItRefuses) {
   StructuralIdentification identification({}, high_force());
-  Bench bench{[](const Vector3&) { return 0.4; }};
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
   bench.watched = false;
   bench.press(identification, {0.0, 0.0, 70.0}, 0.5, 5.0);
   const auto model = identification.finish();
@@ -155,7 +155,7 @@ TEST(StructuralIdentification, WithoutAnInstrumentItRefuses) {
 
 TEST(StructuralIdentification, ReversedSignIsRefused) {
   StructuralIdentification identification({.constant = true}, high_force());
-  Bench bench{[](const Vector3&) { return 0.4; }};
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
   bench.sign = -1.0;
   for (int i = 0; i < 5; ++i) bench.press(identification, {10.0 * i, 0.0, 70.0}, 0.5, 5.0);
   const auto model = identification.finish();
@@ -165,10 +165,10 @@ TEST(StructuralIdentification, ReversedSignIsRefused) {
 
 TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
   StructuralIdentification identification({.constant = true}, high_force());
-  Bench bench{[](const Vector3& p) { return 0.4 + 1e-3 * std::sin(p.z); }};
+  StructuralBench bench{[](const Vector3& p) { return 0.4 + 1e-3 * std::sin(p.z); }};
   for (int i = 0; i < 7; ++i) {
     if (i == 3) {  // somebody leans on the instrument
-      Bench leaning = bench;
+      StructuralBench leaning = bench;
       leaning.compliance_mm_per_n = [](const Vector3& p) { return 0.4 + 0.2 * std::sin(0.7 * p.z); };
       leaning.press(identification, {0.0, 0.0, 70.0}, 0.5, 5.0);
       bench.time_ns = leaning.time_ns;
@@ -195,7 +195,7 @@ TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
 TEST(StructuralIdentification, NothingAndConstantSignalsAreRefused) {
   StructuralIdentification identification({}, high_force());
   EXPECT_FALSE(identification.finish());
-  Bench bench{[](const Vector3&) { return 0.4; }};
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
   for (int i = 0; i < 5000; ++i) identification.add(bench.at({0.0, 0.0, 70.0}, 3.0, 0.0));
   const auto model = identification.finish();
   ASSERT_FALSE(model);

@@ -12,7 +12,7 @@ namespace {
 
 using hal::Vector3;
 
-hal::RigInfo rig() {
+hal::RigInfo threshold_rig() {
   hal::RigInfo info;
   info.sensor.tool_mass_g = 10.0;
   return info;
@@ -48,7 +48,7 @@ void run(Identification& identification, double seconds, double size_n) {
 }
 
 TEST(ThresholdIdentification, LiesAboveTheLargestResidualAndSaysByHowMuch) {
-  ThresholdIdentification identification({.duration_s = 20.0}, rig());
+  ThresholdIdentification identification({.duration_s = 20.0}, threshold_rig());
   run(identification, 50.0, 0.02);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
@@ -63,7 +63,7 @@ TEST(ThresholdIdentification, LiesAboveTheLargestResidualAndSaysByHowMuch) {
 
 TEST(ThresholdIdentification, AnExponentialTailIsExtrapolatedAsItIs) {
   // Greatest residuals of a second, exponential beyond 10 mN with a scale of 3 mN.
-  ThresholdIdentification identification({}, rig());
+  ThresholdIdentification identification({}, threshold_rig());
   std::uint32_t seed = 3;
   double size = 0.0;
   constexpr int kSeconds = 400;
@@ -83,7 +83,7 @@ TEST(ThresholdIdentification, AnExponentialTailIsExtrapolatedAsItIs) {
 }
 
 TEST(ThresholdIdentification, WantsMotionThatItHasNotSeen) {
-  ThresholdIdentification identification({}, rig());
+  ThresholdIdentification identification({}, threshold_rig());
   for (int i = 0; i < 25'000; ++i) identification.add(free_sample(1e-3 * i, 0.0, 1e-3 * std::sin(0.1 * i)));
   const IdentificationProgress progress = identification.progress();
   EXPECT_FALSE(progress.converged);
@@ -92,7 +92,7 @@ TEST(ThresholdIdentification, WantsMotionThatItHasNotSeen) {
 }
 
 TEST(ThresholdIdentification, ATouchStandsAlone) {
-  ThresholdIdentification identification({.duration_s = 10.0}, rig());
+  ThresholdIdentification identification({.duration_s = 10.0}, threshold_rig());
   for (int i = 0; i < 40'000; ++i) {
     const double extra = i > 30'000 && i < 30'200 ? 0.8 : 1e-3 * std::sin(0.02 * i);
     identification.add(free_sample(1e-3 * i, 0.0, extra));
@@ -106,19 +106,19 @@ TEST(ThresholdIdentification, ATouchStandsAlone) {
 }
 
 TEST(ThresholdIdentification, ShortAndDeadSignalsAreRefused) {
-  ThresholdIdentification nothing({}, rig());
+  ThresholdIdentification nothing({}, threshold_rig());
   EXPECT_FALSE(nothing.finish());
-  ThresholdIdentification few({}, rig());
+  ThresholdIdentification few({}, threshold_rig());
   for (int i = 0; i < 10; ++i) few.add(free_sample(1e-3 * i, 0.0, 0.0));
   EXPECT_FALSE(few.finish());
-  ThresholdIdentification dead({}, rig());
+  ThresholdIdentification dead({}, threshold_rig());
   for (int i = 0; i < 20'000; ++i) dead.add(free_sample(1e-3 * i, 0.0, 0.0));
   const auto model = dead.finish();
   EXPECT_FALSE(model);
 }
 
 TEST(ThresholdIdentification, GapsAndNaNStartItAnew) {
-  ThresholdIdentification identification({}, rig());
+  ThresholdIdentification identification({}, threshold_rig());
   for (int i = 0; i < 30'000; ++i) {
     Observation o = free_sample(1e-3 * i, 100.0, 1e-3 * std::sin(0.3 * i));
     if (i % 3000 == 0) o.sample.sensor_force_n.y = std::numeric_limits<double>::quiet_NaN();

@@ -83,7 +83,7 @@ void run(Identification& identification, const Body& body, const Motion& motion,
   }
 }
 
-double error_of(const IdentifiedModel& model, const std::string& name) {
+double tool_error_of(const IdentifiedModel& model, const std::string& name) {
   for (const EstimatedParameter& p : model.parameters) {
     if (p.name == name) return p.standard_error;
   }
@@ -149,9 +149,9 @@ TEST(ToolIdentification, UprightWavesTellTheMassButNotTheBiasAlongGravity) {
   EXPECT_FALSE(model->converged);
   EXPECT_NEAR(std::get<ToolModel>(model->content).mass_g, 12.0, 0.05);
   EXPECT_FALSE(std::get<ToolModel>(model->content).tip_to_centre_mm) << "it was never turned";
-  EXPECT_TRUE(std::isinf(error_of(*model, "sensor_to_tool_x_rad")));
-  EXPECT_TRUE(std::isinf(error_of(*model, "centre_x_mm"))) << "no torque came";
-  EXPECT_TRUE(std::isinf(error_of(*model, "tip_to_centre_z_mm"))) << "nothing turned";
+  EXPECT_TRUE(std::isinf(tool_error_of(*model, "sensor_to_tool_x_rad")));
+  EXPECT_TRUE(std::isinf(tool_error_of(*model, "centre_x_mm"))) << "no torque came";
+  EXPECT_TRUE(std::isinf(tool_error_of(*model, "tip_to_centre_z_mm"))) << "nothing turned";
 }
 
 TEST(ToolIdentification, SecondsOfContactAreLeftOut) {

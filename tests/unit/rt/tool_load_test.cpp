@@ -7,13 +7,13 @@ namespace {
 
 using namespace test;
 
-constexpr double kMassG = 12.59;
+constexpr double kLoadG = 12.59;
 constexpr hal::Vector3 kGravityMmPerS2{0.0, 0.0, -ToolLoad::kGravityMmPerS2};
 
 /// (4.5) as the sensor lives it: what it reads of a contact force and of the tool's motion, tool frame.
 hal::RigSample measured(const hal::Quaternion& orientation, const hal::Quaternion& at_bias,
                         const hal::Vector3& reaction_n, const hal::Vector3& acceleration_mm_per_s2) {
-  const auto mass_times = [](const hal::Vector3& a) { return a * (1e-6 * kMassG); };
+  const auto mass_times = [](const hal::Vector3& a) { return a * (1e-6 * kLoadG); };
   hal::RigSample sample;
   sample.tip_orientation = orientation;
   sample.sensor_force_n =
@@ -30,7 +30,7 @@ TEST(ToolLoad, AHangingToolBearsNothingInAnyOrientationWhateverTheBias) {
   for (int i = 0; i < 2000; ++i) {
     const hal::Quaternion at_bias = random_rotation(random);
     const hal::Quaternion now = random_rotation(random);
-    const ToolLoad load(kMassG, gravity_at(at_bias));
+    const ToolLoad load(kLoadG, gravity_at(at_bias));
     ASSERT_LT(norm(load.without_weight_n(measured(now, at_bias, {}, {}))), 1e-14) << i;
   }
 }
@@ -41,7 +41,7 @@ TEST(ToolLoad, AContactForceComesOutInTheRigFrame) {
     const hal::Quaternion at_bias = random_rotation(random);
     const hal::Quaternion now = random_rotation(random);
     const hal::Vector3 reaction = random_vector(random, 3.0);
-    const ToolLoad load(kMassG, gravity_at(at_bias));
+    const ToolLoad load(kLoadG, gravity_at(at_bias));
     ASSERT_LT(norm(load.without_weight_n(measured(now, at_bias, reaction, {})) - reaction), 1e-12) << i;
   }
 }
@@ -53,26 +53,26 @@ TEST(ToolLoad, WhatMotionAddsTheInertiaGivesBack) {
     const hal::Quaternion now = random_rotation(random);
     const hal::Vector3 reaction = random_vector(random, 1.0);
     const hal::Vector3 acceleration = random_vector(random, 2e4);
-    const ToolLoad load(kMassG, gravity_at(at_bias));
+    const ToolLoad load(kLoadG, gravity_at(at_bias));
     const hal::Vector3 left = load.without_weight_n(measured(now, at_bias, reaction, acceleration));
-    ASSERT_LT(norm(left - (reaction - acceleration * (1e-6 * kMassG))), 1e-12) << "f_r - m a";
+    ASSERT_LT(norm(left - (reaction - acceleration * (1e-6 * kLoadG))), 1e-12) << "f_r - m a";
     ASSERT_LT(norm(left + load.inertia_n(acceleration) - reaction), 1e-12);
   }
 }
 
 TEST(ToolLoad, TheUprightToolBiasedUprightReadsTheReactionItself) {
-  const ToolLoad load(kMassG, {0.0, 0.0, -1.0});
+  const ToolLoad load(kLoadG, {0.0, 0.0, -1.0});
   hal::RigSample sample;
   sample.sensor_force_n = {0.1, -0.2, 0.3};
   expect_near(load.without_weight_n(sample), {0.1, -0.2, 0.3}, 1e-15);
 }
 
 TEST(ToolLoad, OneDegreeOfOrientationCostsTwoMillinewtons) {
-  const ToolLoad load(kMassG, {0.0, 0.0, -1.0});
+  const ToolLoad load(kLoadG, {0.0, 0.0, -1.0});
   hal::RigSample sample = measured({}, {}, {}, {});
   sample.tip_orientation = turn({1.0, 0.0, 0.0}, kDegree);
   const double error_n = norm(load.without_weight_n(sample));
-  EXPECT_NEAR(error_n, 1e-6 * kMassG * 9807.0 * 0.017, 0.06e-3) << "m G · 0.017";
+  EXPECT_NEAR(error_n, 1e-6 * kLoadG * 9807.0 * 0.017, 0.06e-3) << "m G · 0.017";
   EXPECT_NEAR(error_n, 2.15e-3, 0.01e-3);
   sample.tip_orientation = turn({0.0, 0.0, 1.0}, kDegree);
   EXPECT_LT(norm(load.without_weight_n(sample)), 1e-15) << "about the vertical it costs nothing";
@@ -82,9 +82,9 @@ TEST(ToolLoad, ATurnedAndBiasedSensorReadsTheSameContact) {
   const SensorMounting mounting{{20.0, -35.0, 90.0}, {0.3, -0.2, 0.5}};
   const hal::Quaternion seat = mounting.to_tool();
   const hal::Quaternion back{seat.w, -seat.x, -seat.y, -seat.z};
-  const ToolLoad load = ToolLoad::mounted(kMassG, mounting);
+  const ToolLoad load = ToolLoad::mounted(kLoadG, mounting);
   const hal::Vector3 contact_n{0.4, 0.1, 2.0};
-  const hal::Vector3 weight_n{0.0, 0.0, -1e-6 * kMassG * ToolLoad::kGravityMmPerS2};
+  const hal::Vector3 weight_n{0.0, 0.0, -1e-6 * kLoadG * ToolLoad::kGravityMmPerS2};
   hal::RigSample sample;
   sample.tip_orientation = unit({0.9, 0.2, -0.3, 0.1});
   const hal::Quaternion& q = sample.tip_orientation;

@@ -10,7 +10,7 @@
 namespace hapticd::rt {
 namespace {
 
-constexpr double kRateHz = 1000.0;
+constexpr double kSamplingHz = 1000.0;
 
 /// The definition, word for word, quadratic in the window: the implementation's interval intersection must
 /// agree.
@@ -22,7 +22,7 @@ double by_definition(const std::vector<double>& y, double d) {
     for (std::size_t j = 1; j <= n; ++j) {
       if (std::abs(y[k - j] - (y[k] - slope * static_cast<double>(j))) > d + 1e-12) return velocity;
     }
-    velocity = slope * kRateHz;
+    velocity = slope * kSamplingHz;
   }
   return velocity;
 }
@@ -33,7 +33,7 @@ double quantised(double position, double step) {
 
 TEST(AdaptiveWindowVelocity, ConstantVelocityIsExact) {
   for (const auto fit : {AdaptiveWindowVelocity::Fit::kEnd, AdaptiveWindowVelocity::Fit::kBest}) {
-    AdaptiveWindowVelocity velocity(0.03, kRateHz, fit);
+    AdaptiveWindowVelocity velocity(0.03, kSamplingHz, fit);
     for (int i = 0; i < 50; ++i) velocity.update(7.0 + 0.2 * i);
     EXPECT_NEAR(velocity.velocity_mm_per_s(), 200.0, 1e-9);
     EXPECT_EQ(velocity.window(), AdaptiveWindowVelocity::kMaxWindow);
@@ -41,7 +41,7 @@ TEST(AdaptiveWindowVelocity, ConstantVelocityIsExact) {
 }
 
 TEST(AdaptiveWindowVelocity, StartsAtTheFirstPositionNotAtZero) {
-  AdaptiveWindowVelocity velocity(0.03, kRateHz);
+  AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
   EXPECT_EQ(velocity.update(100.0), 0.0);
   EXPECT_EQ(velocity.update(100.0), 0.0);
   EXPECT_NEAR(velocity.update(100.1), 100.0, 1e-9)
@@ -51,10 +51,10 @@ TEST(AdaptiveWindowVelocity, StartsAtTheFirstPositionNotAtZero) {
 TEST(AdaptiveWindowVelocity, IntervalIntersectionFollowsTheDefinition) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.02);
-  AdaptiveWindowVelocity velocity(0.03, kRateHz);
+  AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
   std::vector<double> history;
   for (int i = 0; i < 5000; ++i) {
-    const double t = i / kRateHz;
+    const double t = i / kSamplingHz;
     history.push_back(quantised(8.0 * std::sin(12.0 * t) + 0.5 * std::sin(90.0 * t) + noise(random),
                                 0.0137));  // no multiple of the bound: no ties
     ASSERT_NEAR(velocity.update(history.back()), by_definition(history, 0.03), 1e-6) << "tick " << i;
@@ -62,18 +62,18 @@ TEST(AdaptiveWindowVelocity, IntervalIntersectionFollowsTheDefinition) {
 }
 
 TEST(AdaptiveWindowVelocity, QuantisedRestIsRest) {
-  AdaptiveWindowVelocity velocity(0.03, kRateHz);
+  AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
   for (int i = 0; i < 60000; ++i) velocity.update(quantised(12.3456, 0.03));
   EXPECT_EQ(velocity.velocity_mm_per_s(), 0.0);
 }
 
 TEST(AdaptiveWindowVelocity, QuantisationErrorStaysWithinTwoBoundsOverTheWindow) {
   for (const double speed : {5.0, 37.0, 150.0, 640.0}) {
-    AdaptiveWindowVelocity velocity(0.03, kRateHz);
+    AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
     for (int i = 0; i < 400; ++i) {
-      velocity.update(quantised(speed * i / kRateHz, 0.03));
+      velocity.update(quantised(speed * i / kSamplingHz, 0.03));
       if (i < 20) continue;
-      const double bound = 2.0 * 0.03 * kRateHz / velocity.window();
+      const double bound = 2.0 * 0.03 * kSamplingHz / velocity.window();
       EXPECT_LE(std::abs(velocity.velocity_mm_per_s() - speed), bound) << speed << " mm/s, tick " << i;
     }
   }
@@ -82,11 +82,11 @@ TEST(AdaptiveWindowVelocity, QuantisationErrorStaysWithinTwoBoundsOverTheWindow)
 TEST(AdaptiveWindowVelocity, WindowShrinksWithAcceleration) {
   // A parabola leaves its chord by a (nT)²/8: the window is the largest whose chord stays within the bound.
   const double a = 10000.0;
-  AdaptiveWindowVelocity velocity(0.03, kRateHz);
-  for (int i = 0; i < 200; ++i) velocity.update(0.5 * a * i * i / (kRateHz * kRateHz));
-  const int expected = static_cast<int>(std::floor(std::sqrt(8.0 * 0.03 / a) * kRateHz));
+  AdaptiveWindowVelocity velocity(0.03, kSamplingHz);
+  for (int i = 0; i < 200; ++i) velocity.update(0.5 * a * i * i / (kSamplingHz * kSamplingHz));
+  const int expected = static_cast<int>(std::floor(std::sqrt(8.0 * 0.03 / a) * kSamplingHz));
   EXPECT_NEAR(velocity.window(), expected, 1);
-  const double lag_s = 0.5 * velocity.window() / kRateHz;
+  const double lag_s = 0.5 * velocity.window() / kSamplingHz;
   EXPECT_NEAR(velocity.velocity_mm_per_s(), a * (0.199 - lag_s), 1e-6)
       << "the chord's slope lags by half the window";
 }

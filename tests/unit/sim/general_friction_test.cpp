@@ -19,9 +19,9 @@ namespace {
 using hal::Vector3;
 using test::length;
 
-constexpr double kStepS = 1e-4;
+constexpr double kGeneralStepS = 1e-4;
 
-FrictionParameters plain() {
+FrictionParameters plain_general() {
   FrictionParameters p;
   p.kinetic = 0.5;
   p.static_ratio = 1.4;
@@ -30,13 +30,13 @@ FrictionParameters plain() {
   return p;
 }
 
-MaxwellSlipFriction plain_friction(double step_s = kStepS) {
-  return {plain(), {}, step_s};
+MaxwellSlipFriction plain_friction(double step_s = kGeneralStepS) {
+  return {plain_general(), {}, step_s};
 }
 
 /// Mean force of sliding a way at a speed, after as much way to break away.
 double sliding_n(MaxwellSlipFriction friction, double normal_n, double speed_mm_per_s,
-                 double step_s = kStepS) {
+                 double step_s = kGeneralStepS) {
   const int steps = static_cast<int>(std::ceil(2.0 / (speed_mm_per_s * step_s)));
   double force_n = 0.0;
   for (int i = 0; i < steps; ++i)
@@ -126,7 +126,7 @@ TEST(MaxwellSlip, IsNoDahl) {
       force_n = -copy.advance({slow_mm, 0.0, 0.0}, 0.0, 2.0).x;
     return force_n - from_n;
   };
-  const double level_n = friction.level_n(2.0, slow_mm / kStepS);
+  const double level_n = friction.level_n(2.0, slow_mm / kGeneralStepS);
   const double straight_mm = 1.6 * level_n / (0.5 * 2.0 / 0.1);
   EXPECT_NEAR(after(0.5 * straight_mm) / after(0.25 * straight_mm), 2.0, 0.02) << "straight";
   EXPECT_NEAR(after(3.2 * level_n / 10.0), 2.0 * level_n, 1e-6) << "and done at a finite way";
@@ -139,7 +139,7 @@ TEST(MaxwellSlip, NoWalkAndNoLoadGainsWork) {
       const ObjectModel object = *object_preset(name);
       for (const double scale_mm : {1e-4, 3e-3, 0.03, 1.0}) {
         MaxwellSlipFriction friction(object.friction_with(bearing ? Tip::kBallBearing : Tip::kRod),
-                                     object.general_friction, kStepS);
+                                     object.general_friction, kGeneralStepS);
         double work_n_mm = 0.0, load_n = 2.0;
         Vector3 velocity;
         for (int i = 0; i < 5000; ++i) {
@@ -156,10 +156,10 @@ TEST(MaxwellSlip, NoWalkAndNoLoadGainsWork) {
 TEST(MaxwellSlip, StretchesAsFarAsItsSpringLets) {
   // While nothing slips: F = (k/2 + k damping/step) s with s = free - compliance F; from soft tips to stiff
   // contacts.
-  FrictionParameters p = plain();
+  FrictionParameters p = plain_general();
   p.bristle_damping_s = 5e-5;
   for (const double compliance : {0.0, 1e-4, 1e-2, 10.0}) {
-    MaxwellSlipFriction friction(p, {}, kStepS);
+    MaxwellSlipFriction friction(p, {}, kGeneralStepS);
     constexpr double kFreeMm = 2e-3;
     const double k = 0.5 * 2.0 / 0.1 * (0.5 + 0.5);
     const double expected_n = k * kFreeMm / (1.0 + k * compliance);
@@ -172,7 +172,7 @@ TEST(MaxwellSlip, StretchesAsFarAsItsSpringLets) {
 TEST(MaxwellSlip, ASmallerStepFindsTheSame) {
   // Against the finest: the kinks of slipping are of first order, the straight pieces exact.
   const auto work_n_mm = [](int pieces) {
-    MaxwellSlipFriction friction(plain(), {}, 0.1 / pieces);
+    MaxwellSlipFriction friction(plain_general(), {}, 0.1 / pieces);
     double work = 0.0, before_mm = 0.0;
     for (int i = 0; i < pieces; ++i) {
       const double to_mm = 0.25 * std::sin(6.0 * (i + 1.0) / pieces);
@@ -190,7 +190,7 @@ TEST(MaxwellSlip, ASmallerStepFindsTheSame) {
 }
 
 TEST(MaxwellSlip, ForgetsWhenLetGo) {
-  MaxwellSlipFriction used(object_preset("rubber_ball")->friction, {}, kStepS);
+  MaxwellSlipFriction used(object_preset("rubber_ball")->friction, {}, kGeneralStepS);
   MaxwellSlipFriction fresh = used;
   for (int i = 0; i < 300; ++i) used.advance({0.01, 0.003, 0.0}, 0.0, 2.0);
   EXPECT_EQ(length(used.advance({0.01, 0.0, 0.0}, 0.0, 0.0)), 0.0) << "no load, no friction";
@@ -213,7 +213,7 @@ TEST(MaxwellSlip, ExtremesStayFiniteAndBounded) {
   for (const double slide_mm : {1e-300, 1.0, 100.0, 1e6, 1e12}) {
     for (const double load_n : {1e-300, 1e-9, 4.0, 1e6}) {
       for (const double compliance : {0.0, 1e-4, 1e3}) {
-        MaxwellSlipFriction friction(object_preset("rubber_ball")->friction, {}, kStepS);
+        MaxwellSlipFriction friction(object_preset("rubber_ball")->friction, {}, kGeneralStepS);
         for (int i = 0; i < 50; ++i) {
           const double direction = i % 3 == 0 ? -1.0 : 1.0;
           const Vector3 force_n =

@@ -16,8 +16,8 @@
 namespace hapticd::sim {
 namespace {
 
-using DepthControl = test::DepthControlOf<GeneralMaterial>;
-using ForceControl = test::ForceControlOf<GeneralMaterial>;
+using GeneralDepthControl = test::DepthControlOf<GeneralMaterial>;
+using GeneralForceControl = test::ForceControlOf<GeneralMaterial>;
 using MovingMass = test::MovingMassOf<GeneralMaterial>;
 
 /// Linear, without skin; memory as a test names it.
@@ -44,7 +44,7 @@ INSTANTIATE_TEST_SUITE_P(Presets, GeneralMatter, testing::ValuesIn(object_preset
 // D§3.2.2, as of the separable family: loaded at 0.5 N/s, force over displacement at 4 N.
 TEST_P(GeneralMatter, SecantStiffnessAt4NewtonIsTheSeparableOnes) {
   for (const double step_s : {1e-4, 1e-3}) {
-    ForceControl press(matter(step_s));
+    GeneralForceControl press(matter(step_s));
     Material::Step step;
     const int steps = static_cast<int>(std::lround(8.0 / step_s));
     for (int i = 0; i < steps; ++i) step = press.apply(0.5 * (i + 0.5) * step_s);
@@ -90,7 +90,7 @@ TEST_P(GeneralMatter, NoForceWithoutTouch) {
 TEST_P(GeneralMatter, NoPathAndNoStepGainsWork) {
   for (const double step_s : {1e-4, 3e-3}) {
     Random random(23);
-    DepthControl tip(matter(step_s));
+    GeneralDepthControl tip(matter(step_s));
     double target_mm = 0.0, most_n_mm = 0.0;
     for (int i = 0; i < 20'000; ++i) {
       if (i % 50 == 0) target_mm = (1.7 * random.uniform() - 0.2) * depth_at_4n_mm;
@@ -107,7 +107,7 @@ TEST_P(GeneralMatter, ClosedCyclesDissipateAtAnyRate) {
   // The slower the less of it is time's, but a share stays.
   for (const double period_s : {0.02, 1.0, 60.0}) {
     const int half = 2000;
-    DepthControl tip(matter(period_s / (2.0 * half)));
+    GeneralDepthControl tip(matter(period_s / (2.0 * half)));
     const double depth_mm = 0.8 * depth_at_4n_mm;
     double loading_n_mm = 0.0;
     for (int i = 1; i <= 2 * half; ++i) {
@@ -124,7 +124,7 @@ TEST_P(GeneralMatter, FasterIsStiffer) {
   for (const double speed_mm_per_s : {0.01, 0.1, 1.0, 10.0, 100.0, 400.0}) {
     const double depth_mm = 0.5 * depth_at_4n_mm;
     const int steps = 500;
-    DepthControl tip(matter(depth_mm / speed_mm_per_s / steps));
+    GeneralDepthControl tip(matter(depth_mm / speed_mm_per_s / steps));
     double force_n = 0.0;
     for (int i = 1; i <= steps; ++i) force_n = tip.move_to(depth_mm * i / steps).force_n;
     EXPECT_GT(force_n, 1.001 * last_n) << speed_mm_per_s << " mm/s";
@@ -133,7 +133,7 @@ TEST_P(GeneralMatter, FasterIsStiffer) {
 }
 
 TEST_P(GeneralMatter, SurfaceComesBackAfterTheTipHasLeft) {
-  DepthControl tip(matter(1e-3));
+  GeneralDepthControl tip(matter(1e-3));
   const double depth_mm = 0.8 * depth_at_4n_mm;
   for (int i = 1; i <= 200; ++i) tip.move_to(depth_mm * i / 200);
   for (int i = 0; i < 3000; ++i) tip.move_to(depth_mm);
@@ -181,7 +181,7 @@ TEST_P(GeneralMatter, ABouncingMassNeverRisesHigherThanBefore) {
 TEST_P(GeneralMatter, EqualPathsGiveEqualBits) {
   const auto path = [&] {
     Random random(5);
-    DepthControl tip(matter(1e-4));
+    GeneralDepthControl tip(matter(1e-4));
     std::vector<double> forces;
     for (int i = 0; i < 2000; ++i) forces.push_back(tip.move_to(depth_at_4n_mm * random.uniform()).force_n);
     return forces;
@@ -285,7 +285,7 @@ TEST_P(Power, AHeldDepthFadesByThePower) {
   memory.fading_share = 1.0;
   memory.power = GetParam();
   constexpr double kStepS = 1e-3;
-  DepthControl tip(spring_with(memory, kStepS));
+  GeneralDepthControl tip(spring_with(memory, kStepS));
   double t_s = 0.5 * kStepS, n = 0.0, x_sum = 0.0, y_sum = 0.0, xx = 0.0, xy = 0.0;
   std::vector<std::pair<double, double>> points;
   double next_s = 0.01;
@@ -316,7 +316,7 @@ TEST(GeneralLaw, DenserIsSlower) {
   memory.power = 0.2;
   memory.slower_when_dense = 10.0;
   const auto left = [&](double depth_mm) {
-    DepthControl tip(spring_with(memory, 1e-3));
+    GeneralDepthControl tip(spring_with(memory, 1e-3));
     const double first_n = tip.move_to(depth_mm).force_n;
     double force_n = 0.0;
     for (int i = 0; i < 1000; ++i) force_n = tip.move_to(depth_mm).force_n;
@@ -335,7 +335,7 @@ TEST(GeneralLaw, PoresStiffenFasterThanTheRate) {
   const auto draining_n = [&](double strain_rate_per_s) {
     constexpr double kDepthMm = 4.0;
     const GeneralMaterial law = spring_with(memory, kDepthMm / 8.0 / strain_rate_per_s / 2000.0);
-    DepthControl tip(law);
+    GeneralDepthControl tip(law);
     double force_n = 0.0;
     for (int i = 1; i <= 2000; ++i) force_n = tip.move_to(kDepthMm * i / 2000).force_n;
     return force_n - law.settled_force_n(kDepthMm);
@@ -350,7 +350,7 @@ TEST(GeneralLaw, HysteresisDoesNotAskForTime) {
   GeneralMaterialParameters memory = nothing();
   memory.slips = {{{0.5, 0.05}, {0.5, 0.1}, {0.5, 0.2}}};
   const auto cycle = [&](double step_s) {
-    DepthControl tip(spring_with(memory, step_s));
+    GeneralDepthControl tip(spring_with(memory, step_s));
     std::vector<double> forces;
     for (int i = 1; i <= 400; ++i)
       forces.push_back(tip.move_to(8.0 * (i <= 200 ? i : 400 - i) / 200).force_n);
@@ -372,7 +372,7 @@ TEST(GeneralLaw, NoCreepLawAndNoProductOfDepthAndTime) {
   // differs.
   const ObjectModel sponge = *object_preset("sponge_block");
   const auto left = [&](double share) {
-    DepthControl tip(GeneralMaterial(sponge.material, sponge.general_material, 1e-3));
+    GeneralDepthControl tip(GeneralMaterial(sponge.material, sponge.general_material, 1e-3));
     const double depth_mm = share * 4.0 / sponge.material.stiffness_at_4n_n_per_mm;
     const double first_n = tip.move_to(depth_mm).force_n;
     double force_n = 0.0;

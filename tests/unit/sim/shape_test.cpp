@@ -52,7 +52,7 @@ double searched_distance_mm(const WavyField& field, const Vector3& p) {
   return best;
 }
 
-const WavyField kFields[] = {{1.5, 45.0}, {2.0, 80.0}, {2.0, 40.0}};
+const WavyField kWavyFields[] = {{1.5, 45.0}, {2.0, 80.0}, {2.0, 40.0}};
 
 TEST(Plane, DepthIsBelowZero) {
   const Projection nearest = Plane{}.project({3.0, -4.0, -1.5});
@@ -102,7 +102,7 @@ Vector3 off_surface(const WavyField& field, double x, double y, double out_mm) {
 
 TEST(WavyField, NothingIsNearerThanTheNearestPoint) {
   Random random(2);
-  for (const WavyField& field : kFields) {
+  for (const WavyField& field : kWavyFields) {
     const double reach_mm = 0.8 * radius_of_curvature_mm(field);
     for (int i = 0; i < 60; ++i) {
       const Vector3 p = off_surface(field, (random.uniform() - 0.5) * 3.0 * field.wavelength_mm,
@@ -117,7 +117,7 @@ TEST(WavyField, NothingIsNearerThanTheNearestPoint) {
 
 TEST(WavyField, NormalIsOrthogonalAndLeadsBackToTheTip) {
   Random random(3);
-  for (const WavyField& field : kFields) {
+  for (const WavyField& field : kWavyFields) {
     const double reach_mm = 0.8 * radius_of_curvature_mm(field);
     for (int i = 0; i < 500; ++i) {
       const double out_mm = (2.0 * random.uniform() - 1.0) * reach_mm;
