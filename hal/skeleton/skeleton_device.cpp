@@ -1,5 +1,6 @@
 #include "hal/skeleton/skeleton_device.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -124,8 +125,9 @@ void SkeletonDevice::write_zero_in_crash() noexcept {
 
 // A thread of its own, because the loop that should send commands may be the one that stands still.
 void SkeletonDevice::watch() noexcept {
+  const std::chrono::nanoseconds poll_interval(std::min<std::int64_t>(watchdog_ns_ / 4, 5'000'000));
   while (engaged_) {
-    std::this_thread::sleep_for(std::chrono::nanoseconds(watchdog_ns_ / 4));
+    std::this_thread::sleep_for(poll_interval);
     const std::int64_t last_ns = last_command_ns_;
     if (last_ns == 0 || now_ns() - last_ns <= watchdog_ns_) continue;
     cut_ = true;
