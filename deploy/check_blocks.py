@@ -4,7 +4,7 @@
     python3 deploy/check_blocks.py           every page of the repository
     python3 deploy/check_blocks.py --write   puts the files into the pages
 
-A comment in the line before a fenced block names the file, from the root of the repository:
+A comment of its own in the line before a fenced block names the file, from the root of the repository:
 
     <!--file: client/cpp/examples/first_client.cpp-->
 
@@ -22,8 +22,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.dont_write_bytecode = True
 from check_links import ROOT, pages_of  # noqa: E402
 
-BLOCK = re.compile(r"(<!--file: (?P<file>[^\n]*?)-->\n(?P<fence>```+)[a-z+]*\n)(?P<code>.*?)(?P=fence)$", re.S | re.M)
-NAMED = re.compile(r"<!--file: (.*?)-->")
+BLOCK = re.compile(r"^(<!--file: (?P<file>[^\n]*?)-->\n(?P<fence>```+)[a-z+]*\n)(?P<code>.*?)(?P=fence)$", re.S | re.M)
+NAMED = re.compile(r"^<!--file: (.*?)-->", re.M)
 
 
 def check(root, write=False):

@@ -85,6 +85,10 @@ class Blocks(Pages):
         self.assertEqual((self.root / "README.md").read_text(), self.PAGE.replace("int a;", "int b;"))
         self.assertEqual(check_blocks.check(self.root), (1, []))
 
+    def test_a_comment_within_a_line_is_text(self):
+        self.write("README.md", "Write `<!--file: code.cpp-->` before a block.\n")
+        self.assertEqual(check_blocks.check(self.root), (0, []))
+
     def test_a_file_that_is_gone_and_a_block_that_is_missing_are_errors(self):
         self.write("README.md", self.PAGE)
         self.assertIn("there is no file code.cpp", check_blocks.check(self.root)[1][0])
