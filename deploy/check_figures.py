@@ -39,7 +39,7 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-TEXTS = ("README.md", "hal/sim/README.md", "rt/README.md")
+TEXTS = ("README.md", "docs/*.md", "hal/sim/README.md")
 SOURCES = ("tests/study", "tests/bench")
 
 MARK = re.compile(r"<!--([a-z][a-z0-9_]*)-->")
@@ -325,7 +325,7 @@ def main(arguments=None):
 
     complaints, remarks = [], []
     try:
-        texts = options.texts or [ROOT / name for name in TEXTS]
+        texts = options.texts or [path for name in TEXTS for path in sorted(ROOT.glob(name))]
         definitions = read_definitions(options.definitions, complaints)
         records = read_records(options.figures) if options.figures else []
         marks = [mark for text in texts for mark in marks_in(text)]

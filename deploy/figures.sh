@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures again every number that README.md prints with a mark, and holds the text to what was measured.
+# Measures again every number that README.md, docs/ and hal/sim/README.md print with a mark, and compares the texts.
 #
 #   bash deploy/figures.sh [--quick] OUT
 #

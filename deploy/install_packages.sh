@@ -2,7 +2,7 @@
 # The one list of the Debian 12 packages hapticd is built, tested and run with. Installs those that are missing, as root
 # or with sudo; touches nothing, and needs neither, when all are there. Quiet unless it fails.
 #
-#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz; none = all but fuzz
+#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz docs; none = all but fuzz, docs
 #   bash deploy/install_packages.sh --list [GROUP ...]
 set -euo pipefail
 
@@ -18,8 +18,10 @@ declare -A packages=(
   [run]="gnuplot-nox"
   # Instruction counts, the latency tool the loop is compared with, and peers of others' making for the drivers.
   [tests]="valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
-  # The compiler that fuzzes; only for who asks for it.
+  # The compiler that fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
+  # The documentation as HTML, and what the Python example needs; only when asked for.
+  [docs]="mkdocs doxygen python3-grpcio python3-protobuf"
 )
 all_groups=(build libraries run tests)
 
@@ -34,7 +36,7 @@ groups=("$@")
 wanted=()
 for group in "${groups[@]}"; do
   if [[ -z "${packages[$group]:-}" ]]; then
-    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]}" >&2
+    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]} fuzz docs" >&2
     exit 2
   fi
   read -r -d '' -a names <<<"${packages[$group]}" || true

@@ -135,7 +135,7 @@ static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.actio
 
 std::string_view to_text(FaultAction action) noexcept;
 std::string_view to_text(FaultClearing clearing) noexcept;
-/// The table as the README prints it.
+/// The table as docs/faults.md prints it.
 std::string fault_table_markdown();
 
 }  // namespace hapticd::rt

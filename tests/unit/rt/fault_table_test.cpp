@@ -178,12 +178,12 @@ TEST(FaultTable, EveryDriversStatusBitHasALine) {
   EXPECT_EQ(covered, 2 * hal::sample_status::kCommandStale - 1);
 }
 
-TEST(FaultTable, TheReadmePrintsIt) {
-  std::ifstream file(HAPTICD_SOURCE_DIR "/README.md");
-  std::stringstream readme;
-  readme << file.rdbuf();
-  EXPECT_NE(readme.str().find(fault_table_markdown()), std::string::npos) << "README.md is to contain:\n"
-                                                                          << fault_table_markdown();
+TEST(FaultTable, TheDocumentationPrintsIt) {
+  std::ifstream file(HAPTICD_SOURCE_DIR "/docs/faults.md");
+  std::stringstream page;
+  page << file.rdbuf();
+  EXPECT_NE(page.str().find(fault_table_markdown()), std::string::npos) << "docs/faults.md is to contain:\n"
+                                                                        << fault_table_markdown();
 }
 
 }  // namespace
