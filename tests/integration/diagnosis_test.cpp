@@ -92,8 +92,9 @@ TEST(Doctor, WantsTheGovernorPerformance) {
 TEST(Doctor, LooksAtMemoryAndClock) {
   Machine machine;
   EXPECT_EQ(machine.find("memory", {}).severity, kWarning);
-  machine.file("proc/self/status", "VmPeak: 1 kB\nVmLck:    20480 kB");
-  EXPECT_EQ(machine.find("memory", {}).text, "20 MB are locked");
+  machine.file("proc/self/status", "VmPeak: 1 kB\nVmLck:    1187840 kB\nVmRSS:    163840 kB");
+  EXPECT_EQ(machine.find("memory", {}).text, "locked: the 160 MB in use stay in memory")
+      << "not the address space, which frightens";
   const std::string source = "sys/devices/system/clocksource/clocksource0/current_clocksource";
   EXPECT_EQ(machine.find("clock", {}).severity, kNote);
   EXPECT_EQ(machine.file(source, "tsc").find("clock", {}).severity, kGood);
@@ -124,6 +125,19 @@ TEST(Doctor, SaysHowAPartFares) {
   EXPECT_NE(examine_part(report).front().text.find("10.0.0.2"), std::string::npos);
   report.state = hal::PartState::kIdle;
   EXPECT_EQ(examine_part(report).front().severity, kNote);
+}
+
+TEST(Doctor, NamesTheFaultThatTheGuardIsLatchedBy) {
+  rt::TickRecord record;
+  record.guard_state = rt::GuardState::kRendering;
+  EXPECT_TRUE(examine_guard(record).empty());
+  record.guard_state = rt::GuardState::kLatched;
+  record.guard_fault = rt::GuardFault::kSensorStale;
+  const Findings found = examine_guard(record);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].severity, kProblem);
+  EXPECT_NE(found[0].text.find("latched, sensor_stale"), std::string::npos) << found[0].text;
+  EXPECT_NE(found[0].remedy.find("then hapticctl clear"), std::string::npos) << found[0].remedy;
 }
 
 /// A scene on a simulated rig, in virtual time, and what the doctor sees of its force.
