@@ -6,6 +6,7 @@
 
 #include "server/crash_guard.h"
 #include "server/grpc_server.h"
+#include "server/guard_log.h"
 #include "server/identification/identification_runner.h"
 #include "server/instance_lock.h"
 #include "server/log.h"
@@ -55,6 +56,7 @@ struct Daemon::Parts {
   SafetyLatch latch;
   IdentificationRunner identifications;
   TurntableHost turntable;
+  GuardLog guard_log{hub};
   std::unique_ptr<GrpcServer> network;
 };
 
@@ -154,6 +156,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   }
   parts->network = std::move(*network);
   parts->hub.start();
+  parts->guard_log.start();
   parts->session.start();
   write_zero_in_crash_of(&parts->session.rig());
   parts->network->set_serving(true);

@@ -1,6 +1,7 @@
 #include "server/grpc_server.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
 #include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
@@ -25,6 +26,7 @@
 #include "server/services/standing_poller.h"
 #include "server/services/telemetry_service.h"
 #include "server/services/turntable_service.h"
+#include "server/services/unreadable_request.h"
 
 namespace hapticd::server {
 
@@ -45,12 +47,13 @@ constexpr int kMaxHandshakeMs = 10'000;
 constexpr int kMaxIdleMs = 600'000;
 
 /// Gives every thread that serves calls a stack for crash handlers, once, before the call is read: parsers of
-/// what clients send are where a stack could be used up. It intercepts nothing.
+/// what clients send are where a stack could be used up. It watches calls only for requests that are none.
 class CrashStackForCallers final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
-  grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo*) override {
+  /// gRPC owns what it gets.
+  grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* call) override {
     use_crash_stack();
-    return nullptr;
+    return watch_for_unreadable_request(*call).release();
   }
 };
 
@@ -133,6 +136,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   }
   state->poller.emplace(builder);
   gpr_set_log_function(pass_on);
+  // It writes a line for each text that is not UTF-8; the client is told, and the log is not for it to fill.
+  google::protobuf::SetLogHandler(nullptr);
   state->server = builder.BuildAndStart();
   if (state->server == nullptr) return hal::Error{"gRPC does not start", listen.text(), "", "", ""};
   state->poller->start();

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string>
 
 #include "rt/loop/loop_cpu.h"
@@ -32,6 +33,22 @@ void raise_descriptor_limit() {
     server::log_warning("the limit of open files could not be raised");
 }
 
+/// The stacks of all threads that calls may take, and what the allocator keeps for each: address space, not
+/// memory. With less a thread cannot begin, and gRPC ends the process over that, in contact too.
+constexpr rlim_t kMinAddressSpace = rlim_t{2048} << 20U;
+
+std::optional<hal::Error> check_address_space() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
+      limit.rlim_cur >= kMinAddressSpace) {
+    return std::nullopt;
+  }
+  return hal::Error{"the address space of this process is limited too far", "RLIMIT_AS",
+                    std::to_string(limit.rlim_cur >> 20U) + " MiB",
+                    "at least " + std::to_string(kMinAddressSpace >> 20U) + " MiB",
+                    "ulimit -v unlimited, or LimitAS=infinity in the service's unit"};
+}
+
 int run(int argc, char** argv) {
   int exit_code = 0;
   const auto line = server::read_command_line(argc, argv, exit_code);
@@ -49,6 +66,10 @@ int run(int argc, char** argv) {
     return static_cast<int>(ExitCode::kClean);
   }
 
+  if (const auto failure = check_address_space()) {
+    std::fprintf(stderr, "hapticd: %s\n", failure->text().c_str());
+    return 1;
+  }
   server::hold_back_ending_signals();  // before there are threads: they inherit it
   server::install_crash_handlers();
   raise_descriptor_limit();
@@ -74,7 +95,9 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {  // out of memory, out of threads
-    std::fprintf(stderr, "hapticd: %s\n", error.what());
+    std::fprintf(stderr,
+                 "hapticd: the system refuses memory or threads (%s); see its limits: ulimit -v, ulimit -u\n",
+                 error.what());
     return 1;
   }
 }

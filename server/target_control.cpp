@@ -287,6 +287,7 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
     }
     result.hand_force_n = *hand_force_n;
   } else {
+    if (!scene) return no_scene();  // and so there is no contact, however firmly it is pressed
     if (!in_contact) return not_in_contact("hand_force_n");
     result.hand_force_n = last.hand_force_n;
   }
@@ -297,6 +298,7 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
     }
     result.object_stiffness_n_per_mm = *object_stiffness_n_per_mm;
   } else {
+    if (!scene) return no_scene();
     if (!in_contact || !(last.displacement_mm > 0.0) || !(last.reaction_force_n > 0.0)) {
       return not_in_contact("object_stiffness_n_per_mm");
     }

@@ -31,9 +31,10 @@ bool holds(const std::vector<std::string>& names, const std::string& name) {
 
 std::optional<hal::Error> check_name(std::string_view kind, std::string_view name, std::string_view where) {
   if (is_name(name)) return std::nullopt;
-  return hal::Error{"not a name for a " + std::string(kind), std::string(where),
-                    std::string(name.substr(0, kLongestName)), "1 … 64 of a-z A-Z 0-9 _ -",
-                    "choose such a name"};
+  const bool vowel = std::string_view("aeiou").find(kind.front()) != std::string_view::npos;
+  return hal::Error{(vowel ? "not a name for an " : "not a name for a ") + std::string(kind),
+                    std::string(where), std::string(name.substr(0, kLongestName)),
+                    "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"};
 }
 
 std::optional<hal::Error> TextLibrary::check_folder() const {

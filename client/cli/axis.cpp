@@ -8,6 +8,13 @@
 namespace hapticd::cli {
 namespace {
 
+/// The round number before a round one.
+double round_before(double step) {
+  const double power = std::pow(10.0, std::floor(std::log10(step) + 1e-9));
+  const double leading = step / power;
+  return leading > 4.0 ? 2.0 * power : leading > 1.5 ? power : 0.5 * power;
+}
+
 /// Smallest round number not below `value`.
 double round_up(double value) {
   const double power = std::pow(10.0, std::floor(std::log10(value)));
@@ -23,12 +30,20 @@ double round_up(double value) {
 std::vector<Tick> ticks(const Range& range, int max_count) {
   const double extent = range.high - range.low;
   if (!(extent > 0.0) || !std::isfinite(extent) || max_count < 2) return {};
-  const double step = round_up(extent / (max_count - 1));
+  double step = round_up(extent / (max_count - 1));
+  // A single tick tells no scale.
+  const auto count = [&] {
+    return std::floor(range.high / step + 1e-6) - std::ceil(range.low / step - 1e-6) + 1.0;
+  };
+  constexpr int kMaxTries = 4;
+  for (int i = 0; i < kMaxTries && count() < 2.0; ++i) step = round_before(step);
   const int decimals = std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 9);
   std::vector<Tick> result;
   const double slack = 1e-6 * step;
-  for (double multiple = std::ceil((range.low - slack) / step); multiple * step <= range.high + slack;
-       ++multiple) {
+  // Far from zero, numbers may be too coarse for the step: then the next multiple is the same one.
+  const auto max_size = static_cast<std::size_t>(max_count) + kMaxTries;
+  for (double multiple = std::ceil((range.low - slack) / step);
+       multiple * step <= range.high + slack && result.size() < max_size; ++multiple) {
     // Adding zero turns -0 into 0.
     const double value = multiple * step + 0.0;
     result.push_back({value, fmt::format("{:.{}f}", value, decimals)});

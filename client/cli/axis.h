@@ -15,7 +15,8 @@ struct Tick {
   std::string label;
 };
 
-/// Round values (steps of 1, 2 or 5 × 10ⁿ) inside the range, at most `max_count` of them.
+/// Round values (steps of 1, 2 or 5 × 10ⁿ) inside the range, at most `max_count` of them; two at least, if
+/// it takes one or two more than that for them to be round.
 std::vector<Tick> ticks(const Range& range, int max_count);
 
 /// The range widened to round ends, so that a live plot's axis moves in steps rather than with every sample.

@@ -15,7 +15,7 @@ std::string DemoPress::name() const {
 
 TextTable result_table(const std::vector<DemoPress>& presses) {
   using enum TextTable::Align;
-  TextTable table({"", "target", "rendered at the hand", "error", "hand force", "displacement"},
+  TextTable table({"", "target", "rendered", "error", "hand force", "displacement"},
                   {kLeft, kRight, kRight, kRight, kRight, kRight});
   std::optional<double> as_it_is;
   for (const auto& press : presses) {
@@ -46,6 +46,9 @@ Json result_json(const std::vector<DemoPress>& presses) {
     entry["hand_force_n"] = press.hold->hand_force_n;
     entry["displacement_mm"] = press.hold->displacement_mm;
     entry["averaged_s"] = press.hold->duration_s;
+    const auto release = release_point(press.trace.points());
+    entry["came_free_at_mm"] = release ? Json(release->displacement_mm) : Json(nullptr);
+    entry["hand_force_then_n"] = release ? Json(release->hand_force_n) : Json(nullptr);
     list.push_back(std::move(entry));
   }
   return list;

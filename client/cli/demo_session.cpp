@@ -167,10 +167,10 @@ void DemoSession::conclude() {
     result_table(presses_).print(terminal, 2);
   }
   fmt::print(
-      "\n  Where a curve falls to nothing at depth, the hand lifts faster than the object recovers: the tip "
-      "comes\n"
-      "  free of it there, and where nothing is touched no force is given. A second short contact may "
-      "follow.\n");
+      "\n  On letting go the object recovers more slowly than the hand lifts: as its reaction fades, so "
+      "does\n"
+      "  the force, and the tip comes free of it at depth. Where nothing is touched no force is given. A\n"
+      "  second short contact may follow.\n");
   fmt::print("\n  recording  {} ({})\n  plot       {}\n  results    {}\n", csv, account_text(account), svg,
              json);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "client/cli/terminal_plot.h"
 
@@ -16,11 +17,20 @@ constexpr std::array<Color, 5> kColors{Color::kCyan, Color::kYellow, Color::kGre
                                        Color::kBlue};
 constexpr double kErrorBand = 0.05;
 
-/// Force over displacement while the tip touches.
-std::vector<Point> curve(const PressTrace& trace, std::size_t max_points) {
+/// Force over displacement while the tip touches, up to where it first comes free of the object on the way
+/// up, or from there on: what follows is no rendering of a stiffness but the end of one.
+enum class Part { kPress, kAfterRelease };
+std::vector<Point> curve(const PressTrace& trace, Part part, std::size_t max_points) {
+  const auto release = release_point(trace.points());
   std::vector<Point> points;
-  for (const auto& point : trace.points()) {
-    if (point.in_contact) points.push_back({point.displacement_mm, point.hand_force_n});
+  for (std::size_t i = 0; i < trace.points().size(); ++i) {
+    const PressPoint& point = trace.points()[i];
+    if ((release && i > release->index) != (part == Part::kAfterRelease)) continue;
+    if (point.in_contact) {
+      points.push_back({point.displacement_mm, point.hand_force_n});
+    } else if (!points.empty() && std::isfinite(points.back().x)) {
+      points.push_back(kBreak);
+    }
   }
   return thinned(points, max_points);
 }
@@ -70,7 +80,8 @@ std::vector<std::string> demo_frame(const std::vector<DemoPress>& presses, const
                         {{0.0, 0.0}, target_end(*press.target_n_per_mm, frame.y.high, frame.x.high)}});
     }
     series.push_back({press.target_n_per_mm ? fmt::format("{:g} N/mm", *press.target_n_per_mm) : "as it is",
-                      color, TerminalSeries::Stroke::kLine, curve(press.trace, kTerminalPoints)});
+                      color, TerminalSeries::Stroke::kLine,
+                      curve(press.trace, Part::kPress, kTerminalPoints)});
   }
   series.push_back({"target", Color::kDefault, TerminalSeries::Stroke::kDashed, {}});  // for the legend only
   const auto table = result_table(presses).lines(terminal, 2);
@@ -86,17 +97,15 @@ std::vector<std::string> demo_frame(const std::vector<DemoPress>& presses, const
 
 Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& title) {
   const Extent largest = extent(presses);
-  // The fall on release would be taken for a fault of the control otherwise.
-  FigurePanel curves{
-      .title = "Felt by the hand (a fall at depth: the object recovers more slowly than the hand lifts)",
-      .x_label = "displacement of the tip / mm",
-      .y_label = "force of the hand / N",
-      .left = 0.0,
-      .bottom = 0.0,
-      .width = 0.62,
-      .height = 0.94,
-      .legend = FigurePanel::Legend::kBelow,
-      .from_zero = true};
+  FigurePanel curves{.title = "Felt by the hand",
+                     .x_label = "displacement of the tip / mm",
+                     .y_label = "force of the hand / N",
+                     .left = 0.0,
+                     .bottom = 0.0,
+                     .width = 0.62,
+                     .height = 0.94,
+                     .legend = FigurePanel::Legend::kBelow,
+                     .from_zero = true};
   FigurePanel results{.title = "Settled",
                       .x_label = "target / (N/mm)",
                       .y_label = "rendered at the hand / (N/mm)",
@@ -105,20 +114,28 @@ Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& tit
                       .width = 0.38,
                       .height = 0.94,
                       .from_zero = true};
+  // Without a word the fall on release would be taken for a fault of the control.
+  FigureSeries released{
+      .name = "the tip comes free", .color = "#333333", .stroke = FigureSeries::Stroke::kOpenSquares};
   FigureSeries rendered{.name = "rendered", .color = "#d55e00", .stroke = FigureSeries::Stroke::kPoints};
   double highest = 0.0;
   std::size_t index = 0;
   for (const auto& press : presses) {
     if (!press.hold) continue;
+    if (const auto release = release_point(press.trace.points())) {
+      released.points.push_back({release->displacement_mm, release->hand_force_n});
+    }
     if (!press.target_n_per_mm) {
-      curves.series.push_back({fmt::format("object as it is: {:.3f} N/mm", press.hold->stiffness_n_per_mm()),
-                               "#888888", FigureSeries::Stroke::kLine, curve(press.trace, kFigurePoints)});
+      curves.series.push_back({fmt::format("as it is: {:.3f} N/mm", press.hold->stiffness_n_per_mm()),
+                               "#888888", FigureSeries::Stroke::kLine,
+                               curve(press.trace, Part::kPress, kFigurePoints)});
       continue;
     }
     const std::string color = palette(index++);
-    curves.series.push_back({fmt::format("target {:g}: {:.3f} N/mm ({:+.1f} %)", *press.target_n_per_mm,
+    curves.series.push_back({fmt::format("{:g} N/mm: {:.3f} ({:+.1f} %)", *press.target_n_per_mm,
                                          press.hold->stiffness_n_per_mm(), 100.0 * *press.error()),
-                             color, FigureSeries::Stroke::kLine, curve(press.trace, kFigurePoints)});
+                             color, FigureSeries::Stroke::kLine,
+                             curve(press.trace, Part::kPress, kFigurePoints)});
     curves.series.push_back(
         {"",
          color,
@@ -127,7 +144,14 @@ Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& tit
     rendered.points.push_back({*press.target_n_per_mm, press.hold->stiffness_n_per_mm()});
     highest = std::max(highest, 1.1 * *press.target_n_per_mm);
   }
+  for (std::size_t i = 0, color = 0; i < presses.size(); ++i) {
+    if (!presses[i].hold) continue;
+    curves.series.push_back({"", presses[i].target_n_per_mm ? palette(color++) : "#888888",
+                             FigureSeries::Stroke::kDots,
+                             curve(presses[i].trace, Part::kAfterRelease, kFigurePoints)});
+  }
   curves.series.push_back({"as asked", "#555555", FigureSeries::Stroke::kDashed, {{0.0, 0.0}, {0.0, 0.0}}});
+  curves.series.push_back(std::move(released));
   results.series.push_back(
       {"as asked", "#555555", FigureSeries::Stroke::kDashed, {{0.0, 0.0}, {highest, highest}}});
   results.series.push_back({"±5 %",
@@ -140,7 +164,13 @@ Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& tit
                              {highest, highest * (1.0 - kErrorBand)}}});
   results.series.push_back(std::move(rendered));
   return {
-      .title = title, .width_px = 1200, .height_px = 600, .panels = {std::move(curves), std::move(results)}};
+      .title = title,
+      .width_px = 1200,
+      .height_px = 640,
+      .notes = {"On letting go the object recovers more slowly than the hand lifts: as its reaction fades, "
+                "so does the force, and at a square the tip comes free of it, at depth. Where nothing is "
+                "touched no force is given (dotted: a short second contact)."},
+      .panels = {std::move(curves), std::move(results)}};
 }
 
 }  // namespace hapticd::cli

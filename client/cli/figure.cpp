@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csignal>
@@ -11,8 +12,10 @@
 #include <filesystem>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "client/cli/session.h"
+#include "client/cli/terminal.h"
 
 namespace hapticd::cli {
 namespace {
@@ -32,9 +35,11 @@ std::string style(const FigureSeries& series) {
     case FigureSeries::Stroke::kLine:
       return fmt::format("with lines lw 2 lc rgb \"{}\"", series.color);
     case FigureSeries::Stroke::kThinLine:
-      return fmt::format("with lines lw 1 lc rgb \"{}\"", series.color);
+      return fmt::format("with lines lw 1.3 lc rgb \"{}\"", series.color);
     case FigureSeries::Stroke::kDashed:
       return fmt::format("with lines lw 1.5 dt (8,6) lc rgb \"{}\"", series.color);
+    case FigureSeries::Stroke::kDots:
+      return fmt::format("with lines lw 1 dt (1,4) lc rgb \"{}\"", series.color);
     case FigureSeries::Stroke::kPoints:
       return fmt::format("with points pt 7 ps 0.7 lc rgb \"{}\"", series.color);
     case FigureSeries::Stroke::kSquares:
@@ -56,8 +61,19 @@ void append_data(std::string& script, const std::string& block, const std::vecto
   script += "EOD\n";
 }
 
+/// Labels of the vertical axis as far apart as they need; gnuplot's own lie on each other in a low panel.
+std::string vertical_labels(const Range& y, double height_px) {
+  constexpr double kPxALabel = 45.0;
+  constexpr int kMaxLabels = 9;
+  std::string labels;
+  for (const Tick& tick : ticks(y, std::clamp(static_cast<int>(height_px / kPxALabel), 3, kMaxLabels))) {
+    labels += fmt::format("{}\"{}\" {:.9g}", labels.empty() ? "" : ", ", tick.label, tick.value);
+  }
+  return "set ytics (" + labels + ")\n";
+}
+
 /// Ranges that hold all points; gnuplot's own would complain of a quantity that never changed.
-std::string axis_ranges(const FigurePanel& panel) {
+std::string axis_ranges(const FigurePanel& panel, double height_px) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Range x{kNone, -kNone};
   Range y{kNone, -kNone};
@@ -69,13 +85,22 @@ std::string axis_ranges(const FigurePanel& panel) {
     }
   }
   if (panel.from_zero) {
-    x.low = 0.0;
-    y.low = 0.0;
+    x.low = std::min(x.low, 0.0);
+    y.low = std::min(y.low, 0.0);
   }
   y = rounded(y);
-  if (panel.from_zero || !(x.high > x.low)) x = rounded(x);
+  if (panel.x_range) {
+    x = *panel.x_range;
+  } else if (panel.from_zero || !(x.high > x.low))
+    x = rounded(x);
   return fmt::format("set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\n", x.low, x.high, y.low,
-                     y.high);
+                     y.high) +
+         vertical_labels(y, height_px);
+}
+
+bool has_names(const FigurePanel& panel) {
+  return std::any_of(panel.series.begin(), panel.series.end(),
+                     [](const FigureSeries& series) { return !series.name.empty(); });
 }
 
 std::string legend(FigurePanel::Legend place) {
@@ -86,9 +111,34 @@ std::string legend(FigurePanel::Legend place) {
     case FigurePanel::Legend::kAbove:
       return "set key above" + common + "maxcols auto\n";
     case FigurePanel::Legend::kBelow:
-      return "set key below" + common + "maxcols 2\nset xlabel offset 0,0.6\n";
+      return "set key below" + common + "height 1 maxcols 2\nset xlabel offset 0,0.6\n";
   }
   return "";
+}
+
+constexpr double kNoteLinePx = 18.0;
+constexpr double kNoteLetterPx = 8.6;  // of the font of the notes, generously
+
+/// The notes, broken into lines that the figure has room for.
+std::vector<std::string> note_lines(const Figure& figure) {
+  std::vector<std::string> lines;
+  for (const std::string& note : figure.notes) {
+    for (std::string& line : wrapped(note, static_cast<std::size_t>(figure.width_px / kNoteLetterPx))) {
+      lines.push_back(std::move(line));
+    }
+  }
+  return lines;
+}
+
+/// In the figure's lower left corner; for the panel that is plotted next.
+std::string note_labels(const std::vector<std::string>& lines, int height_px) {
+  std::string script;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double from_below = static_cast<double>(lines.size() - i) - 0.4;
+    script += fmt::format("set label {} {} at screen 0.012,{:.4f} left font \",12\" tc rgb \"#333333\"\n",
+                          i + 1, quoted(lines[i]), from_below * kNoteLinePx / height_px);
+  }
+  return script;
 }
 
 std::string block_name(std::size_t panel, std::size_t series) {
@@ -123,14 +173,17 @@ std::string gnuplot_script(const Figure& figure, const std::string& svg_path) {
       "set grid lc rgb \"#e4e4e4\" lt 1 lw 1\n"
       "set multiplot title {} font \",15\"\n",
       quoted(figure.title));
+  const std::vector<std::string> lines = note_lines(figure);
+  const double notes = static_cast<double>(lines.size()) * kNoteLinePx / figure.height_px;
+  script += note_labels(lines, figure.height_px);
   for (std::size_t p = 0; p < figure.panels.size(); ++p) {
     const FigurePanel& panel = figure.panels[p];
     script += fmt::format(
         "set origin {},{}\nset size {},{}\nset title {}\nset xlabel {} offset 0,0\nset ylabel {}\n",
-        panel.left, panel.bottom, panel.width, panel.height, quoted(panel.title), quoted(panel.x_label),
-        quoted(panel.y_label));
-    script += legend(panel.legend);
-    script += axis_ranges(panel);
+        panel.left, notes + panel.bottom * (1.0 - notes), panel.width, panel.height * (1.0 - notes),
+        quoted(panel.title), quoted(panel.x_label), quoted(panel.y_label));
+    script += has_names(panel) ? legend(panel.legend) : "unset key\n";
+    script += axis_ranges(panel, panel.height * (1.0 - notes) * figure.height_px);
     std::string plots;
     for (std::size_t s = 0; s < panel.series.size(); ++s) {
       const FigureSeries& series = panel.series[s];
@@ -139,6 +192,7 @@ std::string gnuplot_script(const Figure& figure, const std::string& svg_path) {
                (series.name.empty() ? "notitle" : "title " + quoted(series.name)) + " " + style(series);
     }
     script += plots + "\n";
+    if (p == 0 && !lines.empty()) script += "unset label\n";
   }
   return script + "unset multiplot\nunset output\n";
 }

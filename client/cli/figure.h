@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,7 @@ namespace hapticd::cli {
 
 /// One curve of a figure.
 struct FigureSeries {
-  enum class Stroke { kLine, kThinLine, kDashed, kPoints, kSquares, kOpenSquares };
+  enum class Stroke { kLine, kThinLine, kDashed, kDots, kPoints, kSquares, kOpenSquares };
   std::string name{};  ///< for the legend; empty = not listed there
   std::string color = "#333333";
   Stroke stroke = Stroke::kLine;
@@ -26,7 +27,8 @@ struct FigurePanel {
   double width = 1.0;
   double height = 1.0;
   enum class Legend { kUpperLeft, kBelow, kAbove } legend = Legend::kUpperLeft;
-  bool from_zero = false;  ///< both axes begin at 0
+  bool from_zero = false;          ///< both axes hold 0
+  std::optional<Range> x_range{};  ///< else what holds all points; panels over the same time share it
   std::vector<FigureSeries> series{};
 };
 
@@ -34,6 +36,7 @@ struct Figure {
   std::string title{};
   int width_px = 1100;
   int height_px = 560;
+  std::vector<std::string> notes{};  ///< what to know of the curves, below all panels
   std::vector<FigurePanel> panels{};
 };
 

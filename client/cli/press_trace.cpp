@@ -64,6 +64,19 @@ bool PressTrace::over() const noexcept {
   return touched_ && released_since_s_ >= 0.0 && points_.back().time_s - released_since_s_ > kReleaseTime_s;
 }
 
+std::optional<ReleasePoint> release_point(const std::vector<PressPoint>& points) {
+  std::size_t deepest = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i].in_contact && points[i].displacement_mm > points[deepest].displacement_mm) deepest = i;
+  }
+  if (points.empty() || !points[deepest].in_contact) return std::nullopt;
+  for (std::size_t i = deepest; i + 1 < points.size(); ++i) {
+    if (points[i + 1].in_contact) continue;
+    return ReleasePoint{i, points[i].displacement_mm, points[i].hand_force_n};
+  }
+  return std::nullopt;
+}
+
 std::optional<SettledHold> settled_hold(const std::vector<PressPoint>& points) {
   const double full = kFullForcePart * held_force(points);
   if (full <= 0.0) return std::nullopt;

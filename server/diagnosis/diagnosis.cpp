@@ -7,6 +7,7 @@
 #include <iterator>
 #include <thread>
 
+#include "rt/guard/fault_table.h"
 #include "server/diagnosis/force_watch.h"
 #include "server/diagnosis/machine_findings.h"
 #include "server/scene_host.h"
@@ -144,6 +145,18 @@ Findings examine_part(const hal::PartReport& report) {
   return findings;
 }
 
+Findings examine_guard(const rt::TickRecord& newest) {
+  if (newest.guard_state != rt::GuardState::kLatched || newest.guard_fault == rt::GuardFault::kNone)
+    return {};
+  const rt::FaultRule& rule = rt::rule_of(newest.guard_fault);
+  // A stop is what someone wanted; all else keeps the device from working.
+  const bool wanted = newest.guard_fault == rt::GuardFault::kStopped;
+  return {{wanted ? kWarning : kProblem, "guard",
+           fmt::format("latched, {}: {}; no force until it is cleared", rule.name, rule.cause),
+           wanted ? "hapticctl clear, when the reason is gone"
+                  : fmt::format("{}; then hapticctl clear", rule.remedy)}};
+}
+
 Findings diagnose(const Diagnosed& rig, bool probe) {
   Session& session = rig.session;
   TurntableHost& turntable = rig.turntable;
@@ -154,6 +167,7 @@ Findings diagnose(const Diagnosed& rig, bool probe) {
   };
   SceneWatch scene(rig);
   add(examine_loop(session));
+  add(examine_guard(rig.hub.latest()));
   add(scene.findings());
   const Session::Probe looked = probe ? session.probe_parts() : Session::Probe{session.part_reports(), {}};
   if (looked.error)

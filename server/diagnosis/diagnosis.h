@@ -1,6 +1,7 @@
 #pragma once
 
 #include "hal/part_report.h"
+#include "rt/scene/tick_record.h"
 #include "server/diagnosis/finding.h"
 
 namespace hapticd::server {
@@ -13,6 +14,9 @@ class TurntableHost;
 /// What a report of a part of the rig means.
 Findings examine_part(const hal::PartReport& report);
 
+/// Whether the guard lets force through, as the newest record has it; nothing where it does.
+Findings examine_guard(const rt::TickRecord& newest);
+
 /// What to look at.
 struct Diagnosed {
   Session& session;
@@ -21,8 +25,8 @@ struct Diagnosed {
   TurntableHost& turntable;
 };
 
-/// Machine, loop, the force under the loaded scene, and the parts of the rig. Watches the loop for half a
-/// second; with `probe` it opens hardware that nobody needs now, and closes it again.
+/// Machine, loop, guard, the force under the loaded scene, and the parts of the rig. Watches the loop for
+/// half a second; with `probe` it opens hardware that nobody needs now, and closes it again.
 Findings diagnose(const Diagnosed& rig, bool probe);
 
 }  // namespace hapticd::server

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <string_view>
 
 namespace hapticd::server {
 
@@ -112,18 +113,21 @@ Finding priority(const rt::LoopConfig& loop) {
           "LimitRTPRIO=99 in the service's unit, or setcap cap_sys_nice,cap_ipc_lock+ep on the binary"};
 }
 
-/// "VmLck:     1234 kB" → 1234.
-long locked_kb(const fs::path& root) {
+/// Of this process, "VmLck:     1234 kB" → 1234; 0 where the line is not there.
+long status_kb(const fs::path& root, std::string_view key) {
   std::ifstream status(root / "proc/self/status");
   for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmLck:")) return std::strtol(line.c_str() + 6, nullptr, 10);
+    if (line.starts_with(key)) return std::strtol(line.c_str() + key.size(), nullptr, 10);
   }
   return 0;
 }
 
 Finding memory(const rt::LoopConfig& loop, const fs::path& root) {
-  const long kb = locked_kb(root);
-  if (kb > 0) return {kGood, "memory", fmt::format("{} MB are locked", kb / 1024), ""};
+  // What the kernel counts as locked is address space: mostly stacks and reserves that no page is behind.
+  if (status_kb(root, "VmLck:") > 0) {
+    return {kGood, "memory",
+            fmt::format("locked: the {} MB in use stay in memory", status_kb(root, "VmRSS:") / 1024), ""};
+  }
   if (!loop.lock_memory) {
     return {kWarning, "memory", "not locked, as configured: a page fault may stop the loop",
             "set lock_memory = true in [loop]"};

@@ -262,8 +262,8 @@ bool is_message(const Descriptor& type, const std::string& bytes) {
   return message->ParseFromString(bytes);
 }
 
-/// What no request may lead to.
-std::string complaint(const grpc::Status& status, bool is_well_formed) {
+/// What no request may lead to. `is_ours`: gRPC does not answer on its own.
+std::string complaint(const grpc::Status& status, bool is_ours) {
   switch (status.error_code()) {
     case grpc::StatusCode::UNKNOWN:
       return "an exception reached gRPC";
@@ -273,7 +273,7 @@ std::string complaint(const grpc::Status& status, bool is_well_formed) {
       // Of the turntable and the sensor it is an answer; of the service it has none.
       return status.error_details().empty() ? "the service is gone" : "";
     case grpc::StatusCode::INTERNAL:
-      return is_well_formed && status.error_details().empty() ? "an error inside" : "";
+      return is_ours && status.error_details().empty() ? "an error inside, or without a word" : "";
     default:
       return "";
   }
@@ -321,7 +321,7 @@ int main(int argc, char** argv) {
     const grpc::Status status = call(stub, path, requests);
     ++ended[status.error_code()];
     ++called[path];
-    const std::string wrong = complaint(status, is_well_formed);
+    const std::string wrong = complaint(status, is_well_formed || !method.client_streaming());
     if (wrong.empty()) continue;
     ++complaints;
     std::fprintf(stderr, "seed %llu, call %ld, %s: %s (%d: %s)\n", static_cast<unsigned long long>(seed), i,

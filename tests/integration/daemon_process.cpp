@@ -13,10 +13,12 @@ std::vector<std::string> without_store(std::vector<std::string> arguments) {
   }
   return arguments;
 }
-std::vector<std::string> limited(int max_descriptors, std::vector<std::string> arguments) {
-  const std::string limit = std::to_string(max_descriptors);
-  arguments.insert(arguments.begin(), {"--nofile=" + limit + ":" + limit, HAPTICD_BINARY});
+std::vector<std::string> limited(const std::string& limit, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {limit, HAPTICD_BINARY});
   return arguments;
+}
+std::string of_descriptors(int max) {
+  return "--nofile=" + std::to_string(max) + ":" + std::to_string(max);
 }
 }  // namespace
 
@@ -24,7 +26,10 @@ DaemonProcess::DaemonProcess(std::vector<std::string> arguments)
     : ChildProcess(HAPTICD_BINARY, without_store(std::move(arguments))) {}
 
 DaemonProcess::DaemonProcess(std::vector<std::string> arguments, int max_descriptors)
-    : ChildProcess("/usr/bin/prlimit", limited(max_descriptors, without_store(std::move(arguments)))) {}
+    : DaemonProcess(of_descriptors(max_descriptors), std::move(arguments)) {}
+
+DaemonProcess::DaemonProcess(const std::string& limit, std::vector<std::string> arguments)
+    : ChildProcess("/usr/bin/prlimit", limited(limit, without_store(std::move(arguments)))) {}
 
 std::string DaemonProcess::await_address() {
   const std::string line = read_line();

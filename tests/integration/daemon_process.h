@@ -13,6 +13,8 @@ class DaemonProcess : public ChildProcess {
   explicit DaemonProcess(std::vector<std::string> arguments);
   /// One that may not have more files and connections open at once.
   DaemonProcess(std::vector<std::string> arguments, int max_descriptors);
+  /// One under a limit as prlimit takes it, e.g. "--as=1000000".
+  DaemonProcess(const std::string& limit, std::vector<std::string> arguments);
   /// Waits for the line that tells the address, and returns the latter; empty if the process ended without
   /// it.
   std::string await_address();

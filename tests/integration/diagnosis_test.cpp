@@ -17,6 +17,7 @@
 #include "rt/scene/renderer.h"
 #include "server/diagnosis/force_watch.h"
 #include "server/diagnosis/machine_findings.h"
+#include "server/guard_log.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::server {
@@ -92,8 +93,9 @@ TEST(Doctor, WantsTheGovernorPerformance) {
 TEST(Doctor, LooksAtMemoryAndClock) {
   Machine machine;
   EXPECT_EQ(machine.find("memory", {}).severity, kWarning);
-  machine.file("proc/self/status", "VmPeak: 1 kB\nVmLck:    20480 kB");
-  EXPECT_EQ(machine.find("memory", {}).text, "20 MB are locked");
+  machine.file("proc/self/status", "VmPeak: 1 kB\nVmLck:    1187840 kB\nVmRSS:    163840 kB");
+  EXPECT_EQ(machine.find("memory", {}).text, "locked: the 160 MB in use stay in memory")
+      << "not the address space, which frightens";
   const std::string source = "sys/devices/system/clocksource/clocksource0/current_clocksource";
   EXPECT_EQ(machine.find("clock", {}).severity, kNote);
   EXPECT_EQ(machine.file(source, "tsc").find("clock", {}).severity, kGood);
@@ -124,6 +126,37 @@ TEST(Doctor, SaysHowAPartFares) {
   EXPECT_NE(examine_part(report).front().text.find("10.0.0.2"), std::string::npos);
   report.state = hal::PartState::kIdle;
   EXPECT_EQ(examine_part(report).front().severity, kNote);
+}
+
+TEST(Doctor, NamesTheFaultThatTheGuardIsLatchedBy) {
+  rt::TickRecord record;
+  record.guard_state = rt::GuardState::kRendering;
+  EXPECT_TRUE(examine_guard(record).empty());
+  record.guard_state = rt::GuardState::kLatched;
+  record.guard_fault = rt::GuardFault::kSensorStale;
+  const Findings found = examine_guard(record);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].severity, kProblem);
+  EXPECT_NE(found[0].text.find("latched, sensor_stale"), std::string::npos) << found[0].text;
+  EXPECT_NE(found[0].remedy.find("then hapticctl clear"), std::string::npos) << found[0].remedy;
+}
+
+TEST(GuardLog, HasALineWhereAFaultLatchesAndNoneWhileItLasts) {
+  rt::TickRecord free;
+  rt::TickRecord latched;
+  latched.tick = 1234;
+  latched.guard_state = rt::GuardState::kLatched;
+  latched.guard_fault = rt::GuardFault::kOscillation;
+  const auto line = latch_line(free, latched);
+  ASSERT_TRUE(line);
+  EXPECT_NE(line->find("tick 1234 or shortly before, oscillation"), std::string::npos) << *line;
+  EXPECT_FALSE(latch_line(latched, latched)) << "once";
+  EXPECT_FALSE(latch_line(latched, free));
+  rt::TickRecord other = latched;
+  other.guard_fault = rt::GuardFault::kSensorLost;
+  EXPECT_TRUE(latch_line(latched, other)) << "cleared and latched again between two looks";
+  other.guard_fault = rt::GuardFault::kStopped;
+  EXPECT_FALSE(latch_line(free, other)) << "whoever stops is named elsewhere";
 }
 
 /// A scene on a simulated rig, in virtual time, and what the doctor sees of its force.

@@ -11,6 +11,7 @@
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "server/utf8_text.h"
 #include "tests/integration/error_detail.h"
+#include "tests/integration/raw_call.h"
 #include "tests/integration/running_service.h"
 
 namespace hapticd::test {
@@ -103,6 +104,26 @@ TEST(ErrorText, IsReadWithTheEnvelopeThatIsShippedBesideTheContract) {
   v1::ErrorDetail detail;
   ASSERT_TRUE(any.UnpackTo(&detail)) << any.type_url();
   EXPECT_NE(detail.remedy().find("tap_1d"), std::string::npos) << detail.remedy();
+}
+
+/// gRPC's own answer is INTERNAL without a word.
+TEST(ErrorText, OfARequestThatIsNoMessageNamesTheMethod) {
+  const RunningService service;
+  const std::string latin = "\x0a\x04\xfc\x62\x65\x72";  // field 1, a text that is not UTF-8
+  const std::string cut = "\x0a\x7f";                    // field 1, of 127 bytes that are not there
+  for (const char* method : {"SceneService/LoadScene", "SceneService/ExplainScene",
+                             "SimulationService/SetObject", "IdentificationService/WatchIdentification"}) {
+    SCOPED_TRACE(method);
+    std::string where = method;
+    where[where.find('/')] = '.';
+    for (const std::string& bytes : {latin, cut}) {
+      const RawAnswer answer = raw_call(service.channel, std::string("/hapticd.v1.") + method, bytes);
+      expect_arrives(answer.status, grpc::StatusCode::INVALID_ARGUMENT);
+      EXPECT_EQ(detail_of(answer.status).what(), "the request cannot be read");
+      EXPECT_EQ(detail_of(answer.status).where(), where);
+      EXPECT_FALSE(detail_of(answer.status).remedy().empty());
+    }
+  }
 }
 
 TEST(ErrorText, OfARecordingThatIsNotUtf8Arrives) {

@@ -191,6 +191,16 @@ TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
   expect_ended(run({"--rig", "sim:phantom_9"}), 4, "unknown device");
 }
 
+/// Not by an abort once a thread cannot begin.
+TEST(ServiceProcess, SaysThatItsAddressSpaceIsLimitedTooFar) {
+  DaemonProcess process("--as=419430400", {"--listen", "127.0.0.1:0"});
+  const int code = process.wait();
+  expect_ended({code, process.errors(), process.output()}, 1,
+               "the address space of this process is limited too far (got 400 MiB)");
+  EXPECT_NE(process.errors().find("at least 2048 MiB"), std::string::npos) << process.errors();
+  EXPECT_NE(process.errors().find("ulimit -v unlimited"), std::string::npos) << process.errors();
+}
+
 TEST(ServiceProcess, ChecksAConfigurationAndPrintsAllOfIt) {
   const TemporaryFolder folder;
   const std::string config =

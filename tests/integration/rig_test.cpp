@@ -46,6 +46,27 @@ TEST(ServiceRig, IsLookedOverByTheDoctor) {
   }
 }
 
+TEST(ServiceRig, TheDoctorSaysThatTheGuardIsLatched) {
+  const RunningService service;
+  const auto of_guard = [&service] {
+    v1::Diagnosis diagnosis;
+    EXPECT_TRUE(service.rig->Diagnose(call_context().get(), {}, &diagnosis).ok());
+    std::vector<v1::Finding> found;
+    for (const v1::Finding& finding : diagnosis.findings()) {
+      if (finding.topic() == "guard") found.push_back(finding);
+    }
+    return found;
+  };
+  EXPECT_TRUE(of_guard().empty());
+  v1::StopResponse stopped;
+  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  const auto found = of_guard();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].severity(), v1::FINDING_SEVERITY_WARNING);
+  EXPECT_NE(found[0].text().find("latched, stopped"), std::string::npos) << found[0].text();
+  EXPECT_NE(found[0].remedy().find("hapticctl clear"), std::string::npos) << found[0].remedy();
+}
+
 TEST(ServiceRig, ASimulatedOneIsBiasedAndHasNothingToHome) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());

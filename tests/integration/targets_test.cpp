@@ -563,8 +563,11 @@ TEST(ServiceTargets, TheFeasibleRangeOfNowGoesByTheObjectsLawWhereItIsKnown) {
 
 TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {
   const RunningService service;
-  ASSERT_TRUE(service.load("tap_1d").ok());
   v1::FeasibleRange range;
+  expect_refused(service.rendering->GetFeasibleRange(call_context().get(), {}, &range),
+                 {grpc::StatusCode::FAILED_PRECONDITION, "no scene is loaded", "scene", "", "",
+                  "load one first (SceneService.LoadScene)"});
+  ASSERT_TRUE(service.load("tap_1d").ok());
   expect_refused(
       service.rendering->GetFeasibleRange(call_context().get(), {}, &range),
       {grpc::StatusCode::FAILED_PRECONDITION, "not in contact: there is nothing to take the value from",

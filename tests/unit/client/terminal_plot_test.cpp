@@ -62,6 +62,24 @@ TEST(Axis, TicksAreRoundAndWithin) {
   EXPECT_EQ(ticks({0.0, std::numeric_limits<double>::infinity()}, 5).size(), 0U);
 }
 
+TEST(Axis, HasTwoTicksAtLeast) {
+  EXPECT_EQ(ticks({-0.5, 0.6}, 3).size(), 3U) << "-0.5, 0, 0.5; not 0 alone";
+  for (const double high : {0.5, 0.6, 0.9, 1.0, 1.4, 3.0, 4.5, 7.0, 9.0, 12.0, 14.0, 45.0}) {
+    for (const double low : {0.0, -0.1 * high, -0.45 * high}) {
+      for (int count = 2; count <= 10; ++count) {
+        EXPECT_GE(ticks({low, high}, count).size(), 2U) << low << " … " << high << ", " << count;
+        EXPECT_LE(ticks({low, high}, count).size(), static_cast<std::size_t>(count) + 2);
+      }
+    }
+  }
+}
+
+TEST(Axis, FarFromZeroItEndsAllTheSame) {
+  for (const double low : {1e9, 1e15, 1e17, -1e17, 1e300}) {
+    EXPECT_LE(ticks({low, std::nextafter(low, 1e308)}, 5).size(), 9U) << low;
+  }
+}
+
 TEST(Axis, RoundedRangesHoldTheirValues) {
   const Range range = rounded({0.0, 2.03});
   EXPECT_EQ(range.low, 0.0);

@@ -234,6 +234,25 @@ TEST(ExplorePipeline, AToolThatTurnsAboutItsTipIsFreeWhereItsCentreIsKnown) {
   EXPECT_LT(known.largest_n, 0.5 * unknown.largest_n);
 }
 
+/// What compensates the device's friction is not rendered either while the guard lets nothing through: the
+/// hand then feels the object alone.
+TEST(ExplorePipeline, WhatTheGuardTakesOffItTakesOffTheFrictionCompensationToo) {
+  for (SceneSpec scene : {explore_scene(Tip::kRod), explore_scene(Tip::kBallBearing)}) {
+    SCOPED_TRACE(scene.name);
+    scene.compensation.back_drive = true;
+    ExploreBench bench(scene, bench_model(), "phantom_1_5_high_force", 0.14);
+    bench.press_and_hold();
+    bench.renderer().raise(GuardFault::kDeviceWarm);
+    // Down and up again under the latched guard, so that there is a friction to compensate.
+    bench.move({0.0, 0.0, -4.0}, {0.0, 0.0, -5.0}, 300);
+    const TickRecord latched = bench.move({0.0, 0.0, -5.0}, {0.0, 0.0, -6.0}, 60);
+    ASSERT_EQ(latched.guard_state, GuardState::kLatched);
+    ASSERT_TRUE(latched.in_contact);
+    ASSERT_EQ(dot(latched.device_command_n, latched.device_command_n), 0.0);
+    EXPECT_NEAR(latched.hand_force_n, latched.reaction_force_n, 0.02);
+  }
+}
+
 TEST(ExplorePipeline, AfterAFaultNothingOfTheOldContactIsRemembered) {
   const SceneSpec spec = rigid(explore_scene(Tip::kRod), 0.7);
   const auto first_displacement = [](ExploreBench& bench) {
