@@ -110,9 +110,10 @@ void TapPipeline::follow_zero(const hal::RigSample& sample, const TickInterval& 
   zero_.update({error_n, sample.sensor_torque_n_mm - zero_.zero().torque_n_mm}, interval);
 }
 
-double TapPipeline::friction_deflection_mm() const noexcept {
+double TapPipeline::friction_deflection_mm(double target_n_per_mm) const noexcept {
   if (structural_n_per_mm_ <= 0.0) return 0.0;
-  return (back_drive_n_ - back_drive_.friction_n() + onset_friction_n_) / structural_n_per_mm_;
+  return compensation_share(target_n_per_mm) *
+         (back_drive_n_ - back_drive_.friction_n() + onset_friction_n_) / structural_n_per_mm_;
 }
 
 bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
@@ -137,7 +138,7 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
                   (reaction_lead_.update(now.reaction_n, now.interval) - target_n_per_mm * ahead_mm);
   }
   if (!contact_.in_contact()) return {};
-  const double encoder_mm = now.depth_mm - contact_depth_mm_ - friction_deflection_mm();
+  const double encoder_mm = now.depth_mm - contact_depth_mm_ - friction_deflection_mm(target_n_per_mm);
   // a (f_r - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
   const double share = contact_.authority();
   DesiredForce desired = structural_n_per_mm_ > 0.0

@@ -51,7 +51,8 @@ class TapPipeline final : public Pipeline {
   DesiredForce desired_force(const Measured& now, double target_n_per_mm, TickRecord& record) noexcept;
   /// What the structure is bent by beyond the controller's force, since the contact began: a hand that
   /// approaches drags the motors' friction along, whose compensation in contact takes that load off it again.
-  double friction_deflection_mm() const noexcept;
+  /// Fades as that does.
+  double friction_deflection_mm(double target_n_per_mm) const noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
   /// True where it was.
