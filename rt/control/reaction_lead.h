@@ -19,7 +19,7 @@ namespace hapticd::rt {
 /// over the measured interval: second order, exact for a steady rate, stable for any interval.
 class ReactionLead {
  public:
-  static constexpr double kCutoffHz = 20.0;
+  static constexpr double kCutoffHz = 40.0;
 
   /// `lead_s` ≥ 0; 0 = off.
   ReactionLead(double lead_s, double rate_hz) noexcept

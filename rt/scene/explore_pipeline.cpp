@@ -47,6 +47,8 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
     : options_(resolved.explore),
       reach_(device_reach(resolved.guard.max_force_n, rig)),
       lead_s_(1e-3 * resolved.compensation.lead_ms),
+      lead_now_s_(lead_s_),
+      delay_s_(reaction_delay_s(resolved.controller, rig.rate_hz)),
       load_(resolved.explore.sensor_mounting
                 ? ToolLoad::mounted(resolved.tool_mass_g, *resolved.explore.sensor_mounting)
                 : ToolLoad(resolved.tool_mass_g, resolved.explore.gravity_at_bias)),
@@ -230,7 +232,7 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
   const double rate = rate_mm_per_s(now);
   if (in_contact) {
     const double target_n =
-        target_.update(rendered_mm_ + lead_s_ * rate, rate, now.tip_mm, now.interval.periods);
+        target_.update(rendered_mm_ + lead_now_s_ * rate, rate, now.tip_mm, now.interval.periods);
     desired_before_n_ = options_.friction_feel == FrictionFeel::kKept
                             ? normal * (target_n - normal_n - reaction_ahead_n_)
                             : normal * (target_n - reaction_ahead_n_) - now.reaction_n;  // (4.4)
@@ -270,6 +272,9 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
   const double compensated = compensation_share(target_.stiffness_n_per_mm());
   if (reaction_lead_.is_on()) {
     reaction_ahead_n_ = compensated * reaction_lead_.update(normal_n, now.interval);
+    // Where the reaction is predicted, the displacement by all of the delay: else less than no damping is
+    // left.
+    lead_now_s_ = lead_s_ + compensated * std::max(0.0, delay_s_ - lead_s_);
   }
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);
   if (options_.passivity && release_share_ > 0.0) {

@@ -76,7 +76,9 @@ class ExplorePipeline final : public Pipeline {
 
   ExploreParameters options_;
   DeviceReach reach_;
-  double lead_s_;
+  double lead_s_;      ///< of the displacement, at least
+  double lead_now_s_;  ///< and at the present target
+  double delay_s_;     ///< of the loop
 
   ToolLoad load_;
   ZeroTracker zero_;

@@ -50,8 +50,8 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
 
   // What the scene leaves to the device.
   if (!spec.compensation.reaction_lead_share) {
-    constexpr double kLeadIn1d = 0.9;
-    spec.compensation.reaction_lead_share = spec.kind == SceneKind::kTap1d ? kLeadIn1d : 0.0;
+    constexpr double kLeadShare = 0.9;
+    spec.compensation.reaction_lead_share = spec.kind == SceneKind::kWall ? 0.0 : kLeadShare;
   }
   if (spec.structural_stiffness_n_per_mm == 0.0) {
     spec.structural_stiffness_n_per_mm = device.structural_stiffness_n_per_mm;
@@ -202,8 +202,9 @@ void outline_compensation(const SceneSpec& spec, std::vector<std::string>& stage
   if (spec.kind == SceneKind::kExplore && c.lead_ms > 0.0)
     stages.push_back("prediction: displacement " + Checker::number(c.lead_ms) + " ms ahead");
   if (const double share = c.reaction_lead_share.value_or(0.0); share > 0.0) {
-    stages.push_back("prediction: reaction, below 20 Hz, by " + Checker::number(share) +
-                     " of the loop's delay");
+    const char* displacement = spec.kind == SceneKind::kTap1d ? ", and displacement" : "";
+    stages.push_back("prediction: reaction, below 40 Hz" + std::string(displacement) + ", by " +
+                     Checker::number(share) + " of the loop's delay");
   }
   if (c.back_drive) stages.emplace_back("back-drive compensation: the device's own dry friction");
 }

@@ -26,6 +26,8 @@ TapPipeline::TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
       reaction_lead_(resolved.compensation.reaction_lead_share.value_or(0.0) *
                          reaction_delay_s(resolved.controller, rig.rate_hz),
                      rig.rate_hz),
+      displacement_lead_s_(resolved.compensation.reaction_lead_share.value_or(0.0) *
+                           reaction_delay_s(resolved.controller, rig.rate_hz)),
       back_drive_(resolved.compensation.back_drive ? rig.device.coulomb_friction_n : 0.0) {}
 
 std::uint32_t TapPipeline::channels() const noexcept {
@@ -42,7 +44,7 @@ void TapPipeline::reset() noexcept {
   reaction_lead_.reset();
   back_drive_.reset();
   has_depth_ = false;
-  back_drive_n_ = command_n_ = displacement_mm_ = 0.0;
+  onset_friction_n_ = back_drive_n_ = command_n_ = displacement_mm_ = 0.0;
 }
 
 void TapPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
@@ -84,8 +86,10 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
   input.contact_depth_mm = contact_depth_mm_;
   input.acceleration_mm_per_s2 = std::abs(motion_.acceleration_mm_per_s2());
   contact_.detect(input);
-  if (contact_.detector().just_declared())
+  if (contact_.detector().just_declared()) {
     contact_depth_mm_ = looks_back_ ? contact_.onset_mm() : now.depth_mm;
+    onset_friction_n_ = back_drive_.friction_n();
+  }
   if (contact_.in_contact()) {
     const double path_mm = now.depth_mm - contact_depth_mm_;
     const double bent_mm =
@@ -106,6 +110,12 @@ void TapPipeline::follow_zero(const hal::RigSample& sample, const TickInterval& 
   zero_.update({error_n, sample.sensor_torque_n_mm - zero_.zero().torque_n_mm}, interval);
 }
 
+double TapPipeline::friction_deflection_mm(double target_n_per_mm) const noexcept {
+  if (structural_n_per_mm_ <= 0.0) return 0.0;
+  return compensation_share(target_n_per_mm) *
+         (back_drive_n_ - back_drive_.friction_n() + onset_friction_n_) / structural_n_per_mm_;
+}
+
 bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept {
   // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
   if (reach_.pull_n == reach_.push_n || !(desired.force_n > reach_.pull_n)) return false;
@@ -118,13 +128,17 @@ bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) c
 
 DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per_mm,
                                         TickRecord& record) noexcept {
-  // Predicted also before there is any authority, so that the slope is known once there is.
-  const double reaction_n = reaction_lead_.is_on()
-                                ? now.reaction_n + compensation_share(target_n_per_mm) *
-                                                       reaction_lead_.update(now.reaction_n, now.interval)
-                                : now.reaction_n;
+  // Predicted also before there is any authority, so that the slope is known once there is. What k~ x will
+  // have grown by is predicted with it: of a delayed f_r - k~ x the hand feels (k - k~) τ of damping. To take
+  // off k τ alone would leave less than none.
+  double reaction_n = now.reaction_n;
+  if (reaction_lead_.is_on()) {
+    const double ahead_mm = displacement_lead_s_ * motion_.velocity_mm_per_s();
+    reaction_n += compensation_share(target_n_per_mm) *
+                  (reaction_lead_.update(now.reaction_n, now.interval) - target_n_per_mm * ahead_mm);
+  }
   if (!contact_.in_contact()) return {};
-  const double encoder_mm = now.depth_mm - contact_depth_mm_;
+  const double encoder_mm = now.depth_mm - contact_depth_mm_ - friction_deflection_mm(target_n_per_mm);
   // a (f_r - k~ x): what the evidence allows of (3.3), solved as one where the device bends.
   const double share = contact_.authority();
   DesiredForce desired = structural_n_per_mm_ > 0.0

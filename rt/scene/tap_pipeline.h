@@ -47,8 +47,12 @@ class TapPipeline final : public Pipeline {
 
   Measured measure(const hal::RigSample& sample) noexcept;
   void update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
-  /// (3.3) with the reaction as far ahead as the loop is late.
+  /// (3.3) with reaction and displacement as far ahead as the loop is late.
   DesiredForce desired_force(const Measured& now, double target_n_per_mm, TickRecord& record) noexcept;
+  /// What the structure is bent by beyond the controller's force, since the contact began: a hand that
+  /// approaches drags the motors' friction along, whose compensation in contact takes that load off it again.
+  /// Fades as that does.
+  double friction_deflection_mm(double target_n_per_mm) const noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
   /// True where it was.
@@ -69,7 +73,9 @@ class TapPipeline final : public Pipeline {
   ForceController controller_;
   ReleaseFade fade_;
   ReactionLead reaction_lead_;
+  double displacement_lead_s_;
   BackDriveCompensation back_drive_;
+  double onset_friction_n_ = 0.0;  ///< of the device, where the present contact began
   double last_depth_mm_ = 0.0;
   bool has_depth_ = false;
   double back_drive_n_ = 0.0;     ///< in the command besides what the controller wants

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tests/study/rig/hands.h"
+#include "tests/study/rig/oscillation.h"
 #include "tests/study/rig/virtual_run.h"
 
 namespace hapticd::study {
@@ -61,6 +62,32 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(RenderedStiffnessUncompensated, MissesByWhatTheStructureBends) {
   const double rendered = rendered_n_per_mm("sponge_block", 0.7, 2.0, false);
   EXPECT_LT(rendered, 0.65) << "the device yields unseen: the object feels softer than asked";
+}
+
+TEST(RenderedStability, ABareWeightComesToRestOnASoftTarget) {
+  // It has no damping of its own, so the compensations must leave it some.
+  for (const std::string object : {"foam_ball", "rubber_ball"}) {
+    sim::SimulationConfig rig;
+    rig.object = object;
+    rt::SceneSpec scene;
+    scene.name = "tap_1d";
+    scene.structural_compensation = false;
+    scene.target.stiffness_n_per_mm = 0.4;
+    VirtualRun run(rig, scene);
+    sim::HandProgram weight;
+    weight.kind = sim::HandProgram::Kind::kWeight;
+    weight.knock_n = 1.0;
+    run.set_hand(weight);
+    while (run.time_s() < 3.0) run.step();
+    OscillationJudge judge(1000.0);
+    while (run.time_s() < 12.0) {
+      run.step();
+      judge.add(run.truth().tip_position_mm.z);
+    }
+    EXPECT_TRUE(run.record().in_contact) << object;
+    EXPECT_NE(run.record().guard_state, rt::GuardState::kLatched) << object;
+    EXPECT_FALSE(judge.oscillates()) << object << " by " << judge.peak_to_peak() << " mm";
+  }
 }
 
 TEST(ContactDetection, RaisesNoFalseAlarmWhenShaken) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/study/explore/explore_study.h"
 #include "tests/study/rig/van_der_pol.h"
 #include "tests/study/stability/analytic_bound.h"
 #include "tests/study/stability/scaled_object.h"
@@ -135,6 +136,19 @@ TEST(StabilityTrial, TheSoftestTargetsKeepTheSensorWithinItsRange) {
   const StabilityTrial feasible =
       tap_trial("phantom_1_5_high_force", sim::object_preset("rubber_eraser").value());
   EXPECT_FALSE(run_trial(feasible, 1.0).at_full_pull);
+}
+
+// A bare weight has no damping of its own: what the compensations take away of the loop's must leave some,
+// also on the path of the target from soft to the largest that is granted.
+TEST(StabilityTrial, AWeightExploringSoftFoamStaysAtRestUpToTheLargestTarget) {
+  StabilityTrial trial = explore_trial("phantom_1_0", sim::object_preset("foam_ball_3d").value(),
+                                       identified("foam_ball_3d").model);
+  trial.weight = true;
+  ASSERT_EQ(granted_n_per_mm(trial), 1.0);
+  for (const double target : {0.75, 1.0}) {
+    const TrialOutcome outcome = run_trial(trial, target);
+    EXPECT_TRUE(is_stable(outcome.verdict)) << target << " N/mm: " << to_text(outcome.verdict);
+  }
 }
 
 TEST(ScaledObject, GivesTheSameForceAtADisplacementSmallerByTheFactor) {

@@ -20,6 +20,7 @@ namespace {
 constexpr double kFrictionN = 0.2;
 constexpr double kObjectNPerMm = 0.8;
 constexpr double kTargetNPerMm = 0.5;
+constexpr double kStructureNPerMm = 3.5;
 
 TEST(LoopDelay, FollowsFromGainsAndRate) {
   const ControllerParameters small = default_gains("phantom_1_0");
@@ -61,14 +62,14 @@ TEST(BackDriveCompensation, IsTheSameAlongALineAsInSpace) {
 /// `tap_1d` fed with made-up samples of an ideal spring at depth 0 along -z.
 class Tapped {
  public:
-  explicit Tapped(const CompensationParameters& compensation, double max_force_n = 8.5) {
+  explicit Tapped(const CompensationParameters& compensation, double max_force_n = 8.5, bool bends = false) {
     hal::RigInfo info;
     info.name = "bench";
-    info.device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0, kFrictionN};
+    info.device = {"phantom_1_0", 8.5, 1.4, 0.03, kStructureNPerMm, 75.0, kFrictionN};
     info.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
     SceneSpec spec;
     spec.name = "bench";
-    spec.structural_compensation = false;
+    spec.structural_compensation = bends;
     spec.target.stiffness_n_per_mm = kTargetNPerMm;
     spec.compensation = compensation;
     spec.guard.max_force_n = max_force_n;
@@ -119,12 +120,27 @@ TEST(TapCompensation, WithoutAnyTheForceIsThatOfThePresentTick) {
   EXPECT_NEAR(pressing_on(kNone).desired_force_n, (kObjectNPerMm - kTargetNPerMm) * 4.0, 0.02);
 }
 
-TEST(TapCompensation, TheReactionIsPredicted) {
+TEST(TapCompensation, ReactionAndDisplacementArePredictedByTheSame) {
   CompensationParameters lead = kNone;
   lead.reaction_lead_share = 0.9;
   const double ahead_n = pressing_on(lead).desired_force_n - pressing_on(kNone).desired_force_n;
   const double delay_s = reaction_delay_s(default_gains("phantom_1_0"), 1000.0);
-  EXPECT_NEAR(ahead_n, 0.9 * delay_s * kObjectNPerMm * kSpeedMmPerS, 0.01);
+  EXPECT_NEAR(ahead_n, 0.9 * delay_s * (kObjectNPerMm - kTargetNPerMm) * kSpeedMmPerS, 0.01);
+}
+
+TEST(TapCompensation, WhatTheDevicesFrictionNoLongerBendsIsNoDisplacement) {
+  CompensationParameters back_drive = kNone;
+  back_drive.back_drive = true;
+  const auto displacement_mm = [](const CompensationParameters& compensation) {
+    Tapped scene(compensation, 8.5, true);
+    scene.press(-2.0, -2.0, 200);
+    return scene.press(-2.0, 4.0, 150).displacement_mm;
+  };
+  // The approaching hand drags the motors by 0.2 N through the structure, in contact by a fifth of it: the
+  // encoders go on by what that bent, the tip does not.
+  const double unbent_mm = BackDriveCompensation::kShare * kFrictionN / kStructureNPerMm;
+  EXPECT_NEAR(displacement_mm(kNone) - displacement_mm(back_drive),
+              unbent_mm / (1.0 - kTargetNPerMm / kStructureNPerMm), 1e-3);
 }
 
 TEST(TapCompensation, TheDevicesFrictionIsAddedBehindTheController) {
