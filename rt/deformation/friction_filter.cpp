@@ -16,14 +16,15 @@ void DahlFilter::begin(double variance) noexcept {
   variance_ = covariance_ = variance;
 }
 
-void DahlFilter::predict(const hal::Vector3& slide_mm, double way_mm, const hal::Vector3& normal,
-                         double level_error, double blind_variance) noexcept {
+void DahlFilter::predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
+                         double blind_variance) noexcept {
+  const double way_mm = slide.share * slide.way_mm;
   // Dahl's step keeps the share `kept` of φ and of its error; the rest is μ_k, known so well.
   const double kinetic = friction_.kinetic;
   coefficient_ = across(coefficient_, normal);
   double kept = 1.0;
   if (way_mm > kLeastWayMm) {
-    const hal::Vector3 along = direction_or(slide_mm, {});
+    const hal::Vector3 along = direction_or(slide.slide_mm, {});
     const double to_go = kinetic > 0.0 ? 1.0 - dot(along, coefficient_) / kinetic : 1.0;
     kept = dahl_kept(std::min(std::abs(to_go), 2.0), way_mm, friction_.presliding_mm, friction_.exponent);
     const hal::Vector3 sliding = along * kinetic;
@@ -68,10 +69,11 @@ void MaxwellSlipFilter::begin(double variance) noexcept {
   add_up();
 }
 
-void MaxwellSlipFilter::predict(const hal::Vector3& slide_mm, double way_mm, const hal::Vector3& normal,
-                                double level_error, double blind_variance) noexcept {
+void MaxwellSlipFilter::predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
+                                double blind_variance) noexcept {
+  const double way_mm = slide.way_mm;
   const bool slides = way_mm > kLeastWayMm && std::isfinite(way_mm);
-  const hal::Vector3 along_mm = slides ? direction_or(slide_mm, {}) * way_mm : hal::Vector3{};
+  const hal::Vector3 along_mm = slides ? direction_or(slide.slide_mm, {}) * way_mm : hal::Vector3{};
   std::array<double, kMax> kept{};
   for (std::size_t i = 0; i < count_; ++i) {
     const hal::Vector3 before_mm = across(stretch_mm_[i], normal);

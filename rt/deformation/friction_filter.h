@@ -13,17 +13,25 @@ namespace hapticd::rt {
 /// the sliding, its variance and its covariance with the normal, isotropic in the tangent plane. One class for
 /// each law of what builds up; all have the functions of DahlFilter.
 
-/// φ by Dahl's law: one state.
+/// How the tip moved across the normal.
+struct FrictionSlide {
+  hal::Vector3 slide_mm;  ///< by the encoders
+  double way_mm = 0.0;    ///< of it, what pressing does not explain
+  double share = 1.0;     ///< 0 … 1: how surely the encoders tell it from their rounding
+};
+
+/// φ by Dahl's law: one state. Its way only grows, so that encoder counts back and forth would add up: of slow
+/// motion it takes the share that is sure.
 class DahlFilter {
  public:
   explicit DahlFilter(const FrictionParameters& friction) noexcept : friction_(friction) {}
 
   /// Nothing built up, known to `variance`, all of which the normal shares.
   void begin(double variance) noexcept;
-  /// Slid on by `way_mm` in the direction of `slide_mm`, in the plane across `normal`. `level_error`: standard
-  /// deviation of friction that slides; `blind_variance`: what may have changed unseen meanwhile.
-  void predict(const hal::Vector3& slide_mm, double way_mm, const hal::Vector3& normal,
-               double level_error, double blind_variance) noexcept;
+  /// Slid on in the plane across `normal`. `level_error`: standard deviation of friction that slides;
+  /// `blind_variance`: what may have changed unseen meanwhile.
+  void predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
+               double blind_variance) noexcept;
   /// `innovation` of the reaction's direction, of variance `total`; `normal` is the corrected one.
   void correct(const hal::Vector3& innovation, const hal::Vector3& normal, double normal_gain,
                double total) noexcept;
@@ -43,15 +51,15 @@ class DahlFilter {
 
 /// φ by Maxwell-slip elements: one state each, φ their sum. What sliding tells of an element that slips it
 /// does not tell of one that still stretches, so each has its own variance and covariances; a correction goes
-/// to the elements that are uncertain. Of fixed size; predict() and correct() take some 0.2 µs.
+/// to the elements that are uncertain. Counts back and forth cancel, so slow motion counts in full. Of fixed size; predict() and correct() take some 0.2 µs.
 class MaxwellSlipFilter {
  public:
   /// `friction` has elements.
   explicit MaxwellSlipFilter(const FrictionParameters& friction) noexcept;
 
   void begin(double variance) noexcept;
-  void predict(const hal::Vector3& slide_mm, double way_mm, const hal::Vector3& normal,
-               double level_error, double blind_variance) noexcept;
+  void predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
+               double blind_variance) noexcept;
   void correct(const hal::Vector3& innovation, const hal::Vector3& normal, double normal_gain,
                double total) noexcept;
   void scale(double share) noexcept;
@@ -85,10 +93,9 @@ class FrictionFilter {
   void begin(double variance) noexcept {
     std::visit([&](auto& law) { law.begin(variance); }, law_);
   }
-  void predict(const hal::Vector3& slide_mm, double way_mm, const hal::Vector3& normal,
-               double level_error, double blind_variance) noexcept {
-    std::visit([&](auto& law) { law.predict(slide_mm, way_mm, normal, level_error, blind_variance); },
-               law_);
+  void predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
+               double blind_variance) noexcept {
+    std::visit([&](auto& law) { law.predict(slide, normal, level_error, blind_variance); }, law_);
   }
   void correct(const hal::Vector3& innovation, const hal::Vector3& normal, double normal_gain,
                double total) noexcept {

@@ -53,10 +53,12 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   const double kinetic = friction_.kinetic;
   // Slower than the encoders can tell, a count is as likely their rounding as a slide.
   const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
-  const double way_mm = (1.0 - stuck) * std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm);
+  const FrictionSlide slide{slide_mm, std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm),
+                            1.0 - stuck};
+  const double way_mm = slide.share * slide.way_mm;
 
   const double level_error = kFrictionError * kinetic;
-  friction_state_.predict(slide_mm, way_mm, normal_, level_error,
+  friction_state_.predict(slide, normal_, level_error,
                           stuck * kinetic * kinetic * (interval_s / kStuckTimeS));
   const double turn_rad =
       (way_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * interval_s;

@@ -174,7 +174,7 @@ TEST(MaxwellSlipFilter, ItsVariancesStayVariances) {
   for (int i = 0; i < 200'000; ++i) {
     const hal::Vector3 slide = across(random_vector(random, 0.05), up);
     const double way_mm = i % 3 == 0 ? 0.0 : norm(slide);
-    filter.predict(slide, way_mm, up, 0.07 * truth.kinetic, i % 5 == 0 ? 1e-3 : 0.0);
+    filter.predict({slide, way_mm, 1.0}, up, 0.07 * truth.kinetic, i % 5 == 0 ? 1e-3 : 0.0);
     normal_variance += 1e-6;
     const double to_normal = normal_variance - filter.covariance();
     const double total = to_normal - filter.covariance() + filter.variance() + 1e-5;
