@@ -132,8 +132,8 @@ TEST(MaxwellSlipDirection, FollowsASharpTurnThatDahlsLawRoundsOff) {
   EXPECT_LT(p.mean_rad, 0.5 * kDegree);
   EXPECT_LT(t.mean_rad, 0.5 * kDegree);
   EXPECT_LT(p.mean_rad, 0.5 * p_dahl.mean_rad);
-  EXPECT_LT(t.mean_friction, 0.5 * t_dahl.mean_friction);
-  EXPECT_LT(t.mean_rad, t_dahl.mean_rad);
+  EXPECT_LT(p.mean_friction, 0.5 * p_dahl.mean_friction);
+  EXPECT_LT(t.mean_rad, 0.5 * t_dahl.mean_rad);
 }
 
 TEST(MaxwellSlipDirection, SurvivesGapsReversalsNoLoadAndWhatIsNoNumber) {
