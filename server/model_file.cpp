@@ -116,7 +116,8 @@ hal::Result<rt::ObjectModel> parse_model(std::string_view text, const std::strin
   root.read("max_displacement_mm", model.max_displacement_mm, kLengthMm);
   root.read("max_force_n", model.max_force_n, kForceN);
   std::vector<Section> sections;
-  if (root.wants("hunt_crossley")) read_hunt_crossley({root.table("hunt_crossley"), "hunt_crossley"}, model, sections);
+  if (root.wants("hunt_crossley"))
+    read_hunt_crossley({root.table("hunt_crossley"), "hunt_crossley"}, model, sections);
   if (root.wants("creep")) read_creep({root.table("creep"), "creep"}, model, sections);
   if (root.wants("rod_friction")) read_friction(root, "rod_friction", model.rod_friction, sections);
   if (root.wants("bearing_friction"))

@@ -311,8 +311,8 @@ void describe(A& archive, rt::StructuralModel& structure) {
 
 template <class A>
 void describe(A& archive, rt::ToolModel& tool) {
-  auto& [mass_g, centre_mm, force_bias_n, torque_bias_n_mm, sensor_to_tool, found_under_bias, tip_to_centre_mm] =
-      tool;
+  auto& [mass_g, centre_mm, force_bias_n, torque_bias_n_mm, sensor_to_tool, found_under_bias,
+         tip_to_centre_mm] = tool;
   archive("mass_g", mass_g);
   archive("centre_mm", centre_mm);
   archive("force_bias_n", force_bias_n);

@@ -170,14 +170,16 @@ void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
   table.read("covered_to_mm", field.covered_to_mm, kPositionMm);
   field.stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
   if (field.stiffness_n_per_mm > 0.0) return;
-  structure.refuse("field", {"'structure.field' says how the stiffness varies about its centre, and that is missing",
-                             "", "", "structure.stiffness_n_per_mm above 0",
-                             "say stiffness_n_per_mm in [structure], or leave out the field"});
+  structure.refuse(
+      "field", {"'structure.field' says how the stiffness varies about its centre, and that is missing", "",
+                "", "structure.stiffness_n_per_mm above 0",
+                "say stiffness_n_per_mm in [structure], or leave out the field"});
 }
 
 std::string structural_field_text(const rt::StructuralModel& field) {
   std::string curvature;
-  for (const double h : field.curvature_per_mm2) curvature += (curvature.empty() ? "" : ", ") + toml_number(h);
+  for (const double h : field.curvature_per_mm2)
+    curvature += (curvature.empty() ? "" : ", ") + toml_number(h);
   return fmt::format(
       "field = {{ centre_mm = {}, gradient_per_mm = {}, curvature_per_mm2 = [{}], covered_from_mm = {}, "
       "covered_to_mm = {} }}\n",

@@ -10,8 +10,8 @@
 namespace hapticd::rt {
 
 /// The friction's part of the Kalman filter in TrackedDirection: the friction coefficient φ as a vector along
-/// the sliding, its variance and its covariance with the normal, isotropic in the tangent plane. One class for
-/// each law of what builds up; all have the functions of DahlFilter.
+/// the sliding, its variance and its covariance with the normal, isotropic in the tangent plane. One class
+/// for each law of what builds up; all have the functions of DahlFilter.
 
 /// How the tip moved across the normal.
 struct FrictionSlide {
@@ -20,8 +20,8 @@ struct FrictionSlide {
   double share = 1.0;     ///< 0 … 1: how surely the encoders tell it from their rounding
 };
 
-/// φ by Dahl's law: one state. Its way only grows, so that encoder counts back and forth would add up: of slow
-/// motion it takes the share that is sure.
+/// φ by Dahl's law: one state. Its way only grows, so that encoder counts back and forth would add up: of
+/// slow motion it takes the share that is sure.
 class DahlFilter {
  public:
   explicit DahlFilter(const FrictionParameters& friction) noexcept : friction_(friction) {}
@@ -51,7 +51,8 @@ class DahlFilter {
 
 /// φ by Maxwell-slip elements: one state each, φ their sum. What sliding tells of an element that slips it
 /// does not tell of one that still stretches, so each has its own variance and covariances; a correction goes
-/// to the elements that are uncertain. Counts back and forth cancel, so slow motion counts in full. Of fixed size; predict() and correct() take some 0.2 µs.
+/// to the elements that are uncertain. Counts back and forth cancel, so slow motion counts in full. Of fixed
+/// size; predict() and correct() take some 0.2 µs.
 class MaxwellSlipFilter {
  public:
   /// `friction` has elements.

@@ -79,8 +79,7 @@ class PlanarMaxwellSlip {
   hal::Vector3 step(const hal::Vector3& slide_mm, const hal::Vector3& normal) noexcept {
     hal::Vector3 coefficient;
     for (std::size_t i = 0; i < stretch_mm_.size(); ++i) {
-      stretch_mm_[i] =
-          maxwell_slip_step(across(stretch_mm_[i], normal), slide_mm, parameters_.reach_mm[i]);
+      stretch_mm_[i] = maxwell_slip_step(across(stretch_mm_[i], normal), slide_mm, parameters_.reach_mm[i]);
       coefficient = coefficient + stretch_mm_[i] * parameters_.stiffness_per_mm[i];
     }
     return coefficient;

@@ -185,8 +185,8 @@ std::array<bool, CreepParameters::kLags> determined_lags(const std::vector<Point
 
 /// Fills in all that tells of errors. The weights sum to one: w_0 is what the others leave. `searched`: the
 /// weights among those others that were found, 1 … kLags.
-void find_errors(const std::vector<Point>& points, double deepest_mm, const std::vector<std::size_t>& searched,
-                 CreepEstimate& estimate) {
+void find_errors(const std::vector<Point>& points, double deepest_mm,
+                 const std::vector<std::size_t>& searched, CreepEstimate& estimate) {
   const CreepParameters& parameters = estimate.law.parameters;
   const CreepLaw law(parameters, 1000.0);
   double left = 0.0, whole = 0.0, relative = 0.0;
@@ -222,7 +222,8 @@ void find_errors(const std::vector<Point>& points, double deepest_mm, const std:
     const LawEstimate at = law.curve(e);
     const Place place = place_of(e, parameters.max_force_n);
     for (Eigen::Index j = 0; j < weights; ++j) {
-      jacobian(j) = p.weight * at.mm_per_n * (p.force_n[searched[static_cast<std::size_t>(j)]] - p.force_n[0]);
+      jacobian(j) =
+          p.weight * at.mm_per_n * (p.force_n[searched[static_cast<std::size_t>(j)]] - p.force_n[0]);
     }
     for (Eigen::Index k = 0; k < kSteps; ++k) {
       const Eigen::Index c = column[static_cast<std::size_t>(k)];

@@ -38,9 +38,9 @@ std::array<double, CreepParameters::kLags> creep_times_s(double step_s) noexcept
 /// Ψ follows by non-negative least squares on its increments for given weights, the weights by pattern search
 /// on the simplex (a separable problem); errors count relative to x + 5 % of the deepest.
 ///
-/// A lag is free only where its force came to a share kLeastReach of the force itself. Of taps of 50 ms a lag of
-/// a second sees next to nothing: its weight only scales all forces alike, which Ψ makes up for, and whatever
-/// the search then gives it doubles the displacement as soon as a press is held.
+/// A lag is free only where its force came to a share kLeastReach of the force itself. Of taps of 50 ms a lag
+/// of a second sees next to nothing: its weight only scales all forces alike, which Ψ makes up for, and
+/// whatever the search then gives it doubles the displacement as soon as a press is held.
 class CreepFit {
  public:
   struct Row {

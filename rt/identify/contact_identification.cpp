@@ -109,8 +109,8 @@ std::string words_of_unseen(const CreepEstimate& creep) {
   }
   if (!unseen) return {};
   char text[120];
-  std::snprintf(text, sizeof text, "; what creeps over more than %.2g s is not known: no press was held that long",
-                longest_s);
+  std::snprintf(text, sizeof text,
+                "; what creeps over more than %.2g s is not known: no press was held that long", longest_s);
   return text;
 }
 

@@ -33,12 +33,13 @@ namespace hapticd::rt {
 /// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.
 ///
 /// finish() chooses the law of a rod by passages held out of the fit (FrictionLawChoice) unless the task says
-/// which: Dahl's with exponent 1, with another exponent, or Maxwell-slip elements. What each law leaves of those
-/// passages is listed as "held_out_dahl", "held_out_dahl_exponent" and "held_out_maxwell_slip".
+/// which: Dahl's with exponent 1, with another exponent, or Maxwell-slip elements. What each law leaves of
+/// those passages is listed as "held_out_dahl", "held_out_dahl_exponent" and "held_out_maxwell_slip".
 ///
 /// Parameters: "kinetic", "presliding_mm", "viscous_n_s_per_mm"; "exponent", "force_bias_n",
-/// "coulomb_force_n" where they were asked for or apply; "maxwell_slip_elements", how many, where that law was
-/// chosen. The standard errors of its level and presliding are then those of Dahl's law on the same strokes.
+/// "coulomb_force_n" where they were asked for or apply; "maxwell_slip_elements", how many, where that law
+/// was chosen. The standard errors of its level and presliding are then those of Dahl's law on the same
+/// strokes.
 class FrictionIdentification final : public Identification {
  public:
   static constexpr double kNominalNormalN = 10.0;

@@ -474,8 +474,7 @@ std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
                                          const FrictionParameters& parameters, FrictionLaw law,
                                          double bias_n) {
   if (law == FrictionLaw::kDahl && parameters.maxwell_slip) {
-    return predicted_friction_n(rows,
-                                {*parameters.maxwell_slip, parameters.viscous_n_s_per_mm, bias_n, 0.0});
+    return predicted_friction_n(rows, {*parameters.maxwell_slip, parameters.viscous_n_s_per_mm, bias_n, 0.0});
   }
   std::vector<double> friction = built_up(rows, law, parameters.presliding_mm, parameters.exponent);
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -564,7 +563,8 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, const MaxwellSlipFit& fit) {
   const MaxwellSlipParameters& parameters = fit.parameters;
   std::vector<double> friction(rows.size(), fit.bias_n);
-  for (std::size_t i = 0; i < rows.size(); ++i) friction[i] += fit.viscous_n_s_per_mm * rows[i].speed_mm_per_s;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    friction[i] += fit.viscous_n_s_per_mm * rows[i].speed_mm_per_s;
   for (std::size_t e = 0; e < parameters.reach_mm.size(); ++e) {
     if (!(parameters.reach_mm[e] > 0.0)) continue;
     const std::vector<double> stretch = stretched(rows, parameters.reach_mm[e]);

@@ -31,7 +31,8 @@ std::optional<hal::Error> check_maxwell_slip(const FrictionParameters& friction,
   if (!friction.maxwell_slip) return std::nullopt;
   const MaxwellSlipParameters& elements = *friction.maxwell_slip;
   const auto refuse = [&](const std::string& what, double value, const std::string& limit) {
-    return hal::Error{prefix + what, where, shown(value), limit, "identify the friction again, or fix the file"};
+    return hal::Error{prefix + what, where, shown(value), limit,
+                      "identify the friction again, or fix the file"};
   };
   for (std::size_t i = 0; i < MaxwellSlipParameters::kElements; ++i) {
     const std::string number = ", element " + std::to_string(i + 1) + ", is out of range";

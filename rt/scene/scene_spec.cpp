@@ -60,8 +60,9 @@ void check_field(Checker& check, const StructuralModel& field, double stiffness_
   check_vector(check, "structure.field.covered_from_mm", field.covered_from_mm, 1e3, "mm");
   check_vector(check, "structure.field.covered_to_mm", field.covered_to_mm, 1e3, "mm");
   for (const hal::Vector3& corner : field.corners_mm()) {
-    check.range("structure.field's compliance at a corner of what it covers", field.relative_compliance(corner),
-                1.0 / StructuralModel::kMaxRatio, StructuralModel::kMaxRatio,
+    check.range("structure.field's compliance at a corner of what it covers",
+                field.relative_compliance(corner), 1.0 / StructuralModel::kMaxRatio,
+                StructuralModel::kMaxRatio,
                 "times that of its centre (structures vary less; check gradient, curvature and units)");
   }
 }

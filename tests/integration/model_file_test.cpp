@@ -112,9 +112,10 @@ TEST(ModelFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
                 "name, identified_on, max_displacement_mm, max_force_n, hunt_crossley, creep, rod_friction, "
                 "bearing_friction",
                 "did you mean 'hunt_crossley'?"});
-  expect_error("name = \"x\"\n[rod_friction]\nkinetik = 1\n",
-               {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",
-                "kinetic, presliding_mm, viscous_n_s_per_mm, exponent, maxwell_slip", "did you mean 'kinetic'?"});
+  expect_error(
+      "name = \"x\"\n[rod_friction]\nkinetik = 1\n",
+      {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",
+       "kinetic, presliding_mm, viscous_n_s_per_mm, exponent, maxwell_slip", "did you mean 'kinetic'?"});
 }
 
 TEST(ModelFile, ASectionSaysAllOfItsKeys) {
@@ -144,18 +145,22 @@ TEST(ModelFile, MaxwellSlipElementsAreEightEachAndFitTheLevel) {
   const std::string rod =
       "name = \"x\"\n[rod_friction]\nkinetic = 0.5\npresliding_mm = 0.2\nviscous_n_s_per_mm = 0\n";
   const std::string reaches = "reach_mm = [0.1, 0.4, 0, 0, 0, 0, 0, 0]";
-  const auto elements = [&](const std::string& inside) { return rod + "maxwell_slip = { " + inside + " }\n"; };
-  const auto good = parse_model(elements(reaches + ", stiffness_per_mm = [1, 1, 0, 0, 0, 0, 0, 0]"), "model text");
+  const auto elements = [&](const std::string& inside) {
+    return rod + "maxwell_slip = { " + inside + " }\n";
+  };
+  const auto good =
+      parse_model(elements(reaches + ", stiffness_per_mm = [1, 1, 0, 0, 0, 0, 0, 0]"), "model text");
   ASSERT_TRUE(good) << good.error().text();
   EXPECT_EQ(good->rod_friction->maxwell_slip->reach_mm[1], 0.4);
-  expect_error(elements(reaches), {"'rod_friction.maxwell_slip.stiffness_per_mm' is missing", "model text", "", "",
-                                   "say it, or leave out all of [rod_friction.maxwell_slip]"});
+  expect_error(elements(reaches), {"'rod_friction.maxwell_slip.stiffness_per_mm' is missing", "model text",
+                                   "", "", "say it, or leave out all of [rod_friction.maxwell_slip]"});
   expect_error(elements("reach_mm = [0.1]"),
                {"'rod_friction.maxwell_slip.reach_mm' has the wrong type", "model text, line 6", "an array",
                 "8 numbers, each 0 … 1000 mm", "correct the value"});
-  expect_error(elements(reaches + ", stiffness_per_mm = [1, 2, 0, 0, 0, 0, 0, 0]"),
-               {"rod_friction.kinetic is not the level of the Maxwell-slip elements", "model text", "0.5",
-                "0.9, the sum of reach times stiffness, above 0", "identify the friction again, or fix the file"});
+  expect_error(
+      elements(reaches + ", stiffness_per_mm = [1, 2, 0, 0, 0, 0, 0, 0]"),
+      {"rod_friction.kinetic is not the level of the Maxwell-slip elements", "model text", "0.5",
+       "0.9, the sum of reach times stiffness, above 0", "identify the friction again, or fix the file"});
 }
 
 TEST(ModelFile, AModelHasTheNameOfItsFile) {

@@ -190,7 +190,8 @@ TEST(SceneFile, AFieldNeedsTheStiffnessOfItsCentre) {
                 "centre_mm, gradient_per_mm, curvature_per_mm2, covered_from_mm, covered_to_mm",
                 "did you mean 'gradient_per_mm'?"});
   const auto scene = parse_scene(
-      "name = \"x\"\n[structure]\nstiffness_n_per_mm = 2.5\n[structure.field]\ngradient_per_mm = [0.001, 0, 0]\n",
+      "name = \"x\"\n[structure]\nstiffness_n_per_mm = 2.5\n[structure.field]\ngradient_per_mm = [0.001, 0, "
+      "0]\n",
       "scene text");
   ASSERT_TRUE(scene) << scene.error().text();
   EXPECT_EQ(scene->structural_field->stiffness_n_per_mm, 2.5);
@@ -199,15 +200,15 @@ TEST(SceneFile, AFieldNeedsTheStiffnessOfItsCentre) {
 
 TEST(SceneFile, TheCentreOfTheToolMeansNothingAlongOneAxis) {
   expect_error("name = \"x\"\n[tool]\ntip_to_centre_mm = [0, 0, 40]\n",
-               {"'tool.tip_to_centre_mm' means nothing in a scene of kind \"tap_1d\"", "scene text, line 3", "",
-                "kind = \"explore\"", "remove it, or choose such a kind"});
+               {"'tool.tip_to_centre_mm' means nothing in a scene of kind \"tap_1d\"", "scene text, line 3",
+                "", "kind = \"explore\"", "remove it, or choose such a kind"});
 }
 
 TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
-  expect_error(
-      "name = \"x\"\n[target]\nstifness = 0.5\n",
-      {"unknown key 'stifness' in [target]", "scene text, line 3", "",
-       "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s, max_change_n_per_s", "did you mean 'stiffness_n_per_mm'?"});
+  expect_error("name = \"x\"\n[target]\nstifness = 0.5\n",
+               {"unknown key 'stifness' in [target]", "scene text, line 3", "",
+                "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s, max_change_n_per_s",
+                "did you mean 'stiffness_n_per_mm'?"});
   expect_error("name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
                {"unknown key 'contcat'", "scene text, line 2", "",
                 "name, kind, description, object_model, turntable_station, press_axis, tool, contact, "

@@ -27,9 +27,9 @@ constexpr double kValidationMm = 50.0;
 
 struct Identified {
   SessionResult session;
-  std::optional<rt::IdentifiedModel> model;  ///< Dahl's exponent 1, or Coulomb-viscous
-  std::optional<rt::IdentifiedModel> bent;   ///< the exponent found as well
-  std::optional<rt::IdentifiedModel> chosen; ///< the law that the data ask for, as the service identifies it
+  std::optional<rt::IdentifiedModel> model;   ///< Dahl's exponent 1, or Coulomb-viscous
+  std::optional<rt::IdentifiedModel> bent;    ///< the exponent found as well
+  std::optional<rt::IdentifiedModel> chosen;  ///< the law that the data ask for, as the service identifies it
   std::string failed;
   double normal_error_deg = 0.0;  ///< rms of the scan's normals against the true ones, on validation strokes
   std::vector<FrictionInstant> strokes;
@@ -127,7 +127,8 @@ void add_rendered(StudyContext& context, const std::string& object, const Identi
     const RenderedFriction rendered = rendered_friction(object, friction_of(*model));
     const std::string form = model == &*found.model ? "dahl" : "chosen";
     const auto add = [&](const char* name, const char* unit, double value) {
-      report::Figure figure{name, {{"object", object}, {"tip", "rod"}, {"form", form}, {"law", law_of(*model)}}};
+      report::Figure figure{name,
+                            {{"object", object}, {"tip", "rod"}, {"form", form}, {"law", law_of(*model)}}};
       figure.unit = unit;
       figure.value = value;
       figure.source = "strokes of 4 N, the tracked direction of explore scenes, turns included";
@@ -218,10 +219,10 @@ void plot_loop(StudyContext& context, const std::string& object, const Identifie
 
 void study_rod(StudyContext& context) {
   report::MarkdownTable table({"object", "error %", "D %", "sliding %", "at rest too %", "mean of ratios %",
-                               "exponent found %", "law by the data %", "μ_k", "δ mm", "μ_b N·s/mm", "exponent", "normals °",
-                               "converged s"});
-  report::MarkdownTable rendered({"object", "exponent 1", "friction %", "direction °", "95 % °", "by the data",
-                                  "friction %", "direction °", "95 % °"});
+                               "exponent found %", "law by the data %", "μ_k", "δ mm", "μ_b N·s/mm",
+                               "exponent", "normals °", "converged s"});
+  report::MarkdownTable rendered({"object", "exponent 1", "friction %", "direction °", "95 % °",
+                                  "by the data", "friction %", "direction °", "95 % °"});
   for (const std::string& object : explored_objects()) {
     if (context.quick && object != "foam_ball_3d") continue;
     const double published = published_error(object);
@@ -266,12 +267,16 @@ void study_rod(StudyContext& context) {
       "|predicted - true| / |true| where |true| "
       "is "
       "above a fifth of its mean. Law by the data: what the service identifies, Dahl's or Maxwell-slip, as "
-      "strokes held out of the fit ask for. Normals: rms error of the scan's, in the plane of the line and up.");
-  context.report.add_table(
-      "friction_rendered", "Friction of the rod, where a scene renders with it", rendered,
-      "Other strokes (4 N, up to 90 mm/s, a swaying tool) by the tracked direction of explore scenes: mean error of "
-      "the estimated friction over the mean friction, mean error of the normal, and what it stays below 95 % of the "
-      "time, turns included. Left by Dahl's law with exponent 1, right by the law that held-out strokes ask for.");
+      "strokes held out of the fit ask for. Normals: rms error of the scan's, in the plane of the line and "
+      "up.");
+  context.report.add_table("friction_rendered", "Friction of the rod, where a scene renders with it",
+                           rendered,
+                           "Other strokes (4 N, up to 90 mm/s, a swaying tool) by the tracked direction of "
+                           "explore scenes: mean error of "
+                           "the estimated friction over the mean friction, mean error of the normal, and "
+                           "what it stays below 95 % of the "
+                           "time, turns included. Left by Dahl's law with exponent 1, right by the law that "
+                           "held-out strokes ask for.");
 }
 
 void study_bearing(StudyContext& context) {

@@ -36,7 +36,8 @@ CreepFit palpated(unsigned seed, double hold_s) {
   const auto give = [&](double force_n) {
     const double x = law.update(force_n).displacement_mm;
     const bool touches = force_n > 0.0;
-    fit.add({x + 0.01 * noise(random), 0.0, touches ? force_n + 0.003 * noise(random) : 0.0, touches, time_s}, 1e-3);
+    fit.add({x + 0.01 * noise(random), 0.0, touches ? force_n + 0.003 * noise(random) : 0.0, touches, time_s},
+            1e-3);
     time_s += 1e-3;
   };
   for (int tap = 0; tap < 3; ++tap) {

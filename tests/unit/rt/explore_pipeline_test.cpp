@@ -197,8 +197,9 @@ TEST(ExplorePipeline, TheFrictionOfTheBearingIsTheObjectsWhereItWasIdentified) {
   EXPECT_GT(without_rad, 0.05);
 }
 
-/// Strokes over the bench's object, whose friction is Maxwell-slip, by a scene that takes it for `known`: mean
-/// error of the friction over the normal force, from the second turn on. `stalls`: of 40 ms, once a second.
+/// Strokes over the bench's object, whose friction is Maxwell-slip, by a scene that takes it for `known`:
+/// mean error of the friction over the normal force, from the second turn on. `stalls`: of 40 ms, once a
+/// second.
 double stroked_friction_error(const SceneSpec& spec, const ObjectModel& known, bool stalls) {
   ExploreBench object(spec, maxwell_slip_model());
   ExploreBench bench(spec, known);

@@ -124,8 +124,8 @@ TEST(MaxwellSlipDirection, FollowsASharpTurnThatDahlsLawRoundsOff) {
   const Errors p_dahl = stroke_errors(published(as_dahl(truth)), truth);
   const Errors t = stroke_errors(tracked(truth), truth);
   const Errors t_dahl = stroke_errors(tracked(as_dahl(truth)), truth);
-  for (const auto& [name, e] : {std::pair{"published", p}, {"published_dahl", p_dahl}, {"tracked", t},
-                                {"tracked_dahl", t_dahl}}) {
+  for (const auto& [name, e] :
+       {std::pair{"published", p}, {"published_dahl", p_dahl}, {"tracked", t}, {"tracked_dahl", t_dahl}}) {
     RecordProperty(std::string(name) + "_deg", std::to_string(e.mean_rad / kDegree));
     RecordProperty(std::string(name) + "_friction", std::to_string(e.mean_friction));
   }
@@ -143,7 +143,8 @@ TEST(MaxwellSlipDirection, SurvivesGapsReversalsNoLoadAndWhatIsNoNumber) {
     PublishedDirection published(FrictionLaw::kDahl, truth, rate_hz);
     std::mt19937_64 random(9);
     for (int i = 0; i < 30'000; ++i) {
-      const hal::Vector3 force_n = i % 7 == 0 ? hal::Vector3{} : random_vector(random, i % 50 == 0 ? 100.0 : 1.0);
+      const hal::Vector3 force_n =
+          i % 7 == 0 ? hal::Vector3{} : random_vector(random, i % 50 == 0 ? 100.0 : 1.0);
       const hal::Vector3 step_mm = random_vector(random, i % 30 == 0 ? 30.0 : 0.05);
       const double periods = i % 91 == 0 ? 200.0 : 1.0;
       if (i % 1000 == 0) {

@@ -138,13 +138,14 @@ TEST(Scene, AFieldThatIsWrongIsRefusedByName) {
   const auto gradient = [](StructuralModel& f, double v) { f.gradient_per_mm.x = v; };
   const auto curvature = [](StructuralModel& f, double v) { f.curvature_per_mm2[4] = v; };
   const auto from = [](StructuralModel& f, double v) { f.covered_from_mm.z = v; };
-  for (const Case& c : {Case{"structure.field's stiffness", stiffness, 2.6},
-                        Case{"structure.field's stiffness", stiffness, nan},
-                        Case{"structure.field.centre_mm.y", centre, 1001.0},
-                        Case{"structure.field.gradient_per_mm.x", gradient, nan},
-                        Case{"structure.field.curvature_per_mm2", curvature, -1.1},
-                        Case{"structure.field.covered_from_mm.z", from, nan},
-                        Case{"structure.field's compliance at a corner of what it covers", gradient, 0.051}}) {
+  for (const Case& c :
+       {Case{"structure.field's stiffness", stiffness, 2.6},
+        Case{"structure.field's stiffness", stiffness, nan},
+        Case{"structure.field.centre_mm.y", centre, 1001.0},
+        Case{"structure.field.gradient_per_mm.x", gradient, nan},
+        Case{"structure.field.curvature_per_mm2", curvature, -1.1},
+        Case{"structure.field.covered_from_mm.z", from, nan},
+        Case{"structure.field's compliance at a corner of what it covers", gradient, 0.051}}) {
     SceneSpec spec = with_field();
     c.spoil(*spec.structural_field, c.value);
     const auto scene = resolve(spec, rig());
