@@ -26,11 +26,14 @@ constexpr Range kKinetic{0.0, 5.0, ""};
 constexpr Range kPreslidingMm{1e-3, 20.0, "mm"};
 constexpr Range kViscous{0.0, 1.0, "N·s/mm"};
 constexpr Range kDahlExponent{0.0, 3.0, ""};
+constexpr Range kReachMm{0.0, 1e3, "mm"};
+constexpr Range kSlipStiffness{0.0, 1e4, "1/mm"};
 
 /// Reads one section and notes which of its keys are not there.
 class Section {
  public:
-  Section(TomlTable& root, std::string name) : table_(root.table(name)), name_(std::move(name)) {}
+  /// `name`: dotted, as errors call the section.
+  Section(TomlTable table, std::string name) : table_(std::move(table)), name_(std::move(name)) {}
 
   template <class Value>
   Section& read(const char* key, Value& value, const Range& range) {
@@ -75,14 +78,21 @@ void read_creep(Section section, rt::ObjectModel& model, std::vector<Section>& s
   sections.push_back(std::move(section));
 }
 
-void read_friction(Section section, std::optional<rt::FrictionParameters>& read,
+void read_friction(TomlTable& root, const std::string& name, std::optional<rt::FrictionParameters>& read,
                    std::vector<Section>& sections) {
+  TomlTable table = root.table(name);
+  Section section(table, name);
   auto& friction = read.emplace();
   section.read("kinetic", friction.kinetic, kKinetic)
       .read("presliding_mm", friction.presliding_mm, kPreslidingMm)
       .read("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, kViscous)
       .read_optional("exponent", friction.exponent, kDahlExponent);
   sections.push_back(std::move(section));
+  if (!table.wants("maxwell_slip")) return;
+  auto& elements = friction.maxwell_slip.emplace();
+  sections.push_back(Section(table.table("maxwell_slip"), name + ".maxwell_slip")
+                         .read("reach_mm", elements.reach_mm, kReachMm)
+                         .read("stiffness_per_mm", elements.stiffness_per_mm, kSlipStiffness));
 }
 
 template <std::size_t N>
@@ -106,11 +116,12 @@ hal::Result<rt::ObjectModel> parse_model(std::string_view text, const std::strin
   root.read("max_displacement_mm", model.max_displacement_mm, kLengthMm);
   root.read("max_force_n", model.max_force_n, kForceN);
   std::vector<Section> sections;
-  if (root.wants("hunt_crossley")) read_hunt_crossley({root, "hunt_crossley"}, model, sections);
-  if (root.wants("creep")) read_creep({root, "creep"}, model, sections);
-  if (root.wants("rod_friction")) read_friction({root, "rod_friction"}, model.rod_friction, sections);
+  if (root.wants("hunt_crossley"))
+    read_hunt_crossley({root.table("hunt_crossley"), "hunt_crossley"}, model, sections);
+  if (root.wants("creep")) read_creep({root.table("creep"), "creep"}, model, sections);
+  if (root.wants("rod_friction")) read_friction(root, "rod_friction", model.rod_friction, sections);
   if (root.wants("bearing_friction"))
-    read_friction({root, "bearing_friction"}, model.bearing_friction, sections);
+    read_friction(root, "bearing_friction", model.bearing_friction, sections);
   if (auto error = document->error()) return *error;
   for (const Section& section : sections) {
     if (auto error = section.error(source)) return *error;
@@ -161,6 +172,10 @@ std::string write_model(const rt::ObjectModel& model) {
                         toml_number(friction->kinetic), toml_number(friction->presliding_mm),
                         toml_number(friction->viscous_n_s_per_mm));
     if (friction->exponent != 1.0) text += fmt::format("exponent = {}\n", toml_number(friction->exponent));
+    if (const auto& elements = friction->maxwell_slip) {
+      text += fmt::format("maxwell_slip = {{ reach_mm = {}, stiffness_per_mm = {} }}\n",
+                          numbers(elements->reach_mm), numbers(elements->stiffness_per_mm));
+    }
   }
   return text;
 }

@@ -40,13 +40,7 @@ std::string error_text(const StoredModel& stored, std::string_view parameter) {
 /// How far a field's compliance strays from that of its centre at the corners of the box it was tapped in.
 double spread(const rt::StructuralModel& structure) {
   double largest = 0.0;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    const auto pick = [corner](unsigned axis, double from, double to) {
-      return (corner >> axis & 1U) != 0 ? to : from;
-    };
-    const hal::Vector3 at{pick(0, structure.covered_from_mm.x, structure.covered_to_mm.x),
-                          pick(1, structure.covered_from_mm.y, structure.covered_to_mm.y),
-                          pick(2, structure.covered_from_mm.z, structure.covered_to_mm.z)};
+  for (const hal::Vector3& at : structure.corners_mm()) {
     largest = std::max(largest, std::abs(structure.stiffness_at(at) / structure.stiffness_n_per_mm - 1.0));
   }
   return largest;
@@ -86,7 +80,7 @@ class Filling {
                        "under another bias of the sensor ({}); 'hapticctl identify tool' finds it again",
                        turn_deg, tool.found_under_bias.value_or("not known which"));
     }
-    if (tool.tip_to_centre_mm) {
+    if (tool.tip_to_centre_mm && !scene_.explore.tip_to_centre_mm) {
       scene_.explore.tip_to_centre_mm = tool.tip_to_centre_mm;
       more += fmt::format("; its centre {:.3g} mm from the tip", rt::norm(*tool.tip_to_centre_mm));
     }

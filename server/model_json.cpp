@@ -276,6 +276,13 @@ void describe(A& archive, rt::ContactModel& contact) {
 }
 
 template <class A>
+void describe(A& archive, rt::MaxwellSlipParameters& elements) {
+  auto& [reach_mm, stiffness_per_mm] = elements;
+  archive("reach_mm", reach_mm);
+  archive("stiffness_per_mm", stiffness_per_mm);
+}
+
+template <class A>
 void describe(A& archive, rt::FrictionModel& model) {
   std::string tip = model.tip == rt::Tip::kRod ? "rod" : "ball_bearing";
   archive("tip", tip);
@@ -283,11 +290,12 @@ void describe(A& archive, rt::FrictionModel& model) {
     if (tip != "rod" && tip != "ball_bearing") archive.complain("unknown tip '" + tip + "'");
     model.tip = tip == "rod" ? rt::Tip::kRod : rt::Tip::kBallBearing;
   }
-  auto& [kinetic, presliding_mm, viscous, exponent] = model.friction;
+  auto& [kinetic, presliding_mm, viscous, exponent, maxwell_slip] = model.friction;
   archive("kinetic", kinetic);
   archive("presliding_mm", presliding_mm);
   archive("viscous_n_s_per_mm", viscous);
   archive("exponent", exponent);
+  archive("maxwell_slip", maxwell_slip);
 }
 
 template <class A>
@@ -303,8 +311,8 @@ void describe(A& archive, rt::StructuralModel& structure) {
 
 template <class A>
 void describe(A& archive, rt::ToolModel& tool) {
-  auto& [mass_g, centre_mm, force_bias_n, torque_bias_n_mm, sensor_to_tool, found_under_bias, tip_to_centre_mm] =
-      tool;
+  auto& [mass_g, centre_mm, force_bias_n, torque_bias_n_mm, sensor_to_tool, found_under_bias,
+         tip_to_centre_mm] = tool;
   archive("mass_g", mass_g);
   archive("centre_mm", centre_mm);
   archive("force_bias_n", force_bias_n);

@@ -27,6 +27,8 @@ constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
 constexpr Range kRampS{0.0, 60.0, "s"};
 constexpr Range kTargetChange{1e-6, 1e6, "N/s"};
 constexpr Range kStructural{0.0, 1e4, "N/mm"};
+constexpr Range kGradient{-1.0, 1.0, "1/mm"};
+constexpr Range kCurvature{-1.0, 1.0, "1/mm²"};
 constexpr Range kProportional{0.0, 4.0, ""};
 constexpr Range kDerivativeMs{-10.0, 10.0, "ms"};
 constexpr Range kForceN{0.0, 100.0, "N"};
@@ -156,6 +158,35 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   root.table("passivity").read("control", explore.passivity);
 }
 
+/// Of the stiffness at its centre, which is structure.stiffness_n_per_mm.
+void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
+  if (!structure.has("field")) return;
+  TomlTable table = structure.table("field");
+  rt::StructuralModel& field = spec.structural_field.emplace();
+  table.read("centre_mm", field.centre_mm, kPositionMm);
+  table.read("gradient_per_mm", field.gradient_per_mm, kGradient);
+  table.read("curvature_per_mm2", field.curvature_per_mm2, kCurvature);
+  table.read("covered_from_mm", field.covered_from_mm, kPositionMm);
+  table.read("covered_to_mm", field.covered_to_mm, kPositionMm);
+  field.stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
+  if (field.stiffness_n_per_mm > 0.0) return;
+  structure.refuse(
+      "field", {"'structure.field' says how the stiffness varies about its centre, and that is missing", "",
+                "", "structure.stiffness_n_per_mm above 0",
+                "say stiffness_n_per_mm in [structure], or leave out the field"});
+}
+
+std::string structural_field_text(const rt::StructuralModel& field) {
+  std::string curvature;
+  for (const double h : field.curvature_per_mm2)
+    curvature += (curvature.empty() ? "" : ", ") + toml_number(h);
+  return fmt::format(
+      "field = {{ centre_mm = {}, gradient_per_mm = {}, curvature_per_mm2 = [{}], covered_from_mm = {}, "
+      "covered_to_mm = {} }}\n",
+      vector_text(field.centre_mm), vector_text(field.gradient_per_mm), curvature,
+      vector_text(field.covered_from_mm), vector_text(field.covered_to_mm));
+}
+
 /// The keys of one law; those of the others are refused.
 void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
   using Kind = rt::TargetLaw::Kind;
@@ -261,7 +292,11 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
       tool.read("sensor_turn_deg", mounting.turn_deg, kTurnDeg);
       tool.read("sensor_bias_n", mounting.force_bias_n, kBiasN);
     }
+    if (tool.has("tip_to_centre_mm")) {
+      tool.read("tip_to_centre_mm", spec.explore.tip_to_centre_mm.emplace(), kPositionMm);
+    }
   } else {
+    refuse_foreign(tool, "tip_to_centre_mm", "tool.tip_to_centre_mm", spec, kExploreOnly);
     refuse_foreign(tool, "sensor_turn_deg", "tool.sensor_turn_deg", spec, kExploreOnly);
     refuse_foreign(tool, "sensor_bias_n", "tool.sensor_bias_n", spec, kExploreOnly);
     refuse_foreign(tool, "gravity_at_bias", "tool.gravity_at_bias", spec, kExploreOnly);
@@ -284,6 +319,8 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   TomlTable structure = root.table("structure");
   structure.read("compensation", spec.structural_compensation);
   structure.read("stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, kStructural);
+
+  read_structural_field(structure, spec);
 
   TomlTable control = root.table("control");
   control.read("law", spec.controller.law, kLaws);
@@ -339,6 +376,9 @@ std::string write_scene(const rt::SceneSpec& spec) {
                         vector_text(spec.explore.sensor_mounting->turn_deg),
                         vector_text(spec.explore.sensor_mounting->force_bias_n));
   }
+  if (explore && spec.explore.tip_to_centre_mm) {
+    text += fmt::format("tip_to_centre_mm = {}\n", vector_text(*spec.explore.tip_to_centre_mm));
+  }
   if (spec.kind == rt::SceneKind::kWall) {
     text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
   } else {
@@ -367,6 +407,7 @@ std::string write_scene(const rt::SceneSpec& spec) {
   text += fmt::format("\n[structure]\ncompensation = {}\nstiffness_n_per_mm = {}\n",
                       spec.structural_compensation, number(spec.structural_stiffness_n_per_mm));
   if (explore) text += fmt::format("cutoff_hz = {}\n", number(spec.explore.deflection_cutoff_hz));
+  if (spec.structural_field) text += structural_field_text(*spec.structural_field);
   text += fmt::format("\n[control]\nlaw = {}\nproportional_gain = {}\nderivative_gain_ms = {}\n",
                       quoted_word(spec.controller.law, kLaws), number(spec.controller.proportional_gain),
                       number(spec.controller.derivative_gain_ms));

@@ -143,14 +143,14 @@ TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolve
     grant.explanation = fmt::format("{:g} N/mm requested; scene '{}' allows at most {:g} N/mm",
                                     requested_n_per_mm, resolved.name, grant.granted_n_per_mm);
   }
-  const double structural_limit = rt::kMaxCompensableRatio * resolved.structural_stiffness_n_per_mm;
+  const double structural_limit = rt::kMaxCompensableRatio * rt::softest_structure_n_per_mm(resolved);
   const bool solved_for_force = resolved.structural_compensation && resolved.kind != rt::SceneKind::kExplore;
   if (solved_for_force && grant.granted_n_per_mm > structural_limit) {
     grant.granted_n_per_mm = structural_limit;
     grant.reason = LimitingReason::kStructuralStiffness;
     grant.explanation = fmt::format(
         "{:g} N/mm requested; {:g} of the device's structural stiffness of {:g} N/mm can be compensated",
-        requested_n_per_mm, rt::kMaxCompensableRatio, resolved.structural_stiffness_n_per_mm);
+        requested_n_per_mm, rt::kMaxCompensableRatio, rt::softest_structure_n_per_mm(resolved));
   }
   return grant;
 }

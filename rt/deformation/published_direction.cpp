@@ -6,13 +6,16 @@ namespace hapticd::rt {
 
 PublishedDirection::PublishedDirection(FrictionLaw law, const FrictionParameters& friction,
                                        double rate_hz) noexcept
-    : law_(law), friction_(friction), filter_(kCutoffHz, rate_hz) {}
+    : law_(law), friction_(friction), filter_(kCutoffHz, rate_hz) {
+  if (law == FrictionLaw::kDahl && friction.maxwell_slip) maxwell_slip_.emplace(*friction.maxwell_slip);
+}
 
 void PublishedDirection::begin(const hal::Vector3& reaction_n) noexcept {
   normal_ = direction_or(reaction_n, normal_);
   filter_.seed(normal_);
   tangent_ = {};
   built_up_ = 0.0;
+  if (maxwell_slip_) maxwell_slip_->release();
   friction_n_ = {};
 }
 
@@ -29,10 +32,13 @@ void PublishedDirection::update(const hal::Vector3& reaction_n, const hal::Vecto
   }
   const double normal_n = dot(reaction_n, normal_);  // (4.20)
   const double sliding_mm_per_s = dot(velocity_mm_per_s, tangent_);
-  const double share = law_ == FrictionLaw::kDahl ? built_up_ : 1.0;
-  const double friction =
-      friction_.kinetic * normal_n * share + friction_.viscous_n_s_per_mm * sliding_mm_per_s;
-  friction_n_ = tangent_ * -friction;                                        // (4.16)
+  const double viscous = friction_.viscous_n_s_per_mm * sliding_mm_per_s;
+  if (maxwell_slip_) {
+    friction_n_ = (maxwell_slip_->step(slide_mm, normal_) * normal_n + tangent_ * viscous) * -1.0;
+  } else {
+    const double share = law_ == FrictionLaw::kDahl ? built_up_ : 1.0;
+    friction_n_ = tangent_ * -(friction_.kinetic * normal_n * share + viscous);  // (4.16)
+  }
   const hal::Vector3 raw = direction_or(reaction_n - friction_n_, normal_);  // (4.10)
   normal_ = direction_or(filter_.update(raw, periods), normal_);
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "hal/samples.h"
 #include "rt/friction/friction_model.h"
 #include "rt/signal/butterworth_low_pass.h"
@@ -8,7 +10,8 @@ namespace hapticd::rt {
 
 /// Deformation direction as the dissertation finds it: the sliding direction from the last two positions
 /// (4.17)-(4.19), friction along it from (4.11) or (4.15) with the normal of the tick before (4.20), the rest
-/// of the reaction is normal (4.10), through a 70 Hz Butterworth filter.
+/// of the reaction is normal (4.10), through a 70 Hz Butterworth filter. Where the friction was identified as
+/// Maxwell-slip, its elements stand for (4.15).
 class PublishedDirection {
  public:
   static constexpr double kCutoffHz = 70.0;
@@ -33,6 +36,7 @@ class PublishedDirection {
   hal::Vector3 normal_{0.0, 0.0, 1.0};
   hal::Vector3 tangent_;  ///< u^t; zero until something slid
   double built_up_ = 0.0;
+  std::optional<PlanarMaxwellSlip> maxwell_slip_;
   hal::Vector3 friction_n_;
 };
 

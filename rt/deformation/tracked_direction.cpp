@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/friction/dahl.h"
 #include "rt/signal/ticks.h"
 
 namespace hapticd::rt {
@@ -17,20 +16,20 @@ TrackedDirection::TrackedDirection(const FrictionParameters& friction, double fo
     : friction_(friction),
       ticks_per_update_(ticks_of(kUpdateS, rate_hz)),
       period_s_(1.0 / rate_hz),
-      force_variance_n2_(force_noise_n * force_noise_n) {}
+      force_variance_n2_(force_noise_n * force_noise_n),
+      friction_state_(friction) {}
 
 void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
   normal_ = direction_or(reaction_n, normal_);
-  coefficient_ = {};
   friction_n_ = {};
   gathered_ = 0;
   touching_s_ = 0.0;
   // What the first reaction shows is the normal less whatever friction there is.
   const double force_n = std::max(norm(reaction_n), kLeastForceN);
-  friction_variance_ = 0.1 * friction_.kinetic * friction_.kinetic;
-  normal_variance_ = friction_variance_ + std::min(kFirstDeviationRad * kFirstDeviationRad,
-                                                   kOnsetDisorder * force_variance_n2_ / (force_n * force_n));
-  covariance_ = friction_variance_;
+  const double friction_variance = 0.1 * friction_.kinetic * friction_.kinetic;
+  friction_state_.begin(friction_variance);
+  normal_variance_ = friction_variance + std::min(kFirstDeviationRad * kFirstDeviationRad,
+                                                  kOnsetDisorder * force_variance_n2_ / (force_n * force_n));
 }
 
 void TrackedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
@@ -54,23 +53,13 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   const double kinetic = friction_.kinetic;
   // Slower than the encoders can tell, a count is as likely their rounding as a slide.
   const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
-  const double way_mm = (1.0 - stuck) * std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm);
+  const FrictionSlide slide{slide_mm, std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm),
+                            1.0 - stuck};
+  const double way_mm = slide.share * slide.way_mm;
 
-  // Prediction. Dahl's step keeps the share `kept` of φ and of its error; the rest is μ_k, known so well.
-  coefficient_ = across(coefficient_, normal_);
-  double kept = 1.0;
-  if (way_mm > 1e-12) {
-    const hal::Vector3 along = direction_or(slide_mm, {});
-    const double to_go = kinetic > 0.0 ? 1.0 - dot(along, coefficient_) / kinetic : 1.0;
-    kept = dahl_kept(std::min(std::abs(to_go), 2.0), way_mm, friction_.presliding_mm, friction_.exponent);
-    const hal::Vector3 sliding = along * kinetic;
-    coefficient_ = sliding + (coefficient_ - sliding) * kept;
-  }
   const double level_error = kFrictionError * kinetic;
-  friction_variance_ = kept * kept * friction_variance_ + (1.0 - kept * kept) * level_error * level_error +
-                       stuck * kinetic * kinetic * (interval_s / kStuckTimeS);
-  friction_variance_ = std::min(friction_variance_, 4.0 * kinetic * kinetic);
-  covariance_ *= kept;
+  friction_state_.predict(slide, normal_, level_error,
+                          stuck * kinetic * kinetic * (interval_s / kStuckTimeS));
   const double turn_rad =
       (way_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * interval_s;
   // The same a second, whatever the interval; stated for one of kUpdateS.
@@ -79,35 +68,33 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
 
   // What the reaction shows: u - φ, its length told by f_n.
   const hal::Vector3 without_viscous_n = reaction_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm;
+  const hal::Vector3& coefficient = friction_state_.coefficient();
   const double normal_n =
-      std::max(kLeastForceN, norm(without_viscous_n) / std::sqrt(1.0 + dot(coefficient_, coefficient_)));
+      std::max(kLeastForceN, norm(without_viscous_n) / std::sqrt(1.0 + dot(coefficient, coefficient)));
   const hal::Vector3 innovation =
-      across(without_viscous_n * (1.0 / normal_n) - (normal_ - coefficient_), normal_);
+      across(without_viscous_n * (1.0 / normal_n) - (normal_ - coefficient), normal_);
 
   const double noise = force_variance_n2_ / (normal_n * normal_n);
-  const double to_normal = normal_variance_ - covariance_;
-  const double to_friction = covariance_ - friction_variance_;
+  const double to_normal = normal_variance_ - friction_state_.covariance();
+  const double to_friction = friction_state_.covariance() - friction_state_.variance();
   const double total = to_normal - to_friction + noise;
   const double normal_gain = to_normal / total;
-  const double friction_gain = to_friction / total;
   normal_ = direction_or(normal_ + innovation * normal_gain, normal_);
-  coefficient_ = across(coefficient_ + innovation * friction_gain, normal_);
   normal_variance_ = std::max(0.0, normal_variance_ - normal_gain * to_normal);
-  friction_variance_ = std::max(0.0, friction_variance_ - friction_gain * to_friction);
-  covariance_ -= normal_gain * to_friction;
+  friction_state_.correct(innovation, normal_, normal_gain, total);
   give_back_excess();
   touching_s_ += interval_s;
   if (touching_s_ > kSettlingS) limit_turn(before, interval_s);
 
-  friction_n_ = (coefficient_ * normal_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm) * -1.0;
+  friction_n_ = (coefficient * normal_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm) * -1.0;
 }
 
 void TrackedDirection::give_back_excess() noexcept {
   const double limit = kMostStatic * friction_.kinetic;
-  const double size = norm(coefficient_);
+  const double size = norm(friction_state_.coefficient());
   if (size <= limit) return;
-  const hal::Vector3 excess = coefficient_ * (1.0 - limit / size);
-  coefficient_ = coefficient_ - excess;
+  const hal::Vector3 excess = friction_state_.coefficient() * (1.0 - limit / size);
+  friction_state_.scale(limit / size);
   normal_ = direction_or(normal_ - excess, normal_);
   normal_variance_ = std::max(normal_variance_, dot(excess, excess));
 }
@@ -118,7 +105,7 @@ void TrackedDirection::limit_turn(const hal::Vector3& before, double interval_s)
   const double size = norm(turn);
   if (size <= most) return;
   normal_ = direction_or(before + turn * (most / size), before);
-  coefficient_ = across(coefficient_, normal_);
+  friction_state_.turn_into(normal_);
   normal_variance_ = std::max(normal_variance_, (size - most) * (size - most));
 }
 

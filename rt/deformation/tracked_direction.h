@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "hal/samples.h"
+#include "rt/deformation/friction_filter.h"
 #include "rt/friction/friction_model.h"
 
 namespace hapticd::rt {
@@ -11,12 +12,12 @@ namespace hapticd::rt {
 ///
 /// One reaction cannot tell a turned surface from a changed friction: f_r = f_n (u - φ) - μ_b v_t, with φ the
 /// friction coefficient as a vector in the tangent plane. But they change on different occasions. The normal
-/// turns only where the tip moves on, by its way over the radius of the surface. Friction follows Dahl's
-/// equation while the tip slides, and is anybody's guess while it sticks: held by its own dry friction, the
-/// device does not see the tip bend the asperities, and φ may pass from one side to the other with the
-/// encoders at rest. So a Kalman filter carries both, isotropic in the tangent plane (covariance 2 × 2):
-/// sliding, the reaction's direction is known to the friction's few per cent and corrects the normal; at rest
-/// the normal stays and the reaction tells φ.
+/// turns only where the tip moves on, by its way over the radius of the surface. Friction follows its law
+/// (Dahl's, or that of Maxwell-slip elements: see FrictionFilter) while the tip slides, and is anybody's
+/// guess while it sticks: held by its own dry friction, the device does not see the tip bend the asperities,
+/// and φ may pass from one side to the other with the encoders at rest. So a Kalman filter carries both,
+/// isotropic in the tangent plane (covariance 2 × 2): sliding, the reaction's direction is known to the
+/// friction's few per cent and corrects the normal; at rest the normal stays and the reaction tells φ.
 ///
 /// Steps and reactions of a millisecond are taken together where ticks are shorter: an encoder moves by
 /// counts, on one axis at a time, and whether a motion slides or presses cannot be told from a single count.
@@ -73,11 +74,9 @@ class TrackedDirection {
   double period_s_;  ///< of the loop
   double force_variance_n2_;
   hal::Vector3 normal_{0.0, 0.0, 1.0};
-  hal::Vector3 coefficient_;  ///< φ, along the sliding
+  FrictionFilter friction_state_;  ///< φ, along the sliding
   hal::Vector3 friction_n_;
   double normal_variance_ = 0.0;
-  double friction_variance_ = 0.0;
-  double covariance_ = 0.0;
   double touching_s_ = 0.0;     ///< since begin()
   std::uint32_t gathered_ = 0;  ///< ticks since the last update,
   double gathered_periods_ = 0.0;

@@ -170,10 +170,23 @@ double effective_n(const Point& point, const CreepParameters& law) {
   return e;
 }
 
-/// Fills in all that tells of errors. The weights sum to one: w_0 is what the others leave. `free_weights`:
-/// how many of those others were searched.
-void find_errors(const std::vector<Point>& points, double deepest_mm, std::size_t free_weights,
-                 CreepEstimate& estimate) {
+/// Lags whose force came to a fair share of the force.
+std::array<bool, CreepParameters::kLags> determined_lags(const std::vector<Point>& points) {
+  std::array<double, kWeights> most_n{};
+  for (const Point& p : points) {
+    for (std::size_t j = 0; j < kWeights; ++j) most_n[j] = std::max(most_n[j], p.force_n[j]);
+  }
+  std::array<bool, CreepParameters::kLags> determined{};
+  for (std::size_t l = 0; l < determined.size(); ++l) {
+    determined[l] = most_n[l + 1] >= CreepFit::kLeastReach * most_n[0];
+  }
+  return determined;
+}
+
+/// Fills in all that tells of errors. The weights sum to one: w_0 is what the others leave. `searched`: the
+/// weights among those others that were found, 1 … kLags.
+void find_errors(const std::vector<Point>& points, double deepest_mm,
+                 const std::vector<std::size_t>& searched, CreepEstimate& estimate) {
   const CreepParameters& parameters = estimate.law.parameters;
   const CreepLaw law(parameters, 1000.0);
   double left = 0.0, whole = 0.0, relative = 0.0;
@@ -197,7 +210,7 @@ void find_errors(const std::vector<Point>& points, double deepest_mm, std::size_
                          : 1.0;
 
   std::array<Eigen::Index, kSteps> column{};
-  const auto weights = static_cast<Eigen::Index>(free_weights);
+  const auto weights = static_cast<Eigen::Index>(searched.size());
   Eigen::Index next = weights;
   for (std::size_t k = 0; k < held.size(); ++k) column[k] = held[k] > 2 ? next++ : -1;
   if (next == 0) return;
@@ -208,8 +221,9 @@ void find_errors(const std::vector<Point>& points, double deepest_mm, std::size_
     const double e = effective_n(p, parameters);
     const LawEstimate at = law.curve(e);
     const Place place = place_of(e, parameters.max_force_n);
-    for (std::size_t j = 1; j <= free_weights; ++j) {
-      jacobian(static_cast<Eigen::Index>(j) - 1) = p.weight * at.mm_per_n * (p.force_n[j] - p.force_n[0]);
+    for (Eigen::Index j = 0; j < weights; ++j) {
+      jacobian(j) =
+          p.weight * at.mm_per_n * (p.force_n[searched[static_cast<std::size_t>(j)]] - p.force_n[0]);
     }
     for (Eigen::Index k = 0; k < kSteps; ++k) {
       const Eigen::Index c = column[static_cast<std::size_t>(k)];
@@ -220,7 +234,7 @@ void find_errors(const std::vector<Point>& points, double deepest_mm, std::size_
   const auto covariance = sandwich.covariance();
   double immediate = 0.0;
   for (Eigen::Index i = 0; i < weights; ++i) {
-    estimate.weight_error[static_cast<std::size_t>(i) + 1] = std::sqrt(std::max(0.0, covariance(i, i)));
+    estimate.weight_error[searched[static_cast<std::size_t>(i)]] = std::sqrt(std::max(0.0, covariance(i, i)));
     for (Eigen::Index j = 0; j < weights; ++j) immediate += covariance(i, j);
   }
   estimate.weight_error[0] = std::isnan(immediate) ? covariance(0, 0) : std::sqrt(std::max(0.0, immediate));
@@ -304,12 +318,23 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
   best.time_s = time_s_;
   if (!options.elastic) best.weight = {0.6, 0.1, 0.1, 0.1, 0.1};
   if (!options.elastic && options.start != nullptr) best.weight = options.start->weight;
+  const auto determined = determined_lags(curves.points());
+  std::vector<std::size_t> searched;
+  for (std::size_t l = 0; l < determined.size() && !options.elastic; ++l) {
+    if (determined[l]) {
+      searched.push_back(l + 1);
+    } else {
+      best.weight[0] += best.weight[l + 1];
+      best.weight[l + 1] = 0.0;
+    }
+  }
   double least = curves.fit(best);
   // The error is smooth in the four free weights: a pattern search that halves its step finds the valley.
   for (double step = options.elastic ? 0.0 : options.first_step; step > 1e-3; step *= 0.5) {
     for (bool better = true; better;) {
       better = false;
       for (std::size_t j = 0; j < best.weight.size(); ++j) {
+        if (j > 0 && !determined[j - 1]) continue;
         for (const double sign : {1.0, -1.0}) {
           CreepParameters trial = best;
           trial.weight[j] = std::max(0.0, trial.weight[j] + sign * step);
@@ -331,8 +356,8 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
   estimate.law.parameters = best;
   estimate.samples = curves.points().size();
   estimate.weight_error.fill(options.elastic ? 0.0 : std::numeric_limits<double>::infinity());
-  if (options.with_errors)
-    find_errors(curves.points(), deepest_mm, options.elastic ? 0 : kWeights - 1, estimate);
+  estimate.lag_determined = determined;
+  if (options.with_errors) find_errors(curves.points(), deepest_mm, searched, estimate);
   return estimate;
 }
 

@@ -16,7 +16,10 @@ namespace hapticd::rt {
 /// A creep law found, with what is known of its errors (see HuntCrossleyUncertainty for how).
 struct CreepEstimate {
   IdentifiedLaw<CreepParameters> law;
-  std::array<double, CreepParameters::kLags + 1> weight_error{};  ///< standard errors of w_0, w_1 …
+  /// Standard errors of w_0, w_1 …; infinite for lags that the palpation does not determine.
+  std::array<double, CreepParameters::kLags + 1> weight_error{};
+  /// Lags that a contact lasted long enough for; the weight of the others is 0.
+  std::array<bool, CreepParameters::kLags> lag_determined{};
   /// Relative standard error of Ψ at max_force_n and at half of it.
   double relative_displacement = std::numeric_limits<double>::infinity();
   double relative_displacement_half = std::numeric_limits<double>::infinity();
@@ -34,6 +37,10 @@ std::array<double, CreepParameters::kLags> creep_times_s(double step_s) noexcept
 ///
 /// Ψ follows by non-negative least squares on its increments for given weights, the weights by pattern search
 /// on the simplex (a separable problem); errors count relative to x + 5 % of the deepest.
+///
+/// A lag is free only where its force came to a share kLeastReach of the force itself. Of taps of 50 ms a lag
+/// of a second sees next to nothing: its weight only scales all forces alike, which Ψ makes up for, and
+/// whatever the search then gives it doubles the displacement as soon as a press is held.
 class CreepFit {
  public:
   struct Row {
@@ -42,6 +49,9 @@ class CreepFit {
     double rate_mm_per_s = 0.0;
     double time_s = 0.0;
   };
+
+  /// A lag that has the third of the weight changes the effective force by no more than 5 % below this.
+  static constexpr double kLeastReach = 0.15;
 
   /// `stride`: every so-maniest sample is kept at first; 1 kHz gains nothing from every one.
   explicit CreepFit(const std::array<double, CreepParameters::kLags>& time_s, std::size_t stride = 3,

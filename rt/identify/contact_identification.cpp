@@ -98,6 +98,22 @@ std::string words_of(const ContactLawChoice& choice) {
   return words;
 }
 
+/// What creeps more slowly than any contact lasted; empty where all was seen.
+std::string words_of_unseen(const CreepEstimate& creep) {
+  const auto& times_s = creep.law.parameters.time_s;
+  double longest_s = 0.0;
+  bool unseen = false;
+  for (std::size_t l = 0; l < times_s.size(); ++l) {
+    unseen = unseen || !creep.lag_determined[l];
+    if (creep.lag_determined[l]) longest_s = std::max(longest_s, times_s[l]);
+  }
+  if (!unseen) return {};
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "; what creeps over more than %.2g s is not known: no press was held that long", longest_s);
+  return text;
+}
+
 /// rms of x̂/x - 1 beyond a tenth of the deepest (IdentifiedLaw::relative_error).
 double relative_displacement_error(const HuntCrossleyParameters& law,
                                    const std::vector<PalpationSample>& palpation, double deepest_mm) {
@@ -591,6 +607,7 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
                 1e-9 * static_cast<double>(s.last_ns - s.first_ns), s.largest_n, words_of(s.task.method));
   model.procedure = text;
   s.list_parameters(fit, law, uncertainty, creep, model.parameters);
+  if (creep) model.procedure += words_of_unseen(*creep);
   if (choice) {
     model.procedure += words_of(*choice);
     for (const auto& [name, error] : {std::pair{"held_out_power", choice->power},

@@ -95,6 +95,7 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
     c.max_displacement_mm =
         first ? v.max_displacement_mm : std::min(c.max_displacement_mm, v.max_displacement_mm);
     if (first) content.friction = friction->friction;
+    content.friction.maxwell_slip.reset();  // elements of different objects have no mean: Dahl's law has
     first = false;
   }
   struct Part {

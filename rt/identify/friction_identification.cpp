@@ -57,6 +57,18 @@ const char* words_of(NormalSource source) {
   return "normals taken as straight up";
 }
 
+const char* words_of(FrictionForm form) {
+  switch (form) {
+    case FrictionForm::kMaxwellSlip:
+      return "; Maxwell-slip elements: held-out strokes ask for them";
+    case FrictionForm::kDahlExponent:
+      return "; exponent found: held-out strokes ask for it";
+    case FrictionForm::kDahl:
+      break;
+  }
+  return "; exponent 1: held-out strokes ask for no other";
+}
+
 std::string in_newton(double force_n) {
   std::string text = std::to_string(force_n);
   return text.substr(0, text.find('.') + 2) + " N";
@@ -281,6 +293,17 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
   return fit;
 }
 
+hal::Result<FrictionIdentification::Fit> FrictionIdentification::with_maxwell_slip(Fit dahl) const {
+  const hal::Result<MaxwellSlipFit> slip =
+      fit_maxwell_slip(dahl.rows.rows, maxwell_slip_options(dahl.options));
+  if (!slip) return slip.error();
+  dahl.law.parameters = slip->friction();
+  dahl.law.bias_n = slip->bias_n;
+  dahl.law.residual = slip->residual;
+  dahl.options.exponent = false;
+  return dahl;
+}
+
 void FrictionIdentification::refit() const {
   if (passages_.completed() == fitted_passages_ && (fitted_ || failed_)) return;
   const bool more = passages_.completed() > fitted_passages_ + 2;
@@ -319,6 +342,11 @@ std::vector<EstimatedParameter> FrictionIdentification::parameters_of(const Fit&
   if (task_.tip == Tip::kRod) {
     list.push_back({"presliding_mm", "mm", p.presliding_mm, e.presliding_mm});
     if (fit.options.exponent) list.push_back({"exponent", "1", p.exponent, e.exponent});
+    if (p.maxwell_slip) {
+      const auto& reaches = p.maxwell_slip->reach_mm;
+      const auto elements = std::count_if(reaches.begin(), reaches.end(), [](double mm) { return mm > 0.0; });
+      list.push_back({"maxwell_slip_elements", "1", static_cast<double>(elements), 0.0});
+    }
   }
   list.push_back({"viscous_n_s_per_mm", "N·s/mm", p.viscous_n_s_per_mm, e.viscous_n_s_per_mm});
   if (replay_) list.push_back({"force_bias_n", "N", fit.law.bias_n, fit.law.bias_error_n});
@@ -432,7 +460,8 @@ hal::Result<IdentifiedModel> FrictionIdentification::finish() const {
   std::optional<FrictionLawChoice> choice;
   if (chooses) {
     choice = choose_friction_law(found->rows.rows, found->options);
-    if (choice->exponent()) found = fit(true);
+    if (choice->form() == FrictionForm::kMaxwellSlip) found = with_maxwell_slip(*found);
+    if (choice->form() == FrictionForm::kDahlExponent) found = fit(true);
     if (!found) return found.error();
   }
   IdentifiedModel model;
@@ -440,13 +469,14 @@ hal::Result<IdentifiedModel> FrictionIdentification::finish() const {
   model.parameters = parameters_of(*found);
   model.residual = found->law.residual;
   model.converged = last.converged;
-  model.procedure = task_.tip == Tip::kRod ? "Dahl's law" : "Coulomb-viscous law";
+  model.procedure = found->law.parameters.maxwell_slip ? "Maxwell-slip law"
+                    : task_.tip == Tip::kRod           ? "Dahl's law"
+                                                       : "Coulomb-viscous law";
   model.procedure +=
       found->law.divided ? ", sliding and presliding apart" : ", sliding and presliding together";
   for (const std::string& remark : remarks(&*found)) model.procedure += "; " + remark;
   if (choice) {
-    model.procedure += choice->exponent() ? "; exponent found: held-out strokes ask for it"
-                                          : "; exponent 1: held-out strokes ask for no other";
+    model.procedure += words_of(choice->form());
     for (const auto& [name, error] : {std::pair{"held_out_dahl", choice->dahl},
                                       {"held_out_dahl_exponent", choice->dahl_exponent},
                                       {"held_out_maxwell_slip", choice->maxwell_slip}}) {

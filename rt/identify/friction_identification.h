@@ -32,12 +32,14 @@ namespace hapticd::rt {
 /// where there is none at all (sensor_force_n.z = 0 throughout) friction is told in newton as
 /// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.
 ///
-/// finish() chooses the exponent of Dahl's equation by passages held out of the fit (FrictionLawChoice)
-/// unless the task says which; what each law leaves of those is listed as "held_out_dahl",
-/// "held_out_dahl_exponent" and "held_out_maxwell_slip".
+/// finish() chooses the law of a rod by passages held out of the fit (FrictionLawChoice) unless the task says
+/// which: Dahl's with exponent 1, with another exponent, or Maxwell-slip elements. What each law leaves of
+/// those passages is listed as "held_out_dahl", "held_out_dahl_exponent" and "held_out_maxwell_slip".
 ///
 /// Parameters: "kinetic", "presliding_mm", "viscous_n_s_per_mm"; "exponent", "force_bias_n",
-/// "coulomb_force_n" where they were asked for or apply.
+/// "coulomb_force_n" where they were asked for or apply; "maxwell_slip_elements", how many, where that law
+/// was chosen. The standard errors of its level and presliding are then those of Dahl's law on the same
+/// strokes.
 class FrictionIdentification final : public Identification {
  public:
   static constexpr double kNominalNormalN = 10.0;
@@ -61,6 +63,8 @@ class FrictionIdentification final : public Identification {
 
   void count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s);
   hal::Result<Fit> fit(bool exponent) const;
+  /// The same strokes by Maxwell-slip elements; an error where none can be fitted.
+  hal::Result<Fit> with_maxwell_slip(Fit dahl) const;
   void refit() const;
   Coverage coverage() const;
   int scan_taps() const;

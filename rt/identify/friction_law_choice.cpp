@@ -27,6 +27,17 @@ void judge(HeldOutTrial& trial, const std::vector<FrictionRow>& rows, const std:
 
 }  // namespace
 
+MaxwellSlipFitOptions maxwell_slip_options(const FrictionFitOptions& options) noexcept {
+  // Where a viscous part is in doubt a law without one is the simpler.
+  return {options.bias, options.viscous && !options.doubt_viscous, options.least_speed_mm_per_s};
+}
+
+FrictionForm FrictionLawChoice::form() const noexcept {
+  const bool exponent_pays = pays(dahl_exponent, dahl);
+  if (pays(maxwell_slip, exponent_pays ? dahl_exponent : dahl)) return FrictionForm::kMaxwellSlip;
+  return exponent_pays ? FrictionForm::kDahlExponent : FrictionForm::kDahl;
+}
+
 FrictionLawChoice choose_friction_law(const std::vector<FrictionRow>& rows, FrictionFitOptions options) {
   HeldOutTrial dahl, dahl_exponent, maxwell_slip;
   for (int fold = 0; fold < static_cast<int>(HeldOutBlocks::kFolds); ++fold) {
@@ -46,12 +57,12 @@ FrictionLawChoice choose_friction_law(const std::vector<FrictionRow>& rows, Fric
       judge(trial, rows, predicted_friction_n(rows, fit->parameters, options.law, fit->bias_n), fit->bias_n,
             fold, options.least_speed_mm_per_s);
     }
-    const auto fit = fit_maxwell_slip(training, options.bias);
+    const auto fit = fit_maxwell_slip(training, maxwell_slip_options(options));
     if (!fit) {
       maxwell_slip.fail();
       continue;
     }
-    judge(maxwell_slip, rows, predicted_friction_n(rows, fit->parameters, fit->bias_n), fit->bias_n, fold,
+    judge(maxwell_slip, rows, predicted_friction_n(rows, *fit), fit->bias_n, fold,
           options.least_speed_mm_per_s);
   }
   return {dahl.error(), dahl_exponent.error(), maxwell_slip.error()};

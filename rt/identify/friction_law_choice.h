@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "rt/identify/friction_law_fit.h"
@@ -8,14 +9,23 @@
 
 namespace hapticd::rt {
 
-/// How well laws of a solid tip's friction predict passages that were held out of their fit, the simpler
-/// first: Dahl's with exponent 1 (D§4.4.1), with its exponent found, and Maxwell-slip.
+/// What a solid tip's friction is taken for, the simpler first.
+enum class FrictionForm : std::uint8_t {
+  kDahl,          ///< exponent 1 (D§4.4.1)
+  kDahlExponent,  ///< the exponent found
+  kMaxwellSlip,   ///< up to eight elements
+};
+
+/// How well laws of a solid tip's friction predict passages that were held out of their fit.
 struct FrictionLawChoice {
   HeldOutError dahl, dahl_exponent, maxwell_slip;
 
-  /// The data ask for another exponent than 1.
-  bool exponent() const noexcept { return pays(dahl_exponent, dahl); }
+  /// The simplest that no richer one beats by more than the richer one's standard error.
+  FrictionForm form() const noexcept;
 };
+
+/// What of the options applies to the Maxwell-slip law.
+MaxwellSlipFitOptions maxwell_slip_options(const FrictionFitOptions& options) noexcept;
 
 /// Judges each law on friction, the offset of the channel taken off, over folds of whole strokes both ways:
 /// what is left of a passage lasts as long as it does. `options.exponent` does not matter.

@@ -473,6 +473,9 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
                                          const FrictionParameters& parameters, FrictionLaw law,
                                          double bias_n) {
+  if (law == FrictionLaw::kDahl && parameters.maxwell_slip) {
+    return predicted_friction_n(rows, {*parameters.maxwell_slip, parameters.viscous_n_s_per_mm, bias_n, 0.0});
+  }
   std::vector<double> friction = built_up(rows, law, parameters.presliding_mm, parameters.exponent);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     friction[i] = parameters.kinetic * rows[i].normal_n * friction[i] +
@@ -481,7 +484,8 @@ std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
   return friction;
 }
 
-hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows, bool bias) {
+hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows,
+                                             const MaxwellSlipFitOptions& options) {
   double longest_mm = 0.0;
   for (const FrictionRow& row : rows) longest_mm = std::max(longest_mm, row.way_mm);
   if (!(longest_mm > 0.0)) {
@@ -489,7 +493,8 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
                       "stroke to and fro over the same place");
   }
   const auto solve = [&](const std::vector<double>& reaches, double& left, double& squared) {
-    const auto n = static_cast<Eigen::Index>(reaches.size() + (bias ? 1 : 0));
+    const auto elements = static_cast<Eigen::Index>(reaches.size());
+    const Eigen::Index n = elements + (options.viscous ? 1 : 0) + (options.bias ? 1 : 0);
     std::vector<std::vector<double>> stretch;
     for (const double reach_mm : reaches) stretch.push_back(stretched(rows, reach_mm));
     Eigen::MatrixXd ata = Eigen::MatrixXd::Zero(n, n);
@@ -497,17 +502,18 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
     squared = 0.0;
     Eigen::VectorXd a(n);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (!rows[i].settled) continue;
+      if (!rows[i].settled || std::abs(rows[i].speed_mm_per_s) < options.least_speed_mm_per_s) continue;
       for (std::size_t j = 0; j < reaches.size(); ++j) {
         a(static_cast<Eigen::Index>(j)) = rows[i].normal_n * stretch[j][i];
       }
-      if (bias) a(n - 1) = 1.0;
+      if (options.viscous) a(elements) = rows[i].speed_mm_per_s;
+      if (options.bias) a(n - 1) = 1.0;
       ata.selfadjointView<Eigen::Lower>().rankUpdate(a, rows[i].weight);
       atb += rows[i].weight * rows[i].friction_n * a;
       squared += rows[i].weight * rows[i].friction_n * rows[i].friction_n;
     }
     ata = Eigen::MatrixXd(ata.selfadjointView<Eigen::Lower>());
-    Eigen::VectorXd y = non_negative(ata, atb, bias);
+    Eigen::VectorXd y = non_negative(ata, atb, options.bias);
     left = std::max(0.0, squared - 2.0 * y.dot(atb) + y.dot(ata * y));
     return y;
   };
@@ -548,14 +554,17 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
     fit.parameters.reach_mm[j] = reaches[j];
     fit.parameters.stiffness_per_mm[j] = y(static_cast<Eigen::Index>(j));
   }
-  if (bias) fit.bias_n = y(y.size() - 1);
+  if (options.viscous) fit.viscous_n_s_per_mm = y(static_cast<Eigen::Index>(reaches.size()));
+  if (options.bias) fit.bias_n = y(y.size() - 1);
   fit.residual = squared > 0.0 ? std::sqrt(left / squared) : 0.0;
   return fit;
 }
 
-std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
-                                         const MaxwellSlipParameters& parameters, double bias_n) {
-  std::vector<double> friction(rows.size(), bias_n);
+std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, const MaxwellSlipFit& fit) {
+  const MaxwellSlipParameters& parameters = fit.parameters;
+  std::vector<double> friction(rows.size(), fit.bias_n);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    friction[i] += fit.viscous_n_s_per_mm * rows[i].speed_mm_per_s;
   for (std::size_t e = 0; e < parameters.reach_mm.size(); ++e) {
     if (!(parameters.reach_mm[e] > 0.0)) continue;
     const std::vector<double> stretch = stretched(rows, parameters.reach_mm[e]);

@@ -52,22 +52,37 @@ struct FrictionLawFit {
 hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& rows,
                                              const FrictionFitOptions& options);
 
-/// Friction a law gives at each row, the bias included; starts where a row says what is known.
+/// Friction a law gives at each row, the bias included; starts where a row says what is known. A solid tip's
+/// parameters with Maxwell-slip elements are that law's.
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
                                          const FrictionParameters& parameters, FrictionLaw law,
                                          double bias_n);
 
 struct MaxwellSlipFit {
   MaxwellSlipParameters parameters;
+  double viscous_n_s_per_mm = 0.0;
   double bias_n = 0.0;
-  double residual = 0.0;
+  double residual = 0.0;  ///< rms left over rms of the friction
+
+  /// As models hold it: level and presliding are those of the elements together.
+  FrictionParameters friction() const noexcept {
+    return {parameters.kinetic(), parameters.presliding_mm(), viscous_n_s_per_mm, 1.0, parameters};
+  }
+};
+
+/// Of FrictionFitOptions what this law has: an offset, a viscous part, what is too slow.
+struct MaxwellSlipFitOptions {
+  bool bias = false;
+  bool viscous = false;
+  double least_speed_mm_per_s = 0.0;
 };
 
 /// Maxwell-slip law: stiffnesses by non-negative least squares over a ladder of reaches up to the longest
 /// way, then again over the few that mattered. Fails like fit_friction_law().
-hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows, bool bias);
+hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows,
+                                             const MaxwellSlipFitOptions& options);
 
-std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
-                                         const MaxwellSlipParameters& parameters, double bias_n);
+/// What the fit gives at each row, the bias included.
+std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, const MaxwellSlipFit& fit);
 
 }  // namespace hapticd::rt

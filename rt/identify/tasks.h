@@ -35,9 +35,9 @@ struct FrictionTask {
   double threshold_n = 0.02;
   double normal_force_n =
       0.0;  ///< recordings: the constant normal force where it was not recorded; 0 = it was
-  /// Rod: the exponent of Dahl's equation is found whatever it is worth; false: where the data ask for it.
+  /// Rod: Dahl's law with its exponent found, whatever that is worth; false: the law that the data ask for.
   bool exponent = false;
-  bool exponent_is_one = false;  ///< rod: as in D§4.4.1, whatever the data ask for
+  bool exponent_is_one = false;  ///< rod: Dahl's law as in D§4.4.1, whatever the data ask for
 };
 
 struct StructuralStiffnessTask {

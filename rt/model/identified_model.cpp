@@ -24,6 +24,7 @@ class Ranges {
     expect(key + ".y", value.y, -bound, bound);
     expect(key + ".z", value.z, -bound, bound);
   }
+  const std::string& where() const { return where_; }
   std::optional<hal::Error> error;
 
  private:
@@ -48,6 +49,9 @@ struct ContentCheck {
     ranges.expect("presliding_mm", friction.presliding_mm, 0.0, 20.0);
     ranges.expect("viscous_n_s_per_mm", friction.viscous_n_s_per_mm, 0.0, 1.0);
     ranges.expect("exponent", friction.exponent, 0.0, 3.0);
+    const bool elements_fit = model_of.tip == Tip::kRod || !friction.maxwell_slip;
+    ranges.expect("Maxwell-slip elements of a ball bearing", elements_fit ? 0.0 : 1.0, 0.0, 0.0);
+    if (!ranges.error) ranges.error = check_maxwell_slip(friction, "", ranges.where());
   }
   void operator()(const StructuralModel& structure) const {
     ranges.expect("stiffness_n_per_mm", structure.stiffness_n_per_mm, 0.05, 1e4);

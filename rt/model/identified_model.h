@@ -19,7 +19,8 @@ struct ContactModel {
   std::optional<IdentifiedLaw<CreepParameters>> creep;
 };
 
-/// Friction between one tip and an object. kRod: Dahl (4.12)-(4.15); kBallBearing: Coulomb-viscous (4.11).
+/// Friction between one tip and an object. kRod: Dahl (4.12)-(4.15) or Maxwell-slip; kBallBearing:
+/// Coulomb-viscous (4.11).
 struct FrictionModel {
   Tip tip = Tip::kRod;
   FrictionParameters friction;

@@ -1,5 +1,6 @@
 #include "rt/model/models.h"
 
+#include <cmath>
 #include <sstream>
 
 namespace hapticd::rt {
@@ -21,6 +22,32 @@ std::optional<double> stiffness_n_per_mm(const ObjectModel& model, double force_
   if (model.hunt_crossley) {
     return force_n /
            hunt_crossley_displacement(model.hunt_crossley->parameters, force_n, 0.0).displacement_mm;
+  }
+  return std::nullopt;
+}
+
+std::optional<hal::Error> check_maxwell_slip(const FrictionParameters& friction, const std::string& prefix,
+                                             const std::string& where) {
+  if (!friction.maxwell_slip) return std::nullopt;
+  const MaxwellSlipParameters& elements = *friction.maxwell_slip;
+  const auto refuse = [&](const std::string& what, double value, const std::string& limit) {
+    return hal::Error{prefix + what, where, shown(value), limit,
+                      "identify the friction again, or fix the file"};
+  };
+  for (std::size_t i = 0; i < MaxwellSlipParameters::kElements; ++i) {
+    const std::string number = ", element " + std::to_string(i + 1) + ", is out of range";
+    if (const double mm = elements.reach_mm[i]; !(mm >= 0.0 && mm <= 1e3)) {
+      return refuse("maxwell_slip.reach_mm" + number, mm, "0 … 1000");
+    }
+    if (const double k = elements.stiffness_per_mm[i]; !(k >= 0.0 && k <= 1e4)) {
+      return refuse("maxwell_slip.stiffness_per_mm" + number, k, "0 … 10000");
+    }
+  }
+  const double level = elements.kinetic();
+  constexpr double kRounding = 1e-3;
+  if (!(level > 0.0) || !(std::abs(friction.kinetic / level - 1.0) <= kRounding)) {
+    return refuse("kinetic is not the level of the Maxwell-slip elements", friction.kinetic,
+                  shown(level) + ", the sum of reach times stiffness, above 0");
   }
   return std::nullopt;
 }
@@ -69,9 +96,15 @@ std::optional<hal::Error> check(const ObjectModel& model) {
     range(part + ".presliding_mm", found->presliding_mm, 1e-3, 20.0);
     range(part + ".viscous_n_s_per_mm", found->viscous_n_s_per_mm, 0.0, 1.0);
     range(part + ".exponent", found->exponent, 0.0, 3.0);
+    if (!error) error = check_maxwell_slip(*found, part + ".", "model '" + model.name + "'");
   };
   friction("rod_friction", model.rod_friction);
   friction("bearing_friction", model.bearing_friction);
+  if (model.bearing_friction && model.bearing_friction->maxwell_slip && !error) {
+    error = hal::Error{"a ball bearing's friction has no Maxwell-slip elements", "model '" + model.name + "'",
+                       "bearing_friction.maxwell_slip", "elements under rod_friction only",
+                       "leave them out, or say them of the rod"};
+  }
   return error;
 }
 

@@ -1,5 +1,6 @@
 #include "rt/scene/scene_spec.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -41,7 +42,41 @@ class Checker {
   std::optional<hal::Error> error_;
 };
 
+void check_vector(Checker& check, const std::string& key, const hal::Vector3& value, double bound,
+                  const char* unit) {
+  check.range((key + ".x").c_str(), value.x, -bound, bound, unit);
+  check.range((key + ".y").c_str(), value.y, -bound, bound, unit);
+  check.range((key + ".z").c_str(), value.z, -bound, bound, unit);
+}
+
+void check_field(Checker& check, const StructuralModel& field, double stiffness_n_per_mm) {
+  check.range("structure.field's stiffness", field.stiffness_n_per_mm, stiffness_n_per_mm, stiffness_n_per_mm,
+              "N/mm (structure.stiffness_n_per_mm, that of its centre)");
+  check_vector(check, "structure.field.centre_mm", field.centre_mm, 1e3, "mm");
+  check_vector(check, "structure.field.gradient_per_mm", field.gradient_per_mm, 1.0, "1/mm");
+  for (const double h : field.curvature_per_mm2) {
+    check.range("structure.field.curvature_per_mm2", h, -1.0, 1.0, "1/mm²");
+  }
+  check_vector(check, "structure.field.covered_from_mm", field.covered_from_mm, 1e3, "mm");
+  check_vector(check, "structure.field.covered_to_mm", field.covered_to_mm, 1e3, "mm");
+  for (const hal::Vector3& corner : field.corners_mm()) {
+    check.range("structure.field's compliance at a corner of what it covers",
+                field.relative_compliance(corner), 1.0 / StructuralModel::kMaxRatio,
+                StructuralModel::kMaxRatio,
+                "times that of its centre (structures vary less; check gradient, curvature and units)");
+  }
+}
+
 }  // namespace
+
+double softest_structure_n_per_mm(const SceneSpec& resolved) noexcept {
+  double softest = resolved.structural_stiffness_n_per_mm;
+  if (!resolved.structural_field) return softest;
+  for (const hal::Vector3& corner : resolved.structural_field->corners_mm()) {
+    softest = std::min(softest, resolved.structural_field->stiffness_at(corner));
+  }
+  return softest;
+}
 
 hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   const hal::DeviceInfo& device = rig.device;
@@ -117,9 +152,12 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("target.max_change_n_per_s", spec.max_target_change_n_per_s, 1e-6, 1e6, "N/s");
   if (spec.structural_compensation) {
     check.range("structure.stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, 0.01, 1e4, "N/mm");
+    if (spec.structural_field) {
+      check_field(check, *spec.structural_field, spec.structural_stiffness_n_per_mm);
+    }
     if (!explores) {
       check.range("target.stiffness_n_per_mm", spec.target.stiffness_n_per_mm, 0.0,
-                  kMaxCompensableRatio * spec.structural_stiffness_n_per_mm,
+                  kMaxCompensableRatio * softest_structure_n_per_mm(spec),
                   "N/mm (0.8 of the structural stiffness, as far as it can be compensated)");
     }
   }
@@ -140,6 +178,9 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
     const double gravity = std::sqrt(dot(e.gravity_at_bias, e.gravity_at_bias));
     check.range("tool.gravity_at_bias, its length", gravity, 1e-6, 1e6, "(a direction)");
     if (gravity > 0.0) spec.explore.gravity_at_bias = e.gravity_at_bias * (1.0 / gravity);
+    if (e.tip_to_centre_mm) {
+      check.range("tool.tip_to_centre_mm, its length", norm(*e.tip_to_centre_mm), 0.0, 1e3, "mm");
+    }
     if (e.sensor_mounting) {
       check.range("tool.sensor_turn_deg, its length", norm(e.sensor_mounting->turn_deg), 0.0, 180.0, "deg");
       check.range("tool.sensor_bias_n, its length", norm(e.sensor_mounting->force_bias_n), 0.0, 100.0, "N");
@@ -171,10 +212,13 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   const bool bearing = spec.tip == Tip::kBallBearing;
   const bool tracked = e.direction == DirectionMethod::kTracked;
   stages.emplace_back("motion: adaptive-window velocity, 50 Hz Butterworth acceleration, three axes");
-  stages.emplace_back("tool compensation: gravity and inertia in any orientation (4.5)-(4.8)");
+  stages.emplace_back(e.tip_to_centre_mm
+                          ? "tool compensation: gravity, inertia of its centre in any orientation (4.5)-(4.8)"
+                          : "tool compensation: gravity and inertia in any orientation (4.5)-(4.8)");
   stages.emplace_back("contact: force threshold with release hysteresis, force by the evidence of an object");
   stages.emplace_back(bearing ? "friction: Coulomb-viscous, ball bearing (4.11)"
-                              : "friction: Dahl, solid rod (4.12)-(4.15), exact and scaled by the load");
+                              : "friction: solid rod, by its model: Dahl (4.12)-(4.15) or Maxwell-slip, "
+                                "exact and scaled by the load");
   stages.emplace_back(tracked ? "direction: normal and friction told apart by when they change (Kalman)"
                               : "direction: (4.16)-(4.20), 70 Hz Butterworth");
   const std::string law = e.law == ContactLawKind::kCreep ? "creep law" : "inverse Hunt-Crossley law (4.23)";
@@ -190,7 +234,9 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
       break;
   }
   if (spec.structural_compensation) {
-    stages.emplace_back("structural deflection (4.25), below the loop's own speed");
+    stages.emplace_back(spec.structural_field
+                            ? "structural deflection (4.25) where the tip is, below the loop's own speed"
+                            : "structural deflection (4.25), below the loop's own speed");
   }
   stages.emplace_back(e.friction_feel == FrictionFeel::kKept ? "target force: along the normal, friction kept"
                                                              : "target force (4.4), friction cancelled");

@@ -97,7 +97,7 @@ struct SceneSpec {
 
   bool structural_compensation = true;
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = the device's own
-  /// Identified over the workspace: its stiffness where the tip is stands for the one above.
+  /// Over the workspace, about the one above at its centre: its stiffness where the tip is stands for that.
   std::optional<StructuralModel> structural_field{};
 
   ExploreParameters explore;
@@ -119,6 +119,9 @@ struct SceneOutline {
 /// stable region (`facts`: Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), thresholds, limits no larger than the
 /// device's.
 hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig);
+
+/// The structure's stiffness where it is softest: at the centre or a corner of what its field covers.
+double softest_structure_n_per_mm(const SceneSpec& resolved) noexcept;
 
 /// Stages, hardware and channels of a resolved spec.
 SceneOutline outline(const SceneSpec& spec);

@@ -10,6 +10,7 @@ WallPipeline::WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
     : axis_(resolved.press_axis),
       wall_depth_mm_(resolved.wall_position_mm),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
+      structural_field_(resolved.structural_compensation ? resolved.structural_field : std::nullopt),
       target_(resolved.target.stiffness_n_per_mm, rig.rate_hz, resolved.max_target_change_n_per_s),
       controller_(resolved.controller, rig.rate_hz) {}
 
@@ -34,6 +35,7 @@ hal::Vector3 WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& re
   const double encoder_mm = axis_.depth_mm(sample.tip_position_mm) - wall_depth_mm_;
   const double target = target_.update(1.0, std::max(0.0, encoder_mm));
 
+  if (structural_field_) structural_n_per_mm_ = structural_field_->stiffness_at(sample.tip_position_mm);
   // There is no object: only the wall's own force acts, f~_d = -k~ x.
   const DesiredForce wall = structural_n_per_mm_ > 0.0
                                 ? desired_force_compensated(0.0, target, encoder_mm, structural_n_per_mm_)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "hal/rig.h"
 #include "rt/control/force_controller.h"
 #include "rt/scene/axis.h"
@@ -23,7 +25,8 @@ class WallPipeline final : public Pipeline {
  private:
   PressAxis axis_;
   double wall_depth_mm_;
-  double structural_n_per_mm_;  ///< 0 = device taken as rigid
+  double structural_n_per_mm_;  ///< where the tip is; 0 = device taken as rigid
+  std::optional<StructuralModel> structural_field_;
   TargetRamp target_;
   ForceController controller_;
   ContactReason reason_ = ContactReason::kAwaitingFree;

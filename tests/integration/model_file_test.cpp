@@ -33,6 +33,12 @@ rt::ObjectModel some_model(std::mt19937_64& random) {
     *friction =
         rt::FrictionParameters{fraction(random), fraction(random), fraction(random), fraction(random)};
   }
+  rt::MaxwellSlipParameters& elements = model.rod_friction->maxwell_slip.emplace();
+  for (std::size_t i = 0; i + 1 < elements.reach_mm.size(); ++i) {
+    elements.reach_mm[i] = fraction(random);
+    elements.stiffness_per_mm[i] = fraction(random) / 8.0;
+  }
+  model.rod_friction->kinetic = elements.kinetic();
   return model;
 }
 
@@ -66,6 +72,10 @@ void expect_same(const rt::ObjectModel& a, const rt::ObjectModel& b) {
     EXPECT_EQ(of_a->presliding_mm, of_b->presliding_mm);
     EXPECT_EQ(of_a->viscous_n_s_per_mm, of_b->viscous_n_s_per_mm);
     EXPECT_EQ(of_a->exponent, of_b->exponent);
+    ASSERT_EQ(of_a->maxwell_slip.has_value(), of_b->maxwell_slip.has_value());
+    if (!of_a->maxwell_slip) continue;
+    EXPECT_EQ(of_a->maxwell_slip->reach_mm, of_b->maxwell_slip->reach_mm);
+    EXPECT_EQ(of_a->maxwell_slip->stiffness_per_mm, of_b->maxwell_slip->stiffness_per_mm);
   }
 }
 
@@ -87,6 +97,7 @@ TEST(ModelFile, WhatIsWrittenReadsBackBitForBit) {
     if ((parts & 2) != 0) model.creep.reset();
     if ((parts & 4) != 0) model.rod_friction.reset();
     if ((parts & 8) != 0) model.bearing_friction.reset();
+    if ((parts & 16) != 0 && model.rod_friction) model.rod_friction->maxwell_slip.reset();
     const std::string text = write_model(model);
     const auto again = parse_model(text, "written");
     ASSERT_TRUE(again) << again.error().text() << "\n" << text;
@@ -101,9 +112,10 @@ TEST(ModelFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
                 "name, identified_on, max_displacement_mm, max_force_n, hunt_crossley, creep, rod_friction, "
                 "bearing_friction",
                 "did you mean 'hunt_crossley'?"});
-  expect_error("name = \"x\"\n[rod_friction]\nkinetik = 1\n",
-               {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",
-                "kinetic, presliding_mm, viscous_n_s_per_mm, exponent", "did you mean 'kinetic'?"});
+  expect_error(
+      "name = \"x\"\n[rod_friction]\nkinetik = 1\n",
+      {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",
+       "kinetic, presliding_mm, viscous_n_s_per_mm, exponent, maxwell_slip", "did you mean 'kinetic'?"});
 }
 
 TEST(ModelFile, ASectionSaysAllOfItsKeys) {
@@ -127,6 +139,28 @@ TEST(ModelFile, ValuesAreCheckedAloneAndTogether) {
   ASSERT_FALSE(flat);
   EXPECT_EQ(flat.error().what, "creep.displacement_mm must rise; knot 4 is out of range");
   EXPECT_EQ(flat.error().where, "model text");
+}
+
+TEST(ModelFile, MaxwellSlipElementsAreEightEachAndFitTheLevel) {
+  const std::string rod =
+      "name = \"x\"\n[rod_friction]\nkinetic = 0.5\npresliding_mm = 0.2\nviscous_n_s_per_mm = 0\n";
+  const std::string reaches = "reach_mm = [0.1, 0.4, 0, 0, 0, 0, 0, 0]";
+  const auto elements = [&](const std::string& inside) {
+    return rod + "maxwell_slip = { " + inside + " }\n";
+  };
+  const auto good =
+      parse_model(elements(reaches + ", stiffness_per_mm = [1, 1, 0, 0, 0, 0, 0, 0]"), "model text");
+  ASSERT_TRUE(good) << good.error().text();
+  EXPECT_EQ(good->rod_friction->maxwell_slip->reach_mm[1], 0.4);
+  expect_error(elements(reaches), {"'rod_friction.maxwell_slip.stiffness_per_mm' is missing", "model text",
+                                   "", "", "say it, or leave out all of [rod_friction.maxwell_slip]"});
+  expect_error(elements("reach_mm = [0.1]"),
+               {"'rod_friction.maxwell_slip.reach_mm' has the wrong type", "model text, line 6", "an array",
+                "8 numbers, each 0 … 1000 mm", "correct the value"});
+  expect_error(
+      elements(reaches + ", stiffness_per_mm = [1, 2, 0, 0, 0, 0, 0, 0]"),
+      {"rod_friction.kinetic is not the level of the Maxwell-slip elements", "model text", "0.5",
+       "0.9, the sum of reach times stiffness, above 0", "identify the friction again, or fix the file"});
 }
 
 TEST(ModelFile, AModelHasTheNameOfItsFile) {

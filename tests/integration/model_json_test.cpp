@@ -20,8 +20,17 @@ rt::ToolModel turned_tool() {
   return tool;
 }
 
+rt::IdentifiedModel maxwell_slip_friction() {
+  rt::IdentifiedModel model = test::example_friction("sponge_cut");
+  rt::FrictionParameters& friction = std::get<rt::FrictionModel>(model.content).friction;
+  friction.maxwell_slip = rt::MaxwellSlipParameters{{0.1, 0.3}, {1.0, 1.0 / 3.0}};
+  friction.kinetic = friction.maxwell_slip->kinetic();
+  return model;
+}
+
 std::vector<rt::IdentifiedModel> one_of_each() {
   return {test::example_contact("sponge_cut"),
+          maxwell_slip_friction(),
           test::example_friction("sponge_cut"),
           test::example_friction("sponge_cut", rt::Tip::kBallBearing),
           test::example_of_rig(test::example_structure()),
@@ -64,6 +73,25 @@ TEST(ModelJson, AToolWithoutACentreFromTheTipHasTheTextItAlwaysHad) {
   rt::ToolModel far = turned_tool();
   far.tip_to_centre_mm->x = std::nan("");
   EXPECT_FALSE(canonical_json(test::example_of_rig(far)));
+}
+
+TEST(ModelJson, FrictionWithoutMaxwellSlipElementsHasTheTextItAlwaysHad) {
+  const auto without = canonical_json(test::example_friction("sponge_cut"));
+  const auto with = canonical_json(maxwell_slip_friction());
+  ASSERT_TRUE(without && with);
+  EXPECT_EQ(without->find("maxwell_slip"), std::string::npos) << "models stored before keep their hash";
+  const auto again = parse_canonical_json(*with, "test");
+  ASSERT_TRUE(again) << again.error().text();
+  const auto& read = std::get<rt::FrictionModel>(again->content).friction.maxwell_slip;
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->reach_mm[1], 0.3);
+  EXPECT_EQ(read->stiffness_per_mm[1], 1.0 / 3.0);
+  rt::IdentifiedModel rolling = maxwell_slip_friction();
+  std::get<rt::FrictionModel>(rolling.content).tip = rt::Tip::kBallBearing;
+  EXPECT_FALSE(canonical_json(rolling)) << "a ball bearing has none";
+  rt::IdentifiedModel other = maxwell_slip_friction();
+  std::get<rt::FrictionModel>(other.content).friction.kinetic *= 2.0;
+  EXPECT_FALSE(canonical_json(other)) << "the level is that of the elements";
 }
 
 TEST(ModelJson, TheTextIsCanonicalAndReadsBackAsTheSame) {

@@ -29,8 +29,6 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [lead, reaction_lead, back_drive] = compensation;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
-  // Of stored models only: no file says them.
-  static_cast<void>(structural_field), static_cast<void>(tip_to_centre);
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
   static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
       static_cast<void>(method), static_cast<void>(evidence_required);
@@ -57,6 +55,14 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     if (!mounting) mounting.emplace();
     auto& [turn, bias] = *mounting;
     add({&turn.x, &turn.y, &turn.z, &bias.x, &bias.y, &bias.z});
+    if (!tip_to_centre) tip_to_centre.emplace();
+    add({&tip_to_centre->x, &tip_to_centre->y, &tip_to_centre->z});
+  }
+  if (structural_field) {
+    auto& [at_centre, centre, gradient, curvature, from, to] = *structural_field;
+    static_cast<void>(at_centre);  // is `structural`
+    for (hal::Vector3* v : {&centre, &gradient, &from, &to}) add({&v->x, &v->y, &v->z});
+    for (double& h : curvature) add({&h});
   }
   switch (target_kind) {
     case rt::TargetLaw::Kind::kLinear:
@@ -134,7 +140,9 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     }
     if (spec.kind != rt::SceneKind::kWall) spec.compensation.back_drive = turn(round, 6, {true, false});
     spec.controller.law = round % 2 == 0 ? rt::ControlLaw::kClosedLoop : rt::ControlLaw::kOpenLoop;
+    if (round % 2 == 0) spec.structural_field.emplace();
     for (double* number : numbers_of(spec)) *number = fraction(random);
+    if (spec.structural_field) spec.structural_field->stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
 
     const std::string text = write_scene(spec);
     auto again = parse_scene(text, "written");
@@ -143,6 +151,10 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     const auto after = numbers_of(*again);
     ASSERT_EQ(before.size(), after.size());
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(*before[i], *after[i]) << "number " << i;
+    ASSERT_EQ(again->structural_field.has_value(), spec.structural_field.has_value());
+    if (spec.structural_field) {
+      EXPECT_EQ(again->structural_field->stiffness_n_per_mm, spec.structural_stiffness_n_per_mm);
+    }
     EXPECT_EQ(again->name, spec.name);
     EXPECT_EQ(again->kind, spec.kind);
     EXPECT_EQ(again->description, spec.description);
@@ -168,11 +180,35 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
   }
 }
 
+TEST(SceneFile, AFieldNeedsTheStiffnessOfItsCentre) {
+  expect_error("name = \"x\"\n[structure]\nfield = { gradient_per_mm = [0.001, 0, 0] }\n",
+               {"'structure.field' says how the stiffness varies about its centre, and that is missing",
+                "scene text, line 3", "", "structure.stiffness_n_per_mm above 0",
+                "say stiffness_n_per_mm in [structure], or leave out the field"});
+  expect_error("name = \"x\"\n[structure]\nstiffness_n_per_mm = 2.5\nfield = { gradient = [0.001, 0, 0] }\n",
+               {"unknown key 'gradient' in [structure.field]", "scene text, line 4", "",
+                "centre_mm, gradient_per_mm, curvature_per_mm2, covered_from_mm, covered_to_mm",
+                "did you mean 'gradient_per_mm'?"});
+  const auto scene = parse_scene(
+      "name = \"x\"\n[structure]\nstiffness_n_per_mm = 2.5\n[structure.field]\ngradient_per_mm = [0.001, 0, "
+      "0]\n",
+      "scene text");
+  ASSERT_TRUE(scene) << scene.error().text();
+  EXPECT_EQ(scene->structural_field->stiffness_n_per_mm, 2.5);
+  EXPECT_EQ(scene->structural_field->gradient_per_mm.x, 0.001);
+}
+
+TEST(SceneFile, TheCentreOfTheToolMeansNothingAlongOneAxis) {
+  expect_error("name = \"x\"\n[tool]\ntip_to_centre_mm = [0, 0, 40]\n",
+               {"'tool.tip_to_centre_mm' means nothing in a scene of kind \"tap_1d\"", "scene text, line 3",
+                "", "kind = \"explore\"", "remove it, or choose such a kind"});
+}
+
 TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
-  expect_error(
-      "name = \"x\"\n[target]\nstifness = 0.5\n",
-      {"unknown key 'stifness' in [target]", "scene text, line 3", "",
-       "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s, max_change_n_per_s", "did you mean 'stiffness_n_per_mm'?"});
+  expect_error("name = \"x\"\n[target]\nstifness = 0.5\n",
+               {"unknown key 'stifness' in [target]", "scene text, line 3", "",
+                "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s, max_change_n_per_s",
+                "did you mean 'stiffness_n_per_mm'?"});
   expect_error("name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
                {"unknown key 'contcat'", "scene text, line 2", "",
                 "name, kind, description, object_model, turntable_station, press_axis, tool, contact, "

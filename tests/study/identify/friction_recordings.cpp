@@ -43,10 +43,10 @@ struct FittedLaw {
 FittedLaw fit_law(const std::string& law, const FrictionRecording& part) {
   FittedLaw fitted;
   if (law == "maxwell_slip") {
-    const auto fit = value_of(rt::fit_maxwell_slip(rows_of(part), true));
+    const auto fit = value_of(rt::fit_maxwell_slip(rows_of(part), {.bias = true}));
     fitted.bias_n = fit.bias_n;
     fitted.predict = [fit](const std::vector<rt::FrictionRow>& rows) {
-      return rt::predicted_friction_n(rows, fit.parameters, fit.bias_n);
+      return rt::predicted_friction_n(rows, fit);
     };
     for (std::size_t i = 0; i < fit.parameters.reach_mm.size(); ++i) {
       if (!(fit.parameters.reach_mm[i] > 0.0)) continue;

@@ -78,6 +78,7 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
                                  const rt::FrictionParameters& parameters) {
   FrictionJudgement judgement;
   double z = 0.0;
+  rt::MaxwellSlip elements(parameters.maxwell_slip.value_or(rt::MaxwellSlipParameters{}));
   constexpr double kMovesMmPerS = 2.0;
   constexpr double kSlidesMmPerS = 10.0;
   double moving = 0.0;
@@ -88,9 +89,12 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
   for (const FrictionInstant& s : strokes) {
     if (s.time_s - last_s > 0.01) {  // another stroke begins
       z = 0.0;
+      elements.release();
       way_mm = 0.0;
       heading = 0.0;
       farthest_mm = s.along_mm;
+    } else if (parameters.maxwell_slip) {
+      z = elements.step(s.slide_mm) / parameters.kinetic;
     } else {
       z = rt::dahl_step(z, s.slide_mm, parameters.presliding_mm, parameters.exponent);
     }

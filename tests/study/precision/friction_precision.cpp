@@ -111,7 +111,7 @@ Fitted fitted_to(const Strokes& strokes) {
   options.exponent = false;
   options.law = rt::FrictionLaw::kCoulombViscous;
   fitted.coulomb = value_of(rt::fit_friction_law(rows, options)).parameters;
-  fitted.slip = value_of(rt::fit_maxwell_slip(moving(rows), false)).parameters;
+  fitted.slip = value_of(rt::fit_maxwell_slip(moving(rows), {})).parameters;
   for (const FrictionInstant& s : strokes) {
     fitted.mean_normal_n += s.normal_n / static_cast<double>(strokes.size());
   }

@@ -231,7 +231,8 @@ void survive(const std::function<Direction()>& fresh) {
 
 TEST(Direction, SurvivesAnything) {
   for (const FrictionParameters& friction :
-       {kRod, FrictionParameters{}, kBallBearingFriction, FrictionParameters{5.0, 1e-3, 1.0}}) {
+       {kRod, FrictionParameters{}, kBallBearingFriction, FrictionParameters{5.0, 1e-3, 1.0},
+        FrictionParameters{0.5, 0.1, 1e-4, 1.0, MaxwellSlipParameters{{0.05, 0.2}, {2.0, 2.0}}}}) {
     survive<PublishedDirection>([&] { return published(friction); });
     survive<TrackedDirection>([&] { return tracked(friction); });
   }

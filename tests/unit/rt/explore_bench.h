@@ -22,6 +22,7 @@ class ExploreBench {
     scene_ = *resolve(std::move(spec), info_);
     friction_ =
         scene_.tip == Tip::kRod ? *model.rod_friction : model.bearing_friction.value_or(kBallBearingFriction);
+    maxwell_slip_ = PlanarMaxwellSlip(friction_.maxwell_slip.value_or(MaxwellSlipParameters{}));
     pipeline_ = std::move(*compose(scene_, info_, &model));
     renderer_ = std::make_unique<Renderer>(scene_.guard, info_.rate_hz);
     renderer_->exchange(pipeline_.get(), scene_.guard);
@@ -38,7 +39,12 @@ class ExploreBench {
     const double normal_n = kObjectNPerMm * std::max(0.0, -tip_mm.z);
     hal::Vector3 slide = tip_mm - last_tip_mm_;
     slide.z = 0.0;
-    built_up_ = normal_n > 0.0 ? dahl_step(built_up_, slide, friction_.presliding_mm) : hal::Vector3{};
+    if (friction_.maxwell_slip) {
+      if (normal_n == 0.0) maxwell_slip_.release();
+      built_up_ = maxwell_slip_.step(slide, {0.0, 0.0, 1.0}) * (1.0 / friction_.kinetic);
+    } else {
+      built_up_ = normal_n > 0.0 ? dahl_step(built_up_, slide, friction_.presliding_mm) : hal::Vector3{};
+    }
     last_tip_mm_ = tip_mm;
     hal::RigSample sample;
     sample.tip_position_mm = tip_mm;
@@ -85,6 +91,7 @@ class ExploreBench {
   FrictionParameters friction_;
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<Renderer> renderer_;
+  PlanarMaxwellSlip maxwell_slip_{MaxwellSlipParameters{}};
   hal::Vector3 built_up_;
   hal::Vector3 last_tip_mm_;
   std::uint64_t ticks_ = 0;

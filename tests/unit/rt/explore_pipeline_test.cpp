@@ -197,6 +197,62 @@ TEST(ExplorePipeline, TheFrictionOfTheBearingIsTheObjectsWhereItWasIdentified) {
   EXPECT_GT(without_rad, 0.05);
 }
 
+/// Strokes over the bench's object, whose friction is Maxwell-slip, by a scene that takes it for `known`:
+/// mean error of the friction over the normal force, from the second turn on. `stalls`: of 40 ms, once a
+/// second.
+double stroked_friction_error(const SceneSpec& spec, const ObjectModel& known, bool stalls) {
+  ExploreBench object(spec, maxwell_slip_model());
+  ExploreBench bench(spec, known);
+  PlanarMaxwellSlip truth(*maxwell_slip_model().rod_friction->maxwell_slip);
+  double error = 0.0;
+  int counted = 0;
+  hal::Vector3 last_mm;
+  std::int64_t lost = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = 1e-3 * i;
+    const hal::Vector3 tip_mm{3.0 * std::sin(5.0 * std::max(0.0, t - 1.0)), 0.0,
+                              i < 300 ? 10.0 : std::max(-4.0, 10.0 - 0.02 * (i - 300))};
+    const hal::Vector3 slide_mm = hal::Vector3{tip_mm.x - last_mm.x, 0.0, 0.0};
+    last_mm = tip_mm;
+    if (tip_mm.z >= 0.0) truth.release();
+    const hal::Vector3 coefficient = truth.step(slide_mm, {0.0, 0.0, 1.0});
+    const hal::RigSample sample = object.at(tip_mm);
+    if (stalls && i % 1000 < 40 && i > 2000) {  // the loop stalls, the object does not
+      ++lost;
+      continue;
+    }
+    bench.set_time_ns(1'000'000LL * (i - 1));
+    const TickRecord record = bench.tick(sample);
+    EXPECT_TRUE(std::isfinite(norm(record.device_command_n)));
+    if (i < 2500 || !record.in_contact) continue;
+    const double normal_n = kObjectNPerMm * 4.0;
+    error += norm(record.friction_force_n + coefficient * normal_n) / normal_n;
+    ++counted;
+  }
+  EXPECT_EQ(lost > 100, stalls);
+  EXPECT_GT(counted, 2500);
+  return error / counted;
+}
+
+TEST(ExplorePipeline, RendersWithTheMaxwellSlipFrictionOfItsModel) {
+  for (const bool published : {false, true}) {
+    SceneSpec spec = published ? dissertation_scene(Tip::kRod) : explore_scene(Tip::kRod);
+    spec.target = linear_target(0.0);
+    spec.structural_compensation = false;  // the bench's device does not bend
+    ObjectModel as_dahl = maxwell_slip_model();
+    as_dahl.rod_friction->maxwell_slip.reset();
+    const double by_elements = stroked_friction_error(spec, maxwell_slip_model(), false);
+    const double by_dahl = stroked_friction_error(spec, as_dahl, false);
+    const double with_stalls = stroked_friction_error(spec, maxwell_slip_model(), true);
+    RecordProperty(published ? "published_stalls" : "tracked_stalls", std::to_string(with_stalls));
+    EXPECT_LT(with_stalls, 0.1) << published << ": what was built up is not known after a stall";
+    RecordProperty(published ? "published_elements" : "tracked_elements", std::to_string(by_elements));
+    RecordProperty(published ? "published_dahl" : "tracked_dahl", std::to_string(by_dahl));
+    EXPECT_LT(by_elements, 0.02) << published << ": of a level of 0.35";
+    EXPECT_LT(by_elements, 0.5 * by_dahl) << published;
+  }
+}
+
 TEST(ExplorePipeline, AToolThatTurnsAboutItsTipIsFreeWhereItsCentreIsKnown) {
   const hal::Vector3 arm_mm{2.0, -3.0, 42.0};
   struct Free {

@@ -87,6 +87,29 @@ TEST(Models, EveryKeyOutOfRangeIsNamed) {
   }
 }
 
+TEST(Models, MaxwellSlipElementsAreCheckedAloneAndTogether) {
+  EXPECT_FALSE(check(maxwell_slip_model()));
+  const auto error_of = [](const auto& spoil) {
+    ObjectModel model = maxwell_slip_model();
+    spoil(model);
+    const auto error = check(model);
+    return error ? error->what : std::string();
+  };
+  for (const double value : {-0.1, 1001.0, kNan}) {
+    EXPECT_EQ(error_of([&](ObjectModel& m) { m.rod_friction->maxwell_slip->reach_mm[2] = value; }),
+              "rod_friction.maxwell_slip.reach_mm, element 3, is out of range");
+  }
+  for (const double value : {-0.1, 10'001.0, kNan}) {
+    EXPECT_EQ(error_of([&](ObjectModel& m) { m.rod_friction->maxwell_slip->stiffness_per_mm[7] = value; }),
+              "rod_friction.maxwell_slip.stiffness_per_mm, element 8, is out of range");
+  }
+  const std::string level = "rod_friction.kinetic is not the level of the Maxwell-slip elements";
+  EXPECT_EQ(error_of([](ObjectModel& m) { m.rod_friction->kinetic *= 1.01; }), level);
+  EXPECT_EQ(error_of([](ObjectModel& m) { m.rod_friction->maxwell_slip.emplace(); }), level) << "none at all";
+  EXPECT_EQ(error_of([](ObjectModel& m) { m.bearing_friction = m.rod_friction; }),
+            "a ball bearing's friction has no Maxwell-slip elements");
+}
+
 TEST(ExploreScene, NamesEveryPartOfTheModelThatIsMissing) {
   struct Case {
     const char* name;

@@ -44,6 +44,7 @@ void play(FrictionIdentification& identification, const Strokes& s, const Spoil&
   std::normal_distribution<double> noise(0.0, 1.0);
   double z = 0.0;
   double last_mm = 0.0;
+  MaxwellSlip elements(s.truth.maxwell_slip.value_or(MaxwellSlipParameters{}));
   const auto samples = static_cast<std::int64_t>(s.seconds * s.rate_hz);
   constexpr int kFine = 10;
   for (std::int64_t tick = 0; tick < samples; ++tick) {
@@ -51,7 +52,8 @@ void play(FrictionIdentification& identification, const Strokes& s, const Spoil&
     for (int k = 0; k < kFine; ++k) {
       const double t = (static_cast<double>(tick) + static_cast<double>(k + 1) / kFine) / s.rate_hz;
       x = s.amplitude_mm * std::sin(2.0 * M_PI * s.hz * t);
-      z = dahl_step(z, x - last_mm, s.truth.presliding_mm, s.truth.exponent);
+      z = s.truth.maxwell_slip ? elements.step(x - last_mm) / s.truth.kinetic
+                               : dahl_step(z, x - last_mm, s.truth.presliding_mm, s.truth.exponent);
       last_mm = x;
     }
     const double t = static_cast<double>(tick + 1) / s.rate_hz;
@@ -146,6 +148,53 @@ TEST(FrictionIdentification, TakesAnotherExponentOnlyWhereHeldOutStrokesAskForIt
       ASSERT_TRUE(as_published);
       EXPECT_EQ(friction_of(*as_published).exponent, 1.0);
     }
+  }
+}
+
+/// One that sticks to 0.8 of its level and one that slips farther on: no Dahl law turns like that.
+FrictionParameters kinked() {
+  const MaxwellSlipParameters elements{{0.4, 3.0}, {1.0, 0.033}};
+  return {elements.kinetic(), elements.presliding_mm(), 0.0, 1.0, elements};
+}
+
+TEST(FrictionIdentification, TakesMaxwellSlipElementsWhereHeldOutStrokesAskForThem) {
+  Strokes strokes;
+  strokes.truth = kinked();
+  strokes.force_noise_n = 0.01;
+  const auto model = found(strokes);
+  ASSERT_TRUE(model) << model.error().text();
+  const FrictionParameters& friction = friction_of(*model);
+  ASSERT_TRUE(friction.maxwell_slip) << model->procedure;
+  EXPECT_NE(model->procedure.find("held-out strokes ask for them"), std::string::npos) << model->procedure;
+  EXPECT_NEAR(friction.kinetic, strokes.truth.kinetic, 0.01);
+  EXPECT_GE(parameter(*model, "maxwell_slip_elements").value, 2.0);
+  EXPECT_LT(parameter(*model, "held_out_maxwell_slip").value,
+            parameter(*model, "held_out_dahl_exponent").value);
+  // What is found predicts the true one, not the recording alone.
+  MaxwellSlip truth(*strokes.truth.maxwell_slip);
+  MaxwellSlip by_model(*friction.maxwell_slip);
+  double worst = 0.0;
+  double last_mm = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 8.0 * std::sin(0.01 * i);
+    worst = std::max(worst, std::abs(truth.step(x - last_mm) - by_model.step(x - last_mm)));
+    last_mm = x;
+  }
+  EXPECT_LT(worst, 0.1 * strokes.truth.kinetic);
+  EXPECT_FALSE(check(*model));
+}
+
+TEST(FrictionIdentification, TakesTheLawItsTaskNames) {
+  Strokes strokes;
+  strokes.truth = kinked();
+  for (const bool exponent : {false, true}) {
+    FrictionTask task;
+    task.exponent = exponent;
+    task.exponent_is_one = !exponent;
+    const auto model = found(strokes, task);
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_FALSE(friction_of(*model).maxwell_slip);
+    EXPECT_EQ(model->procedure.rfind("Dahl's law", 0), 0U) << model->procedure;
   }
 }
 
@@ -327,12 +376,43 @@ TEST(MaxwellSlip, IsFoundFromItsLoops) {
     row.settled = row.passage >= 2;
     rows.push_back(row);
   }
-  const auto fit = fit_maxwell_slip(rows, true);
+  const auto fit = fit_maxwell_slip(rows, {.bias = true});
   ASSERT_TRUE(fit) << fit.error().text();
   EXPECT_LT(fit->residual, 0.01);
   EXPECT_NEAR(fit->parameters.kinetic(), truth.kinetic(), 0.02);
   EXPECT_NEAR(fit->bias_n, 0.2, 0.02);
-  EXPECT_FALSE(fit_maxwell_slip({}, true));
+  EXPECT_FALSE(fit_maxwell_slip({}, {.bias = true}));
+}
+
+TEST(MaxwellSlip, AFitHasAViscousPartWhereItIsAskedFor) {
+  MaxwellSlipParameters truth;
+  truth.reach_mm = {0.1};
+  truth.stiffness_per_mm = {4.0};
+  constexpr double kViscous = 2e-3;
+  MaxwellSlip law(truth);
+  std::vector<FrictionRow> rows;
+  double last_mm = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 10.0 * std::sin(0.02 * i);
+    FrictionRow row;
+    if (i == 0) row.before = FrictionRow::State::kNothing;
+    row.slide_mm = x - last_mm;
+    last_mm = x;
+    row.way_mm = 20.0;
+    row.normal_n = 5.0;
+    row.speed_mm_per_s = 1000.0 * row.slide_mm;
+    row.friction_n = 5.0 * law.step(row.slide_mm) + kViscous * row.speed_mm_per_s;
+    row.passage = i / 157;
+    row.settled = row.passage >= 2;
+    rows.push_back(row);
+  }
+  const auto with = fit_maxwell_slip(rows, {.viscous = true});
+  const auto without = fit_maxwell_slip(rows, {});
+  ASSERT_TRUE(with && without);
+  EXPECT_NEAR(with->viscous_n_s_per_mm, kViscous, 0.05 * kViscous);
+  EXPECT_EQ(without->viscous_n_s_per_mm, 0.0);
+  EXPECT_LT(with->residual, 0.3 * without->residual);
+  EXPECT_NEAR(with->friction().kinetic, truth.kinetic(), 0.02);
 }
 
 IdentifiedModel bearing(double kinetic, double error) {

@@ -42,6 +42,14 @@ inline ObjectModel bench_model() {
   return model;
 }
 
+/// The same with Maxwell-slip friction of the rod: sharp, level 0.35.
+inline ObjectModel maxwell_slip_model() {
+  ObjectModel model = bench_model();
+  const MaxwellSlipParameters elements{{0.26, 0.29, 0.32, 0.36}, {0.35, 0.42, 0.25, 0.15}};
+  model.rod_friction = FrictionParameters{elements.kinetic(), elements.presliding_mm(), 0.0, 1.0, elements};
+  return model;
+}
+
 /// The explore scenes as the service ships them.
 inline SceneSpec explore_scene(Tip tip) {
   SceneSpec scene;

@@ -266,6 +266,25 @@ TEST(WallPipeline, IsAOneSidedSpring) {
   EXPECT_NEAR(bench.press(4.0, -1.0, 0.0, 500).device_command_n.z, 0.0, 1e-12);
 }
 
+TEST(WallPipeline, IsSofterToTheEncodersWhereTheStructureIs) {
+  const auto command_n = [](bool with_field) {
+    SceneSpec spec;
+    spec.kind = SceneKind::kWall;
+    spec.target.stiffness_n_per_mm = 1.0;
+    spec.structural_stiffness_n_per_mm = 2.5;
+    StructuralModel field;
+    field.stiffness_n_per_mm = 2.5;
+    field.gradient_per_mm = {0.0, 0.0, -0.1};  // 1.25 times the compliance at the place of the press
+    if (with_field) spec.structural_field = field;
+    Bench bench(spec);
+    bench.press(-5.0, -0.1, 0.0, 500);
+    bench.press(-0.1, 2.5, 0.0, 2000);
+    return bench.press(2.5, 2.5, 0.0, 500).device_command_n.z;
+  };
+  EXPECT_NEAR(command_n(false), 2.5 / (1.0 - 1.0 / 2.5), 0.01);
+  EXPECT_NEAR(command_n(true), 2.5 / (1.0 - 1.25 / 2.5), 0.01);
+}
+
 TEST(WallPipeline, AWallThatAppearsAroundTheToolDoesNotThrowItOut) {
   SceneSpec spec = rigid(0.5);
   spec.kind = SceneKind::kWall;

@@ -100,6 +100,61 @@ TEST(Scene, HoldsTheTargetWithinTheCompensablePartOfTheStructure) {
   EXPECT_TRUE(resolve(spec, rig()));
 }
 
+/// 2.5 N/mm at its centre; the compliance grows by 0.2 over the 20 mm it covers to either side.
+SceneSpec with_field() {
+  SceneSpec spec = named();
+  spec.structural_stiffness_n_per_mm = 2.5;
+  StructuralModel& field = spec.structural_field.emplace();
+  field.stiffness_n_per_mm = 2.5;
+  field.gradient_per_mm = {0.01, 0.0, 0.0};
+  field.covered_from_mm = {-20.0, -20.0, -20.0};
+  field.covered_to_mm = {20.0, 20.0, 20.0};
+  return spec;
+}
+
+TEST(Scene, HoldsTheTargetWithinTheCompensablePartWhereTheStructureIsSoftest) {
+  SceneSpec spec = with_field();
+  spec.max_target_stiffness_n_per_mm = 20.0;
+  const double softest = 2.5 / 1.2;
+  EXPECT_NEAR(softest_structure_n_per_mm(spec), softest, 1e-12);
+  spec.target.stiffness_n_per_mm = 0.8 * softest - 0.01;
+  EXPECT_TRUE(resolve(spec, rig()));
+  spec.target.stiffness_n_per_mm = 0.8 * softest + 0.01;
+  EXPECT_FALSE(resolve(spec, rig()));
+  spec.structural_field.reset();
+  EXPECT_TRUE(resolve(spec, rig())) << "0.8 of 2.5 is more";
+}
+
+TEST(Scene, AFieldThatIsWrongIsRefusedByName) {
+  ASSERT_TRUE(resolve(with_field(), rig()));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  struct Case {
+    const char* named;
+    void (*spoil)(StructuralModel&, double);
+    double value;
+  };
+  const auto stiffness = [](StructuralModel& f, double v) { f.stiffness_n_per_mm = v; };
+  const auto centre = [](StructuralModel& f, double v) { f.centre_mm.y = v; };
+  const auto gradient = [](StructuralModel& f, double v) { f.gradient_per_mm.x = v; };
+  const auto curvature = [](StructuralModel& f, double v) { f.curvature_per_mm2[4] = v; };
+  const auto from = [](StructuralModel& f, double v) { f.covered_from_mm.z = v; };
+  for (const Case& c :
+       {Case{"structure.field's stiffness", stiffness, 2.6},
+        Case{"structure.field's stiffness", stiffness, nan},
+        Case{"structure.field.centre_mm.y", centre, 1001.0},
+        Case{"structure.field.gradient_per_mm.x", gradient, nan},
+        Case{"structure.field.curvature_per_mm2", curvature, -1.1},
+        Case{"structure.field.covered_from_mm.z", from, nan},
+        Case{"structure.field's compliance at a corner of what it covers", gradient, 0.051}}) {
+    SceneSpec spec = with_field();
+    c.spoil(*spec.structural_field, c.value);
+    const auto scene = resolve(spec, rig());
+    ASSERT_FALSE(scene) << c.named << " = " << c.value;
+    EXPECT_EQ(scene.error().what, std::string(c.named) + " is out of range");
+    EXPECT_FALSE(scene.error().limit.empty());
+  }
+}
+
 TEST(Scene, ARigidDeviceNeedsNoCompensation) {
   hal::RigInfo recording = rig();
   recording.device.structural_stiffness_n_per_mm = 0.0;

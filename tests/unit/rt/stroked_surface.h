@@ -1,16 +1,21 @@
 #pragma once
 
+#include <optional>
+
 #include "rt/friction/dahl.h"
 #include "rt/friction/friction_model.h"
 
 namespace hapticd::rt::test {
 
-/// A tip on a surface with exact Dahl friction and viscosity: what it feels, and what is true. The caller
+/// A tip on a surface with exact Dahl friction (or Maxwell-slip, where the parameters have elements) and
+/// viscosity: what it feels, and what is true. The caller
 /// moves it; the surface says which normal it has there.
 class StrokedSurface {
  public:
   explicit StrokedSurface(const FrictionParameters& friction, double rate_hz = 1000.0)
-      : friction_(friction), rate_hz_(rate_hz) {}
+      : friction_(friction), rate_hz_(rate_hz) {
+    if (friction.maxwell_slip) maxwell_slip_.emplace(*friction.maxwell_slip);
+  }
 
   /// Moves the tip by `step_mm` on a surface of this normal under this normal force. Returns the reaction on
   /// the tool.
@@ -23,6 +28,10 @@ class StrokedSurface {
   /// Asperities bend without the encoders seeing it.
   void slide(const hal::Vector3& slide_mm, const hal::Vector3& normal) {
     const double length = norm(built_up_);
+    if (maxwell_slip_) {
+      built_up_ = maxwell_slip_->step(slide_mm, normal) * (1.0 / friction_.kinetic);
+      return;
+    }
     built_up_ = direction_or(across(built_up_, normal), {}) * length;  // carried along a curved surface
     built_up_ = dahl_step(built_up_, slide_mm, friction_.presliding_mm);
   }
@@ -31,6 +40,7 @@ class StrokedSurface {
  private:
   FrictionParameters friction_;
   double rate_hz_;
+  std::optional<PlanarMaxwellSlip> maxwell_slip_;
   hal::Vector3 built_up_;
   hal::Vector3 friction_n_;
 };
