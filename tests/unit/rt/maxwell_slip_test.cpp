@@ -79,7 +79,7 @@ TEST(PlanarMaxwellSlip, AStepThatIsNoNumberOrEndlessMovesNothing) {
   EXPECT_EQ(norm(law.step({}, up)), 0.0);
 }
 
-struct Errors {
+struct MaxwellErrors {
   double mean_rad = 0.0;
   double mean_friction = 0.0;  ///< over the normal force
 };
@@ -87,13 +87,13 @@ struct Errors {
 /// Strokes to and fro over a plane whose friction is `truth`, by a direction that takes it for `known`, at
 /// 0.25 N … 1.3 N. From the third turn on.
 template <class Direction>
-Errors stroke_errors(Direction direction, const FrictionParameters& truth) {
+MaxwellErrors stroke_errors(Direction direction, const FrictionParameters& truth) {
   std::mt19937_64 random(20);
   StrokedSurface surface(truth);
   const hal::Vector3 normal = direction_or({0.2, -0.1, 1.0}, {});
   const hal::Vector3 along = direction_or(across({1.0, 0.3, 0.0}, normal), {});
   const auto way_at = [](int i) { return 3.0 * std::sin(2.0 * std::numbers::pi * 0.8e-3 * i); };
-  Errors errors;
+  MaxwellErrors errors;
   int counted = 0;
   for (int i = 0; i < 10'000; ++i) {
     const hal::Vector3 step = i == 0 ? hal::Vector3{} : along * (way_at(i) - way_at(i - 1));
@@ -120,10 +120,10 @@ TEST(MaxwellSlipDirection, FollowsASharpTurnThatDahlsLawRoundsOff) {
     return PublishedDirection(FrictionLaw::kDahl, f, 1000.0);
   };
   const auto tracked = [](const FrictionParameters& f) { return TrackedDirection(f, 0.003, 1000.0); };
-  const Errors p = stroke_errors(published(truth), truth);
-  const Errors p_dahl = stroke_errors(published(as_dahl(truth)), truth);
-  const Errors t = stroke_errors(tracked(truth), truth);
-  const Errors t_dahl = stroke_errors(tracked(as_dahl(truth)), truth);
+  const MaxwellErrors p = stroke_errors(published(truth), truth);
+  const MaxwellErrors p_dahl = stroke_errors(published(as_dahl(truth)), truth);
+  const MaxwellErrors t = stroke_errors(tracked(truth), truth);
+  const MaxwellErrors t_dahl = stroke_errors(tracked(as_dahl(truth)), truth);
   for (const auto& [name, e] :
        {std::pair{"published", p}, {"published_dahl", p_dahl}, {"tracked", t}, {"tracked_dahl", t_dahl}}) {
     RecordProperty(std::string(name) + "_deg", std::to_string(e.mean_rad / kDegree));
