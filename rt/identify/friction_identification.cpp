@@ -306,7 +306,6 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::with_maxwell_sl
 
 void FrictionIdentification::refit() const {
   if (passages_.completed() == fitted_passages_ && (fitted_ || failed_)) return;
-  const bool more = passages_.completed() > fitted_passages_ + 2;
   hal::Result<Fit> next = fit(task_.exponent);
   fitted_passages_ = passages_.completed();
   if (!next) {
@@ -314,17 +313,20 @@ void FrictionIdentification::refit() const {
     return;
   }
   failed_.reset();
-  if (fitted_ && more) {
-    const FrictionParameters& a = fitted_->law.parameters;
+  // However often it is asked for: a passage more changes little by itself.
+  if (!reference_) {
+    reference_ = Reference{next->law.parameters, fitted_passages_};
+  } else if (fitted_passages_ > reference_->passages + 2) {
+    const FrictionParameters& a = reference_->parameters;
     const FrictionParameters& b = next->law.parameters;
     change_ = std::abs(b.kinetic / a.kinetic - 1.0);
-    // The presliding way is told three times as badly and matters a third as much.
+    // The presliding distance is known three times as badly and matters a third as much.
     if (task_.tip == Tip::kRod) {
       change_ = std::max(change_, std::abs(b.presliding_mm / a.presliding_mm - 1.0) / 3.0);
     }
-  } else if (replay_) {
-    change_ = 0.0;  // it is over; what it tells does not change any more
+    reference_ = Reference{b, fitted_passages_};
   }
+  if (replay_) change_ = 0.0;  // it is over; what it shows does not change any more
   fitted_ = std::move(*next);
 }
 

@@ -96,6 +96,12 @@ class FrictionIdentification final : public Identification {
   mutable std::uint64_t fitted_passages_ = 0;
   mutable std::optional<Fit> fitted_;
   mutable std::optional<hal::Error> failed_;
+  /// What the present fit is compared with.
+  struct Reference {
+    FrictionParameters parameters;
+    std::uint64_t passages = 0;
+  };
+  mutable std::optional<Reference> reference_;
   mutable double change_ = 1.0;  ///< largest relative change of a parameter over the last few passages
   mutable double completion_ = 0.0;
 };

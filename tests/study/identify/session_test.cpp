@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "rt/identify/contact_identification.h"
+#include "rt/identify/friction_identification.h"
 #include "tests/study/identify/simulated_session.h"
 
 namespace hapticd::study {
@@ -23,6 +24,37 @@ class Gappy final : public rt::Identification {
   int every_, lost_;
   int ticks_ = 0;
 };
+
+/// Asks for progress as often as a daemon does that shows it.
+class Watched final : public rt::Identification {
+ public:
+  Watched(rt::Identification& identification, int every) : identification_(identification), every_(every) {}
+  void add(const rt::Observation& observation) override {
+    identification_.add(observation);
+    if (++ticks_ % every_ == 0) (void)identification_.progress();
+  }
+  rt::Wish wish() const override { return identification_.wish(); }
+  rt::IdentificationProgress progress() const override { return identification_.progress(); }
+  hal::Result<rt::IdentifiedModel> finish() const override { return identification_.finish(); }
+
+ private:
+  rt::Identification& identification_;
+  int every_;
+  int ticks_ = 0;
+};
+
+TEST(FrictionSession, ConvergesHoweverOftenItsProgressIsAskedFor) {
+  sim::SimulationConfig rig;
+  rig.device = "phantom_1_0";
+  rig.object = "foam_ball_3d";
+  const hal::RigInfo info = (*sim::SimulatedRig::create(rig))->info();
+  for (const int every_ticks : {50, 100}) {
+    rt::FrictionIdentification identification(rt::FrictionTask{}, info);
+    Watched watched(identification, every_ticks);
+    const SessionResult result = run_session(watched, rig, 60.0);
+    EXPECT_GT(result.converged_s, 0.0) << "asked every " << every_ticks << " ticks";
+  }
+}
 
 TEST(ContactSession, ConvergesThoughTicksAreLostEverySecond) {
   sim::SimulationConfig rig;
