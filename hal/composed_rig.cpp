@@ -25,7 +25,7 @@ RigInfo describe(const RigParts& parts, double rate_hz) {
   info.renders_force = parts.device != nullptr || (parts.base && parts.base->info().renders_force);
   // What the base knows of its own world is not the truth about a part that is elsewhere.
   info.has_truth = false;
-  info.has_external_position = false;
+  info.has_external_position = parts.instrument != nullptr;
   if (parts.device) {
     info.device = parts.device->info();
     info.uncertain = parts.device->uncertain();
@@ -53,8 +53,22 @@ ComposedRig::ComposedRig(RigParts parts, double rate_hz)
     : parts_(std::move(parts)), info_(describe(parts_, rate_hz)) {}
 
 ComposedRig::~ComposedRig() {
+  disengage_instrument();
   disengage(RigPartKind::kForceSensor);
   disengage(RigPartKind::kDevice);
+}
+
+std::optional<Error> ComposedRig::engage_instrument() {
+  if (!parts_.instrument) return std::nullopt;
+  if (auto error = parts_.instrument->engage()) return error;
+  instrument_access_.open();
+  return std::nullopt;
+}
+
+void ComposedRig::disengage_instrument() noexcept {
+  if (!parts_.instrument) return;
+  instrument_access_.close();
+  parts_.instrument->disengage();
 }
 
 std::optional<Error> ComposedRig::engage(RigPartKind part) {
@@ -80,6 +94,7 @@ std::vector<PartReport> ComposedRig::reports() const {
   std::vector<PartReport> all;
   if (parts_.device) all.push_back(parts_.device->report());
   if (parts_.sensor) all.push_back(parts_.sensor->report());
+  if (parts_.instrument) all.push_back(parts_.instrument->report());
   return all;
 }
 
@@ -130,6 +145,17 @@ void ComposedRig::read(RigSample& sample) noexcept {
     }
     bias_serial_ = sample.bias_serial;
   }
+  // After the sensor: on one board it is the sensor that reads the scans.
+  if (parts_.instrument) {
+    outside_mm_ = sample.tip_position_mm;
+    has_outside_ = false;
+    instrument_access_.with([&] { has_outside_ = parts_.instrument->read(outside_mm_); });
+  }
+}
+
+bool ComposedRig::external_position(Vector3& position_mm) const noexcept {
+  if (has_outside_) position_mm = outside_mm_;
+  return has_outside_;
 }
 
 void ComposedRig::write(const DeviceCommand& command) noexcept {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/rig.h"
+#include "hal/tip_instrument.h"
 
 namespace hapticd::hal {
 
@@ -15,11 +16,12 @@ struct RigParts {
   std::unique_ptr<Rig> base;  ///< simulated or replayed in real time; may be null
   std::unique_ptr<HapticDevice> device;
   std::unique_ptr<ForceSensor> sensor;
+  std::unique_ptr<TipInstrument> instrument{};  ///< where there is one; of the device's own tip
 };
 
 /// Any real device and any real sensor, with what is missing taken from a simulated or replayed rig. Force
 /// goes to the real device if there is one, and then nowhere else.
-class ComposedRig final : public Rig {
+class ComposedRig final : public Rig, public InstrumentedRig {
  public:
   /// `rate_hz` of the tick. Opens nothing. The base must not own its clock.
   ComposedRig(RigParts parts, double rate_hz);
@@ -38,6 +40,11 @@ class ComposedRig final : public Rig {
   void write(const DeviceCommand& command) noexcept override;
   void write_zero_in_crash() noexcept override;
   bool exhausted() const noexcept override { return parts_.base && parts_.base->exhausted(); }
+
+  std::optional<Error> engage_instrument() override;
+  void disengage_instrument() noexcept override;
+  /// The instrument's reading at the last sample; what it does not measure is the encoders'.
+  bool external_position(Vector3& position_mm) const noexcept override;
 
   Rig* base() noexcept { return parts_.base.get(); }
 
@@ -70,6 +77,9 @@ class ComposedRig final : public Rig {
   bool device_told_ = false;  ///< info_ is read by others from then on
   Access device_access_;
   Access sensor_access_;
+  Access instrument_access_;
+  Vector3 outside_mm_;  ///< written and read by the clock's thread
+  bool has_outside_ = false;
   std::uint64_t ticks_ = 0;
   Clock::time_point started_{};
   std::uint32_t bias_serial_ = 0;  ///< of the sensor, last reported

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "server/rig_file/daq_section.h"
+#include "server/rig_file/instrument_section.h"
 #include "server/rig_file/netft_section.h"
 #include "server/rig_file/openhaptics_section.h"
 #include "server/rig_file/phantom_section.h"
@@ -43,6 +44,8 @@ constexpr Word<DeviceChoice> kDeviceWords[] = {{"of_kind", DeviceChoice::kOfKind
                                                {"phantom", DeviceChoice::kPhantom}};
 constexpr Word<SensorChoice> kSensorWords[] = {
     {"of_kind", SensorChoice::kOfKind}, {"netft", SensorChoice::kNetFt}, {"daq", SensorChoice::kDaq}};
+constexpr Word<InstrumentChoice> kInstrumentWords[] = {{"none", InstrumentChoice::kNone},
+                                                       {"board", InstrumentChoice::kBoard}};
 constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
                                         {"info", LogLevel::kInfo},
                                         {"warning", LogLevel::kWarning},
@@ -191,6 +194,17 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
                       "device = openhaptics or phantom, sensor = netft or daq",
                       "name what is there, or let a simulation stand in: kind = \"sim\""};
   }
+  if (config.instrument == InstrumentChoice::kBoard) {
+    if (config.device == DeviceChoice::kOfKind) {
+      return hal::Error{"an instrument of hardware cannot see the tip of a simulated device",
+                        "[rig] instrument", "board", "with device = openhaptics or phantom",
+                        "name the device, or leave the instrument out: a simulated rig has its own"};
+    }
+    if (auto error =
+            check_instrument(config.board_instrument, config.board, config.sensor == SensorChoice::kDaq)) {
+      return error;
+    }
+  }
   if (config.rig == RigChoice::kReplay && names_parts && config.replay.as_fast_as_possible) {
     return hal::Error{"a recording beside hardware cannot be played as fast as possible",
                       "[rig.replay] speed", "fast", "recorded",
@@ -238,11 +252,13 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   read_replay(rig.table("replay"), config.replay);
   rig.read("device", config.device, kDeviceWords);
   rig.read("sensor", config.sensor, kSensorWords);
+  rig.read("instrument", config.instrument, kInstrumentWords);
   read_openhaptics(rig.table("openhaptics"), config.openhaptics);
   read_phantom(rig.table("phantom"), config.phantom);
   read_netft(rig.table("netft"), config.netft);
   read_daq(rig.table("daq"), config.daq);
   read_board(rig.table("board"), config.board);
+  read_instrument(rig.table("instrument"), config.board_instrument);
   read_turntable(rig.table("turntable"), config.turntable);
   read_guard(root.table("guard"), config.guard);
   TomlTable scene = root.table("scene");
@@ -338,9 +354,11 @@ std::string write_config(const DaemonConfig& config) {
       toml_number(config.loop.wake_early_share), config.loop.lock_memory, config.loop.keep_cpu_awake);
   text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\n", toml_quoted(config.listen.text()),
                       toml_quoted(config.unix_socket));
-  text += fmt::format(
-      "\n[rig]\nkind = {}\ndevice = {}\nsensor = {}\n", toml_quoted(text_of(config.rig, kRigWords)),
-      toml_quoted(text_of(config.device, kDeviceWords)), toml_quoted(text_of(config.sensor, kSensorWords)));
+  text += fmt::format("\n[rig]\nkind = {}\ndevice = {}\nsensor = {}\ninstrument = {}\n",
+                      toml_quoted(text_of(config.rig, kRigWords)),
+                      toml_quoted(text_of(config.device, kDeviceWords)),
+                      toml_quoted(text_of(config.sensor, kSensorWords)),
+                      toml_quoted(text_of(config.instrument, kInstrumentWords)));
   text += write_simulation(config.simulation);
   const replay::ReplayConfig& replay = config.replay;
   text += fmt::format("\n[rig.replay]\npath = {}\nspeed = {}\nloop = {}\nbias_s = {}\n",
@@ -353,6 +371,7 @@ std::string write_config(const DaemonConfig& config) {
   text += "\n[rig.netft]\n" + write_netft(config.netft);
   text += "\n[rig.daq]\n" + write_daq(config.daq);
   text += "\n[rig.board]\n" + write_board(config.board);
+  text += "\n[rig.instrument]\n" + write_instrument(config.board_instrument);
   text += write_turntable(config.turntable);
   text += write_guard(config.guard);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "hal/daq/board_config.h"
+#include "hal/daq/board_instrument.h"
 #include "hal/daq/daq_sensor.h"
 #include "hal/error.h"
 #include "hal/netft/netft_config.h"
@@ -24,6 +25,7 @@ namespace hapticd::server {
 enum class RigChoice : std::uint8_t { kSimulated, kReplay, kHardware };
 enum class DeviceChoice : std::uint8_t { kOfKind, kOpenHaptics, kPhantom };
 enum class SensorChoice : std::uint8_t { kOfKind, kNetFt, kDaq };
+enum class InstrumentChoice : std::uint8_t { kNone, kBoard };
 enum class LogLevel : std::uint8_t { kDebug, kInfo, kWarning, kError, kOff };
 
 /// Everything the daemon can be told before it starts. The defaults are here and nowhere else.
@@ -33,17 +35,19 @@ struct DaemonConfig {
   ListenAddress listen;     ///< [network] listen
   std::string unix_socket;  ///< [network] unix_socket; empty = none
 
-  RigChoice rig = RigChoice::kSimulated;        ///< [rig] kind
-  DeviceChoice device = DeviceChoice::kOfKind;  ///< [rig] device
-  SensorChoice sensor = SensorChoice::kOfKind;  ///< [rig] sensor
-  sim::SimulationConfig simulation;             ///< [rig.sim]; always paced in real time here
-  replay::ReplayConfig replay;                  ///< [rig.replay]; at recorded speed unless told otherwise
+  RigChoice rig = RigChoice::kSimulated;                  ///< [rig] kind
+  DeviceChoice device = DeviceChoice::kOfKind;            ///< [rig] device
+  SensorChoice sensor = SensorChoice::kOfKind;            ///< [rig] sensor
+  InstrumentChoice instrument = InstrumentChoice::kNone;  ///< [rig] instrument
+  sim::SimulationConfig simulation;                       ///< [rig.sim]; always paced in real time here
+  replay::ReplayConfig replay;  ///< [rig.replay]; at recorded speed unless told otherwise
 
-  openhaptics::OpenHapticsConfig openhaptics;  ///< [rig.openhaptics]
-  phantom::PhantomConfig phantom;              ///< [rig.phantom]; on the board
-  netft::NetFtConfig netft;                    ///< [rig.netft]
-  daq::DaqSensorConfig daq;                    ///< [rig.daq]; on the board
-  daq::BoardConfig board;                      ///< [rig.board]; sensor and device may share it
+  openhaptics::OpenHapticsConfig openhaptics;   ///< [rig.openhaptics]
+  phantom::PhantomConfig phantom;               ///< [rig.phantom]; on the board
+  netft::NetFtConfig netft;                     ///< [rig.netft]
+  daq::DaqSensorConfig daq;                     ///< [rig.daq]; on the board
+  daq::BoardConfig board;                       ///< [rig.board]; sensor and device may share it
+  daq::BoardInstrumentConfig board_instrument;  ///< [rig.instrument]; on the board
 
   TurntableConfig turntable;  ///< [rig.turntable]
 
@@ -86,7 +90,8 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
 /// The whole configuration as TOML, every default written out; reads back as the same.
 std::string write_config(const DaemonConfig& config);
 
-/// Reads "sim", "sim:PRESET", "sim:PRESET:lab" or "replay:PATH?force=load_uN&position=tip_um&speed=recorded" into `config`.
+/// Reads "sim", "sim:PRESET", "sim:PRESET:lab" or "replay:PATH?force=load_uN&position=tip_um&speed=recorded"
+/// into `config`.
 std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& config);
 
 }  // namespace hapticd::server

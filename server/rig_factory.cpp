@@ -8,6 +8,7 @@
 
 #include "hal/composed_rig.h"
 #include "hal/daq/board_factory.h"
+#include "hal/daq/board_instrument.h"
 #include "hal/netft/netft_sensor.h"
 #include "hal/openhaptics/openhaptics_device.h"
 #include "hal/phantom/phantom_device.h"
@@ -74,10 +75,13 @@ std::optional<hal::Error> take(hal::Result<std::unique_ptr<Driver>> made, std::u
 }
 
 std::optional<hal::Error> make_parts(const DaemonConfig& config, hal::RigParts& parts) {
-  // One board for both, where both are wired to it.
+  // One board for all that is wired to it.
   std::shared_ptr<daq::Board> board;
-  if (config.device == DeviceChoice::kPhantom || config.sensor == SensorChoice::kDaq) {
-    auto made = daq::create_board(config.board);
+  const bool has_instrument = config.instrument == InstrumentChoice::kBoard;
+  if (config.device == DeviceChoice::kPhantom || config.sensor == SensorChoice::kDaq || has_instrument) {
+    daq::BoardConfig wired = config.board;
+    if (has_instrument) wired.spare_channels = daq::channels_of(config.board_instrument);
+    auto made = daq::create_board(wired);
     if (!made) return made.error();
     board = std::move(*made);
   }
@@ -91,6 +95,9 @@ std::optional<hal::Error> make_parts(const DaemonConfig& config, hal::RigParts& 
     case DeviceChoice::kPhantom:
       error = take(phantom::PhantomDevice::create(config.phantom, board), parts.device);
       break;
+  }
+  if (!error && has_instrument) {
+    error = take(daq::BoardInstrument::create(config.board_instrument, board), parts.instrument);
   }
   if (error) return error;
   switch (config.sensor) {

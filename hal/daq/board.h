@@ -17,7 +17,9 @@
 
 namespace hapticd::daq {
 
-inline constexpr std::size_t kMaxInputs = 8;    ///< six gauges and two to spare
+inline constexpr std::size_t kGaugeInputs = 6;  ///< the first of each scan
+inline constexpr std::size_t kSpareInputs = 3;  ///< at most; an instrument's, after the gauges'
+inline constexpr std::size_t kMaxInputs = kGaugeInputs + kSpareInputs;
 inline constexpr std::size_t kMaxOutputs = 4;   ///< three motors and one to spare
 inline constexpr std::size_t kMaxCounters = 6;  ///< three joints and a gimbal
 
@@ -59,10 +61,11 @@ enum class BoardUse : std::uint8_t {
 };
 
 /// An analog and digital board: streaming analog inputs, analog outputs, encoder counters. One board may
-/// serve a sensor and a device at once. read_scans(), read_counters() and write_volts() neither block,
-/// allocate nor take a lock; the first two have one caller each, the last may have several (the tick and its
-/// watchdog). What is common to all boards is done here: users are counted, what goes out is checked and
-/// counters are unwrapped.
+/// serve a sensor, an instrument and a device at once. read_scans(), read_spare_inputs(), read_counters() and
+/// write_volts() neither block, allocate nor take a lock; read_counters() has one caller, write_volts() may
+/// have several (the tick and its watchdog), scans are read by one thread at a time, and another one that
+/// comes meanwhile finds none. What is common to all boards is done here: users are counted, what goes out is
+/// checked, counters are unwrapped, and the spare inputs of scans are kept for whom they are.
 class Board {
  public:
   virtual ~Board() = default;
@@ -79,7 +82,10 @@ class Board {
   virtual std::int64_t now_ns() const noexcept;
 
   /// All scans since the last call, or the newest that fit. Not engaged: none, not running.
-  virtual ScanReading read_scans(std::span<Scan> scans) noexcept = 0;
+  ScanReading read_scans(std::span<Scan> scans) noexcept;
+  /// Mean of the spare inputs, in the order of their channels, over the scans read since the last call; reads
+  /// them itself where nobody else has the inputs engaged. Zero when there was none that is finite.
+  std::size_t read_spare_inputs(std::array<double, kSpareInputs>& mean_v) noexcept;
   /// Counters 0 … n-1 since they were engaged, unwrapped to 64 bits (right as long as none moves by half its
   /// range between two calls). False: nothing was read.
   bool read_counters(std::span<std::int64_t> counts) noexcept;
@@ -96,6 +102,8 @@ class Board {
   /// Called on the first engage() and after the last release() of a half; never both at once.
   virtual std::optional<hal::Error> open(BoardUse use) = 0;
   virtual void close(BoardUse use) noexcept = 0;
+  /// read_scans() of this board; by one thread at a time.
+  virtual ScanReading take_scans(std::span<Scan> scans) noexcept = 0;
   /// Counters as they stand, each in [0, 2^counter_bits).
   virtual bool read_raw_counters(std::span<std::uint64_t> raw) noexcept = 0;
   /// Finite and within the range.
@@ -104,8 +112,16 @@ class Board {
   std::uint64_t refused_outputs() const noexcept { return refused_outputs_.load(std::memory_order_relaxed); }
 
  private:
+  void keep_spare(std::span<const Scan> scans) noexcept;
+
   std::mutex users_mutex_;
   std::array<int, 2> users_{};
+  std::atomic<int> input_users_{0};  ///< users_ of the inputs
+
+  std::atomic_flag reading_ = ATOMIC_FLAG_INIT;  ///< scans are being read; guards what follows
+  std::array<double, kSpareInputs> spare_sum_v_{};
+  std::size_t spare_scans_ = 0;
+  std::atomic<std::int64_t> newest_ns_{0};
   std::array<CounterUnwrap, kMaxCounters> unwrap_{};
   std::atomic<bool> unwrap_anew_{true};
   std::atomic<int> counter_bits_{32};

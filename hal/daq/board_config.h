@@ -45,6 +45,8 @@ struct BoardConfig {
   std::string driver = "comedi";
   double scan_rate_hz = 10000.0;  ///< of all gauges together
   ComediConfig comedi{};
+  /// Inputs that are scanned after the gauges': an instrument's. At most kSpareInputs.
+  std::vector<double> spare_channels{};
 };
 
 }  // namespace hapticd::daq

@@ -34,6 +34,15 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
       return bad("an input channel is no channel", fmt::format("{}", channel), "0 … 255");
     }
   }
+  if (config.spare_channels.size() > kSpareInputs) {
+    return bad("too many inputs beside the gauges'", fmt::format("{}", config.spare_channels.size()),
+               fmt::format("at most {}", kSpareInputs));
+  }
+  for (const double channel : config.spare_channels) {
+    if (!is_index(channel, kMostChannel)) {
+      return bad("an input channel is no channel", fmt::format("{}", channel), "0 … 255");
+    }
+  }
   for (const double channel : comedi.output_channels) {
     if (!is_index(channel, kMostChannel)) {
       return bad("an output channel is no channel", fmt::format("{}", channel), "0 … 255");

@@ -90,7 +90,9 @@ hal::Result<ComediAcquisition::Stream> ComediAcquisition::open_stream() const {
 
   int subdevice = comedi.input_subdevice;
   if (subdevice < 0) subdevice = comedi_get_read_subdevice(device);
-  for (const double channel : comedi.input_channels) {
+  std::vector<double> wanted(comedi.input_channels.begin(), comedi.input_channels.end());
+  wanted.insert(wanted.end(), config_.spare_channels.begin(), config_.spare_channels.end());
+  for (const double channel : wanted) {
     auto found = find_analog(device, comedi,
                              {.subdevice = subdevice,
                               .channel = channel,

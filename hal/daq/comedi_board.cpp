@@ -28,7 +28,7 @@ class ComediBoard final : public Board {
     const std::lock_guard lock(info_mutex_);
     BoardInfo info = info_;
     info.driver = "comedi";
-    info.inputs = config_.comedi.input_channels.size();
+    info.inputs = config_.comedi.input_channels.size() + config_.spare_channels.size();
     info.input_low_v = acquisition_.low_v();
     info.input_high_v = acquisition_.high_v();
     info.input_bits = acquisition_.bits();
@@ -37,8 +37,6 @@ class ComediBoard final : public Board {
     info.counters = config_.comedi.counters.size();
     return info;
   }
-
-  ScanReading read_scans(std::span<Scan> scans) noexcept override { return acquisition_.read(scans); }
 
   void describe(hal::PartReport& report) const override {
     const BoardInfo board = info();
@@ -65,6 +63,8 @@ class ComediBoard final : public Board {
     put_volts(std::span(kZero).first(outputs_.size()));
     motion_.reset();
   }
+
+  ScanReading take_scans(std::span<Scan> scans) noexcept override { return acquisition_.read(scans); }
 
   bool read_raw_counters(std::span<std::uint64_t> raw) noexcept override {
     std::array<comedi_insn, kMaxCounters> instructions{};

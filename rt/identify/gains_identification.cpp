@@ -193,6 +193,10 @@ void GainsIdentification::add(const Observation& observation) {
     if (free_s_ > kFreeForS && command_n < kQuietN) backing_off_ = false;
     return;
   }
+  if (press_is_lost_) {
+    press_is_lost_ = free_s_ <= kFreeForS;
+    return;
+  }
   if (!pressed_) {
     if (force_n < kPressedN) return;
     pressed_ = true;
@@ -206,8 +210,14 @@ void GainsIdentification::add(const Observation& observation) {
   ++used_;
   pressed_s_ += step_s;
   acted_ = acted_ || command_n > 0.0;
+  if (acted_) lost_presses_ = 0;
   silent_s_ = command_n == 0.0 && force_n > kPressedN ? silent_s_ + step_s : 0.0;
   if (silent_s_ > kSilentS) {
+    if (!acted_ && silent_s_ > 5.0 * kSilentS && ++lost_presses_ < kMaxLostPresses) {
+      press_is_lost_ = true;
+      pressed_ = false;
+      return;
+    }
     if (acted_ || silent_s_ > 5.0 * kSilentS) {
       refuse(acted_ ? "the device fell silent under a pressing hand at Kp = " + fixed_text(gain_, 2) +
                           ": the guard has latched; find out why before going on"
@@ -256,8 +266,9 @@ Wish GainsIdentification::wish() const {
   wish.force_n = kPressN;
   wish.force_rate_n_per_s = 8.0;
   wish.hold_s = kWatchS;
-  wish.words = "press the object to " + fixed_text(kPressN, 0) +
-               " N, hold for a second and let go (Kp = " + fixed_text(gain_, 2) + ")";
+  wish.words = press_is_lost_ ? "let go: the device was not ready; then " : "";
+  wish.words += "press the object to " + fixed_text(kPressN, 0) +
+                " N, hold for a second and let go (Kp = " + fixed_text(gain_, 2) + ")";
   return wish;
 }
 

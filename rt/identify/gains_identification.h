@@ -25,7 +25,8 @@ namespace hapticd::rt {
 /// Safety: an oscillation is told within a few cycles, one that grows earlier; from that tick on wish() asks
 /// for a free hand and no force, and whoever carries out wishes should obey at once. Force that stays exactly
 /// zero under a pressing hand after it had acted is a latched guard, force far beyond the hand's own a target
-/// that this object does not admit: the search ends there.
+/// that this object does not admit: the search ends there. A press that began before the device rendered (a
+/// person does not wait for it) is asked for again, kMaxLostPresses - 1 times.
 class GainsIdentification final : public Identification {
  public:
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);
@@ -43,8 +44,9 @@ class GainsIdentification final : public Identification {
   static constexpr double kPeriodShare = 0.125;     ///< Kd = share · Kp · T_c
   static constexpr double kDerivativeShare = 0.25;  ///< of what the stable region admits for Kd
   static constexpr double kPressN = 2.0;
-  static constexpr double kRunAwayN = 8.0;  ///< of the device, under a press of kPressN
-  static constexpr double kWatchS = 0.8;    ///< under force, before a gain is said to hold
+  static constexpr int kMaxLostPresses = 3;  ///< in a row, without any force of the device
+  static constexpr double kRunAwayN = 8.0;   ///< of the device, under a press of kPressN
+  static constexpr double kWatchS = 0.8;     ///< under force, before a gain is said to hold
 
  private:
   enum class Phase : std::uint8_t { kSearch, kConfirm, kVerify, kDone, kRefused };
@@ -87,6 +89,8 @@ class GainsIdentification final : public Identification {
   double pressed_s_ = 0.0;
   double free_s_ = 0.0;
   double silent_s_ = 0.0;
+  bool press_is_lost_ = false;  ///< it began before the device rendered: not judged, the hand has to let go
+  int lost_presses_ = 0;        ///< in a row
   hal::Vector3 axis_{0.0, 0.0, 1.0};
   std::vector<Trial> trials_;  ///< at most kMaxTrials
   std::int64_t last_time_ns_ = 0;

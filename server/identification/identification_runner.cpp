@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "hal/sim/simulated_rig.h"
+#include "hal/tip_instrument.h"
 #include "rt/scene/tick_record.h"
 #include "server/identification/observation_file.h"
 #include "server/identification/rig_view.h"
@@ -34,8 +35,9 @@ constexpr std::chrono::milliseconds kNap{1};
 constexpr std::chrono::seconds kLongestSilence{5};
 /// What was found is worth waiting for another process that keeps the store locked.
 constexpr std::chrono::seconds kStorePatience{10};
-/// A user is told anew what is wanted this often; the simulated hand as soon as it has done it.
-constexpr double kAskUserEveryS = 1.0;
+/// Of a person it is asked this often what should happen next, of the simulated hand once it has done it: a
+/// person goes on without waiting, and the device has to follow at once.
+constexpr double kAskUserEveryS = 0.1;
 constexpr std::size_t kRowsBetweenLooks = 4096;
 constexpr std::uint64_t kTicksBetweenLooks = 5;
 
@@ -69,6 +71,28 @@ std::uint64_t number_of(const std::string& id) {
   return dash == std::string::npos ? 0 : std::strtoull(id.c_str() + dash + 1, nullptr, 10);
 }
 
+/// The rig's instrument from outside, open for as long as it is wanted. Nobody but identifications uses it,
+/// and one of them at a time.
+class OpenInstrument {
+ public:
+  OpenInstrument() = default;
+  OpenInstrument(const OpenInstrument&) = delete;
+  OpenInstrument& operator=(const OpenInstrument&) = delete;
+  ~OpenInstrument() { close(); }
+
+  /// Where there is hardware behind it; a simulated one is always there.
+  std::optional<hal::Error> open(hal::Rig& rig) {
+    rig_ = dynamic_cast<hal::InstrumentedRig*>(&rig);
+    return rig_ == nullptr ? std::nullopt : rig_->engage_instrument();
+  }
+  void close() noexcept {
+    if (auto* const rig = std::exchange(rig_, nullptr)) rig->disengage_instrument();
+  }
+
+ private:
+  hal::InstrumentedRig* rig_ = nullptr;
+};
+
 }  // namespace
 
 /// One identification under way; lives in its thread.
@@ -80,10 +104,12 @@ struct IdentificationRunner::Run {
   std::optional<RecordedObservations> rows;
   std::optional<SceneHost::Reservation> reservation;
   std::optional<SensorClaim> sensor;    ///< held open for as long as it listens
+  OpenInstrument instrument;            ///< the same
   std::optional<RigView> view;          ///< of the live rig
   std::optional<ObservationFile> kept;  ///< what the rig measured, where the store has a place for it
   std::string instruction;
   rt::Wish::Device device = rt::Wish::Device::kNothing;  ///< what it does now
+  std::optional<rt::SceneSpec> rendered;                 ///< the scene that does it
 };
 
 IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub,
@@ -246,11 +272,17 @@ std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::Wish& w
   const Caller nobody_waits;
   const auto scene = wished_scene(wish, session_.rig_info());
   if (scene) {
-    const auto loaded = run.reservation->load(*scene, nobody_waits);
-    if (!loaded) return loaded.refusal();
+    // A scene that is exchanged has to see the tool free first: not in the middle of a person's press.
+    const bool hand_is_simulated = session_.simulation() != nullptr;
+    if (hand_is_simulated || !run.rendered || !renders_the_same(*run.rendered, *scene)) {
+      const auto loaded = run.reservation->load(*scene, nobody_waits);
+      if (!loaded) return loaded.refusal();
+    }
+    run.rendered = scene;
   } else if (run.device != wish.device) {
     const auto unloaded = run.reservation->unload(nobody_waits);
     if (!unloaded) return unloaded.refusal();
+    run.rendered.reset();
   }
   run.device = wish.device;
   return std::nullopt;
@@ -264,6 +296,9 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
     auto sensor = session_.claim_sensor();
     if (!sensor) return {Ending::kFault, sensor.error()};
     run.sensor.emplace(std::move(*sensor));
+  }
+  if (uses_instrument(run.request.task)) {
+    if (auto error = run.instrument.open(session_.rig())) return {Ending::kFault, *error};
   }
   SampleWatch samples(needs_bias(run.request.task));
   if (const auto unloaded = run.reservation->unload(Caller{}); !unloaded) return fault(unloaded.refusal());
@@ -429,6 +464,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     }
     run.reservation.reset();
     run.sensor.reset();
+    run.instrument.close();
   }
 
   IdentificationState state = IdentificationState::kFailed;

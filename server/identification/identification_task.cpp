@@ -110,14 +110,22 @@ std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigI
   if (by_instrument && !rig.has_external_position) {
     return lacks(
         "no instrument that measures the tip from outside",
-        "press on something rigid instead (rigid_contact, hapticctl: --rigid); or mount one (an LVDT, a "
-        "laser), record it beside the encoders and the device's force, and identify from the recording");
+        "mount one (an LVDT, a dial gauge, a laser) on an input of the analog board and name it in the rig "
+        "file "
+        "([rig] instrument = \"board\", [rig.instrument] channels, mm_per_v); or press on something rigid "
+        "instead (rigid_contact, hapticctl: --rigid); or record it beside the encoders and the device's "
+        "force, "
+        "and identify from the recording");
   }
   return std::nullopt;
 }
 
 bool uses_sensor(const IdentificationTask& task) noexcept {
   return !is_by_instrument(task);
+}
+
+bool uses_instrument(const IdentificationTask& task) noexcept {
+  return is_by_instrument(task);
 }
 
 bool renders_force(const IdentificationTask& task) noexcept {

@@ -36,6 +36,9 @@ std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigI
 /// Whether it listens to the force sensor at all.
 bool uses_sensor(const IdentificationTask& task) noexcept;
 
+/// Whether it listens to an instrument that measures the tip from outside.
+bool uses_instrument(const IdentificationTask& task) noexcept;
+
 /// Whether the device renders meanwhile; otherwise a latched guard is no hindrance.
 bool renders_force(const IdentificationTask& task) noexcept;
 

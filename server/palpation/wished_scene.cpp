@@ -23,4 +23,12 @@ std::optional<rt::SceneSpec> wished_scene(const rt::Wish& wish, const hal::RigIn
   return scene;
 }
 
+bool renders_the_same(const rt::SceneSpec& a, const rt::SceneSpec& b) {
+  return a.kind == b.kind && a.target.stiffness_n_per_mm == b.target.stiffness_n_per_mm &&
+         a.wall_position_mm == b.wall_position_mm &&
+         a.controller.proportional_gain == b.controller.proportional_gain &&
+         a.controller.derivative_gain_ms == b.controller.derivative_gain_ms &&
+         a.structural_compensation == b.structural_compensation && a.guard.max_force_n == b.guard.max_force_n;
+}
+
 }  // namespace hapticd::server

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
 
-#include "hal/daq/daq_sensor.h"
+#include "tests/emulated_rig/board_parts.h"
+#include "tests/support/turn.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::test {
@@ -18,6 +20,7 @@ namespace {
 constexpr double kWorldHz = 10'000.0;
 constexpr int kTurnsATick = 10;
 constexpr std::int64_t kTurnNs = 100'000;
+constexpr double kTurnUs = 100.0;
 
 /// The device's frame lies so that the hand's home is the arm's reset pose.
 constexpr hal::Vector3 kShoulderMm{-215.0, 0.0, 180.0};
@@ -25,6 +28,7 @@ constexpr hal::Vector3 kShoulderMm{-215.0, 0.0, 180.0};
 phantom::PhantomConfig device_like(const hal::DeviceInfo& simulated) {
   phantom::PhantomConfig config;
   config.origin_mm = kShoulderMm;
+  config.gimbal = true;
   config.max_force_n = simulated.max_force_n;
   config.max_continuous_force_n = simulated.max_continuous_force_n;
   config.apparent_mass_g = simulated.apparent_mass_g;
@@ -35,7 +39,7 @@ phantom::PhantomConfig device_like(const hal::DeviceInfo& simulated) {
 
 }  // namespace
 
-BoardRig::BoardRig(const RunConfig& config) {
+BoardRig::BoardRig(const RunConfig& config) : late_us_(config.late_us) {
   sim::SimulationConfig simulation = config.simulation;
   simulation.rate_hz = kWorldHz;
   simulation.real_time = false;
@@ -44,18 +48,21 @@ BoardRig::BoardRig(const RunConfig& config) {
   emulators::ScriptedBoardConfig board;
   board.arm.shoulder_mm = kShoulderMm;
   board_ = std::make_shared<emulators::ScriptedBoard>(board);
-  board_->move_joints({});
+  phantom::PhantomConfig arm = device_like(world_->info().device);
+  place_arm(config, arm);
 
-  daq::DaqSensorConfig sensor;
-  sensor.calibration_file = folder_.write("sensor.cal", board_->gauges().calibration_file({}));
-  sensor.tool_mass_g = simulation.tool_mass_g;
   hal::RigParts parts;
-  parts.sensor = value_of(daq::DaqSensor::create(sensor, board_));
-  auto device = value_of(phantom::PhantomDevice::create(device_like(world_->info().device), board_));
+  parts.sensor = sensor_on(board_, folder_, simulation.tool_mass_g);
+  if (config.instrument_mm_per_v > 0.0) {
+    instrument_v_per_mm_ = 1.0 / config.instrument_mm_per_v;
+    parts.instrument = instrument_on(board_, config.instrument_mm_per_v);
+  }
+  auto device = value_of(phantom::PhantomDevice::create(arm, board_));
   device_ = device.get();
   parts.device = std::move(device);
   composed_ = std::make_unique<hal::ComposedRig>(std::move(parts), 1000.0);
   demand(composed_->engage(hal::RigPartKind::kForceSensor));  // biased meanwhile, in real time
+  demand(composed_->engage_instrument());
   board_->freeze_time();
   started_ns_ = board_->now_ns();
   demand(composed_->engage(hal::RigPartKind::kDevice));
@@ -77,6 +84,20 @@ BoardRig::BoardRig(const RunConfig& config) {
 
 BoardRig::~BoardRig() = default;
 
+// The arm is homed where it begins: at its reset pose, or, in a world that is turned, at the hand.
+void BoardRig::place_arm(const RunConfig& config, phantom::PhantomConfig& arm) {
+  board_->move_joints({});
+  const hal::Quaternion& q = config.turn;
+  if (q.x == 0.0 && q.y == 0.0 && q.z == 0.0) return;
+  hal::RigSample sample;
+  world_->read(sample);
+  world_->write({});
+  board_->move_tip(turned(q, sample.tip_position_mm));
+  board_->orient(product(q, sample.tip_orientation));
+  arm.reset_pose_rad = board_->arm().joints(turned(q, sample.tip_position_mm));
+  arm.gimbal_reset_rad = board_->arm().gimbal(arm.reset_pose_rad, product(q, sample.tip_orientation));
+}
+
 void BoardRig::set_hand(const sim::HandProgram& program) {
   demand(world_->set_program(program));
 }
@@ -88,15 +109,28 @@ double BoardRig::output_n() const {
 void BoardRig::move_world() {
   hal::RigSample sample;
   world_->read(sample);
-  board_->move_tip(sample.tip_position_mm);
+  board_->move_tip(turned(turn(), sample.tip_position_mm));
+  board_->orient(product(turn(), sample.tip_orientation));
   board_->feed(sample.sensor_force_n, sample.sensor_torque_n_mm);
+  hal::Vector3 outside_mm;
+  if (instrument_v_per_mm_ > 0.0 && world_->external_position(outside_mm)) {
+    const hal::Vector3 volts = turned(turn(), outside_mm) * instrument_v_per_mm_;
+    board_->put_spare({volts.x, volts.y, volts.z});
+  }
   board_->advance_ns(kTurnNs);
-  world_->write({board_->tip_force_n()});
+  world_->write({turned(inverse(turn()), board_->tip_force_n())});
   time_s_ += 1e-9 * static_cast<double>(kTurnNs);
 }
 
 void BoardRig::tick() {
-  for (int turn = 0; turn < kTurnsATick; ++turn) move_world();
+  int turns = kTurnsATick;
+  if (!late_us_.empty()) {
+    const double late_us = late_us_[next_late_++ % late_us_.size()];
+    turns += static_cast<int>(std::lround((late_us - behind_us_) / kTurnUs));
+    turns = std::max(1, turns);
+    behind_us_ += (turns - kTurnsATick) * kTurnUs;
+  }
+  for (int turn = 0; turn < turns; ++turn) move_world();
   hal::RigSample sample;
   rig().read(sample);
   rig().write(engine().on_tick(sample));
@@ -110,9 +144,7 @@ void BoardRig::pass_without_tick(double seconds) {
 }
 
 // The caller waits for the loop, which here is the caller's own thread: so somebody else asks.
-rt::EngineOutcome BoardRig::clear() {
-  rt::EngineCommand command;
-  command.kind = rt::EngineCommand::Kind::kClear;
+rt::EngineOutcome BoardRig::execute(const rt::EngineCommand& command) {
   rt::EngineOutcome outcome;
   std::atomic<bool> done{false};
   std::thread asker([&] {

@@ -23,12 +23,13 @@ class BoardRig final : public Run {
   ~BoardRig() override;
 
   void set_hand(const sim::HandProgram& program) override;
-  rt::EngineOutcome clear() override;
+  rt::EngineOutcome execute(const rt::EngineCommand& command) override;
 
   emulators::ScriptedBoard& board() { return *board_; }
   phantom::PhantomDevice& device() { return *device_; }
   const hal::TruthSample& truth() const { return truth_; }
 
+  /// After the turns of the world that belong to it; a late one after more, those behind it after fewer.
   void tick();
   /// Time passes for the world and the board, but nobody ticks.
   void pass_without_tick(double seconds);
@@ -42,6 +43,7 @@ class BoardRig final : public Run {
   double now_s() const override { return time_s_; }
 
  private:
+  void place_arm(const RunConfig& config, phantom::PhantomConfig& arm);
   void move_world();
 
   TemporaryFolder folder_;
@@ -51,6 +53,10 @@ class BoardRig final : public Run {
   std::unique_ptr<hal::ComposedRig> composed_;
   std::function<void(hal::RigSample&)> tamper_;
   hal::TruthSample truth_;
+  double instrument_v_per_mm_ = 0.0;
+  std::vector<double> late_us_;
+  std::size_t next_late_ = 0;
+  double behind_us_ = 0.0;  ///< by how much the last tick was later than even
   std::int64_t started_ns_ = 0;
   double time_s_ = 0.0;
 };

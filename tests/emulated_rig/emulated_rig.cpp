@@ -11,6 +11,7 @@
 
 #include "hal/netft/netft_sensor.h"
 #include "hal/openhaptics/openhaptics_device.h"
+#include "tests/emulated_rig/board_parts.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::test {
@@ -77,12 +78,23 @@ EmulatedRig::EmulatedRig(const EmulatedRigConfig& config) {
   const PriorityWhileStarting priority(config.fifo_priority);
   page_ = std::make_unique<emulators::HdPage>(folder_.path("page"));
   setenv("HD_STAND_IN_PAGE", page_->path().c_str(), 1);
-  box_ = std::make_unique<emulators::NetFtBox>(fed_box());
+  page_->set_late_ticks(config.late_us);
+  const bool has_instrument = config.instrument_mm_per_v > 0.0;
+  if (config.sensor_on_board || has_instrument) board_ = std::make_shared<emulators::ScriptedBoard>();
+  if (!config.sensor_on_board) box_ = std::make_unique<emulators::NetFtBox>(fed_box());
   emulators::BenchConfig bench;
   bench.simulation = config.simulation;
-  bench_ = value_of(emulators::EmulatedBench::create(
-      bench, *page_,
-      [this](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) { feed(force_n, torque_n_mm); }));
+  bench.turn = config.turn;
+  emulators::EmulatedBench::Peers peers = emulators::EmulatedBench::peers_of(*page_, bench);
+  peers.load = [this](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
+    box_ ? feed(force_n, torque_n_mm) : board_->feed(force_n, torque_n_mm);
+  };
+  if (has_instrument) {
+    peers.instrument = [this, per_mm = 1.0 / config.instrument_mm_per_v](const hal::Vector3& tip_mm) {
+      board_->put_spare({tip_mm.x * per_mm, tip_mm.y * per_mm, tip_mm.z * per_mm});
+    };
+  }
+  bench_ = value_of(emulators::EmulatedBench::create(bench, std::move(peers)));
   const hal::DeviceInfo& simulated = bench_->info().device;
   page_->device().max_force_n = simulated.max_force_n;
   page_->device().max_continuous_force_n = simulated.max_continuous_force_n;
@@ -90,10 +102,16 @@ EmulatedRig::EmulatedRig(const EmulatedRigConfig& config) {
 
   hal::RigParts parts;
   parts.device = device_on(simulated, config.stall_s);
-  parts.sensor = sensor_on(*box_, config.simulation.tool_mass_g, config.fifo_priority);
+  if (box_) {
+    parts.sensor = sensor_on(*box_, config.simulation.tool_mass_g, config.fifo_priority);
+  } else {
+    parts.sensor = sensor_on(board_, folder_, config.simulation.tool_mass_g);
+  }
+  if (has_instrument) parts.instrument = instrument_on(board_, config.instrument_mm_per_v);
   composed_ = std::make_unique<hal::ComposedRig>(std::move(parts), 1000.0);
   demand(composed_->engage(hal::RigPartKind::kDevice));
   demand(composed_->engage(hal::RigPartKind::kForceSensor));
+  demand(composed_->engage_instrument());
 
   compose(config, *composed_, [this] { return magnitude(page_->force_n()); });
   rig().change_samples([this](hal::RigSample& sample) {
@@ -121,9 +139,7 @@ void EmulatedRig::set_hand(const sim::HandProgram& program) {
   demand(bench_->set_program(program));
 }
 
-rt::EngineOutcome EmulatedRig::clear() {
-  rt::EngineCommand command;
-  command.kind = rt::EngineCommand::Kind::kClear;
+rt::EngineOutcome EmulatedRig::execute(const rt::EngineCommand& command) {
   return engine().execute(command, std::chrono::seconds(5));
 }
 

@@ -11,6 +11,7 @@
 #include "rt/loop/periodic_loop.h"
 #include "tests/emulated_rig/run.h"
 #include "tests/emulators/bench/emulated_bench.h"
+#include "tests/emulators/board/scripted_board.h"
 #include "tests/emulators/netft/netft_box.h"
 #include "tests/emulators/openhaptics/page.h"
 #include "tests/support/temporary_folder.h"
@@ -21,12 +22,13 @@ struct EmulatedRigConfig : RunConfig {
   double stall_s = 0.1;  ///< see OpenHapticsConfig
   /// SCHED_FIFO for all threads of the peers and the drivers, where the machine grants it; 0 = ordinary.
   int fifo_priority = 40;
+  bool sensor_on_board = false;  ///< the force sensor's gauges on an analog board, not a Net F/T box
 };
 
 /// The whole way live: simulated physics at 7 kHz, a Net F/T box over UDP and HTTP, the driver that reads it,
 /// a PHANToM behind the stand-in for the vendor's library, whose scheduler is the clock, the driver that
-/// loads it, both composed to a rig, the engine and the loop. One at a time in a process: the library finds
-/// its page by the environment.
+/// loads it, both composed to a rig, the engine and the loop. Or a mix: the sensor on a board. One at a time
+/// in a process: the library finds its page by the environment.
 class EmulatedRig final : public Run {
  public:
   /// Throws std::runtime_error with the full complaint of whoever refused.
@@ -36,9 +38,9 @@ class EmulatedRig final : public Run {
   EmulatedRig& operator=(const EmulatedRig&) = delete;
 
   void set_hand(const sim::HandProgram& program) override;
-  rt::EngineOutcome clear() override;
+  rt::EngineOutcome execute(const rt::EngineCommand& command) override;
 
-  emulators::NetFtBox& box() { return *box_; }
+  emulators::NetFtBox& box() { return *box_; }  ///< of a sensor that is not on the board
   emulators::HdPage& page() { return *page_; }
   emulators::EmulatedBench& bench() { return *bench_; }
   rt::LoopStatistics statistics() const { return loop_->statistics(); }
@@ -62,6 +64,7 @@ class EmulatedRig final : public Run {
   TemporaryFolder folder_{memory_folder()};
   std::unique_ptr<emulators::HdPage> page_;
   std::unique_ptr<emulators::NetFtBox> box_;
+  std::shared_ptr<emulators::ScriptedBoard> board_;  ///< of the sensor or of the instrument
   std::unique_ptr<emulators::EmulatedBench> bench_;
   std::unique_ptr<hal::ComposedRig> composed_;
   std::unique_ptr<rt::PeriodicLoop> loop_;

@@ -1,6 +1,7 @@
 #include "tests/emulated_rig/run.h"
 
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "rt/scene/compose.h"
@@ -13,6 +14,7 @@ double magnitude(const hal::Vector3& v) noexcept {
 }
 
 void Run::compose(const RunConfig& config, hal::Rig& rig, std::function<double()> standing_n) {
+  turn_ = config.turn;
   tapped_ = std::make_unique<TappedRig>(rig, std::move(standing_n));
   scene_ = value_of(rt::resolve(config.scene, rig.info()));
   pipeline_ = value_of(rt::compose(scene_, rig.info(), config.model));
@@ -22,7 +24,34 @@ void Run::compose(const RunConfig& config, hal::Rig& rig, std::function<double()
 
 void Run::drain() {
   rt::TickRecord record;
-  while (engine().pop_record(record)) records_.push_back(record);
+  while (engine().pop_record(record)) {
+    if (!keeps_records_) records_.clear();
+    records_.push_back(record);
+  }
+}
+
+rt::EngineOutcome Run::clear() {
+  rt::EngineCommand command;
+  command.kind = rt::EngineCommand::Kind::kClear;
+  return execute(command);
+}
+
+void Run::exchange(const rt::SceneSpec* scene) {
+  std::unique_ptr<rt::Pipeline> next;
+  rt::EngineCommand command;
+  command.kind = rt::EngineCommand::Kind::kExchangeScene;
+  if (scene != nullptr) {
+    const rt::SceneSpec resolved = value_of(rt::resolve(*scene, rig_info()));
+    next = value_of(rt::compose(resolved, rig_info()));
+    command.guard = resolved.guard;
+  } else {
+    command.guard = scene_.guard;
+  }
+  command.pipeline = next.get();
+  if (execute(command).status != rt::EngineOutcome::Status::kApplied) {
+    throw std::runtime_error("the loop did not take the scene");
+  }
+  pipeline_ = std::move(next);
 }
 
 bool Run::until(const std::function<bool()>& condition, double within_s) {

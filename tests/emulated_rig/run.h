@@ -20,6 +20,12 @@ struct RunConfig {
   sim::SimulationConfig simulation{};
   rt::SceneSpec scene{};
   const rt::ObjectModel* model = nullptr;  ///< of the object, where the scene needs one
+  /// How the simulated world lies in the rig's frame, see BenchConfig::turn.
+  hal::Quaternion turn{};
+  /// By how much later than even each tick is, over and over; empty = they are even.
+  std::vector<double> late_us{};
+  /// > 0: an instrument on the board sees the tip along x, y and z, with so many mm/V.
+  double instrument_mm_per_v = 0.0;
 };
 
 /// A scene that is rendered on a rig of real drivers, with the simulated hand, object and tool behind the
@@ -37,8 +43,17 @@ class Run {
   /// Time passes until it comes true; false when it has not within so many seconds of the run.
   bool until(const std::function<bool()>& condition, double within_s);
   void pass(double seconds);
+  /// Has the loop perform a command, and waits for it.
+  virtual rt::EngineOutcome execute(const rt::EngineCommand& command) = 0;
   /// The guard's latch is left, if it can be.
-  virtual rt::EngineOutcome clear() = 0;
+  rt::EngineOutcome clear();
+  /// The scene in force is exchanged for this one, without a model of the object; null: for none. Throws
+  /// std::runtime_error where it is refused.
+  void exchange(const rt::SceneSpec* scene);
+  /// Whether records() grows; what is long and looks at something else needs none of them.
+  void keep_records(bool keep) { keeps_records_ = keep; }
+  const hal::RigInfo& rig_info() const { return tapped_->info(); }
+  const hal::Quaternion& turn() const { return turn_; }  ///< of the world
 
   /// Of all ticks of the engine so far, their numbers without a gap as long as whole() holds.
   const std::vector<rt::TickRecord>& records() const { return records_; }
@@ -65,6 +80,8 @@ class Run {
   std::unique_ptr<rt::Pipeline> pipeline_;
   std::unique_ptr<rt::Engine> engine_;
   std::vector<rt::TickRecord> records_;
+  bool keeps_records_ = true;
+  hal::Quaternion turn_;
 };
 
 double magnitude(const hal::Vector3& v) noexcept;

@@ -45,6 +45,9 @@ class TappedRig final : public hal::Rig {
   std::vector<hal::PartReport> reports() const override { return rig_.reports(); }
   std::optional<hal::Error> bias_force_sensor() override { return rig_.bias_force_sensor(); }
   std::optional<hal::Error> home_device() override { return rig_.home_device(); }
+  bool external_position(hal::Vector3& position_mm) const noexcept override {
+    return rig_.external_position(position_mm);
+  }
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand& command) noexcept override;
 

@@ -14,16 +14,22 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/sim/tick_sequence.h"
+#include "hand_cycle.h"
+#include "rig_file.h"
 #include "tests/emulators/bench/emulated_bench.h"
+#include "tests/emulators/board/board_world.h"
 #include "tests/emulators/netft/netft_box.h"
 #include "tests/emulators/openhaptics/page.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/turn.h"
 
 namespace {
 
@@ -34,9 +40,12 @@ struct Options {
   std::string device = "phantom_1_0";
   std::string object = "sponge_block";
   std::string tip = "rod";
-  std::string program = "press";
-  double force_n = 2.0;
-  double hold_s = 2.0;
+  emulators::HandTask hand;
+  std::string device_over = "openhaptics";
+  std::string sensor_over = "netft";
+  double instrument_mm_per_v = 0.0;
+  std::vector<double> press_direction{0.0, 0.0, -1.0};
+  std::vector<double> line_direction{1.0, 0.0, 0.0};
   int udp_port = 0;
   int http_port = 0;
   std::string page;
@@ -56,94 +65,6 @@ struct Options {
 std::unique_ptr<emulators::HdPage> open_page(const std::string& path) {
   if (fs::exists(path)) return std::make_unique<emulators::HdPage>(path, emulators::HdPage::Join{});
   return std::make_unique<emulators::HdPage>(path);
-}
-
-sim::HandProgram program_of(const Options& options) {
-  sim::HandProgram program;
-  program.repetitions = -1;
-  program.force_n = options.force_n;
-  program.hold_s = options.hold_s;
-  if (options.program == "press") program.kind = sim::HandProgram::Kind::kPress;
-  if (options.program == "tap") program.kind = sim::HandProgram::Kind::kTap;
-  if (options.program == "wave") {  // ±20 mm at 2.2 Hz, well above the object
-    program.kind = sim::HandProgram::Kind::kSway;
-    program.rate_hz = 2.2;
-    program.speed_mm_per_s = 276.0;
-    program.hold_s = -1.0;
-    program.place_mm = {0.0, 0.0, 60.0};
-  }
-  if (options.program == "dart") {  // the tool, on the spring of the hand: 400 mm/s, 20 m/s²
-    program.speed_mm_per_s = 330.0;
-    program.acceleration_m_per_s2 = 16.5;
-    program.kind = sim::HandProgram::Kind::kDart;
-    program.rate_hz = 1.0;
-    program.stroke_length_mm = 60.0;
-    program.hold_s = -1.0;
-    program.grip_stiffness_scale = 2.0;
-    program.grip_damping_scale = 4.0;
-    program.place_mm = {0.0, 0.0, 20.0};
-  }
-  return program;
-}
-
-/// What a person does whom an identification asks: one motion after the other, again and again. Empty for the
-/// programs of a single motion.
-std::vector<sim::HandProgram> cycle_of(const Options& options) {
-  using Kind = sim::HandProgram::Kind;
-  constexpr double kTravelS = 1.0;
-  std::vector<sim::HandProgram> cycle;
-  const auto add = [&cycle](Kind kind) -> sim::HandProgram& {
-    sim::HandProgram& program = cycle.emplace_back();
-    program.kind = kind;
-    program.travel_s = kTravelS;
-    program.approach_mm_per_s = 40.0;
-    return program;
-  };
-  if (options.program == "palpate") {
-    for (const double share : {0.3, 0.65, 1.0}) {
-      for (const double over_s : {1.5, 0.4, 0.1}) {
-        sim::HandProgram& press = add(Kind::kPress);
-        press.force_n = share * options.force_n;
-        press.force_rate_n_per_s = press.force_n / over_s;
-        press.hold_s = options.hold_s;
-      }
-      sim::HandProgram& taps = add(Kind::kTap);
-      taps.speed_mm_per_s = 100.0 + 150.0 * share;
-      taps.repetitions = 3;
-    }
-  }
-  if (options.program == "rub") {
-    constexpr double kLineMm = 30.0;
-    constexpr double kBeyondMm = 8.0;
-    for (int i = 0; i < 2; ++i) {
-      sim::HandProgram& scan = add(Kind::kScan);
-      scan.place_mm.x = -0.5 * kLineMm - kBeyondMm;
-      scan.stroke_length_mm = kLineMm + 2.0 * kBeyondMm;
-      scan.repetitions = 20;
-      scan.speed_mm_per_s = 40.0;
-    }
-    for (const double speed_mm_per_s : {110.0, 60.0}) {
-      for (const double force_n : {1.2, 3.0, 5.0}) {
-        sim::HandProgram& stroke = add(Kind::kStroke);
-        stroke.force_n = force_n;
-        stroke.force_rate_n_per_s = 6.0;
-        stroke.speed_mm_per_s = speed_mm_per_s;
-        stroke.stroke_length_mm = kLineMm;
-        stroke.repetitions = 4;
-      }
-    }
-  }
-  if (options.program == "turn") {
-    for (const double tilt_deg : {45.0, 20.0}) {
-      sim::HandProgram& sway = add(Kind::kSway);
-      sway.tilt_deg = tilt_deg;
-      sway.rate_hz = 1.2;
-      sway.speed_mm_per_s = 150.0;
-      sway.hold_s = 6.0;
-      sway.place_mm.z = 80.0;
-    }
-  }
-  return cycle;
 }
 
 /// By how much later than even each tick is: as recorded in a file, or "builtin": half a millisecond twice a
@@ -182,37 +103,6 @@ std::map<std::string, double> values_of(const Options& options) {
   return values;
 }
 
-std::string quoted(const std::string& text) {
-  std::string toml = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') toml += '\\';
-    toml += c;
-  }
-  return toml + "\"";
-}
-
-/// A decimal point or an exponent in any case: to TOML a number without is a whole one.
-std::string number(double value) {
-  const std::string text = fmt::format("{:.10g}", value);
-  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
-}
-
-std::string rig_file(const emulators::NetFtBox& box, const emulators::HdPage& page, const hal::RigInfo& rig) {
-  const std::string page_path = fs::absolute(page.path()).string();
-  return fmt::format(
-      "# An emulated rig: alive as long as process {} is. The library finds its world through the "
-      "environment:\n"
-      "#   HD_STAND_IN_PAGE='{}' hapticd --config THIS_FILE\n"
-      "[rig]\nkind = \"hardware\"\ndevice = \"openhaptics\"\nsensor = \"netft\"\n\n"
-      "[rig.openhaptics]\nlibrary = {}\nstructural_stiffness_n_per_mm = {}\napparent_mass_g = {}\n"
-      "position_resolution_mm = {}\n\n"
-      "[rig.netft]\naddress = \"127.0.0.1\"\nrdt_port = {}\nhttp_port = {}\nmodel = \"nano17_si_25\"\n"
-      "tool_mass_g = {}\nfifo_priority = 0  # its peer runs on this machine too\n",
-      getpid(), page_path, quoted(STAND_IN_LIBRARY), number(rig.device.structural_stiffness_n_per_mm),
-      number(rig.device.apparent_mass_g), number(rig.device.position_resolution_mm), box.udp_port(),
-      box.http_port(), number(rig.sensor.tool_mass_g));
-}
-
 /// Whole or not at all: somebody may be waiting for it.
 void write_file(const std::string& path, const std::string& text) {
   const std::string draft = path + ".new";
@@ -237,7 +127,8 @@ double posture_s(const sim::HandProgram& program) {
 
 /// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object
 /// vanishes and slides as asked.
-void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench) {
+void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench,
+                      const std::function<bool()>& may_begin) {
   using Kind = sim::ObjectEvent::Kind;
   constexpr double kTurnS = 0.1;
   constexpr double kSlideS = 1.0;
@@ -245,11 +136,21 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   double next_return_s = HUGE_VAL;
   double next_slide_s = kSlideS;
   double direction = 1.0;
-  const std::vector<sim::HandProgram> cycle = cycle_of(options);
+  const std::vector<sim::HandProgram> cycle = motions_in_turn(options.hand);
   std::size_t motion = 0;
   double next_motion_s = cycle.empty() ? HUGE_VAL : 0.0;
+  bool begun = false;
   for (double now_s = 0.0; options.seconds <= 0.0 || now_s < options.seconds; now_s += kTurnS) {
     if (!wait(ending, kTurnS)) return;
+    if (!begun && !may_begin()) {
+      now_s -= kTurnS;
+      continue;
+    }
+    if (!std::exchange(begun, true)) {
+      if (const auto error = bench.set_program(single_motion(options.hand))) {
+        throw std::runtime_error(error->text());
+      }
+    }
     if (options.vanish_every_s > 0.0 && now_s >= next_vanish_s) {
       bench.happen({.kind = Kind::kVanish});
       next_return_s = now_s + 0.5 * options.vanish_every_s;
@@ -274,6 +175,48 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   }
 }
 
+/// How the world lies in the rig's frame; not turned where the press is the usual one.
+hal::Quaternion turn_of(const Options& options) {
+  const auto vector = [](const std::vector<double>& v) { return hal::Vector3{v.at(0), v.at(1), v.at(2)}; };
+  const hal::Vector3 press = vector(options.press_direction);
+  const hal::Vector3 line = vector(options.line_direction);
+  if (!(dot(press, press) > 0.0 && dot(line, line) > 0.0))
+    throw std::runtime_error("a direction has no length");
+  if (dot(press, press) * dot(line, line) - dot(press, line) * dot(press, line) < 1e-6) {
+    throw std::runtime_error("the line of strokes goes along the press");
+  }
+  return test::turn_of_world(press, line);
+}
+
+/// The world's peers, each where it is; what is on the board is shown at the end of a turn.
+emulators::EmulatedBench::Peers peers_of(const emulators::BenchConfig& config, emulators::HdPage* page,
+                                         emulators::NetFtBox* box, emulators::BoardWorld* board) {
+  emulators::EmulatedBench::Peers peers;
+  if (page != nullptr) peers = emulators::EmulatedBench::peers_of(*page, config);
+  if (box != nullptr) {
+    peers.load = [box](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
+      box->load(force_n, torque_n_mm);
+    };
+  }
+  if (board == nullptr) return peers;
+  if (page == nullptr) {
+    peers.pose = [board](const hal::Vector3& tip_mm, const hal::Quaternion& orientation) {
+      board->pose(tip_mm, orientation);
+    };
+    peers.force_n = [board] { return board->force_n(); };
+  }
+  if (box == nullptr) {
+    peers.load = [board](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
+      board->load(force_n, torque_n_mm);
+    };
+  }
+  peers.instrument = [board](const hal::Vector3& tip_mm) {
+    board->instrument(tip_mm);
+    board->show();
+  };
+  return peers;
+}
+
 int run(const Options& options) {
   sigset_t ending;
   sigemptyset(&ending);
@@ -281,14 +224,29 @@ int run(const Options& options) {
   sigaddset(&ending, SIGINT);
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);  // before there are threads: they inherit it
 
-  std::unique_ptr<test::TemporaryFolder> folder;  // gone with the process
-  if (options.page.empty()) folder = std::make_unique<test::TemporaryFolder>(test::memory_folder());
-  const auto page = open_page(folder ? folder->path("page") : options.page);
-
-  emulators::NetFtBoxSettings settings;
-  settings.udp_port = options.udp_port;
-  settings.http_port = options.http_port;
-  emulators::NetFtBox box(settings);
+  test::TemporaryFolder folder(test::memory_folder());  // gone with the process
+  const std::string page_path = options.page.empty() ? folder.path("page") : options.page;
+  const bool device_on_board = options.device_over == "board";
+  const bool sensor_on_board = options.sensor_over == "board";
+  std::unique_ptr<emulators::HdPage> page;
+  if (!device_on_board) page = open_page(page_path);
+  std::unique_ptr<emulators::NetFtBox> box;
+  if (!sensor_on_board) {
+    emulators::NetFtBoxSettings settings;
+    settings.udp_port = options.udp_port;
+    settings.http_port = options.http_port;
+    box = std::make_unique<emulators::NetFtBox>(settings);
+  }
+  constexpr hal::Vector3 kShoulderMm{-215.0, 0.0, 180.0};  // so that the hand's home is near the reset pose
+  std::unique_ptr<emulators::BoardWorld> board;
+  if (device_on_board || sensor_on_board || options.instrument_mm_per_v > 0.0) {
+    if (*COMEDI_STAND_IN == 0)
+      throw std::runtime_error("built without libcomedi: there is no board to emulate");
+    emulators::ArmDescription arm;
+    arm.shoulder_mm = kShoulderMm;
+    board = std::make_unique<emulators::BoardWorld>(
+        options.page.empty() ? folder.path("board") : page_path + ".board", arm, options.instrument_mm_per_v);
+  }
 
   emulators::BenchConfig config;
   config.simulation.device = options.device;
@@ -299,38 +257,48 @@ int run(const Options& options) {
   config.simulation.tool_mass_g = options.tool_mass_g;
   if (options.edge_mm > 0.0) config.simulation.hold.edge_mm = options.edge_mm;
   config.truth_capacity = 1;  // nobody asks for it
-  page->set_late_ticks(options.late_ticks.empty() ? std::vector<double>{}
-                                                  : late_ticks_of(options.late_ticks));
-  auto bench = emulators::EmulatedBench::create(
-      config, *page, [&box](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
-        box.load(force_n, torque_n_mm);
-      });
+  config.turn = turn_of(options);
   std::optional<hal::Error> error;
+  auto bench = emulators::EmulatedBench::create(config, peers_of(config, page.get(), box.get(), board.get()));
   if (!bench) {
     error = bench.error();
   } else {
-    error = (*bench)->set_program(program_of(options));  // at rest where a cycle follows
+    error = (*bench)->set_program(single_motion(options.hand));  // refused before there is a rig file
   }
   if (error) {
     std::fprintf(stderr, "hapticd_emulated_rig: %s\n", error->text().c_str());
     return 2;
   }
+  // An arm on the board is homed before the hand moves it.
+  const auto may_begin = [&] { return !device_on_board || board->is_awake(); };
+  if (device_on_board) (void)(*bench)->set_program({});
   const hal::RigInfo& rig = (*bench)->info();
-  page->device().max_force_n = rig.device.max_force_n;
-  page->device().max_continuous_force_n = rig.device.max_continuous_force_n;
+  if (page) {
+    page->set_late_ticks(options.late_ticks.empty() ? std::vector<double>{}
+                                                    : late_ticks_of(options.late_ticks));
+    page->device().max_force_n = rig.device.max_force_n;
+    page->device().max_continuous_force_n = rig.device.max_continuous_force_n;
+  }
   (*bench)->start();
 
-  const std::string text = rig_file(box, *page, rig);
+  emulators::RigPeers peers{.box = box.get(),
+                            .page = page.get(),
+                            .board = board.get(),
+                            .instrument_mm_per_v = options.instrument_mm_per_v,
+                            .shoulder_mm = kShoulderMm};
+  if (sensor_on_board) {
+    peers.calibration_file = folder.write("sensor.cal", board->gauges().calibration_file({}));
+  }
+  const std::string text = rig_file(peers, rig);
   if (options.file.empty()) {
     std::fputs(text.c_str(), stdout);
   } else {
     write_file(options.file, text);
     // For scripts and people: what to start, ready to be pasted.
-    std::printf("HD_STAND_IN_PAGE='%s' hapticd --config '%s'\n", fs::absolute(page->path()).string().c_str(),
-                options.file.c_str());
+    std::printf("%shapticd --config '%s'\n", environment_of(peers).c_str(), options.file.c_str());
   }
   std::fflush(stdout);
-  wait_for_the_end(ending, options, **bench);
+  wait_for_the_end(ending, options, **bench, may_begin);
   (*bench)->stop();
   const test::FreeAirJudge& free_air = (*bench)->free_air();
   std::fprintf(
@@ -353,10 +321,27 @@ int main(int argc, char** argv) {
   app.add_option("--device", options.device, "Simulated device: phantom_1_0, phantom_1_5_high_force");
   app.add_option("--object", options.object, "Simulated object, or none");
   app.add_option("--tip", options.tip, "rod, ball_bearing");
-  app.add_option("--program", options.program, "What the hand does, again and again")
-      ->check(CLI::IsMember({"press", "tap", "rest", "wave", "dart", "palpate", "rub", "turn"}));
-  app.add_option("--force-n", options.force_n, "Force of a press [N]");
-  app.add_option("--hold-s", options.hold_s, "How long it is held [s]; negative = for ever");
+  app.add_option("--program", options.hand.program, "What the hand does, again and again")
+      ->check(CLI::IsMember(emulators::hand_programs()));
+  app.add_option("--force-n", options.hand.force_n, "Force of a press [N]");
+  app.add_option("--hold-s", options.hand.hold_s, "How long it is held [s]; negative = for ever");
+  app.add_option(
+         "--device-over", options.device_over,
+         "The device behind the vendor's library or an analog board (comedi's library preloaded); on a "
+         "board the hand waits until a daemon has homed the arm")
+      ->check(CLI::IsMember({"openhaptics", "board"}));
+  app.add_option("--sensor-over", options.sensor_over, "The force sensor behind a Net F/T box or the board")
+      ->check(CLI::IsMember({"netft", "board"}));
+  app.add_option("--instrument-mm-per-v", options.instrument_mm_per_v,
+                 "An instrument on the board sees where the tip really is; 0 = none")
+      ->check(CLI::Range(0.0, 1000.0));
+  app.add_option("--press-direction", options.press_direction,
+                 "The world is turned so that the hand presses along this")
+      ->expected(3)
+      ->delimiter(',');
+  app.add_option("--line-direction", options.line_direction, "and strokes along this, as far as it is across")
+      ->expected(3)
+      ->delimiter(',');
   app.add_option("--udp-port", options.udp_port, "Of the box; 0 = any free one")->check(CLI::Range(0, 65535));
   app.add_option("--http-port", options.http_port, "Of the box; 0 = any free one")
       ->check(CLI::Range(0, 65535));

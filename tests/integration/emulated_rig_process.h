@@ -56,12 +56,15 @@ const inline Arguments kRestingHand{"--program", "rest"};
 /// The emulators' process, and the rig file it wrote.
 class EmulatedRigProcess : public testing::Test {
  protected:
-  void TearDown() override { unsetenv("HD_STAND_IN_PAGE"); }
+  void TearDown() override {
+    for (const std::string& name : variables) unsetenv(name.c_str());
+  }
 
   void start_peers(Arguments arguments) {
     arguments.insert(arguments.end(), {"--page", page_path, "--write", written});
     peers = std::make_unique<ChildProcess>(EMULATED_RIG, arguments);
-    ASSERT_NE(peers->read_line(), "") << "it did not start";
+    line_for_daemon = peers->read_line();
+    ASSERT_NE(line_for_daemon, "") << "it did not start";
   }
   /// After a death: what comes back is to be found where it was.
   void start_peers_again(Arguments arguments) {
@@ -77,11 +80,11 @@ class EmulatedRigProcess : public testing::Test {
     std::string rig = text.str();
     const auto add = [&rig](const std::string& section, const std::string& keys) {
       const std::size_t at = rig.find(section + "\n");
-      ASSERT_NE(at, std::string::npos) << rig;
-      rig.insert(at + section.size() + 1, keys);
+      if (at != std::string::npos) rig.insert(at + section.size() + 1, keys);
     };
     add("[rig.netft]", "stale_after_ms = 1000\n");
     add("[rig.openhaptics]", "stall_s = 2\n");
+    add("[rig.phantom]", "watchdog_ms = 1000\n");
     rig += "\n[loop]\nfifo_priority = 0\nlock_memory = false\nkeep_cpu_awake = false\n";
     rig += "\n[scene]\nfolder = \"" + folder.path() + "\"\n";
     rig +=
@@ -93,7 +96,17 @@ class EmulatedRigProcess : public testing::Test {
         "name = \"tap_1d\"\nkind = \"tap_1d\"\n[tool]\nmass_g = 9.35\n"
         "[target]\nstiffness_n_per_mm = 2\nmax_stiffness_n_per_mm = 20\n[structure]\ncompensation = true\n"
         "[guard]\nsensor_stale_after_ms = 1000\nloop_gap_ms = 1000\n");
-    setenv("HD_STAND_IN_PAGE", page_path.c_str(), 1);
+    set_variables();
+  }
+  /// NAME='value', as the emulators print them before the daemon's name.
+  void set_variables() {
+    std::istringstream words(line_for_daemon);
+    for (std::string word; words >> word;) {
+      const std::size_t equals = word.find("='");
+      if (equals == std::string::npos) break;
+      variables.push_back(word.substr(0, equals));
+      setenv(variables.back().c_str(), word.substr(equals + 2, word.size() - equals - 3).c_str(), 1);
+    }
   }
   void start(const Arguments& peers_arguments, const Arguments& daemon_arguments = {}) {
     ASSERT_NO_FATAL_FAILURE(start_peers(peers_arguments));
@@ -101,7 +114,8 @@ class EmulatedRigProcess : public testing::Test {
     Arguments arguments{"--config", rig_file, "--listen", "127.0.0.1:0"};
     arguments.insert(arguments.end(), daemon_arguments.begin(), daemon_arguments.end());
     daemon = std::make_unique<DaemonProcess>(arguments);
-    const std::string address = daemon->await_address();
+    unsetenv("LD_PRELOAD");  // of the daemon, not of what else is started
+    address = daemon->await_address();
     if (address.empty()) {
       daemon->wait();
       FAIL() << daemon->errors();
@@ -159,6 +173,9 @@ class EmulatedRigProcess : public testing::Test {
   const std::string page_path = memory.path("page");
   const std::string written = folder.path("emulated.toml");
   const std::string rig_file = folder.path("rig.toml");
+  std::string line_for_daemon;
+  std::vector<std::string> variables;  ///< of the environment, set for the daemon
+  std::string address;
   std::unique_ptr<ChildProcess> peers;
   std::unique_ptr<DaemonProcess> daemon;
   std::unique_ptr<ServiceClient> client;

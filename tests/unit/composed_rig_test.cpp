@@ -173,6 +173,56 @@ Made make(bool with_base, bool with_device, bool with_sensor) {
   return made;
 }
 
+/// Sees the tip along z only, and only while something comes.
+class FakeInstrument final : public TipInstrument {
+ public:
+  std::optional<Error> engage() override {
+    engaged = true;
+    return std::nullopt;
+  }
+  void disengage() noexcept override { engaged = false; }
+  PartReport report() const override {
+    return {"instrument from outside", "fake", PartState::kReady, "", {}, {}};
+  }
+  bool read(Vector3& position_mm) noexcept override {
+    if (has_reading) position_mm.z = -7.5;
+    return has_reading;
+  }
+  bool engaged = false;
+  bool has_reading = true;
+};
+
+TEST(ComposedRig, AnInstrumentAnswersForAsLongAsItIsEngaged) {
+  RigParts parts;
+  parts.device = std::make_unique<FakeDevice>();
+  auto made = std::make_unique<FakeInstrument>();
+  FakeInstrument* const instrument = made.get();
+  parts.instrument = std::move(made);
+  ComposedRig rig(std::move(parts), 1000.0);
+  EXPECT_TRUE(rig.info().has_external_position);
+  ASSERT_FALSE(rig.engage(RigPartKind::kDevice));
+  RigSample sample;
+  Vector3 outside_mm{9.0, 9.0, 9.0};
+  rig.read(sample);
+  EXPECT_FALSE(instrument->engaged) << "opened by whoever needs it";
+  EXPECT_FALSE(rig.external_position(outside_mm));
+  EXPECT_EQ(outside_mm.x, 9.0);
+  ASSERT_FALSE(rig.engage_instrument());
+  rig.read(sample);
+  ASSERT_TRUE(rig.external_position(outside_mm));
+  EXPECT_EQ(outside_mm.x, sample.tip_position_mm.x) << "what it does not see is the encoders'";
+  EXPECT_EQ(outside_mm.z, -7.5);
+  instrument->has_reading = false;
+  rig.read(sample);
+  EXPECT_FALSE(rig.external_position(outside_mm));
+  instrument->has_reading = true;
+  rig.disengage_instrument();
+  EXPECT_FALSE(instrument->engaged);
+  rig.read(sample);
+  EXPECT_FALSE(rig.external_position(outside_mm));
+  EXPECT_EQ(rig.reports().size(), 2U);
+}
+
 TEST(ComposedRig, TakesEachHalfFromItsPartAndTheRestFromTheBase) {
   const Made made = make(true, false, true);
   made.base->all_bits = kForceBits | status::kDeviceWarm;

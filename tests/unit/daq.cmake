@@ -4,8 +4,8 @@ hapticd_test(test_daq_calibration
   SOURCES ${HERE}/calibration_test.cpp
   LINK hapticd_daq hapticd_emulator_board hapticd_test_support)
 hapticd_test(test_daq_board
-  SOURCES ${HERE}/board_test.cpp ${HERE}/scan_ring_test.cpp
-  LINK hapticd_daq hapticd_emulator_board Threads::Threads)
+  SOURCES ${HERE}/board_instrument_test.cpp ${HERE}/board_test.cpp ${HERE}/scan_ring_test.cpp
+  LINK hapticd_daq hapticd_emulator_board hapticd_test_support Threads::Threads)
 hapticd_test(test_daq_sensor
   SOURCES ${HERE}/daq_sensor_test.cpp ${HERE}/daq_sensor_fault_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/allocation_counter.cpp

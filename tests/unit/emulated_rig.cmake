@@ -3,3 +3,6 @@ set(HERE ${CMAKE_CURRENT_LIST_DIR}/emulated_rig)
 hapticd_test(test_emulated_rig
   SOURCES ${HERE}/board_faults_test.cpp ${HERE}/live_faults_test.cpp
   LINK hapticd_emulated_rig)
+hapticd_test(test_emulated_identification
+  SOURCES ${HERE}/identification_test.cpp
+  LINK hapticd_emulated_rig)

@@ -8,6 +8,8 @@
 #include <thread>
 #include <utility>
 
+#include "tests/support/turn.h"
+
 namespace hapticd::emulators {
 
 namespace {
@@ -42,16 +44,14 @@ struct Free {
 }  // namespace
 
 struct EmulatedBench::State {
-  State(const BenchConfig& config_, HdPage& page_, ForceSink sink_, std::unique_ptr<sim::SimulatedRig> rig_)
+  State(const BenchConfig& config_, Peers peers_, std::unique_ptr<sim::SimulatedRig> rig_)
       : config(config_),
-        page(page_),
-        sink(std::move(sink_)),
+        peers(std::move(peers_)),
         rig(std::move(rig_)),
         truths(static_cast<BenchTruth*>(std::malloc(config_.truth_capacity * sizeof(BenchTruth)))) {}
 
   const BenchConfig config;
-  HdPage& page;
-  const ForceSink sink;
+  const Peers peers;
   const std::unique_ptr<sim::SimulatedRig> rig;
   std::thread thread;
   std::atomic<bool> stop{false};
@@ -72,10 +72,17 @@ struct EmulatedBench::State {
 void EmulatedBench::State::turn() {
   hal::RigSample sample;
   rig->read(sample);
-  page.set_pose(to_vendor(sample.tip_position_mm) + config.origin_mm, to_vendor(sample.tip_orientation),
-                config.page_device);
-  if (sink) sink(sample.sensor_force_n, sample.sensor_torque_n_mm);
-  const Vector3 force_n = to_rig(page.force_n(config.page_device));
+  if (peers.pose) {
+    peers.pose(test::turned(config.turn, sample.tip_position_mm),
+               test::product(config.turn, sample.tip_orientation));
+  }
+  if (peers.load) peers.load(sample.sensor_force_n, sample.sensor_torque_n_mm);
+  Vector3 outside_mm;
+  if (peers.instrument && rig->external_position(outside_mm)) {
+    peers.instrument(test::turned(config.turn, outside_mm));
+  }
+  const Vector3 force_n =
+      peers.force_n ? test::turned(test::inverse(config.turn), peers.force_n()) : Vector3{};
   rig->write({force_n});
   hal::TruthSample now;
   rig->truth(now);
@@ -120,8 +127,24 @@ void EmulatedBench::State::run() {
   }
 }
 
+EmulatedBench::Peers EmulatedBench::peers_of(HdPage& page, const BenchConfig& config) {
+  Peers peers;
+  peers.pose = [&page, origin_mm = config.origin_mm, device = config.page_device](
+                   const Vector3& tip_mm, const Quaternion& orientation) {
+    page.set_pose(to_vendor(tip_mm) + origin_mm, to_vendor(orientation), device);
+  };
+  peers.force_n = [&page, device = config.page_device] { return to_rig(page.force_n(device)); };
+  return peers;
+}
+
 hal::Result<std::unique_ptr<EmulatedBench>> EmulatedBench::create(const BenchConfig& config, HdPage& page,
                                                                   ForceSink sink) {
+  Peers peers = peers_of(page, config);
+  peers.load = std::move(sink);
+  return create(config, std::move(peers));
+}
+
+hal::Result<std::unique_ptr<EmulatedBench>> EmulatedBench::create(const BenchConfig& config, Peers peers) {
   if (!(config.rate_hz >= 100.0 && config.rate_hz <= 10000.0) || config.truth_every < 1) {
     return hal::Error{"the bench's rate is out of range", "emulated bench", std::to_string(config.rate_hz),
                       "100 … 10000 Hz, a truth at least every turn", ""};
@@ -131,7 +154,7 @@ hal::Result<std::unique_ptr<EmulatedBench>> EmulatedBench::create(const BenchCon
   simulation.rate_hz = config.rate_hz;
   auto rig = sim::SimulatedRig::create(simulation);
   if (!rig) return rig.error();
-  auto state = std::make_unique<State>(config, page, std::move(sink), std::move(*rig));
+  auto state = std::make_unique<State>(config, std::move(peers), std::move(*rig));
   if (state->truths == nullptr) {
     return hal::Error{"no memory for the truth", "emulated bench", std::to_string(config.truth_capacity), "",
                       ""};

@@ -23,19 +23,21 @@ struct BenchConfig {
   double rate_hz = 7000.0;  ///< of its turns: as fast as a Net F/T box measures
   /// Where the rig's origin lies in the device's coordinates (vendor's frame).
   hal::Vector3 origin_mm{};
+  /// How the simulated world lies in the rig's frame; of length 1. The tool turns with it.
+  hal::Quaternion turn{};
   std::size_t page_device = 0;
   int truth_every = 7;                   ///< turns between two of the truths kept
   std::size_t truth_capacity = 600'000;  ///< ten minutes; memory is taken as it is filled
 };
 
-/// What was true at one turn. Rig frame.
+/// What was true at one turn. Frame of the simulated world: the rig's, unless the world is turned in it.
 struct BenchTruth {
   std::int64_t monotonic_ns = 0;  ///< CLOCK_MONOTONIC
   std::int64_t time_ns = 0;       ///< of the simulation
   hal::TruthSample truth;
-  hal::Vector3 encoder_position_mm;  ///< what the page was told
+  hal::Vector3 encoder_position_mm;  ///< what the device's peer was shown
   hal::Vector3 sensor_force_n;       ///< what the sink was told
-  hal::Vector3 asked_force_n;        ///< what the page asked for, before the device's own lag
+  hal::Vector3 asked_force_n;        ///< what the device's peer asked for, before the device's own lag
 };
 static_assert(std::is_trivially_copyable_v<BenchTruth>);
 
@@ -47,8 +49,19 @@ class EmulatedBench {
  public:
   /// Called from the bench's thread with the sensor's reading, tool frame; must not block.
   using ForceSink = std::function<void(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm)>;
+  /// What the world is coupled to. Called from the bench's thread, must not block; what is empty is not
+  /// there. Rig frame, but for the sensor's load.
+  struct Peers {
+    std::function<void(const hal::Vector3& tip_mm, const hal::Quaternion& orientation)> pose;  ///< encoders'
+    std::function<hal::Vector3()> force_n;  ///< of the device on the tip
+    ForceSink load;
+    std::function<void(const hal::Vector3& tip_mm)> instrument;  ///< where an instrument from outside sees it
+  };
 
-  /// The page outlives the bench. An empty sink is none.
+  static hal::Result<std::unique_ptr<EmulatedBench>> create(const BenchConfig& config, Peers peers);
+  /// The device of a page, which outlives them.
+  static Peers peers_of(HdPage& page, const BenchConfig& config);
+  /// The device is one of the page, which outlives the bench. An empty sink is none.
   static hal::Result<std::unique_ptr<EmulatedBench>> create(const BenchConfig& config, HdPage& page,
                                                             ForceSink sink);
   ~EmulatedBench();

@@ -49,6 +49,29 @@ std::array<std::int64_t, 3> ArmEmulator::counts(const std::array<double, 3>& q) 
   return counts;
 }
 
+// By matrices: the tool's axes as the rig sees them, then as the forearm does.
+std::array<double, 3> ArmEmulator::gimbal(const std::array<double, 3>& q, const hal::Quaternion& o) const {
+  const double n = o.w * o.w + o.x * o.x + o.y * o.y + o.z * o.z;
+  const double tool[3][3] = {{1.0 - 2.0 * (o.y * o.y + o.z * o.z) / n, 2.0 * (o.x * o.y - o.w * o.z) / n,
+                              2.0 * (o.x * o.z + o.w * o.y) / n},
+                             {2.0 * (o.x * o.y + o.w * o.z) / n, 1.0 - 2.0 * (o.x * o.x + o.z * o.z) / n,
+                              2.0 * (o.y * o.z - o.w * o.x) / n},
+                             {2.0 * (o.x * o.z - o.w * o.y) / n, 2.0 * (o.y * o.z + o.w * o.x) / n,
+                              1.0 - 2.0 * (o.x * o.x + o.y * o.y) / n}};
+  // The forearm's own axes: outwards, sideways, up; swung by q[2] from hanging, in the plane that the base
+  // has turned by q[0].
+  const double cb = std::cos(q[0]), sb = std::sin(q[0]), cs = std::cos(q[2]), ss = std::sin(q[2]);
+  const double forearm[3][3] = {{cb * cs, sb * cs, ss}, {-sb, cb, 0.0}, {-cb * ss, -sb * ss, cs}};
+  double m[3][3] = {};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t k = 0; k < 3; ++k) m[i][j] += forearm[i][k] * tool[k][j];
+    }
+  }
+  return {std::atan2(m[1][0], m[0][0]), std::asin(std::clamp(-m[2][0], -1.0, 1.0)),
+          std::atan2(m[2][1], m[2][2])};
+}
+
 // Virtual work: force · (tip's step a joint makes) = torque of the joint · its step.
 hal::Vector3 ArmEmulator::tip_force_n(const std::array<double, 3>& q,
                                       const std::array<double, 3>& volts) const {

@@ -30,6 +30,10 @@ class ArmEmulator {
   hal::Vector3 tip_mm(const std::array<double, 3>& joints_rad) const;
   /// Counts since the pose with the upper arm level and the forearm hanging.
   std::array<std::int64_t, 3> counts(const std::array<double, 3>& joints_rad) const;
+  /// Angles of a gimbal at the forearm's end that give the tool an orientation: about the forearm's own up,
+  /// then across, then along the stylus, upright with the forearm hanging. rad.
+  std::array<double, 3> gimbal(const std::array<double, 3>& joints_rad,
+                               const hal::Quaternion& orientation) const;
   /// What volts at the amplifiers make at the tip.
   hal::Vector3 tip_force_n(const std::array<double, 3>& joints_rad, const std::array<double, 3>& volts) const;
 

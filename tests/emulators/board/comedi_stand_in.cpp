@@ -17,6 +17,8 @@
 #include <set>
 #include <thread>
 
+#include "tests/emulators/board/board_page.h"
+
 struct comedi_t_struct {
   int read_end = -1;
   int write_end = -1;
@@ -54,6 +56,23 @@ struct Board {
 Board& board() {
   static Board the_one;
   return the_one;
+}
+
+/// Of the world in another process, where there is one: named in the environment, and the board's node.
+hapticd::emulators::BoardPage* world() {
+  using hapticd::emulators::BoardPage;
+  static const std::unique_ptr<BoardPage> the_one = [] {
+    const char* const path = std::getenv("COMEDI_STAND_IN_PAGE");
+    if (path == nullptr) return std::unique_ptr<BoardPage>();
+    board().path = path;
+    return std::make_unique<BoardPage>(path, BoardPage::Join{});
+  }();
+  return the_one.get();
+}
+
+/// What the world shows now; with the board's mutex held.
+void look_at_world() {
+  if (const auto* const page = world()) page->read_world(board().inputs_v, board().counters);
 }
 
 thread_local int t_error = 0;
@@ -97,6 +116,7 @@ void pump(comedi_t* device, std::uint64_t number, const std::vector<unsigned>& c
       const std::lock_guard lock(board().mutex);
       if (number <= board().end_at) break;
       if (!board().muted) {
+        look_at_world();
         for (const unsigned packed : channels) {
           const double end_v = kEndV[CR_RANGE(packed)];
           const double share = (board().inputs_v[CR_CHAN(packed)] + end_v) / (2.0 * end_v);
@@ -236,6 +256,7 @@ extern "C" {
 
 // The names are the linker's.
 // NOLINTBEGIN(bugprone-reserved-identifier)
+#ifndef COMEDI_STAND_IN_PRELOADED
 ssize_t __real_read(int file, void* into, size_t size);
 ssize_t __wrap_read(int file, void* into, size_t size);
 ssize_t __wrap_read(int file, void* into, size_t size) {
@@ -248,10 +269,12 @@ ssize_t __wrap_read(int file, void* into, size_t size) {
   }
   return __real_read(file, into, size);
 }
+#endif
 // NOLINTEND(bugprone-reserved-identifier)
 
 comedi_t* comedi_open(const char* path) {
   const std::lock_guard lock(board().mutex);
+  world();
   if (board().path != path) {
     fail(ENODEV);
     return nullptr;
@@ -392,13 +415,17 @@ int comedi_cancel(comedi_t* device, unsigned int) {
 int comedi_do_insnlist(comedi_t*, comedi_insnlist* list) {
   const std::lock_guard lock(board().mutex);
   if (board().failing) return fail(EIO);
+  auto* const page = world();
+  look_at_world();
   for (unsigned k = 0; k < list->n_insns; ++k) {
     comedi_insn& instruction = list->insns[k];
     const unsigned channel = CR_CHAN(instruction.chanspec);
     if (instruction.insn == INSN_READ && instruction.subdev == 3 && channel < 8) {
       instruction.data[0] = board().counters[channel];
+      if (page != nullptr && k == 0) page->operator->()->counter_reads.fetch_add(1);
     } else if (instruction.insn == INSN_WRITE && instruction.subdev == 1 && channel < 4) {
       board().outputs[channel] = instruction.data[0];
+      if (page != nullptr) page->operator->()->outputs[channel].store(instruction.data[0]);
     } else {
       return static_cast<int>(k);
     }

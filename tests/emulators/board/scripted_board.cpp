@@ -84,6 +84,9 @@ daq::Scan ScriptedBoard::scan_at(std::int64_t time_ns) {
         rail_v_[j].value_or(volts[j] + config_.gauge_offset_v[j] + config_.gauge_noise_v * noise);
     scan.volts[j] = nan_ ? std::numeric_limits<double>::quiet_NaN() : digitised(v, config_.input_bits);
   }
+  for (std::size_t j = 0; j < daq::kSpareInputs; ++j) {
+    scan.volts[daq::kGaugeInputs + j] = digitised(spare_v_[j], config_.input_bits);
+  }
   return scan;
 }
 
@@ -105,7 +108,7 @@ void ScriptedBoard::make_due_scans() {
   }
 }
 
-daq::ScanReading ScriptedBoard::read_scans(std::span<daq::Scan> into) noexcept {
+daq::ScanReading ScriptedBoard::take_scans(std::span<daq::Scan> into) noexcept {
   const std::lock_guard lock(mutex_);
   perform_due();
   if (config_.paced) make_due_scans();
@@ -131,6 +134,15 @@ void ScriptedBoard::move_joints(const std::array<double, 3>& joints_rad) {
 void ScriptedBoard::turn_gimbal(const std::array<double, 3>& angles_rad) {
   const std::lock_guard lock(mutex_);
   gimbal_rad_ = angles_rad;
+}
+void ScriptedBoard::orient(const hal::Quaternion& orientation) {
+  const std::lock_guard lock(mutex_);
+  gimbal_rad_ = arm_.gimbal(joints_rad_, orientation);
+}
+void ScriptedBoard::put_spare(const std::array<double, daq::kSpareInputs>& volts) {
+  const std::lock_guard lock(mutex_);
+  if (config_.paced) make_due_scans();
+  spare_v_ = volts;
 }
 hal::Vector3 ScriptedBoard::tip_force_n() const {
   const std::lock_guard lock(mutex_);
@@ -207,7 +219,7 @@ bool ScriptedBoard::engaged(daq::BoardUse use) const {
 daq::BoardInfo ScriptedBoard::info() const {
   return {.driver = "scripted",
           .model = "emulated board",
-          .inputs = 6,
+          .inputs = daq::kMaxInputs,
           .input_low_v = -kEndV,
           .input_high_v = kEndV,
           .input_bits = config_.input_bits,

@@ -44,6 +44,10 @@ class ScriptedBoard final : public daq::Board {
   void move_tip(const hal::Vector3& position_mm);
   void move_joints(const std::array<double, 3>& joints_rad);
   void turn_gimbal(const std::array<double, 3>& angles_rad);
+  /// The orientation of the tool, by the gimbal; where the joints are meanwhile.
+  void orient(const hal::Quaternion& orientation);
+  /// Volts at the inputs after the gauges'.
+  void put_spare(const std::array<double, daq::kSpareInputs>& volts);
   hal::Vector3 tip_force_n() const;
   std::array<double, 3> output_volts() const;
   std::uint64_t output_writes() const;
@@ -72,12 +76,12 @@ class ScriptedBoard final : public daq::Board {
 
   daq::BoardInfo info() const override;
   std::int64_t now_ns() const noexcept override;
-  daq::ScanReading read_scans(std::span<daq::Scan> scans) noexcept override;
   void describe(hal::PartReport& report) const override;
 
  protected:
   std::optional<hal::Error> open(daq::BoardUse use) override;
   void close(daq::BoardUse use) noexcept override;
+  daq::ScanReading take_scans(std::span<daq::Scan> scans) noexcept override;
   bool read_raw_counters(std::span<std::uint64_t> raw) noexcept override;
   bool put_volts(std::span<const double> volts) noexcept override;
 
@@ -109,6 +113,7 @@ class ScriptedBoard final : public daq::Board {
   bool muted_ = false;
   bool nan_ = false;
   std::array<std::optional<double>, 6> rail_v_{};
+  std::array<double, daq::kSpareInputs> spare_v_{};
 
   std::array<double, 3> joints_rad_{};
   std::array<double, 3> gimbal_rad_{};

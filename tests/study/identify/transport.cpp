@@ -1,18 +1,20 @@
+#include <algorithm>
 #include <cmath>
+#include <exception>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "rt/identify/contact_identification.h"
 #include "rt/identify/friction_identification.h"
-#include "rt/identify/press_frame.h"
+#include "rt/identify/gains_identification.h"
+#include "rt/identify/structural_identification.h"
 #include "rt/identify/threshold_identification.h"
 #include "rt/identify/tool_identification.h"
-#include "rt/signal/vector.h"
-#include "server/palpation/simulated_palpator.h"
+#include "tests/emulated_rig/board_rig.h"
 #include "tests/emulated_rig/emulated_rig.h"
+#include "tests/emulated_rig/identify_run.h"
 #include "tests/study/explore/scenes.h"
 #include "tests/study/identify/contact_palpation.h"
 #include "tests/study/identify/friction_validation.h"
@@ -29,84 +31,41 @@ using report::fixed;
 using report::significant;
 
 constexpr const char* kDevice = "phantom_1_5_high_force";
-constexpr double kLimitS = 90.0;
+constexpr const char* kLightDevice = "phantom_1_0";
 constexpr double kStrokeMm = 50.0;
-constexpr double kDriftNPerS = 1e-3;
+constexpr double kInstrumentMmPerV = 25.0;
 
-/// Half a millisecond twice a second, 5 ms every three seconds.
-std::vector<double> late_ticks_us() {
-  std::vector<double> late(6'000, 0.0);
-  for (std::size_t i = 499; i < late.size(); i += 500) late[i] = 500.0;
-  for (std::size_t i = 2'999; i < late.size(); i += 3'000) late[i] = 5'000.0;
-  for (std::size_t i = 1; i < late.size(); ++i) late[i] = std::max(late[i], late[i - 1] - 1'000.0);
-  return late;
-}
-
-/// Live, over the vendor's library and the Net F/T box, with a late scheduler and a drifting sensor: the
-/// simulated hand does what is wished for, and the device gives no force.
-SessionResult run_emulated(rt::Identification& identification, bool is_press,
-                           const sim::SimulationConfig& simulation) {
-  test::EmulatedRigConfig config;
-  config.simulation = simulation;
-  config.simulation.condition_values["sensor_drift_n_per_s"] = kDriftNPerS;
-  config.scene.name = "far_wall";
-  config.scene.kind = rt::SceneKind::kWall;
-  config.scene.wall_position_mm = 500.0;
-  config.scene.target = rt::linear_target(0.5);
-  config.scene.guard.sensor_stale_after_ms = 0.0;
-  config.stall_s = 2.0;
-  test::EmulatedRig rig(config);
-  rig.page().set_late_ticks(late_ticks_us());
-
-  const double mass_g = simulation.tool_mass_g;
-  rt::PressFrame frame({}, rt::ToolLoad(mass_g, {0.0, 0.0, -1.0}), mass_g, rig.rig().info());
-  rt::Engine& engine = rig.engine();
-  engine.observe(true);
-  SessionResult result;
-  double next_wish_s = 0.0;
-  int idle_wishes = 0;
-  std::int64_t began_ns = -1;
-  rt::Observation observation;
-  for (bool over = false; !over;) {
-    while (result.duration_s < next_wish_s && engine.pop_observation(observation)) {
-      if (began_ns < 0) began_ns = observation.sample.time_ns;
-      result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
-      if (is_press) frame.follow_zero(observation.sample);
-      identification.add(is_press ? frame.upright(observation) : observation);
-    }
-    if (result.duration_s < next_wish_s) {
-      rig.pass(1e-3);
-      continue;
-    }
-    result.progress = identification.progress();
-    if (result.progress.converged) result.converged_s = result.duration_s;
-    const rt::Wish wish = identification.wish();
-    const bool idle = wish.motion == rt::Wish::Motion::kRest && wish.hold_s <= 0.0;
-    idle_wishes = idle ? idle_wishes + 1 : 0;
-    over = result.progress.converged || result.duration_s >= kLimitS || idle_wishes >= 2;
-    const server::SimulatedMotion motion = server::simulated_motion(wish);
-    rig.set_hand(motion.program);
-    next_wish_s = result.duration_s + motion.duration_s;
-  }
-  engine.observe(false);
-  return result;
-}
+/// How the rig is reached. Direct and over the board in virtual time, the others live.
+constexpr const char* kTransports[] = {"direct", "emulated", "mixed", "board"};
 
 /// What is identified, and how wrong a model of it is.
 struct Kind {
   std::string name;
   std::string object;
-  bool is_press;
+  test::SeenAs seen_as;
   sim::SimulationConfig simulation;
   std::function<std::unique_ptr<rt::Identification>(const hal::RigInfo&)> make;
   std::function<double(const rt::IdentifiedModel&)> error;
   std::string measure;
+  std::vector<std::string> parameters;  ///< that are shown
+  double limit_s = 90.0;
 };
+
+/// What was found, "name value ± error; …".
+std::string found_text(const Kind& kind, const rt::IdentifiedModel& model) {
+  std::string text;
+  for (const rt::EstimatedParameter& p : model.parameters) {
+    if (std::find(kind.parameters.begin(), kind.parameters.end(), p.name) == kind.parameters.end()) continue;
+    text += (text.empty() ? "" : "; ") + p.name + " " + significant(p.value, 4);
+    if (std::isfinite(p.standard_error)) text += " ± " + significant(p.standard_error, 2);
+  }
+  return text.empty() ? report::kNoNumber : text;
+}
 
 Kind contact_of(const std::string& object) {
   return {"contact",
           object,
-          true,
+          test::SeenAs::kUpright,
           explore_rig(kDevice, object, "ball_bearing"),
           [](const hal::RigInfo& rig) {
             return std::make_unique<rt::ContactIdentification>(rt::ContactTask{}, rig);
@@ -117,13 +76,14 @@ Kind contact_of(const std::string& object) {
             if (contact.creep) return errors_of(contact.creep->parameters, truth).force;
             return errors_of(contact.hunt_crossley->parameters, truth).force;
           },
-          "mean error of the force on other presses"};
+          "mean error of the force on other presses",
+          {"displacement_mm", "stiffness_n_per_mm_m", "exponent"}};
 }
 
 Kind friction_of(const std::string& object) {
   return {"friction",
           object,
-          true,
+          test::SeenAs::kUpright,
           explore_rig(kDevice, object, "rod"),
           [](const hal::RigInfo& rig) {
             return std::make_unique<rt::FrictionIdentification>(rt::FrictionTask{}, rig);
@@ -133,7 +93,8 @@ Kind friction_of(const std::string& object) {
                                   std::get<rt::FrictionModel>(model.content).friction)
                 .error;
           },
-          "mean error of the friction on other strokes"};
+          "mean error of the friction on other strokes",
+          {"kinetic", "presliding_mm"}};
 }
 
 Kind tool() {
@@ -143,42 +104,150 @@ Kind tool() {
   return {
       "tool",
       "none",
-      false,
+      test::SeenAs::kRaw,
       simulation,
       [](const hal::RigInfo& rig) { return std::make_unique<rt::ToolIdentification>(rt::ToolTask{}, rig); },
       [mass_g = simulation.tool_mass_g](const rt::IdentifiedModel& model) {
         return std::abs(std::get<rt::ToolModel>(model.content).mass_g / mass_g - 1.0);
       },
-      "error of the mass"};
+      "error of the mass",
+      {"mass_g"}};
+}
+
+/// By how much other free motion, on the direct rig, exceeds it.
+Kind threshold(bool quick) {
+  sim::SimulationConfig simulation;
+  simulation.device = kLightDevice;
+  simulation.object = "none";
+  return {"threshold",
+          "none",
+          test::SeenAs::kSeated,
+          simulation,
+          [quick](const hal::RigInfo& rig) {
+            return std::make_unique<rt::ThresholdIdentification>(
+                rt::ThresholdTask{.duration_s = quick ? 10.0 : 20.0}, rig);
+          },
+          [simulation](const rt::IdentifiedModel& model) {
+            sim::SimulationConfig other = simulation;
+            other.seed += 1000;
+            rt::ThresholdIdentification watched({.duration_s = 30.0},
+                                                test::value_of(create_rig(other))->info());
+            run_session(watched, other, 60.0);
+            const auto seen = test::value_of(watched.finish());
+            const double largest_n = std::get<rt::ThresholdModel>(seen.content).largest_residual_n;
+            return std::max(0.0, largest_n / std::get<rt::ThresholdModel>(model.content).threshold_n - 1.0);
+          },
+          "excess of the largest residual of other free motion",
+          {"threshold_n", "largest_residual_n"},
+          quick ? 90.0 : 180.0};
+}
+
+Kind gains(double target_n_per_mm, double amplifier_pole_hz) {
+  sim::SimulationConfig simulation;
+  simulation.device = kLightDevice;
+  simulation.object = "sponge_block";
+  simulation.amplifier_pole_hz = amplifier_pole_hz;
+  const auto make = [target_n_per_mm](const hal::RigInfo& rig) {
+    return std::make_unique<rt::GainsIdentification>(
+        rt::GainsTask{.target_stiffness_n_per_mm = target_n_per_mm}, rig);
+  };
+  return {"gains",
+          "sponge_block, amplifier of " + fixed(amplifier_pole_hz, 0) + " Hz",
+          test::SeenAs::kRaw,
+          simulation,
+          make,
+          [simulation, make](const rt::IdentifiedModel& model) {
+            sim::SimulationConfig other = simulation;
+            other.seed += 1000;
+            const auto again = make(test::value_of(create_rig(other))->info());
+            run_session(*again, other, 240.0);
+            const auto seen = test::value_of(again->finish());
+            return std::abs(std::get<rt::GainsModel>(model.content).proportional_gain /
+                                std::get<rt::GainsModel>(seen.content).proportional_gain -
+                            1.0);
+          },
+          "difference of Kp from a search on the direct rig with other noise",
+          {"ultimate_gain", "ultimate_period_ms", "proportional_gain"},
+          240.0};
+}
+
+Kind structural(bool rigid) {
+  sim::SimulationConfig simulation;
+  simulation.device = kLightDevice;
+  simulation.object = rigid ? "wood_plate" : "none";
+  const double truth = test::value_of(create_rig(simulation))->info().device.structural_stiffness_n_per_mm;
+  rt::StructuralStiffnessTask task;
+  task.constant = true;
+  task.rigid_contact = rigid;
+  return {
+      rigid ? "structural, rigid contact" : "structural, instrument",
+      simulation.object,
+      test::SeenAs::kRaw,
+      simulation,
+      [task](const hal::RigInfo& rig) { return std::make_unique<rt::StructuralIdentification>(task, rig); },
+      [truth](const rt::IdentifiedModel& model) {
+        return std::abs(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm / truth - 1.0);
+      },
+      "error of the stiffness",
+      {"stiffness_n_per_mm"},
+      120.0};
+}
+
+/// What an identification over one of the transports came to.
+SessionResult run_over(const std::string& transport, rt::Identification& identification, const Kind& kind) {
+  if (transport == "direct") return run_session(identification, kind.simulation, kind.limit_s);
+  test::RunConfig common = test::rig_for_identification(kind.simulation);
+  common.instrument_mm_per_v = kInstrumentMmPerV;
+  std::unique_ptr<test::Run> run;
+  if (transport == "board") {
+    run = std::make_unique<test::BoardRig>(common);
+  } else {
+    test::EmulatedRigConfig config;
+    static_cast<test::RunConfig&>(config) = common;
+    config.sensor_on_board = transport == "mixed";
+    config.stall_s = 2.0;
+    run = std::make_unique<test::EmulatedRig>(config);
+  }
+  const test::IdentifyRunResult found =
+      test::identify_on(*run, identification, {kind.seen_as, {}, kind.simulation.tool_mass_g, kind.limit_s});
+  SessionResult result;
+  result.duration_s = found.duration_s;
+  result.converged_s = found.converged_s;
+  result.progress = found.progress;
+  return result;
 }
 
 void compare(StudyContext& context, const Kind& kind, report::MarkdownTable& table) {
-  const hal::RigInfo info = test::value_of(create_rig(kind.simulation))->info();
-  for (const std::string transport : {"direct", "emulated"}) {
-    const auto identification = kind.make(info);
+  for (const std::string transport : kTransports) {
     const report::Case conditions{{"kind", kind.name}, {"object", kind.object}, {"transport", transport}};
     report::Figure error{"identified_error", conditions};
     error.source = kind.measure;
     report::Figure converged{"identified_after_s", conditions};
     converged.unit = "s";
-    const SessionResult session = transport == "direct"
-                                      ? run_session(*identification, kind.simulation, kLimitS)
-                                      : run_emulated(*identification, kind.is_press, kind.simulation);
-    const auto model = identification->finish();
-    if (model) {
-      error.value = kind.error(*model);
-    } else {
-      error.failed = model.error().text();
+    std::string found = report::kNoNumber;
+    SessionResult session;
+    try {
+      const auto identification = kind.make(test::value_of(create_rig(kind.simulation))->info());
+      session = run_over(transport, *identification, kind);
+      if (const auto model = identification->finish()) {
+        error.value = kind.error(*model);
+        found = found_text(kind, *model);
+      } else {
+        error.failed = model.error().text();
+      }
+    } catch (const std::exception& problem) {
+      error.failed = problem.what();
     }
     if (session.converged_s >= 0.0) {
       converged.value = session.converged_s;
     } else {
-      converged.failed = "not within " + fixed(kLimitS, 0) + " s";
+      converged.failed = "not within " + fixed(kind.limit_s, 0) + " s";
     }
     context.report.add(error);
     context.report.add(converged);
-    table.add_row({kind.name, kind.object, transport,
-                   error.value ? fixed(100.0 * *error.value, 2) + " %" : error.failed,
+    const std::string shown = error.value ? fixed(100.0 * *error.value, 2) + " %" : error.failed;
+    report::Report::note(kind.name + ", " + kind.object + ", " + transport + ": " + shown);
+    table.add_row({kind.name, kind.object, transport, found, shown,
                    converged.value ? fixed(*converged.value, 1) : converged.failed,
                    std::to_string(session.progress.samples), kind.measure});
   }
@@ -187,15 +256,30 @@ void compare(StudyContext& context, const Kind& kind, report::MarkdownTable& tab
 }  // namespace
 
 void run_identify_transport(StudyContext& context) {
-  std::vector<Kind> kinds{contact_of("sponge_cut"), contact_of("rubber_ball_3d"), tool(),
-                          friction_of("rubber_ball_3d")};
-  if (context.quick) kinds.pop_back();
+  std::vector<Kind> kinds{contact_of("sponge_cut"),
+                          friction_of("rubber_ball_3d"),
+                          tool(),
+                          threshold(context.quick),
+                          gains(1.0, 300.0),
+                          structural(false),
+                          structural(true)};
+  if (!context.quick) {
+    kinds.push_back(contact_of("rubber_ball_3d"));
+    kinds.push_back(gains(1.2, 20.0));
+  }
   report::MarkdownTable table(
-      {"kind", "object", "transport", "error", "converged after s", "samples", "error of what"});
+      {"kind", "object", "transport", "found", "error", "converged after s", "samples", "error of what"});
   for (const Kind& kind : kinds) compare(context, kind, table);
-  context.report.add_table("identify_transport", "Identification over both transports", table,
-                           "On the direct simulated rig in virtual time, and live over the vendor's "
-                           "library and the Net F/T box with late ticks and a sensor that drifts by 1 mN/s.");
+  context.report.add_table(
+      "identify_transport", "Every kind of identification over every transport", table,
+      "Direct: the simulated rig in virtual time. Emulated: live, the vendor's library and the Net F/T box. "
+      "Mixed: live, the vendor's library and a sensor on an analog board. Board: encoders, motors and gauges "
+      "of "
+      "an analog board, in virtual time. The instrument is on the board in all of them but the first. All "
+      "but "
+      "the first with late ticks (0.5 ms twice a second, 5 ms every three seconds) and a sensor that drifts "
+      "by "
+      "1 mN/s.");
 }
 
 }  // namespace hapticd::study

@@ -4,7 +4,9 @@
 
 #include <string>
 
+#include "server/config.h"
 #include "server/rig_file/daq_section.h"
+#include "server/rig_file/instrument_section.h"
 #include "server/rig_file/phantom_section.h"
 
 namespace hapticd::server {
@@ -63,6 +65,37 @@ TEST(BoardSection, WrongValuesAreNamedWithTheirLine) {
   EXPECT_NE(wrong("input_low_v = 10.0").find("input_low_v"), std::string::npos);
   EXPECT_NE(wrong("output_low_v = 3.0\noutput_high_v = 2.0").find("output_high_v"), std::string::npos);
   EXPECT_NE(wrong("scan_rate = 10000").find("did you mean 'scan_rate_hz'"), std::string::npos);
+}
+
+TEST(InstrumentSection, ReadsBackAsWrittenAndIsCheckedOnLoad) {
+  const std::string rig =
+      "[rig]\nkind = \"hardware\"\ndevice = \"openhaptics\"\nsensor = \"daq\"\ninstrument = \"board\"\n"
+      "[rig.daq]\ncalibration_file = \"/a.cal\"\n[rig.instrument]\n";
+  const auto good = parse_config(rig + "channels = [-1, -1, 6]\nmm_per_v = [1, 1, -2.5]\n", "rig.toml");
+  ASSERT_TRUE(good) << good.error().text();
+  EXPECT_EQ(good->instrument, InstrumentChoice::kBoard);
+  EXPECT_EQ(good->board_instrument.mm_per_v[2], -2.5);
+  const auto again = parse_config(write_config(*good), "again.toml");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(write_config(*again), write_config(*good));
+
+  const auto wrong = [&](const std::string& text) {
+    auto config = parse_config(rig + text, "rig.toml");
+    if (config) config = override_config(*config, {});
+    return config ? "none" : config.error().text();
+  };
+  EXPECT_NE(wrong("").find("no channel sees the tip along z"), std::string::npos) << wrong("");
+  EXPECT_NE(wrong("channels = [6, 6, 7]").find("one channel cannot see two axes"), std::string::npos);
+  EXPECT_NE(wrong("channels = [-1, -1, 5]").find("a gauge's"), std::string::npos);
+  EXPECT_NE(wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 0]").find("scale along z"), std::string::npos);
+  EXPECT_NE(wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 5000]").find("line 10"), std::string::npos)
+      << wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 5000]");
+  EXPECT_NE(wrong("channel = [-1, -1, 6]").find("did you mean 'channels'"), std::string::npos);
+  const auto simulated = parse_config("[rig]\ninstrument = \"board\"\n[rig.instrument]\nchannels = [-1, -1, 6]\n",
+                                      "rig.toml");
+  const auto refused = simulated ? override_config(*simulated, {}) : simulated;
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().text().find("simulated device"), std::string::npos);
 }
 
 TEST(DaqSection, ReadsBackAsWritten) {

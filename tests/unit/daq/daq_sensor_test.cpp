@@ -228,7 +228,7 @@ TEST(DaqSensor, ATickAsksForNoMemory) {
   class SilentBoard final : public Board {
    public:
     BoardInfo info() const override { return {.inputs = 6}; }
-    ScanReading read_scans(std::span<Scan> scans) noexcept override {
+    ScanReading take_scans(std::span<Scan> scans) noexcept override {
       for (std::size_t k = 0; k < 10; ++k) scans[k].time_ns = now_ns();
       return {.count = 10, .running = true, .newest_ns = now_ns()};
     }

@@ -60,7 +60,7 @@ TEST(PhantomDeviceExit, EngagingStartsFromZeroVolts) {
 class TellingBoard final : public daq::Board {
  public:
   daq::BoardInfo info() const override { return {.outputs = 3, .counters = 3}; }
-  daq::ScanReading read_scans(std::span<daq::Scan>) noexcept override { return {}; }
+  daq::ScanReading take_scans(std::span<daq::Scan>) noexcept override { return {}; }
   void describe(hal::PartReport&) const override {}
 
  protected:

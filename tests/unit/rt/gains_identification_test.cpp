@@ -148,6 +148,47 @@ TEST(GainsIdentification, EndsWhereTheGuardLatched) {
   EXPECT_EQ(identification.wish().device, Wish::Device::kNothing);
 }
 
+/// Ticks of a hand that presses for so long, without or with force of the device, and lets go.
+void press(GainsIdentification& identification, std::int64_t& time_ns, double seconds, double device_n) {
+  for (int i = 0; i < static_cast<int>(1e3 * (seconds + 0.6)); ++i) {
+    Observation o;
+    o.sample.time_ns = time_ns += 1'000'000;
+    if (1e-3 * i < seconds) {
+      o.sample.sensor_force_n = {0.0, 0.0, 0.8};
+      o.device_command_n = {0.0, 0.0, device_n};
+    }
+    identification.add(o);
+  }
+}
+
+TEST(GainsIdentification, APressThatBeganBeforeTheDeviceRenderedIsAskedForAgain) {
+  GainsIdentification identification({1.0}, rig());
+  std::int64_t time_ns = 0;
+  press(identification, time_ns, 0.0, 0.0);
+  press(identification, time_ns, 1.5, 0.0);
+  press(identification, time_ns, 1.5, 0.0);
+  EXPECT_EQ(identification.wish().device, Wish::Device::kModulation) << "two were lost";
+  press(identification, time_ns, 1.5, 1.0);
+  const IdentificationProgress progress = identification.progress();
+  ASSERT_FALSE(progress.parameters.empty());
+  EXPECT_EQ(progress.parameters.front().name, "highest_holding_gain");
+  EXPECT_EQ(progress.parameters.front().value, GainsIdentification::kFirstGain);
+}
+
+TEST(GainsIdentification, GivesUpWhereTheDeviceNeverRenders) {
+  GainsIdentification identification({1.0}, rig());
+  std::int64_t time_ns = 0;
+  press(identification, time_ns, 0.0, 0.0);
+  for (int i = 0; i < GainsIdentification::kMaxLostPresses; ++i) {
+    EXPECT_EQ(identification.wish().device, Wish::Device::kModulation) << i;
+    press(identification, time_ns, 1.5, 0.0);
+  }
+  EXPECT_EQ(identification.wish().device, Wish::Device::kNothing);
+  const auto model = identification.finish();
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().value.find("gives no force"), std::string::npos) << model.error().text();
+}
+
 TEST(GainsIdentification, EndsWhereTheForceRunsAway) {
   GainsIdentification identification({1.0}, rig());
   Bench bench{.run_away_from = 0.0};

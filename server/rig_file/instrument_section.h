@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "hal/daq/board_config.h"
+#include "hal/daq/board_instrument.h"
+#include "server/toml_reader.h"
+
+namespace hapticd::server {
+
+/// [rig.instrument]: what measures the tip from outside, on inputs of the board.
+void read_instrument(TomlTable table, daq::BoardInstrumentConfig& config);
+/// Every key with its value, without the table's header; reads back as the same.
+std::string write_instrument(const daq::BoardInstrumentConfig& config);
+
+/// daq::check(), and that no channel is a gauge's where the force sensor is on the board too.
+std::optional<hal::Error> check_instrument(const daq::BoardInstrumentConfig& config,
+                                           const daq::BoardConfig& board, bool sensor_on_board);
+
+}  // namespace hapticd::server

@@ -1,0 +1,101 @@
+#include "tests/emulated_rig/identify_run.h"
+
+#include <algorithm>
+
+#include "rt/signal/vector.h"
+#include "server/palpation/simulated_palpator.h"
+#include "server/palpation/wished_scene.h"
+#include "tests/support/turn.h"
+
+namespace hapticd::test {
+
+namespace {
+
+constexpr double kDriftNPerS = 1e-3;
+constexpr double kTickS = 1e-3;
+constexpr std::uint64_t kTicksBetweenLooks = 5;
+
+/// Half a millisecond twice a second, 5 ms every three seconds; those that could not be in time either.
+std::vector<double> late_ticks_us() {
+  std::vector<double> late(6'000, 0.0);
+  for (std::size_t i = 499; i < late.size(); i += 500) late[i] = 500.0;
+  for (std::size_t i = 2'999; i < late.size(); i += 3'000) late[i] = 5'000.0;
+  for (std::size_t i = 1; i < late.size(); ++i) late[i] = std::max(late[i], late[i - 1] - 1'000.0);
+  return late;
+}
+
+}  // namespace
+
+RunConfig rig_for_identification(const sim::SimulationConfig& simulation) {
+  RunConfig config;
+  config.simulation = simulation;
+  config.simulation.condition_values["sensor_drift_n_per_s"] = kDriftNPerS;
+  config.scene.name = "far_wall";
+  config.scene.kind = rt::SceneKind::kWall;
+  config.scene.wall_position_mm = 500.0;
+  config.scene.target = rt::linear_target(0.5);
+  config.scene.guard.sensor_stale_after_ms = 0.0;
+  config.late_us = late_ticks_us();
+  return config;
+}
+
+IdentifyRunResult identify_on(Run& run, rt::Identification& identification, const IdentifyRunConfig& config) {
+  // Biased with the tool as the world holds it, its weight along the rig's -z.
+  const hal::Vector3 down = turned(inverse(run.turn()), {0.0, 0.0, -1.0});
+  rt::PressFrame frame(config.geometry, rt::ToolLoad(config.tool_mass_g, down), config.tool_mass_g,
+                       run.rig_info());
+  run.keep_records(false);
+  rt::Engine& engine = run.engine();
+  engine.observe(true);
+  IdentifyRunResult result;
+  rt::Wish wish;
+  double next_wish_s = 0.0;
+  int idle_wishes = 0;
+  std::int64_t began_ns = -1;
+  rt::Observation observation;
+  for (bool over = false; !over;) {
+    while (result.duration_s < next_wish_s && engine.pop_observation(observation)) {
+      if (began_ns < 0) began_ns = observation.sample.time_ns;
+      result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
+      result.device_rendered |= rt::norm(observation.device_command_n) > 0.1;
+      if (observation.has_external_position) ++result.external_readings;
+      if (config.seen_as == SeenAs::kRaw) {
+        identification.add(observation);
+      } else {
+        frame.follow_zero(observation.sample);
+        identification.add(config.seen_as == SeenAs::kUpright ? frame.upright(observation)
+                                                              : frame.seated(observation));
+      }
+      // What renders on an object may have to end at once: whoever searches a limit finds it.
+      if (wish.device == rt::Wish::Device::kModulation && observation.sample.tick % kTicksBetweenLooks == 0 &&
+          identification.wish().device == rt::Wish::Device::kNothing) {
+        next_wish_s = result.duration_s;
+      }
+    }
+    if (result.duration_s < next_wish_s) {
+      run.pass(kTickS);
+      continue;
+    }
+    result.progress = identification.progress();
+    if (result.progress.converged) result.converged_s = result.duration_s;
+    const rt::Wish::Device before = wish.device;
+    wish = identification.wish();
+    const bool idle = wish.motion == rt::Wish::Motion::kRest && wish.hold_s <= 0.0;
+    idle_wishes = idle ? idle_wishes + 1 : 0;
+    over = result.progress.converged || result.duration_s >= config.limit_s || idle_wishes >= 2;
+    if (over) break;
+    if (auto scene = server::wished_scene(wish, run.rig_info())) {
+      scene->guard.sensor_stale_after_ms = 0.0;
+      run.exchange(&*scene);
+    } else if (before != rt::Wish::Device::kNothing) {
+      run.exchange(nullptr);
+    }
+    const server::SimulatedMotion motion = server::simulated_motion(wish);
+    run.set_hand(motion.program);
+    next_wish_s = result.duration_s + motion.duration_s;
+  }
+  engine.observe(false);
+  return result;
+}
+
+}  // namespace hapticd::test

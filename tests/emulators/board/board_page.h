@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace hapticd::emulators {
+
+/// What a stand-in for comedi and the world outside it have in common: one file, mapped by both, named to the
+/// library in the environment variable COMEDI_STAND_IN_PAGE. It is the board's device node, too.
+struct BoardPageLayout {
+  static constexpr std::uint32_t kMagic = 0x42445031;
+  static constexpr std::size_t kInputs = 16, kCounters = 8, kOutputs = 4;
+
+  std::uint32_t magic;
+
+  // -- written by the world
+  std::atomic<std::uint32_t> sequence;           ///< odd while it writes
+  std::atomic<double> inputs_v[kInputs];         ///< analog inputs
+  std::atomic<std::uint32_t> counts[kCounters];  ///< encoder counters
+
+  // -- written by the library
+  std::atomic<std::uint32_t> outputs[kOutputs];  ///< codes of the analog outputs, as they were written last
+  std::atomic<std::uint64_t> counter_reads;      ///< how often the counters were read
+};
+static_assert(std::atomic<double>::is_always_lock_free && std::atomic<std::uint64_t>::is_always_lock_free);
+
+/// One end of such a page. One thread writes the world's side.
+class BoardPage {
+ public:
+  /// Makes the file and maps it, outputs at zero volts. Throws std::runtime_error.
+  explicit BoardPage(const std::string& path);
+  /// A page that another process has made. Throws std::runtime_error.
+  struct Join {};
+  BoardPage(const std::string& path, Join);
+  ~BoardPage();
+  BoardPage(const BoardPage&) = delete;
+  BoardPage& operator=(const BoardPage&) = delete;
+
+  const std::string& path() const { return path_; }
+  BoardPageLayout* operator->() noexcept { return layout_; }
+  const BoardPageLayout* operator->() const noexcept { return layout_; }
+
+  /// The world's: all of it at once, so that nobody reads half of two moments.
+  void write_world(const std::array<double, BoardPageLayout::kInputs>& inputs_v,
+                   const std::array<std::uint32_t, BoardPageLayout::kCounters>& counts) noexcept;
+  /// The library's.
+  void read_world(std::array<double, BoardPageLayout::kInputs>& inputs_v,
+                  std::array<std::uint32_t, BoardPageLayout::kCounters>& counts) const noexcept;
+
+ private:
+  void map(int file);
+
+  std::string path_;
+  BoardPageLayout* layout_ = nullptr;
+};
+
+}  // namespace hapticd::emulators

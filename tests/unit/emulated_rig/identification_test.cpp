@@ -1,0 +1,159 @@
+// Every kind of identification over real drivers. On the board in virtual time to its end; live, over the
+// vendor's library, only that it listens.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "rt/identify/contact_identification.h"
+#include "rt/identify/friction_identification.h"
+#include "rt/identify/gains_identification.h"
+#include "rt/identify/structural_identification.h"
+#include "rt/identify/threshold_identification.h"
+#include "rt/identify/tool_identification.h"
+#include "tests/emulated_rig/board_rig.h"
+#include "tests/emulated_rig/emulated_rig.h"
+#include "tests/emulated_rig/identify_run.h"
+#include "tests/support/turn.h"
+#include "tests/support/value_of.h"
+
+namespace hapticd::test {
+namespace {
+
+/// Both of the press and of the line.
+struct Placed {
+  const char* name;
+  hal::Vector3 press, line;
+};
+constexpr Placed kUpright{"upright", {0.0, 0.0, -1.0}, {1.0, 0.0, 0.0}};
+
+sim::SimulationConfig world(const std::string& device, const std::string& object, const std::string& tip) {
+  sim::SimulationConfig config;
+  config.device = device;
+  config.object = object;
+  config.tip = tip;
+  return config;
+}
+
+RunConfig placed(RunConfig config, const Placed& place) {
+  if (place.press.z != -1.0 || place.line.x != 1.0) config.turn = turn_of_world(place.press, place.line);
+  return config;
+}
+
+/// To its end on the board; the model.
+template <class Identification, class Task>
+rt::IdentifiedModel identified_on_board(const RunConfig& config, const Task& task, SeenAs seen_as,
+                                        const Placed& place = kUpright, double limit_s = 120.0) {
+  BoardRig rig(placed(config, place));
+  Identification identification(task, rig.rig_info());
+  const IdentifyRunResult result = identify_on(
+      rig, identification, {seen_as, {place.press, place.line}, config.simulation.tool_mass_g, limit_s});
+  EXPECT_GT(result.converged_s, 0.0) << "not within " << limit_s << " s; missing: "
+                                     << (result.progress.missing.empty() ? ""
+                                                                         : result.progress.missing.front());
+  return value_of(identification.finish());
+}
+
+double parameter(const rt::IdentifiedModel& model, const std::string& name) {
+  for (const rt::EstimatedParameter& p : model.parameters) {
+    if (p.name == name) return p.value;
+  }
+  ADD_FAILURE() << "no parameter " << name;
+  return NAN;
+}
+
+class InAnyDirection : public testing::TestWithParam<Placed> {};
+
+TEST_P(InAnyDirection, ASpongeIsTheSameOnTheBoard) {
+  const RunConfig config = rig_for_identification(world("phantom_1_0", "sponge_cut", "ball_bearing"));
+  const rt::IdentifiedModel upright =
+      identified_on_board<rt::ContactIdentification>(config, rt::ContactTask{}, SeenAs::kUpright);
+  const rt::IdentifiedModel turned =
+      identified_on_board<rt::ContactIdentification>(config, rt::ContactTask{}, SeenAs::kUpright, GetParam());
+  EXPECT_NEAR(turned.validity.max_displacement_mm / upright.validity.max_displacement_mm, 1.0, 0.05);
+  EXPECT_LT(turned.residual, 0.05);
+}
+
+TEST_P(InAnyDirection, FrictionIsTheSameOnTheBoard) {
+  const RunConfig config = rig_for_identification(world("phantom_1_0", "rubber_ball_3d", "rod"));
+  const rt::IdentifiedModel upright =
+      identified_on_board<rt::FrictionIdentification>(config, rt::FrictionTask{}, SeenAs::kUpright);
+  const rt::IdentifiedModel turned = identified_on_board<rt::FrictionIdentification>(
+      config, rt::FrictionTask{}, SeenAs::kUpright, GetParam());
+  EXPECT_NEAR(parameter(turned, "kinetic") / parameter(upright, "kinetic"), 1.0, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Places, InAnyDirection,
+                         testing::Values(Placed{"sideways", {0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}},
+                                         Placed{"askew", {1.0, -1.0, -0.5}, {0.0, 1.0, -1.0}},
+                                         Placed{"along y", {0.0, 0.0, -1.0}, {0.3, 1.0, 0.0}}),
+                         [](const auto& test) {
+                           std::string name = test.param.name;
+                           name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
+                           return name;
+                         });
+
+TEST(OnTheBoard, ATool) {
+  const RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
+  const rt::IdentifiedModel model =
+      identified_on_board<rt::ToolIdentification>(config, rt::ToolTask{}, SeenAs::kRaw);
+  EXPECT_NEAR(std::get<rt::ToolModel>(model.content).mass_g / config.simulation.tool_mass_g, 1.0, 0.05);
+}
+
+TEST(OnTheBoard, AThreshold) {
+  const RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
+  const rt::IdentifiedModel model = identified_on_board<rt::ThresholdIdentification>(
+      config, rt::ThresholdTask{}, SeenAs::kSeated, kUpright, 240.0);
+  const auto& found = std::get<rt::ThresholdModel>(model.content);
+  EXPECT_GE(found.threshold_n, found.largest_residual_n);
+  EXPECT_LT(found.threshold_n, 0.1);
+}
+
+TEST(OnTheBoard, Gains) {
+  const RunConfig config = rig_for_identification(world("phantom_1_0", "sponge_block", "rod"));
+  const rt::IdentifiedModel model =
+      identified_on_board<rt::GainsIdentification>(config, rt::GainsTask{}, SeenAs::kRaw, kUpright, 240.0);
+  EXPECT_GT(std::get<rt::GainsModel>(model.content).proportional_gain, 0.5);
+}
+
+TEST(OnTheBoard, StructuralStiffnessByAnInstrumentOnIt) {
+  RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
+  config.instrument_mm_per_v = 25.0;
+  rt::StructuralStiffnessTask task;
+  task.constant = true;
+  const rt::IdentifiedModel model =
+      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 120.0);
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.1);
+}
+
+TEST(OnTheBoard, StructuralStiffnessOfARigidContact) {
+  const RunConfig config = rig_for_identification(world("phantom_1_0", "wood_plate", "rod"));
+  rt::StructuralStiffnessTask task;
+  task.rigid_contact = true;
+  const rt::IdentifiedModel model =
+      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 120.0);
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.35);
+}
+
+TEST(ALiveMix, OfTheVendorsLibraryAndASensorOnTheBoardIdentifies) {
+  EmulatedRigConfig config;
+  static_cast<RunConfig&>(config) =
+      rig_for_identification(world("phantom_1_0", "sponge_cut", "ball_bearing"));
+  config.sensor_on_board = true;
+  config.instrument_mm_per_v = 25.0;
+  config.stall_s = 2.0;
+  EmulatedRig rig(config);
+  rt::ContactIdentification identification(rt::ContactTask{}, rig.rig_info());
+  const IdentifyRunResult result =
+      identify_on(rig, identification, {SeenAs::kUpright, {}, config.simulation.tool_mass_g, 10.0});
+  // How far it comes in this time is a matter of the machine.
+  EXPECT_GT(result.progress.samples, 500U);
+  EXPECT_FALSE(result.progress.parameters.empty());
+  EXPECT_GT(result.external_readings, 500U) << "the instrument listens to the same scans";
+}
+
+}  // namespace
+}  // namespace hapticd::test
