@@ -35,6 +35,14 @@ constexpr double kSoftWall = 0.3;
 constexpr double kEnoughComplianceError = 0.006;  // of the compliance at the centre, relative
 constexpr double kEnoughFieldError = 0.01;
 constexpr double kEnoughRigidError = 0.01;  // what the object hides is of that size anyway
+// On hardware: a winding cools in some twelve seconds, and a press that begins at this heat stays below what
+// a device warns at, 0.8.
+constexpr double kCoolingTimeS = 12.0;
+constexpr double kWarmedHeat = 0.3;
+constexpr double kCooledHeat = 0.25;
+constexpr double kRestS = 1.0;
+constexpr double kPressOverContinuous = 3.0;  // force of a press on a wall, against what is borne for ever
+constexpr double kRigidOverContinuous = 2.5;
 constexpr std::size_t kMostRounds = 8;
 constexpr double kOutlierPress = 4.0;  // times the median press's residual
 
@@ -83,6 +91,11 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
       free_rows_after_(static_cast<int>(std::lround(std::clamp(kFreeAfterS * rig.rate_hz, 3.0, 150.0)))),
       longest_step_s_(std::max(kMaxSampleStepS, 3.0 / rig.rate_hz)) {
   if (task_.rigid_contact) task_.constant = true;
+  if (rig.kind == hal::RigKind::kHardware && rig.device.max_continuous_force_n > 0.0) {
+    press_force_n_ =
+        std::min(press_force_n_, (task_.rigid_contact ? kRigidOverContinuous : kPressOverContinuous) *
+                                     rig.device.max_continuous_force_n);
+  }
   before_.resize(kBefore);
   presses_.reserve(kMaxPresses);
   if (task_.rigid_contact) return;
@@ -118,6 +131,7 @@ void StructuralIdentification::add(const Observation& observation) {
     window_count_ = 0;
     return;
   }
+  warm_up(observation);
   const Raw raw{sample.time_ns, sample.tip_position_mm,
                 rigid ? hal::Vector3{} : observation.external_position_mm, observation.device_command_n,
                 rigid ? norm(sample.sensor_force_n) : 0.0};
@@ -154,6 +168,22 @@ void StructuralIdentification::add(const Observation& observation) {
   row.velocity_mm_per_s = (raw.encoder_mm - oldest.encoder_mm) * per_s;
   row.place_mm = middle.encoder_mm;
   take(row);
+}
+
+void StructuralIdentification::warm_up(const Observation& observation) noexcept {
+  const double continuous_n = rig_.device.max_continuous_force_n;
+  if (rig_.kind != hal::RigKind::kHardware || !(continuous_n > 0.0)) return;
+  const std::int64_t now_ns = observation.sample.time_ns;
+  const double step_s = 1e-9 * static_cast<double>(now_ns - heated_at_ns_);
+  heated_at_ns_ = now_ns;
+  if (!(step_s > 0.0 && step_s < 1.0)) return;
+  // An arm that gives less in its pose warms more for the same force.
+  const double pose_n = observation.sample.max_force_n;
+  const double weaker =
+      pose_n > 0.0 && rig_.device.max_force_n > pose_n ? rig_.device.max_force_n / pose_n : 1.0;
+  const double ratio = norm(observation.device_command_n) / continuous_n * weaker;
+  heat_ += (ratio * ratio - heat_) * std::min(1.0, step_s / kCoolingTimeS);
+  cooling_ = heat_ > (cooling_ ? kCooledHeat : kWarmedHeat);
 }
 
 void StructuralIdentification::take(const Row& row) {
@@ -554,6 +584,9 @@ Wish StructuralIdentification::press_rigid() const {
   // The object does not give way; the encoders do, by f_d/k_s. Compensated, any force would be too little.
   wish.encoders_as_they_are = true;
   wish.max_device_force_n = 1.5 * press_force_n_;
+  if (rig_.device.max_force_n > 0.0) {
+    wish.max_device_force_n = std::min(wish.max_device_force_n, rig_.device.max_force_n);
+  }
   wish.force_n = kRigidHandN;
   wish.force_rate_n_per_s = 4.0;
   wish.hold_s = 0.05;
@@ -577,6 +610,13 @@ std::size_t StructuralIdentification::pressed_enough() const noexcept {
 }
 
 Wish StructuralIdentification::wish() const {
+  // In the middle of a press nothing is taken away.
+  if (must_cool() && !pressing_) {
+    Wish rest;
+    rest.hold_s = kRestS;
+    rest.words = "let go for some seconds: the motors of the device have to cool";
+    return rest;
+  }
   if (task_.rigid_contact) {
     return !rigid_enough_ && presses_seen_ < kMostRounds * kRigidPresses ? press_rigid() : Wish{};
   }

@@ -30,6 +30,10 @@ namespace hapticd::rt {
 ///   c_found = 1/k_s + (f_r/f_d)/k_o,
 /// so that 1/c_found is a lower bound of the stiffness. An upper one follows from the least k_o assumed; the
 /// distance between the two is part of the standard error.
+///
+/// A press asks more of the motors than they bear for ever (DeviceInfo::max_continuous_force_n). On hardware
+/// their heat is reckoned from the force and the pose, presses are weaker than a simulated device admits, and
+/// a rest is wished for before a device would warn.
 class StructuralIdentification final : public Identification {
  public:
   StructuralIdentification(const StructuralStiffnessTask& task, const hal::RigInfo& rig);
@@ -104,6 +108,8 @@ class StructuralIdentification final : public Identification {
     std::vector<double> coefficients;
   };
 
+  void warm_up(const Observation& observation) noexcept;
+  bool must_cool() const noexcept { return cooling_; }
   void take(const Row& row);
   void accumulate(Press& press, const Row& row) const noexcept;
   void close_press();
@@ -140,6 +146,10 @@ class StructuralIdentification final : public Identification {
   std::vector<Press> presses_;
   std::size_t presses_seen_ = 0;
   std::vector<double> history_;  ///< compliance at the centre after each press
+
+  double heat_ = 0.0;     ///< of the motors, as a share of what they bear; 0 where nothing is known of it
+  bool cooling_ = false;  ///< since the last press, until the next one has room
+  std::int64_t heated_at_ns_ = 0;
 
   std::uint64_t ticks_ = 0;
   std::uint64_t rows_used_ = 0;

@@ -110,6 +110,7 @@ struct IdentificationRunner::Run {
   std::string instruction;
   rt::Wish::Device device = rt::Wish::Device::kNothing;  ///< what it does now
   std::optional<rt::SceneSpec> rendered;                 ///< the scene that does it
+  rt::GuardLimits usual;  ///< of the scene before: how late sensor and loop may be on this rig
 };
 
 IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub,
@@ -209,6 +210,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
                      {"the guard is latched", "guard", "", "", "mend the cause and clear it first"}};
     }
     if (auto refusal = check_geometry(request.geometry, session_.simulation() != nullptr)) return *refusal;
+    if (const auto scene = scenes_.current()) run->usual = scene->spec.guard;
     auto reservation = scenes_.reserve("identification '" + run->id + "'");
     if (!reservation) return reservation.refusal();
     run->reservation.emplace(std::move(*reservation));
@@ -270,8 +272,12 @@ void IdentificationRunner::publish(const Run& run, const rt::IdentificationProgr
 std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::Wish& wish) {
   run.instruction = wish.words;
   const Caller nobody_waits;
-  const auto scene = wished_scene(wish, session_.rig_info());
+  auto scene = wished_scene(wish, session_.rig_info());
   if (scene) {
+    scene->guard.loop_gap_ms = run.usual.loop_gap_ms;
+    if (run.usual.sensor_stale_after_ms > 0.0) {
+      scene->guard.sensor_stale_after_ms = run.usual.sensor_stale_after_ms;
+    }
     // A scene that is exchanged has to see the tool free first: not in the middle of a person's press.
     const bool hand_is_simulated = session_.simulation() != nullptr;
     if (hand_is_simulated || !run.rendered || !renders_the_same(*run.rendered, *scene)) {

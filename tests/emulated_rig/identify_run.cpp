@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kDriftNPerS = 1e-3;
 constexpr double kTickS = 1e-3;
+// Of a machine that others use too.
+constexpr double kLateSensorMs = 1000.0;
+constexpr double kLateLoopMs = 1000.0;
 constexpr std::uint64_t kTicksBetweenLooks = 5;
 
 /// Half a millisecond twice a second, 5 ms every three seconds; those that could not be in time either.
@@ -77,6 +80,8 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
       continue;
     }
     result.progress = identification.progress();
+    if (!run.records().empty() && run.last().guard_state == rt::GuardState::kLatched)
+      result.latched = run.last().guard_fault;
     if (result.progress.converged) result.converged_s = result.duration_s;
     const rt::Wish::Device before = wish.device;
     wish = identification.wish();
@@ -85,7 +90,8 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
     over = result.progress.converged || result.duration_s >= config.limit_s || idle_wishes >= 2;
     if (over) break;
     if (auto scene = server::wished_scene(wish, run.rig_info())) {
-      scene->guard.sensor_stale_after_ms = 0.0;
+      scene->guard.sensor_stale_after_ms = kLateSensorMs;
+      scene->guard.loop_gap_ms = kLateLoopMs;
       run.exchange(&*scene);
     } else if (before != rt::Wish::Device::kNothing) {
       run.exchange(nullptr);

@@ -132,13 +132,14 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   using Kind = sim::ObjectEvent::Kind;
   constexpr double kTurnS = 0.1;
   constexpr double kSlideS = 1.0;
+  constexpr double kRestS = 3.0;  // before a cycle, so that somebody can bias the sensor
   double next_vanish_s = options.vanish_every_s;
   double next_return_s = HUGE_VAL;
   double next_slide_s = kSlideS;
   double direction = 1.0;
   const std::vector<sim::HandProgram> cycle = motions_in_turn(options.hand);
   std::size_t motion = 0;
-  double next_motion_s = cycle.empty() ? HUGE_VAL : 0.0;
+  double next_motion_s = cycle.empty() ? HUGE_VAL : kRestS;
   bool begun = false;
   for (double now_s = 0.0; options.seconds <= 0.0 || now_s < options.seconds; now_s += kTurnS) {
     if (!wait(ending, kTurnS)) return;

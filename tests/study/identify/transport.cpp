@@ -194,8 +194,18 @@ Kind structural(bool rigid) {
 }
 
 /// What an identification over one of the transports came to.
-SessionResult run_over(const std::string& transport, rt::Identification& identification, const Kind& kind) {
-  if (transport == "direct") return run_session(identification, kind.simulation, kind.limit_s);
+struct Outcome {
+  std::unique_ptr<rt::Identification> identification;
+  SessionResult session;
+};
+
+Outcome run_over(const std::string& transport, const Kind& kind) {
+  Outcome outcome;
+  if (transport == "direct") {
+    outcome.identification = kind.make(test::value_of(create_rig(kind.simulation))->info());
+    outcome.session = run_session(*outcome.identification, kind.simulation, kind.limit_s);
+    return outcome;
+  }
   test::RunConfig common = test::rig_for_identification(kind.simulation);
   common.instrument_mm_per_v = kInstrumentMmPerV;
   std::unique_ptr<test::Run> run;
@@ -208,13 +218,16 @@ SessionResult run_over(const std::string& transport, rt::Identification& identif
     config.stall_s = 2.0;
     run = std::make_unique<test::EmulatedRig>(config);
   }
-  const test::IdentifyRunResult found =
-      test::identify_on(*run, identification, {kind.seen_as, {}, kind.simulation.tool_mass_g, kind.limit_s});
-  SessionResult result;
-  result.duration_s = found.duration_s;
-  result.converged_s = found.converged_s;
-  result.progress = found.progress;
-  return result;
+  outcome.identification = kind.make(run->rig_info());
+  const test::IdentifyRunResult found = test::identify_on(
+      *run, *outcome.identification, {kind.seen_as, {}, kind.simulation.tool_mass_g, kind.limit_s});
+  outcome.session.duration_s = found.duration_s;
+  outcome.session.converged_s = found.converged_s;
+  outcome.session.progress = found.progress;
+  if (found.latched != rt::GuardFault::kNone) {
+    throw std::runtime_error(std::string("the guard latched: ") + rt::rule_of(found.latched).name);
+  }
+  return outcome;
 }
 
 void compare(StudyContext& context, const Kind& kind, report::MarkdownTable& table) {
@@ -227,9 +240,9 @@ void compare(StudyContext& context, const Kind& kind, report::MarkdownTable& tab
     std::string found = report::kNoNumber;
     SessionResult session;
     try {
-      const auto identification = kind.make(test::value_of(create_rig(kind.simulation))->info());
-      session = run_over(transport, *identification, kind);
-      if (const auto model = identification->finish()) {
+      const Outcome outcome = run_over(transport, kind);
+      session = outcome.session;
+      if (const auto model = outcome.identification->finish()) {
         error.value = kind.error(*model);
         found = found_text(kind, *model);
       } else {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -54,7 +55,13 @@ rt::IdentifiedModel identified_on_board(const RunConfig& config, const Task& tas
   EXPECT_GT(result.converged_s, 0.0) << "not within " << limit_s << " s; missing: "
                                      << (result.progress.missing.empty() ? ""
                                                                          : result.progress.missing.front());
-  return value_of(identification.finish());
+  EXPECT_EQ(result.latched, rt::GuardFault::kNone);
+  if (testing::Test::HasFailure()) {
+    for (const std::string& remark : result.progress.remarks) std::printf("remark: %s\n", remark.c_str());
+  }
+  auto model = identification.finish();
+  EXPECT_TRUE(model) << model.error().text();
+  return model ? *model : rt::IdentifiedModel{};
 }
 
 double parameter(const rt::IdentifiedModel& model, const std::string& name) {
@@ -125,7 +132,7 @@ TEST(OnTheBoard, StructuralStiffnessByAnInstrumentOnIt) {
   rt::StructuralStiffnessTask task;
   task.constant = true;
   const rt::IdentifiedModel model =
-      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 120.0);
+      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 240.0);
   EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.1);
 }
 
@@ -134,7 +141,7 @@ TEST(OnTheBoard, StructuralStiffnessOfARigidContact) {
   rt::StructuralStiffnessTask task;
   task.rigid_contact = true;
   const rt::IdentifiedModel model =
-      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 120.0);
+      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 240.0);
   EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.35);
 }
 
