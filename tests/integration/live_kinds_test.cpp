@@ -32,7 +32,7 @@ const Arguments kFree{"--object", "none", "--program", "free"};
 const Arguments kSearch{"--object", "sponge_block", "--program", "search", "--force-n",
                         "2",        "--hold-s",     "1.2"};
 const Arguments kWood{"--object", "wood_plate", "--program", "search", "--force-n", "2", "--hold-s", "1.2"};
-const Arguments kWalls{"--object", "none", "--program", "walls", "--force-n", "6"};
+const Arguments kWalls{"--object", "none", "--program", "walls", "--force-n", "4"};
 
 const Arguments kDeviceOnBoard{"--device-over", "board"};
 const Arguments kSensorOnBoard{"--sensor-over", "board"};
@@ -69,6 +69,7 @@ TEST_P(LiveKinds, FindItsParameter) {
   ASSERT_NO_FATAL_FAILURE(start(kind.rig));
   client->await([](const v1::RigState& s) { return device_is(s, v1::PART_STATE_READY); });
   client->await([&](const v1::RigState&) { return bias().ok(); });
+  client->await([&](const v1::RigState&) { return clear().ok(); });  // an arm is not ready before it is homed
   ASSERT_TRUE(client->load("tap_1d").ok());  // an identification is guarded as the scene before it was
   const Json end = identified(kind.identify);
   double found = NAN;

@@ -3,6 +3,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -225,7 +226,7 @@ Outcome run_over(const std::string& transport, const Kind& kind) {
   outcome.session.converged_s = found.converged_s;
   outcome.session.progress = found.progress;
   if (found.latched != rt::GuardFault::kNone) {
-    throw std::runtime_error(std::string("the guard latched: ") + rt::rule_of(found.latched).name);
+    throw std::runtime_error("the guard latched: " + std::string(rt::rule_of(found.latched).name));
   }
   return outcome;
 }
