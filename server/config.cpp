@@ -258,7 +258,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   read_netft(rig.table("netft"), config.netft);
   read_daq(rig.table("daq"), config.daq);
   read_board(rig.table("board"), config.board);
-  read_instrument(rig.table("instrument"), config.board_instrument);
+  read_instrument(rig.table("board_instrument"), config.board_instrument);
   read_turntable(rig.table("turntable"), config.turntable);
   read_guard(root.table("guard"), config.guard);
   TomlTable scene = root.table("scene");
@@ -371,7 +371,7 @@ std::string write_config(const DaemonConfig& config) {
   text += "\n[rig.netft]\n" + write_netft(config.netft);
   text += "\n[rig.daq]\n" + write_daq(config.daq);
   text += "\n[rig.board]\n" + write_board(config.board);
-  text += "\n[rig.instrument]\n" + write_instrument(config.board_instrument);
+  text += "\n[rig.board_instrument]\n" + write_instrument(config.board_instrument);
   text += write_turntable(config.turntable);
   text += write_guard(config.guard);
   text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),

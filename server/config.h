@@ -47,7 +47,7 @@ struct DaemonConfig {
   netft::NetFtConfig netft;                     ///< [rig.netft]
   daq::DaqSensorConfig daq;                     ///< [rig.daq]; on the board
   daq::BoardConfig board;                       ///< [rig.board]; sensor and device may share it
-  daq::BoardInstrumentConfig board_instrument;  ///< [rig.instrument]; on the board
+  daq::BoardInstrumentConfig board_instrument;  ///< [rig.board_instrument]; on the board
 
   TurntableConfig turntable;  ///< [rig.turntable]
 

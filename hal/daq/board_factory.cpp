@@ -35,7 +35,7 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
     }
   }
   if (config.spare_channels.size() > kSpareInputs) {
-    return bad("too many inputs beside the gauges'", fmt::format("{}", config.spare_channels.size()),
+    return bad("too many inputs after the gauges'", fmt::format("{}", config.spare_channels.size()),
                fmt::format("at most {}", kSpareInputs));
   }
   for (const double channel : config.spare_channels) {

@@ -16,7 +16,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kPart = "instrument from outside";
-constexpr const char* kAxisNames[] = {"x", "y", "z"};
+constexpr const char* kTipAxes[] = {"x", "y", "z"};
 constexpr double kMaxChannel = 255.0;
 constexpr double kMaxMmPerV = 1000.0;
 constexpr double kEndShare = 0.01;  // of the range, at either end
@@ -32,7 +32,7 @@ std::optional<hal::Error> check(const BoardInstrumentConfig& config) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double channel = config.channels[axis];
     if (channel == -1.0) continue;
-    const std::string name = kAxisNames[axis];
+    const std::string name = kTipAxes[axis];
     if (!(channel >= 0.0 && channel <= kMaxChannel) || channel != std::floor(channel)) {
       return refused("the channel along " + name + " is no channel", fmt::format("{}", channel),
                      "0 … 255, or -1 for none", "name the board's input that the instrument is wired to");

@@ -126,12 +126,12 @@ void StructuralIdentification::add(const Observation& observation) {
     window_count_ = 0;
     return;
   }
+  warm_up(observation);
   if (!rigid && (!observation.has_external_position || !finite(observation.external_position_mm))) {
     ++outside_missing_;
     window_count_ = 0;
     return;
   }
-  warm_up(observation);
   const Raw raw{sample.time_ns, sample.tip_position_mm,
                 rigid ? hal::Vector3{} : observation.external_position_mm, observation.device_command_n,
                 rigid ? norm(sample.sensor_force_n) : 0.0};

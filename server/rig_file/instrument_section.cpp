@@ -8,7 +8,7 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr const char* kPlace = "[rig.instrument]";
+constexpr const char* kPlace = "[rig.board_instrument]";
 constexpr Range kChannel{-1.0, 255.0, ""};
 constexpr Range kMmPerV{-1000.0, 1000.0, "mm/V"};
 constexpr Range kEngageTimeoutS{0.1, 60.0, "s"};

@@ -8,7 +8,7 @@
 
 namespace hapticd::server {
 
-/// [rig.instrument]: what measures the tip from outside, on inputs of the board.
+/// [rig.board_instrument]: what measures the tip from outside, on inputs of the board.
 void read_instrument(TomlTable table, daq::BoardInstrumentConfig& config);
 /// Every key with its value, without the table's header; reads back as the same.
 std::string write_instrument(const daq::BoardInstrumentConfig& config);

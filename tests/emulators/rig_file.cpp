@@ -68,7 +68,7 @@ std::string board_section(const RigPeers& peers) {
 }
 
 std::string instrument_section(double mm_per_v) {
-  return fmt::format("\n[rig.instrument]\nchannels = [6, 7, 8]\nmm_per_v = {}\n",
+  return fmt::format("\n[rig.board_instrument]\nchannels = [6, 7, 8]\nmm_per_v = {}\n",
                      numbers({mm_per_v, mm_per_v, mm_per_v}));
 }
 

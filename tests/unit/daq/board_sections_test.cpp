@@ -70,7 +70,7 @@ TEST(BoardSection, WrongValuesAreNamedWithTheirLine) {
 TEST(InstrumentSection, ReadsBackAsWrittenAndIsCheckedOnLoad) {
   const std::string rig =
       "[rig]\nkind = \"hardware\"\ndevice = \"openhaptics\"\nsensor = \"daq\"\ninstrument = \"board\"\n"
-      "[rig.daq]\ncalibration_file = \"/a.cal\"\n[rig.instrument]\n";
+      "[rig.daq]\ncalibration_file = \"/a.cal\"\n[rig.board_instrument]\n";
   const auto good = parse_config(rig + "channels = [-1, -1, 6]\nmm_per_v = [1, 1, -2.5]\n", "rig.toml");
   ASSERT_TRUE(good) << good.error().text();
   EXPECT_EQ(good->instrument, InstrumentChoice::kBoard);
@@ -92,7 +92,7 @@ TEST(InstrumentSection, ReadsBackAsWrittenAndIsCheckedOnLoad) {
       << wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 5000]");
   EXPECT_NE(wrong("channel = [-1, -1, 6]").find("did you mean 'channels'"), std::string::npos);
   const auto simulated =
-      parse_config("[rig]\ninstrument = \"board\"\n[rig.instrument]\nchannels = [-1, -1, 6]\n", "rig.toml");
+      parse_config("[rig]\ninstrument = \"board\"\n[rig.board_instrument]\nchannels = [-1, -1, 6]\n", "rig.toml");
   const auto refused = simulated ? override_config(*simulated, {}) : simulated;
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().text().find("simulated device"), std::string::npos);
@@ -174,6 +174,10 @@ TEST(BoardSections, ExamplesOfTheReadmesAreRight) {
   daq::DaqSensorConfig sensor_config;
   read_board(board->root().table("rig").table("board"), board_config);
   read_daq(board->root().table("rig").table("daq"), sensor_config);
+  daq::BoardInstrumentConfig instrument;
+  read_instrument(board->root().table("rig").table("board_instrument"), instrument);
+  EXPECT_FALSE(check_instrument(instrument, board_config, true));
+  EXPECT_EQ(daq::channels_of(instrument), std::vector<double>{6.0});
   const auto board_error = board->error();
   EXPECT_FALSE(board_error) << board_error->text();
   EXPECT_EQ(write_board(board_config), write_board({})) << "it shows the defaults";

@@ -92,6 +92,32 @@ TEST_F(ComediBoard, StreamsItsDifferentialChannelsAsVolts) {
   }
 }
 
+TEST_F(ComediBoard, AnInstrumentsChannelsAreScannedAfterTheGauges) {
+  config.spare_channels = {11.0, 7.0};
+  std::array<double, 16> volts{1.5};
+  volts[11] = -3.25;
+  volts[7] = 6.5;
+  stand_in.set_inputs_v(volts);
+  const auto board = make();
+  ASSERT_FALSE(board->engage(BoardUse::kInputs));
+  EXPECT_EQ(board->info().inputs, 8U);
+  Scan scan;
+  ASSERT_TRUE(sees(*board, 1.5, &scan));
+  ASSERT_EQ(stand_in.last_channels().size(), 8U);
+  EXPECT_EQ(stand_in.last_channels()[6] & 0xffffU, 11U);
+  EXPECT_NEAR(scan.volts[6], -3.25, 20.0 / 65535.0);
+  EXPECT_NEAR(scan.volts[7], 6.5, 20.0 / 65535.0);
+  std::array<double, kSpareInputs> mean_v{};
+  board->read_spare_inputs(mean_v);  // what came in between
+  ASSERT_TRUE(eventually([&] { return board->read_spare_inputs(mean_v) > 0; }));
+  EXPECT_NEAR(mean_v[0], -3.25, 20.0 / 65535.0);
+  EXPECT_NEAR(mean_v[1], 6.5, 20.0 / 65535.0);
+  config.spare_channels = {6.0, 7.0, 8.0, 9.0};
+  const auto refused = create_board(config);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().limit.find("at most 3"), std::string::npos) << refused.error().text();
+}
+
 TEST_F(ComediBoard, TakesTheNarrowestRangeThatHoldsWhatIsWanted) {
   config.comedi.input_low_v = -4.0;
   config.comedi.input_high_v = 4.0;

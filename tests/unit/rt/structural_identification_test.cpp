@@ -31,10 +31,17 @@ struct StructuralBench {
   double sign = 1.0;  ///< of the bend
   bool watched = true;
   std::int64_t time_ns = 0;
+  double continuous_n = 0.0;  ///< of the motors; 0: they never warm
+  double heat = 0.0, hottest = 0.0;
 
   Observation at(const Vector3& encoder_mm, double force_n, double speed_mm_per_s) {
     Observation o;
     time_ns += 1'000'000;
+    if (continuous_n > 0.0) {
+      const double end = force_n * force_n / (continuous_n * continuous_n);
+      heat = end + (heat - end) * std::exp(-1e-3 / 12.0);
+      hottest = std::max(hottest, heat);
+    }
     o.sample.time_ns = time_ns;
     o.sample.tip_position_mm = encoder_mm;
     o.device_command_n = {0.0, 0.0, force_n};
@@ -140,6 +147,73 @@ TEST(StructuralIdentification, OnePressTellsNoField) {
   EXPECT_FALSE(model->converged);
   EXPECT_EQ(std::get<StructuralModel>(model->content).curvature_per_mm2[0], 0.0);
   EXPECT_FALSE(identification.progress().missing.empty());
+}
+
+/// A light device whose motors bear 1.4 N for ever.
+hal::RigInfo light(hal::RigKind kind) {
+  hal::RigInfo rig;
+  rig.kind = kind;
+  rig.device.model = "phantom_1_0";
+  rig.device.max_force_n = 8.5;
+  rig.device.max_continuous_force_n = 1.4;
+  rig.rate_hz = 1000.0;
+  return rig;
+}
+
+TEST(StructuralIdentification, MotorsOfHardwareCoolBetweenPresses) {
+  for (const hal::RigKind kind : {hal::RigKind::kHardware, hal::RigKind::kSimulated}) {
+    const bool hardware = kind == hal::RigKind::kHardware;
+    StructuralIdentification identification({.constant = true}, light(kind));
+    StructuralBench bench{[](const Vector3&) { return 0.4; }};
+    bench.continuous_n = 1.4;
+    int rests = 0;
+    for (int i = 0; i < 300 && !identification.progress().converged; ++i) {
+      const Wish wish = identification.wish();
+      if (wish.motion == Wish::Motion::kPress) {
+        EXPECT_NEAR(wish.force_n, hardware ? 3.0 * 1.4 : 0.8 * 8.5, 1e-9);
+        bench.press(identification, wish.place_mm, wish.stiffness_n_per_mm, wish.force_n);
+        continue;
+      }
+      ASSERT_EQ(wish.device, Wish::Device::kNothing);
+      ASSERT_GT(wish.hold_s, 0.0) << "a rest, not the end";
+      ++rests;
+      for (int tick = 0; tick < static_cast<int>(1e3 * wish.hold_s); ++tick) {
+        identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
+      }
+    }
+    const auto model = identification.finish();
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_TRUE(model->converged);
+    EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
+    if (hardware) {
+      EXPECT_GT(rests, 0);
+      EXPECT_LT(bench.hottest, 0.8) << "where a device warns";
+    } else {
+      EXPECT_EQ(rests, 0) << "a simulated winding is nobody's";
+    }
+  }
+}
+
+TEST(StructuralIdentification, MotorsWarmWhetherOrNotTheInstrumentAnswers) {
+  StructuralIdentification identification({.constant = true}, light(hal::RigKind::kHardware));
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
+  bench.watched = false;
+  EXPECT_EQ(identification.wish().hold_s, 0.0);
+  for (int i = 0; i < 3; ++i) bench.press(identification, {0.0, 0.0, 70.0}, 0.5, 4.0);
+  EXPECT_NE(identification.wish().words.find("cool"), std::string::npos) << identification.wish().words;
+  EXPECT_EQ(identification.wish().device, Wish::Device::kNothing);
+  for (int i = 0; i < 12'000; ++i) identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
+  EXPECT_EQ(identification.wish().words.find("cool"), std::string::npos) << "cold again";
+}
+
+TEST(StructuralIdentification, APressOnARigidObjectAsksForNoMoreThanTheDeviceGives) {
+  hal::RigInfo rig = light(hal::RigKind::kHardware);
+  const Wish bearable = StructuralIdentification({.rigid_contact = true}, rig).wish();
+  EXPECT_NEAR(bearable.max_device_force_n, 1.5 * 2.5 * 1.4, 1e-9);
+  rig.device.max_continuous_force_n = 0.0;  // not known
+  rig.device.max_force_n = 4.0;
+  const Wish weak = StructuralIdentification({.rigid_contact = true}, rig).wish();
+  EXPECT_NEAR(weak.max_device_force_n, 4.0, 1e-9);
 }
 
 TEST(StructuralIdentification, WithoutAnInstrumentItRefuses) {
