@@ -4,5 +4,5 @@ hapticd_test(test_emulated_rig
   SOURCES ${HERE}/board_faults_test.cpp ${HERE}/live_faults_test.cpp
   LINK hapticd_emulated_rig)
 hapticd_test(test_emulated_identification
-  SOURCES ${HERE}/identification_test.cpp
+  SOURCES ${HERE}/identification_test.cpp ${HERE}/wished_scene_test.cpp
   LINK hapticd_emulated_rig)

@@ -91,8 +91,8 @@ TEST(InstrumentSection, ReadsBackAsWrittenAndIsCheckedOnLoad) {
   EXPECT_NE(wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 5000]").find("line 10"), std::string::npos)
       << wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 5000]");
   EXPECT_NE(wrong("channel = [-1, -1, 6]").find("did you mean 'channels'"), std::string::npos);
-  const auto simulated =
-      parse_config("[rig]\ninstrument = \"board\"\n[rig.board_instrument]\nchannels = [-1, -1, 6]\n", "rig.toml");
+  const auto simulated = parse_config(
+      "[rig]\ninstrument = \"board\"\n[rig.board_instrument]\nchannels = [-1, -1, 6]\n", "rig.toml");
   const auto refused = simulated ? override_config(*simulated, {}) : simulated;
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().text().find("simulated device"), std::string::npos);
