@@ -194,7 +194,7 @@ Kind structural(bool rigid) {
         return std::abs(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm / truth - 1.0);
       },
       "error of the stiffness",
-      {"stiffness_n_per_mm"},
+      {"structural_stiffness_n_per_mm"},
       120.0};
 }
 
