@@ -19,6 +19,7 @@ class PalpationExtent {
   double depth_range_mm() const noexcept { return deepest_mm_ - shallowest_mm_; }
   double largest_force_n() const noexcept { return largest_n_; }
   double smallest_force_n() const noexcept { return smallest_n_; }
+  double mean_force_n() const noexcept { return mean_n_; }
   double force_range_n() const noexcept { return largest_n_ - smallest_n_; }
   /// Of depth and force.
   double correlation() const noexcept;

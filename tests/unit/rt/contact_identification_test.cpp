@@ -183,6 +183,17 @@ TEST(ContactIdentification, RefusesWhatIsNoPalpationAndSaysWhatToDo) {
   EXPECT_EQ(reversed.finish().error().what.rfind("the position has the wrong sign", 0), 0U);
 }
 
+TEST(ContactIdentification, AFewSamplesThatPullAreNoReversedSensor) {
+  auto observations = synthetic_observations(kLaw, kDepthMm, 0.003, 0.0);
+  double largest_n = 0.0;
+  for (const Observation& o : observations) largest_n = std::max(largest_n, o.sample.sensor_force_n.z);
+  for (std::size_t i = 300; i < 303; ++i) observations[i].sample.sensor_force_n.z = -3.0 * largest_n;
+  ContactIdentification identification(ContactTask{}, rig(hal::RigKind::kHardware));
+  feed(identification, observations);
+  const auto model = identification.finish();
+  EXPECT_TRUE(model) << model.error().text();
+}
+
 TEST(ContactIdentification, TakesTwoMillionSamplesInBoundedMemory) {
   ContactIdentification identification(hunt_crossley_task(), rig());
   auto observations = synthetic_observations(kLaw, kDepthMm);
