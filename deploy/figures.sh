@@ -4,9 +4,9 @@
 #   bash deploy/figures.sh [--quick] OUT
 #
 # Builds what measures, runs every study and benchmark (half an hour and more on two cores; --quick: fewer cases, less
-# than ten minutes), collects OUT/RUN/figures.jsonl as OUT/figures.jsonl with the run beside each record, and calls
+# than ten minutes), collects OUT/RUN/figures.jsonl as OUT/figures.jsonl with the run's name in each record, and calls
 # deploy/check_figures.py, whose status it ends with. A run that ends with an error twice ends it at once. OUT/times.txt
-# tells what each run took; OUT/RUN.log is what it printed.
+# says what each run took; OUT/RUN.log is what it printed.
 #
 # HAPTICD_RECORDINGS names the folder of real recordings; without it their figures are missing, and reported as such.
 # Not among them is what takes a rig of its own for half an hour: tests/study/trust/live.sh.
@@ -54,12 +54,12 @@ once() {
 
 # In virtual time, on one core each: two at a time.
 measure identify hapticd_study identify "${quick[@]}" &
-beside=$!
+identify_job=$!
 trap wait EXIT  # leave nothing running
 for study in rig explore loading; do
   measure "$study" hapticd_study "$study" "${quick[@]}"
 done
-wait "$beside"
+wait "$identify_job"
 trap - EXIT
 # These are live in part or use every core; the report runs the benchmarks `scenes` and `realtime`, too.
 for study in faults trust report; do

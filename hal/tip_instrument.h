@@ -8,7 +8,7 @@
 
 namespace hapticd::hal {
 
-/// An instrument beside the device that measures where the tip really is (an LVDT, a dial gauge, a laser).
+/// An instrument next to the device that measures where the tip really is (an LVDT, a dial gauge, a laser).
 /// Unlike the encoders it sees the device bend.
 class TipInstrument : public RigPart {
  public:
@@ -17,7 +17,7 @@ class TipInstrument : public RigPart {
   virtual bool read(Vector3& position_mm) noexcept = 0;
 };
 
-/// A rig whose instrument has hardware behind it: opened for as long as somebody needs it.
+/// A rig whose instrument has hardware behind it: opened for as long as it is needed.
 class InstrumentedRig {
  public:
   virtual ~InstrumentedRig() = default;

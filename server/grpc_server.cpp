@@ -136,7 +136,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   }
   state->poller.emplace(builder);
   gpr_set_log_function(pass_on);
-  // It writes a line for each text that is not UTF-8; the client is told, and the log is not for it to fill.
+  // It writes a line for each text that is not UTF-8; the client gets the error, and must not fill the log.
   google::protobuf::SetLogHandler(nullptr);
   state->server = builder.BuildAndStart();
   if (state->server == nullptr) return hal::Error{"gRPC does not start", listen.text(), "", "", ""};

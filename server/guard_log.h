@@ -13,10 +13,10 @@ namespace hapticd::server {
 class TelemetryHub;
 
 /// The line for the log where the guard came to be latched between two looks at its newest record; nothing
-/// where it was so already, or by a stop: whoever stops is in the log by name.
+/// where it was so already, or by a stop: the client that stops is in the log by name.
 std::optional<std::string> latch_line(const rt::TickRecord& before, const rt::TickRecord& now);
 
-/// Writes into the log when a fault latches the guard, for whoever looks afterwards why there was no force.
+/// Writes into the log when a fault latches the guard, so that one can look up afterwards why there was no force.
 /// Looks five times a second, in a thread of its own: a log that takes no lines holds up nothing else.
 class GuardLog {
  public:

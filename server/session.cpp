@@ -150,7 +150,7 @@ Outcome<rt::EngineOutcome> Session::execute(const rt::EngineCommand& command, co
                        {"no scene is loaded", "scene", "", "", "load one first (SceneService.LoadScene)"}};
       case Status::kFaultPersists:
         return Refusal{RefusalKind::kFailedPrecondition,
-                       {"the fault persists", "guard", "", "", "mend its cause, then clear again"}};
+                       {"the fault persists", "guard", "", "", "fix its cause, then clear again"}};
       case Status::kQueueFull:
         return Refusal{RefusalKind::kResourceExhausted,
                        {"too many commands under way", "loop", "",

@@ -95,7 +95,7 @@ Contacts contacts_of(const CsvTable& table) {
     began_s = time_s[i];
     const bool again = time_s[i] - press_ended_s < kTouchedAgainS;
     seen.touched_again = seen.touched_again || again;
-    // One that is touched again has not been let go of: its own count tells nothing of the object.
+    // One that is touched again has not been let go of: its own count says nothing about the object.
     if (both && !again) {
       const double deeper_mm =
           table.column("truth_displacement_mm")[i] - table.column("deformation_displacement_mm")[i];

@@ -84,7 +84,7 @@ class Board {
   /// All scans since the last call, or the newest that fit. Not engaged: none, not running.
   ScanReading read_scans(std::span<Scan> scans) noexcept;
   /// Mean of the spare inputs, in the order of their channels, over the scans read since the last call; reads
-  /// them itself where nobody else has the inputs engaged. Zero when there was none that is finite.
+  /// them itself where nothing else has the inputs engaged. Zero when there was none that is finite.
   std::size_t read_spare_inputs(std::array<double, kSpareInputs>& mean_v) noexcept;
   /// Counters 0 … n-1 since they were engaged, unwrapped to 64 bits (right as long as none moves by half its
   /// range between two calls). False: nothing was read.

@@ -183,7 +183,7 @@ std::array<bool, CreepParameters::kLags> determined_lags(const std::vector<Point
   return determined;
 }
 
-/// Fills in all that tells of errors. The weights sum to one: w_0 is what the others leave. `searched`: the
+/// Fills in the errors. The weights sum to one: w_0 is what the others leave. `searched`: the
 /// weights among those others that were found, 1 … kLags.
 void find_errors(const std::vector<Point>& points, double deepest_mm,
                  const std::vector<std::size_t>& searched, CreepEstimate& estimate) {

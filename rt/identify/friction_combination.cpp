@@ -111,7 +111,7 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
     if (!mean.told) {
       const std::string name = part.name;
       if (name == "kinetic")
-        return cannot_combine("no object tells the level of friction", "", "", "stroke for longer");
+        return cannot_combine("no object shows the level of friction", "", "", "stroke for longer");
       continue;  // assumed, or the default
     }
     *part.value = mean.value;

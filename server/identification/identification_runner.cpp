@@ -71,7 +71,7 @@ std::uint64_t number_of(const std::string& id) {
   return dash == std::string::npos ? 0 : std::strtoull(id.c_str() + dash + 1, nullptr, 10);
 }
 
-/// The rig's instrument from outside, open for as long as it is wanted. Nobody but identifications uses it,
+/// The rig's instrument from outside, open for as long as it is wanted. Only identifications use it,
 /// and one of them at a time.
 class OpenInstrument {
  public:

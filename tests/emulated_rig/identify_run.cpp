@@ -69,7 +69,7 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
         identification.add(config.seen_as == SeenAs::kUpright ? frame.upright(observation)
                                                               : frame.seated(observation));
       }
-      // What renders on an object may have to end at once: whoever searches a limit finds it.
+      // What renders on an object may have to end at once: a search for a limit finds it.
       if (wish.device == rt::Wish::Device::kModulation && observation.sample.tick % kTicksBetweenLooks == 0 &&
           identification.wish().device == rt::Wish::Device::kNothing) {
         next_wish_s = result.duration_s;

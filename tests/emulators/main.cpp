@@ -132,7 +132,7 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   using Kind = sim::ObjectEvent::Kind;
   constexpr double kTurnS = 0.1;
   constexpr double kSlideS = 1.0;
-  constexpr double kRestS = 3.0;  // before a cycle, so that somebody can bias the sensor
+  constexpr double kRestS = 3.0;  // before a cycle, so that the sensor can be biased
   double next_vanish_s = options.vanish_every_s;
   double next_return_s = HUGE_VAL;
   double next_slide_s = kSlideS;

@@ -52,7 +52,7 @@ void BoardPage::write_world(const std::array<double, BoardPageLayout::kInputs>& 
                             const std::array<std::uint32_t, BoardPageLayout::kCounters>& counts) noexcept {
   const std::uint32_t before = layout_->sequence.load(std::memory_order_relaxed);
   layout_->sequence.store(before + 1, std::memory_order_relaxed);
-  // Each with release: whoever sees one of them also sees the odd number.
+  // Each with release: a reader that sees one of them also sees the odd number.
   for (std::size_t i = 0; i < inputs_v.size(); ++i) {
     layout_->inputs_v[i].store(inputs_v[i], std::memory_order_release);
   }

@@ -43,7 +43,7 @@ class BoardPage {
   BoardPageLayout* operator->() noexcept { return layout_; }
   const BoardPageLayout* operator->() const noexcept { return layout_; }
 
-  /// The world's: all of it at once, so that nobody reads half of two moments.
+  /// The world's: all of it at once, so that no reader gets half of two moments.
   void write_world(const std::array<double, BoardPageLayout::kInputs>& inputs_v,
                    const std::array<std::uint32_t, BoardPageLayout::kCounters>& counts) noexcept;
   /// The library's.

@@ -31,7 +31,7 @@ class BoardWorld {
   /// Hands all that was shown since to the page.
   void show();
 
-  /// Whether somebody has had the time to home the arm.
+  /// Whether there has been time to home the arm.
   bool is_awake() const { return page_->counter_reads.load() > kReadsToHome; }
   const std::array<double, 3>& home_joints_rad() const { return home_joints_rad_; }
   const std::array<double, 3>& home_gimbal_rad() const { return home_gimbal_rad_; }

@@ -10,7 +10,7 @@ namespace hapticd::emulators {
 /// A comedi board for programs that link this file's source before libcomedi: it takes the place of the
 /// library's calls that would reach a kernel, and leaves the rest (conversion, calibration files) to the
 /// library. Subdevices: 0 analog inputs that stream (16 channels), 1 analog outputs (4), 2 digital, 3
-/// counters (8). One board, behind whatever file it is told to be. Preloaded into another program, with
+/// counters (8). One board, behind any file that is named for it. Preloaded into another program, with
 /// COMEDI_STAND_IN_PAGE naming a page (board_page.h), it is the board of the world behind that page.
 ///
 /// The driver's reads of the stream go through the linker's --wrap=read, so that a stream can end the way the
