@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "server/daemon.h"
-#include "server/version.h"
+#include "server/process/version.h"
 
 namespace hapticd::server {
 

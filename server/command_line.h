@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "server/config.h"
+#include "server/config/config.h"
 
 namespace hapticd::server {
 

@@ -4,23 +4,23 @@
 #include <filesystem>
 #include <utility>
 
-#include "server/crash_guard.h"
-#include "server/grpc_server.h"
-#include "server/guard_log.h"
-#include "server/identification/identification_runner.h"
-#include "server/instance_lock.h"
-#include "server/log.h"
-#include "server/model_store.h"
-#include "server/rig_factory.h"
-#include "server/safety_latch.h"
-#include "server/scene_host.h"
-#include "server/sensor_bias.h"
-#include "server/session.h"
-#include "server/target_control.h"
-#include "server/telemetry_hub.h"
+#include "server/grpc/grpc_server.h"
+#include "server/identification/run/identification_runner.h"
+#include "server/model/store/model_store.h"
+#include "server/process/crash_guard.h"
+#include "server/process/instance_lock.h"
+#include "server/process/log.h"
+#include "server/process/version.h"
+#include "server/rig/rig_factory.h"
+#include "server/rig/sensor_bias.h"
+#include "server/scene/scene_host.h"
+#include "server/scene/target_control.h"
+#include "server/session/guard_log.h"
+#include "server/session/safety_latch.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
 #include "server/turntable/turntable_factory.h"
 #include "server/turntable/turntable_host.h"
-#include "server/version.h"
 
 namespace hapticd::server {
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "hal/error.h"
-#include "server/config.h"
+#include "server/config/config.h"
 
 namespace hapticd::server {
 

@@ -7,12 +7,12 @@
 
 #include "rt/loop/loop_cpu.h"
 #include "server/command_line.h"
-#include "server/config.h"
-#include "server/crash_guard.h"
+#include "server/config/config.h"
 #include "server/daemon.h"
-#include "server/default_model_store.h"
-#include "server/ending_signals.h"
-#include "server/log.h"
+#include "server/model/store/default_model_store.h"
+#include "server/process/crash_guard.h"
+#include "server/process/ending_signals.h"
+#include "server/process/log.h"
 
 namespace {
 

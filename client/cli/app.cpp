@@ -1,7 +1,7 @@
 #include <fmt/core.h>
 
-#include "client/cli/commands.h"
-#include "client/cli/names.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/text/names.h"
 
 namespace hapticd::cli {
 

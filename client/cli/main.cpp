@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <exception>
 
-#include "client/cli/commands.h"
+#include "client/cli/commands/commands.h"
 
 int main(int argc, char** argv) {
   using namespace hapticd::cli;

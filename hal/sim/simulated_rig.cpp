@@ -8,10 +8,10 @@
 #include <thread>
 #include <utility>
 
-#include "hal/sim/external_instrument.h"
-#include "hal/sim/general_object_model.h"
-#include "hal/sim/range_check.h"
-#include "hal/sim/sensor_bias.h"
+#include "hal/sim/base/range_check.h"
+#include "hal/sim/object/general_object_model.h"
+#include "hal/sim/sensor/external_instrument.h"
+#include "hal/sim/sensor/sensor_bias.h"
 #include "hal/sim/simulation.h"
 #include "hal/sim/tick_clock.h"
 

@@ -10,11 +10,11 @@
 
 #include "hal/error.h"
 #include "hal/rig.h"
-#include "hal/sim/conditions.h"
-#include "hal/sim/device_model.h"
-#include "hal/sim/hand.h"
-#include "hal/sim/object_events.h"
-#include "hal/sim/object_model.h"
+#include "hal/sim/base/conditions.h"
+#include "hal/sim/device/device_model.h"
+#include "hal/sim/hand/hand.h"
+#include "hal/sim/object/object_events.h"
+#include "hal/sim/object/object_model.h"
 #include "hal/sim/tick_sequence.h"
 
 namespace hapticd::sim {

@@ -8,19 +8,19 @@
 #include <vector>
 
 #include "hal/samples.h"
-#include "hal/sim/arm_unevenness.h"
-#include "hal/sim/axis_dynamics.h"
-#include "hal/sim/base_vibration.h"
-#include "hal/sim/conditions.h"
-#include "hal/sim/delay_line.h"
-#include "hal/sim/device_model.h"
-#include "hal/sim/friction.h"
-#include "hal/sim/hand_motion.h"
-#include "hal/sim/material.h"
-#include "hal/sim/nano17.h"
-#include "hal/sim/object_events.h"
-#include "hal/sim/object_model.h"
-#include "hal/sim/plant.h"
+#include "hal/sim/base/conditions.h"
+#include "hal/sim/base/plant.h"
+#include "hal/sim/device/arm_unevenness.h"
+#include "hal/sim/device/axis_dynamics.h"
+#include "hal/sim/device/base_vibration.h"
+#include "hal/sim/device/delay_line.h"
+#include "hal/sim/device/device_model.h"
+#include "hal/sim/hand/hand_motion.h"
+#include "hal/sim/object/friction.h"
+#include "hal/sim/object/material.h"
+#include "hal/sim/object/object_events.h"
+#include "hal/sim/object/object_model.h"
+#include "hal/sim/sensor/nano17.h"
 
 namespace hapticd::sim {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "hal/sim/conditions.h"
-#include "hal/sim/random.h"
+#include "hal/sim/base/conditions.h"
+#include "hal/sim/base/random.h"
 #include "hal/sim/tick_sequence.h"
 
 namespace hapticd::sim {

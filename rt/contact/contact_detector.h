@@ -4,7 +4,7 @@
 
 #include "rt/contact/contact_evidence.h"
 #include "rt/contact/zero_tracker.h"
-#include "rt/scene/tick_record.h"
+#include "rt/record/tick_record.h"
 
 namespace hapticd::rt {
 

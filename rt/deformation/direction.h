@@ -2,7 +2,7 @@
 
 #include <variant>
 
-#include "rt/deformation/published_direction.h"
+#include "rt/baseline/published_direction.h"
 #include "rt/deformation/tracked_direction.h"
 
 namespace hapticd::rt {

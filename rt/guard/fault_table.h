@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "hal/samples.h"
-#include "rt/guard/fault.h"
+#include "rt/record/fault.h"
 
 namespace hapticd::rt {
 

@@ -8,7 +8,7 @@
 #include "rt/guard/fault_table.h"
 #include "rt/guard/oscillation_monitor.h"
 #include "rt/guard/push_speed.h"
-#include "rt/scene/tick_record.h"
+#include "rt/record/tick_record.h"
 
 namespace hapticd::rt {
 

@@ -10,10 +10,10 @@
 
 #include "hal/rig.h"
 #include "rt/loop/spsc_ring.h"
-#include "rt/scene/observation.h"
+#include "rt/record/observation.h"
+#include "rt/record/tick_record.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/renderer.h"
-#include "rt/scene/tick_record.h"
 
 namespace hapticd::rt {
 

@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "hal/samples.h"
+#include "rt/friction/friction_model.h"
+#include "rt/friction/tip.h"
 #include "rt/model/models.h"
 #include "rt/model/structural_model.h"
-#include "rt/scene/scene_spec.h"
 
 namespace hapticd::rt {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "rt/contact/contact_stage.h"
-#include "rt/scene/tick_record.h"
+#include "rt/record/tick_record.h"
 
 namespace hapticd::rt {
 

@@ -4,7 +4,7 @@
 
 #include "hal/samples.h"
 #include "rt/guard/fault_table.h"
-#include "rt/scene/tick_record.h"
+#include "rt/record/tick_record.h"
 #include "rt/signal/sensor_zero.h"
 #include "rt/target/target_law.h"
 

@@ -3,8 +3,8 @@
 #include "hal/rig.h"
 #include "hal/samples.h"
 #include "rt/guard/guard.h"
+#include "rt/record/tick_record.h"
 #include "rt/scene/pipeline.h"
-#include "rt/scene/tick_record.h"
 
 namespace hapticd::rt {
 

@@ -10,6 +10,7 @@
 #include "rt/contact/contact_detector.h"
 #include "rt/control/compensation_parameters.h"
 #include "rt/control/force_controller.h"
+#include "rt/friction/tip.h"
 #include "rt/guard/guard.h"
 #include "rt/model/structural_model.h"
 #include "rt/signal/tool_load.h"
@@ -21,12 +22,6 @@ enum class SceneKind : std::uint8_t {
   kTap1d,  ///< stiffness modulation of a real object along one axis (D§3)
   kWall,   ///< an elastic virtual wall, no real object and no force sensor: the comparison stimulus of D§3.4
   kExplore,  ///< stiffness modulation in any direction: tapping, stroking, contour following (D§4)
-};
-
-/// What is mounted at the end of the tool.
-enum class Tip : std::uint8_t {
-  kRod,          ///< aluminium, 3 mm, round: friction is felt and must be known (D§4.4.1)
-  kBallBearing,  ///< rolls; little friction, much the same on every object
 };
 
 enum class DirectionMethod : std::uint8_t { kTracked, kPublished };

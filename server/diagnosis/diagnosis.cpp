@@ -10,9 +10,9 @@
 #include "rt/guard/fault_table.h"
 #include "server/diagnosis/force_watch.h"
 #include "server/diagnosis/machine_findings.h"
-#include "server/scene_host.h"
-#include "server/session.h"
-#include "server/telemetry_hub.h"
+#include "server/scene/scene_host.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
 #include "server/turntable/turntable_host.h"
 
 namespace hapticd::server {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "hal/part_report.h"
-#include "rt/scene/tick_record.h"
+#include "rt/record/tick_record.h"
 #include "server/diagnosis/finding.h"
 
 namespace hapticd::server {

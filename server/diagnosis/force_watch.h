@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "hal/samples.h"
+#include "rt/record/tick_record.h"
 #include "rt/scene/scene_spec.h"
-#include "rt/scene/tick_record.h"
 #include "server/diagnosis/finding.h"
 
 namespace hapticd::server {

@@ -4,7 +4,7 @@
 
 #include "hal/daq/board_config.h"
 #include "hal/daq/daq_sensor.h"
-#include "server/toml_reader.h"
+#include "server/text/toml_reader.h"
 
 namespace hapticd::server {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "server/range.h"
+#include "server/text/range.h"
 
 namespace hapticd::server {
 

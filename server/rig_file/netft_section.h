@@ -3,7 +3,7 @@
 #include <string>
 
 #include "hal/netft/netft_config.h"
-#include "server/toml_reader.h"
+#include "server/text/toml_reader.h"
 
 namespace hapticd::server {
 

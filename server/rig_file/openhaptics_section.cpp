@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "hal/openhaptics/device_figures.h"
-#include "server/suggestion.h"
-#include "server/text_library.h"
+#include "server/text/suggestion.h"
+#include "server/text/text_library.h"
 
 namespace hapticd::server {
 

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "server/suggestion.h"
+#include "server/text/suggestion.h"
 
 namespace hapticd::server {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "server/range.h"
+#include "server/text/range.h"
 
 namespace hapticd::server {
 

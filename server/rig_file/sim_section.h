@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "hal/sim/simulated_rig.h"
-#include "server/toml_reader.h"
+#include "server/text/toml_reader.h"
 
 namespace hapticd::server {
 
@@ -12,8 +12,8 @@ namespace hapticd::server {
 void read_simulation(TomlTable table, sim::SimulationConfig& config);
 
 /// "phantom_1_0", "lab", "phantom_1_0:lab:general" …, as it stands behind "sim:": a device, conditions and a
-/// plant, in any order. The first word that is neither conditions nor plant is the device, a second one unknown
-/// conditions; the rig refuses what it does not know.
+/// plant, in any order. The first word that is neither conditions nor plant is the device, a second one
+/// unknown conditions; the rig refuses what it does not know.
 void apply_simulation_text(std::string_view text, sim::SimulationConfig& config);
 
 /// All of them, defaults written out, with the headers of the tables; reads back as the same.

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
-#include "server/builtin_texts.h"
-#include "server/suggestion.h"
+#include "server/text/builtin_texts.h"
+#include "server/text/suggestion.h"
 
 namespace hapticd::server {
 

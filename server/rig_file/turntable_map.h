@@ -7,7 +7,7 @@
 
 #include "hal/error.h"
 #include "hal/modbus/register_map.h"
-#include "server/toml_reader.h"
+#include "server/text/toml_reader.h"
 
 namespace hapticd::server {
 

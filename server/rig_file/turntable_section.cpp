@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/rig_file/turntable_map.h"
-#include "server/text_library.h"
+#include "server/text/text_library.h"
 
 namespace hapticd::server {
 

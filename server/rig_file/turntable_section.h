@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "server/toml_reader.h"
-#include "server/turntable/turntable_config.h"
+#include "server/rig_file/turntable_config.h"
+#include "server/text/toml_reader.h"
 
 namespace hapticd::server {
 

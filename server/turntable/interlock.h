@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "hal/error.h"
-#include "rt/scene/tick_record.h"
-#include "server/turntable/turntable_config.h"
+#include "rt/record/tick_record.h"
+#include "server/rig_file/turntable_config.h"
 
 namespace hapticd::server {
 

@@ -4,7 +4,7 @@
 
 #include "hal/error.h"
 #include "hal/turntable.h"
-#include "server/turntable/turntable_config.h"
+#include "server/rig_file/turntable_config.h"
 
 namespace hapticd::server {
 

@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "hal/sim/simulated_rig.h"
-#include "server/log.h"
-#include "server/range.h"
-#include "server/scene_host.h"
-#include "server/session.h"
-#include "server/suggestion.h"
-#include "server/telemetry_hub.h"
+#include "server/process/log.h"
+#include "server/scene/scene_host.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
+#include "server/text/range.h"
+#include "server/text/suggestion.h"
 
 namespace hapticd::server {
 

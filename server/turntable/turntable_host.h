@@ -9,9 +9,9 @@
 #include <string>
 
 #include "hal/turntable.h"
-#include "rt/guard/fault.h"
-#include "server/caller.h"
-#include "server/outcome.h"
+#include "rt/record/fault.h"
+#include "server/session/caller.h"
+#include "server/session/outcome.h"
 #include "server/turntable/interlock.h"
 
 namespace hapticd::server {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "rt/signal/vector.h"
-#include "server/palpation/simulated_palpator.h"
-#include "server/palpation/wished_scene.h"
+#include "server/identification/palpation/requested_scene.h"
+#include "server/identification/palpation/simulated_palpator.h"
 #include "tests/support/turn.h"
 
 namespace hapticd::test {

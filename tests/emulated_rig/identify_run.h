@@ -2,13 +2,13 @@
 
 #include <cstdint>
 
-#include "rt/identify/identification.h"
-#include "rt/identify/press_frame.h"
+#include "server/identification/estimate/contact/press_frame.h"
+#include "server/identification/session/identification.h"
 #include "tests/emulated_rig/run.h"
 
 namespace hapticd::test {
 
-/// How what the rig measures is handed to an identification; see server/identification/rig_view.h.
+/// How what the rig measures is handed to an identification; see server/identification/run/rig_view.h.
 enum class SeenAs : std::uint8_t {
   kRaw,      ///< tool, gains, structural stiffness
   kSeated,   ///< threshold

@@ -5,13 +5,13 @@
 #include <memory>
 #include <vector>
 
-#include "hal/sim/hand.h"
+#include "hal/sim/hand/hand.h"
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/engine.h"
 #include "rt/model/models.h"
+#include "rt/record/tick_record.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
-#include "rt/scene/tick_record.h"
 #include "tests/emulated_rig/tapped_rig.h"
 
 namespace hapticd::test {

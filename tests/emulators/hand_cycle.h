@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/sim/hand.h"
+#include "hal/sim/hand/hand.h"
 
 namespace hapticd::emulators {
 

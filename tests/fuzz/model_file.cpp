@@ -1,6 +1,6 @@
 // Files with models of objects.
 
-#include "server/model_file.h"
+#include "server/model/model_file.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // Identified models as they are exported, imported and stored.
 
-#include "server/model_json.h"
+#include "server/model/model_json.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "hapticd/v1/rig.grpc.pb.h"
-#include "server/config.h"
+#include "server/config/config.h"
 #include "server/daemon.h"
 
 namespace {

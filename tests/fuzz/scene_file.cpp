@@ -1,6 +1,6 @@
 // Scene files.
 
-#include "server/scene_file.h"
+#include "server/scene/scene_file.h"
 
 #include <cstddef>
 #include <cstdint>

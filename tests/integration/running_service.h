@@ -15,7 +15,7 @@
 #include "hapticd/v1/scene.grpc.pb.h"
 #include "hapticd/v1/simulation.grpc.pb.h"
 #include "hapticd/v1/telemetry.grpc.pb.h"
-#include "server/config.h"
+#include "server/config/config.h"
 #include "server/daemon.h"
 
 namespace hapticd::test {

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "tests/study/plant.h"
-#include "tests/study/plant_comparison.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/plant_comparison.h"
+#include "tests/study/common/study.h"
 #include "tests/study/report/provenance.h"
-#include "tests/study/study.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // The study-wide plant, both side by side, and what real silicone says about the general law.
 
-#include "tests/study/plant.h"
+#include "tests/study/common/plant.h"
 
 #include <gtest/gtest.h>
 
@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "hal/sim/general_material.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/plant_comparison.h"
-#include "tests/study/rig/recording_set.h"
+#include "hal/sim/object/general_material.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/plant_comparison.h"
+#include "tests/study/common/recording_set.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 

@@ -1,14 +1,14 @@
-#include "tests/study/explore/explore_study.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/page.h"
+#include "tests/study/common/rig_study.h"
+#include "tests/study/common/study.h"
 #include "tests/study/extremes/extremes_study.h"
 #include "tests/study/faults/faults_study.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/loading/loading_study.h"
 #include "tests/study/machine/machine_study.h"
-#include "tests/study/page.h"
 #include "tests/study/precision/precision_study.h"
-#include "tests/study/rig/rig_study.h"
 #include "tests/study/stability/stability_study.h"
-#include "tests/study/study.h"
 #include "tests/study/trust/trust_study.h"
 
 namespace hapticd::study {
@@ -62,8 +62,8 @@ const std::vector<Study>& studies() {
             PlantUse::kNone},
        },
        {
-           {"transport", "live over emulated real transports and beside the direct rig", run_identify_transport,
-            PlantUse::kSeparable},
+           {"transport", "live over emulated real transports and beside the direct rig",
+            run_identify_transport, PlantUse::kSeparable},
        }},
       {"faults",
        "every fault injected at the emulated peers while force is rendered in contact",

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client/cpp/client.h"
-#include "server/services/telemetry_messages.h"
+#include "server/grpc/messages/telemetry_messages.h"
 #include "tests/bench/benchmark.h"
 #include "tests/bench/live/daemon_process.h"
 #include "tests/bench/tick/tick_instructions.h"

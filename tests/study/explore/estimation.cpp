@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "rt/signal/vector.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/explore/shadow.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/shadow.h"
 
 namespace hapticd::study {
 

@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "rt/signal/vector.h"
-#include "server/model_file.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/explore/shadow.h"
+#include "server/model/model_file.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/shadow.h"
 #include "tests/study/explore/stroke_judge.h"
 #include "tests/study/identify/shipped_models.h"
-#include "tests/study/rig/hands.h"
 
 namespace hapticd::study {
 namespace {

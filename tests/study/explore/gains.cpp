@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "rt/control/default_gains.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/rig/oscillation.h"
-#include "tests/study/rig/virtual_run.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/oscillation.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/virtual_run.h"
 
 namespace hapticd::study {
 

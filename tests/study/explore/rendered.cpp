@@ -3,10 +3,10 @@
 #include <vector>
 
 #include "rt/signal/vector.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/virtual_run.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/virtual_run.h"
 
 namespace hapticd::study {
 

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "rt/signal/butterworth_low_pass.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/virtual_run.h"
 #include "tests/study/explore/stroke_judge.h"
-#include "tests/study/rig/virtual_run.h"
 
 namespace hapticd::study {
 

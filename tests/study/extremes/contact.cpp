@@ -3,7 +3,7 @@
 #include <limits>
 #include <numbers>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/contact/contact_detector.h"
 #include "rt/contact/contact_onset.h"
 #include "rt/contact/free_motion_residual.h"

@@ -3,11 +3,11 @@
 #include <limits>
 #include <numbers>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
+#include "rt/baseline/published_direction.h"
 #include "rt/deformation/creep_law.h"
 #include "rt/deformation/fused_displacement.h"
 #include "rt/deformation/hunt_crossley.h"
-#include "rt/deformation/published_direction.h"
 #include "rt/deformation/tracked_direction.h"
 #include "rt/friction/dahl.h"
 #include "rt/signal/vector.h"

@@ -4,7 +4,7 @@
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
-#include "tests/study/explore/scenes.h"
+#include "tests/study/common/scenes.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study::extremes {

@@ -5,10 +5,10 @@
 #include "hal/rig.h"
 #include "hal/samples.h"
 #include "rt/model/models.h"
+#include "rt/record/tick_record.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/renderer.h"
 #include "rt/scene/scene_spec.h"
-#include "rt/scene/tick_record.h"
 
 namespace hapticd::study::extremes {
 

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/control/back_drive_compensation.h"
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "hal/sim/random.h"
-#include "rt/guard/hand_port_passivity.h"
+#include "hal/sim/base/random.h"
+#include "rt/control/hand_port_passivity.h"
 #include "rt/signal/vector.h"
 #include "tests/study/extremes/extreme.h"
 

@@ -5,17 +5,17 @@
 #include <optional>
 #include <vector>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/deformation/hunt_crossley.h"
 #include "rt/friction/dahl.h"
-#include "rt/identify/contact_creep_fit.h"
-#include "rt/identify/contact_double_stage.h"
-#include "rt/identify/contact_single_stage.h"
-#include "rt/identify/contact_variable_projection.h"
-#include "rt/identify/friction_law_fit.h"
-#include "rt/identify/tool_load_fit.h"
 #include "rt/signal/tool_load.h"
 #include "rt/signal/vector.h"
+#include "server/identification/estimate/contact/contact_creep_fit.h"
+#include "server/identification/estimate/contact/contact_double_stage.h"
+#include "server/identification/estimate/contact/contact_single_stage.h"
+#include "server/identification/estimate/contact/contact_variable_projection.h"
+#include "server/identification/estimate/friction/friction_law_fit.h"
+#include "server/identification/estimate/tool_load_fit.h"
 #include "tests/study/extremes/extreme.h"
 #include "tests/study/extremes/palpated.h"
 

@@ -8,12 +8,12 @@
 #include <limits>
 #include <string>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/deformation/fused_displacement.h"
 #include "rt/deformation/tracked_direction.h"
-#include "rt/identify/contact_double_stage.h"
-#include "rt/identify/contact_single_stage.h"
 #include "rt/signal/vector.h"
+#include "server/identification/estimate/contact/contact_double_stage.h"
+#include "server/identification/estimate/contact/contact_single_stage.h"
 #include "tests/study/extremes/extreme.h"
 #include "tests/study/extremes/palpated.h"
 #include "tests/study/extremes/textbook_rls.h"

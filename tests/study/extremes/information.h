@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "tests/study/study.h"
+#include "tests/study/common/study.h"
 
 namespace hapticd::study::extremes {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 
 namespace hapticd::study::extremes {
 

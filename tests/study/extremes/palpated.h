@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "rt/deformation/hunt_crossley.h"
-#include "rt/identify/palpation_sample.h"
+#include "server/identification/gate/palpation_sample.h"
 
 namespace hapticd::study::extremes {
 

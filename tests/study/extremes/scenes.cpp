@@ -1,11 +1,11 @@
-#include "tests/study/explore/scenes.h"
+#include "tests/study/common/scenes.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/signal/vector.h"
 #include "tests/study/extremes/extreme.h"
 #include "tests/study/extremes/fed_scene.h"

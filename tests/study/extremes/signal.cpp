@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/signal/adaptive_window_velocity.h"
 #include "rt/signal/butterworth_low_pass.h"
 #include "rt/signal/motion_estimator.h"

@@ -3,19 +3,19 @@
 #include <limits>
 #include <memory>
 
-#include "hal/sim/axis_dynamics.h"
-#include "hal/sim/device_model.h"
-#include "hal/sim/friction.h"
-#include "hal/sim/material.h"
-#include "hal/sim/nano17.h"
-#include "hal/sim/object_model.h"
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
+#include "hal/sim/device/axis_dynamics.h"
+#include "hal/sim/device/device_model.h"
+#include "hal/sim/object/friction.h"
+#include "hal/sim/object/material.h"
+#include "hal/sim/object/object_model.h"
+#include "hal/sim/sensor/nano17.h"
 #include "hal/sim/simulated_rig.h"
 #include "rt/signal/vector.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/virtual_run.h"
 #include "tests/study/extremes/extreme.h"
 #include "tests/study/extremes/fed_scene.h"
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/virtual_run.h"
 
 namespace hapticd::study::extremes {
 

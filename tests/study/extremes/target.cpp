@@ -3,7 +3,7 @@
 #include <complex>
 #include <limits>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/control/force_controller.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/feasible_range.h"

@@ -3,18 +3,18 @@
 #include <limits>
 #include <vector>
 
-#include "hal/sim/random.h"
+#include "hal/sim/base/random.h"
 #include "rt/contact/free_motion_residual.h"
-#include "rt/identify/contact_identification.h"
-#include "rt/identify/tool_excitation.h"
 #include "rt/loop/latency_histogram.h"
 #include "rt/signal/motion_estimator.h"
 #include "rt/signal/vector.h"
-#include "tests/study/explore/scenes.h"
+#include "server/identification/estimate/tool_excitation.h"
+#include "server/identification/session/contact_identification.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/virtual_run.h"
 #include "tests/study/extremes/extreme.h"
 #include "tests/study/extremes/fed_scene.h"
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/virtual_run.h"
 
 namespace hapticd::study::extremes {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tests/study/study.h"
+#include "tests/study/common/study.h"
 
 namespace hapticd::study {
 

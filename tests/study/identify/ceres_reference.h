@@ -3,7 +3,7 @@
 #include <span>
 
 #include "hal/error.h"
-#include "rt/identify/contact_estimate.h"
+#include "server/identification/estimate/contact/contact_estimate.h"
 
 namespace hapticd::study {
 

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "rt/identify/contact_identification.h"
-#include "tests/study/explore/scenes.h"
+#include "server/identification/session/contact_identification.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/identify/contact_methods.h"
 #include "tests/study/identify/contact_palpation.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
-#include "tests/study/plant.h"
 
 namespace hapticd::study {
 

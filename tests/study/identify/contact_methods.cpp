@@ -1,14 +1,14 @@
 #include "tests/study/identify/contact_methods.h"
 
-#include "rt/identify/contact_creep_fit.h"
-#include "rt/identify/contact_double_stage.h"
-#include "rt/identify/contact_identification.h"
-#include "rt/identify/contact_single_stage.h"
-#include "rt/identify/contact_variable_projection.h"
-#include "rt/identify/palpation_tracker.h"
-#include "tests/study/explore/scenes.h"
+#include "server/identification/estimate/contact/contact_creep_fit.h"
+#include "server/identification/estimate/contact/contact_double_stage.h"
+#include "server/identification/estimate/contact/contact_single_stage.h"
+#include "server/identification/estimate/contact/contact_variable_projection.h"
+#include "server/identification/gate/palpation_tracker.h"
+#include "server/identification/session/contact_identification.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/identify/simulated_session.h"
-#include "tests/study/plant.h"
 
 namespace hapticd::study {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "rt/identify/palpation_sample.h"
 #include "rt/model/models.h"
+#include "server/identification/gate/palpation_sample.h"
 #include "tests/study/identify/ceres_reference.h"
 #include "tests/study/identify/contact_palpation.h"
 

@@ -7,10 +7,10 @@
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/deformation/creep_force.h"
-#include "rt/identify/palpation_tracker.h"
-#include "server/palpation/simulated_palpator.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/plant.h"
+#include "server/identification/gate/palpation_tracker.h"
+#include "server/identification/palpation/simulated_palpator.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "rt/identify/identification.h"
-#include "rt/identify/palpation_sample.h"
 #include "rt/model/identified_model.h"
 #include "rt/model/models.h"
+#include "server/identification/gate/palpation_sample.h"
+#include "server/identification/session/identification.h"
 
 namespace hapticd::study {
 

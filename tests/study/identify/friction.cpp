@@ -2,15 +2,15 @@
 #include <numbers>
 #include <optional>
 
-#include "rt/identify/friction_combination.h"
-#include "rt/identify/friction_identification.h"
-#include "rt/identify/surface_scan.h"
-#include "tests/study/explore/scenes.h"
+#include "server/identification/estimate/contact/surface_scan.h"
+#include "server/identification/estimate/friction/friction_combination.h"
+#include "server/identification/session/friction_identification.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/identify/friction_rendered.h"
 #include "tests/study/identify/friction_validation.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
-#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

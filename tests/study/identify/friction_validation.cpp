@@ -9,8 +9,8 @@
 #include "rt/friction/dahl.h"
 #include "rt/signal/three_axis_motion.h"
 #include "rt/signal/tool_load.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/plant.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tests/study/study.h"
+#include "tests/study/common/study.h"
 
 namespace hapticd::study {
 
@@ -10,12 +10,12 @@ void run_identify_contact_recordings(StudyContext& context);  ///< silicone, mea
 void run_identify_compression_recordings(StudyContext& context);  ///< EcoFlex, compressed to two thirds
 void run_identify_friction(StudyContext& context);  ///< rod and ball bearing on the simulated objects
 void run_identify_friction_recordings(StudyContext& context);  ///< reciprocating and seal friction
-void run_identify_shipped_models(StudyContext& context);       ///< the models in server/models, made again
+void run_identify_shipped_models(StudyContext& context);  ///< the models in server/model/shipped, made again
 void run_identify_rig(StudyContext& context);
 
 /// Gains of the controller by the ultimate gain, pressed by a hand.
-void run_identify_gains(StudyContext& context);     ///< structural stiffness, tool, threshold, gains
+void run_identify_gains(StudyContext& context);      ///< structural stiffness, tool, threshold, gains
 void run_identify_transport(StudyContext& context);  ///< the same over the emulated real transports, live
-void run_identify_handover(StudyContext& context);  ///< tool and threshold from a hand-held sensor
+void run_identify_handover(StudyContext& context);   ///< tool and threshold from a hand-held sensor
 
 }  // namespace hapticd::study

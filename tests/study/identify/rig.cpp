@@ -7,16 +7,16 @@
 #include <vector>
 
 #include "rt/contact/free_motion_residual.h"
-#include "rt/identify/gains_identification.h"
-#include "rt/identify/structural_identification.h"
-#include "rt/identify/threshold_identification.h"
-#include "rt/identify/tool_identification.h"
 #include "rt/signal/tool_load.h"
 #include "rt/signal/vector.h"
 #include "rt/target/largest_target.h"
+#include "server/identification/session/gains_identification.h"
+#include "server/identification/session/structural_identification.h"
+#include "server/identification/session/threshold_identification.h"
+#include "server/identification/session/tool_identification.h"
+#include "tests/study/common/plant.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
-#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "rt/identify/contact_identification.h"
-#include "rt/identify/friction_identification.h"
+#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/friction_identification.h"
 #include "tests/study/identify/simulated_session.h"
 
 namespace hapticd::study {

@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "rt/identify/contact_identification.h"
-#include "rt/identify/friction_identification.h"
-#include "server/model_file.h"
-#include "tests/study/explore/scenes.h"
+#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/friction_identification.h"
+#include "server/model/model_file.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
-#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
@@ -95,7 +95,7 @@ void run_identify_shipped_models(StudyContext& context) {
     if (!file.flush()) throw std::runtime_error("cannot write " + (folder / (object + ".toml")).string());
   }
   context.report.add_table("shipped_models", "Models as the service's own identification makes them", table,
-                           "Files: shipped_models/*.toml, those of server/models.");
+                           "Files: shipped_models/*.toml, those of server/model/shipped.");
 }
 
 }  // namespace hapticd::study

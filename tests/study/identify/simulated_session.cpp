@@ -6,9 +6,9 @@
 
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"
-#include "server/palpation/simulated_palpator.h"
-#include "server/palpation/wished_scene.h"
-#include "tests/study/plant.h"
+#include "server/identification/palpation/requested_scene.h"
+#include "server/identification/palpation/simulated_palpator.h"
+#include "tests/study/common/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

@@ -4,7 +4,7 @@
 
 #include "hal/samples.h"
 #include "hal/sim/simulated_rig.h"
-#include "rt/identify/identification.h"
+#include "server/identification/session/identification.h"
 
 namespace hapticd::study {
 

@@ -7,21 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "rt/identify/contact_identification.h"
-#include "rt/identify/friction_identification.h"
-#include "rt/identify/gains_identification.h"
-#include "rt/identify/structural_identification.h"
-#include "rt/identify/threshold_identification.h"
-#include "rt/identify/tool_identification.h"
+#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/friction_identification.h"
+#include "server/identification/session/gains_identification.h"
+#include "server/identification/session/structural_identification.h"
+#include "server/identification/session/threshold_identification.h"
+#include "server/identification/session/tool_identification.h"
 #include "tests/emulated_rig/board_rig.h"
 #include "tests/emulated_rig/emulated_rig.h"
 #include "tests/emulated_rig/identify_run.h"
-#include "tests/study/explore/scenes.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/identify/contact_palpation.h"
 #include "tests/study/identify/friction_validation.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/simulated_session.h"
-#include "tests/study/plant.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {

@@ -1,7 +1,7 @@
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/rig_study.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/loading/loading_study.h"
-#include "tests/study/rig/rig_study.h"
 
 namespace hapticd::study {
 

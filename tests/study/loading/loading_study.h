@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/study/common/study.h"
 #include "tests/study/loading/loading_trial.h"
-#include "tests/study/study.h"
 
 namespace hapticd::study {
 

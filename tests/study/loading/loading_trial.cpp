@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/sim/hand_motion.h"
+#include "hal/sim/hand/hand_motion.h"
 #include "rt/guard/fault_table.h"
 #include "rt/target/largest_target.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/rig/virtual_run.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/virtual_run.h"
 
 namespace hapticd::study {
 

@@ -5,10 +5,10 @@
 
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"
-#include "rt/identify/friction_law_fit.h"
-#include "tests/study/explore/scenes.h"
+#include "server/identification/estimate/friction/friction_law_fit.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/identify/friction_validation.h"
-#include "tests/study/plant.h"
 #include "tests/study/precision/estimation_stages.h"
 #include "tests/study/precision/published_dahl.h"
 #include "tests/study/report/run_time.h"

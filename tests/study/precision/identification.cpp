@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "rt/identify/contact_single_stage.h"
-#include "tests/study/explore/scenes.h"
+#include "server/identification/estimate/contact/contact_single_stage.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/identify/contact_methods.h"
-#include "tests/study/plant.h"
 #include "tests/study/precision/log_least_squares.h"
 #include "tests/study/precision/precision_study.h"
 #include "tests/study/report/run_time.h"

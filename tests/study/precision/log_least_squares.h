@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "rt/identify/contact_estimate.h"
+#include "server/identification/estimate/contact/contact_estimate.h"
 
 namespace hapticd::study {
 

@@ -5,8 +5,8 @@
 
 #include "rt/signal/three_axis_motion.h"
 #include "rt/signal/vector.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/explore/shadow.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/shadow.h"
 
 namespace hapticd::study {
 

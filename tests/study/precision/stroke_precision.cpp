@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "rt/baseline/published_direction.h"
 #include "rt/deformation/displacement.h"
-#include "rt/deformation/published_direction.h"
 #include "rt/deformation/tracked_direction.h"
 #include "rt/signal/vector.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/plant.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/plant.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/precision/estimation_stages.h"
 #include "tests/study/precision/plain_direction.h"
 #include "tests/study/precision/stroke_log.h"

@@ -15,9 +15,9 @@ inline double thread_time_ns() noexcept {
   return 1e9 * static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec);
 }
 
-/// Nanoseconds of the processor per item of `pass`, which works in the calling thread through `items` items and
-/// returns something that depends on all of them (so that nothing is optimised away). The median over passes, at
-/// least nine, for about `seconds`, after one that warms caches and branch predictors.
+/// Nanoseconds of the processor per item of `pass`, which works in the calling thread through `items` items
+/// and returns something that depends on all of them (so that nothing is optimised away). The median over
+/// passes, at least nine, for about `seconds`, after one that warms caches and branch predictors.
 template <class Pass>
 double run_time_ns(std::size_t items, Pass&& pass, double seconds = 0.1) {
   using Clock = std::chrono::steady_clock;

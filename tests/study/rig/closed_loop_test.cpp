@@ -5,9 +5,9 @@
 #include <ostream>
 #include <string>
 
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/oscillation.h"
-#include "tests/study/rig/virtual_run.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/oscillation.h"
+#include "tests/study/common/virtual_run.h"
 
 namespace hapticd::study {
 namespace {

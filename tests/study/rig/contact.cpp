@@ -8,9 +8,9 @@
 #include "rt/contact/free_motion_residual.h"
 #include "rt/signal/motion_estimator.h"
 #include "rt/signal/tool_compensation.h"
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/rig_study.h"
-#include "tests/study/rig/virtual_run.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/rig_study.h"
+#include "tests/study/common/virtual_run.h"
 
 namespace hapticd::study {
 

@@ -1,10 +1,10 @@
-#include "tests/study/rig/oscillation.h"
+#include "tests/study/common/oscillation.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tests/study/rig/van_der_pol.h"
+#include "tests/study/common/van_der_pol.h"
 
 namespace hapticd::study {
 namespace {

@@ -50,8 +50,8 @@ hal::Result<RecordingAnalysis> analyse_recording(const replay::ReplayConfig& rec
   spec.name = "tap_1d";
   spec.kind = rt::SceneKind::kTap1d;
   spec.tool_mass_g = 0.0;
-  // A testing machine's cell does not drift, and loads more slowly than a hand: below 2.5 mN/s its force would be
-  // taken for drift.
+  // A testing machine's cell does not drift, and loads more slowly than a hand: below 2.5 mN/s its force
+  // would be taken for drift.
   spec.contact.zero_bound_n = 0.0;
   spec.target.stiffness_n_per_mm = target_n_per_mm;
   const auto resolved = rt::resolve(spec, (*rig)->info());

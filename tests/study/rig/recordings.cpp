@@ -2,9 +2,9 @@
 #include <map>
 #include <string>
 
+#include "tests/study/common/recording_set.h"
+#include "tests/study/common/rig_study.h"
 #include "tests/study/rig/recording_analysis.h"
-#include "tests/study/rig/recording_set.h"
-#include "tests/study/rig/rig_study.h"
 
 namespace hapticd::study {
 namespace {

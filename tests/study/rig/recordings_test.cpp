@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/study/common/recording_set.h"
 #include "tests/study/rig/recording_analysis.h"
-#include "tests/study/rig/recording_set.h"
 
 namespace hapticd::study {
 namespace {

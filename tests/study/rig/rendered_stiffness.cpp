@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/rig_study.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/rig_study.h"
 
 namespace hapticd::study {
 

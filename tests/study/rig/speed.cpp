@@ -1,9 +1,9 @@
 #include <ctime>
 #include <string>
 
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/rig_study.h"
-#include "tests/study/rig/virtual_run.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/rig_study.h"
+#include "tests/study/common/virtual_run.h"
 
 namespace hapticd::study {
 

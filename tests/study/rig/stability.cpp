@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "rt/target/desired_force.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/oscillation.h"
+#include "tests/study/common/rig_study.h"
+#include "tests/study/common/virtual_run.h"
 #include "tests/study/loading/loading_study.h"
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/oscillation.h"
-#include "tests/study/rig/rig_study.h"
-#include "tests/study/rig/virtual_run.h"
 #include "tests/study/stability/analytic_bound.h"
 
 namespace hapticd::study {

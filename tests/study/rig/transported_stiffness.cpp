@@ -4,11 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/press.h"
-#include "tests/study/rig/rig_study.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/press.h"
+#include "tests/study/common/rig_study.h"
+#include "tests/study/common/scenes.h"
 
 namespace hapticd::study {
 

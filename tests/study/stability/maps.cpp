@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "hal/sim/hand_motion.h"
+#include "hal/sim/hand/hand_motion.h"
 #include "rt/control/default_gains.h"
 #include "rt/target/largest_target.h"
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/rig/rig_study.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/rig_study.h"
+#include "tests/study/common/scenes.h"
 #include "tests/study/stability/analytic_bound.h"
 #include "tests/study/stability/scaled_object.h"
 #include "tests/study/stability/stability_study.h"

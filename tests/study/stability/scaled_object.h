@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "hal/sim/object_model.h"
+#include "hal/sim/object/object_model.h"
 #include "rt/model/models.h"
 
 namespace hapticd::study {

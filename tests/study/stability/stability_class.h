@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tests/study/rig/oscillation.h"
+#include "tests/study/common/oscillation.h"
 
 namespace hapticd::study {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/rig/van_der_pol.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/van_der_pol.h"
 #include "tests/study/stability/analytic_bound.h"
 #include "tests/study/stability/scaled_object.h"
 #include "tests/study/stability/stability_trial.h"

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "hal/sim/nano17.h"
+#include "hal/sim/sensor/nano17.h"
 #include "rt/target/desired_force.h"
 #include "rt/target/device_reach.h"
 #include "rt/target/feasible_range.h"
 #include "rt/target/largest_target.h"
-#include "tests/study/explore/scenes.h"
-#include "tests/study/rig/hands.h"
-#include "tests/study/rig/virtual_run.h"
+#include "tests/study/common/hands.h"
+#include "tests/study/common/scenes.h"
+#include "tests/study/common/virtual_run.h"
 
 namespace hapticd::study {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/study/explore/explore_study.h"
-#include "tests/study/plant.h"
+#include "tests/study/common/explore_study.h"
+#include "tests/study/common/plant.h"
 #include "tests/study/trust/trust_study.h"
 #include "tests/study/trust/trust_trial.h"
 #include "tests/support/free_air_judge.h"

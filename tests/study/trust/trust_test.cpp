@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/model_file.h"
+#include "server/model/model_file.h"
 #include "tests/study/trust/trust_trial.h"
 #include "tests/support/free_air_judge.h"
 #include "tests/support/value_of.h"

@@ -5,7 +5,7 @@
 
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"
-#include "tests/study/explore/scenes.h"
+#include "tests/study/common/scenes.h"
 #include "tests/support/free_air_judge.h"
 #include "tests/support/value_of.h"
 

@@ -7,8 +7,8 @@
 
 #include "hal/samples.h"
 #include "rt/model/models.h"
+#include "rt/record/tick_record.h"
 #include "rt/scene/scene_spec.h"
-#include "rt/scene/tick_record.h"
 #include "tests/study/trust/trust_cause.h"
 
 namespace hapticd::study {

@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "client/cli/bash_completion.h"
-#include "client/cli/commands.h"
+#include "client/cli/commands/bash_completion.h"
+#include "client/cli/commands/commands.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::cli {

@@ -1,8 +1,8 @@
-#include "client/cli/target_law.h"
+#include "client/cli/commands/target_law.h"
 
 #include <gtest/gtest.h>
 
-#include "client/cli/session.h"
+#include "client/cli/session/session.h"
 
 namespace hapticd::cli {
 namespace {

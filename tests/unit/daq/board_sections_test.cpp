@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "server/config.h"
+#include "server/config/config.h"
 #include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
 #include "server/rig_file/phantom_section.h"

@@ -9,11 +9,11 @@
 #include <memory>
 #include <string>
 
-#include "rt/identify/contact_identification.h"
-#include "rt/identify/gains_identification.h"
-#include "rt/identify/structural_identification.h"
-#include "rt/identify/threshold_identification.h"
-#include "rt/identify/tool_identification.h"
+#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/gains_identification.h"
+#include "server/identification/session/structural_identification.h"
+#include "server/identification/session/threshold_identification.h"
+#include "server/identification/session/tool_identification.h"
 #include "tests/emulated_rig/board_rig.h"
 #include "tests/emulated_rig/emulated_rig.h"
 #include "tests/emulated_rig/identify_run.h"

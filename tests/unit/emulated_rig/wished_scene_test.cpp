@@ -1,10 +1,10 @@
 // The scene that does what an identification wishes, and when it is the same one as before.
 
-#include "server/palpation/wished_scene.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
+
+#include "server/identification/palpation/requested_scene.h"
 
 namespace hapticd::server {
 namespace {

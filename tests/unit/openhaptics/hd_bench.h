@@ -136,9 +136,7 @@ class HdBench {
   }
 
   /// -1 where the device tells none of that name.
-  double figure(const std::string& name) const {
-    return find_figure(device->report(), name).value_or(-1.0);
-  }
+  double figure(const std::string& name) const { return find_figure(device->report(), name).value_or(-1.0); }
   bool finds(const std::string& words) const { return tells(device->report(), words); }
   /// Force off, device closed, library gone, in this order and without a breach of its rules.
   bool left_clean() {

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "hal/sim/shape.h"
+#include "hal/sim/object/shape.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "hal/sim/external_instrument.h"
+#include "hal/sim/sensor/external_instrument.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {

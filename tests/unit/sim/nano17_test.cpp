@@ -1,6 +1,6 @@
 // The force sensor by itself: converter, noise, range, bias, averaging.
 
-#include "hal/sim/nano17.h"
+#include "hal/sim/sensor/nano17.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,45 @@
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "client/cli/commands/commands.h"
+#include "client/cli/plot/recording_figure.h"
+
+namespace hapticd::cli {
+namespace {
+
+struct PlotOptions {
+  std::string recording;
+  std::string svg;
+};
+
+}  // namespace
+
+void add_plot_command(CLI::App& app, Session& session) {
+  const auto options = std::make_shared<PlotOptions>();
+  CLI::App* command =
+      app.add_subcommand("plot", "Draws a recording: force over displacement, and the time courses");
+  command->footer(
+      "Needs gnuplot (Debian: gnuplot-nox), but no daemon. Estimates are drawn over the estimated "
+      "displacement,\n"
+      "the truth of a simulated rig over the true one: an object that has not yet recovered from the press "
+      "before\n"
+      "begins deeper, and its true curve stands aside by that; the plot says by how much.\n\n"
+      "Example:\n  hapticctl plot press.csv --out press.svg");
+  command->add_option("RECORDING.csv", options->recording, "Written by hapticctl telemetry record")
+      ->required();
+  command->add_option("-o,--out", options->svg, "Where to write the plot (SVG)")->required();
+  command->callback([&session, options] {
+    if (std::filesystem::path(options->svg).extension() != ".svg") {
+      throw LocalError("plots are drawn as SVG only", "--out", options->svg, "a name that ends in .svg",
+                       "convert it afterwards, e.g. with rsvg-convert");
+    }
+    const CsvTable table = CsvTable::read(options->recording);
+    write_svg(recording_figure(table), options->svg);
+    if (session.json) return print_json({{"plot", options->svg}, {"samples", table.rows()}});
+    fmt::print("{}: {} samples drawn\n", options->svg, table.rows());
+  });
+}
+
+}  // namespace hapticd::cli

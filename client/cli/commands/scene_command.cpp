@@ -1,0 +1,140 @@
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "client/cli/commands/commands.h"
+#include "client/cli/text/message_json.h"
+#include "client/cli/text/text_table.h"
+
+namespace hapticd::cli {
+namespace {
+
+/// A name goes to the daemon as it is; what looks like a file is read here.
+client::SceneSource source_of(const std::string& name_or_file, const std::string& object_model) {
+  const bool is_file = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml") ||
+                       std::filesystem::is_regular_file(name_or_file);
+  client::SceneSource source;
+  source.kind = is_file ? client::SceneSource::Kind::kToml : client::SceneSource::Kind::kName;
+  source.text = is_file ? read_text_file(name_or_file) : name_or_file;
+  source.object_model = object_model;
+  return source;
+}
+
+template <class List>
+std::string listed(const List& items) {
+  return items.empty() ? "none" : fmt::format("{}", fmt::join(items, ", "));
+}
+
+std::string need_text(const v1::ModelNeed& need, const Terminal& terminal) {
+  const std::string state =
+      need.available() ? terminal.paint(Color::kGreen, "available") : terminal.paint(Color::kRed, "MISSING");
+  return fmt::format("{}: {}{}", need.name(), state, need.remark().empty() ? "" : " (" + need.remark() + ")");
+}
+
+std::string cost_text(const v1::SceneCost& cost) {
+  return fmt::format("{:.0f} ns a tick, 99.9 % below {:.0f} ns; {} ticks {}", cost.median_ns(),
+                     cost.p999_ns(), cost.ticks(), cost.remark());
+}
+
+void print_outline(const v1::SceneOutline& outline) {
+  const Terminal terminal = Terminal::detect();
+  fmt::print("{}  {}\n", terminal.bold(outline.name()), outline.description());
+  TextTable table;
+  table.add({"tip", outline.tip()});
+  table.add({"object model", outline.object_model()});
+  for (int i = 0; i < outline.stages_size(); ++i) table.add({i == 0 ? "stages" : "", outline.stages(i)});
+  table.add({"hardware", listed(outline.hardware())});
+  if (outline.model_needs().empty()) table.add({"models", listed(outline.models())});
+  for (int i = 0; i < outline.model_needs_size(); ++i) {
+    table.add({i == 0 ? "models" : "", need_text(outline.model_needs(i), terminal)});
+  }
+  for (int i = 0; i < outline.remarks_size(); ++i)
+    table.add({i == 0 ? "of the rig" : "", outline.remarks(i)});
+  table.add({"telemetry", listed(outline.telemetry_groups())});
+  table.add(
+      {"target", fmt::format("{}{:g} N/mm at load, at most {:g} N/mm",
+                             outline.target_law().empty() || outline.target_law() == "linear"
+                                 ? ""
+                                 : outline.target_law() + ", up to ",
+                             outline.target_stiffness_n_per_mm(), outline.max_target_stiffness_n_per_mm())});
+  if (outline.has_cost()) table.add({"cost", cost_text(outline.cost())});
+  if (outline.has_obstacle()) {
+    const auto& obstacle = outline.obstacle();
+    table.add({terminal.paint(Color::kRed, "cannot load"), obstacle.what()});
+    if (!obstacle.limit().empty()) table.add({"", "accepted: " + obstacle.limit()});
+    if (!obstacle.remedy().empty()) table.add({"", "remedy: " + obstacle.remedy()});
+  }
+  table.print(terminal, 2);
+}
+
+void list_scenes(Session& session) {
+  const auto answer = session.connect().scenes();
+  if (session.json) return print_json(to_json(answer));
+  const Terminal terminal = Terminal::detect();
+  TextTable table({"", "scene", "what it is"});
+  for (const auto& scene : answer.scenes()) {
+    table.add({scene.loaded() ? terminal.paint(Color::kGreen, "*") : " ", scene.name(), scene.description()});
+  }
+  table.print(terminal);
+}
+
+}  // namespace
+
+void add_scene_command(CLI::App& app, Session& session) {
+  CLI::App* scene = app.add_subcommand("scene", "What is touched with what, and what it is to feel like");
+  scene->require_subcommand(1);
+  scene->footer(
+      "Examples:\n  hapticctl scene list\n  hapticctl scene load tap_1d\n  hapticctl scene explain my.toml");
+  const auto argument = std::make_shared<std::string>();
+  const auto model = std::make_shared<std::string>();
+  const auto add_argument = [argument, model](CLI::App* command) {
+    command->add_option(
+        "--model", *model,
+        "Model of the object, in the place of the scene's own: NAME, or NAME@TAG for stored ones");
+    command->add_option("NAME_OR_FILE", *argument, "A scene the daemon knows, or a scene file (TOML)")
+        ->required();
+  };
+
+  scene->add_subcommand("list", "The scenes the daemon knows; the loaded one is marked")
+      ->footer("Example:\n  hapticctl scene list --json")
+      ->callback([&session] { list_scenes(session); });
+
+  CLI::App* load = scene->add_subcommand("load", "Loads a scene in the place of the one before");
+  load->footer(
+      "Examples:\n  hapticctl scene load tap_1d\n  hapticctl scene load ./sponge.toml\n"
+      "  hapticctl scene load explore_rod --model rubber_ball_3d");
+  add_argument(load);
+  load->callback([&session, argument, model] {
+    const auto answer = session.connect().load_scene(source_of(*argument, *model));
+    if (session.json) return print_json(to_json(answer));
+    print_outline(answer.outline());
+    fmt::print("renders from tick {}\n", answer.effective_tick());
+  });
+
+  scene->add_subcommand("unload", "No scene: zero force")
+      ->footer("Example:\n  hapticctl scene unload")
+      ->callback([&session] {
+        const auto answer = session.connect().unload_scene();
+        if (session.json) return print_json(to_json(answer));
+        fmt::print("no scene, zero force from tick {}\n", answer.effective_tick());
+      });
+
+  CLI::App* explain =
+      scene->add_subcommand("explain", "What a scene is made of and what it costs, without loading it");
+  explain->footer(
+      "Examples:\n  hapticctl scene explain tap_1d\n"
+      "  hapticctl scene explain explore_rod --model sponge_cut");
+  add_argument(explain);
+  explain->callback([&session, argument, model] {
+    const auto outline = session.connect().explain_scene(source_of(*argument, *model));
+    if (session.json) return print_json(to_json(outline));
+    print_outline(outline);
+    fmt::print("\n{}\n{}", Terminal::detect().bold("with every default written out"),
+               outline.resolved_toml());
+    if (!outline.resolved_toml().ends_with('\n')) fmt::print("\n");
+  });
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,103 @@
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "client/cli/commands/commands.h"
+#include "client/cli/plot/recording.h"
+#include "client/cli/session/follow.h"
+#include "client/cli/session/interrupt.h"
+#include "client/cli/text/names.h"
+
+namespace hapticd::cli {
+namespace {
+
+/// Rides out a disk that stalls: 60 s at 1 kHz.
+constexpr std::uint32_t kRecorderQueue = 60000;
+
+struct RecordOptions {
+  StreamOptions stream;
+  std::uint64_t samples = 0;
+  std::string path;
+};
+
+std::string_view end_word(StreamEnd end) {
+  switch (end) {
+    case StreamEnd::kLimitReached:
+      return "as_long_as_asked";
+    case StreamEnd::kInterrupted:
+      return "interrupted";
+    case StreamEnd::kClosedByDaemon:
+      return "closed_by_daemon";
+    case StreamEnd::kSilent:
+      return "silent";
+  }
+  return "";
+}
+
+Json account_json(const client::StreamAccount& account) {
+  return {{"samples", account.samples()},
+          {"gaps", account.gaps()},
+          {"missing", account.missing()},
+          {"out_of_order", account.disordered()},
+          {"dropped_by_subscriber", account.dropped_by_subscriber()},
+          {"dropped_by_server", account.dropped_by_server()},
+          {"complete", account.complete()}};
+}
+
+void record(const RecordOptions& options, Session& session) {
+  client::Client client = session.connect();
+  const v1::RigInfo rig = client.rig_info();
+  const auto groups = options.stream.groups.empty() ? groups_of(rig) : parse_groups(options.stream.groups);
+  v1::SubscribeRequest request;
+  for (const auto group : groups) request.add_groups(group);
+  request.set_decimation(options.stream.decimation);
+  request.set_queue_samples(kRecorderQueue);
+  client::TelemetryStream stream = client.subscribe(request);
+  Recording recording(options.path, origin_lines(rig, client.rig_state(), options.stream.decimation), groups);
+
+  catch_interrupts();
+  const bool live = Terminal::detect().live && !session.json;
+  auto next_progress = std::chrono::steady_clock::now();
+  const auto on_idle = [&] {
+    if (!live || std::chrono::steady_clock::now() < next_progress) return;
+    next_progress += std::chrono::milliseconds(250);
+    fmt::print("\r{} samples ", recording.samples());
+    std::fflush(stdout);
+  };
+  const FollowResult result = follow(
+      stream, options.stream.decimation, {.seconds = options.stream.seconds, .samples = options.samples},
+      [&recording](const v1::TelemetrySample& sample) { recording.add(sample); }, on_idle);
+  recording.finish(result.account);
+  if (live) fmt::print("\r");
+
+  const bool cut_short = result.end == StreamEnd::kSilent || result.account.samples() == 0;
+  if (cut_short || !result.account.complete()) session.exit_code = ExitCode::kGaps;
+  if (session.json) {
+    Json document{{"file", options.path}, {"end", end_word(result.end)}};
+    document.update(account_json(result.account));
+    return print_json(document);
+  }
+  fmt::print("{}: {}\n", options.path, account_text(result.account));
+  if (result.end == StreamEnd::kSilent)
+    fmt::print(stderr, "hapticctl: ended early, the daemon sent nothing for 5 s\n");
+  if (result.end == StreamEnd::kClosedByDaemon) fmt::print("the daemon closed the stream\n");
+}
+
+}  // namespace
+
+void add_telemetry_record_command(CLI::App& telemetry, Session& session) {
+  const auto options = std::make_shared<RecordOptions>();
+  CLI::App* command = telemetry.add_subcommand("record", "Writes telemetry to a CSV file");
+  command->footer(
+      "The columns carry their units; the head tells rig and scene, the last line what is missing.\n"
+      "An existing file is replaced. Ctrl-C ends the recording in good order.\n\n"
+      "Examples:\n  hapticctl telemetry record press.csv --seconds 10\n"
+      "  hapticctl telemetry record all.csv --samples 60000 --groups contact,deformation,truth");
+  command->add_option("FILE.csv", options->path, "Where to write")->required();
+  add_stream_options(*command, options->stream);
+  command->add_option("--samples", options->samples, "End after so many samples; 0 = no limit")
+      ->capture_default_str();
+  command->callback([&session, options] { record(*options, session); });
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/cli/demo/demo_press.h"
+#include "client/cli/plot/figure.h"
+#include "client/cli/session/terminal.h"
+
+namespace hapticd::cli {
+
+/// The demonstration on the terminal while it runs: force over displacement of all presses so far, the
+/// present target as a dashed line, and the results below. `state` is one line about now.
+std::vector<std::string> demo_frame(const std::vector<DemoPress>& presses, const std::string& state,
+                                    const Terminal& terminal);
+
+/// The same as a figure for a report, with rendered over target beside it.
+Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& title);
+
+}  // namespace hapticd::cli

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "client/cli/plot/figure.h"
+#include "hapticd/v1/identification.pb.h"
+
+namespace hapticd::cli {
+
+/// The fit (measured points and model) and the coverage of an identification, for a report. Without panels
+/// where there is neither.
+Figure identify_figure(const v1::IdentificationProgress& progress);
+
+}  // namespace hapticd::cli

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "client/cli/identify/identify_follow.h"
+#include "client/cli/session/session.h"
+#include "client/cli/view/live_screen.h"
+
+namespace hapticd::cli {
+
+/// What the user asks of a running command from outside.
+enum class UserWish {
+  kGoOn,
+  kCancel,  ///< Ctrl-C
+  kLeave,   ///< SIGTERM: the client is to go, what runs is not
+};
+
+struct IdentifyOptions {
+  bool adopt = false;   ///< as the start asked for; the report says what follows
+  bool detach = false;  ///< start and leave
+  std::string svg{};    ///< where to draw fit and coverage at the end; empty = nowhere
+  std::chrono::milliseconds patience{30000};
+  std::function<UserWish()> user_wish{};  ///< none = by the signals that came
+};
+
+/// The commands that lead, watch and end identifications. They show, and leave the exit code in the session;
+/// they throw client::Error and LocalError.
+class IdentifySession {
+ public:
+  IdentifySession(Session& session, IdentifyOptions options);
+
+  /// Uploads the recording, if there is a path to one, starts, and watches to the end (unless detached);
+  /// Ctrl-C cancels the identification.
+  void start(v1::StartIdentificationRequest request, const std::string& recording_path,
+             const v1::RecordingDescription& description);
+  /// Watches one that runs or is over; Ctrl-C leaves it running.
+  void watch(const std::string& identification);
+  void cancel(const std::string& identification);
+  void list();
+
+ private:
+  std::string upload(const std::string& path, const v1::RecordingDescription& description);
+  IdentifyEnd follow(const std::string& identification);
+  v1::IdentificationProgress cancel_now(const std::string& identification);
+  void show(const v1::IdentificationProgress& progress);
+  void show_frame(const std::string& notice);
+  void say(const std::string& line) const;
+  void conclude(const v1::IdentificationProgress& progress);
+  UserWish user_wish() const;
+
+  Session& session_;
+  IdentifyOptions options_;
+  client::Client client_;
+  LiveScreen screen_;
+  bool live_ = false;
+  std::optional<v1::IdentificationProgress> last_;
+  std::chrono::steady_clock::time_point next_line_{};
+  bool notice_told_ = false;
+};
+
+}  // namespace hapticd::cli

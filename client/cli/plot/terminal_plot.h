@@ -1,0 +1,48 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "client/cli/plot/axis.h"
+#include "client/cli/session/terminal.h"
+
+namespace hapticd::cli {
+
+struct Point {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+/// A point that is none: a series is interrupted there.
+inline constexpr Point kBreak{std::numeric_limits<double>::quiet_NaN(),
+                              std::numeric_limits<double>::quiet_NaN()};
+
+/// One curve of a plot on the terminal.
+struct TerminalSeries {
+  enum class Stroke { kLine, kDashed };
+  std::string name;  ///< for the legend; empty = not listed there
+  Color color = Color::kDefault;
+  Stroke stroke = Stroke::kLine;
+  std::vector<Point> points;
+};
+
+struct TerminalPlotFrame {
+  std::string x_label;  ///< with the unit: "displacement / mm"
+  std::string y_label;
+  Range x;
+  Range y;
+  int width = 80;
+  int height = 20;
+};
+
+/// Axes with ticks, legend and curves as `height` lines, each exactly `width` columns wide. Later series are
+/// drawn over earlier ones. Curves are clipped to the ranges.
+std::vector<std::string> draw(const TerminalPlotFrame& frame, const std::vector<TerminalSeries>& series,
+                              const Terminal& terminal);
+
+/// Two drawings side by side, as high as the higher one; `gap` blanks between.
+std::vector<std::string> beside(const std::vector<std::string>& left, const std::vector<std::string>& right,
+                                int gap);
+
+}  // namespace hapticd::cli

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "client/cli/session/exit_code.h"
+#include "client/cli/session/terminal.h"
+#include "client/cpp/client.h"
+
+namespace hapticd::cli {
+
+using Json = nlohmann::ordered_json;
+
+/// What every command is given: the global options, and where it leaves its exit code.
+struct Session {
+  std::string server;
+  double timeout_s = 5.0;
+  bool json = false;
+  ExitCode exit_code = ExitCode::kOk;
+
+  /// Throws client::Error.
+  client::Client connect() const;
+};
+
+/// Something on this machine, before or beside any call: a file, a missing program, an argument.
+class LocalError : public std::runtime_error {
+ public:
+  LocalError(const std::string& what, const std::string& where = "", const std::string& value = "",
+             const std::string& limit = "", const std::string& remedy = "");
+  const v1::ErrorDetail& detail() const noexcept { return detail_; }
+
+ private:
+  v1::ErrorDetail detail_;
+};
+
+/// One JSON document on standard output, indented.
+void print_json(const Json& document);
+/// One JSON document on one line, for streams.
+void print_json_line(const Json& document);
+
+/// Tells an error (on standard error, or as JSON on standard output) and returns its exit code.
+ExitCode report(const client::Error& error, const Session& session);
+ExitCode report(const LocalError& error, const Session& session);
+
+/// Whole text of a file; throws LocalError naming it.
+std::string read_text_file(const std::string& path);
+
+}  // namespace hapticd::cli

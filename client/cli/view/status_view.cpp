@@ -1,0 +1,194 @@
+#include "client/cli/view/status_view.h"
+
+#include <fmt/core.h>
+
+#include <utility>
+
+#include "client/cli/text/names.h"
+#include "client/cli/text/text_table.h"
+#include "client/cli/view/live_state.h"
+
+namespace hapticd::cli {
+namespace {
+
+using Align = TextTable::Align;
+
+std::string rig_text(const v1::RigInfo& rig) {
+  return fmt::format("{} ({}{}), loop {:g} Hz, hapticd {}", rig.name(), word(rig.kind()),
+                     rig.renders_force() ? "" : ", renders no force", rig.loop_rate_hz(),
+                     rig.server_version());
+}
+
+std::string device_text(const v1::DeviceInfo& device) {
+  if (device.model().empty()) return "none";
+  return fmt::format("{}: {:g} N ({:g} N continuous), resolution {:g} mm, structure {:g} N/mm, {:g} g",
+                     device.model(), device.max_force_n(), device.max_continuous_force_n(),
+                     device.position_resolution_mm(), device.structural_stiffness_n_per_mm(),
+                     device.apparent_mass_g());
+}
+
+std::string sensor_text(const v1::SensorInfo& sensor) {
+  if (sensor.model().empty()) return "none";
+  const std::string tool = sensor.tool_mass_g() > 0 ? fmt::format(", tool {:g} g", sensor.tool_mass_g()) : "";
+  return fmt::format("{}: ±{:g} N, resolution {:g} mN, {:g} Hz{}", sensor.model(), sensor.range_n(),
+                     1000.0 * sensor.resolution_n(), sensor.sample_rate_hz(), tool);
+}
+
+std::string guard_text(const v1::RigState& state, const Terminal& terminal) {
+  const std::string text = spaced(word(state.guard_state()));
+  switch (state.guard_state()) {
+    case v1::GUARD_STATE_LATCHED:
+      return terminal.paint(Color::kRed, text) + ": " + spaced(word(state.guard_fault())) +
+             "; no force until hapticctl clear";
+    case v1::GUARD_STATE_SUSPENDED:
+      return terminal.paint(Color::kYellow, text) + ": " + spaced(word(state.guard_fault())) +
+             "; the force comes back with its end";
+    case v1::GUARD_STATE_RESUMING:
+      return terminal.paint(Color::kYellow, text);
+    default:
+      return terminal.paint(Color::kGreen, text);
+  }
+}
+
+/// What to know first; the estimates where the scene has them now.
+std::string now_text(const v1::RigState& state) {
+  const std::string text = words(live_state(state));
+  if (state.contact_reason() == v1::CONTACT_REASON_UNSPECIFIED) return text;
+  return fmt::format("{}; reaction {:.3f} N, displacement {:.3f} mm, hand {:.3f} N", text,
+                     state.reaction_force_n(), state.displacement_mm(), state.hand_force_n());
+}
+
+using Lines = std::vector<std::string>;
+
+/// Broken between words where a terminal shows it; what follows the first line stands two columns in.
+void append(Lines& lines, const std::string& text, const Terminal& terminal) {
+  constexpr std::size_t kIndent = 2;
+  if (!terminal.live) return lines.push_back(text);
+  bool first = true;
+  for (const std::string& line : wrapped(text, static_cast<std::size_t>(terminal.width) - kIndent)) {
+    lines.push_back(first ? line : std::string(kIndent, ' ') + line);
+    first = false;
+  }
+}
+
+void append(Lines& lines, const TextTable& table, const Terminal& terminal, std::size_t indent = 0) {
+  for (std::string& line : table.lines(terminal, indent)) lines.push_back(std::move(line));
+}
+
+/// What has hardware behind it, and what speaks against it; with `detail` how it is reached and what it
+/// counts.
+void append_parts(Lines& lines, const v1::RigState& state, bool detail, const Terminal& terminal) {
+  if (state.parts().empty()) return;
+  lines.emplace_back();
+  for (const v1::PartReport& part : state.parts()) {
+    const bool connected = detail && !part.connection().empty();
+    append(lines,
+           fmt::format("{}  {} {}{}{}", terminal.bold(part.part()), part.driver(), spaced(word(part.state())),
+                       connected ? ", " : "", connected ? part.connection() : ""),
+           terminal);
+    for (const auto& finding : part.findings()) append(lines, "  - " + finding, terminal);
+    if (!detail) continue;
+    std::string all;
+    for (const v1::PartFigure& figure : part.figures()) {
+      all += fmt::format("{}{} {:g}{}{}", all.empty() ? "  " : ", ", spaced(figure.name()), figure.value(),
+                         figure.unit().empty() ? "" : " ", figure.unit());
+    }
+    if (!all.empty()) append(lines, all, terminal);
+  }
+}
+
+void append_loop(Lines& lines, const v1::LoopState& loop, bool detail, const Terminal& terminal) {
+  const std::uint64_t overruns =
+      loop.overruns_by_wakeup() + loop.overruns_by_compute() + loop.overruns_by_device();
+  std::string heading =
+      fmt::format("{}  {}, {} ticks, {} periods missed; {} overruns", terminal.bold("loop"),
+                  loop.running() ? "running" : "NOT running", loop.ticks(), loop.periods_missed(), overruns);
+  if (detail && overruns > 0) {
+    heading += fmt::format(" ({} by wake-up, {} by computation, {} by the device)", loop.overruns_by_wakeup(),
+                           loop.overruns_by_compute(), loop.overruns_by_device());
+  }
+  if (loop.clock_losses() > 0)
+    heading += fmt::format("; the device's scheduler was lost {} times", loop.clock_losses());
+  lines.emplace_back();
+  append(lines, heading, terminal);
+  TextTable table({"µs", "mean", "median", "p99", "p99.9", "max"},
+                  {Align::kLeft, Align::kRight, Align::kRight, Align::kRight, Align::kRight, Align::kRight});
+  const auto add = [&table](const char* name, const v1::LatencySummary& summary) {
+    if (summary.count() == 0) return;
+    table.add({name, fmt::format("{:.1f}", summary.mean_us()), fmt::format("{:.1f}", summary.median_us()),
+               fmt::format("{:.1f}", summary.p99_us()), fmt::format("{:.1f}", summary.p999_us()),
+               fmt::format("{:.1f}", summary.max_us())});
+  };
+  add("timer late by", loop.timer());
+  add("tick late by", loop.wakeup());
+  add("period differs by", loop.jitter());
+  add("computation", loop.compute());
+  add("device", loop.device());
+  append(lines, table, terminal, 2);
+}
+
+void append_uncertain(Lines& lines, const v1::RigInfo& rig, const Terminal& terminal) {
+  if (rig.uncertain_parameters().empty()) return;
+  lines.emplace_back();
+  lines.push_back(terminal.bold("known only roughly"));
+  TextTable table({}, {Align::kLeft, Align::kRight});
+  for (const auto& parameter : rig.uncertain_parameters()) {
+    table.add(
+        {parameter.name(), fmt::format("{:g}", parameter.value()), parameter.unit(), parameter.source()});
+  }
+  append(lines, table, terminal, 2);
+}
+
+/// What else there is to see, by the option that shows it.
+std::string more_text(const v1::RigInfo& rig, const StatusDetail& detail) {
+  std::string more;
+  if (!detail.parts) more += " --parts";
+  if (!detail.rough && !rig.uncertain_parameters().empty()) {
+    more += fmt::format("{} --rough ({} figures known only roughly)", more.empty() ? "" : ",",
+                        rig.uncertain_parameters_size());
+  }
+  return more.empty() ? more : "more: hapticctl status" + more;
+}
+
+}  // namespace
+
+std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState& state,
+                                      const StatusDetail& detail, const Terminal& terminal) {
+  TextTable facts;
+  facts.add({terminal.bold("rig"), rig_text(rig)});
+  facts.add({terminal.bold("device"), device_text(rig.device())});
+  facts.add({terminal.bold("sensor"), sensor_text(rig.sensor())});
+  facts.add({terminal.bold("scene"),
+             state.scene().empty()
+                 ? "none (hapticctl scene list)"
+                 : fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm())});
+  facts.add({terminal.bold("guard"), guard_text(state, terminal)});
+  facts.add({terminal.bold("now"), now_text(state)});
+  facts.add({terminal.bold("sensor zero"), sensor_zero_words(state)});
+  facts.add({terminal.bold("clock"),
+             fmt::format("tick {}, {:.3f} s{}", state.tick(), static_cast<double>(state.time_ns()) * 1e-9,
+                         state.rig_exhausted() ? " (the recording has ended)" : "")});
+  facts.add({terminal.bold("telemetry"),
+             fmt::format("{} subscribers, {} records lost for all of them", state.telemetry_subscribers(),
+                         state.telemetry_records_dropped())});
+  Lines lines;
+  append(lines, facts, terminal);
+  append_parts(lines, state, detail.parts, terminal);
+  append_loop(lines, state.loop(), detail.parts, terminal);
+
+  if (!rig.realtime_shortcomings().empty()) {
+    lines.emplace_back();
+    lines.push_back(terminal.bold("not granted to the loop's thread"));
+    TextTable table;
+    for (const auto& shortcoming : rig.realtime_shortcomings()) table.add({"-", shortcoming});
+    append(lines, table, terminal, 2);
+  }
+  if (detail.rough) append_uncertain(lines, rig, terminal);
+  if (const std::string more = more_text(rig, detail); !more.empty()) {
+    lines.emplace_back();
+    append(lines, more, terminal);
+  }
+  return lines;
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,125 @@
+#include "hal/sim/base/conditions.h"
+
+#include <algorithm>
+#include <array>
+
+namespace hapticd::sim {
+
+namespace {
+
+using C = Conditions;
+
+// The lab's values: what a careful laboratory has to expect on an ordinary day. Where no source is known they
+// are assumed, and every figure that rests on them is to be read so.
+constexpr std::array kFields{
+    ConditionField{"sensor_drift_n_per_s", &C::sensor_drift_n_per_s, 0.0, 0.01, "N/s", 1e-3,
+                   "assumed: a Nano17 that warms up in a hand; seen on such sensors within minutes"},
+    ConditionField{"sensor_drift_bound_n", &C::sensor_drift_bound_n, 0.0, 1.0, "N", 0.05, "assumed"},
+    ConditionField{"sensor_drift_wanders", &C::sensor_drift_wanders, 0.0, 1.0, "1", 1.0,
+                   "1: random walk, 0: ramp"},
+    ConditionField{"sensor_step_n", &C::sensor_step_n, 0.0, 1.0, "N", 0.0, "assumed: a cable that is pulled"},
+    ConditionField{"sensor_step_interval_s", &C::sensor_step_interval_s, 0.01, 3600.0, "s", 5.0, "assumed"},
+    ConditionField{"sensor_crosstalk_share", &C::sensor_crosstalk_share, 0.0, 0.1, "1", 0.01,
+                   "data sheet: error within 1 … 1.75 % of full scale"},
+    ConditionField{"bias_error_x_n", &C::bias_error_x_n, -1.0, 1.0, "N", 0.0, "load during biasing"},
+    ConditionField{"bias_error_y_n", &C::bias_error_y_n, -1.0, 1.0, "N", 0.0, "load during biasing"},
+    ConditionField{"bias_error_z_n", &C::bias_error_z_n, -1.0, 1.0, "N", 0.0, "load during biasing"},
+    ConditionField{"sensor_delay_ms", &C::sensor_delay_ms, 0.0, 5.0, "ms", 0.4,
+                   "assumed: conversion, low-pass and network of a Net F/T box"},
+    ConditionField{"encoder_delay_ms", &C::encoder_delay_ms, 0.0, 5.0, "ms", 0.0, "assumed"},
+    ConditionField{"delays_reported", &C::delays_reported, 0.0, 1.0, "1", 0.0,
+                   "1: the samples' ages contain the delays"},
+    ConditionField{
+        "late_tick_share", &C::late_tick_share, 0.0, 1.0, "1", 0.02,
+        "recorded on a shared machine: 1 % of the ticks are more than 20 µs late, 0.1 % 0.15 … 0.5 ms"},
+    ConditionField{"late_tick_ms", &C::late_tick_ms, 0.0, 200.0, "ms", 0.3, "the same recordings"},
+    ConditionField{"stall_interval_s", &C::stall_interval_s, 0.0, 3600.0, "s", 20.0, "the same recordings"},
+    ConditionField{"stall_ms", &C::stall_ms, 0.0, 500.0, "ms", 8.0,
+                   "the same recordings: 8 ms idle, 31 ms loaded"},
+    ConditionField{"sensor_late_share", &C::sensor_late_share, 0.0, 1.0, "1", 1e-3,
+                   "recorded: 0.3 … 0.9 per thousand of the ticks found no sensor record"},
+    ConditionField{"sensor_lost_share", &C::sensor_lost_share, 0.0, 1.0, "1", 0.0,
+                   "assumed: a cable does not lose"},
+    ConditionField{"vibration_m_per_s2", &C::vibration_m_per_s2, 0.0, 10.0, "m/s²", 0.2,
+                   "assumed: steps and doors"},
+    ConditionField{"vibration_low_hz", &C::vibration_low_hz, 1.0, 200.0, "Hz", 5.0, "assumed: a table"},
+    ConditionField{"vibration_high_hz", &C::vibration_high_hz, 1.0, 200.0, "Hz", 60.0, "assumed: a table"},
+    ConditionField{"vibration_interval_s", &C::vibration_interval_s, 0.0, 3600.0, "s", 3.0, "assumed"},
+    ConditionField{"mass_anisotropy_share", &C::mass_anisotropy_share, 0.0, 0.3, "1", 0.15,
+                   "assumed: a serial arm's inertia differs by direction"},
+    ConditionField{"mass_pose_share", &C::mass_pose_share, 0.0, 0.3, "1", 0.1, "assumed: and by pose"},
+    ConditionField{"friction_anisotropy_share", &C::friction_anisotropy_share, 0.0, 0.5, "1", 0.25,
+                   "assumed: three drives of different load"},
+    ConditionField{"friction_pose_share", &C::friction_pose_share, 0.0, 0.5, "1", 0.25,
+                   "assumed: cable drives"},
+    ConditionField{"tool_mass_error_share", &C::tool_mass_error_share, -0.5, 0.5, "1", 0.05,
+                   "assumed: a tool weighed without its screws"},
+    ConditionField{"tool_tilt_deg", &C::tool_tilt_deg, -90.0, 90.0, "°", 5.0, "assumed: a hand's habit"},
+    ConditionField{"tool_tilt_at_s", &C::tool_tilt_at_s, 0.0, 3600.0, "s", 0.0,
+                   "start of the turn, which takes 0.5 s"},
+    ConditionField{"orientation_error_deg", &C::orientation_error_deg, -20.0, 20.0, "°", 0.5,
+                   "assumed: gimbal potentiometers or encoders after calibration"},
+};
+
+}  // namespace
+
+std::span<const ConditionField> condition_fields() {
+  return kFields;
+}
+
+std::vector<std::string> condition_preset_names() {
+  return {"clean", "lab"};
+}
+
+hal::Result<Conditions> conditions_of(const std::string& preset,
+                                      const std::map<std::string, double>& values) {
+  Conditions conditions;
+  if (preset == "lab") {
+    for (const ConditionField& field : kFields) conditions.*field.value = field.lab;
+  } else if (preset != "clean") {
+    return hal::Error{"unknown conditions", "[rig.sim] conditions", preset, "clean, lab", ""};
+  }
+  for (const auto& [name, value] : values) {
+    const auto field =
+        std::find_if(kFields.begin(), kFields.end(), [&n = name](const auto& f) { return f.name == n; });
+    if (field == kFields.end()) {
+      return hal::Error{"unknown condition", "[rig.sim.conditions]", name, "see hal/sim/README.md", ""};
+    }
+    if (!(value >= field->low && value <= field->high)) {
+      return hal::Error{
+          name + " is out of range", "[rig.sim.conditions]", std::to_string(value),
+          std::to_string(field->low) + " … " + std::to_string(field->high) + " " + std::string(field->unit),
+          ""};
+    }
+    conditions.*field->value = value;
+  }
+  if (conditions.vibration_high_hz < conditions.vibration_low_hz) {
+    return hal::Error{"vibration_high_hz is below vibration_low_hz", "[rig.sim.conditions]",
+                      std::to_string(conditions.vibration_high_hz),
+                      "at least " + std::to_string(conditions.vibration_low_hz) + " Hz", ""};
+  }
+  return conditions;
+}
+
+std::vector<hal::UncertainParameter> uncertain(const Conditions& conditions) {
+  const Conditions clean;
+  std::vector<hal::UncertainParameter> all;
+  for (const ConditionField& field : kFields) {
+    const double value = conditions.*field.value;
+    if (value == clean.*field.value && value == 0.0) continue;
+    // What only shapes something that is off says nothing.
+    const auto shapes = [&](std::string_view prefix, double of) {
+      return of == 0.0 && field.name.starts_with(prefix);
+    };
+    if (shapes("sensor_drift", conditions.sensor_drift_n_per_s) ||
+        shapes("sensor_step", conditions.sensor_step_n) ||
+        shapes("vibration", conditions.vibration_m_per_s2) ||
+        shapes("late_tick", conditions.late_tick_share) || shapes("stall", conditions.stall_interval_s)) {
+      continue;
+    }
+    all.push_back({std::string(field.name), value, std::string(field.unit), std::string(field.source)});
+  }
+  return all;
+}
+
+}  // namespace hapticd::sim

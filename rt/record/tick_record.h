@@ -1,0 +1,134 @@
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "hal/samples.h"
+#include "rt/record/fault.h"
+#include "rt/signal/sensor_zero.h"
+
+namespace hapticd::rt {
+
+/// Groups of channels. A scene announces those it fills; the others do not exist in its telemetry.
+namespace channel {
+inline constexpr std::uint32_t kSample = 1U << 0;       ///< sensor force, tip position, status
+inline constexpr std::uint32_t kMotion = 1U << 1;       ///< velocity, acceleration along the axis
+inline constexpr std::uint32_t kContact = 1U << 2;      ///< contact state, reaction force
+inline constexpr std::uint32_t kDeformation = 1U << 3;  ///< displacement
+inline constexpr std::uint32_t kTarget = 1U << 4;       ///< target stiffness, desired device force
+inline constexpr std::uint32_t kControl = 1U << 5;  ///< commanded force, estimated hand force, feasible range
+inline constexpr std::uint32_t kGuard = 1U << 6;    ///< what the guard did
+inline constexpr std::uint32_t kTiming = 1U << 7;   ///< wake-up, compute, device time, overruns
+inline constexpr std::uint32_t kTruth = 1U << 8;    ///< only on a simulated rig
+inline constexpr std::uint32_t kDirection = 1U << 9;   ///< normal, reaction and friction as vectors
+inline constexpr std::uint32_t kFusion = 1U << 10;     ///< what the contact law says, and the deviation
+inline constexpr std::uint32_t kPassivity = 1U << 11;  ///< energy at the hand's port
+inline constexpr std::uint32_t kZero = 1U << 12;       ///< the sensor's zero as it is followed
+}  // namespace channel
+
+/// Why the contact state is what it is.
+enum class ContactReason : std::uint8_t {
+  kAwaitingFree,    ///< started or resumed under load: contact is declared only after the tool was seen free
+  kFree,            ///< reaction force within the threshold
+  kAboveThreshold,  ///< declared this tick: |f_r| > ε_f
+  kHeld,            ///< in contact, force above the release level
+  kBelowRelease,    ///< released this tick: force stayed below the release level
+  kAboveSurface,    ///< released this tick: the tip drew back past the contact point or out of the wall
+  kReactionLost,    ///< released this tick: the object that was touched is gone from under the tip
+  kWithdrawn,       ///< what was declared was no object; a contact follows only after the tool was seen free
+};
+
+/// State of the guard, the one gate between any renderer and any device.
+enum class GuardState : std::uint8_t {
+  kRendering,  ///< commands pass, bounded
+  kResuming,   ///< after a clear: commands pass scaled by a rising authority
+  kLatched,    ///< zero force, or falling to it, until someone clears
+  kSuspended,  ///< the same until the fault is over by itself
+};
+
+namespace guard_limit {
+inline constexpr std::uint8_t kForce = 1U << 0;  ///< magnitude was cut, or held within what the sensor bears
+inline constexpr std::uint8_t kRate = 1U << 1;   ///< change since the last tick was cut
+inline constexpr std::uint8_t kPower = 1U << 2;  ///< power into the user's hand was cut
+inline constexpr std::uint8_t kPose = 1U << 3;   ///< with kForce: the device gives less than that in its pose
+}  // namespace guard_limit
+
+/// What took the time when a period was overrun.
+enum class OverrunCause : std::uint8_t { kNone, kWakeUp, kCompute, kDevice };
+
+/// Times of one tick. Compute and device write time are those of the tick before: this one's are not over
+/// yet.
+struct TickTiming {
+  std::int64_t wakeup_ns = 0;        ///< lateness of the wake-up; 0 where the rig owns the clock
+  std::int64_t device_ns = 0;        ///< reading this tick's sample and writing the last tick's command
+  std::int64_t compute_ns = 0;       ///< the last tick's computation
+  std::uint32_t periods_missed = 0;  ///< periods skipped since the last tick
+  OverrunCause overrun = OverrunCause::kNone;
+};
+
+/// All that is told of one tick, fixed in size; the unit of telemetry. Scalars are along the scene's press
+/// axis or, where a scene estimates it, along the deformation direction, positive into the object; forces
+/// f_r, f_h, f_d as in (3.1): f_r = f_h + f_d.
+struct TickRecord {
+  std::uint64_t tick = 0;  ///< sequence number: a gap in it is a lost record
+  std::int64_t time_ns = 0;
+  std::uint32_t channels = 0;          ///< which groups below hold values
+  std::uint32_t scene_generation = 0;  ///< counts scene loads; 0 = no scene
+
+  // channel::kSample
+  hal::Vector3 tip_position_mm;
+  hal::Quaternion tip_orientation;
+  hal::Vector3 sensor_force_n;
+  std::uint32_t sample_status = 0;
+  std::uint32_t force_count = 0;
+  std::int64_t force_age_ns = 0;  ///< of the newest sensor sample
+  std::uint32_t bias_serial = 0;  ///< of the sensor's zero; 0 = never biased
+  // channel::kMotion
+  double velocity_mm_per_s = 0.0;
+  double acceleration_mm_per_s2 = 0.0;
+  // channel::kContact
+  double reaction_force_n = 0.0;  ///< f_r, tool inertia removed (3.4); in 3D its normal part
+  bool in_contact = false;
+  ContactReason contact_reason = ContactReason::kAwaitingFree;
+  std::uint32_t contact_count = 0;    ///< contacts since the scene was loaded
+  std::uint32_t withdrawn_count = 0;  ///< of those, how many turned out to be no object
+  double contact_authority = 0.0;     ///< 0 … 1: share of the desired force the contact's evidence allows
+  double contact_force_n = 0.0;       ///< magnitude of what the threshold is compared with
+  // channel::kZero
+  SensorZero zero;  ///< taken off what the sensor reads, its frame
+  // channel::kDeformation
+  double displacement_mm = 0.0;  ///< x_r
+  // channel::kTarget
+  double target_stiffness_n_per_mm = 0.0;  ///< k~ in force this tick, while ramping between two targets
+  double desired_force_n = 0.0;            ///< f~_d (3.3), positive into the object
+  // channel::kControl
+  double commanded_force_n = 0.0;      ///< f_c (3.6) along the axis, before the guard
+  double hand_force_n = 0.0;           ///< f_h estimated as f_r - f_c(k-1) (3.1)
+  double feasible_min_n_per_mm = 0.0;  ///< (3.8) at this hand force; 0 when out of contact
+  double feasible_max_n_per_mm = 0.0;  ///< +inf where the device could hold the tip still
+  // channel::kGuard
+  hal::Vector3 device_command_n;  ///< what went to the device, rig frame
+  GuardState guard_state = GuardState::kRendering;
+  GuardFault guard_fault = GuardFault::kNone;  ///< why it is latched or suspended
+  std::uint32_t faults_present = 0;            ///< this tick, warnings too: bit n is the fault of number n
+  std::uint8_t guard_limits = 0;               ///< bits of guard_limit
+  double authority = 1.0;                      ///< 0 … 1, rises after a clear
+  // channel::kDirection, rig frame
+  hal::Vector3 normal;            ///< u^n, out of the object; zero out of contact
+  hal::Vector3 reaction_n;        ///< f_r on the tool (4.5)
+  hal::Vector3 friction_force_n;  ///< f_r^t on the tool, estimated
+  double sliding_mm_per_s = 0.0;  ///< speed across the normal
+  // channel::kFusion
+  double law_displacement_mm = 0.0;        ///< what the contact law alone makes of the force
+  double displacement_deviation_mm = 0.0;  ///< standard deviation of displacement_mm as the filter sees it
+  // channel::kPassivity
+  double hand_energy_mj = 0.0;                ///< taken from the hand since the contact began
+  double passivity_damping_n_s_per_mm = 0.0;  ///< what the controller adds
+  // channel::kTiming
+  TickTiming timing;
+  // channel::kTruth
+  hal::TruthSample truth;
+};
+static_assert(std::is_trivially_copyable_v<TickRecord>);
+
+}  // namespace hapticd::rt

@@ -1,0 +1,385 @@
+#include "server/config/config.h"
+
+#include <fmt/format.h>
+#include <sys/un.h>
+
+#include <charconv>
+
+#include "server/rig_file/daq_section.h"
+#include "server/rig_file/instrument_section.h"
+#include "server/rig_file/netft_section.h"
+#include "server/rig_file/openhaptics_section.h"
+#include "server/rig_file/phantom_section.h"
+#include "server/rig_file/sim_section.h"
+#include "server/rig_file/turntable_section.h"
+#include "server/text/suggestion.h"
+#include "server/text/text_library.h"
+#include "server/text/toml_reader.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr Range kRateHz{500.0, 10000.0, "Hz"};
+constexpr Range kFifoPriority{0.0, 99.0, ""};
+constexpr Range kCpu{-1.0, 1023.0, ""};
+constexpr Range kWakeEarlyShare{0.0, 0.5, ""};
+constexpr Range kScale{-1e9, 1e9, ""};
+constexpr Range kBiasS{0.0, 3600.0, "s"};
+
+// Of [guard]. Zero, where it is allowed, is the device's own.
+constexpr Range kCeilingN{0.0, 100.0, "N"};
+constexpr Range kCeilingNPerS{0.0, 1e6, "N/s"};
+constexpr Range kCeilingW{0.01, 100.0, "W"};
+constexpr Range kCeilingStiffness{0.0, 1000.0, "N/mm"};
+constexpr Range kFloorS{0.0, 60.0, "s"};
+constexpr Range kFallS{0.0, 1.0, "s"};
+constexpr Range kTargetChange{1.0, 1e6, "N/s"};
+constexpr Range kCheckMs{0.1, 1000.0, "ms"};  // never off
+
+constexpr Word<RigChoice> kRigWords[] = {
+    {"sim", RigChoice::kSimulated}, {"replay", RigChoice::kReplay}, {"hardware", RigChoice::kHardware}};
+constexpr Word<DeviceChoice> kDeviceWords[] = {{"of_kind", DeviceChoice::kOfKind},
+                                               {"openhaptics", DeviceChoice::kOpenHaptics},
+                                               {"phantom", DeviceChoice::kPhantom}};
+constexpr Word<SensorChoice> kSensorWords[] = {
+    {"of_kind", SensorChoice::kOfKind}, {"netft", SensorChoice::kNetFt}, {"daq", SensorChoice::kDaq}};
+constexpr Word<InstrumentChoice> kInstrumentWords[] = {{"none", InstrumentChoice::kNone},
+                                                       {"board", InstrumentChoice::kBoard}};
+constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
+                                        {"info", LogLevel::kInfo},
+                                        {"warning", LogLevel::kWarning},
+                                        {"error", LogLevel::kError},
+                                        {"off", LogLevel::kOff}};
+constexpr Word<bool> kSpeedWords[] = {{"recorded", false}, {"fast", true}};
+
+template <class E, std::size_t N>
+std::vector<std::string> texts(const Word<E> (&words)[N]) {
+  std::vector<std::string> list;
+  for (const Word<E>& word : words) list.emplace_back(word.text);
+  return list;
+}
+
+template <class E, std::size_t N>
+std::string_view text_of(E value, const Word<E> (&words)[N]) {
+  for (const Word<E>& word : words) {
+    if (word.value == value) return word.text;
+  }
+  return words[0].text;
+}
+
+template <class E, std::size_t N>
+std::optional<hal::Error> read_word(std::string_view text, E& value, const Word<E> (&words)[N],
+                                    std::string_view what, std::string_view where) {
+  for (const Word<E>& word : words) {
+    if (word.text == text) {
+      value = word.value;
+      return std::nullopt;
+    }
+  }
+  const auto list = texts(words);
+  return hal::Error{fmt::format("unknown {} '{}'", what, text), std::string(where), std::string(text),
+                    comma_separated(list), did_you_mean(text, list, "use one of those")};
+}
+
+std::optional<hal::Error> read_number(std::string_view text, double& value, const Range& range,
+                                      std::string_view what, std::string_view where) {
+  double number = 0.0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failure != std::errc{} || end != text.data() + text.size()) {
+    return hal::Error{fmt::format("{} is not a number", what), std::string(where), std::string(text),
+                      to_text(range), "write a number"};
+  }
+  if (auto error = check(number, range, what, where)) return error;
+  value = number;
+  return std::nullopt;
+}
+
+void read_loop(TomlTable table, rt::LoopConfig& loop) {
+  table.read("rate_hz", loop.rate_hz, kRateHz);
+  table.read("fifo_priority", loop.fifo_priority, kFifoPriority);
+  table.read("cpu", loop.cpu, kCpu);
+  table.read("wake_early_share", loop.wake_early_share, kWakeEarlyShare);
+  table.read("lock_memory", loop.lock_memory);
+  table.read("keep_cpu_awake", loop.keep_cpu_awake);
+}
+
+void read_mapping(TomlTable table, replay::ColumnMapping& mapping) {
+  table.read("column", mapping.column, 256);
+  table.read("unit", mapping.unit, 16);
+  table.read("scale", mapping.scale, kScale);
+}
+
+void read_replay(TomlTable table, replay::ReplayConfig& replay) {
+  table.read("path", replay.path, 4096);
+  table.read("speed", replay.as_fast_as_possible, kSpeedWords);
+  table.read("loop", replay.loop);
+  table.read("bias_s", replay.bias_s, kBiasS);
+  read_mapping(table.table("time"), replay.time);
+  read_mapping(table.table("force"), replay.force);
+  read_mapping(table.table("position"), replay.position);
+}
+
+void read_guard(TomlTable table, GuardCeilings& guard) {
+  table.read("max_force_n", guard.max_force_n, kCeilingN);
+  table.read("max_force_rate_n_per_s", guard.max_force_rate_n_per_s, kCeilingNPerS);
+  table.read("max_power_w", guard.max_power_w, kCeilingW);
+  table.read("max_target_stiffness_n_per_mm", guard.max_target_stiffness_n_per_mm, kCeilingStiffness);
+  table.read("max_wall_stiffness_n_per_mm", guard.max_wall_stiffness_n_per_mm, kCeilingStiffness);
+  table.read("min_target_ramp_s", guard.min_target_ramp_s, kFloorS);
+  table.read("max_target_change_n_per_s", guard.max_target_change_n_per_s, kTargetChange);
+  table.read("min_resume_ramp_s", guard.min_resume_ramp_s, kFloorS);
+  table.read("max_fall_ramp_s", guard.max_fall_ramp_s, kFallS);
+  table.read("max_sensor_stale_after_ms", guard.max_sensor_stale_after_ms, kCheckMs);
+  table.read("max_loop_gap_ms", guard.max_loop_gap_ms, kCheckMs);
+}
+
+std::string write_guard(const GuardCeilings& guard) {
+  const auto number = [](double value) { return toml_number(value); };
+  return fmt::format(
+      "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\n"
+      "max_target_stiffness_n_per_mm = {}\nmax_wall_stiffness_n_per_mm = {}\nmin_target_ramp_s = {}\n"
+      "max_target_change_n_per_s = {}\nmin_resume_ramp_s = {}\nmax_fall_ramp_s = {}\n"
+      "max_sensor_stale_after_ms = {}\nmax_loop_gap_ms = {}\n",
+      number(guard.max_force_n), number(guard.max_force_rate_n_per_s), number(guard.max_power_w),
+      number(guard.max_target_stiffness_n_per_mm), number(guard.max_wall_stiffness_n_per_mm),
+      number(guard.min_target_ramp_s), number(guard.max_target_change_n_per_s),
+      number(guard.min_resume_ramp_s), number(guard.max_fall_ramp_s), number(guard.max_sensor_stale_after_ms),
+      number(guard.max_loop_gap_ms));
+}
+
+/// One "key=value" of a replay's query.
+std::optional<hal::Error> apply_query(std::string_view key, std::string_view value,
+                                      replay::ReplayConfig& replay, std::string_view where) {
+  struct Column {
+    std::string_view name;
+    replay::ColumnMapping* mapping;
+  };
+  const Column columns[] = {{"time", &replay.time}, {"force", &replay.force}, {"position", &replay.position}};
+  std::vector<std::string> known = {"speed", "loop", "bias_s"};
+  for (const Column& column : columns) {
+    if (key == column.name) {
+      column.mapping->column = value;
+      return std::nullopt;
+    }
+    if (key == std::string(column.name) + "_unit") {
+      column.mapping->unit = value;
+      return std::nullopt;
+    }
+    if (key == std::string(column.name) + "_scale") {
+      return read_number(value, column.mapping->scale, kScale, fmt::format("'{}'", key), where);
+    }
+    known.insert(known.end(), {std::string(column.name), std::string(column.name) + "_unit",
+                               std::string(column.name) + "_scale"});
+  }
+  if (key == "speed") return read_word(value, replay.as_fast_as_possible, kSpeedWords, "speed", where);
+  if (key == "bias_s") return read_number(value, replay.bias_s, kBiasS, "'bias_s'", where);
+  if (key == "loop") {
+    constexpr Word<bool> kFlags[] = {{"true", true}, {"false", false}};
+    return read_word(value, replay.loop, kFlags, "flag", where);
+  }
+  return hal::Error{fmt::format("unknown option '{}' of a replayed rig", key), std::string(where),
+                    std::string(key), comma_separated(known), did_you_mean(key, known, "remove it")};
+}
+
+/// What no single value shows.
+std::optional<hal::Error> check_together(const DaemonConfig& config) {
+  if (config.rig == RigChoice::kReplay && config.replay.path.empty()) {
+    return hal::Error{"a replayed rig needs a recording", "[rig.replay] path", "", "a CSV file",
+                      "name it in the file or as --rig replay:PATH"};
+  }
+  const bool names_parts = config.device != DeviceChoice::kOfKind || config.sensor != SensorChoice::kOfKind;
+  if (config.rig == RigChoice::kHardware && !names_parts) {
+    return hal::Error{"a rig of hardware alone names no part", "[rig] device, sensor", "of_kind",
+                      "device = openhaptics or phantom, sensor = netft or daq",
+                      "name what is there, or let a simulation stand in: kind = \"sim\""};
+  }
+  if (config.instrument == InstrumentChoice::kBoard) {
+    if (config.device == DeviceChoice::kOfKind) {
+      return hal::Error{"an instrument of hardware cannot see the tip of a simulated device",
+                        "[rig] instrument", "board", "with device = openhaptics or phantom",
+                        "name the device, or leave the instrument out: a simulated rig has its own"};
+    }
+    if (auto error =
+            check_instrument(config.board_instrument, config.board, config.sensor == SensorChoice::kDaq)) {
+      return error;
+    }
+  }
+  if (config.rig == RigChoice::kReplay && names_parts && config.replay.as_fast_as_possible) {
+    return hal::Error{"a recording beside hardware cannot be played as fast as possible",
+                      "[rig.replay] speed", "fast", "recorded",
+                      "hardware keeps real time: set speed = \"recorded\""};
+  }
+  if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
+    return hal::Error{"the path of the unix socket is too long", "[network] unix_socket",
+                      fmt::format("{} bytes", config.unix_socket.size()),
+                      fmt::format("at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
+                      "use a shorter path"};
+  }
+  if (!config.scene.empty()) {
+    if (auto error = check_name("scene", config.scene, "[scene] load")) return error;
+  }
+  return std::nullopt;
+}
+
+std::string write_mapping(std::string_view name, const replay::ColumnMapping& mapping) {
+  return fmt::format("\n[rig.replay.{}]\ncolumn = {}\nunit = {}\nscale = {}\n", name,
+                     toml_quoted(mapping.column), toml_quoted(mapping.unit), toml_number(mapping.scale));
+}
+
+}  // namespace
+
+hal::Result<DaemonConfig> read_config(const std::string& path) {
+  auto text = read_text_file(path);
+  if (!text) return text.error();
+  return parse_config(*text, path);
+}
+
+hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source) {
+  auto document = TomlDocument::parse(text, std::move(source));
+  if (!document) return document.error();
+
+  DaemonConfig config;
+  std::string listen = config.listen.text();
+  TomlTable root = document->root();
+  read_loop(root.table("loop"), config.loop);
+  TomlTable network = root.table("network");
+  network.read("listen", listen, 256);
+  network.read("unix_socket", config.unix_socket, 4096);
+  TomlTable rig = root.table("rig");
+  rig.read("kind", config.rig, kRigWords);
+  read_simulation(rig.table("sim"), config.simulation);
+  read_replay(rig.table("replay"), config.replay);
+  rig.read("device", config.device, kDeviceWords);
+  rig.read("sensor", config.sensor, kSensorWords);
+  rig.read("instrument", config.instrument, kInstrumentWords);
+  read_openhaptics(rig.table("openhaptics"), config.openhaptics);
+  read_phantom(rig.table("phantom"), config.phantom);
+  read_netft(rig.table("netft"), config.netft);
+  read_daq(rig.table("daq"), config.daq);
+  read_board(rig.table("board"), config.board);
+  read_instrument(rig.table("board_instrument"), config.board_instrument);
+  read_turntable(rig.table("turntable"), config.turntable);
+  read_guard(root.table("guard"), config.guard);
+  TomlTable scene = root.table("scene");
+  scene.read("load", config.scene, 256);
+  scene.read("folder", config.scene_folder, 4096);
+  TomlTable models = root.table("models");
+  models.read("folder", config.model_folder, 4096);
+  if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
+  root.table("log").read("level", config.log_level, kLogWords);
+  if (auto error = document->error()) return *error;
+
+  const std::string where = network.has("listen")
+                                ? fmt::format("{}, line {}", document->source(), network.line_of("listen"))
+                                : document->source();
+  auto address = parse_listen_address(listen, where);
+  if (!address) return address.error();
+  config.listen = *address;
+  return config;
+}
+
+hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverrides& overrides) {
+  if (overrides.rig) {
+    if (auto error = apply_rig_text(*overrides.rig, config)) return *error;
+  }
+  if (overrides.listen) {
+    auto address = parse_listen_address(*overrides.listen, "--listen");
+    if (!address) return address.error();
+    config.listen = *address;
+  }
+  if (overrides.unix_socket) config.unix_socket = *overrides.unix_socket;
+  if (overrides.scene) config.scene = *overrides.scene;
+  if (overrides.scene_folder) config.scene_folder = *overrides.scene_folder;
+  if (overrides.model_folder) config.model_folder = *overrides.model_folder;
+  if (overrides.model_store) config.model_store = *overrides.model_store;
+  if (overrides.rate_hz) {
+    if (auto error = check(*overrides.rate_hz, kRateHz, "the loop rate", "--rate-hz")) return *error;
+    config.loop.rate_hz = *overrides.rate_hz;
+  }
+  if (overrides.log_level) {
+    if (auto error =
+            read_word(*overrides.log_level, config.log_level, kLogWords, "log level", "--log-level")) {
+      return *error;
+    }
+  }
+  config.simulation.rate_hz = config.loop.rate_hz;
+  config.replay.rate_hz = config.loop.rate_hz;
+  config.openhaptics.rate_hz = config.loop.rate_hz;
+  if (auto error = check_together(config)) return *error;
+  return config;
+}
+
+std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& config) {
+  constexpr std::string_view kWhere = "--rig";
+  const std::size_t colon = text.find(':');
+  const std::string_view kind = text.substr(0, colon);
+  const std::string_view rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
+  if (auto error = read_word(kind, config.rig, kRigWords, "kind of rig", kWhere)) {
+    error->limit = "sim, sim:PRESET, replay:PATH, hardware";
+    return error;
+  }
+  if (config.rig == RigChoice::kHardware) {
+    if (rest.empty()) return std::nullopt;
+    return hal::Error{"hardware takes no more words", std::string(kWhere), std::string(rest), "hardware",
+                      "say in the configuration file what is there"};
+  }
+  if (config.rig == RigChoice::kSimulated) {
+    apply_simulation_text(rest, config.simulation);
+    return std::nullopt;
+  }
+  const std::size_t mark = rest.find('?');
+  if (mark != 0 && !rest.empty()) config.replay.path = rest.substr(0, mark);
+  std::string_view query = mark == std::string_view::npos ? std::string_view{} : rest.substr(mark + 1);
+  while (!query.empty()) {
+    const std::string_view pair = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(pair.size() + 1, query.size()));
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string_view::npos) {
+      return hal::Error{"an option of a replayed rig has no value", std::string(kWhere), std::string(pair),
+                        "key=value", "write key=value, separated by &"};
+    }
+    if (auto error = apply_query(pair.substr(0, equals), pair.substr(equals + 1), config.replay, kWhere)) {
+      return error;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string write_config(const DaemonConfig& config) {
+  std::string text = fmt::format(
+      "[loop]\nrate_hz = {}\nfifo_priority = {}\ncpu = {}\nwake_early_share = {}\nlock_memory = "
+      "{}\nkeep_cpu_awake = {}\n",
+      toml_number(config.loop.rate_hz), config.loop.fifo_priority, config.loop.cpu,
+      toml_number(config.loop.wake_early_share), config.loop.lock_memory, config.loop.keep_cpu_awake);
+  text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\n", toml_quoted(config.listen.text()),
+                      toml_quoted(config.unix_socket));
+  text += fmt::format("\n[rig]\nkind = {}\ndevice = {}\nsensor = {}\ninstrument = {}\n",
+                      toml_quoted(text_of(config.rig, kRigWords)),
+                      toml_quoted(text_of(config.device, kDeviceWords)),
+                      toml_quoted(text_of(config.sensor, kSensorWords)),
+                      toml_quoted(text_of(config.instrument, kInstrumentWords)));
+  text += write_simulation(config.simulation);
+  const replay::ReplayConfig& replay = config.replay;
+  text += fmt::format("\n[rig.replay]\npath = {}\nspeed = {}\nloop = {}\nbias_s = {}\n",
+                      toml_quoted(replay.path), toml_quoted(text_of(replay.as_fast_as_possible, kSpeedWords)),
+                      replay.loop, toml_number(replay.bias_s));
+  text += write_mapping("time", replay.time) + write_mapping("force", replay.force) +
+          write_mapping("position", replay.position);
+  text += "\n[rig.openhaptics]\n" + write_openhaptics(config.openhaptics);
+  text += "\n[rig.phantom]\n" + write_phantom(config.phantom);
+  text += "\n[rig.netft]\n" + write_netft(config.netft);
+  text += "\n[rig.daq]\n" + write_daq(config.daq);
+  text += "\n[rig.board]\n" + write_board(config.board);
+  text += "\n[rig.board_instrument]\n" + write_instrument(config.board_instrument);
+  text += write_turntable(config.turntable);
+  text += write_guard(config.guard);
+  text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
+                      toml_quoted(config.scene_folder));
+  text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),
+                      toml_quoted(config.model_store.value_or("")));
+  text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
+  return text;
+}
+
+}  // namespace hapticd::server

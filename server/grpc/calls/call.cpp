@@ -1,0 +1,26 @@
+#include "server/grpc/calls/call.h"
+
+#include <grpcpp/server_context.h>
+
+#include <string>
+
+#include "server/process/log.h"
+
+namespace hapticd::server {
+
+Caller caller_of(const grpc::ServerContextBase& context) {
+  Caller caller;
+  // The client's deadline is told on the system clock; a caller waits on the steady one. No wait is longer
+  // than a day, and adding that never overflows.
+  constexpr std::chrono::hours kEver{24};
+  const auto remaining = context.deadline() - std::chrono::system_clock::now();
+  if (remaining < kEver) caller.deadline = Caller::Clock::now() + remaining;
+  caller.cancelled = [&context] { return context.IsCancelled(); };
+  return caller;
+}
+
+void log_call(std::string_view what, const grpc::ServerContextBase& context) {
+  log_info(std::string(what) + " by " + context.peer());
+}
+
+}  // namespace hapticd::server

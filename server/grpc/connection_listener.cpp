@@ -1,0 +1,240 @@
+#include "server/grpc/connection_listener.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "server/process/log.h"
+
+namespace hapticd::server {
+
+namespace {
+
+/// Descriptors that no connection gets: store, recordings, hardware, what threads open for a moment.
+constexpr rlim_t kReserve = 128;
+constexpr int kMaxRetryMs = 10;
+constexpr std::uint64_t kRefusalsBetweenWarnings = 1000;
+
+std::size_t max_descriptor_of_connections() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return SIZE_MAX;
+  return static_cast<std::size_t>(limit.rlim_cur - std::min(kReserve, limit.rlim_cur / 2));
+}
+
+hal::Error cannot_listen(const std::string& where, const std::string& reason) {
+  return {"cannot listen", where, reason, "",
+          "stop whoever listens there (another hapticd?), or choose another port with --listen"};
+}
+
+hal::Error no_unix_socket(const std::string& path, const std::string& reason) {
+  return {"cannot listen on the unix socket", path, reason, "",
+          "check that its folder exists and may be written to, and that the path is not too long"};
+}
+
+int open_spare() {
+  return open("/dev/null", O_RDONLY | O_CLOEXEC);
+}
+
+struct Address {
+  sockaddr_storage bytes{};
+  socklen_t length = 0;
+  sockaddr* any() { return reinterpret_cast<sockaddr*>(&bytes); }
+};
+
+void set_port(Address& address, std::uint16_t port) {
+  if (address.bytes.ss_family == AF_INET) {
+    reinterpret_cast<sockaddr_in&>(address.bytes).sin_port = htons(port);
+  } else {
+    reinterpret_cast<sockaddr_in6&>(address.bytes).sin6_port = htons(port);
+  }
+}
+
+std::uint16_t port_of(int descriptor) {
+  Address own;
+  own.length = sizeof own.bytes;
+  getsockname(descriptor, own.any(), &own.length);
+  const bool v4 = own.bytes.ss_family == AF_INET;
+  return ntohs(v4 ? reinterpret_cast<sockaddr_in&>(own.bytes).sin_port
+                  : reinterpret_cast<sockaddr_in6&>(own.bytes).sin6_port);
+}
+
+std::vector<Address> addresses_of(const ListenAddress& listen, std::string& reason) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  if (const int failure =
+          getaddrinfo(listen.host.c_str(), std::to_string(listen.port).c_str(), &hints, &found);
+      failure != 0) {
+    reason = gai_strerror(failure);
+    return {};
+  }
+  std::vector<Address> all;
+  for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
+    Address& address = all.emplace_back();
+    std::memcpy(&address.bytes, one->ai_addr, one->ai_addrlen);
+    address.length = one->ai_addrlen;
+  }
+  freeaddrinfo(found);
+  return all;
+}
+
+/// Listening, or -1 with the reason in errno.
+int listen_at(Address address) {
+  const int family = address.bytes.ss_family;
+  const int descriptor = socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (descriptor < 0) return -1;
+  const int on = 1;
+  if (family != AF_UNIX) {
+    setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);  // those accepted inherit it
+    if (family == AF_INET6) setsockopt(descriptor, IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
+  }
+  if (bind(descriptor, address.any(), address.length) == 0 && ::listen(descriptor, SOMAXCONN) == 0) {
+    return descriptor;
+  }
+  const int reason = errno;
+  close(descriptor);
+  errno = reason;
+  return -1;
+}
+
+}  // namespace
+
+hal::Result<std::unique_ptr<ConnectionListener>> ConnectionListener::open(const ListenAddress& listen,
+                                                                          const std::string& unix_socket) {
+  std::unique_ptr<ConnectionListener> listener(new ConnectionListener);
+  listener->max_descriptor_ = max_descriptor_of_connections();
+  listener->wake_ = eventfd(0, EFD_CLOEXEC);
+  listener->spare_ = open_spare();
+  if (listener->wake_ < 0 || listener->spare_ < 0) return cannot_listen(listen.text(), std::strerror(errno));
+  if (const auto bound = listener->open_tcp(listen); !bound) return bound.error();
+  if (!unix_socket.empty()) {
+    if (const auto bound = listener->open_unix(unix_socket); !bound) return bound.error();
+  }
+  return listener;
+}
+
+hal::Result<bool> ConnectionListener::open_tcp(const ListenAddress& listen) {
+  std::string reason;
+  for (Address& address : addresses_of(listen, reason)) {
+    // Any free port: the first address finds it, the others take the same.
+    if (port_ != 0) set_port(address, port_);
+    const int descriptor = listen_at(address);
+    if (descriptor >= 0) {
+      listening_.push_back(descriptor);
+      if (port_ == 0) port_ = port_of(descriptor);
+      continue;
+    }
+    reason = std::strerror(errno);
+    if (errno == EADDRINUSE) return cannot_listen(listen.text(), reason);
+  }
+  // A host whose second family this machine lacks is served by the first.
+  if (listening_.empty()) return cannot_listen(listen.text(), reason);
+  return true;
+}
+
+hal::Result<bool> ConnectionListener::open_unix(const std::string& path) {
+  Address address;
+  auto& name = reinterpret_cast<sockaddr_un&>(address.bytes);
+  if (path.size() >= sizeof name.sun_path) return no_unix_socket(path, "the path is too long");
+  name.sun_family = AF_UNIX;
+  std::memcpy(name.sun_path, path.c_str(), path.size() + 1);
+  address.length = sizeof name;
+  const int descriptor = listen_at(address);
+  if (descriptor < 0) return no_unix_socket(path, std::strerror(errno));
+  listening_.push_back(descriptor);
+  unix_socket_ = path;
+  return true;
+}
+
+ConnectionListener::~ConnectionListener() {
+  stop();
+  for (const int descriptor : {wake_, spare_}) {
+    if (descriptor >= 0) close(descriptor);
+  }
+}
+
+void ConnectionListener::start(Take take) {
+  take_ = std::move(take);
+  thread_ = std::thread([this] { run(); });
+}
+
+void ConnectionListener::stop() {
+  if (thread_.joinable()) {
+    eventfd_write(wake_, 1);
+    thread_.join();
+  }
+  for (const int descriptor : listening_) close(descriptor);
+  listening_.clear();
+  if (!unix_socket_.empty()) unlink(unix_socket_.c_str());
+  unix_socket_.clear();
+}
+
+void ConnectionListener::run() {
+  pthread_setname_np(pthread_self(), "accept");
+  std::vector<pollfd> watched{{wake_, POLLIN, 0}};
+  for (const int descriptor : listening_) watched.push_back({descriptor, POLLIN, 0});
+  for (;;) {
+    if (poll(watched.data(), watched.size(), -1) < 0 && errno != EINTR) {
+      log_error(std::string("connections can no longer be waited for: ") + std::strerror(errno));
+      return;
+    }
+    if (watched[0].revents != 0) return;
+    for (std::size_t i = 1; i < watched.size(); ++i) {
+      if (watched[i].revents != 0) accept_all(watched[i].fd);
+    }
+  }
+}
+
+void ConnectionListener::accept_all(int listening) {
+  for (;;) {
+    const int descriptor = accept4(listening, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (descriptor >= 0 && static_cast<std::size_t>(descriptor) < max_descriptor_) {
+      take_(descriptor);
+      continue;
+    }
+    if (descriptor >= 0) {
+      close(descriptor);
+      note_refused();
+      continue;
+    }
+    if (errno == EINTR || errno == ECONNABORTED) continue;
+    if (errno == EAGAIN) return;
+    if ((errno == EMFILE || errno == ENFILE) && turn_away(listening)) continue;
+    // Nothing to be had just now: not even the memory. The connection waits in the queue.
+    poll(nullptr, 0, kMaxRetryMs);
+    return;
+  }
+}
+
+bool ConnectionListener::turn_away(int listening) {
+  if (spare_ >= 0) close(spare_);
+  const int descriptor = accept4(listening, nullptr, nullptr, SOCK_CLOEXEC);
+  if (descriptor >= 0) close(descriptor);
+  spare_ = open_spare();
+  if (descriptor >= 0) note_refused();
+  return descriptor >= 0;
+}
+
+void ConnectionListener::note_refused() {
+  if (refused_++ % kRefusalsBetweenWarnings != 0) return;
+  log_warning(
+      "a connection is refused: no descriptors are left (" + std::to_string(refused_) +
+      " so far); raise LimitNOFILE (ulimit -n), or find the client that opens connections and keeps them");
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hal/error.h"
+#include "server/config/listen_address.h"
+
+namespace hapticd::server {
+
+/// Accepts the connections of the service, over TCP and a unix socket, and hands them on. It is not left to
+/// gRPC: a listener of gRPC 1.51's that once finds no free descriptor never accepts again. Of the descriptors
+/// that the system allows this process, the last are kept for files; a connection that would take one of them
+/// is closed at once, and the next is served as soon as there is room.
+class ConnectionListener {
+ public:
+  /// Takes over a connection's descriptor. Called in the listener's thread.
+  using Take = std::function<void(int descriptor)>;
+
+  /// Binds and listens, on all addresses of the host; connections wait until start(). An error names the
+  /// address and what the system says. An empty path: no unix socket; one that is there must be free.
+  static hal::Result<std::unique_ptr<ConnectionListener>> open(const ListenAddress& listen,
+                                                               const std::string& unix_socket = {});
+  /// Accepts no more; removes the unix socket.
+  ~ConnectionListener();
+  ConnectionListener(const ConnectionListener&) = delete;
+  ConnectionListener& operator=(const ConnectionListener&) = delete;
+
+  void start(Take take);
+  /// Accepts no more. What was handed on goes on.
+  void stop();
+  /// The TCP port in use.
+  std::uint16_t port() const { return port_; }
+
+ private:
+  ConnectionListener() = default;
+  hal::Result<bool> open_tcp(const ListenAddress& listen);
+  hal::Result<bool> open_unix(const std::string& path);
+  void run();
+  void accept_all(int listening);
+  /// Accepts and closes one for which there is no descriptor, with the one that was kept for this.
+  bool turn_away(int listening);
+  void note_refused();
+
+  std::vector<int> listening_;
+  std::uint16_t port_ = 0;
+  std::string unix_socket_;
+  int wake_ = -1;
+  int spare_ = -1;
+  std::size_t max_descriptor_ = 0;  ///< a connection's number; the kernel gives the lowest that is free
+  std::uint64_t refused_ = 0;
+  Take take_;
+  std::thread thread_;
+};
+
+}  // namespace hapticd::server

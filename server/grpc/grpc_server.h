@@ -1,0 +1,59 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/error.h"
+#include "server/config/listen_address.h"
+
+namespace hapticd::server {
+
+class SafetyLatch;
+class IdentificationRunner;
+class SceneHost;
+class SensorBiases;
+class Session;
+class TargetControl;
+class TelemetryHub;
+class TurntableHost;
+
+/// The network's end of the daemon: all services, health checking and reflection on loopback TCP and a unix
+/// socket.
+class GrpcServer {
+ public:
+  struct Parts {
+    Session& session;
+    SceneHost& scenes;
+    TargetControl& targets;
+    SafetyLatch& latch;
+    TelemetryHub& hub;
+    SensorBiases& biases;
+    IdentificationRunner& identifications;
+    TurntableHost& turntable;
+  };
+
+  /// An error when somebody listens there already: to be asked before anything else is taken hold of.
+  static std::optional<hal::Error> check(const ListenAddress& listen);
+  /// An error when an address cannot be bound. Reports itself as not serving until told otherwise.
+  static hal::Result<std::unique_ptr<GrpcServer>> start(const Parts& parts, const ListenAddress& listen,
+                                                        const std::string& unix_socket);
+  ~GrpcServer();
+  GrpcServer(const GrpcServer&) = delete;
+  GrpcServer& operator=(const GrpcServer&) = delete;
+
+  /// The TCP port in use.
+  std::uint16_t port() const;
+  void set_serving(bool serving);
+  /// No new calls; those under way may end within `patience`, then they are cancelled.
+  void shutdown(std::chrono::milliseconds patience);
+
+ private:
+  struct State;
+  explicit GrpcServer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::server

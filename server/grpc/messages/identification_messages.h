@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "hapticd/v1/identification.pb.h"
+#include "server/identification/run/identification_runner.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+/// The request in the daemon's terms; refused where it names no task or an unknown word.
+Outcome<IdentificationRequest> read_request(const v1::StartIdentificationRequest& request);
+
+Outcome<RecordingDescription> read_description(const v1::RecordingDescription& description);
+
+void fill(const IdentificationReport& report, v1::IdentificationProgress& message);
+
+}  // namespace hapticd::server

@@ -1,0 +1,101 @@
+#include "server/grpc/messages/status.h"
+
+#include <google/protobuf/any.pb.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/wire_format_lite.h>
+
+#include <string>
+
+#include "server/text/utf8_text.h"
+
+namespace hapticd::server {
+
+namespace {
+
+grpc::StatusCode code_of(RefusalKind kind) {
+  switch (kind) {
+    case RefusalKind::kInvalidArgument:
+      return grpc::StatusCode::INVALID_ARGUMENT;
+    case RefusalKind::kOutOfRange:
+      return grpc::StatusCode::OUT_OF_RANGE;
+    case RefusalKind::kNotFound:
+      return grpc::StatusCode::NOT_FOUND;
+    case RefusalKind::kFailedPrecondition:
+      return grpc::StatusCode::FAILED_PRECONDITION;
+    case RefusalKind::kAborted:
+      return grpc::StatusCode::ABORTED;
+    case RefusalKind::kResourceExhausted:
+      return grpc::StatusCode::RESOURCE_EXHAUSTED;
+    case RefusalKind::kDeadlineExceeded:
+      return grpc::StatusCode::DEADLINE_EXCEEDED;
+    case RefusalKind::kCancelled:
+      return grpc::StatusCode::CANCELLED;
+    case RefusalKind::kUnavailable:
+      return grpc::StatusCode::UNAVAILABLE;
+    case RefusalKind::kInternal:
+      break;
+  }
+  return grpc::StatusCode::INTERNAL;
+}
+
+/// google.rpc.Status {1: code, 2: message, 3: details} in its wire format. The distribution ships no header
+/// of that message, and a second definition of it would clash with the one inside gRPC's own libraries.
+std::string serialise_rpc_status(grpc::StatusCode code, const std::string& message,
+                                 const google::protobuf::Any& detail) {
+  using google::protobuf::internal::WireFormatLite;
+  std::string bytes;
+  {
+    google::protobuf::io::StringOutputStream stream(&bytes);
+    google::protobuf::io::CodedOutputStream coded(&stream);
+    WireFormatLite::WriteInt32(1, static_cast<int>(code), &coded);
+    WireFormatLite::WriteString(2, message, &coded);
+    WireFormatLite::WriteBytes(3, detail.SerializeAsString(), &coded);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+namespace {
+
+// The parts that may hold text of the client's are kept short: a status travels three times in the trailers
+// of a call (as its message, in the google.rpc.Status and in its detail), and trailers beyond 8 KiB do not
+// arrive.
+constexpr std::size_t kMaxPart = 200;
+constexpr std::size_t kMaxLimit = 600;  // lists of accepted words
+constexpr std::size_t kMaxRemedy = 300;
+
+/// The error as it can be sent: UTF-8, and of bounded length.
+hal::Error sendable(const hal::Error& error) {
+  return {shortened(repaired_utf8(error.what), kMaxPart), shortened(repaired_utf8(error.where), kMaxPart),
+          shortened(repaired_utf8(error.value), kMaxPart), shortened(repaired_utf8(error.limit), kMaxLimit),
+          shortened(repaired_utf8(error.remedy), kMaxRemedy)};
+}
+
+v1::ErrorDetail detail_of(const hal::Error& sendable_error) {
+  v1::ErrorDetail detail;
+  detail.set_what(sendable_error.what);
+  detail.set_where(sendable_error.where);
+  detail.set_value(sendable_error.value);
+  detail.set_limit(sendable_error.limit);
+  detail.set_remedy(sendable_error.remedy);
+  return detail;
+}
+
+}  // namespace
+
+v1::ErrorDetail to_detail(const hal::Error& error) {
+  return detail_of(sendable(error));
+}
+
+grpc::Status to_status(const Refusal& refusal) {
+  const hal::Error error = sendable(refusal.error);
+  google::protobuf::Any any;
+  any.PackFrom(detail_of(error));
+  const grpc::StatusCode code = code_of(refusal.kind);
+  const std::string text = error.text();
+  return {code, text, serialise_rpc_status(code, text, any)};
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,126 @@
+#include "server/grpc/messages/telemetry_messages.h"
+
+#include "server/grpc/messages/enums.h"
+
+namespace hapticd::server {
+
+void fill_vector(const hal::Vector3& vector, v1::Vector3& message) {
+  message.set_x(vector.x);
+  message.set_y(vector.y);
+  message.set_z(vector.z);
+}
+
+namespace {
+
+void fill_sample(const rt::TickRecord& record, v1::SampleGroup& group) {
+  fill_vector(record.tip_position_mm, *group.mutable_tip_position_mm());
+  fill_vector(record.sensor_force_n, *group.mutable_sensor_force_n());
+  group.set_status_bits(record.sample_status);
+  group.set_force_count(record.force_count);
+  group.set_force_age_ms(static_cast<double>(record.force_age_ns) * 1e-6);
+  group.set_bias_serial(record.bias_serial);
+}
+
+void fill_motion(const rt::TickRecord& record, v1::MotionGroup& group) {
+  group.set_velocity_mm_per_s(record.velocity_mm_per_s);
+  group.set_acceleration_mm_per_s2(record.acceleration_mm_per_s2);
+}
+
+void fill_contact(const rt::TickRecord& record, v1::ContactGroup& group) {
+  group.set_in_contact(record.in_contact);
+  group.set_reason(to_proto(record.contact_reason));
+  group.set_contact_count(record.contact_count);
+  group.set_reaction_force_n(record.reaction_force_n);
+  group.set_withdrawn_count(record.withdrawn_count);
+  group.set_authority(record.contact_authority);
+  group.set_detection_force_n(record.contact_force_n);
+}
+
+void fill_zero(const rt::TickRecord& record, v1::ZeroGroup& group) {
+  fill_vector(record.zero.force_n, *group.mutable_force_n());
+  fill_vector(record.zero.torque_n_mm, *group.mutable_torque_n_mm());
+}
+
+void fill_target(const rt::TickRecord& record, v1::TargetGroup& group) {
+  group.set_target_stiffness_n_per_mm(record.target_stiffness_n_per_mm);
+  group.set_desired_force_n(record.desired_force_n);
+}
+
+void fill_control(const rt::TickRecord& record, v1::ControlGroup& group) {
+  group.set_commanded_force_n(record.commanded_force_n);
+  group.set_hand_force_n(record.hand_force_n);
+  group.set_feasible_min_n_per_mm(record.feasible_min_n_per_mm);
+  group.set_feasible_max_n_per_mm(record.feasible_max_n_per_mm);
+}
+
+void fill_guard(const rt::TickRecord& record, v1::GuardGroup& group) {
+  fill_vector(record.device_command_n, *group.mutable_device_command_n());
+  group.set_state(to_proto(record.guard_state));
+  group.set_fault(to_proto(record.guard_fault));
+  group.set_limited_bits(record.guard_limits);
+  group.set_authority(record.authority);
+  group.set_faults_present_bits(record.faults_present);
+}
+
+void fill_timing(const rt::TickRecord& record, v1::TimingGroup& group) {
+  group.set_wakeup_ns(record.timing.wakeup_ns);
+  group.set_device_ns(record.timing.device_ns);
+  group.set_compute_ns(record.timing.compute_ns);
+  group.set_periods_missed(record.timing.periods_missed);
+  group.set_overrun(to_proto(record.timing.overrun));
+}
+
+void fill_truth(const rt::TickRecord& record, v1::TruthGroup& group) {
+  fill_vector(record.truth.tip_position_mm, *group.mutable_tip_position_mm());
+  fill_vector(record.truth.hand_force_n, *group.mutable_hand_force_n());
+  fill_vector(record.truth.reaction_force_n, *group.mutable_reaction_force_n());
+  fill_vector(record.truth.device_force_n, *group.mutable_device_force_n());
+  group.set_displacement_mm(record.truth.displacement_mm);
+  group.set_normal_force_n(record.truth.normal_force_n);
+  group.set_friction_force_n(record.truth.friction_force_n);
+  group.set_in_contact(record.truth.in_contact);
+  fill_vector(record.truth.outward_normal, *group.mutable_normal());
+  fill_vector(record.truth.undeformed_contact_mm, *group.mutable_undeformed_contact_mm());
+}
+
+void fill_direction(const rt::TickRecord& record, v1::DirectionGroup& group) {
+  fill_vector(record.normal, *group.mutable_normal());
+  fill_vector(record.reaction_n, *group.mutable_reaction_n());
+  fill_vector(record.friction_force_n, *group.mutable_friction_force_n());
+  group.set_sliding_mm_per_s(record.sliding_mm_per_s);
+}
+
+void fill_fusion(const rt::TickRecord& record, v1::FusionGroup& group) {
+  group.set_law_displacement_mm(record.law_displacement_mm);
+  group.set_displacement_deviation_mm(record.displacement_deviation_mm);
+}
+
+void fill_passivity(const rt::TickRecord& record, v1::PassivityGroup& group) {
+  group.set_hand_energy_mj(record.hand_energy_mj);
+  group.set_passivity_damping_n_s_per_mm(record.passivity_damping_n_s_per_mm);
+}
+
+}  // namespace
+
+void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::TelemetrySample& sample) {
+  using namespace rt::channel;
+  sample.set_tick(record.tick);
+  sample.set_time_ns(record.time_ns);
+  sample.set_scene_generation(record.scene_generation);
+  const std::uint32_t told = record.channels & wanted_channels;
+  if ((told & kSample) != 0) fill_sample(record, *sample.mutable_sample());
+  if ((told & kMotion) != 0) fill_motion(record, *sample.mutable_motion());
+  if ((told & kContact) != 0) fill_contact(record, *sample.mutable_contact());
+  if ((told & kZero) != 0) fill_zero(record, *sample.mutable_zero());
+  if ((told & kDeformation) != 0) sample.mutable_deformation()->set_displacement_mm(record.displacement_mm);
+  if ((told & kTarget) != 0) fill_target(record, *sample.mutable_target());
+  if ((told & kControl) != 0) fill_control(record, *sample.mutable_control());
+  if ((told & kGuard) != 0) fill_guard(record, *sample.mutable_guard());
+  if ((told & kTiming) != 0) fill_timing(record, *sample.mutable_timing());
+  if ((told & kTruth) != 0) fill_truth(record, *sample.mutable_truth());
+  if ((told & kDirection) != 0) fill_direction(record, *sample.mutable_direction());
+  if ((told & kFusion) != 0) fill_fusion(record, *sample.mutable_fusion());
+  if ((told & kPassivity) != 0) fill_passivity(record, *sample.mutable_passivity());
+}
+
+}  // namespace hapticd::server

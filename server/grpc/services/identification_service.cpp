@@ -1,0 +1,136 @@
+#include "server/grpc/services/identification_service.h"
+
+#include <fmt/format.h>
+
+#include "server/grpc/calls/call.h"
+#include "server/grpc/calls/counted_call.h"
+#include "server/grpc/calls/silence_watch.h"
+#include "server/grpc/messages/identification_messages.h"
+#include "server/grpc/messages/status.h"
+#include "server/identification/run/identification_runner.h"
+#include "server/process/log.h"
+#include "server/text/utf8_text.h"
+
+namespace hapticd::server {
+
+namespace {
+
+/// Bytes of a remark: it may quote a recording, whose lines are as long as they please.
+constexpr std::size_t kMaxRemark = 1000;
+
+/// What a recording can be read as tells how long it is; where it is nothing known, what is missing.
+void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& response) {
+  response.set_recording(recording.id);
+  response.set_rows(recording.rows);
+  response.set_sha256(recording.sha256);
+  std::string why;
+  for (const RecordedMotion motion : {RecordedMotion::kPress, RecordedMotion::kStroke, RecordedMotion::kFree,
+                                      RecordedMotion::kBend, RecordedMotion::kRigid}) {
+    const auto rows = RecordedObservations::open(recording.file.path(), motion, recording.description);
+    if (rows) {
+      for (const std::string& own : rows->own_columns()) {
+        response.add_remarks(shortened(repaired_utf8("a recording of hapticd's own: " + own), kMaxRemark));
+      }
+      const RecordingSummary& summary = rows->summary();
+      response.set_duration_s(summary.duration_s);
+      if (summary.longest_step_s > 5.0 * summary.median_step_s) {
+        response.add_remarks(fmt::format("the longest step is {:g} s, the median {:g} s",
+                                         summary.longest_step_s, summary.median_step_s));
+      }
+      return;
+    }
+    if (why.empty()) why = rows.error().text();
+  }
+  response.add_remarks(shortened(repaired_utf8("not readable as it is: " + why), kMaxRemark));
+}
+
+/// The client sees CANCELLED, whatever is answered; why, the log tells.
+grpc::Status gone_silent(const std::string& name) {
+  log_warning(fmt::format("the upload of recording '{}' is given up: nothing came for {} s",
+                          repaired_utf8(name),
+                          std::chrono::seconds(IdentificationService::kMaxUploadPause).count()));
+  return grpc::Status::CANCELLED;
+}
+
+}  // namespace
+
+grpc::Status IdentificationService::StartIdentification(grpc::ServerContext* context,
+                                                        const v1::StartIdentificationRequest* request,
+                                                        v1::StartIdentificationResponse* response) {
+  const auto wanted = read_request(*request);
+  if (!wanted) return to_status(wanted.refusal());
+  const auto id = runner_.start(*wanted);
+  if (!id) return to_status(id.refusal());
+  log_call("identification '" + *id + "' was started", *context);
+  response->set_identification(*id);
+  return grpc::Status::OK;
+}
+
+grpc::Status IdentificationService::WatchIdentification(
+    grpc::ServerContext* context, const v1::WatchIdentificationRequest* request,
+    grpc::ServerWriter<v1::IdentificationProgress>* writer) {
+  const CountedCall counted(watchers_, kMostWatchers);
+  if (!counted.admitted()) return counted.refusal("watchers", "WatchIdentification");
+  const Caller caller = caller_of(*context);
+  std::string id = request->identification();
+  for (std::uint64_t seen = 0;;) {
+    const auto report = runner_.report(id, seen, caller);
+    if (!report) return to_status(report.refusal());
+    if (caller.cancelled()) return grpc::Status::CANCELLED;
+    id = report->id;
+    if (report->version != seen) {
+      v1::IdentificationProgress message;
+      fill(*report, message);
+      if (!writer->Write(message)) return grpc::Status::CANCELLED;
+    }
+    seen = report->version;
+    if (report->state != IdentificationState::kRunning) return grpc::Status::OK;
+  }
+}
+
+grpc::Status IdentificationService::CancelIdentification(grpc::ServerContext* context,
+                                                         const v1::CancelIdentificationRequest* request,
+                                                         v1::IdentificationProgress* response) {
+  const auto report = runner_.cancel(request->identification(), caller_of(*context));
+  if (!report) return to_status(report.refusal());
+  fill(*report, *response);
+  return grpc::Status::OK;
+}
+
+grpc::Status IdentificationService::ListIdentifications(grpc::ServerContext*,
+                                                        const v1::ListIdentificationsRequest*,
+                                                        v1::ListIdentificationsResponse* response) {
+  for (const IdentificationReport& report : runner_.list()) fill(report, *response->add_identifications());
+  return grpc::Status::OK;
+}
+
+grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context,
+                                                    grpc::ServerReader<v1::UploadRecordingRequest>* reader,
+                                                    v1::UploadRecordingResponse* response) {
+  const CountedCall counted(uploads_, kMostUploads);
+  if (!counted.admitted()) return counted.refusal("uploads", "UploadRecording");
+  SilenceWatch watch(kMaxUploadPause, [context] { context->TryCancel(); });
+  v1::UploadRecordingRequest piece;
+  const auto next_piece = [&] { return watch.during([&] { return reader->Read(&piece); }); };
+  if (!next_piece() || !piece.has_description()) {
+    if (watch.was_silent()) return gone_silent(piece.description().name());
+    return to_status({RefusalKind::kInvalidArgument,
+                      {"the first message has no description", "UploadRecordingRequest.description", "", "",
+                       "send a description first, then the text"}});
+  }
+  const auto description = read_description(piece.description());
+  if (!description) return to_status(description.refusal());
+  auto upload = runner_.recordings().begin(*description, piece.description().normal_force_n());
+  if (!upload) return to_status(upload.refusal());
+  do {
+    if (auto refusal = (*upload)->append(piece.csv())) return to_status(*refusal);
+  } while (next_piece());
+  if (watch.was_silent()) return gone_silent(description->name);
+  if (context->IsCancelled()) return grpc::Status::CANCELLED;  // its end never came
+  const auto recording = runner_.recordings().finish(std::move(*upload));
+  if (!recording) return to_status(recording.refusal());
+  describe(**recording, *response);
+  return grpc::Status::OK;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,70 @@
+#include "server/grpc/services/safety_service.h"
+
+#include <fmt/format.h>
+
+#include "server/grpc/calls/call.h"
+#include "server/grpc/calls/stop_request.h"
+#include "server/grpc/messages/enums.h"
+#include "server/grpc/messages/status.h"
+#include "server/process/log.h"
+#include "server/session/safety_latch.h"
+
+namespace hapticd::server {
+
+grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* context,
+                                              const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
+  const std::uint64_t last_tick = latch_.stop();  // before anything that could fail or take its time
+  const StopReason reason = read_stop_request(*request);
+  std::string line = fmt::format("stopped by {}: {}", context->peer(),
+                                 reason.text.empty() ? "no reason given" : reason.text);
+  v1::StopResponse answer;
+  for (const std::string& repair : reason.repairs) {
+    answer.add_repairs(repair);
+    line += fmt::format(" ({})", repair);
+  }
+  log_warning(line);
+  answer.set_guard_fault(to_proto(latch_.fault_after_stop()));
+  answer.set_guard_state(v1::GUARD_STATE_LATCHED);
+  answer.set_latched_after_tick(last_tick);
+  bool own_buffer = false;
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(grpc::SerializationTraits<v1::StopResponse>::Serialize(answer, response, &own_buffer));
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* context, const v1::ClearRequest*,
+                                               v1::ClearResponse* response) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  const bool served = clears_.serve([this, context, response, reactor] {
+    const auto cleared = latch_.clear(caller_of(*context));
+    if (cleared) {
+      log_call("the guard was cleared", *context);
+      response->set_guard_state(to_proto(cleared->state));
+      response->set_cleared_fault(to_proto(cleared->fault));
+      response->set_effective_tick(cleared->effective_tick);
+    }
+    reactor->Finish(cleared ? grpc::Status::OK : to_status(cleared.refusal()));
+  });
+  if (!served) {
+    reactor->Finish(
+        to_status({RefusalKind::kResourceExhausted,
+                   {"too many clears at once", "SafetyService.Clear", "",
+                    fmt::format("{} that wait", WaitingDesk::kMaxWaiting), "one of them is enough"}}));
+  }
+  return reactor;
+}
+
+grpc::Status SafetyService::ListFaults(grpc::ServerContext*, const v1::ListFaultsRequest*,
+                                       v1::ListFaultsResponse* response) {
+  for (const rt::FaultRule& rule : rt::kFaultTable) {
+    v1::FaultRule& told = *response->add_faults();
+    told.set_fault(to_proto(rule.fault));
+    told.set_cause(std::string(rule.cause));
+    told.set_action(to_proto(rule.action));
+    told.set_clearing(to_proto(rule.clearing));
+    told.set_remedy(std::string(rule.remedy));
+  }
+  return grpc::Status::OK;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,183 @@
+#include "server/grpc/services/telemetry_service.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "server/grpc/messages/enums.h"
+#include "server/grpc/messages/status.h"
+#include "server/grpc/messages/telemetry_encoding.h"
+#include "server/telemetry/telemetry_hub.h"
+
+namespace hapticd::server {
+
+namespace {
+
+/// What a request asks for, checked.
+struct Wanted {
+  std::uint32_t channels = ~0U;
+  SubscriptionOptions options;
+};
+
+/// Where no size of a batch is asked for: samples of an undecimated stream, and how old they may become.
+constexpr std::uint32_t kDefaultBatch = 20;
+constexpr std::chrono::milliseconds kDefaultAge{20};
+
+Refusal out_of_range(const char* field, std::uint32_t value, const char* limit) {
+  return {RefusalKind::kOutOfRange,
+          {fmt::format("{} is out of range", field), fmt::format("SubscribeRequest.{}", field),
+           std::to_string(value), limit, "choose a value in the range, or 0 for the default"}};
+}
+
+Outcome<Wanted> read_request(const v1::SubscribeRequest& request) {
+  Wanted wanted;
+  if (request.groups_size() > 0) wanted.channels = 0;
+  for (int i = 0; i < request.groups_size(); ++i) {
+    const v1::FieldGroup group = request.groups(i);
+    if (!v1::FieldGroup_IsValid(group) || group == v1::FIELD_GROUP_UNSPECIFIED) {
+      return Refusal{
+          RefusalKind::kInvalidArgument,
+          {"unknown field group", fmt::format("SubscribeRequest.groups[{}]", i),
+           std::to_string(static_cast<int>(group)),
+           "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, "
+           "FUSION, PASSIVITY, ZERO",
+           "ask for groups of this list, or for none to get all"}};
+    }
+    wanted.channels |= channel_of(group);
+  }
+  SubscriptionOptions& options = wanted.options;
+  if (request.decimation() > 10000)
+    return out_of_range("decimation", request.decimation(), "1 … 10000 ticks");
+  if (request.batch_size() > 1000)
+    return out_of_range("batch_size", request.batch_size(), "1 … 1000 samples");
+  if (request.queue_samples() != 0 && (request.queue_samples() < 100 || request.queue_samples() > 60000)) {
+    return out_of_range("queue_samples", request.queue_samples(), "100 … 60000 samples");
+  }
+  if (request.decimation() != 0) options.decimation = request.decimation();
+  if (request.batch_size() != 0) {
+    options.batch_size = request.batch_size();
+  } else {
+    options.batch_size = std::max(1U, kDefaultBatch / options.decimation);
+    options.longest_wait = kDefaultAge;
+  }
+  if (request.queue_samples() != 0) options.queue_samples = request.queue_samples();
+  // While one batch is written the next one gathers: with less room a prompt reader would lose samples too.
+  options.queue_samples = std::max(options.queue_samples, 2 * options.batch_size);
+  return wanted;
+}
+
+/// Ends a call before it began.
+class RefusedStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
+ public:
+  explicit RefusedStream(const Refusal& refusal) { Finish(to_status(refusal)); }
+  void OnDone() override { delete this; }
+};
+
+/// Writes a subscription's batches, one at a time. Woken by the hub when a batch is ready and by gRPC when
+/// the last one is on its way; whoever comes first writes. Keeps itself alive until gRPC is done with it; the
+/// hub only knows it weakly, so that it may call at any moment.
+class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
+                              public std::enable_shared_from_this<TelemetryStream> {
+ public:
+  static TelemetryStream* open(TelemetryHub& hub, Wanted wanted) {
+    const auto stream = std::make_shared<TelemetryStream>(hub, wanted.channels);
+    stream->self_ = stream;
+    wanted.options.on_ready = [weak = stream->weak_from_this()] {
+      if (const auto alive = weak.lock()) alive->write_next();
+    };
+    stream->subscription_ = hub.subscribe(std::move(wanted.options));
+    // First of all, and before any write: a buffered first write without it would wait for ever.
+    stream->StartSendInitialMetadata();
+    return stream.get();
+  }
+  TelemetryStream(TelemetryHub& hub, std::uint32_t channels) : hub_(hub), channels_(channels) {}
+
+  void OnSendInitialMetadataDone(bool ok) override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!ok) return finish_locked(grpc::Status::CANCELLED);
+      writing_ = false;
+    }
+    write_next();
+  }
+
+  void OnWriteDone(bool ok) override {
+    {
+      const std::lock_guard lock(mutex_);
+      writing_ = false;
+      if (!ok || cancelled_) return finish_locked(grpc::Status::CANCELLED);
+    }
+    write_next();
+  }
+
+  void OnCancel() override {
+    const std::lock_guard lock(mutex_);
+    cancelled_ = true;
+    if (!writing_) finish_locked(grpc::Status::CANCELLED);  // else when the write under way has failed
+  }
+
+  void OnDone() override {
+    hub_.unsubscribe(subscription_);
+    self_.reset();  // the last owner, unless the hub is just calling
+  }
+
+ private:
+  void write_next() {
+    const std::lock_guard lock(mutex_);
+    if (writing_ || finished_) return;
+    if (!subscription_->take(batch_, Subscription::Clock::now())) {
+      if (subscription_->ended()) {
+        finish_locked(
+            to_status({RefusalKind::kUnavailable,
+                       {"the service is shutting down", "telemetry", "", "", "connect again later"}}));
+      }
+      return;
+    }
+    message_ = encode(batch_, channels_);
+    batch_.entries.clear();
+    writing_ = true;
+    StartWrite(&message_);
+  }
+
+  void finish_locked(const grpc::Status& status) {
+    if (std::exchange(finished_, true)) return;
+    Finish(status);
+  }
+
+  TelemetryHub& hub_;
+  const std::uint32_t channels_;
+  std::shared_ptr<TelemetryStream> self_;
+  std::shared_ptr<Subscription> subscription_;
+
+  std::mutex mutex_;  ///< between the hub's thread and gRPC's; never of another stream
+  Subscription::Batch batch_;
+  grpc::ByteBuffer message_;
+  bool writing_ = true;  ///< the metadata are under way
+  bool cancelled_ = false;
+  bool finished_ = false;
+};
+
+}  // namespace
+
+grpc::ServerWriteReactor<grpc::ByteBuffer>* TelemetryService::Subscribe(grpc::CallbackServerContext*,
+                                                                        const grpc::ByteBuffer* request) {
+  v1::SubscribeRequest message;
+  grpc::ByteBuffer bytes(*request);  // reading consumes it
+  if (!grpc::SerializationTraits<v1::SubscribeRequest>::Deserialize(&bytes, &message).ok()) {
+    return new RefusedStream({RefusalKind::kInvalidArgument,
+                              {"the request is no SubscribeRequest", "TelemetryService.Subscribe",
+                               std::to_string(request->Length()) + " bytes", "",
+                               "generate the client from this daemon's proto files"}});
+  }
+  auto wanted = read_request(message);
+  if (!wanted) return new RefusedStream(wanted.refusal());
+  return TelemetryStream::open(hub_, std::move(*wanted));
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "server/identification/estimate/contact/surface_spline.h"
+#include "server/identification/gate/stroke_passages.h"
+
+namespace hapticd::rt {
+
+/// What friction laws are fitted to: one moment of a stroke, resolved into the surface's own directions.
+struct FrictionRow {
+  /// What is known of the friction's state before this row.
+  enum class State : std::uint8_t { kGoesOn, kNothing, kForwards, kBackwards };
+  State before = State::kGoesOn;
+  double slide_mm = 0.0;  ///< on the surface since the row before; positive along the line
+  double way_mm = 0.0;    ///< slid since the motion last turned
+  double speed_mm_per_s = 0.0;
+  double normal_n = 0.0;    ///< how hard the tip presses
+  double friction_n = 0.0;  ///< what the object holds against motion along the line
+  double along_mm = 0.0;
+  double weight = 1.0;  ///< instants in it
+  int passage = 0;
+  int heading = 1;       ///< of the passage: +1 along the line, -1 back
+  bool settled = false;  ///< the state no longer hangs on what nobody knows
+};
+
+/// Where the normals come from.
+enum class NormalSource : std::uint8_t {
+  kScan,           ///< the profile of a surface scan
+  kMeanDirection,  ///< mean direction of the reaction to and fro
+  kFlat,           ///< straight up, e.g. a recording of normal and friction force
+};
+
+struct FrictionRows {
+  std::vector<FrictionRow> rows;
+  double share_by_scan = 0.0;  ///< of the instants; the others had their normals from the mean direction
+  double outside_share = 0.0;  ///< of the instants whose normal nobody knows; left out
+  double least_normal_n = 0.0, most_normal_n = 0.0;
+  double most_speed_mm_per_s = 0.0;
+  double most_way_mm = 0.0;
+};
+
+/// Resolves passages. `source` kScan falls back on the mean direction where the scan does not reach.
+/// `constant_normal_n` > 0 overrides what was recorded (kFlat only).
+FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSource source,
+                           const SurfaceSpline* surface, double constant_normal_n);
+
+}  // namespace hapticd::rt

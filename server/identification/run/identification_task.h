@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "hal/error.h"
+#include "server/identification/estimate/contact/press_frame.h"
+#include "server/identification/run/recorded_observations.h"
+#include "server/identification/session/identification.h"
+#include "server/identification/session/tasks.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+/// What to identify.
+using IdentificationTask = std::variant<rt::ContactTask, rt::FrictionTask, rt::StructuralStiffnessTask,
+                                        rt::ToolTask, rt::ThresholdTask, rt::GainsTask>;
+
+/// "contact", "friction", "structural_stiffness", "tool", "threshold" or "gains".
+const char* kind_name(const IdentificationTask& task) noexcept;
+
+/// True where an object is touched, and the model is the object's.
+bool is_about_object(const IdentificationTask& task) noexcept;
+
+/// How a recording for this task is to be read; none where only a rig will do.
+std::optional<RecordedMotion> recorded_motion(const IdentificationTask& task) noexcept;
+
+/// Numbers in their ranges; the error names the field.
+std::optional<Refusal> check(const IdentificationTask& task);
+
+/// What the rig lacks for it, if anything: force sensor, device, outside instrument, a simulated hand or a
+/// user.
+std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigInfo& rig);
+
+/// Whether it listens to the force sensor at all.
+bool uses_sensor(const IdentificationTask& task) noexcept;
+
+/// Whether it listens to an instrument that measures the tip from outside.
+bool uses_instrument(const IdentificationTask& task) noexcept;
+
+/// Whether the device renders meanwhile; otherwise a latched guard is no hindrance.
+bool renders_force(const IdentificationTask& task) noexcept;
+
+/// Whether what the sensor reads at rest has to be zero; otherwise it is found as well.
+bool needs_bias(const IdentificationTask& task) noexcept;
+
+/// Where the object lies and the strokes go. The simulated hand knows one press only, along -z.
+std::optional<Refusal> check_geometry(const rt::PressGeometry& geometry, bool hand_is_simulated);
+
+std::unique_ptr<rt::Identification> make_identification(const IdentificationTask& task,
+                                                        const hal::RigInfo& rig);
+
+}  // namespace hapticd::server

@@ -1,0 +1,83 @@
+#include "server/identification/run/recording_shelf.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "server/text/suggestion.h"
+
+namespace hapticd::server {
+
+namespace {
+
+Refusal cannot_keep(const hal::Error& error) {
+  return {RefusalKind::kResourceExhausted,
+          {"the recording cannot be kept: " + error.what, error.where, error.value, "",
+           "make room there, or set TMPDIR to a folder that has some"}};
+}
+
+}  // namespace
+
+std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
+  bytes_ += bytes.size();
+  if (bytes_ > kMostBytes) {
+    return Refusal{RefusalKind::kResourceExhausted,
+                   {"the recording is too large", recording_->description.name,
+                    fmt::format("more than {} bytes", kMostBytes), fmt::format("up to {} bytes", kMostBytes),
+                    "cut it, or leave out columns that are not needed"}};
+  }
+  if (const auto error = recording_->file.append(bytes)) return cannot_keep(*error);
+  digest_.add(bytes);
+  for (const char c : bytes) {
+    if (last_ == '\n') line_counts_ = c != '#' && c != '\n' && c != '\r';
+    if (c == '\n' && line_counts_) ++recording_->rows;
+    last_ = c;
+  }
+  return std::nullopt;
+}
+
+Outcome<std::unique_ptr<RecordingShelf::Upload>> RecordingShelf::begin(
+    const RecordingDescription& description, double normal_force_n) {
+  auto file = UnnamedFile::create();
+  if (!file) return cannot_keep(file.error());
+  std::unique_ptr<Upload> upload(new Upload(std::move(*file)));
+  ShelvedRecording& recording = *upload->recording_;
+  {
+    const std::lock_guard lock(mutex_);
+    recording.id = fmt::format("recording-{}", ++uploads_);
+  }
+  recording.description = description;
+  recording.normal_force_n = normal_force_n;
+  if (recording.description.name.empty()) recording.description.name = recording.id;
+  return upload;
+}
+
+Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::unique_ptr<Upload> upload) {
+  ShelvedRecording& recording = *upload->recording_;
+  if (upload->last_ != '\n' && upload->line_counts_) ++recording.rows;
+  if (recording.rows > 0) --recording.rows;  // the header
+  if (recording.rows == 0) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"the recording is empty", recording.description.name, "",
+                    "a header line with the columns' names, then rows of numbers", "send a CSV file"}};
+  }
+  recording.sha256 = upload->digest_.finish();
+  const std::lock_guard lock(mutex_);
+  shelf_.push_back(upload->recording_);
+  if (shelf_.size() > kMostRecordings) shelf_.pop_front();
+  return shelf_.back();
+}
+
+Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::find(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> ids;
+  for (const auto& recording : shelf_) {
+    if (recording->id == id) return recording;
+    ids.push_back(recording->id);
+  }
+  return Refusal{RefusalKind::kNotFound,
+                 {"no such recording", "StartIdentificationRequest.recording", id, comma_separated(ids),
+                  ids.empty() ? "upload it first" : did_you_mean(id, ids, "upload it again")}};
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "server/identification/run/recorded_observations.h"
+#include "server/identification/run/sha256_stream.h"
+#include "server/identification/run/unnamed_file.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+/// A recording that was uploaded; its file lives as long as anyone holds it, and not beyond the process.
+struct ShelvedRecording {
+  explicit ShelvedRecording(UnnamedFile text) : file(std::move(text)) {}
+
+  std::string id;  ///< "recording-3"
+  UnnamedFile file;
+  RecordingDescription description;
+  double normal_force_n = 0.0;  ///< where it was constant and not recorded; 0 = not told
+  std::string sha256;           ///< of its text, hexadecimal
+  std::uint64_t rows = 0;       ///< lines that are neither empty nor a comment, less the header
+};
+
+/// Uploaded recordings, in temporary files without names until the daemon ends, however it does. Any thread.
+class RecordingShelf {
+ public:
+  static constexpr std::size_t kMostRecordings = 8;
+  static constexpr std::uint64_t kMostBytes = 2ULL << 30;
+
+  /// One upload under way; dropped, it leaves nothing behind.
+  class Upload {
+   public:
+    /// Appends; refused where it grows too large or the disk is full.
+    std::optional<Refusal> append(std::string_view bytes);
+
+   private:
+    friend class RecordingShelf;
+    explicit Upload(UnnamedFile file) : recording_(std::make_shared<ShelvedRecording>(std::move(file))) {}
+    std::shared_ptr<ShelvedRecording> recording_;
+    Sha256Stream digest_;
+    std::uint64_t bytes_ = 0;
+    char last_ = '\n';
+    bool line_counts_ = false;
+  };
+
+  Outcome<std::unique_ptr<Upload>> begin(const RecordingDescription& description, double normal_force_n);
+  /// Puts it on the shelf; the oldest makes room.
+  Outcome<std::shared_ptr<const ShelvedRecording>> finish(std::unique_ptr<Upload> upload);
+  Outcome<std::shared_ptr<const ShelvedRecording>> find(const std::string& id) const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::uint64_t uploads_ = 0;
+  std::deque<std::shared_ptr<const ShelvedRecording>> shelf_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,106 @@
+#include "server/identification/session/coverage_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr int kDepths = 5;
+constexpr int kSpeeds = 5;  // out fast, out, slow, in, in fast
+
+int bin_of(double value, const Coverage::Axis& axis) {
+  const double at = (value - axis.from) / (axis.to - axis.from) * axis.bins;
+  return static_cast<int>(std::clamp(std::floor(at), 0.0, static_cast<double>(axis.bins - 1)));
+}
+
+std::size_t cell_of(int depth, int speed) {
+  return static_cast<std::size_t>(speed * kDepths + depth);
+}
+
+std::string text(const char* format, double a, double b, double c) {
+  char line[160];
+  std::snprintf(line, sizeof line, format, a, b, c);
+  return line;
+}
+
+}  // namespace
+
+Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_t stride,
+                          const ContactDomain& domain) {
+  Coverage map;
+  map.x = {"displacement", "mm", 0.0, domain.displacement_mm, kDepths};
+  map.y = {"speed", "mm/s", -1.25 * domain.speed_mm_per_s, 1.25 * domain.speed_mm_per_s, kSpeeds};
+  map.counts.assign(kDepths * kSpeeds, 0);
+  map.required.assign(kDepths * kSpeeds, 0);
+  for (const PalpationSample& s : palpation) {
+    if (!s.in_contact || !(s.displacement_mm > 0.0)) continue;
+    map.counts[cell_of(bin_of(s.displacement_mm, map.x), bin_of(s.rate_mm_per_s, map.y))] +=
+        static_cast<std::uint32_t>(stride);
+  }
+  for (int depth = 1; depth < kDepths; ++depth) {
+    if (!domain.speeds_required) {
+      // Any speed will do: the one there is most of.
+      int most = 2;
+      for (int speed = 0; speed < kSpeeds; ++speed) {
+        if (map.counts[cell_of(depth, speed)] > map.counts[cell_of(depth, most)]) most = speed;
+      }
+      map.required[cell_of(depth, most)] = 1;
+      continue;
+    }
+    map.required[cell_of(depth, 2)] = 1;
+    if (depth < 4) {
+      map.required[cell_of(depth, 3)] = 1;
+      // However fast it is let go.
+      map.required[cell_of(depth, map.counts[cell_of(depth, 0)] > map.counts[cell_of(depth, 1)] ? 0 : 1)] = 1;
+    }
+    if (depth < 3) map.required[cell_of(depth, 4)] = 1;
+  }
+  std::size_t required = 0, filled = 0;
+  for (std::size_t i = 0; i < map.counts.size(); ++i) {
+    if (map.required[i] == 0) continue;
+    ++required;
+    if (map.counts[i] >= domain.enough_samples) ++filled;
+  }
+  map.share = static_cast<double>(filled) / static_cast<double>(required);
+  return map;
+}
+
+std::vector<MissingCoverage> missing_coverage(const Coverage& map, const ContactDomain& domain) {
+  std::vector<MissingCoverage> missing;
+  const double depth_mm = domain.displacement_mm / kDepths;
+  // What lies deepest and is fastest is hardest to come by, so it is asked for first.
+  struct Row {
+    int speed;
+    CoverageNeed need;
+    const char* words;
+    double from;
+  };
+  static constexpr std::array kRows{
+      Row{4, CoverageNeed::kFast, "press faster: %.3g mm/s and more between %.3g and %.3g mm", 0.75},
+      Row{3, CoverageNeed::kModerate, "press at a moderate speed: about %.2g mm/s between %.3g and %.3g mm",
+          0.5},
+      Row{1, CoverageNeed::kModerate, "let go more slowly: at %.2g mm/s and more between %.3g and %.3g mm",
+          0.25},
+      Row{0, CoverageNeed::kModerate, "let go more slowly: at %.2g mm/s and more between %.3g and %.3g mm",
+          0.25},
+      Row{2, CoverageNeed::kSlow, "press slowly: below %.2g mm/s between %.3g and %.3g mm", 0.25}};
+  for (const Row& row : kRows) {
+    int first = kDepths, last = -1;
+    for (int depth = 0; depth < kDepths; ++depth) {
+      const std::size_t cell = cell_of(depth, row.speed);
+      if (map.required[cell] == 0 || map.counts[cell] >= domain.enough_samples) continue;
+      first = std::min(first, depth);
+      last = std::max(last, depth);
+    }
+    if (last < 0) continue;
+    missing.push_back({row.need, text(row.words, row.from * domain.speed_mm_per_s, depth_mm * first,
+                                      depth_mm * (last + 1))});
+  }
+  return missing;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/rig.h"
+#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/tool_load.h"
+#include "server/identification/estimate/contact/surface_scan.h"
+#include "server/identification/estimate/friction/friction_law_choice.h"
+#include "server/identification/estimate/friction/friction_law_fit.h"
+#include "server/identification/estimate/friction/friction_rows.h"
+#include "server/identification/gate/stroke_gate.h"
+#include "server/identification/gate/stroke_passages.h"
+#include "server/identification/session/identification.h"
+#include "server/identification/session/tasks.h"
+
+namespace hapticd::rt {
+
+/// Friction of a tip on an object (D§4.4.1): first a scan of the surface by light taps along the line, then
+/// strokes to and fro along it at several forces up to 110 mm/s. kRod: Dahl's law by divide and conquer;
+/// kBallBearing: Coulomb-viscous. See fit_friction_law().
+///
+/// Normals are the scan's where it reaches, else the mean direction of the reaction to and fro; `procedure`
+/// and the remarks say which. Reactions are the sensor's, weight and inertia of the tool taken off.
+///
+/// A recording (RigKind::kReplay) shows position along x, the friction on the tool as sensor_force_n.x
+/// (against the motion, thus negative while x grows) and the normal force as sensor_force_n.z. Its normals
+/// are up, unless the height varies and strokes are long enough to tell the mean direction. Its friction
+/// channel may have an offset, which is found as well. `normal_force_n` > 0 stands for the normal force;
+/// where there is none at all (sensor_force_n.z = 0 throughout) friction is told in newton as
+/// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.
+///
+/// finish() chooses the law of a rod by passages held out of the fit (FrictionLawChoice) unless the task says
+/// which: Dahl's with exponent 1, with another exponent, or Maxwell-slip elements. What each law leaves of
+/// those passages is listed as "held_out_dahl", "held_out_dahl_exponent" and "held_out_maxwell_slip".
+///
+/// Parameters: "kinetic", "presliding_mm", "viscous_n_s_per_mm"; "exponent", "force_bias_n",
+/// "coulomb_force_n" where they were asked for or apply; "maxwell_slip_elements", how many, where that law
+/// was chosen. The standard errors of its level and presliding are then those of Dahl's law on the same
+/// strokes.
+class FrictionIdentification final : public Identification {
+ public:
+  static constexpr double kNominalNormalN = 10.0;
+
+  FrictionIdentification(const FrictionTask& task, const hal::RigInfo& rig);
+
+  void add(const Observation& observation) override;
+  Wish wish() const override;
+  IdentificationProgress progress() const override;
+  hal::Result<IdentifiedModel> finish() const override;
+
+ private:
+  struct Fit {
+    FrictionLawFit law;
+    FrictionRows rows;
+    NormalSource source = NormalSource::kFlat;
+    FrictionFitOptions options;
+    double normal_error_rad = 0.0;  ///< mean standard error of the scan's normals
+    bool nominal_normal = false;
+  };
+
+  void count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s);
+  hal::Result<Fit> fit(bool exponent) const;
+  /// The same strokes by Maxwell-slip elements; an error where none can be fitted.
+  hal::Result<Fit> with_maxwell_slip(Fit dahl) const;
+  void refit() const;
+  Coverage coverage() const;
+  int scan_taps() const;
+  bool scanned() const;
+  int lacking_force_row() const;  ///< -1: all covered
+  bool certain(const Fit& fit) const;
+  std::vector<std::string> missing(bool steady, bool is_certain) const;
+  std::vector<EstimatedParameter> parameters_of(const Fit& fit) const;
+  std::vector<std::string> remarks(const Fit* fit) const;
+
+  FrictionTask task_;
+  hal::RigInfo rig_;
+  bool replay_;
+  StrokeGate gate_;
+  SurfaceScan scan_;
+  ToolLoad load_;
+  ThreeAxisMotion motion_;
+  StrokePassages passages_;
+  bool in_contact_ = false;
+  bool normal_recorded_ = false;
+  double least_height_mm_ = 0.0, most_height_mm_ = 0.0;
+  double least_along_mm_ = 0.0, most_along_mm_ = 0.0;
+  double begun_s_ = 0.0, last_s_ = 0.0;
+  std::uint64_t contact_samples_ = 0;
+  std::vector<std::uint32_t> counts_;
+  double most_force_n_ = 0.0, most_speed_mm_per_s_ = 0.0;
+
+  // What progress() last found; fitting anew is not worth it before another passage is complete.
+  mutable std::uint64_t fitted_passages_ = 0;
+  mutable std::optional<Fit> fitted_;
+  mutable std::optional<hal::Error> failed_;
+  /// What the present fit is compared with.
+  struct Reference {
+    FrictionParameters parameters;
+    std::uint64_t passages = 0;
+  };
+  mutable std::optional<Reference> reference_;
+  mutable double change_ = 1.0;  ///< largest relative change of a parameter over the last few passages
+  mutable double completion_ = 0.0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hal/rig.h"
+#include "server/identification/estimate/ultimate_oscillation.h"
+#include "server/identification/session/identification.h"
+#include "server/identification/session/tasks.h"
+
+namespace hapticd::rt {
+
+/// Controller gains by the method of Ziegler and Nichols (D§3.3.2): press after press on an object, Kp rises
+/// by kStep with Kd = 0 until the tip keeps oscillating; then Kp = 0.6 K_c, Kd = Kp T_c / 8, tried in a last
+/// press.
+///
+/// With its observer the controller is a lag of 1/Kp - 1 periods: gains that are too low oscillate as well.
+/// The search passes through bands that oscillate as long as Kp < 1, where more gain still means less delay,
+/// and keeps the widest range that holds; K_c is its upper end. It never asks for a gain outside the
+/// controller's own stable region (Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), and where no oscillation comes before
+/// Kp = 2 it says so.
+///
+/// Safety: an oscillation is told within a few cycles, one that grows earlier; from that tick on wish() asks
+/// for a free hand and no force, and whoever carries out wishes should obey at once. Force that stays exactly
+/// zero under a pressing hand after it had acted is a latched guard, force far beyond the hand's own a target
+/// that this object does not admit: the search ends there. A press that began before the device rendered (a
+/// person does not wait for it) is asked for again, kMaxLostPresses - 1 times.
+class GainsIdentification final : public Identification {
+ public:
+  GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);
+
+  void add(const Observation& observation) override;
+  Wish wish() const override;
+  IdentificationProgress progress() const override;
+  hal::Result<IdentifiedModel> finish() const override;
+
+  static constexpr double kFirstGain = 0.3;
+  static constexpr double kStep = 1.15;
+  static constexpr double kControllerLimit = 2.0;  ///< Kp with Kd = 0; never reached
+  static constexpr double kLastGain = 1.95;
+  static constexpr double kUltimateShare = 0.6;     ///< of K_c
+  static constexpr double kPeriodShare = 0.125;     ///< Kd = share · Kp · T_c
+  static constexpr double kDerivativeShare = 0.25;  ///< of what the stable region admits for Kd
+  static constexpr double kPressN = 2.0;
+  static constexpr int kMaxLostPresses = 3;  ///< in a row, without any force of the device
+  static constexpr double kRunAwayN = 8.0;   ///< of the device, under a press of kPressN
+  static constexpr double kWatchS = 0.8;     ///< under force, before a gain is said to hold
+
+ private:
+  enum class Phase : std::uint8_t { kSearch, kConfirm, kVerify, kDone, kRefused };
+  struct Trial {
+    double gain = 0.0;
+    double derivative_ms = 0.0;
+    bool oscillates = false;
+    double period_s = 0.0;
+    double amplitude_mm = 0.0;
+  };
+
+  void end_trial(bool oscillates);
+  void close_range(double end, double period_s);
+  void go_on();
+  void choose();
+  void propose(double gain, double derivative_ms);
+  double bounded_derivative_ms(double gain, double wanted_ms) const noexcept;
+  void refuse(const std::string& why);
+
+  GainsTask task_;
+  hal::RigInfo rig_;
+  UltimateOscillation oscillation_;  ///< of the position, mm
+  UltimateOscillation in_force_;     ///< of the device's force, N: a stiff object moves little
+  Phase phase_ = Phase::kSearch;
+  double gain_ = kFirstGain;
+  double derivative_ms_ = 0.0;
+  double range_from_ = 0.0;  ///< of gains that hold, under way; 0 = none
+  double highest_holding_ = 0.0;
+  double lowest_holding_ = 0.0;  ///< of the widest range; its end and how it swings there:
+  double ultimate_ = 0.0;
+  double period_s_ = 0.0;
+  bool limit_first_ = false;
+  bool verified_ = false;
+  std::string refusal_;
+  std::string remark_;
+
+  bool backing_off_ = true;  ///< until the device is quiet and the hand free; so it begins, too
+  bool pressed_ = false;
+  bool acted_ = false;  ///< the device gave force since the press began
+  double pressed_s_ = 0.0;
+  double free_s_ = 0.0;
+  double silent_s_ = 0.0;
+  bool press_is_lost_ = false;  ///< it began before the device rendered: not judged, the hand has to let go
+  int lost_presses_ = 0;        ///< in a row
+  hal::Vector3 axis_{0.0, 0.0, 1.0};
+  std::vector<Trial> trials_;  ///< at most kMaxTrials
+  std::int64_t last_time_ns_ = 0;
+
+  static constexpr std::size_t kMaxTrials = 40;
+  std::uint64_t ticks_ = 0, used_ = 0, unfit_ = 0, gaps_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+  mutable double completion_ = 0.0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+#include "rt/model/identified_model.h"
+#include "rt/record/observation.h"
+#include "server/identification/gate/sample_step.h"
+
+namespace hapticd::rt {
+
+/// What an identification wants to happen next: said in words to a user, done by the simulated hand.
+struct Wish {
+  enum class Motion : std::uint8_t {
+    kRest,        ///< hold the tool still, free
+    kSway,        ///< turn and wave the tool in free air
+    kPress,       ///< press to `force_n` at `force_rate_n_per_s`, hold, let go
+    kTap,         ///< strike at `speed_mm_per_s`, `repetitions` times
+    kStroke,      ///< slide to and fro under `force_n` at `speed_mm_per_s`
+    kLightTaps,   ///< touch lightly along a line, to scan the surface
+    kStrikeFree,  ///< strike at `speed_mm_per_s` where nothing is
+  };
+  /// What the device does meanwhile.
+  enum class Device : std::uint8_t {
+    kNothing,     ///< no force; only watched
+    kWall,        ///< a virtual wall of `stiffness_n_per_mm`, no object
+    kModulation,  ///< renders `stiffness_n_per_mm` on the object with the gains below
+  };
+  Motion motion = Motion::kRest;
+  Device device = Device::kNothing;
+  double force_n = 0.0;
+  double force_rate_n_per_s = 0.0;
+  double hold_s = 0.0;
+  double speed_mm_per_s = 0.0;
+  double length_mm = 0.0;  ///< stroke, light taps: of the line, along x from the place on
+  double tilt_deg = 0.0;   ///< sway: amplitude
+  int repetitions = 1;
+  hal::Vector3 place_mm{};  ///< beside (x, y) or above (z) the home of the tool, where it is to happen
+  double stiffness_n_per_mm = 0.0;  ///< of the wall or of the target
+  double proportional_gain = 0.0;   ///< kModulation
+  double derivative_ms = 0.0;
+  bool encoders_as_they_are = false;  ///< kModulation: without compensation of the device's bend
+  double max_device_force_n = 0.0;    ///< kModulation: of the scene; 0 = the device's own limit
+  std::string words;                  ///< "press deeper than 6 mm"; what is missing and why
+};
+
+/// How much of a plane of conditions was visited.
+struct Coverage {
+  struct Axis {
+    std::string quantity;  ///< "displacement"
+    std::string unit;      ///< "mm"
+    double from = 0.0;
+    double to = 1.0;
+    int bins = 1;
+  };
+  Axis x, y;
+  std::vector<std::uint32_t> counts;   ///< samples per cell, row by row, x fastest
+  std::vector<std::uint8_t> required;  ///< 1 where the identification waits for samples
+  double share = 0.0;                  ///< of the required cells that have enough
+};
+
+/// A few points to look at: what was measured and what the model makes of it.
+struct FitPoint {
+  double x = 0.0;
+  double measured = 0.0;
+  double model = 0.0;
+};
+
+struct IdentificationProgress {
+  std::uint64_t samples = 0;  ///< that carried information
+  double duration_s = 0.0;    ///< of data so far
+  std::vector<EstimatedParameter> parameters;
+  double residual = 0.0;  ///< rms left over rms explained; NaN before there is a fit
+  std::vector<Coverage> coverage;
+  std::string fit_x, fit_y;          ///< axis labels with unit, e.g. "displacement [mm]"
+  std::vector<FitPoint> fit;         ///< at most 200
+  bool steady = false;               ///< the parameters' gradients have died down (D§4.5.1)
+  bool certain = false;              ///< their standard errors are small enough
+  bool converged = false;            ///< steady, certain and covered
+  double completion = 0.0;           ///< 0 … 1, for a progress bar; never falls
+  std::vector<std::string> missing;  ///< in words, the most wanted first; empty once converged
+  std::vector<std::string> remarks;  ///< what was left out or looks wrong: gaps, saturation
+};
+
+/// One identification under way. Fed tick by tick, asked now and then. Bounded memory however long it lasts,
+/// bounded time per tick; no clock and no I/O of its own. Unfit samples (non-finite, stale, saturated, a gap)
+/// are left out and counted in the remarks. Not thread-safe.
+class Identification {
+ public:
+  virtual ~Identification() = default;
+
+  virtual void add(const Observation& observation) = 0;
+  /// What should happen next. Asked again once it has been done; ends with kRest when nothing is wanted.
+  virtual Wish wish() const = 0;
+  virtual IdentificationProgress progress() const = 0;
+  /// The model as far as the data go, `converged` or not. An error where they do not tell it at all, saying
+  /// what is missing. `device`, `sensor`, `object` and `data_reference` are left for the caller.
+  virtual hal::Result<IdentifiedModel> finish() const = 0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,161 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "hal/rig.h"
+#include "server/identification/session/identification.h"
+#include "server/identification/session/tasks.h"
+
+namespace hapticd::rt {
+
+/// Structural stiffness of the device from virtual walls pressed at various places while an instrument from
+/// outside tells where the tip really is (D§4.6.1).
+///
+/// (4.26) with the sign that a push against the user has: the tip stands at p = p_s - c(p) f_d, so that,
+/// along each axis that was pressed,
+///   p - p_s = o - c(p) f + c F sgn(v) + τ df/dt,
+/// with o an offset of each press (the instrument's origin, the device's kinematics), F the dry friction that
+/// the motors lose, τ what commands take to act. All are found by linear least squares from sums kept press
+/// by press; turns of motion, where friction is anything between -F and F, and impacts are left out. A press
+/// that fits four times worse than the others is left out as well and reported.
+///
+/// Needs Observation::external_position_mm, or a rigid contact (StructuralStiffnessTask::rigid_contact).
+/// There the device presses the tip on an object that hardly gives way: p is constant within a press, and the
+/// same equation holds with o - p_s on its left. What the object gives way is taken for deflection: with f_r
+/// the force on the object and k_o its stiffness
+///   c_found = 1/k_s + (f_r/f_d)/k_o,
+/// so that 1/c_found is a lower bound of the stiffness. An upper one follows from the least k_o assumed; the
+/// distance between the two is part of the standard error.
+///
+/// A press asks more of the motors than they bear for ever (DeviceInfo::max_continuous_force_n). On hardware
+/// their heat is reckoned from the force and the pose, presses are weaker than a simulated device admits, and
+/// a rest is wished for before a device would warn.
+class StructuralIdentification final : public Identification {
+ public:
+  StructuralIdentification(const StructuralStiffnessTask& task, const hal::RigInfo& rig);
+
+  void add(const Observation& observation) override;
+  Wish wish() const override;
+  IdentificationProgress progress() const override;
+  hal::Result<IdentifiedModel> finish() const override;
+
+  static constexpr double kAsideMm = 80.0;         ///< presses are wished so far beside the home, along x
+  static constexpr double kAcrossMm = 50.0;        ///< along y
+  static constexpr double kMiddleMm = 70.0;        ///< above it: clear of any object on the table
+  static constexpr double kUpDownMm = 40.0;        ///< and so far above and below that
+  static constexpr double kStaggerMm = 24.0;       ///< heights vary over that much beside
+  static constexpr std::size_t kMaxPresses = 128;  ///< kept; later ones take the place of the oldest
+  static constexpr std::size_t kRigidPresses = 5;  ///< wanted on a rigid object
+
+ private:
+  static constexpr std::size_t kRegressors = 12;  ///< 10 of the field, friction, delay
+  static constexpr std::size_t kWindow = 17;      ///< most ticks of a velocity's window
+  static constexpr std::size_t kBefore = 150;     ///< free ticks kept from before a press
+
+  /// One tick, centred in the window.
+  struct Row {
+    hal::Vector3 deflection_mm;  ///< outside minus encoders; rigid contact: outside = 0
+    hal::Vector3 force_n;
+    double reaction_n = 0.0;  ///< the sensor's; 0 where there is none
+    hal::Vector3 force_rate_n_per_s;
+    hal::Vector3 velocity_mm_per_s;
+    hal::Vector3 place_mm;
+  };
+  /// Sums over the rows of one press along one axis: regressors and deflection last.
+  struct Sums {
+    std::array<double, (kRegressors + 1) * (kRegressors + 2) / 2> product{};
+    std::array<double, kRegressors + 1> sum{};
+    double rows = 0.0;
+    void add(const std::array<double, kRegressors + 1>& row) noexcept;
+  };
+  struct Press {
+    std::array<Sums, 3> axes;
+    hal::Vector3 place_mm;             ///< where the force was greatest
+    double force_n = 0.0;              ///< greatest
+    double reaction_n = 0.0;           ///< at the same time
+    int axis = 2;                      ///< along which
+    std::array<FitPoint, 4> points{};  ///< force, deflection against it; model is filled in later
+    std::size_t point_count = 0;
+    hal::Vector3 points_zero_mm;  ///< deflection before the press; rigid contact: at its beginning
+    double points_zero_n = 0.0;   ///< force then
+  };
+  struct Raw {
+    std::int64_t time_ns = 0;
+    hal::Vector3 encoder_mm, outside_mm, force_n;
+    double reaction_n = 0.0;
+  };
+  /// What the object's own compliance may hide, rigid contact only.
+  struct RigidBounds {
+    double reaction_ratio = 1.0;       ///< force on the object over that of the device
+    double upper_n_per_mm = HUGE_VAL;  ///< infinite where the assumed object is as soft as what was found
+    double relative_error = 0.0;       ///< of the lower bound, as a standard error
+  };
+  struct Fit {
+    bool good = false;
+    int order = -1;  ///< 0 constant, 1 linear, 2 quadratic
+    StructuralModel model;
+    std::vector<EstimatedParameter> parameters;
+    double centre_error = 0.0;  ///< relative standard error of c at the centre
+    double worst_error = 0.0;   ///< and the greatest at any of the presses
+    double residual = 0.0;
+    double residual_mm = 0.0;
+    double spread = 0.0;  ///< constant: presses differ by so much in their own stiffness, relative
+    std::size_t left_out = 0;
+    std::vector<double> coefficients;
+  };
+
+  void warm_up(const Observation& observation) noexcept;
+  bool must_cool() const noexcept { return cooling_; }
+  void take(const Row& row);
+  void accumulate(Press& press, const Row& row) const noexcept;
+  void close_press();
+  Fit fit(int highest_order) const;
+  Wish press_at(std::size_t target, const char* why) const;
+  Wish press_rigid() const;
+  bool visited(std::size_t target) const noexcept;
+  std::size_t wanted_presses() const noexcept;
+  std::size_t pressed_enough() const noexcept;
+  RigidBounds bounds_of(const StructuralModel& model) const noexcept;
+  std::vector<EstimatedParameter> parameters_of(const Fit& fit) const;
+
+  StructuralStiffnessTask task_;
+  hal::RigInfo rig_;
+  double press_force_n_;
+  std::size_t window_ticks_;  ///< odd
+  int free_rows_after_;
+  double longest_step_s_;
+  std::vector<hal::Vector3> targets_mm_;
+
+  std::array<Raw, kWindow> window_{};
+  std::size_t window_count_ = 0;
+  std::size_t window_next_ = 0;
+  std::vector<Row> before_;  ///< ring of free rows
+  std::size_t before_next_ = 0;
+  std::size_t before_count_ = 0;
+  Press press_;
+  bool pressing_ = false;
+  int free_rows_ = 0;
+  int rows_until_point_ = 0;
+  double greatest_force_n_ = 0.0;  ///< seen at all
+  bool rigid_enough_ = false;      ///< as of the last press: wish() is asked while the device renders
+
+  std::vector<Press> presses_;
+  std::size_t presses_seen_ = 0;
+  std::vector<double> history_;  ///< compliance at the centre after each press
+
+  double heat_ = 0.0;     ///< of the motors, as a share of what they bear; 0 where nothing is known of it
+  bool cooling_ = false;  ///< since the last press, until the next one has room
+  std::int64_t heated_at_ns_ = 0;
+
+  std::uint64_t ticks_ = 0;
+  std::uint64_t rows_used_ = 0;
+  std::uint64_t unfit_ = 0, gaps_ = 0, outside_missing_ = 0, jumps_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+  mutable double completion_ = 0.0;
+};
+
+}  // namespace hapticd::rt

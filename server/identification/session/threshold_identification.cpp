@@ -1,0 +1,344 @@
+#include "server/identification/session/threshold_identification.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "rt/signal/vector.h"
+#include "server/identification/session/fixed_text.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr double kSettleS = 0.3;  // filters, after a start or a gap
+constexpr double kSecondS = 1.0;  // residuals further apart are independent: the filters remember 0.15 s
+constexpr double kLowestN = 1e-4;
+constexpr double kHighestN = 100.0;
+constexpr double kVisitS = 0.3;
+constexpr double kTopSpeedMmPerS = 400.0;
+constexpr double kTopTiltDeg = 60.0;
+constexpr double kEnoughLevelError = 0.25;  // of ε_f, relative
+constexpr double kSmallRecord = 1.15;       // times the one before
+constexpr double kAlone = 4.0;              // times the third greatest second: hardly free motion
+
+// A hand at rest, slow, brisk and striking; turned in the middle range of speeds.
+constexpr int kRestCell = 0;
+// A class may hold seconds of two kinds, with a strike and without: its upper quarter is of one.
+constexpr double kTailShare = 0.25;
+constexpr std::uint64_t kFewSeconds = 10;
+constexpr std::size_t kLevelCount = 480;
+
+double value_of(std::size_t level) noexcept {
+  return kLowestN * std::pow(kHighestN / kLowestN, (static_cast<double>(level) + 0.5) / kLevelCount);
+}
+
+}  // namespace
+
+ThresholdIdentification::ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig)
+    : task_(task),
+      rig_(rig),
+      load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
+      residual_(rig.sensor.tool_mass_g, std::max(100.0, rig.rate_hz)) {}
+
+void ThresholdIdentification::close_second() {
+  if (second_s_ >= 0.5 * kSecondS) {
+    const double share =
+        std::log(std::max(second_largest_n_, kLowestN) / kLowestN) / std::log(kHighestN / kLowestN);
+    const double level = std::clamp(std::floor(share * kLevels), 0.0, kLevels - 1.0);
+    const double speed =
+        std::clamp(std::floor(second_top_speed_ / kTopSpeedMmPerS * kSpeeds), 0.0, kSpeeds - 1.0);
+    ++levels_[static_cast<std::size_t>(speed)][static_cast<std::size_t>(level)];
+    ++seconds_;
+  }
+  second_s_ = 0.0;
+  second_largest_n_ = 0.0;
+  second_top_speed_ = 0.0;
+}
+
+void ThresholdIdentification::add(const Observation& observation) {
+  const hal::RigSample& sample = observation.sample;
+  const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
+  if (ticks_++ == 0) first_s_ = now_s;
+  last_s_ = now_s;
+  using namespace hal::sample_status;
+  const hal::Quaternion& q = sample.tip_orientation;
+  const bool saturated = (sample.status & kForceSaturated) != 0;
+  if (saturated || (sample.status & (kForceMissing | kForceFault | kDeviceFault)) != 0 ||
+      !finite(sample.tip_position_mm) || !finite(sample.sensor_force_n) ||
+      !std::isfinite(q.w + q.x + q.y + q.z) || norm(sample.tip_position_mm) > 1e5 ||
+      norm(sample.sensor_force_n) > 1e4) {
+    ++(saturated ? saturated_ : unfit_);
+    residual_.reset();
+    settled_s_ = 0.0;
+    last_time_ns_ = 0;
+    return;
+  }
+  const double step_s = 1e-9 * static_cast<double>(sample.time_ns - last_time_ns_);
+  const bool known = last_time_ns_ != 0;
+  if (known && !(step_s > 0.0)) {
+    ++unfit_;
+    return;
+  }
+  const bool gap = known && step_s > kMaxSampleStepS;
+  if (gap) ++gaps_;
+  if (!known || gap) {
+    settled_s_ = 0.0;
+    velocity_mm_per_s_ = {};
+  }
+  const hal::Vector3 r =
+      residual_.update(load_.without_weight_n(sample) * -1.0, sample.tip_position_mm, sample.time_ns, false);
+  if (known && !gap) {
+    settled_s_ += step_s;
+    const hal::Vector3 velocity = (sample.tip_position_mm - last_position_mm_) * (1.0 / step_s);
+    velocity_mm_per_s_ = velocity_mm_per_s_ + (velocity - velocity_mm_per_s_) * 0.05;
+  }
+  last_time_ns_ = sample.time_ns;
+  last_position_mm_ = sample.tip_position_mm;
+  if (settled_s_ < kSettleS) return;
+
+  ++used_;
+  observed_s_ += step_s;
+  const double size_n = norm(r);
+  second_s_ += step_s;
+  second_largest_n_ = std::max(second_largest_n_, size_n);
+  if (size_n > largest_n_) {
+    // What rises tick by tick is one record, not many.
+    if (observed_s_ > largest_at_s_ + 0.1) largest_before_n_ = largest_n_;
+    largest_n_ = size_n;
+    largest_at_s_ = observed_s_;
+  }
+  second_top_speed_ = std::max(second_top_speed_, norm(velocity_mm_per_s_));
+  top_speed_mm_per_s_ = std::max(top_speed_mm_per_s_, second_top_speed_);
+  if (second_s_ >= kSecondS) close_second();
+
+  const auto bin = [](double value, double top, int bins) {
+    return static_cast<int>(std::clamp(std::floor(value / top * bins), 0.0, bins - 1.0));
+  };
+  const double upright = rotated(unit(q), {0.0, 0.0, 1.0}).z;
+  const double tilt_deg = std::acos(std::clamp(upright, -1.0, 1.0)) * 180.0 / std::numbers::pi;
+  const int cell =
+      bin(tilt_deg, kTopTiltDeg, kTilts) * kSpeeds + bin(norm(velocity_mm_per_s_), kTopSpeedMmPerS, kSpeeds);
+  auto& visits = visits_[static_cast<std::size_t>(cell)];
+  if (visits < std::numeric_limits<std::uint32_t>::max()) ++visits;
+}
+
+ThresholdIdentification::Tail ThresholdIdentification::tail_of(
+    const std::array<std::uint32_t, kLevels>& levels, std::uint64_t seconds) {
+  Tail tail;
+  tail.levels = levels;
+  tail.seconds = seconds;
+  std::uint64_t below = 0;
+  std::size_t middle = 0;
+  for (; middle + 1 < kLevels; ++middle) {
+    below += levels[middle];
+    if (static_cast<double>(below) >= (1.0 - kTailShare) * static_cast<double>(seconds)) break;
+  }
+  tail.quartile_n = value_of(middle);
+  double excess = 0.0, above = 0.0;
+  for (std::size_t i = middle + 1; i < kLevels; ++i) {
+    excess += levels[i] * (value_of(i) - tail.quartile_n);
+    above += levels[i];
+  }
+  // No second is known better than to a level.
+  const double level_n = tail.quartile_n * (std::pow(kHighestN / kLowestN, 1.0 / kLevels) - 1.0);
+  above = std::max(1.0, above);
+  tail.scale_n = std::max(level_n, excess / above);
+  const double efolds =
+      std::log(std::max(1.0, above / static_cast<double>(seconds) * kAlarmFreeS / kSecondS));
+  tail.level_n = tail.quartile_n + tail.scale_n * efolds;
+  tail.level_error_n = tail.scale_n * efolds / std::sqrt(above);
+  tail.known = true;
+  return tail;
+}
+
+ThresholdIdentification::Tail ThresholdIdentification::tail() const {
+  Tail worst;
+  std::array<std::uint32_t, kLevels> merged{};
+  std::uint64_t seconds = 0;
+  for (std::size_t c = kClasses; c-- > 0;) {
+    for (std::size_t i = 0; i < kLevels; ++i) {
+      merged[i] += levels_[c][i];
+      seconds += levels_[c][i];
+    }
+    if (seconds < kFewSeconds) continue;
+    const Tail tail = tail_of(merged, seconds);
+    if (!worst.known || tail.level_n > worst.level_n) worst = tail;
+    merged = {};
+    seconds = 0;
+  }
+  return worst;
+}
+
+Wish ThresholdIdentification::wish() const {
+  Wish wish;
+  if (ticks_ > 0 && progress().converged) return wish;
+  // Rest, sway and strikes take turns, each a few seconds.
+  const double per_round_s = std::max(4.0, task_.duration_s / 5.0);
+  const auto round = static_cast<int>(std::floor(observed_s_ / per_round_s));
+  switch (round % 5) {
+    case 0:
+      wish.motion = Wish::Motion::kRest;
+      wish.hold_s = 2.0;
+      wish.words = "hold the tool still, touching nothing";
+      break;
+    case 1:
+    case 3:
+      wish.motion = Wish::Motion::kSway;
+      wish.tilt_deg = 40.0;
+      wish.speed_mm_per_s = round % 5 == 1 ? 120.0 : 200.0;
+      wish.hold_s = 3.0;
+      wish.words = "turn and wave the tool, touching nothing";
+      break;
+    default:
+      wish.motion = Wish::Motion::kStrikeFree;
+      wish.speed_mm_per_s = 220.0;
+      wish.repetitions = 4;
+      wish.words = "strike into the air";
+      break;
+  }
+  return wish;
+}
+
+IdentificationProgress ThresholdIdentification::progress() const {
+  IdentificationProgress progress;
+  progress.samples = used_;
+  progress.duration_s = last_s_ - first_s_;
+  progress.residual = std::numeric_limits<double>::quiet_NaN();
+  const Tail tail = this->tail();
+
+  Coverage coverage{{"speed", "mm/s", 0.0, kTopSpeedMmPerS, kSpeeds},
+                    {"tilt", "°", 0.0, kTopTiltDeg, kTilts},
+                    {visits_.begin(), visits_.end()},
+                    std::vector<std::uint8_t>(visits_.size()),
+                    0.0};
+  const auto enough = [&](int cell) {
+    return visits_[static_cast<std::size_t>(cell)] >= kVisitS * rig_.rate_hz;
+  };
+  struct Need {
+    int cell;
+    const char* words;
+  };
+  const std::array<Need, 4> needs{{{kRestCell, "hold the tool still"},
+                                   {1, "move the tool at 100-200 mm/s"},
+                                   {2, "strike into the air at more than 200 mm/s"},
+                                   {kSpeeds + 1, "wave the tool while it is tilted by 20-40°"}}};
+  for (const Need& need : needs) {
+    coverage.required[static_cast<std::size_t>(need.cell)] = 1;
+    if (enough(need.cell)) {
+      coverage.share += 1.0 / static_cast<double>(needs.size());
+    } else {
+      progress.missing.emplace_back(need.words);
+    }
+  }
+  progress.coverage.push_back(coverage);
+  const bool covered = progress.missing.empty();
+
+  progress.fit_x = "greatest residual of a second [N]";
+  progress.fit_y = "share of seconds that exceed it";
+  if (seconds_ > 0) {
+    progress.parameters.push_back(
+        {"largest_residual_n", "N", largest_n_, tail.known ? tail.scale_n : HUGE_VAL});
+    progress.parameters.push_back({"independent_seconds", "1", static_cast<double>(seconds_), 0.0});
+    const double next = 1.0 / (static_cast<double>(seconds_) + 1.0);
+    progress.parameters.push_back({"exceeded_in_next_second", "1", next, next});
+  }
+  if (tail.known) {
+    const double threshold_n = std::max(largest_n_, tail.level_n);
+    progress.parameters.insert(progress.parameters.begin(),
+                               {"threshold_n", "N", threshold_n, tail.level_error_n});
+    progress.parameters.push_back({"tail_scale_n", "N", tail.scale_n, tail.level_error_n});
+    progress.steady = largest_at_s_ < 0.75 * observed_s_ || largest_n_ < kSmallRecord * largest_before_n_;
+    progress.certain = tail.level_error_n < kEnoughLevelError * threshold_n;
+    std::uint64_t above = tail.seconds;
+    double square = 0.0, points = 0.0;
+    for (std::size_t i = 0; i < kLevels && progress.fit.size() < 200; ++i) {
+      if (tail.levels[i] == 0) continue;
+      const double x = value_of(i);
+      above -= tail.levels[i];
+      const double measured = static_cast<double>(above) / static_cast<double>(tail.seconds);
+      const double model = std::min(1.0, kTailShare * std::exp(-(x - tail.quartile_n) / tail.scale_n));
+      progress.fit.push_back({x, measured, model});
+      if (x >= tail.quartile_n) {
+        square += (measured - model) * (measured - model);
+        points += 1.0;
+      }
+    }
+    progress.residual = points > 0.0 ? std::sqrt(square / points) : 0.0;
+  }
+  // A touch lasts into one more second at most; motion repeats itself.
+  double third_n = 0.0;
+  std::uint32_t greater = 0;
+  for (std::size_t i = kLevels; i-- > 0 && third_n == 0.0;) {
+    for (const auto& levels : levels_) greater += levels[i];
+    if (greater >= 3) third_n = value_of(i);
+  }
+  const bool alone = third_n > 0.0 && largest_n_ > kAlone * third_n;
+  const bool long_enough = observed_s_ >= task_.duration_s;
+  progress.converged = covered && long_enough && progress.certain && progress.steady && !alone;
+  completion_ = std::max(completion_, progress.converged
+                                          ? 1.0
+                                          : 0.95 * std::min(observed_s_ / std::max(1.0, task_.duration_s),
+                                                            0.5 + 0.5 * coverage.share));
+  completion_ = std::min(completion_, 1.0);
+  progress.completion = completion_;
+  if (!long_enough) {
+    progress.missing.push_back("free motion for " + fixed_text(task_.duration_s - observed_s_, 0) +
+                               " s more");
+  } else if (!progress.certain || !progress.steady) {
+    progress.missing.emplace_back(progress.steady
+                                      ? "free motion a while longer: the tail of the residual is uncertain"
+                                      : "free motion a while longer: the largest residual is recent");
+  }
+  if (alone) {
+    progress.missing.insert(progress.missing.begin(), "start anew, touching nothing");
+    progress.remarks.push_back("the largest residual, " + fixed_text(1e3 * largest_n_, 0) + " mN after " +
+                               fixed_text(largest_at_s_, 1) + " s, stands alone: was something touched?");
+  }
+  if (progress.converged) progress.missing.clear();
+
+  const auto remark = [&](std::uint64_t count, const char* what) {
+    if (count > 0) progress.remarks.push_back(std::to_string(count) + " " + what);
+  };
+  remark(unfit_, "samples unfit (faults, missing or not finite, time standing still)");
+  remark(saturated_, "samples with the sensor saturated");
+  remark(gaps_, "gaps longer than 16 ms");
+  if (!(rig_.sensor.tool_mass_g > 0.0)) {
+    progress.remarks.emplace_back("the tool's mass is unknown: its weight and inertia count as residual");
+  }
+  return progress;
+}
+
+hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
+  const char* where = "threshold identification";
+  const Tail tail = this->tail();
+  if (!tail.known) {
+    return hal::Error{"too little free motion", where,
+                      fixed_text(observed_s_, 1) + " s of " + fixed_text(last_s_ - first_s_, 1),
+                      "at least 10 s without faults and gaps", "move the tool freely, touching nothing"};
+  }
+  if (!(largest_n_ > 0.0)) {
+    return hal::Error{"the residual never moves", where, "0 N", "a sensor's own noise at least",
+                      "check that the sensor delivers force"};
+  }
+  ThresholdModel threshold;
+  threshold.largest_residual_n = largest_n_;
+  threshold.threshold_n = std::max({largest_n_, tail.level_n, 1e-4});
+  threshold.observed_s = observed_s_;
+  const IdentificationProgress now = progress();
+  IdentifiedModel model;
+  model.content = threshold;
+  model.procedure =
+      "no alarm in " + fixed_text(observed_s_, 0) + " s of free motion; margin " +
+      fixed_text(100.0 * (threshold.threshold_n / largest_n_ - 1.0), 0) +
+      " % above the largest residual, for one alarm in ten minutes on an exponential tail (D§3.2.2)";
+  model.parameters = now.parameters;
+  model.validity.max_speed_mm_per_s = top_speed_mm_per_s_;
+  model.residual = std::isfinite(now.residual) ? now.residual : 0.0;
+  model.converged = now.converged;
+  if (auto error = check(model)) return *error;
+  return model;
+}
+
+}  // namespace hapticd::rt

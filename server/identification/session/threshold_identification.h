@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "hal/rig.h"
+#include "rt/contact/free_motion_residual.h"
+#include "rt/signal/tool_load.h"
+#include "server/identification/session/identification.h"
+#include "server/identification/session/tasks.h"
+
+namespace hapticd::rt {
+
+/// ε_f of the contact detection: the smallest threshold without a false alarm in free motion (D§3.2.2), on
+/// the residual that the detection itself listens to.
+///
+/// That nothing exceeded the largest residual seen says little beyond the time it was watched: in n seconds
+/// free of alarms the next second raises one with probability 1/(n + 1), whatever the distribution. So the
+/// greatest residual of each second is collected, apart for seconds of slow and of fast motion, and what
+/// exceeds their upper quartile is taken to fall off exponentially (peaks over threshold, Pickands 1975); ε_f
+/// is what the tail of the worst class exceeds once in kAlarmFreeS, or the largest residual seen, whichever
+/// is greater. It holds for motion no more violent than what was seen.
+///
+/// Believes the tool's mass that the rig states; a sensor biased with the tool upright.
+class ThresholdIdentification final : public Identification {
+ public:
+  ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig);
+
+  void add(const Observation& observation) override;
+  Wish wish() const override;
+  IdentificationProgress progress() const override;
+  hal::Result<IdentifiedModel> finish() const override;
+
+  /// Of free motion for one false alarm expected. All of it as violent as the worst class: of use that
+  /// strikes the air now and then this is hours.
+  static constexpr double kAlarmFreeS = 600.0;
+
+ private:
+  static constexpr std::size_t kLevels =
+      480;  ///< of greatest residuals, in equal ratios from 0.1 mN to 100 N
+  static constexpr int kSpeeds = 4, kTilts = 3;
+  static constexpr std::size_t kClasses = kSpeeds;  ///< of seconds, by the greatest speed in them
+
+  struct Tail {
+    double quartile_n = 0.0;
+    double scale_n = 0.0;  ///< of the exponential beyond the upper quartile
+    double level_n = 0.0;  ///< exceeded once in kAlarmFreeS
+    double level_error_n = 0.0;
+    std::array<std::uint32_t, kLevels> levels{};
+    std::uint64_t seconds = 0;
+    bool known = false;
+  };
+  /// Of `levels`, which hold `seconds` seconds.
+  static Tail tail_of(const std::array<std::uint32_t, kLevels>& levels, std::uint64_t seconds);
+  /// The class of motion that asks for most; classes seen for a few seconds only count with the slower ones.
+  Tail tail() const;
+  void close_second();
+
+  ThresholdTask task_;
+  hal::RigInfo rig_;
+  ToolLoad load_;
+  FreeMotionResidual3 residual_;
+  std::int64_t last_time_ns_ = 0;
+  hal::Vector3 last_position_mm_, velocity_mm_per_s_;
+  double settled_s_ = 0.0;
+
+  double second_s_ = 0.0;  ///< of the second under way
+  double second_largest_n_ = 0.0;
+  double observed_s_ = 0.0;
+  double largest_n_ = 0.0;
+  double largest_before_n_ = 0.0;  ///< the record that it broke
+  double largest_at_s_ = 0.0;      ///< of observed time
+  std::uint64_t seconds_ = 0;
+  std::array<std::array<std::uint32_t, kLevels>, kClasses> levels_{};
+  double second_top_speed_ = 0.0;
+  double top_speed_mm_per_s_ = 0.0;
+  std::array<std::uint32_t, kSpeeds * kTilts> visits_{};  ///< ticks by speed and tilt
+
+  std::uint64_t ticks_ = 0, used_ = 0, unfit_ = 0, saturated_ = 0, gaps_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+  mutable double completion_ = 0.0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,344 @@
+#include "server/identification/session/tool_identification.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "rt/signal/vector.h"
+#include "server/identification/session/fixed_text.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr double kSummedHz = 60.0;  // ten times the filter's cut-off: more repeats itself
+constexpr double kBlockS = 1.0;
+constexpr double kStretchS = 4.0;  // so long the sensor's zero counts as one; several turns of a hand
+constexpr double kCellS = 0.3;     // at a tilt before it counts as seen
+constexpr double kTiltRangeDeg = 75.0;
+constexpr double kEnoughMass = 0.004;  // relative standard error
+constexpr double kEnoughCentreMm = 0.2;
+constexpr double kSteadyMass = 0.01;
+constexpr double kSteadyCentreMm = 0.5;
+constexpr double kOutlier = 4.0;
+constexpr std::int64_t kStaleNs = 20'000'000;
+constexpr std::size_t kShown = 200;
+
+bool finite(const hal::Quaternion& q) noexcept {
+  return std::isfinite(q.w + q.x + q.y + q.z) && q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.25;
+}
+double greatest(const hal::Vector3& v) noexcept {
+  return std::max({v.x, v.y, v.z});
+}
+int tilt_bin(double deg) noexcept {
+  return static_cast<int>(std::clamp(std::floor((deg + kTiltRangeDeg) / 30.0), 0.0, 4.0));
+}
+
+/// Orientations without which mass, bias and mounting cannot be told apart.
+constexpr std::array<std::pair<int, int>, 5> kRequired{{{2, 2}, {1, 2}, {3, 2}, {2, 1}, {2, 3}}};
+
+}  // namespace
+
+ToolIdentification::ToolIdentification(const ToolTask& /*task*/, const hal::RigInfo& rig)
+    : rig_(rig),
+      filter_(rig.rate_hz, rig.kind != hal::RigKind::kReplay),
+      stride_(static_cast<std::uint64_t>(std::max(1.0, std::floor(rig.rate_hz / kSummedHz)))),
+      samples_per_block_(std::max(10.0, kBlockS * rig.rate_hz / static_cast<double>(stride_))) {
+  blocks_.reserve(kMaxBlocks);
+  shown_.reserve(kShown);
+}
+
+void ToolIdentification::add(const Observation& observation) {
+  const hal::RigSample& sample = observation.sample;
+  const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
+  if (ticks_++ == 0) first_s_ = now_s;
+  last_s_ = now_s;
+  using namespace hal::sample_status;
+  if ((sample.status & kForceSaturated) != 0) {
+    ++saturated_;
+    filter_.reset();
+    return;
+  }
+  // The next mean covers this tick as well; of many in a row the filter makes a gap.
+  if ((sample.status & kForceMissing) != 0) {
+    ++unfit_;
+    return;
+  }
+  if ((sample.status & (kForceFault | kForceLost | kDeviceFault)) != 0 || !finite(sample.tip_position_mm) ||
+      !finite(sample.sensor_force_n) || !finite(sample.sensor_torque_n_mm) ||
+      !finite(sample.tip_orientation) || norm(sample.tip_position_mm) > 1e5 ||
+      norm(sample.sensor_force_n) > 1e4) {
+    ++unfit_;
+    filter_.reset();
+    return;
+  }
+  if (sample.force_age_ns > kStaleNs) {
+    ++stale_;
+    filter_.reset();
+    return;
+  }
+  const std::optional<ToolExcitation> excitation = filter_.update(sample);
+  if (filter_.met_gap()) ++gaps_;
+  if (!excitation || filtered_++ % stride_ != 0) return;
+
+  if (blocks_.empty() || blocks_.back().samples >= samples_per_block_) {
+    if (blocks_.size() == kMaxBlocks) {
+      for (std::size_t i = 0; i < kMaxBlocks / 2; ++i) {
+        ToolMoments joined = blocks_[2 * i];
+        joined.add(blocks_[2 * i + 1]);
+        blocks_[i] = joined;
+      }
+      blocks_.resize(kMaxBlocks / 2);
+      samples_per_block_ *= 2.0;
+    }
+    blocks_.emplace_back();
+  }
+  blocks_.back().add(*excitation);
+  ++used_;
+
+  const hal::Vector3& g = excitation->gravity_in_tool;
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  const int about_x = tilt_bin(kDegrees * std::atan2(-g.y, -g.z));
+  const int about_y = tilt_bin(kDegrees * std::atan2(g.x, -g.z));
+  ++tilts_[static_cast<std::size_t>(about_y * kTiltBins + about_x)];
+
+  if (used_ % show_every_ == 0) {
+    if (shown_.size() == kShown) {
+      for (std::size_t i = 0; i < kShown / 2; ++i) shown_[i] = shown_[2 * i];
+      shown_.resize(kShown / 2);
+      show_every_ *= 2;
+    }
+    shown_.push_back(*excitation);
+  }
+}
+
+ToolMoments ToolIdentification::without_drift(const std::vector<ToolMoments>& blocks) const {
+  const double samples_per_stretch = kStretchS * rig_.rate_hz / static_cast<double>(stride_);
+  ToolMoments all, last, stretch;
+  for (const ToolMoments& block : blocks) {
+    stretch.add(block);
+    if (stretch.samples < samples_per_stretch) continue;
+    all.add(last.centred());
+    last = stretch;
+    stretch = {};
+  }
+  last.add(stretch);
+  all.add(last);
+  return all;
+}
+
+ToolIdentification::Estimate ToolIdentification::estimate(std::size_t count) const {
+  Estimate result;
+  count = std::min(count, blocks_.size());
+  result.fit =
+      fit_tool_load(without_drift({blocks_.begin(), blocks_.begin() + static_cast<std::ptrdiff_t>(count)}));
+  result.blocks = count;
+  if (!result.fit.good) return result;
+
+  // Which blocks fit far worse than half of them do? Twice: one gross error hides the next.
+  for (int round = 0; round < 2 && count >= 8; ++round) {
+    std::vector<double> left;
+    for (std::size_t i = 0; i < count; ++i) left.push_back(misfit(result.fit, blocks_[i].centred()).force_n2);
+    std::vector<double> sorted = left;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count / 2), sorted.end());
+    const double bound = kOutlier * kOutlier * sorted[count / 2] + 1e-12;
+    std::vector<ToolMoments> kept;
+    std::size_t out = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (left[i] > bound) {
+        ++out;
+      } else {
+        kept.push_back(blocks_[i]);
+      }
+    }
+    if (out == result.left_out || 3 * out > count) break;
+    const ToolLoadFit refined = fit_tool_load(without_drift(kept));
+    if (!refined.good) break;
+    result.fit = refined;
+    result.left_out = out;
+  }
+
+  // Residuals resemble their neighbours: filtered at f_c, only 2 f_c of them a second are independent.
+  const double summed_hz = rig_.rate_hz / static_cast<double>(stride_);
+  const double widen = std::sqrt(std::max(1.0, summed_hz / (2.0 * filter_.cutoff_hz())));
+  ToolLoadFit& fit = result.fit;
+  fit.mass_error_g *= widen;
+  for (hal::Vector3* error : {&fit.rotation_error_rad, &fit.force_bias_error_n, &fit.torque_bias_error_n_mm,
+                              &fit.arm_error_mm, &fit.centre_error_mm}) {
+    *error = *error * widen;
+  }
+  return result;
+}
+
+std::vector<EstimatedParameter> ToolIdentification::parameters(const ToolLoadFit& fit) const {
+  std::vector<EstimatedParameter> all;
+  const auto vector = [&](const std::string& name, const std::string& unit, const std::string& unit_name,
+                          const hal::Vector3& value, const hal::Vector3& error) {
+    all.push_back({name + "_x" + unit_name, unit, value.x, error.x});
+    all.push_back({name + "_y" + unit_name, unit, value.y, error.y});
+    all.push_back({name + "_z" + unit_name, unit, value.z, error.z});
+  };
+  all.push_back({"mass_g", "g", fit.mass_g, fit.mass_error_g});
+  vector("centre", "mm", "_mm", fit.centre_mm, fit.centre_error_mm);
+  vector("force_bias", "N", "_n", fit.force_bias_n, fit.force_bias_error_n);
+  vector("torque_bias", "N·mm", "_n_mm", fit.torque_bias_n_mm, fit.torque_bias_error_n_mm);
+  const hal::Quaternion& q = fit.sensor_to_tool;
+  const hal::Vector3 axis{q.x, q.y, q.z};
+  const double sine = norm(axis);
+  const double angle = 2.0 * std::atan2(sine, q.w);
+  vector("sensor_to_tool", "rad", "_rad", axis * (sine > 1e-9 ? angle / sine : 2.0), fit.rotation_error_rad);
+  vector("tip_to_centre", "mm", "_mm", fit.arm_mm, fit.arm_error_mm);
+  return all;
+}
+
+bool ToolIdentification::cell_enough(int x, int y) const noexcept {
+  const double summed_hz = rig_.rate_hz / static_cast<double>(stride_);
+  return tilts_[static_cast<std::size_t>(y * kTiltBins + x)] >= kCellS * summed_hz;
+}
+
+Wish ToolIdentification::wish() const {
+  Wish wish;
+  if (ticks_ > 0 && progress().converged) return wish;
+  wish.motion = Wish::Motion::kSway;
+  wish.tilt_deg = 45.0;
+  wish.speed_mm_per_s = 150.0;
+  wish.hold_s = 6.0;
+  wish.words = "turn the tool to all sides by 45° and wave it, touching nothing";
+  return wish;
+}
+
+IdentificationProgress ToolIdentification::progress() const {
+  IdentificationProgress progress;
+  progress.samples = used_;
+  progress.duration_s = last_s_ - first_s_;
+  progress.residual = std::numeric_limits<double>::quiet_NaN();
+  progress.fit_x = "force of the model [N]";
+  progress.fit_y = "force measured, bias off [N]";
+
+  Coverage coverage{{"tilt about x", "°", -kTiltRangeDeg, kTiltRangeDeg, kTiltBins},
+                    {"tilt about y", "°", -kTiltRangeDeg, kTiltRangeDeg, kTiltBins},
+                    {tilts_.begin(), tilts_.end()},
+                    std::vector<std::uint8_t>(tilts_.size()),
+                    0.0};
+  std::vector<std::string> tilts_missing;
+  for (const auto& [x, y] : kRequired) {
+    coverage.required[static_cast<std::size_t>(y * kTiltBins + x)] = 1;
+    if (cell_enough(x, y)) {
+      coverage.share += 1.0 / static_cast<double>(kRequired.size());
+    } else if (x == 2 && y == 2) {
+      tilts_missing.push_back("hold the tool upright");
+    } else {
+      const int deg = 30 * (x + y - 4);
+      tilts_missing.push_back("tilt the tool " + std::string(deg < 0 ? "-" : "") + "30° about " +
+                              (x == 2 ? "y" : "x"));
+    }
+  }
+  progress.coverage.push_back(coverage);
+  const bool covered = tilts_missing.empty();
+
+  const Estimate now = estimate(blocks_.size());
+  const ToolLoadFit& fit = now.fit;
+  double mass_share = std::numeric_limits<double>::infinity();
+  double centre_error = std::numeric_limits<double>::infinity();
+  if (fit.good) {
+    progress.parameters = parameters(fit);
+    progress.residual = fit.residual;
+    mass_share = fit.mass_error_g / std::max(1e-9, std::abs(fit.mass_g));
+    centre_error = greatest(fit.centre_error_mm);
+    if (now.blocks >= 6) {
+      const Estimate before = estimate(2 * now.blocks / 3);
+      progress.steady = before.fit.good &&
+                        std::abs(before.fit.mass_g - fit.mass_g) < kSteadyMass * std::abs(fit.mass_g) &&
+                        (!fit.has_torque || norm(before.fit.centre_mm - fit.centre_mm) < kSteadyCentreMm);
+    }
+    progress.certain = mass_share < kEnoughMass && (!fit.has_torque || centre_error < kEnoughCentreMm);
+    for (const ToolExcitation& e : shown_) {
+      const hal::Vector3 arm = fit.arm_mm;
+      const hal::Vector3 turning{dot(e.turning_n_per_g_mm[0], arm), dot(e.turning_n_per_g_mm[1], arm),
+                                 dot(e.turning_n_per_g_mm[2], arm)};
+      const hal::Vector3 tool = (e.weight_n_per_g - turning) * fit.mass_g;
+      const hal::Vector3 measured = rotated(fit.sensor_to_tool, e.force_n - fit.force_bias_n);
+      // The components take turns.
+      const std::size_t i = progress.fit.size() % 3;
+      const double model = i == 0 ? tool.x : i == 1 ? tool.y : tool.z;
+      progress.fit.push_back({model, i == 0 ? measured.x : i == 1 ? measured.y : measured.z, model});
+    }
+  }
+  progress.converged = covered && progress.certain && progress.steady && fit.mass_g > 0.0;
+  const double closeness = std::isfinite(mass_share) ? std::min(1.0, kEnoughMass / mass_share) : 0.0;
+  completion_ = std::max(completion_,
+                         progress.converged ? 1.0 : 0.5 * coverage.share + 0.45 * coverage.share * closeness);
+  progress.completion = completion_;
+  if (progress.converged) {
+    // Nothing is missing.
+  } else {
+    for (const std::string& tilt : tilts_missing) progress.missing.push_back(tilt);
+    if (!progress.certain && fit.good) {
+      progress.missing.push_back("wave the tool longer: mass known to " + fixed_text(100.0 * mass_share, 1) +
+                                 " %, centre to " + fixed_text(centre_error, 2) + " mm");
+    }
+    if (progress.certain && !progress.steady) {
+      progress.missing.push_back("go on a little: mass or centre still moved in the last third");
+    }
+    if (progress.missing.empty()) progress.missing.push_back("turn and wave the tool in free air");
+  }
+
+  const auto remark = [&](std::uint64_t count, const char* what) {
+    if (count > 0) progress.remarks.push_back(std::to_string(count) + " " + what);
+  };
+  remark(unfit_, "samples unfit (faults, missing or not finite)");
+  remark(saturated_, "samples with the sensor saturated");
+  remark(stale_, "samples with force older than 20 ms");
+  remark(gaps_, "gaps");
+  remark(now.left_out, "seconds or longer left out that fit four times worse: was something touched?");
+  if (fit.good && !fit.has_torque) {
+    progress.remarks.push_back("the sensor gives no torque: the centre of mass cannot be told");
+  }
+  if (fit.good && std::isinf(greatest(fit.rotation_error_rad)) && std::isfinite(fit.mass_error_g)) {
+    progress.remarks.push_back("the sensor's rotation is not told by these orientations: taken as unturned");
+  }
+  return progress;
+}
+
+hal::Result<IdentifiedModel> ToolIdentification::finish() const {
+  const char* where = "tool identification";
+  if (used_ < 30) {
+    return hal::Error{"too few samples", where,
+                      std::to_string(used_) + " that could be used of " + std::to_string(ticks_),
+                      "at least 30 filtered samples without faults and gaps, about a second",
+                      "turn and wave the tool in free air"};
+  }
+  const Estimate now = estimate(blocks_.size());
+  const ToolLoadFit& fit = now.fit;
+  if (!fit.good || !std::isfinite(fit.mass_error_g)) {
+    const IdentificationProgress so_far = progress();
+    return hal::Error{"the motion does not tell the tool's mass", where, "",
+                      "gravity from several directions, or acceleration",
+                      so_far.missing.empty() ? "turn the tool" : so_far.missing.front()};
+  }
+  if (!(fit.mass_g > 0.0)) {
+    return hal::Error{"the mass comes out negative", where, fixed_text(fit.mass_g, 2) + " g", "more than 0 g",
+                      "the sensor's sign is reversed: it must tell the force on the tool"};
+  }
+  ToolModel tool;
+  tool.mass_g = fit.mass_g;
+  tool.centre_mm = fit.centre_mm;
+  tool.force_bias_n = fit.force_bias_n;
+  tool.torque_bias_n_mm = fit.torque_bias_n_mm;
+  tool.sensor_to_tool = fit.sensor_to_tool;
+  constexpr double kUsefulArmMm = 5.0;  // three sigma of it are a small part of any tool
+  if (greatest(fit.arm_error_mm) < kUsefulArmMm) tool.tip_to_centre_mm = fit.arm_mm;
+  IdentifiedModel model;
+  model.content = tool;
+  model.procedure =
+      fixed_text(last_s_ - first_s_, 1) + " s of free motion, least squares over weight and inertia (4.5)";
+  model.parameters = parameters(fit);
+  model.residual = fit.residual;
+  model.converged = progress().converged;
+  if (auto error = check(model)) return *error;
+  return model;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "hal/rig.h"
+#include "server/identification/estimate/tool_load_fit.h"
+#include "server/identification/session/identification.h"
+#include "server/identification/session/tasks.h"
+
+namespace hapticd::rt {
+
+/// Mass, centre of mass, biases and mounting of what hangs on the sensor, from free motion ((4.5)-(4.8)): the
+/// tool is turned and waved while nothing touches it. What the motion did not show has an infinite standard
+/// error; blocks of time that fit four times worse than the others (something was touched) are left out.
+class ToolIdentification final : public Identification {
+ public:
+  ToolIdentification(const ToolTask& task, const hal::RigInfo& rig);
+
+  void add(const Observation& observation) override;
+  Wish wish() const override;
+  IdentificationProgress progress() const override;
+  hal::Result<IdentifiedModel> finish() const override;
+
+  static constexpr std::size_t kMaxBlocks = 128;  ///< when they are full, neighbours are joined
+
+ private:
+  static constexpr int kTiltBins = 5;  ///< of 30°, about x and about y
+
+  struct Estimate {
+    ToolLoadFit fit;
+    std::size_t left_out = 0;
+    std::size_t blocks = 0;
+  };
+  Estimate estimate(std::size_t blocks) const;
+  /// The sums of all, stretch by stretch about its own mean but for the last: the sensor's zero drifts, and
+  /// the bias wanted is that of the end.
+  ToolMoments without_drift(const std::vector<ToolMoments>& blocks) const;
+  std::vector<EstimatedParameter> parameters(const ToolLoadFit& fit) const;
+  bool cell_enough(int x, int y) const noexcept;
+
+  hal::RigInfo rig_;
+  ToolExcitationFilter filter_;
+  std::uint64_t stride_;  ///< filtered ticks between two that are summed
+  double samples_per_block_;
+  std::vector<ToolMoments> blocks_;  ///< the last one is being filled
+  std::array<std::uint32_t, kTiltBins * kTiltBins> tilts_{};
+  std::vector<ToolExcitation> shown_;  ///< a few, for the plot
+  std::uint64_t show_every_ = 10;
+
+  std::uint64_t ticks_ = 0, filtered_ = 0, used_ = 0;
+  std::uint64_t unfit_ = 0, saturated_ = 0, stale_ = 0, gaps_ = 0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+  mutable double completion_ = 0.0;
+};
+
+}  // namespace hapticd::rt

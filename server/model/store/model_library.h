@@ -1,0 +1,103 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/rig.h"
+#include "rt/model/models.h"
+#include "server/model/store/model_store.h"
+#include "server/text/text_library.h"
+
+namespace hapticd::server {
+
+/// How a scene calls a model: "NAME", or "NAME@TAG" for the stored models with another tag than "current".
+struct ModelName {
+  std::string object;
+  std::string tag;  ///< empty = not said
+
+  /// Splits and checks both. `where` is what errors call the place.
+  static hal::Result<ModelName> parse(std::string_view text, std::string_view where);
+};
+
+/// The model of an object put together for a scene, and where each part of it comes from.
+struct FoundModel {
+  /// Null = the model file.
+  using Origin = std::shared_ptr<const StoredModel>;
+
+  rt::ObjectModel model;
+  Origin hunt_crossley;
+  Origin creep;
+  Origin rod_friction;
+  Origin bearing_friction;
+
+  /// Hashes of the stored models among them, each once.
+  std::vector<std::string> stored() const;
+};
+
+/// What was identified of the rig itself and is tagged "current" for it. Null = nothing.
+struct RigModels {
+  using Model = std::shared_ptr<const StoredModel>;
+  Model structure;
+  Model tool;
+  Model threshold;
+  Model gains;
+};
+
+/// The models that scenes can ask for by name. Of an object, part by part: the stored model tagged "current",
+/// else the part of the model file of its name (see TextLibrary). With a tag: the stored model that has it,
+/// else as without.
+class ModelLibrary {
+ public:
+  struct Entry {
+    std::string name;
+    std::optional<rt::ObjectModel> model;
+    std::vector<std::string> stored;  ///< hashes of the stored models it is made of
+    std::string problem;              ///< where there is no model: why
+  };
+
+  /// An empty folder name: built-in models only. Without a store there are model files only.
+  explicit ModelLibrary(std::string folder = {}, std::shared_ptr<ModelStore> store = nullptr)
+      : texts_("model", builtin_models(), std::move(folder)), store_(std::move(store)) {}
+
+  /// By name; of stored models those that are tagged "current".
+  std::vector<Entry> list() const;
+  std::vector<std::string> names() const;
+  /// Whether anything is known of the object, a file or a tagged model; also where it cannot be used or lacks
+  /// the tag.
+  bool contains(const std::string& name) const;
+  /// Unknown names and tags are an error with a suggestion.
+  hal::Result<rt::ObjectModel> find(const std::string& name) const;
+  /// The same with the origins. kNotFound where there is none, kInvalidArgument where it cannot be used.
+  Outcome<FoundModel> find_parts(const std::string& name) const;
+  /// Whether the only friction known of an object is of the other tip.
+  bool has_friction_of_bearing(const std::string& name) const;
+  /// What there is for this device and sensor.
+  RigModels of_rig(const hal::RigInfo& rig) const;
+  /// An error when there is a folder, but it cannot be read.
+  std::optional<hal::Error> check_folder() const { return texts_.check_folder(); }
+
+  /// Null where there is none.
+  const std::shared_ptr<ModelStore>& store() const { return store_; }
+
+ private:
+  /// The stored model with one of the tags, the first that there is.
+  FoundModel::Origin stored(const std::string& kind, const std::string& subject,
+                            const std::vector<std::string>& tags) const;
+  /// Of all its models that scenes can use.
+  std::vector<std::string> tags_of(const std::string& object) const;
+  hal::Error unknown(const std::string& object) const;
+  /// The kind of rig that stored models of the object are of and this rig is not; empty where there are none.
+  std::string other_rig_kind(const std::string& object) const;
+  hal::Error unknown_tag(const ModelName& name) const;
+  /// Objects that have stored models tagged "current".
+  std::vector<std::string> stored_objects() const;
+
+  TextLibrary texts_;
+  std::shared_ptr<ModelStore> store_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,133 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/error.h"
+#include "rt/model/identified_model.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+/// A model as it was put away. Everything but `stored_at_unix_s` and `tags` is under the hash and never
+/// changes.
+struct StoredModel {
+  std::string hash;  ///< SHA-256 of the canonical text, see model_json.h
+  rt::IdentifiedModel model;
+  std::int64_t stored_at_unix_s = 0;
+  std::vector<std::string> tags;  ///< sorted
+  /// "simulated" or "hardware": the rig it was identified on; empty where that is not known, of recordings
+  /// and imports.
+  std::string rig_kind;
+
+  /// The beginning by which people call it.
+  std::string short_hash() const { return hash.substr(0, kShortHash); }
+  static constexpr std::size_t kShortHash = 12;
+};
+
+/// What a tag is unique among, beside the kind: the object (for friction with its tip, "sponge/rod"), or the
+/// device, with its sensor where the model depends on that ("phantom_1_0/nano17_si_25").
+std::string subject_of(const rt::IdentifiedModel& model);
+
+/// The tag that scenes ask for where they name none.
+inline constexpr const char* kCurrentTag = "current";
+
+struct ModelFilter {  ///< empty = all
+  std::string kind;
+  std::string object;
+  std::string tag;
+};
+
+/// An identification that is over. Texts are the caller's; the store only keeps them.
+struct EndedIdentification {
+  std::string id;
+  std::string kind;
+  std::string object;
+  std::string state;
+  std::int64_t ended_at_unix_s = 0;
+  std::string model_hash;  ///< empty where there is none; it may have been deleted since
+  std::string problem;
+  std::string progress;  ///< the last one told, opaque
+};
+
+/// Identified models, kept for good: immutable, by the hash of their content, with tags that move. An SQLite
+/// database; several processes may have it open at once. A call either is done, and then survives the end of
+/// the process and of the machine, or has changed nothing. Any thread; a call waits for the disk, and for
+/// another process that keeps the file locked until `until`, without keeping other calls from being served.
+///
+/// Refused calls: kNotFound for what is not there, kInvalidArgument for what is no hash, name or model,
+/// kFailedPrecondition for what is in use and where the file was moved or deleted, kUnavailable while another
+/// process keeps the file locked, kResourceExhausted where the disk is full, kInternal where the disk or the
+/// file fails.
+class ModelStore {
+ public:
+  using Until = std::chrono::steady_clock::time_point;
+  /// Another process is not waited for: what scenes ask of the store on their way.
+  static constexpr Until kNow{};
+
+  /// Makes the file and its folder where there are none, and brings an older file up to date. Refused, and
+  /// left as it is: a file that is no such database, one of a newer version, a damaged one. An empty path or
+  /// ":memory:": in memory, lost at the end.
+  ///
+  /// `rig_kind`: of the rig that is served, as StoredModel::rig_kind. What is identified on it is put away as
+  /// of this kind, and its "current" models are of this kind or of none: what was found on a simulated rig is
+  /// not taken for a rig of hardware unless a tag of its own asks for it. Empty: models of every kind serve.
+  static hal::Result<std::unique_ptr<ModelStore>> open(const std::string& path,
+                                                       const std::string& rig_kind = {});
+  /// Whether open() would accept what is there, without making or changing anything.
+  static std::optional<hal::Error> check(const std::string& path);
+  ~ModelStore();
+  ModelStore(const ModelStore&) = delete;
+  ModelStore& operator=(const ModelStore&) = delete;
+
+  bool in_memory() const;
+  /// Empty when in memory.
+  const std::string& path() const;
+  /// Whether a model may serve the rig as the "current" one.
+  bool serves(const StoredModel& stored) const;
+
+  /// Puts a model away. One that is there already stays as it is, with its time and tags.
+  Outcome<StoredModel> add(const rt::IdentifiedModel& model, Until until = kNow);
+  /// By any unambiguous beginning of its hash of at least 6 digits.
+  Outcome<StoredModel> get(std::string_view hash, Until until = kNow) const;
+  /// By its whole hash. True also where the file cannot be read just now.
+  bool contains(const std::string& hash, Until until = kNow) const;
+  /// Newest first. What cannot be read is logged and left out.
+  Outcome<std::vector<StoredModel>> list(const ModelFilter& filter = {}, Until until = kNow) const;
+  /// The one that has the tag; of the rig's own kind before one of no kind.
+  Outcome<StoredModel> tagged(const std::string& kind, const std::string& subject, const std::string& tag,
+                              Until until = kNow) const;
+  /// Tags of models of this subject, sorted, each once.
+  Outcome<std::vector<std::string>> tags_of(const std::string& kind, const std::string& subject,
+                                            Until until = kNow) const;
+
+  /// Gives it the tag, and takes it from the one of the same kind, subject and kind of rig that had it.
+  Outcome<StoredModel> tag(std::string_view hash, const std::string& tag, Until until = kNow);
+  /// kNotFound where it has no such tag.
+  Outcome<StoredModel> untag(std::string_view hash, const std::string& tag, Until until = kNow);
+  /// Deletes it with its tags, and returns the whole hash. `in_use` is asked under the store's lock.
+  Outcome<std::string> erase(std::string_view hash,
+                             const std::function<bool(const std::string& hash)>& in_use, Until until = kNow);
+
+  Outcome<std::string> export_json(std::string_view hash, Until until = kNow) const;
+  /// Refusals as of import_json() in model_json.h, kInvalidArgument.
+  Outcome<StoredModel> import_json(std::string_view json, Until until = kNow);
+
+  /// Remembers one; the oldest beyond 1000 are forgotten.
+  Outcome<std::uint64_t> record_identification(const EndedIdentification& ended, Until until = kNow);
+  /// Newest first.
+  Outcome<std::vector<EndedIdentification>> list_identifications(std::size_t limit, Until until = kNow) const;
+
+ private:
+  struct State;
+  explicit ModelStore(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,65 @@
+#include "server/process/log.h"
+
+#include <spdlog/async.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <memory>
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr std::size_t kMaxLines = 2048;
+
+spdlog::logger& logger() {
+  static const auto instance = [] {
+    // Written by a thread of its own: a reader that stands still (a terminal, a pipe) must hold up no call,
+    // least of all a stop. Where lines come faster than they are read, the oldest are given up.
+    static const auto writer = std::make_shared<spdlog::details::thread_pool>(kMaxLines, 1);
+    auto created = std::make_shared<spdlog::async_logger>(
+        "hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), writer,
+        spdlog::async_overflow_policy::overrun_oldest);
+    created->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+    created->flush_on(spdlog::level::info);
+    return created;
+  }();
+  return *instance;
+}
+
+}  // namespace
+
+void set_log_level(LogLevel level) {
+  switch (level) {
+    case LogLevel::kDebug:
+      logger().set_level(spdlog::level::debug);
+      break;
+    case LogLevel::kInfo:
+      logger().set_level(spdlog::level::info);
+      break;
+    case LogLevel::kWarning:
+      logger().set_level(spdlog::level::warn);
+      break;
+    case LogLevel::kError:
+      logger().set_level(spdlog::level::err);
+      break;
+    case LogLevel::kOff:
+      logger().set_level(spdlog::level::off);
+      break;
+  }
+}
+
+void log_debug(std::string_view line) {
+  logger().debug("{}", line);
+}
+void log_info(std::string_view line) {
+  logger().info("{}", line);
+}
+void log_warning(std::string_view line) {
+  logger().warn("{}", line);
+}
+void log_error(std::string_view line) {
+  logger().error("{}", line);
+}
+
+}  // namespace hapticd::server

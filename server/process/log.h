@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string_view>
+
+#include "server/process/log_level.h"
+
+namespace hapticd::server {
+
+/// One line to standard error each. Never called by the loop.
+void set_log_level(LogLevel level);
+void log_debug(std::string_view line);
+void log_info(std::string_view line);
+void log_warning(std::string_view line);
+void log_error(std::string_view line);
+
+}  // namespace hapticd::server

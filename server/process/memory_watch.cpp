@@ -1,0 +1,197 @@
+#include "server/process/memory_watch.h"
+
+#include <arpa/inet.h>
+#include <dirent.h>
+#include <fmt/format.h>
+#include <linux/tcp.h>
+#include <malloc.h>
+#include <netinet/in.h>
+#include <pthread.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/process/log.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr std::chrono::milliseconds kLook{20};
+constexpr int kLooksPerSecond = 50;
+
+std::size_t resident_bytes() {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/proc/self/statm", "re"),
+                                                             std::fclose);
+  unsigned long pages = 0;
+  if (file == nullptr || std::fscanf(file.get(), "%*u %lu", &pages) != 1) return 0;
+  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+std::string text_of(const sockaddr_storage& address) {
+  char host[INET6_ADDRSTRLEN] = "?";
+  if (address.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(address);
+    inet_ntop(AF_INET, &v4.sin_addr, host, sizeof host);
+    return fmt::format("{}:{}", host, ntohs(v4.sin_port));
+  }
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address);
+  inet_ntop(AF_INET6, &v6.sin6_addr, host, sizeof host);
+  return fmt::format("[{}]:{}", host, ntohs(v6.sin6_port));
+}
+
+std::uint16_t port_of(const sockaddr_storage& address) {
+  if (address.ss_family == AF_INET) return ntohs(reinterpret_cast<const sockaddr_in&>(address).sin_port);
+  if (address.ss_family == AF_INET6) return ntohs(reinterpret_cast<const sockaddr_in6&>(address).sin6_port);
+  return 0;
+}
+
+struct Connection {
+  int descriptor = -1;
+  std::string peer;
+  std::uint64_t received = 0;  ///< bytes since it was accepted
+};
+
+/// The connections of this process that came in on a port.
+std::vector<Connection> connections_on(std::uint16_t port) {
+  std::vector<Connection> found;
+  const std::unique_ptr<DIR, int (*)(DIR*)> folder(opendir("/proc/self/fd"), closedir);
+  while (const dirent* entry = folder != nullptr ? readdir(folder.get()) : nullptr) {
+    char* end = nullptr;
+    const long number = std::strtol(entry->d_name, &end, 10);
+    if (end == entry->d_name || *end != '\0') continue;
+    Connection connection;
+    connection.descriptor = static_cast<int>(number);
+    sockaddr_storage own{};
+    sockaddr_storage peer{};
+    socklen_t length = sizeof own;
+    if (getsockname(connection.descriptor, reinterpret_cast<sockaddr*>(&own), &length) != 0) continue;
+    if (port_of(own) != port) continue;
+    length = sizeof peer;
+    if (getpeername(connection.descriptor, reinterpret_cast<sockaddr*>(&peer), &length) != 0) continue;
+    tcp_info info{};
+    length = sizeof info;
+    if (getsockopt(connection.descriptor, IPPROTO_TCP, TCP_INFO, &info, &length) != 0) continue;
+    connection.peer = text_of(peer);
+    connection.received = info.tcpi_bytes_received;
+    found.push_back(std::move(connection));
+  }
+  return found;
+}
+
+/// What each connection sent lately, by its peer.
+class Traffic {
+ public:
+  /// Once a look; `connections` as they are.
+  void note(const std::vector<Connection>& connections) {
+    std::map<std::string, Account> now;
+    for (const Connection& connection : connections) {
+      Account account{connection.received,
+                      0};  // what a connection sent before it was watched counts for nothing
+      if (const auto known = accounts_.find(connection.peer); known != accounts_.end()) {
+        const std::uint64_t before = known->second.lately;
+        account.lately = before - before / kLooksPerSecond + connection.received - known->second.received;
+      }
+      now.emplace(connection.peer, account);
+    }
+    accounts_ = std::move(now);
+  }
+  std::uint64_t lately(const std::string& peer) const {
+    const auto found = accounts_.find(peer);
+    return found == accounts_.end() ? 0 : found->second.lately;
+  }
+
+ private:
+  struct Account {
+    std::uint64_t received = 0;
+    std::uint64_t lately = 0;  ///< bytes, of about a second
+  };
+  std::map<std::string, Account> accounts_;
+};
+
+/// What waits in the kernel, megabytes perhaps, would be read to its end before the connection is seen to be
+/// closed.
+void discard_what_came(int descriptor) {
+  constexpr std::size_t kAtOnce = std::size_t{1} << 20U;
+  constexpr int kMaxRounds = 64;
+  for (int i = 0; i < kMaxRounds; ++i) {
+    if (recv(descriptor, nullptr, kAtOnce, MSG_DONTWAIT | MSG_TRUNC) <= 0)
+      return;  // TCP: thrown away, not copied
+  }
+}
+
+/// Closes the connection that sends the most and those that send half as much, if they flood. How many. A
+/// descriptor may by now be another connection's: its peer is looked at again just before.
+int close_floods(const std::vector<Connection>& connections, const Traffic& traffic,
+                 std::size_t max_growth_bytes) {
+  std::uint64_t most = 0;
+  for (const Connection& connection : connections) most = std::max(most, traffic.lately(connection.peer));
+  int closed = 0;
+  for (const Connection& connection : connections) {
+    const std::uint64_t lately = traffic.lately(connection.peer);
+    if (lately < MemoryWatch::kMinFlood || lately < most / 2) continue;
+    sockaddr_storage peer{};
+    socklen_t length = sizeof peer;
+    if (getpeername(connection.descriptor, reinterpret_cast<sockaddr*>(&peer), &length) != 0) continue;
+    if (text_of(peer) != connection.peer) continue;
+    discard_what_came(connection.descriptor);
+    if (::shutdown(connection.descriptor, SHUT_RDWR) != 0) continue;
+    discard_what_came(connection.descriptor);
+    log_warning(
+        fmt::format("the connection of {} was closed: the service took more than {} MB of memory for its "
+                    "clients, and this "
+                    "one sent {} kB in about a second",
+                    connection.peer, max_growth_bytes >> 20U, lately / 1000));
+    ++closed;
+  }
+  return closed;
+}
+
+}  // namespace
+
+MemoryWatch::MemoryWatch(std::uint16_t port, std::size_t max_growth_bytes)
+    : port_(port), max_growth_(max_growth_bytes), thread_([this] { run(); }) {}
+
+MemoryWatch::~MemoryWatch() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  ending_signal_.notify_one();
+  thread_.join();
+}
+
+void MemoryWatch::run() {
+  pthread_setname_np(pthread_self(), "hapticd-memory");
+  Traffic traffic;
+  std::size_t usual = resident_bytes();
+  int looks_until_trim = 0;
+  std::unique_lock lock(mutex_);
+  while (!ending_signal_.wait_for(lock, kLook, [this] { return ending_; })) {
+    lock.unlock();
+    const std::size_t now = resident_bytes();
+    // Who sends is only looked at where memory grows: there are few calls for it otherwise.
+    if (now > usual + max_growth_ / 4) {
+      const std::vector<Connection> connections = connections_on(port_);
+      traffic.note(connections);
+      if (now > usual + max_growth_ && close_floods(connections, traffic, max_growth_) > 0)
+        looks_until_trim = kLooksPerSecond;
+    }
+    if (looks_until_trim > 0 && --looks_until_trim == 0) {
+      malloc_trim(0);
+      // What stays is nobody's fault any more.
+      if (const std::size_t left = resident_bytes(); left > usual + max_growth_) usual = left;
+    }
+    lock.lock();
+  }
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,114 @@
+#include "server/rig/sensor_bias.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "rt/signal/vector.h"
+#include "server/process/log.h"
+#include "server/scene/scene_host.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
+
+namespace hapticd::server {
+
+namespace {
+
+/// A sample under the new zero comes within a tick or two.
+constexpr std::chrono::seconds kPatience{2};
+constexpr std::chrono::milliseconds kNap{1};
+
+std::int64_t unix_s() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::string utc_text(std::int64_t unix_s) {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(unix_s)));
+}
+
+}  // namespace
+
+SensorBiases::SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file)
+    : session_(session), scenes_(scenes), hub_(hub), file_(std::move(file)), started_(utc_text(unix_s())) {}
+
+std::string SensorBiases::identity_of(std::uint32_t serial) const {
+  return fmt::format("{}/{}", started_, serial);
+}
+
+ZeroInForce SensorBiases::zero_in_force() const {
+  ZeroInForce zero{identity_of(hub_.latest().bias_serial)};
+  if (const auto bias = current()) {
+    zero.gravity = rt::rotated(rt::conjugate(rt::unit(bias->orientation)), {0.0, 0.0, -1.0});
+  }
+  return zero;
+}
+
+std::optional<SensorBias> SensorBiases::current() const {
+  const std::uint32_t serial = hub_.latest().bias_serial;
+  const std::lock_guard lock(mutex_);
+  return last_ && last_->serial == serial ? last_ : std::nullopt;
+}
+
+std::optional<std::string> SensorBiases::lost() const {
+  const std::uint32_t serial = hub_.latest().bias_serial;
+  const std::lock_guard lock(mutex_);
+  if (!last_ || last_->serial == serial) return std::nullopt;
+  return last_->id;
+}
+
+Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
+  if (auto refusal = scenes_.reserved()) return *refusal;
+  // Held open until a sample has come under the new zero.
+  const auto sensor = session_.claim_sensor();
+  if (!sensor) return Refusal{RefusalKind::kFailedPrecondition, sensor.error()};
+  const std::uint32_t before = hub_.latest().bias_serial;
+  if (auto refusal = session_.bias_force_sensor()) return *refusal;
+
+  const auto until = caller.until(kPatience);
+  rt::TickRecord now = hub_.latest();
+  while (now.bias_serial == before) {
+    if (auto refusal = session_.unavailable()) return *refusal;
+    if (Caller::Clock::now() >= until) {
+      return Refusal{RefusalKind::kDeadlineExceeded,
+                     {"the bias was taken, but no sample has come since", "force sensor", "", "",
+                      "see in 'hapticctl doctor' what holds the sensor back"}};
+    }
+    std::this_thread::sleep_for(kNap);
+    now = hub_.latest();
+  }
+  SensorBias bias;
+  bias.serial = now.bias_serial;
+  bias.id = identity_of(bias.serial);
+  bias.taken_unix_s = unix_s();
+  bias.tip_mm = now.tip_position_mm;
+  bias.orientation = now.tip_orientation;
+  {
+    const std::lock_guard lock(mutex_);
+    last_ = bias;
+  }
+  keep(bias);
+  log_info("force sensor biased: " + bias.id);
+  return bias;
+}
+
+void SensorBiases::keep(const SensorBias& bias) const {
+  if (file_.empty()) return;
+  std::error_code ignored;
+  std::filesystem::create_directories(std::filesystem::path(file_).parent_path(), ignored);
+  const bool is_new = !std::filesystem::exists(file_, ignored);
+  std::ofstream out(file_, std::ios::app);
+  if (is_new)
+    out << "id,taken_utc,tip_x_mm,tip_y_mm,tip_z_mm,orientation_w,orientation_x,orientation_y,"
+           "orientation_z\n";
+  out << fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.6f},{:.6f},{:.6f},{:.6f}\n", bias.id,
+                     utc_text(bias.taken_unix_s), bias.tip_mm.x, bias.tip_mm.y, bias.tip_mm.z,
+                     bias.orientation.w, bias.orientation.x, bias.orientation.y, bias.orientation.z);
+  if (!out.flush()) log_warning("the bias could not be recorded in " + file_);
+}
+
+}  // namespace hapticd::server

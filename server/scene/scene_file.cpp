@@ -1,0 +1,431 @@
+#include "server/scene/scene_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "server/text/text_library.h"
+#include "server/text/toml_reader.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr Range kAxis{-1.0, 1.0, ""};
+constexpr Range kTurnDeg{-180.0, 180.0, "°"};
+constexpr Range kBiasN{-100.0, 100.0, "N"};
+constexpr Range kToolMassG{0.0, 500.0, "g"};
+constexpr Range kThresholdN{0.0, 5.0, "N"};  // 0 = the rig's
+constexpr Range kReleaseRatio{0.0, 1.0, ""};
+constexpr Range kReleaseTicks{1.0, 1000.0, "ticks"};
+constexpr Range kFreeTicks{1.0, 10000.0, "ticks"};
+constexpr Range kClearanceMm{0.0, 100.0, "mm"};
+constexpr Range kPositionMm{-1000.0, 1000.0, "mm"};
+constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
+constexpr Range kRampS{0.0, 60.0, "s"};
+constexpr Range kTargetChange{1e-6, 1e6, "N/s"};
+constexpr Range kStructural{0.0, 1e4, "N/mm"};
+constexpr Range kGradient{-1.0, 1.0, "1/mm"};
+constexpr Range kCurvature{-1.0, 1.0, "1/mm²"};
+constexpr Range kProportional{0.0, 4.0, ""};
+constexpr Range kDerivativeMs{-10.0, 10.0, "ms"};
+constexpr Range kForceN{0.0, 100.0, "N"};
+constexpr Range kForceRate{0.0, 1e6, "N/s"};
+constexpr Range kPowerW{0.0, 100.0, "W"};
+constexpr Range kStaleMs{0.0, 1000.0, "ms"};
+constexpr Range kForceNoiseN{1e-5, 1.0, "N"};
+constexpr Range kCutoffHz{0.0, 5000.0, "Hz"};
+constexpr Range kLeadMs{0.0, 50.0, "ms"};
+constexpr Range kReactionLeadShare{0.0, 1.0, ""};
+constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
+constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
+constexpr Range kExponent{1.0, 3.0, ""};
+constexpr std::size_t kLongestModelName = 129;  // NAME@TAG
+constexpr std::size_t kLongestStationName = 64;
+
+constexpr Word<rt::SceneKind> kKinds[] = {
+    {"tap_1d", rt::SceneKind::kTap1d}, {"wall", rt::SceneKind::kWall}, {"explore", rt::SceneKind::kExplore}};
+constexpr Word<rt::Tip> kTips[] = {{"rod", rt::Tip::kRod}, {"ball_bearing", rt::Tip::kBallBearing}};
+constexpr Word<rt::ContactMethod> kMethods[] = {
+    {"matched_inertia", rt::ContactMethod::kMatchedInertia},
+    {"filtered_acceleration", rt::ContactMethod::kFilteredAcceleration}};
+constexpr Word<rt::DirectionMethod> kDirections[] = {{"tracked", rt::DirectionMethod::kTracked},
+                                                     {"published", rt::DirectionMethod::kPublished}};
+constexpr Word<rt::FrictionFeel> kFeels[] = {{"kept", rt::FrictionFeel::kKept},
+                                             {"cancelled", rt::FrictionFeel::kCancelled}};
+constexpr Word<rt::DisplacementEstimator> kEstimators[] = {
+    {"fused", rt::DisplacementEstimator::kFused},
+    {"inverse", rt::DisplacementEstimator::kInverse},
+    {"recursive", rt::DisplacementEstimator::kRecursive}};
+constexpr Word<rt::ContactLawKind> kContactLaws[] = {{"creep", rt::ContactLawKind::kCreep},
+                                                     {"hunt_crossley", rt::ContactLawKind::kHuntCrossley}};
+constexpr Word<rt::ReleaseMethod> kReleases[] = {{"follow", rt::ReleaseMethod::kFollow},
+                                                 {"fade", rt::ReleaseMethod::kFade},
+                                                 {"cut", rt::ReleaseMethod::kCut}};
+constexpr Word<rt::TargetLaw::Kind> kTargetLaws[] = {
+    {"linear", rt::TargetLaw::Kind::kLinear},
+    {"hunt_crossley", rt::TargetLaw::Kind::kHuntCrossley},
+    {"displacement_profile", rt::TargetLaw::Kind::kDisplacementProfile},
+    {"position_profile", rt::TargetLaw::Kind::kPositionProfile}};
+constexpr Word<rt::ControlLaw> kLaws[] = {{"closed_loop", rt::ControlLaw::kClosedLoop},
+                                          {"open_loop", rt::ControlLaw::kOpenLoop}};
+
+template <class E, std::size_t N>
+std::string_view word_for(E value, const Word<E> (&words)[N]) {
+  for (const Word<E>& word : words) {
+    if (word.value == value) return word.text;
+  }
+  return words[0].text;
+}
+
+template <class E, std::size_t N>
+std::string quoted_word(E value, const Word<E> (&words)[N]) {
+  return toml_quoted(word_for(value, words));
+}
+
+std::string vector_text(const hal::Vector3& v) {
+  return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
+}
+
+bool explores(const rt::SceneSpec& spec) {
+  return spec.kind == rt::SceneKind::kExplore;
+}
+
+/// A key that means something only in scenes of another kind.
+void refuse_foreign(TomlTable& table, std::string_view key, const std::string& shown,
+                    const rt::SceneSpec& spec, std::string_view kinds) {
+  table.refuse(
+      key, {fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown, word_for(spec.kind, kKinds)),
+            "", "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind"});
+}
+
+constexpr std::string_view kExploreOnly = "\"explore\"";
+
+void read_contact(TomlTable& root, rt::SceneSpec& spec) {
+  if (spec.kind == rt::SceneKind::kWall) {
+    return refuse_foreign(root, "contact", "contact", spec, "\"tap_1d\" or \"explore\"");
+  }
+  TomlTable contact = root.table("contact");
+  contact.read("method", spec.contact.method, kMethods);
+  contact.read("threshold_n", spec.contact.threshold_n, kThresholdN);
+  contact.read("release_ratio", spec.contact.release_ratio, kReleaseRatio);
+  contact.read("release_ticks", spec.contact.release_ticks, kReleaseTicks);
+  contact.read("quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, kFreeTicks);
+  contact.read("free_ticks_to_arm", spec.contact.free_ticks_to_arm, kFreeTicks);
+  contact.read("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
+  contact.read("unexplained_force_n", spec.contact.evidence.unexplained_force_n, kThresholdN);
+  contact.read("lowest_stiffness_n_per_mm", spec.contact.evidence.lowest_stiffness_n_per_mm, kStiffness);
+  contact.read("zero_bound_n", spec.contact.zero_bound_n, kThresholdN);
+  if (explores(spec)) {
+    contact.read("force_noise_n", spec.explore.force_noise_n, kForceNoiseN);
+  } else {
+    refuse_foreign(contact, "force_noise_n", "contact.force_noise_n", spec, kExploreOnly);
+  }
+}
+
+/// What is added so that the hand gets the force while it moves.
+void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
+  rt::CompensationParameters& c = spec.compensation;
+  if (spec.kind == rt::SceneKind::kWall) {
+    for (const char* key : {"reaction_lead_share", "back_drive_compensation"}) {
+      refuse_foreign(control, key, "control." + std::string(key), spec, "\"tap_1d\" or \"explore\"");
+    }
+    return;
+  }
+  if (control.has("reaction_lead_share")) {
+    control.read("reaction_lead_share", c.reaction_lead_share.emplace(), kReactionLeadShare);
+  }
+  control.read("back_drive_compensation", c.back_drive);
+}
+
+/// What only scenes of kind "explore" have, section by section.
+void read_explore(TomlTable& root, rt::SceneSpec& spec) {
+  if (!explores(spec)) {
+    for (const char* section : {"direction", "friction", "displacement", "release", "passivity"}) {
+      refuse_foreign(root, section, section, spec, kExploreOnly);
+    }
+    return;
+  }
+  rt::ExploreParameters& explore = spec.explore;
+  root.table("direction").read("method", explore.direction, kDirections);
+  root.table("friction").read("feel", explore.friction_feel, kFeels);
+  TomlTable displacement = root.table("displacement");
+  displacement.read("estimator", explore.displacement, kEstimators);
+  displacement.read("law", explore.law, kContactLaws);
+  root.table("release").read("method", explore.release, kReleases);
+  root.table("passivity").read("control", explore.passivity);
+}
+
+/// Of the stiffness at its centre, which is structure.stiffness_n_per_mm.
+void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
+  if (!structure.has("field")) return;
+  TomlTable table = structure.table("field");
+  rt::StructuralModel& field = spec.structural_field.emplace();
+  table.read("centre_mm", field.centre_mm, kPositionMm);
+  table.read("gradient_per_mm", field.gradient_per_mm, kGradient);
+  table.read("curvature_per_mm2", field.curvature_per_mm2, kCurvature);
+  table.read("covered_from_mm", field.covered_from_mm, kPositionMm);
+  table.read("covered_to_mm", field.covered_to_mm, kPositionMm);
+  field.stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
+  if (field.stiffness_n_per_mm > 0.0) return;
+  structure.refuse(
+      "field", {"'structure.field' says how the stiffness varies about its centre, and that is missing", "",
+                "", "structure.stiffness_n_per_mm above 0",
+                "say stiffness_n_per_mm in [structure], or leave out the field"});
+}
+
+std::string structural_field_text(const rt::StructuralModel& field) {
+  std::string curvature;
+  for (const double h : field.curvature_per_mm2)
+    curvature += (curvature.empty() ? "" : ", ") + toml_number(h);
+  return fmt::format(
+      "field = {{ centre_mm = {}, gradient_per_mm = {}, curvature_per_mm2 = [{}], covered_from_mm = {}, "
+      "covered_to_mm = {} }}\n",
+      vector_text(field.centre_mm), vector_text(field.gradient_per_mm), curvature,
+      vector_text(field.covered_from_mm), vector_text(field.covered_to_mm));
+}
+
+/// The keys of one law; those of the others are refused.
+void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
+  using Kind = rt::TargetLaw::Kind;
+  rt::TargetLaw& law = spec.target;
+  target.read("law", law.kind, kTargetLaws);
+  const auto of_law = [&](std::string_view key, bool belongs, std::string_view laws) {
+    if (!belongs) {
+      target.refuse(key, {fmt::format("'target.{}' means nothing to the law \"{}\"", key,
+                                      word_for(law.kind, kTargetLaws)),
+                          "", "", fmt::format("law = {}", laws), "remove it, or choose such a law"});
+    }
+    return belongs;
+  };
+  if (law.kind != Kind::kLinear && !explores(spec)) {
+    target.refuse("law", {"one-dimensional scenes render linear targets only", "",
+                          std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
+                          "choose kind = \"explore\" for other laws"});
+    return;
+  }
+  if (of_law("stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {
+    target.read("stiffness_n_per_mm", law.stiffness_n_per_mm, kStiffness);
+  }
+  if (!explores(spec)) return;
+  if (of_law("hunt_crossley", law.kind == Kind::kHuntCrossley, "\"hunt_crossley\"")) {
+    TomlTable power = target.table("hunt_crossley");
+    power.read("stiffness_n_per_mm_m", law.hunt_crossley.stiffness_n_per_mm_m, kPowerStiffness);
+    power.read("damping_n_s_per_mm_m1", law.hunt_crossley.damping_n_s_per_mm_m1, kPowerDamping);
+    power.read("exponent", law.hunt_crossley.exponent, kExponent);
+  }
+  const bool by_position = law.kind == Kind::kPositionProfile;
+  if (of_law("profile", by_position || law.kind == Kind::kDisplacementProfile,
+             "\"displacement_profile\" or \"position_profile\"")) {
+    std::vector<std::array<double, 2>> knots;
+    target.read("profile", knots, {kPositionMm, kStiffness}, rt::TargetLaw::kMaxKnots);
+    law.knot_count = static_cast<std::uint32_t>(knots.size());
+    for (std::size_t i = 0; i < knots.size(); ++i) law.knots[i] = {knots[i][0], knots[i][1]};
+  }
+  if (of_law("axis", by_position, "\"position_profile\"")) target.read("axis", law.axis, kAxis);
+}
+
+std::string target_law_text(const rt::TargetLaw& law, bool other_laws) {
+  using Kind = rt::TargetLaw::Kind;
+  std::string text = other_laws ? fmt::format("law = {}\n", quoted_word(law.kind, kTargetLaws)) : "";
+  switch (law.kind) {
+    case Kind::kLinear:
+      return text + fmt::format("stiffness_n_per_mm = {}\n", toml_number(law.stiffness_n_per_mm));
+    case Kind::kHuntCrossley:
+      return text + fmt::format(
+                        "hunt_crossley = {{ stiffness_n_per_mm_m = {}, damping_n_s_per_mm_m1 = {}, "
+                        "exponent = {} }}\n",
+                        toml_number(law.hunt_crossley.stiffness_n_per_mm_m),
+                        toml_number(law.hunt_crossley.damping_n_s_per_mm_m1),
+                        toml_number(law.hunt_crossley.exponent));
+    case Kind::kDisplacementProfile:
+    case Kind::kPositionProfile:
+      break;
+  }
+  std::string knots;
+  for (std::uint32_t i = 0; i < law.knot_count; ++i) {
+    knots += fmt::format("{}[{}, {}]", i == 0 ? "" : ", ", toml_number(law.knots[i].at_mm),
+                         toml_number(law.knots[i].stiffness_n_per_mm));
+  }
+  text += fmt::format("profile = [{}]\n", knots);
+  if (law.kind == Kind::kPositionProfile) text += fmt::format("axis = {}\n", vector_text(law.axis));
+  return text;
+}
+
+}  // namespace
+
+std::string_view word_of(rt::TargetLaw::Kind kind) {
+  return word_for(kind, kTargetLaws);
+}
+
+std::string_view word_of(rt::Tip tip) {
+  return word_for(tip, kTips);
+}
+
+hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string& source,
+                                       const std::string& name) {
+  auto document = TomlDocument::parse(text, source);
+  if (!document) return document.error();
+
+  rt::SceneSpec spec;
+  TomlTable root = document->root();
+  root.read("name", spec.name);
+  root.read("kind", spec.kind, kKinds);
+  root.read("description", spec.description);
+  root.read("object_model", spec.object_model, kLongestModelName);
+  root.read("turntable_station", spec.turntable_station, kLongestStationName);
+  if (explores(spec)) {
+    refuse_foreign(root, "press_axis", "press_axis", spec, "\"tap_1d\" or \"wall\"");
+  } else {
+    root.read("press_axis", spec.press_axis, kAxis);
+  }
+
+  TomlTable tool = root.table("tool");
+  tool.read("tip", spec.tip, kTips);
+  tool.read("mass_g", spec.tool_mass_g, kToolMassG);
+  if (explores(spec)) {
+    tool.read("gravity_at_bias", spec.explore.gravity_at_bias, kAxis);
+    if (tool.has("sensor_turn_deg") || tool.has("sensor_bias_n")) {
+      rt::SensorMounting& mounting = spec.explore.sensor_mounting.emplace();
+      tool.read("sensor_turn_deg", mounting.turn_deg, kTurnDeg);
+      tool.read("sensor_bias_n", mounting.force_bias_n, kBiasN);
+    }
+    if (tool.has("tip_to_centre_mm")) {
+      tool.read("tip_to_centre_mm", spec.explore.tip_to_centre_mm.emplace(), kPositionMm);
+    }
+  } else {
+    refuse_foreign(tool, "tip_to_centre_mm", "tool.tip_to_centre_mm", spec, kExploreOnly);
+    refuse_foreign(tool, "sensor_turn_deg", "tool.sensor_turn_deg", spec, kExploreOnly);
+    refuse_foreign(tool, "sensor_bias_n", "tool.sensor_bias_n", spec, kExploreOnly);
+    refuse_foreign(tool, "gravity_at_bias", "tool.gravity_at_bias", spec, kExploreOnly);
+  }
+
+  read_contact(root, spec);
+  if (spec.kind == rt::SceneKind::kWall) {
+    root.table("wall").read("position_mm", spec.wall_position_mm, kPositionMm);
+  } else {
+    refuse_foreign(root, "wall", "wall", spec, "\"wall\"");
+  }
+  read_explore(root, spec);
+
+  TomlTable target = root.table("target");
+  read_target_law(target, spec);
+  target.read("max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, kStiffness);
+  target.read("ramp_s", spec.target_ramp_s, kRampS);
+  target.read("max_change_n_per_s", spec.max_target_change_n_per_s, kTargetChange);
+
+  TomlTable structure = root.table("structure");
+  structure.read("compensation", spec.structural_compensation);
+  structure.read("stiffness_n_per_mm", spec.structural_stiffness_n_per_mm, kStructural);
+
+  read_structural_field(structure, spec);
+
+  TomlTable control = root.table("control");
+  control.read("law", spec.controller.law, kLaws);
+  control.read("proportional_gain", spec.controller.proportional_gain, kProportional);
+  control.read("derivative_gain_ms", spec.controller.derivative_gain_ms, kDerivativeMs);
+  if (explores(spec)) {
+    structure.read("cutoff_hz", spec.explore.deflection_cutoff_hz, kCutoffHz);
+    control.read("lead_ms", spec.compensation.lead_ms, kLeadMs);
+  } else {
+    refuse_foreign(structure, "cutoff_hz", "structure.cutoff_hz", spec, kExploreOnly);
+    refuse_foreign(control, "lead_ms", "control.lead_ms", spec, kExploreOnly);
+  }
+  read_compensation(control, spec);
+
+  TomlTable guard = root.table("guard");
+  guard.read("max_force_n", spec.guard.max_force_n, kForceN);
+  guard.read("max_force_rate_n_per_s", spec.guard.max_force_rate_n_per_s, kForceRate);
+  guard.read("max_power_w", spec.guard.max_power_w, kPowerW);
+  guard.read("sensor_stale_after_ms", spec.guard.sensor_stale_after_ms, kStaleMs);
+  guard.read("resume_ramp_s", spec.guard.resume_ramp_s, kRampS);
+  guard.read("fall_ramp_s", spec.guard.fall_ramp_s, kRampS);
+  guard.read("loop_gap_ms", spec.guard.loop_gap_ms, kStaleMs);
+  if (auto error = document->error()) return *error;
+
+  const std::string where =
+      root.has("name") ? fmt::format("{}, line {}", source, root.line_of("name")) : source;
+  if (spec.name.empty() && !root.has("name")) {
+    if (name.empty())
+      return hal::Error{"the scene has no name", where, "", "", "add name = \"…\" at its top"};
+    spec.name = name;
+  }
+  if (auto error = check_name("scene", spec.name, where)) return *error;
+  if (!name.empty() && spec.name != name) {
+    return hal::Error{"the scene's name is not that of its file", where, spec.name, name,
+                      "rename the one or the other"};
+  }
+  return spec;
+}
+
+std::string write_scene(const rt::SceneSpec& spec) {
+  const auto number = [](double value) { return toml_number(value); };
+  const bool explore = explores(spec);
+  std::string text =
+      fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\nturntable_station = {}\n",
+                  toml_quoted(spec.name), quoted_word(spec.kind, kKinds), toml_quoted(spec.description),
+                  toml_quoted(spec.object_model), toml_quoted(spec.turntable_station));
+  if (!explore) text += fmt::format("press_axis = {}\n", vector_text(spec.press_axis));
+  text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", quoted_word(spec.tip, kTips),
+                      number(spec.tool_mass_g));
+  if (explore) text += fmt::format("gravity_at_bias = {}\n", vector_text(spec.explore.gravity_at_bias));
+  if (explore && spec.explore.sensor_mounting) {
+    text += fmt::format("sensor_turn_deg = {}\nsensor_bias_n = {}\n",
+                        vector_text(spec.explore.sensor_mounting->turn_deg),
+                        vector_text(spec.explore.sensor_mounting->force_bias_n));
+  }
+  if (explore && spec.explore.tip_to_centre_mm) {
+    text += fmt::format("tip_to_centre_mm = {}\n", vector_text(*spec.explore.tip_to_centre_mm));
+  }
+  if (spec.kind == rt::SceneKind::kWall) {
+    text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
+  } else {
+    text += fmt::format(
+        "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_ticks = {}\n"
+        "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n"
+        "unexplained_force_n = {}\nlowest_stiffness_n_per_mm = {}\nzero_bound_n = {}\n",
+        quoted_word(spec.contact.method, kMethods), number(spec.contact.threshold_n),
+        number(spec.contact.release_ratio), spec.contact.release_ticks,
+        number(spec.contact.release_clearance_mm), spec.contact.quiet_ticks_after_release,
+        spec.contact.free_ticks_to_arm, number(spec.contact.evidence.unexplained_force_n),
+        number(spec.contact.evidence.lowest_stiffness_n_per_mm), number(spec.contact.zero_bound_n));
+  }
+  if (explore) {
+    const rt::ExploreParameters& e = spec.explore;
+    text += fmt::format(
+        "force_noise_n = {}\n\n[direction]\nmethod = {}\n\n[friction]\nfeel = {}\n\n[displacement]\n"
+        "estimator = {}\nlaw = {}\n\n[release]\nmethod = {}\n\n[passivity]\ncontrol = {}\n",
+        number(e.force_noise_n), quoted_word(e.direction, kDirections), quoted_word(e.friction_feel, kFeels),
+        quoted_word(e.displacement, kEstimators), quoted_word(e.law, kContactLaws),
+        quoted_word(e.release, kReleases), e.passivity);
+  }
+  text += fmt::format("\n[target]\n{}max_stiffness_n_per_mm = {}\nramp_s = {}\nmax_change_n_per_s = {}\n",
+                      target_law_text(spec.target, explore), number(spec.max_target_stiffness_n_per_mm),
+                      number(spec.target_ramp_s), number(spec.max_target_change_n_per_s));
+  text += fmt::format("\n[structure]\ncompensation = {}\nstiffness_n_per_mm = {}\n",
+                      spec.structural_compensation, number(spec.structural_stiffness_n_per_mm));
+  if (explore) text += fmt::format("cutoff_hz = {}\n", number(spec.explore.deflection_cutoff_hz));
+  if (spec.structural_field) text += structural_field_text(*spec.structural_field);
+  text += fmt::format("\n[control]\nlaw = {}\nproportional_gain = {}\nderivative_gain_ms = {}\n",
+                      quoted_word(spec.controller.law, kLaws), number(spec.controller.proportional_gain),
+                      number(spec.controller.derivative_gain_ms));
+  if (spec.kind != rt::SceneKind::kWall) {
+    const rt::CompensationParameters& c = spec.compensation;
+    if (explore) text += fmt::format("lead_ms = {}\n", number(c.lead_ms));
+    if (c.reaction_lead_share)
+      text += fmt::format("reaction_lead_share = {}\n", number(*c.reaction_lead_share));
+    text += fmt::format("back_drive_compensation = {}\n", c.back_drive);
+  }
+  text += fmt::format(
+      "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\nsensor_stale_after_ms = "
+      "{}\n"
+      "resume_ramp_s = {}\nfall_ramp_s = {}\nloop_gap_ms = {}\n",
+      number(spec.guard.max_force_n), number(spec.guard.max_force_rate_n_per_s),
+      number(spec.guard.max_power_w), number(spec.guard.sensor_stale_after_ms),
+      number(spec.guard.resume_ramp_s), number(spec.guard.fall_ramp_s), number(spec.guard.loop_gap_ms));
+  return text;
+}
+
+}  // namespace hapticd::server

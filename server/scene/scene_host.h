@@ -1,0 +1,174 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <shared_mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/error.h"
+#include "rt/model/models.h"
+#include "rt/scene/pipeline.h"
+#include "rt/scene/scene_spec.h"
+#include "server/config/guard_ceilings.h"
+#include "server/model/store/model_library.h"
+#include "server/scene/scene_library.h"
+#include "server/scene/scene_models.h"
+#include "server/session/caller.h"
+#include "server/session/outcome.h"
+#include "server/session/session.h"
+
+namespace hapticd::server {
+
+/// Where a scene comes from: a name the library knows, or the text of a scene file.
+struct SceneSource {
+  enum class Kind : std::uint8_t { kName, kToml };
+  Kind kind = Kind::kName;
+  std::string text;
+  std::string object_model;  ///< in the place of the scene's own; empty = the scene's own
+};
+
+/// A part of the object's model that a scene works with.
+struct ModelNeed {
+  std::string name;  ///< in words, as in SceneOutline::models
+  bool available = false;
+  std::string remark;  ///< how well it fits and where it was identified; where there is none, why
+};
+
+/// A scene resolved against the rig, and what the library has of its object.
+struct ResolvedScene {
+  rt::SceneSpec spec;
+  rt::SceneOutline outline;  ///< with the channels that every tick has on this rig
+  std::vector<ModelNeed> needs;
+  std::optional<FoundModel> model;          ///< of spec.object_model, where the scene needs one
+  std::optional<hal::Error> model_problem;  ///< why there is none
+  std::vector<std::string> stored;          ///< hashes of the stored models it works with, sorted
+  std::vector<std::string> remarks;         ///< what it got from the rig's own models
+  /// The scene as it was written, without the object's model: two that agree in it differ in models only.
+  std::string written;
+
+  const rt::ObjectModel* object_model() const { return model ? &model->model : nullptr; }
+};
+
+/// Keeps the one scene that is loaded: resolves, composes, exchanges pipelines at a tick boundary, and
+/// deletes the retired ones outside the loop. Any thread.
+class SceneHost {
+ public:
+  SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models, const GuardCeilings& ceilings = {});
+
+  /// Loaded before the loop runs, so that not a tick of a recording is missed.
+  std::optional<hal::Error> preload(const std::string& name);
+  /// Asked before a scene is loaded that names a station of the turntable. Set before anybody loads.
+  using StationCheck = std::function<std::optional<Refusal>(const std::string& station)>;
+  void check_stations_with(StationCheck check) { check_station_ = std::move(check); }
+  /// Asked when a scene is resolved: which zero the force sensor is under. Set before anybody loads.
+  using ZeroSource = std::function<ZeroInForce()>;
+  void know_zero_by(ZeroSource source) { zero_in_force_ = std::move(source); }
+  /// Opens the hardware that the scene in force needs, before the loop runs; load() does it by itself.
+  std::optional<hal::Error> open_hardware();
+
+  struct Loaded {
+    std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload
+    std::uint64_t effective_tick = 0;
+  };
+  /// A scene that differs from the loaded one in models only takes its place out of contact: until then this
+  /// waits, to the caller's deadline at the latest. Any other takes it at once.
+  Outcome<Loaded> load(const SceneSource& source, const Caller& caller);
+  Outcome<Loaded> unload(const Caller& caller);
+  /// What a scene would be made of, whether or not all of it is there.
+  Outcome<ResolvedScene> resolve(const SceneSource& source) const;
+  /// Its stages, for the caller. Refused where the rig or the object's model lack what it needs, by name.
+  Outcome<std::unique_ptr<rt::Pipeline>> compose(const ResolvedScene& scene) const;
+
+  /// Null when none is loaded.
+  std::shared_ptr<const ResolvedScene> current() const;
+  /// Whether the loaded scene works with this stored model.
+  bool uses(const std::string& hash) const;
+  const SceneLibrary& catalogue() const { return library_; }
+  const ModelLibrary& models() const { return models_; }
+  const hal::RigInfo& rig_info() const { return session_.rig_info(); }
+
+  /// While held, the scene is not exchanged: what was validated against it is still valid when it takes
+  /// effect.
+  class Hold {
+   public:
+    bool held() const { return lock_.owns_lock(); }
+
+   private:
+    friend class SceneHost;
+    std::shared_lock<std::shared_timed_mutex> lock_;
+  };
+  Hold hold(Caller::Clock::time_point until);
+
+  /// The target that was set since the scene was loaded. Call while it is held.
+  void note_target(const rt::TargetLaw& law);
+
+  /// Sole right to the scene: while it lives, load() and unload() are refused to everyone else, and so are
+  /// targets. Starts with the scene that was loaded; restore() gives that back.
+  class Reservation {
+   public:
+    Reservation(Reservation&& other) noexcept
+        : host_(std::exchange(other.host_, nullptr)),
+          before_(std::move(other.before_)),
+          target_(other.target_) {}
+    Reservation& operator=(Reservation&&) = delete;
+    ~Reservation();
+    Outcome<Loaded> load(const rt::SceneSpec& spec, const Caller& caller);
+    Outcome<Loaded> unload(const Caller& caller);
+    /// Loads what was loaded before, again and with the target it had: it knows nothing of a contact that is
+    /// under way.
+    Outcome<Loaded> restore(const Caller& caller);
+
+   private:
+    friend class SceneHost;
+    explicit Reservation(SceneHost& host);
+    SceneHost* host_;
+    std::shared_ptr<const ResolvedScene> before_;
+    std::optional<rt::TargetLaw> target_;
+  };
+  /// `by`: who, for those who are refused meanwhile, e.g. "identification 'contact-3'".
+  Outcome<Reservation> reserve(const std::string& by);
+  /// Why the scene and its target are not to be touched now; nothing when they are.
+  std::optional<Refusal> reserved() const;
+
+ private:
+  /// The spec resolved against the rig and held to the ceilings; those that took the place of the scene's
+  /// defaults are told in `remarks`.
+  Outcome<rt::SceneSpec> resolve_within_ceilings(rt::SceneSpec spec, std::vector<std::string>& remarks) const;
+  rt::GuardLimits idle_limits() const;
+  void find_model(ResolvedScene& scene) const;
+  bool differs_in_models_only(const ResolvedScene* next) const;
+  /// An error where a stored model that the scene was resolved with is not there any more.
+  std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
+  /// What a scene (null: none) needs, open: for as long as it is loaded.
+  Outcome<SensorClaim> claim_hardware(const ResolvedScene* scene) const;
+  std::optional<Refusal> await_free(Caller::Clock::time_point until, const Caller& caller) const;
+  enum class Right : std::uint8_t { kAnyones, kReserved };
+  Outcome<Loaded> load_resolved(ResolvedScene scene, const Caller& caller, Right right);
+  Outcome<Loaded> exchange(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,
+                           std::shared_ptr<const ResolvedScene> scene, const Caller& caller, Right right);
+
+  Session& session_;
+  const GuardCeilings ceilings_;  ///< what no scene may exceed, wherever it comes from
+  StationCheck check_station_;
+  ZeroSource zero_in_force_;
+  SceneLibrary library_;
+  ModelLibrary models_;
+
+  // Taken in this order. The gate lets an exchange pass a steady stream of holders.
+  std::timed_mutex gate_;
+  std::shared_timed_mutex exchange_;
+
+  mutable std::mutex current_mutex_;
+  std::shared_ptr<const ResolvedScene> current_;
+  std::optional<rt::TargetLaw> target_;  ///< see note_target()
+  std::string reserved_by_;              ///< empty: nobody
+  std::unique_ptr<rt::Pipeline> live_;   ///< what the loop works with; owned here, changed under exchange_
+  SensorClaim sensor_;                   ///< of the scene in force, changed under exchange_
+};
+
+}  // namespace hapticd::server

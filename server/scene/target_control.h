@@ -1,0 +1,98 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "rt/record/tick_record.h"
+#include "rt/scene/scene_spec.h"
+#include "server/config/guard_ceilings.h"
+#include "server/scene/scene_host.h"
+#include "server/session/caller.h"
+#include "server/session/outcome.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
+
+namespace hapticd::server {
+
+/// What kept a request from being granted in full.
+enum class LimitingReason : std::uint8_t { kNone, kSceneMaximum, kStructuralStiffness, kDeviceForce };
+
+/// As much of a requested stiffness as a scene can serve.
+struct TargetGrant {
+  double granted_n_per_mm = 0.0;
+  LimitingReason reason = LimitingReason::kNone;
+  std::string explanation;  ///< in words, with the numbers; empty when nothing limited
+};
+
+/// min(requested, the scene's maximum, the compensable part of the structural stiffness). The last bounds
+/// only scenes that solve the compensation for the device force: those along one axis.
+TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
+
+/// Says so where the granted stiffness is softer than (3.8) leaves feasible on this object under a firm press
+/// (kFirmPressN), by its identified law, the device pulling with no more than it has and the sensor bears. It
+/// stays granted: pressed less firmly it is feasible further down, and pressed more firmly than that the
+/// device gives steadily all it may and the object feels stiffer than asked.
+void tell_too_soft(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
+                   const hal::RigInfo& rig);
+
+/// Range of (3.8), cut to what the loaded scene would grant.
+struct Feasibility {
+  double hand_force_n = 0.0;
+  double object_stiffness_n_per_mm = 0.0;
+  double min_n_per_mm = 0.0;
+  double max_n_per_mm = 0.0;
+  LimitingReason max_limited_by = LimitingReason::kNone;
+  double device_max_force_n = 0.0;
+};
+
+struct TargetRequest {
+  rt::TargetLaw law;            ///< granted in part only where it is linear
+  std::int64_t at_time_ns = 0;  ///< of the rig's clock; 0 = now
+  std::optional<double> ramp_s;
+};
+
+struct TargetSet {
+  double requested_n_per_mm = 0.0;  ///< of a law that is not linear: the greatest it asks for
+  TargetGrant grant;
+  std::uint64_t effective_tick = 0;
+  std::int64_t effective_time_ns = 0;
+  double ramp_s = 0.0;  ///< as requested, or longer
+};
+
+/// Sets targets, now or at a given time, and tells what could be rendered.
+class TargetControl {
+ public:
+  /// Targets that may wait for their time together; more are refused, so that waiting ones never use up what
+  /// the loop needs for a clear or a scene.
+  static constexpr int kMaxWaiting = 16;
+
+  TargetControl(Session& session, SceneHost& scenes, TelemetryHub& hub, const GuardCeilings& ceilings)
+      : session_(session), scenes_(scenes), hub_(hub), ceilings_(ceilings) {}
+
+  /// Returns once it took effect. A caller that leaves, a deadline or another scene in the meantime withdraw
+  /// it.
+  Outcome<TargetSet> set(const TargetRequest& request, const Caller& caller);
+
+  /// Absent values are taken from `last`, which must then be in contact.
+  Outcome<Feasibility> feasible(std::optional<double> hand_force_n,
+                                std::optional<double> object_stiffness_n_per_mm,
+                                const rt::TickRecord& last) const;
+
+ private:
+  std::optional<Refusal> wait_until_near(std::int64_t time_ns, Caller::Clock::time_point until,
+                                         const Caller& caller);
+
+  /// Lengthens a ramp that is shorter than the ceilings allow for this change of the target at the present
+  /// displacement, and says so.
+  void lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec& scene, TargetSet& set) const;
+
+  Session& session_;
+  SceneHost& scenes_;
+  TelemetryHub& hub_;
+  const GuardCeilings ceilings_;
+  std::atomic<int> waiting_{0};
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,71 @@
+#include "server/session/safety_latch.h"
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "server/process/log.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr std::chrono::milliseconds kPatienceForLastTick{100};
+constexpr std::chrono::microseconds kNap{200};
+
+std::string_view name_of(rt::GuardFault fault) {
+  return fault == rt::GuardFault::kNone ? "nothing was latched" : rt::rule_of(fault).cause;
+}
+
+}  // namespace
+
+std::uint64_t SafetyLatch::stop() noexcept {
+  session_.engine().stop();
+  const std::uint64_t last_tick = session_.engine().last_tick();
+  // A tick under way may have looked already; the one after the next has seen it for certain.
+  stopped_by_.store(last_tick + 3);
+  stopped_.store(true);
+  return last_tick;
+}
+
+rt::GuardFault SafetyLatch::fault_after_stop() {
+  const rt::TickRecord last = hub_.latest();
+  return last.guard_state == rt::GuardState::kLatched ? last.guard_fault : rt::GuardFault::kStopped;
+}
+
+void SafetyLatch::end_rendering() {
+  const std::uint64_t seen_by = stop() + 2;
+  const auto until = std::chrono::steady_clock::now() + kPatienceForLastTick;
+  while (session_.running() && session_.last_tick() < seen_by && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(kNap);
+  }
+}
+
+Outcome<SafetyLatch::Cleared> SafetyLatch::clear(const Caller& caller) {
+  const rt::TickRecord last = hub_.latest();
+  Cleared cleared;
+  if (last.guard_state == rt::GuardState::kLatched) {
+    cleared.fault = last.guard_fault;
+  } else if (stopped_.load()) {
+    cleared.fault = rt::GuardFault::kStopped;
+  }
+  rt::EngineCommand command;
+  command.kind = rt::EngineCommand::Kind::kClear;
+  command.at_tick = stopped_.load() ? stopped_by_.load() : 0;  // never before the stop it is to clear
+  const auto outcome = session_.execute(command, caller, kDefaultPatience);
+  if (!outcome) {
+    Refusal refusal = outcome.refusal();
+    if (refusal.kind == RefusalKind::kFailedPrecondition && cleared.fault != rt::GuardFault::kNone) {
+      refusal.error.value = name_of(cleared.fault);
+      refusal.error.remedy = std::string(rt::rule_of(cleared.fault).remedy) + ", then clear again";
+    }
+    return refusal;
+  }
+  stopped_.store(false);
+  cleared.state = cleared.fault == rt::GuardFault::kNone ? last.guard_state : rt::GuardState::kResuming;
+  cleared.effective_tick = outcome->tick;
+  log_info("cleared: " + std::string(name_of(cleared.fault)));
+  return cleared;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+
+#include "rt/record/tick_record.h"
+#include "server/session/caller.h"
+#include "server/session/outcome.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
+
+namespace hapticd::server {
+
+/// Stop and clear. Anyone may stop, at any time, without waiting.
+class SafetyLatch {
+ public:
+  SafetyLatch(Session& session, TelemetryHub& hub) : session_(session), hub_(hub) {}
+
+  /// Zero force from the next tick. Returns the last tick that was completed when the loop was told: by the
+  /// second one after it the force is zero. Waits for nothing, cannot fail.
+  std::uint64_t stop() noexcept;
+  /// The fault the guard is latched by after a stop: an earlier one stays the one told.
+  rt::GuardFault fault_after_stop();
+  /// The same before the loop ends: returns once the zero was commanded, or after a moment where no tick
+  /// comes.
+  void end_rendering();
+
+  struct Cleared {
+    rt::GuardState state = rt::GuardState::kRendering;
+    rt::GuardFault fault = rt::GuardFault::kNone;  ///< what was cleared
+    std::uint64_t effective_tick = 0;
+  };
+  /// Refused while the fault persists.
+  Outcome<Cleared> clear(const Caller& caller);
+
+ private:
+  Session& session_;
+  TelemetryHub& hub_;
+  std::atomic<bool> stopped_{false};          ///< since the last clear
+  std::atomic<std::uint64_t> stopped_by_{0};  ///< the tick at which the loop knows of it at the latest
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/rig.h"
+#include "rt/loop/engine.h"
+#include "rt/loop/periodic_loop.h"
+#include "server/session/caller.h"
+#include "server/session/outcome.h"
+#include "server/session/sensor_claim.h"
+
+namespace hapticd::sim {
+class SimulatedRig;
+}
+
+namespace hapticd::server {
+
+/// One rig, its engine and its loop, from the daemon's start to its end. Everything that is asked of the loop
+/// passes through execute(); nothing here is ever waited for by the loop.
+class Session {
+ public:
+  Session(std::unique_ptr<hal::Rig> rig, const rt::LoopConfig& loop);
+  /// Stops.
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// Ticks from now on. Where the rig has a device with hardware behind it, that is engaged already.
+  void start();
+  /// From now on calls that wait for the loop end with kUnavailable.
+  void refuse_commands();
+  /// Zero force, then no more ticks, then the hardware is let go; calls that wait for the loop end with
+  /// kUnavailable.
+  void stop();
+
+  /// Opens the force sensor unless it is open, and returns once it delivers; it stays open for as long as
+  /// anybody holds a claim.
+  hal::Result<SensorClaim> claim_sensor();
+  std::vector<hal::PartReport> part_reports() const { return rig_->reports(); }
+  struct Probe {
+    std::vector<hal::PartReport> reports;
+    std::optional<hal::Error> error;  ///< of a part that could not be opened
+  };
+  /// The reports, with a sensor that nobody uses opened for the moment.
+  Probe probe_parts();
+  /// Out of contact only.
+  std::optional<Refusal> bias_force_sensor();
+  std::optional<Refusal> home_device();
+
+  hal::Rig& rig() { return *rig_; }
+  const hal::RigInfo& rig_info() const { return rig_->info(); }
+  const rt::LoopConfig& loop_config() const { return loop_config_; }
+  /// True where the rig keeps its own time: seconds of it pass in less or more than a second.
+  bool rig_owns_clock() const { return rig_->owns_clock(); }
+  /// Null on a rig of which nothing is simulated.
+  sim::SimulatedRig* simulation() const { return simulation_; }
+  rt::Engine& engine() { return engine_; }
+
+  bool running() const { return loop_.running(); }
+  /// True when the rig had nothing more to read, so that the loop ended by itself.
+  bool exhausted() const { return started_.load() && !stopping_.load() && !loop_.running(); }
+  bool stopping() const { return stopping_.load(); }
+  rt::LoopStatistics statistics() const { return loop_.statistics(); }
+  /// What the loop's thread was not granted; empty before start() has returned.
+  std::vector<std::string> realtime_shortcomings() const;
+
+  /// The rig's time of the last tick.
+  std::int64_t now_ns() const { return engine_.last_time_ns(); }
+  std::uint64_t last_tick() const { return engine_.last_tick(); }
+
+  /// Nothing, or why the loop takes no commands now.
+  std::optional<Refusal> unavailable() const;
+  /// Has the loop perform a command. When the time is over, or the caller gone, it is withdrawn and will not
+  /// take effect later.
+  Outcome<rt::EngineOutcome> execute(const rt::EngineCommand& command, const Caller& caller,
+                                     std::chrono::nanoseconds allowance);
+
+ private:
+  friend class SensorClaim;
+  std::optional<Refusal> refuse_in_contact(const char* deed) const;
+  void release_sensor();
+
+  std::unique_ptr<hal::Rig> rig_;
+  sim::SimulatedRig* simulation_;
+  rt::Engine engine_;
+  rt::LoopConfig loop_config_;
+  rt::PeriodicLoop loop_;
+  std::mutex hardware_;  ///< among those who open and close the sensor
+  int sensor_claims_ = 0;
+  bool sensor_is_shut_ = false;  ///< stopped: nobody opens or closes it any more
+  std::atomic<bool> started_{false};
+  std::atomic<bool> stopping_{false};
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,172 @@
+#include "server/telemetry/telemetry_hub.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr std::chrono::milliseconds kRound{2};
+/// Records taken in one go: bounds a chunk's size when a recording runs as fast as it can.
+constexpr std::size_t kLargestChunk = 1024;
+
+}  // namespace
+
+const std::string& RecordChunk::encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string>& texts = encoded_[channels];
+  texts.resize(records.size());
+  if (texts[index].empty()) texts[index] = encode(records[index], channels);
+  return texts[index];
+}
+
+bool Subscription::ready_locked(Clock::time_point now) const {
+  if (queue_.empty()) return false;
+  return closed_ || queue_.size() >= options_.batch_size ||
+         now - queue_.front().chunk->received >= options_.longest_wait;
+}
+
+bool Subscription::ready(Clock::time_point now) const {
+  const std::lock_guard lock(mutex_);
+  return ready_locked(now) || closed_;
+}
+
+bool Subscription::take(Batch& batch, Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  if (!ready_locked(now)) return false;
+  const std::size_t count = std::min<std::size_t>(queue_.size(), options_.batch_size);
+  const auto end = queue_.begin() + static_cast<std::ptrdiff_t>(count);
+  batch.entries.assign(std::make_move_iterator(queue_.begin()), std::make_move_iterator(end));
+  queue_.erase(queue_.begin(), end);
+  batch.dropped_by_subscriber = dropped_;
+  batch.dropped_by_server = server_drops_;
+  return true;
+}
+
+bool Subscription::ended() const {
+  const std::lock_guard lock(mutex_);
+  return closed_ && queue_.empty();
+}
+
+void Subscription::offer(const std::shared_ptr<const RecordChunk>& chunk) {
+  const std::lock_guard lock(mutex_);
+  // A chunk may be a moment older than the subscription.
+  server_drops_ = std::max(chunk->dropped_by_server, server_drops_before_) - server_drops_before_;
+  for (std::uint32_t i = 0; i < chunk->records.size(); ++i) {
+    if (chunk->records[i].tick % options_.decimation != 0) continue;
+    if (queue_.size() >= options_.queue_samples) {
+      queue_.pop_front();
+      ++dropped_;
+    }
+    queue_.push_back({chunk, i});
+  }
+}
+
+void Subscription::close() {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+}
+
+TelemetryHub::~TelemetryHub() {
+  stop();
+}
+
+void TelemetryHub::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void TelemetryHub::stop() {
+  {
+    const std::lock_guard lock(stop_mutex_);
+    stop_requested_ = true;
+  }
+  stop_signal_.notify_all();
+  if (thread_.joinable()) thread_.join();
+
+  pump(Subscription::Clock::now());
+  std::shared_ptr<const Subscribers> all;
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+    all = subscribers_;
+  }
+  for (const auto& subscriber : *all) {
+    subscriber->close();
+    if (subscriber->options_.on_ready) subscriber->options_.on_ready();
+  }
+}
+
+void TelemetryHub::run() {
+  pthread_setname_np(pthread_self(), "hapticd-fanout");
+  std::unique_lock lock(stop_mutex_);
+  while (!stop_requested_) {
+    stop_signal_.wait_for(lock, kRound);
+    lock.unlock();
+    pump(Subscription::Clock::now());
+    lock.lock();
+  }
+}
+
+void TelemetryHub::pump(Subscription::Clock::time_point now) {
+  const std::lock_guard reader(pump_mutex_);
+  bool more = true;
+  while (more) {
+    auto chunk = std::make_shared<RecordChunk>();
+    rt::TickRecord record;
+    while (chunk->records.size() < kLargestChunk && engine_.pop_record(record))
+      chunk->records.push_back(record);
+    more = chunk->records.size() == kLargestChunk;
+    chunk->received = now;
+    chunk->dropped_by_server = engine_.records_dropped();
+
+    const auto all = subscribers();
+    if (!chunk->records.empty()) {
+      {
+        const std::lock_guard lock(mutex_);
+        last_ = chunk->records.back();
+      }
+      const std::shared_ptr<const RecordChunk> shared = std::move(chunk);
+      for (const auto& subscriber : *all) subscriber->offer(shared);
+    }
+    for (const auto& subscriber : *all) {
+      if (subscriber->options_.on_ready && subscriber->ready(now)) subscriber->options_.on_ready();
+    }
+  }
+}
+
+std::shared_ptr<const TelemetryHub::Subscribers> TelemetryHub::subscribers() const {
+  const std::lock_guard lock(mutex_);
+  return subscribers_;
+}
+
+std::shared_ptr<Subscription> TelemetryHub::subscribe(SubscriptionOptions options) {
+  pump(Subscription::Clock::now());  // what is older than the subscription belongs to others
+  auto subscription = std::make_shared<Subscription>(std::move(options), engine_.records_dropped());
+  const std::lock_guard lock(mutex_);
+  if (closed_) subscription->close();
+  auto changed = std::make_shared<Subscribers>(*subscribers_);
+  changed->push_back(subscription);
+  subscribers_ = std::move(changed);
+  return subscription;
+}
+
+void TelemetryHub::unsubscribe(const std::shared_ptr<Subscription>& subscription) {
+  const std::lock_guard lock(mutex_);
+  auto changed = std::make_shared<Subscribers>(*subscribers_);
+  std::erase(*changed, subscription);
+  subscribers_ = std::move(changed);
+}
+
+rt::TickRecord TelemetryHub::latest() {
+  pump(Subscription::Clock::now());
+  const std::lock_guard lock(mutex_);
+  return last_;
+}
+
+std::uint32_t TelemetryHub::subscriber_count() const {
+  return static_cast<std::uint32_t>(subscribers()->size());
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "rt/loop/engine.h"
+#include "rt/record/tick_record.h"
+
+namespace hapticd::server {
+
+/// What one subscriber wants.
+struct SubscriptionOptions {
+  std::uint32_t decimation = 1;
+  std::uint32_t batch_size = 20;
+  std::uint32_t queue_samples = 4000;
+  std::chrono::milliseconds longest_wait{100};  ///< a batch that is not full is ready when this old
+  std::function<void()> on_ready;  ///< a batch is ready; called by the hub's thread, must not block
+};
+
+/// Records that came out of the loop together; shared by all subscribers, changed by none.
+struct RecordChunk {
+  std::vector<rt::TickRecord> records;
+  std::chrono::steady_clock::time_point received;
+  std::uint64_t dropped_by_server = 0;  ///< since the daemon started
+
+  using Encode = std::string (*)(const rt::TickRecord& record, std::uint32_t channels);
+  /// What `encode`, always the same one, makes of a record for whoever wants these channels: made once,
+  /// however many ask. Any thread.
+  const std::string& encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const;
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::map<std::uint32_t, std::vector<std::string>> encoded_;  ///< by channels
+};
+
+/// One subscriber's own bounded queue. The oldest samples go first when it is full, and are counted.
+class Subscription {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  struct Entry {
+    std::shared_ptr<const RecordChunk> chunk;
+    std::uint32_t index = 0;
+    const rt::TickRecord& record() const { return chunk->records[index]; }
+    const std::string& encoded(std::uint32_t channels, RecordChunk::Encode encode) const {
+      return chunk->encoded(index, channels, encode);
+    }
+  };
+  struct Batch {
+    std::vector<Entry> entries;
+    std::uint64_t dropped_by_subscriber = 0;  ///< since the subscription began
+    std::uint64_t dropped_by_server = 0;
+  };
+
+  Subscription(SubscriptionOptions options, std::uint64_t server_drops_before)
+      : options_(std::move(options)), server_drops_before_(server_drops_before) {}
+
+  /// Takes a batch if one is ready (full, old enough, or the last ones after close()); false if not.
+  bool take(Batch& batch, Clock::time_point now);
+  /// True when nothing more will come.
+  bool ended() const;
+
+ private:
+  friend class TelemetryHub;
+  void offer(const std::shared_ptr<const RecordChunk>& chunk);
+  bool ready(Clock::time_point now) const;
+  bool ready_locked(Clock::time_point now) const;
+  void close();
+
+  const SubscriptionOptions options_;
+  const std::uint64_t server_drops_before_;
+  mutable std::mutex mutex_;
+  std::deque<Entry> queue_;
+  std::uint64_t dropped_ = 0;
+  std::uint64_t server_drops_ = 0;
+  bool closed_ = false;
+};
+
+/// Takes the loop's records out of its ring and hands them to whoever subscribed. One thread; the loop knows
+/// nothing of it, and a subscriber that stalls or dies delays neither it nor any other.
+class TelemetryHub {
+ public:
+  explicit TelemetryHub(rt::Engine& engine) : engine_(engine) {}
+  ~TelemetryHub();
+  TelemetryHub(const TelemetryHub&) = delete;
+  TelemetryHub& operator=(const TelemetryHub&) = delete;
+
+  void start();
+  /// Hands out what is left, then ends all subscriptions.
+  void stop();
+
+  std::shared_ptr<Subscription> subscribe(SubscriptionOptions options);
+  void unsubscribe(const std::shared_ptr<Subscription>& subscription);
+
+  /// The record of the last completed tick; all zero before the first. Takes out of the ring what is there,
+  /// so that whoever was told of a tick finds it here.
+  rt::TickRecord latest();
+  std::uint32_t subscriber_count() const;
+  /// Records no subscriber saw because the loop's ring was full.
+  std::uint64_t records_dropped() const { return engine_.records_dropped(); }
+
+  /// One round: takes what the loop has written and tells those whose batch is ready. What the thread does
+  /// every two milliseconds; any other may at any time.
+  void pump(Subscription::Clock::time_point now);
+
+ private:
+  using Subscribers = std::vector<std::shared_ptr<Subscription>>;
+  std::shared_ptr<const Subscribers> subscribers() const;
+  void run();
+
+  rt::Engine& engine_;
+
+  std::mutex pump_mutex_;     ///< makes its holder the one reader of the ring
+  mutable std::mutex mutex_;  ///< of the three below, held for moments only
+  std::shared_ptr<const Subscribers> subscribers_ = std::make_shared<const Subscribers>();
+  rt::TickRecord last_;
+  bool closed_ = false;
+
+  std::mutex stop_mutex_;
+  std::condition_variable stop_signal_;
+  bool stop_requested_ = false;
+  std::thread thread_;
+};
+
+}  // namespace hapticd::server

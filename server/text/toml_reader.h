@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/samples.h"
+#include "server/text/range.h"
+
+namespace hapticd::server {
+
+/// A word of a file and what it stands for.
+template <class E>
+struct Word {
+  std::string_view text;
+  E value;
+};
+
+/// One table of a TOML document, read strictly: a reader asks for every key it knows, and
+/// TomlDocument::error() then tells what was wrong or unknown, by name and line. A key that is absent leaves
+/// the value as it was, so defaults live where the value is declared and nowhere else.
+class TomlTable {
+ public:
+  /// The table under `key`; an empty one when there is none.
+  TomlTable table(std::string_view key);
+  /// The tables of an array [[key]], or key = [{…}, {…}], at most `most`; empty when there is none.
+  std::vector<TomlTable> tables(std::string_view key, std::size_t most);
+  bool has(std::string_view key) const;
+  /// All keys that are there, sorted; for tables whose keys are names of the user's own. Each still has to be
+  /// read.
+  std::vector<std::string> keys() const;
+  /// The same for a key that is optional as a whole: it counts as known even if nothing of it is read.
+  bool wants(std::string_view key);
+  std::int64_t line_of(std::string_view key) const;
+  /// What is said under `key`, if anything is, counts as an error; its place is filled in here.
+  void refuse(std::string_view key, hal::Error error);
+
+  void read(std::string_view key, double& value, const Range& range);
+  void read(std::string_view key, std::optional<double>& value, const Range& range);
+  void read(std::string_view key, int& value, const Range& range);
+  void read(std::string_view key, std::uint32_t& value, const Range& range);
+  void read(std::string_view key, std::uint64_t& value, const Range& range);
+  void read(std::string_view key, bool& value);
+  void read(std::string_view key, std::string& value, std::size_t longest = 1024);
+  /// Three numbers.
+  void read(std::string_view key, hal::Vector3& value, const Range& range);
+  /// As many numbers as the array holds.
+  template <std::size_t N>
+  void read(std::string_view key, std::array<double, N>& values, const Range& range) {
+    numbers(key, values, range);
+  }
+  /// At most `most` pairs of numbers, e.g. [[0, 0.2], [5, 0.8]]. Absent: as it was.
+  void read(std::string_view key, std::vector<std::array<double, 2>>& pairs,
+            const std::array<Range, 2>& ranges, std::size_t most);
+  /// One of a few words.
+  template <class E, std::size_t N>
+  void read(std::string_view key, E& value, const Word<E> (&words)[N]) {
+    std::vector<std::string> texts;
+    for (const Word<E>& word : words) texts.emplace_back(word.text);
+    if (const auto index = choice(key, texts)) value = words[*index].value;
+  }
+
+ private:
+  friend class TomlDocument;
+  struct State;
+  TomlTable(std::shared_ptr<State> state, std::string path)
+      : state_(std::move(state)), path_(std::move(path)) {}
+
+  std::optional<std::size_t> choice(std::string_view key, const std::vector<std::string>& words);
+  bool numbers(std::string_view key, std::span<double> values, const Range& range);
+  bool integer(std::string_view key, std::int64_t& value, const Range& range);
+
+  std::shared_ptr<State> state_;
+  std::string path_;  ///< dotted, empty at the root
+};
+
+/// A parsed document and what was found wrong with it while it was read.
+class TomlDocument {
+ public:
+  /// `source` is how errors call the document, e.g. a path or "scene 'tap_1d'".
+  static hal::Result<TomlDocument> parse(std::string_view text, std::string source);
+  /// Files beyond 1 MiB are refused.
+  static hal::Result<TomlDocument> open(const std::string& path);
+
+  TomlTable root() const;
+  /// The first error by line, unknown keys included. Call it when all known keys were read.
+  std::optional<hal::Error> error() const;
+  const std::string& source() const;
+
+ private:
+  explicit TomlDocument(std::shared_ptr<TomlTable::State> state) : state_(std::move(state)) {}
+  std::shared_ptr<TomlTable::State> state_;
+};
+
+/// The text of a file, at most 1 MiB.
+hal::Result<std::string> read_text_file(const std::string& path);
+
+/// A string as TOML writes it, quoted and escaped.
+std::string toml_quoted(std::string_view text);
+/// The shortest text that reads back as the same number.
+std::string toml_number(double value);
+
+}  // namespace hapticd::server

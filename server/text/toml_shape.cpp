@@ -1,0 +1,108 @@
+#include "server/text/toml_shape.h"
+
+#include <fmt/format.h>
+
+namespace hapticd::server {
+
+namespace {
+
+/// Walks over a text once, past strings and comments.
+class Walk {
+ public:
+  explicit Walk(std::string_view text) : text_(text) {}
+
+  bool done() const { return at_ >= text_.size(); }
+  char look() const { return text_[at_]; }
+  std::size_t line() const { return line_; }
+  std::size_t bytes_in_line() const { return at_ - line_start_; }
+
+  void step() {
+    if (text_[at_++] != '\n') return;
+    ++line_;
+    line_start_ = at_;
+  }
+  void skip_comment() {
+    while (!done() && look() != '\n' && bytes_in_line() <= kMaxTomlLine) step();
+  }
+  /// At its opening quote. A string of one line ends with the line at the latest: what is wrong there is the
+  /// parser's.
+  void skip_string() {
+    const char quote = look();
+    const bool has_escapes = quote == '"';
+    const std::string_view triple = quote == '"' ? "\"\"\"" : "'''";
+    const bool many_lines = text_.substr(at_, 3) == triple;
+    for (int i = 0; i < (many_lines ? 3 : 1); ++i) step();
+    while (!done() && bytes_in_line() <= kMaxTomlLine) {
+      if (has_escapes && look() == '\\') {
+        step();
+        if (!done()) step();
+      } else if (many_lines ? text_.substr(at_, 3) == triple : look() == quote) {
+        step();
+        if (!many_lines) return;
+        step();
+        step();
+        for (int i = 0; i < 2 && !done() && look() == quote; ++i)
+          step();  // quotes just before the end belong to it
+        return;
+      } else if (!many_lines && look() == '\n') {
+        return;
+      } else {
+        step();
+      }
+    }
+  }
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::size_t line_ = 1;
+  std::size_t line_start_ = 0;
+};
+
+}  // namespace
+
+std::optional<hal::Error> check_toml_shape(std::string_view text, const std::string& source) {
+  Walk walk(text);
+  std::size_t parts = 1;
+  while (!walk.done()) {
+    switch (walk.look()) {
+      case '#':
+        walk.skip_comment();
+        break;
+      case '"':
+      case '\'':
+        walk.skip_string();
+        break;
+      case '.':
+        ++parts;
+        walk.step();
+        break;
+      case '\n':
+      case '=':
+      case ',':
+      case '[':
+      case ']':
+      case '{':
+      case '}':
+        parts = 1;
+        walk.step();
+        break;
+      default:
+        walk.step();
+    }
+    if (parts > kMaxKeyParts) {
+      return hal::Error{"a key has too many parts", fmt::format("{}, line {}", source, walk.line()),
+                        fmt::format("more than {} parts", kMaxKeyParts),
+                        fmt::format("at most {} parts joined by dots", kMaxKeyParts), "shorten the key"};
+    }
+    if (walk.bytes_in_line() > kMaxTomlLine) {
+      return hal::Error{"a line is too long", fmt::format("{}, line {}", source, walk.line()),
+                        fmt::format("more than {} bytes", kMaxTomlLine),
+                        fmt::format("at most {} bytes", kMaxTomlLine),
+                        "break the line, or shorten what it holds"};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace hapticd::server

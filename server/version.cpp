@@ -1,9 +1,0 @@
-#include "server/version.h"
-
-namespace hapticd::server {
-
-const char* version() {
-  return HAPTICD_VERSION;
-}
-
-}  // namespace hapticd::server

@@ -1,0 +1,160 @@
+#include "server/config/guard_ceilings.h"
+
+#include <gtest/gtest.h>
+
+#include "hal/sim/simulated_rig.h"
+#include "server/config/config.h"
+
+namespace hapticd::server {
+namespace {
+
+hal::RigInfo rig(const char* device = "phantom_1_0") {
+  sim::SimulationConfig config;
+  config.device = device;
+  return (*sim::SimulatedRig::create(config))->info();
+}
+
+/// Filled, resolved and checked as the daemon does it.
+std::optional<hal::Error> refusal_of(rt::SceneSpec scene, const GuardCeilings& ceilings = {},
+                                     const hal::RigInfo& on = rig()) {
+  std::vector<std::string> remarks;
+  fill_from_ceilings(ceilings, on.device, scene, remarks);
+  const auto resolved = rt::resolve(scene, on);
+  if (!resolved) return resolved.error();
+  return check_ceilings(ceilings, on.device, *resolved);
+}
+
+rt::SceneSpec scene(rt::SceneKind kind = rt::SceneKind::kTap1d) {
+  rt::SceneSpec spec;
+  spec.name = "x";
+  spec.kind = kind;
+  return spec;
+}
+
+TEST(GuardCeilings, LetSceneDefaultsPassUnchanged) {
+  for (const char* device : {"phantom_1_0", "phantom_1_5_high_force"}) {
+    for (const rt::SceneKind kind : {rt::SceneKind::kTap1d, rt::SceneKind::kWall, rt::SceneKind::kExplore}) {
+      rt::SceneSpec plain = scene(kind);
+      std::vector<std::string> remarks;
+      fill_from_ceilings({}, rig(device).device, plain, remarks);
+      EXPECT_TRUE(remarks.empty()) << remarks.front();
+      EXPECT_EQ(plain.guard.max_force_n, 0.0) << "still the device's own";
+      const auto refused = refusal_of(scene(kind), {}, rig(device));
+      EXPECT_FALSE(refused) << refused->text();
+    }
+  }
+}
+
+TEST(GuardCeilings, RefuseEveryKeyThatAsksForMoreByName) {
+  struct Case {
+    const char* key;
+    void (*ask)(rt::SceneSpec&);
+    const char* value;
+    const char* limit;
+  };
+  const Case cases[] = {
+      {"guard.max_force_rate_n_per_s", [](rt::SceneSpec& s) { s.guard.max_force_rate_n_per_s = 1e6; },
+       "1000000 N/s", "at most 1700 N/s ([guard] max_force_rate_n_per_s)"},
+      {"guard.max_power_w", [](rt::SceneSpec& s) { s.guard.max_power_w = 100.0; }, "100 W",
+       "at most 2.5 W ([guard] max_power_w)"},
+      {"guard.sensor_stale_after_ms", [](rt::SceneSpec& s) { s.guard.sensor_stale_after_ms = 1000.0; },
+       "1000 ms", "at most 5 ms ([guard] max_sensor_stale_after_ms)"},
+      {"guard.loop_gap_ms", [](rt::SceneSpec& s) { s.guard.loop_gap_ms = 0.0; }, "0 ms",
+       "at most 50 ms ([guard] max_loop_gap_ms)"},
+      {"guard.loop_gap_ms", [](rt::SceneSpec& s) { s.guard.loop_gap_ms = 1000.0; }, "1000 ms",
+       "at most 50 ms ([guard] max_loop_gap_ms)"},
+      {"guard.resume_ramp_s", [](rt::SceneSpec& s) { s.guard.resume_ramp_s = 0.0; }, "0 s",
+       "at least 0.25 s ([guard] min_resume_ramp_s)"},
+      {"guard.fall_ramp_s", [](rt::SceneSpec& s) { s.guard.fall_ramp_s = 1.0; }, "1 s",
+       "at most 0.2 s ([guard] max_fall_ramp_s)"},
+      {"target.ramp_s", [](rt::SceneSpec& s) { s.target_ramp_s = 0.0; }, "0 s",
+       "at least 0.1 s ([guard] min_target_ramp_s)"},
+      {"target.max_stiffness_n_per_mm", [](rt::SceneSpec& s) { s.max_target_stiffness_n_per_mm = 1000.0; },
+       "1000 N/mm", "at most 1 N/mm ([guard] max_target_stiffness_n_per_mm)"},
+      // A rigid device by the scene's own word lifts nothing.
+      {"target.max_stiffness_n_per_mm",
+       [](rt::SceneSpec& s) {
+         s.structural_compensation = false;
+         s.max_target_stiffness_n_per_mm = 1000.0;
+       },
+       "1000 N/mm", "at most 1 N/mm ([guard] max_target_stiffness_n_per_mm)"},
+  };
+  for (const Case& c : cases) {
+    rt::SceneSpec asking = scene();
+    c.ask(asking);
+    const auto refused = refusal_of(asking);
+    ASSERT_TRUE(refused) << c.key;
+    EXPECT_EQ(refused->where, std::string("scene 'x', ") + c.key);
+    EXPECT_EQ(refused->value, c.value);
+    EXPECT_EQ(refused->limit, c.limit);
+    EXPECT_NE(refused->remedy.find("under [guard] in the daemon's configuration"), std::string::npos);
+  }
+}
+
+TEST(GuardCeilings, AWallHasOneOfItsOwn) {
+  rt::SceneSpec wall = scene(rt::SceneKind::kWall);
+  wall.structural_compensation = false;
+  wall.max_target_stiffness_n_per_mm = 5.0;
+  EXPECT_FALSE(refusal_of(wall, {}, rig("phantom_1_5_high_force")));
+  const auto refused = refusal_of(wall);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->limit, "at most 1.3 N/mm ([guard] max_wall_stiffness_n_per_mm)");
+}
+
+TEST(GuardCeilings, LowerOnesTakeThePlaceOfWhatASceneDoesNotSay) {
+  GuardCeilings low;
+  low.max_force_n = 3.0;
+  low.max_force_rate_n_per_s = 200.0;
+  low.max_power_w = 1.0;
+  low.max_target_stiffness_n_per_mm = 0.8;
+  low.min_target_ramp_s = 0.5;
+  low.min_resume_ramp_s = 2.0;
+  low.max_sensor_stale_after_ms = 1.5;
+  low.max_loop_gap_ms = 10.0;
+  rt::SceneSpec filled = scene();
+  std::vector<std::string> remarks;
+  fill_from_ceilings(low, rig().device, filled, remarks);
+  EXPECT_EQ(filled.guard.max_force_n, 3.0);
+  EXPECT_EQ(filled.guard.max_force_rate_n_per_s, 200.0);
+  EXPECT_EQ(filled.guard.max_power_w, 1.0);
+  EXPECT_EQ(filled.max_target_stiffness_n_per_mm, 0.8);
+  EXPECT_EQ(filled.target_ramp_s, 0.5);
+  EXPECT_EQ(filled.guard.resume_ramp_s, 2.0);
+  EXPECT_EQ(filled.guard.sensor_stale_after_ms, 1.5);
+  EXPECT_EQ(filled.guard.loop_gap_ms, 10.0);
+  EXPECT_EQ(remarks.size(), 8U);
+  EXPECT_EQ(remarks.front(), "guard.max_force_n = 3 N: [guard] max_force_n of the daemon's configuration");
+  EXPECT_FALSE(refusal_of(scene(), low));
+
+  rt::SceneSpec asking = scene();
+  asking.guard.max_force_n = 4.0;
+  const auto refused = refusal_of(asking, low);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->limit, "at most 3 N ([guard] max_force_n)");
+
+  rt::SceneSpec gentle = scene();
+  gentle.guard.max_force_n = 1.0;
+  EXPECT_FALSE(refusal_of(gentle, low)) << "less may always be asked for";
+}
+
+TEST(GuardCeilings, AreOfTheConfigurationWhereTheChecksAreNeverOff) {
+  const auto config =
+      parse_config("[guard]\nmax_power_w = 1\nmax_sensor_stale_after_ms = 20\nmin_target_ramp_s = 0\n", "x");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->guard.max_power_w, 1.0);
+  EXPECT_EQ(config->guard.max_sensor_stale_after_ms, 20.0);
+  EXPECT_EQ(config->guard.min_target_ramp_s, 0.0);
+  const auto again = parse_config(write_config(*config), "again");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(again->guard.max_sensor_stale_after_ms, 20.0);
+  EXPECT_EQ(again->guard.max_loop_gap_ms, 50.0);
+  for (const char* off : {"max_sensor_stale_after_ms = 0", "max_loop_gap_ms = 0", "max_power_w = inf",
+                          "max_power_w = 0", "min_resume_ramp_s = -1", "max_pover_w = 1"}) {
+    const auto refused = parse_config(std::string("[guard]\n") + off + "\n", "x");
+    ASSERT_FALSE(refused) << off;
+    EXPECT_EQ(refused.error().where, "x, line 2") << off;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::server

@@ -1,0 +1,216 @@
+#include "server/model/model_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "server/model/store/model_library.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::server {
+namespace {
+
+rt::ObjectModel some_model(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> fraction(0.01, 0.99);
+  rt::ObjectModel model;
+  model.name = "a_foam-2";
+  model.identified_on = "sim:phantom_1_0, \"palpation\" at 2 N\nand ε";
+  model.max_displacement_mm = 10.0 * fraction(random);
+  model.max_force_n = 5.0 * fraction(random);
+  auto& power = model.hunt_crossley.emplace();
+  power.parameters = {fraction(random), fraction(random), 1.0 + fraction(random)};
+  power.relative_error = fraction(random);
+  auto& creep = model.creep.emplace();
+  for (double& time_s : creep.parameters.time_s) time_s = fraction(random);
+  for (double& weight : creep.parameters.weight) weight = fraction(random);
+  creep.parameters.max_force_n = fraction(random);
+  for (std::size_t i = 1; i < creep.parameters.displacement_mm.size(); ++i) {
+    creep.parameters.displacement_mm[i] = creep.parameters.displacement_mm[i - 1] + fraction(random);
+  }
+  creep.relative_error = fraction(random);
+  for (auto* friction : {&model.rod_friction, &model.bearing_friction}) {
+    *friction =
+        rt::FrictionParameters{fraction(random), fraction(random), fraction(random), fraction(random)};
+  }
+  rt::MaxwellSlipParameters& elements = model.rod_friction->maxwell_slip.emplace();
+  for (std::size_t i = 0; i + 1 < elements.reach_mm.size(); ++i) {
+    elements.reach_mm[i] = fraction(random);
+    elements.stiffness_per_mm[i] = fraction(random) / 8.0;
+  }
+  model.rod_friction->kinetic = elements.kinetic();
+  return model;
+}
+
+void expect_same(const rt::ObjectModel& a, const rt::ObjectModel& b) {
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.identified_on, b.identified_on);
+  EXPECT_EQ(a.max_displacement_mm, b.max_displacement_mm);
+  EXPECT_EQ(a.max_force_n, b.max_force_n);
+  ASSERT_EQ(a.hunt_crossley.has_value(), b.hunt_crossley.has_value());
+  if (a.hunt_crossley) {
+    EXPECT_EQ(a.hunt_crossley->parameters.stiffness_n_per_mm_m,
+              b.hunt_crossley->parameters.stiffness_n_per_mm_m);
+    EXPECT_EQ(a.hunt_crossley->parameters.damping_n_s_per_mm_m1,
+              b.hunt_crossley->parameters.damping_n_s_per_mm_m1);
+    EXPECT_EQ(a.hunt_crossley->parameters.exponent, b.hunt_crossley->parameters.exponent);
+    EXPECT_EQ(a.hunt_crossley->relative_error, b.hunt_crossley->relative_error);
+  }
+  ASSERT_EQ(a.creep.has_value(), b.creep.has_value());
+  if (a.creep) {
+    EXPECT_EQ(a.creep->parameters.time_s, b.creep->parameters.time_s);
+    EXPECT_EQ(a.creep->parameters.weight, b.creep->parameters.weight);
+    EXPECT_EQ(a.creep->parameters.max_force_n, b.creep->parameters.max_force_n);
+    EXPECT_EQ(a.creep->parameters.displacement_mm, b.creep->parameters.displacement_mm);
+    EXPECT_EQ(a.creep->relative_error, b.creep->relative_error);
+  }
+  for (const auto& [of_a, of_b] :
+       {std::pair{a.rod_friction, b.rod_friction}, {a.bearing_friction, b.bearing_friction}}) {
+    ASSERT_EQ(of_a.has_value(), of_b.has_value());
+    if (!of_a) continue;
+    EXPECT_EQ(of_a->kinetic, of_b->kinetic);
+    EXPECT_EQ(of_a->presliding_mm, of_b->presliding_mm);
+    EXPECT_EQ(of_a->viscous_n_s_per_mm, of_b->viscous_n_s_per_mm);
+    EXPECT_EQ(of_a->exponent, of_b->exponent);
+    ASSERT_EQ(of_a->maxwell_slip.has_value(), of_b->maxwell_slip.has_value());
+    if (!of_a->maxwell_slip) continue;
+    EXPECT_EQ(of_a->maxwell_slip->reach_mm, of_b->maxwell_slip->reach_mm);
+    EXPECT_EQ(of_a->maxwell_slip->stiffness_per_mm, of_b->maxwell_slip->stiffness_per_mm);
+  }
+}
+
+void expect_error(const std::string& toml, const hal::Error& expected) {
+  const auto model = parse_model(toml, "model text");
+  ASSERT_FALSE(model) << toml;
+  EXPECT_EQ(model.error().what, expected.what);
+  EXPECT_EQ(model.error().where, expected.where);
+  EXPECT_EQ(model.error().value, expected.value);
+  EXPECT_EQ(model.error().limit, expected.limit);
+  EXPECT_EQ(model.error().remedy, expected.remedy);
+}
+
+TEST(ModelFile, WhatIsWrittenReadsBackBitForBit) {
+  std::mt19937_64 random(3);
+  for (int parts = 0; parts < 64; ++parts) {
+    rt::ObjectModel model = some_model(random);
+    if ((parts & 1) != 0) model.hunt_crossley.reset();
+    if ((parts & 2) != 0) model.creep.reset();
+    if ((parts & 4) != 0) model.rod_friction.reset();
+    if ((parts & 8) != 0) model.bearing_friction.reset();
+    if ((parts & 16) != 0 && model.rod_friction) model.rod_friction->maxwell_slip.reset();
+    const std::string text = write_model(model);
+    const auto again = parse_model(text, "written");
+    ASSERT_TRUE(again) << again.error().text() << "\n" << text;
+    expect_same(*again, model);
+    EXPECT_EQ(write_model(*again), text);
+  }
+}
+
+TEST(ModelFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
+  expect_error("name = \"x\"\n[hunt_crossly]\nexponent = 1\n",
+               {"unknown key 'hunt_crossly'", "model text, line 2", "",
+                "name, identified_on, max_displacement_mm, max_force_n, hunt_crossley, creep, rod_friction, "
+                "bearing_friction",
+                "did you mean 'hunt_crossley'?"});
+  expect_error(
+      "name = \"x\"\n[rod_friction]\nkinetik = 1\n",
+      {"unknown key 'kinetik' in [rod_friction]", "model text, line 3", "",
+       "kinetic, presliding_mm, viscous_n_s_per_mm, exponent, maxwell_slip", "did you mean 'kinetic'?"});
+}
+
+TEST(ModelFile, ASectionSaysAllOfItsKeys) {
+  expect_error("name = \"x\"\n[rod_friction]\nkinetic = 1\n",
+               {"'rod_friction.presliding_mm' is missing", "model text", "", "",
+                "say it, or leave out all of [rod_friction]"});
+  expect_error("name = \"x\"\ncreep = 3\n", {"'creep' has the wrong type", "model text, line 2", "an integer",
+                                             "a table [creep]", "correct the value"});
+}
+
+TEST(ModelFile, ValuesAreCheckedAloneAndTogether) {
+  expect_error("name = \"x\"\nmax_force_n = -1\n", {"'max_force_n' is out of range", "model text, line 2",
+                                                    "-1 N", "0 … 1000 N", "use at least 0 N"});
+  expect_error("name = \"x\"\n[creep]\ntime_s = [1, 2]\n",
+               {"'creep.time_s' has the wrong type", "model text, line 3", "an array",
+                "4 numbers, each 0.0001 … 1000 s", "correct the value"});
+  std::mt19937_64 random(5);
+  rt::ObjectModel model = some_model(random);
+  model.creep->parameters.displacement_mm[4] = model.creep->parameters.displacement_mm[3];
+  const auto flat = parse_model(write_model(model), "model text");
+  ASSERT_FALSE(flat);
+  EXPECT_EQ(flat.error().what, "creep.displacement_mm must rise; knot 4 is out of range");
+  EXPECT_EQ(flat.error().where, "model text");
+}
+
+TEST(ModelFile, MaxwellSlipElementsAreEightEachAndFitTheLevel) {
+  const std::string rod =
+      "name = \"x\"\n[rod_friction]\nkinetic = 0.5\npresliding_mm = 0.2\nviscous_n_s_per_mm = 0\n";
+  const std::string reaches = "reach_mm = [0.1, 0.4, 0, 0, 0, 0, 0, 0]";
+  const auto elements = [&](const std::string& inside) {
+    return rod + "maxwell_slip = { " + inside + " }\n";
+  };
+  const auto good =
+      parse_model(elements(reaches + ", stiffness_per_mm = [1, 1, 0, 0, 0, 0, 0, 0]"), "model text");
+  ASSERT_TRUE(good) << good.error().text();
+  EXPECT_EQ(good->rod_friction->maxwell_slip->reach_mm[1], 0.4);
+  expect_error(elements(reaches), {"'rod_friction.maxwell_slip.stiffness_per_mm' is missing", "model text",
+                                   "", "", "say it, or leave out all of [rod_friction.maxwell_slip]"});
+  expect_error(elements("reach_mm = [0.1]"),
+               {"'rod_friction.maxwell_slip.reach_mm' has the wrong type", "model text, line 6", "an array",
+                "8 numbers, each 0 … 1000 mm", "correct the value"});
+  expect_error(
+      elements(reaches + ", stiffness_per_mm = [1, 2, 0, 0, 0, 0, 0, 0]"),
+      {"rod_friction.kinetic is not the level of the Maxwell-slip elements", "model text", "0.5",
+       "0.9, the sum of reach times stiffness, above 0", "identify the friction again, or fix the file"});
+}
+
+TEST(ModelFile, AModelHasTheNameOfItsFile) {
+  expect_error("max_force_n = 1\n",
+               {"the model has no name", "model text", "", "", "add name = \"…\" at its top"});
+  expect_error("name = \"a b\"\n", {"not a name for a model", "model text, line 1", "a b",
+                                    "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"});
+  const auto renamed = parse_model("name = \"a\"\n", "a file", "b");
+  ASSERT_FALSE(renamed);
+  EXPECT_EQ(renamed.error().what, "the model's name is not that of its file");
+}
+
+TEST(ModelLibrary, TheBuiltInModelsAreSound) {
+  const ModelLibrary library;
+  const auto entries = library.list();
+  EXPECT_FALSE(entries.empty());
+  for (const auto& entry : entries) {
+    ASSERT_TRUE(entry.model) << entry.name << ": " << entry.problem;
+    EXPECT_EQ(entry.model->name, entry.name);
+    EXPECT_EQ(entry.problem, "");
+  }
+  for (const char* name : {"foam_ball_3d", "rubber_ball_3d", "silicone_rest", "sponge_cut"}) {
+    EXPECT_TRUE(library.contains(name)) << name;
+  }
+}
+
+TEST(ModelLibrary, AFolderAddsAndReplacesAndABrokenFileIsTold) {
+  const test::TemporaryFolder folder;
+  folder.write("broken.toml", "oops = 1\n");
+  folder.write("mine.toml", "[rod_friction]\nkinetic = 0.5\npresliding_mm = 1\nviscous_n_s_per_mm = 0\n");
+  folder.write("sponge_cut.toml", "identified_on = \"my own\"\n");
+  const ModelLibrary library(folder.path());
+  const auto entries = library.list();
+  const auto broken =
+      std::find_if(entries.begin(), entries.end(), [](const auto& entry) { return entry.name == "broken"; });
+  ASSERT_NE(broken, entries.end());
+  EXPECT_FALSE(broken->model);
+  EXPECT_NE(broken->problem.find("broken.toml, line 1: unknown key 'oops'"), std::string::npos)
+      << broken->problem;
+  ASSERT_TRUE(library.find("mine"));
+  EXPECT_FALSE(library.find("mine")->creep);
+  EXPECT_EQ(library.find("sponge_cut")->identified_on, "my own");
+  const auto unknown = library.find("mein");
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().what, "unknown model 'mein'");
+  EXPECT_EQ(unknown.error().remedy, "did you mean 'mine'?");
+  EXPECT_FALSE(library.find("../mine"));
+  EXPECT_FALSE(library.check_folder());
+  EXPECT_TRUE(ModelLibrary(folder.path("none")).check_folder());
+}
+
+}  // namespace
+}  // namespace hapticd::server

@@ -1,0 +1,249 @@
+#include "server/model/model_json.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "tests/support/model_examples.h"
+
+namespace hapticd::server {
+namespace {
+
+using test::example_contact;
+
+rt::ToolModel turned_tool() {
+  rt::ToolModel tool = test::example_tool();
+  tool.tip_to_centre_mm = {2.0, -3.0, 42.0};
+  return tool;
+}
+
+rt::IdentifiedModel maxwell_slip_friction() {
+  rt::IdentifiedModel model = test::example_friction("sponge_cut");
+  rt::FrictionParameters& friction = std::get<rt::FrictionModel>(model.content).friction;
+  friction.maxwell_slip = rt::MaxwellSlipParameters{{0.1, 0.3}, {1.0, 1.0 / 3.0}};
+  friction.kinetic = friction.maxwell_slip->kinetic();
+  return model;
+}
+
+std::vector<rt::IdentifiedModel> one_of_each() {
+  return {test::example_contact("sponge_cut"),
+          maxwell_slip_friction(),
+          test::example_friction("sponge_cut"),
+          test::example_friction("sponge_cut", rt::Tip::kBallBearing),
+          test::example_of_rig(test::example_structure()),
+          test::example_of_rig(test::example_tool()),
+          test::example_of_rig(turned_tool()),
+          test::example_of_rig(rt::ThresholdModel{0.012, 0.011, 20.0}),
+          test::example_of_rig(rt::GainsModel{0.4, 0.02, 0.9, 14.0})};
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from << " in " << text;
+  return text.replace(at, from.size(), to);
+}
+
+/// As somebody who knows the trick would hand it in: the hash fits what it says.
+std::string exported_with_hash_of(const std::string& canonical) {
+  return export_json(canonical, sha256_hex(canonical));
+}
+
+void expect_refused(const std::string& json, const std::string& what) {
+  const auto imported = import_json(json);
+  ASSERT_FALSE(imported) << json;
+  EXPECT_NE(imported.error().what.find(what), std::string::npos) << imported.error().text();
+}
+
+TEST(ModelJson, HashesLikeEverybody) {
+  EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256_hex("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(ModelJson, AToolWithoutACentreFromTheTipHasTheTextItAlwaysHad) {
+  const auto without = canonical_json(test::example_of_rig(test::example_tool()));
+  const auto with = canonical_json(test::example_of_rig(turned_tool()));
+  ASSERT_TRUE(without && with);
+  EXPECT_EQ(without->find("tip_to_centre_mm"), std::string::npos) << "models stored before keep their hash";
+  const auto again = parse_canonical_json(*with, "test");
+  ASSERT_TRUE(again);
+  EXPECT_EQ(std::get<rt::ToolModel>(again->content).tip_to_centre_mm->z, 42.0);
+  rt::ToolModel far = turned_tool();
+  far.tip_to_centre_mm->x = std::nan("");
+  EXPECT_FALSE(canonical_json(test::example_of_rig(far)));
+}
+
+TEST(ModelJson, FrictionWithoutMaxwellSlipElementsHasTheTextItAlwaysHad) {
+  const auto without = canonical_json(test::example_friction("sponge_cut"));
+  const auto with = canonical_json(maxwell_slip_friction());
+  ASSERT_TRUE(without && with);
+  EXPECT_EQ(without->find("maxwell_slip"), std::string::npos) << "models stored before keep their hash";
+  const auto again = parse_canonical_json(*with, "test");
+  ASSERT_TRUE(again) << again.error().text();
+  const auto& read = std::get<rt::FrictionModel>(again->content).friction.maxwell_slip;
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->reach_mm[1], 0.3);
+  EXPECT_EQ(read->stiffness_per_mm[1], 1.0 / 3.0);
+  rt::IdentifiedModel rolling = maxwell_slip_friction();
+  std::get<rt::FrictionModel>(rolling.content).tip = rt::Tip::kBallBearing;
+  EXPECT_FALSE(canonical_json(rolling)) << "a ball bearing has none";
+  rt::IdentifiedModel other = maxwell_slip_friction();
+  std::get<rt::FrictionModel>(other.content).friction.kinetic *= 2.0;
+  EXPECT_FALSE(canonical_json(other)) << "the level is that of the elements";
+}
+
+TEST(ModelJson, TheTextIsCanonicalAndReadsBackAsTheSame) {
+  for (const rt::IdentifiedModel& model : one_of_each()) {
+    const auto text = canonical_json(model);
+    ASSERT_TRUE(text) << text.error().text();
+    const auto again = parse_canonical_json(*text, "test");
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_EQ(*canonical_json(*again), *text);
+    EXPECT_STREQ(rt::kind_name(again->content), rt::kind_name(model.content));
+    EXPECT_EQ(again->procedure, model.procedure);
+    EXPECT_EQ(again->parameters.size(), 2U);
+    EXPECT_TRUE(std::isinf(again->parameters[1].standard_error));
+    EXPECT_EQ(again->parameters[1].value, 1.0 / 3.0);
+    EXPECT_EQ(text->find('\n'), std::string::npos);
+    // Keys in order.
+    std::vector<std::size_t> places;
+    for (const char* key :
+         {"\"content\":", "\"converged\":", "\"data_reference\":", "\"device\":", "\"kind\":"}) {
+      places.push_back(text->find(key));
+    }
+    EXPECT_TRUE(std::is_sorted(places.begin(), places.end())) << *text;
+  }
+}
+
+// The hash names a model for good: it must not change with a library or a field's order.
+TEST(ModelJson, AKnownModelHasItsKnownText) {
+  rt::IdentifiedModel model = test::example_of_rig(rt::ThresholdModel{0.012, 0.0, 1e6});
+  model.parameters = {{"threshold", "N", 0.1, 5e-324}};
+  model.procedure = "free motion";
+  model.residual = -0.0;
+  const auto text = canonical_json(model);
+  ASSERT_TRUE(text);
+  EXPECT_EQ(*text,
+            R"({"content":{"largest_residual_n":0,"observed_s":1e+06,"threshold_n":0.012},"converged":true,)"
+            R"("data_reference":"session-0","device":"phantom_1_0","kind":"threshold","object":"",)"
+            R"("parameters":[{"name":"threshold","standard_error":5e-324,"unit":"N","value":0.1}],)"
+            R"("procedure":"free motion","residual":0,"schema":"hapticd.model/1","sensor":"nano17_si_25",)"
+            R"("validity":{"max_displacement_mm":0,"max_force_n":0,"max_speed_mm_per_s":0}})");
+  EXPECT_EQ(sha256_hex(*text), sha256_hex(*canonical_json(*parse_canonical_json(*text, "test"))));
+}
+
+TEST(ModelJson, EveryNumberSurvivesBitForBit) {
+  std::mt19937_64 random(7);
+  std::uniform_int_distribution<std::uint64_t> bits;
+  for (int i = 0; i < 2000; ++i) {
+    rt::IdentifiedModel model = example_contact("x");
+    double value = 0.0;
+    do {
+      const std::uint64_t pattern = bits(random);
+      std::memcpy(&value, &pattern, sizeof value);
+    } while (!std::isfinite(value) || std::abs(value) > 1e299);
+    model.parameters[0].value = value;
+    const auto text = canonical_json(model);
+    ASSERT_TRUE(text) << text.error().text();
+    const auto again = parse_canonical_json(*text, "test");
+    ASSERT_TRUE(again) << value;
+    ASSERT_EQ(again->parameters[0].value, value);
+  }
+}
+
+TEST(ModelJson, AnythingElseIsAnotherHash) {
+  const std::string before = *canonical_json(example_contact("x"));
+  rt::IdentifiedModel other = example_contact("x");
+  auto& law = std::get<rt::ContactModel>(other.content).hunt_crossley->parameters;
+  law.exponent = std::nextafter(law.exponent, 2.0);
+  EXPECT_NE(*canonical_json(other), before);
+  other = example_contact("x");
+  other.sensor = "another";
+  EXPECT_NE(*canonical_json(other), before);
+}
+
+TEST(ModelJson, WhatIsNoModelIsRefused) {
+  rt::IdentifiedModel model = example_contact("x");
+  std::get<rt::ContactModel>(model.content).hunt_crossley->parameters.exponent = std::nan("");
+  EXPECT_FALSE(canonical_json(model));
+  model = example_contact("x");
+  model.residual = -1.0;
+  EXPECT_FALSE(canonical_json(model));
+  EXPECT_FALSE(canonical_json(example_contact("a b")));
+  EXPECT_FALSE(canonical_json(example_contact("")));
+  model = example_contact("x");
+  model.procedure = "\xff\xfe";
+  ASSERT_FALSE(canonical_json(model));
+  EXPECT_EQ(canonical_json(model).error().what, "a text of the model is not UTF-8");
+  model = test::example_of_rig(test::example_tool());
+  model.object = "x";
+  EXPECT_FALSE(canonical_json(model));
+  model = example_contact("x");
+  model.procedure.assign(5000, 'a');
+  EXPECT_FALSE(canonical_json(model));
+}
+
+TEST(ModelJson, AnExportIsImportedAsTheSame) {
+  for (const rt::IdentifiedModel& model : one_of_each()) {
+    const std::string canonical = *canonical_json(model);
+    const auto imported = import_json(exported_with_hash_of(canonical));
+    ASSERT_TRUE(imported) << imported.error().text();
+    EXPECT_EQ(imported->canonical, canonical);
+    EXPECT_EQ(imported->hash, sha256_hex(canonical));
+  }
+  // Blanks and the order of keys are nobody's business.
+  const std::string canonical = *canonical_json(example_contact("x"));
+  std::string spaced = replaced(exported_with_hash_of(canonical), "{\"content\"", "{ \n \"content\"");
+  EXPECT_TRUE(import_json(spaced));
+}
+
+TEST(ModelJson, AnEditedOrDamagedExportIsRefused) {
+  const std::string good = exported_with_hash_of(*canonical_json(example_contact("x")));
+  const std::string unfit = "the content does not fit its hash";
+  expect_refused(replaced(good, "\"exponent\":1.7", "\"exponent\":1.8"), unfit);
+  expect_refused(replaced(good, "\"converged\":true", "\"converged\":false"), unfit);
+  expect_refused(replaced(good, "\"model\": {", "\"model\": {\"more\":1,"), unfit);
+  std::string other_hash = good;
+  char& digit = other_hash[other_hash.find("\"hash\": \"") + 9];
+  digit = digit == '0' ? '1' : '0';
+  expect_refused(other_hash, unfit);
+  expect_refused(good.substr(0, good.size() / 2), "not JSON");
+  expect_refused("", "not JSON");
+  expect_refused("[]", "not an exported model");
+  expect_refused("{\"schema\": 3}", "not an exported model");
+  expect_refused(replaced(good, "hapticd.stored_model/1", "hapticd.stored_model/2"), "of another version");
+  expect_refused(std::string(2 << 20, ' '), "too large");
+  expect_refused(std::string(500000, '['), "not JSON");
+}
+
+TEST(ModelJson, AFittingHashDoesNotMakeItAModel) {
+  const std::string good = *canonical_json(example_contact("x"));
+  const auto refused = [&good](const std::string& from, const std::string& to, const std::string& what) {
+    expect_refused(exported_with_hash_of(replaced(good, from, to)), what);
+  };
+  refused("hapticd.model/1", "hapticd.model/9", "the schema 'hapticd.model/9', which is not known here");
+  refused("\"kind\":\"contact\"", "\"kind\":\"contakt\"", "unknown kind of model 'contakt'");
+  refused("\"exponent\":1.7", "\"exponent\":7", "hunt_crossley.exponent is out of range");
+  refused("\"exponent\":1.7", "\"exponent\":\"1.7\"", "'content.hunt_crossley.law.exponent' is not a number");
+  refused("\"exponent\":1.7", "\"exponent\":\"Infinity\"", "out of range");
+  refused("\"exponent\":1.7", "\"exponent\":null", "is not a number");
+  refused("\"residual\":0.04,", "", "'residual' is missing");
+  refused("\"residual\":0.04", "\"residual\":-1", "residual is out of range");
+  refused("\"converged\":true", "\"converged\":1", "'converged' is neither true nor false");
+  refused("\"object\":\"x\"", "\"object\":\"x y\"", "not a name for a model");
+  refused("\"validity\":{", "\"validity\":{\"a\":1,", "unknown key 'validity.a'");
+  refused("\"parameters\":[", "\"parameters\":[3,", "is not an object");
+}
+
+TEST(ModelJson, AStoredTextMustFitItsHash) {
+  const std::string good = *canonical_json(example_contact("x"));
+  EXPECT_TRUE(parse_canonical_json(good, sha256_hex(good), "test"));
+  const auto edited = parse_canonical_json(replaced(good, "1.7", "1.8"), sha256_hex(good), "test");
+  ASSERT_FALSE(edited);
+  EXPECT_EQ(edited.error().what, "the content of a model does not fit its hash");
+}
+
+}  // namespace
+}  // namespace hapticd::server

@@ -1,0 +1,348 @@
+#include "server/scene/scene_file.h"
+
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "server/scene/scene_library.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::server {
+namespace {
+
+/// Every number that the file of such a scene says, by reference. The bindings name all members, so a new one
+/// fails to compile here until the scene file can say it.
+std::vector<double*> numbers_of(rt::SceneSpec& spec) {
+  auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
+         ramp, max_change, structure_compensated, structural, structural_field, explore, control,
+         compensation, guard] = spec;
+  auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks, evidence, zero_bound] =
+      contact;
+  auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
+  auto& [law, proportional, derivative] = control;
+  auto& [force, rate, power, stale, resume, fall, gap] = guard;
+  auto& [direction, displacement, contact_law, feel, release, passivity, cutoff, noise, gravity, mounting,
+         tip_to_centre] = explore;
+  auto& [lead, reaction_lead, back_drive] = compensation;
+  auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
+  auto& [power_stiffness, power_damping, exponent] = power_law;
+  static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
+  static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
+      static_cast<void>(method), static_cast<void>(evidence_required);
+  static_cast<void>(release_ticks), static_cast<void>(quiet_ticks), static_cast<void>(free_ticks);
+  static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
+  static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
+  static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
+  std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
+                               &proportional, &derivative, &force, &rate,       &power,
+                               &stale,        &resume,     &fall,  &gap};
+  const auto add = [&numbers](std::initializer_list<double*> more) {
+    numbers.insert(numbers.end(), more.begin(), more.end());
+  };
+  if (kind == rt::SceneKind::kWall) add({&wall});
+  if (kind != rt::SceneKind::kWall) {
+    if (!reaction_lead) reaction_lead.emplace();
+    add({&*reaction_lead});
+  }
+  if (kind != rt::SceneKind::kWall)
+    add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
+  if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
+  if (kind == rt::SceneKind::kExplore) {
+    add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
+    if (!mounting) mounting.emplace();
+    auto& [turn, bias] = *mounting;
+    add({&turn.x, &turn.y, &turn.z, &bias.x, &bias.y, &bias.z});
+    if (!tip_to_centre) tip_to_centre.emplace();
+    add({&tip_to_centre->x, &tip_to_centre->y, &tip_to_centre->z});
+  }
+  if (structural_field) {
+    auto& [at_centre, centre, gradient, curvature, from, to] = *structural_field;
+    static_cast<void>(at_centre);  // is `structural`
+    for (hal::Vector3* v : {&centre, &gradient, &from, &to}) add({&v->x, &v->y, &v->z});
+    for (double& h : curvature) add({&h});
+  }
+  switch (target_kind) {
+    case rt::TargetLaw::Kind::kLinear:
+      add({&stiffness});
+      break;
+    case rt::TargetLaw::Kind::kHuntCrossley:
+      add({&power_stiffness, &power_damping});
+      break;
+    case rt::TargetLaw::Kind::kPositionProfile:
+      add({&target_axis.x, &target_axis.y, &target_axis.z});
+      [[fallthrough]];
+    case rt::TargetLaw::Kind::kDisplacementProfile:
+      for (std::uint32_t i = 0; i < knot_count; ++i) add({&knots[i].at_mm, &knots[i].stiffness_n_per_mm});
+      break;
+  }
+  return numbers;
+}
+
+/// One of a scene's words, by the round's number.
+template <class E>
+E turn(int round, int period, std::initializer_list<E> values) {
+  return *(values.begin() + (round / period) % static_cast<int>(values.size()));
+}
+
+void expect_error(const std::string& toml, const hal::Error& expected) {
+  const auto scene = parse_scene(toml, "scene text");
+  ASSERT_FALSE(scene) << toml;
+  EXPECT_EQ(scene.error().what, expected.what);
+  EXPECT_EQ(scene.error().where, expected.where);
+  EXPECT_EQ(scene.error().value, expected.value);
+  EXPECT_EQ(scene.error().limit, expected.limit);
+  EXPECT_EQ(scene.error().remedy, expected.remedy);
+}
+
+TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> fraction(0.01, 0.99);  // inside every range
+  for (int round = 0; round < 100; ++round) {
+    rt::SceneSpec spec;
+    spec.name = "round-trip_1";
+    spec.kind = turn(round, 1, {rt::SceneKind::kTap1d, rt::SceneKind::kExplore, rt::SceneKind::kWall});
+    const bool wall = spec.kind == rt::SceneKind::kWall;
+    spec.description = "quotes \" and \\ and\nlines and ε and \x01";
+    spec.tip = turn(round, 2, {rt::Tip::kBallBearing, rt::Tip::kRod});
+    spec.object_model = "sponge";
+    spec.structural_compensation = round % 3 == 0;
+    if (!wall) {
+      spec.contact.method =
+          turn(round, 2, {rt::ContactMethod::kMatchedInertia, rt::ContactMethod::kFilteredAcceleration});
+      spec.contact.release_ticks = static_cast<std::uint32_t>(1 + round);
+      spec.contact.quiet_ticks_after_release = static_cast<std::uint32_t>(1 + 3 * round);
+      spec.contact.free_ticks_to_arm = static_cast<std::uint32_t>(1 + 7 * round);
+    }
+    if (spec.kind == rt::SceneKind::kExplore) {
+      using Kind = rt::TargetLaw::Kind;
+      spec.explore.direction =
+          turn(round, 3, {rt::DirectionMethod::kTracked, rt::DirectionMethod::kPublished});
+      spec.explore.displacement =
+          turn(round, 3,
+               {rt::DisplacementEstimator::kFused, rt::DisplacementEstimator::kInverse,
+                rt::DisplacementEstimator::kRecursive});
+      spec.explore.law = turn(round, 6, {rt::ContactLawKind::kCreep, rt::ContactLawKind::kHuntCrossley});
+      spec.explore.friction_feel = turn(round, 6, {rt::FrictionFeel::kKept, rt::FrictionFeel::kCancelled});
+      spec.explore.release =
+          turn(round, 9, {rt::ReleaseMethod::kFollow, rt::ReleaseMethod::kFade, rt::ReleaseMethod::kCut});
+      spec.explore.passivity = turn(round, 9, {true, false});
+      spec.target.kind =
+          turn(round, 12,
+               {Kind::kLinear, Kind::kHuntCrossley, Kind::kDisplacementProfile, Kind::kPositionProfile});
+      if (spec.target.kind == Kind::kHuntCrossley)
+        spec.target.hunt_crossley.exponent = 1.0 + fraction(random);
+      if (spec.target.kind >= Kind::kDisplacementProfile) {
+        spec.target.knot_count = 1 + static_cast<std::uint32_t>(round) % rt::TargetLaw::kMaxKnots;
+      }
+    }
+    if (spec.kind != rt::SceneKind::kWall) spec.compensation.back_drive = turn(round, 6, {true, false});
+    spec.controller.law = round % 2 == 0 ? rt::ControlLaw::kClosedLoop : rt::ControlLaw::kOpenLoop;
+    if (round % 2 == 0) spec.structural_field.emplace();
+    for (double* number : numbers_of(spec)) *number = fraction(random);
+    if (spec.structural_field) spec.structural_field->stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
+
+    const std::string text = write_scene(spec);
+    auto again = parse_scene(text, "written");
+    ASSERT_TRUE(again) << again.error().text() << "\n" << text;
+    const auto before = numbers_of(spec);
+    const auto after = numbers_of(*again);
+    ASSERT_EQ(before.size(), after.size());
+    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(*before[i], *after[i]) << "number " << i;
+    ASSERT_EQ(again->structural_field.has_value(), spec.structural_field.has_value());
+    if (spec.structural_field) {
+      EXPECT_EQ(again->structural_field->stiffness_n_per_mm, spec.structural_stiffness_n_per_mm);
+    }
+    EXPECT_EQ(again->name, spec.name);
+    EXPECT_EQ(again->kind, spec.kind);
+    EXPECT_EQ(again->description, spec.description);
+    EXPECT_EQ(again->tip, spec.tip);
+    EXPECT_EQ(again->object_model, spec.object_model);
+    EXPECT_EQ(again->structural_compensation, spec.structural_compensation);
+    EXPECT_EQ(again->contact.method, spec.contact.method);
+    EXPECT_EQ(again->contact.release_ticks, spec.contact.release_ticks);
+    EXPECT_EQ(again->contact.quiet_ticks_after_release, spec.contact.quiet_ticks_after_release);
+    EXPECT_EQ(again->contact.free_ticks_to_arm, spec.contact.free_ticks_to_arm);
+    EXPECT_EQ(again->controller.law, spec.controller.law);
+    EXPECT_EQ(again->explore.direction, spec.explore.direction);
+    EXPECT_EQ(again->explore.displacement, spec.explore.displacement);
+    EXPECT_EQ(again->explore.law, spec.explore.law);
+    EXPECT_EQ(again->explore.friction_feel, spec.explore.friction_feel);
+    EXPECT_EQ(again->explore.release, spec.explore.release);
+    EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
+    EXPECT_EQ(again->compensation.back_drive, spec.compensation.back_drive);
+    EXPECT_EQ(again->target.kind, spec.target.kind);
+    EXPECT_EQ(again->target.knot_count, spec.target.knot_count);
+    EXPECT_EQ(again->target.hunt_crossley.exponent, spec.target.hunt_crossley.exponent);
+    EXPECT_EQ(write_scene(*again), text);
+  }
+}
+
+TEST(SceneFile, AFieldNeedsTheStiffnessOfItsCentre) {
+  expect_error("name = \"x\"\n[structure]\nfield = { gradient_per_mm = [0.001, 0, 0] }\n",
+               {"'structure.field' says how the stiffness varies about its centre, and that is missing",
+                "scene text, line 3", "", "structure.stiffness_n_per_mm above 0",
+                "say stiffness_n_per_mm in [structure], or leave out the field"});
+  expect_error("name = \"x\"\n[structure]\nstiffness_n_per_mm = 2.5\nfield = { gradient = [0.001, 0, 0] }\n",
+               {"unknown key 'gradient' in [structure.field]", "scene text, line 4", "",
+                "centre_mm, gradient_per_mm, curvature_per_mm2, covered_from_mm, covered_to_mm",
+                "did you mean 'gradient_per_mm'?"});
+  const auto scene = parse_scene(
+      "name = \"x\"\n[structure]\nstiffness_n_per_mm = 2.5\n[structure.field]\ngradient_per_mm = [0.001, 0, "
+      "0]\n",
+      "scene text");
+  ASSERT_TRUE(scene) << scene.error().text();
+  EXPECT_EQ(scene->structural_field->stiffness_n_per_mm, 2.5);
+  EXPECT_EQ(scene->structural_field->gradient_per_mm.x, 0.001);
+}
+
+TEST(SceneFile, TheCentreOfTheToolMeansNothingAlongOneAxis) {
+  expect_error("name = \"x\"\n[tool]\ntip_to_centre_mm = [0, 0, 40]\n",
+               {"'tool.tip_to_centre_mm' means nothing in a scene of kind \"tap_1d\"", "scene text, line 3",
+                "", "kind = \"explore\"", "remove it, or choose such a kind"});
+}
+
+TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
+  expect_error("name = \"x\"\n[target]\nstifness = 0.5\n",
+               {"unknown key 'stifness' in [target]", "scene text, line 3", "",
+                "law, stiffness_n_per_mm, max_stiffness_n_per_mm, ramp_s, max_change_n_per_s",
+                "did you mean 'stiffness_n_per_mm'?"});
+  expect_error("name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
+               {"unknown key 'contcat'", "scene text, line 2", "",
+                "name, kind, description, object_model, turntable_station, press_axis, tool, contact, "
+                "target, structure, control, guard",
+                "did you mean 'contact'?"});
+}
+
+TEST(SceneFile, WhatMeansNothingInAKindOfSceneIsRefused) {
+  expect_error("name = \"x\"\nkind = \"wall\"\n[displacement]\nestimator = \"fused\"\n",
+               {"'displacement' means nothing in a scene of kind \"wall\"", "scene text, line 3", "",
+                "kind = \"explore\"", "remove it, or choose such a kind"});
+  expect_error("name = \"x\"\n[control]\nlead_ms = 5\n",
+               {"'control.lead_ms' means nothing in a scene of kind \"tap_1d\"", "scene text, line 3", "",
+                "kind = \"explore\"", "remove it, or choose such a kind"});
+  expect_error(
+      "name = \"x\"\nkind = \"wall\"\n[control]\nreaction_lead_share = 0.5\n",
+      {"'control.reaction_lead_share' means nothing in a scene of kind \"wall\"", "scene text, line 4", "",
+       "kind = \"tap_1d\" or \"explore\"", "remove it, or choose such a kind"});
+  expect_error("name = \"x\"\nkind = \"explore\"\npress_axis = [0, 0, -1]\n",
+               {"'press_axis' means nothing in a scene of kind \"explore\"", "scene text, line 3", "",
+                "kind = \"tap_1d\" or \"wall\"", "remove it, or choose such a kind"});
+  expect_error("name = \"x\"\nkind = \"explore\"\n[wall]\nposition_mm = 1\n",
+               {"'wall' means nothing in a scene of kind \"explore\"", "scene text, line 3", "",
+                "kind = \"wall\"", "remove it, or choose such a kind"});
+  expect_error("name = \"x\"\n[target]\nlaw = \"hunt_crossley\"\n",
+               {"one-dimensional scenes render linear targets only", "scene text, line 3", "hunt_crossley",
+                "law = \"linear\"", "choose kind = \"explore\" for other laws"});
+  const std::string explore = "name = \"x\"\nkind = \"explore\"\n[target]\n";
+  expect_error(explore + "law = \"position_profile\"\nstiffness_n_per_mm = 1\n",
+               {"'target.stiffness_n_per_mm' means nothing to the law \"position_profile\"",
+                "scene text, line 5", "", "law = \"linear\"", "remove it, or choose such a law"});
+  expect_error(explore + "profile = [[0, 1]]\n",
+               {"'target.profile' means nothing to the law \"linear\"", "scene text, line 4", "",
+                "law = \"displacement_profile\" or \"position_profile\"", "remove it, or choose such a law"});
+}
+
+TEST(SceneFile, WordsAndProfilesOfAnExploreSceneAreChecked) {
+  const std::string explore = "name = \"x\"\nkind = \"explore\"\n";
+  expect_error(explore + "[tool]\ntip = \"ball_baering\"\n",
+               {"'tool.tip' is none of the words it may be", "scene text, line 4", "ball_baering",
+                "rod, ball_bearing", "did you mean 'ball_bearing'?"});
+  expect_error(explore + "[displacement]\nestimater = \"fused\"\n",
+               {"unknown key 'estimater' in [displacement]", "scene text, line 4", "", "estimator, law",
+                "did you mean 'estimator'?"});
+  expect_error(explore + "[release]\nmethod = \"cutt\"\n",
+               {"'release.method' is none of the words it may be", "scene text, line 4", "cutt",
+                "follow, fade, cut", "did you mean 'cut'?"});
+  expect_error(explore + "[passivity]\ncontrol = 1\n",
+               {"'passivity.control' has the wrong type", "scene text, line 4", "an integer", "true or false",
+                "correct the value"});
+  expect_error(explore + "[target]\nlaw = \"displacement_profile\"\nprofile = [[0, 1], [2]]\n",
+               {"'target.profile' has the wrong type", "scene text, line 5", "an array",
+                "1 … 16 pairs of numbers [-1000 … 1000 mm, 0 … 1000 N/mm]", "correct the value"});
+  expect_error(explore + "[target]\nlaw = \"displacement_profile\"\nprofile = [[0, 1], [2, -1]]\n",
+               {"'target.profile[1][1]' is out of range", "scene text, line 5", "-1 N/mm", "0 … 1000 N/mm",
+                "use at least 0 N/mm"});
+}
+
+TEST(SceneFile, ValuesHaveRangesAndUnits) {
+  expect_error("name = \"x\"\n[target]\nstiffness_n_per_mm = -0.5\n",
+               {"'target.stiffness_n_per_mm' is out of range", "scene text, line 3", "-0.5 N/mm",
+                "0 … 1000 N/mm", "use at least 0 N/mm"});
+  expect_error("name = \"x\"\npress_axis = [0, 0]\n",
+               {"'press_axis' has the wrong type", "scene text, line 2", "an array",
+                "three numbers, each -1 … 1", "correct the value"});
+  expect_error("name = \"x\"\n[contact]\nthreshold_n = inf\n",
+               {"'contact.threshold_n' is not finite", "scene text, line 3", "inf", "0 … 5 N",
+                "send a finite number"});
+}
+
+TEST(SceneFile, ASceneHasAName) {
+  expect_error("kind = \"wall\"\n",
+               {"the scene has no name", "scene text", "", "", "add name = \"…\" at its top"});
+  expect_error("name = \"../etc/passwd\"\n", {"not a name for a scene", "scene text, line 1", "../etc/passwd",
+                                              "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"});
+  const auto renamed = parse_scene("name = \"a\"\n", "a file", "b");
+  ASSERT_FALSE(renamed);
+  EXPECT_EQ(renamed.error().what, "the scene's name is not that of its file");
+}
+
+TEST(SceneFile, NoTextCrashesTheReader) {
+  const std::string seed = "name = \"x\"\n[target]\nstiffness_n_per_mm = 0.5\npress_axis = [0, 0, -1]\n";
+  std::mt19937 random(7);
+  for (int round = 0; round < 5000; ++round) {
+    std::string text = seed;
+    for (int change = 0; change < 4; ++change)
+      text[random() % text.size()] = static_cast<char>(random() % 256);
+    const auto scene = parse_scene(text.substr(0, random() % (text.size() + 1)), "scene text");
+    if (!scene) {
+      EXPECT_FALSE(scene.error().what.empty());
+    }
+  }
+  EXPECT_FALSE(parse_scene("x = " + std::string(100000, '['), "scene text"));
+}
+
+TEST(SceneLibrary, KnowsTheBuiltInScenes) {
+  const SceneLibrary library;
+  const auto entries = library.list();
+  ASSERT_EQ(entries.size(), 4U);
+  EXPECT_EQ(entries[0].name, "explore_bearing");
+  EXPECT_EQ(entries[1].name, "explore_rod");
+  EXPECT_EQ(entries[2].name, "tap_1d");
+  EXPECT_EQ(entries[3].name, "wall");
+  for (const auto& entry : entries) {
+    const auto scene = library.find(entry.name);
+    ASSERT_TRUE(scene) << scene.error().text();
+    EXPECT_EQ(scene->description, entry.description);
+  }
+  EXPECT_EQ(library.find("wall")->kind, rt::SceneKind::kWall);
+  EXPECT_EQ(library.find("explore_rod")->tip, rt::Tip::kRod);
+  EXPECT_EQ(library.find("explore_bearing")->tip, rt::Tip::kBallBearing);
+}
+
+TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsTold) {
+  std::optional<test::TemporaryFolder> folder(std::in_place);
+  folder->write("soft.toml", "description = \"mine\"\n[target]\nstiffness_n_per_mm = 0.1\n");
+  folder->write("wall.toml", "kind = \"wall\"\ndescription = \"my own wall\"\n");
+  folder->write("broken.toml", "oops = 1\n");
+  folder->write("not a name.toml", "");
+  const SceneLibrary library(folder->path());
+  const auto entries = library.list();
+  ASSERT_EQ(entries.size(), 6U);
+  EXPECT_EQ(entries[0].name, "broken");
+  EXPECT_NE(entries[0].description.find("unknown key 'oops'"), std::string::npos) << entries[0].description;
+  EXPECT_EQ(entries[3].name, "soft");
+  EXPECT_EQ(entries[5].description, "my own wall");
+  EXPECT_EQ(library.find("soft")->target.stiffness_n_per_mm, 0.1);
+  const auto unknown = library.find("sof");
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().remedy, "did you mean 'soft'?");
+  EXPECT_FALSE(library.find("../soft"));
+  folder.reset();
+  EXPECT_TRUE(library.check_folder());
+}
+
+}  // namespace
+}  // namespace hapticd::server

@@ -1,0 +1,220 @@
+// hapticd as a process on a rig of hardware: a device behind a library it loads, a sensor behind a socket,
+// both kept alive by another process that can be killed.
+
+#include <dirent.h>
+#include <unistd.h>
+
+#include <set>
+
+#include "tests/integration/real_parts/emulated_rig_process.h"
+
+namespace hapticd::test {
+namespace {
+
+/// How many UDP sockets the kernel knows of a process.
+int udp_sockets(pid_t process) {
+  std::set<std::string> udp;
+  for (const char* table : {"/proc/net/udp", "/proc/net/udp6"}) {
+    std::ifstream lines(table);
+    std::string line;
+    std::getline(lines, line);  // its header
+    while (std::getline(lines, line)) {
+      std::istringstream columns(line);
+      std::string inode;
+      for (int column = 0; column < 10; ++column) columns >> inode;
+      udp.insert("socket:[" + inode + "]");
+    }
+  }
+  const std::string folder = "/proc/" + std::to_string(process) + "/fd";
+  DIR* const descriptors = opendir(folder.c_str());
+  if (descriptors == nullptr) {
+    ADD_FAILURE() << "cannot look into " << folder;
+    return -1;
+  }
+  int count = 0;
+  while (const dirent* entry = readdir(descriptors)) {
+    char target[64] = {};
+    const std::string link = folder + "/" + entry->d_name;
+    if (readlink(link.c_str(), target, sizeof target - 1) > 0 && udp.contains(target)) ++count;
+  }
+  closedir(descriptors);
+  return count;
+}
+
+TEST_F(EmulatedRigProcess, AHandThatPressesFeelsTheTarget) {
+  ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
+  v1::RigInfo info;
+  ASSERT_TRUE(client->rig->GetRigInfo(call_context().get(), {}, &info).ok());
+  EXPECT_EQ(info.kind(), v1::RIG_KIND_HARDWARE);
+  EXPECT_TRUE(info.renders_force());
+  EXPECT_EQ(info.sensor().model(), "nano17_si_25");
+
+  const grpc::Status loaded = client->load("tap_1d");
+  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  const v1::RigState touching = client->await([](const v1::RigState& s) {
+    return s.in_contact() && s.hand_force_n() > 0.5 && s.guard_state() == v1::GUARD_STATE_RENDERING;
+  });
+  EXPECT_TRUE(sensor_is(touching, v1::PART_STATE_READY)) << touching.DebugString();
+  EXPECT_TRUE(device_is(touching, v1::PART_STATE_READY)) << touching.DebugString();
+  EXPECT_EQ(part(touching, "force sensor").driver(), "netft");
+  EXPECT_EQ(part(touching, "haptic device").driver(), "openhaptics");
+  // The object is softer than the target: the motors push back, in the command and in the world.
+  await_sample([](const v1::TelemetrySample& sample) { return force_n(sample) > 0.2; });
+  client->await([&](const v1::RigState&) { return motor_force_n() > 0.2; });
+
+  // In contact there is nothing to take for zero.
+  EXPECT_EQ(bias().error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+
+  v1::DiagnoseRequest probing;
+  probing.set_probe(true);
+  v1::Diagnosis diagnosis;
+  const grpc::Status diagnosed = client->rig->Diagnose(call_context().get(), probing, &diagnosis);
+  ASSERT_TRUE(diagnosed.ok()) << diagnosed.error_message();
+  std::set<std::string> well;
+  for (const v1::Finding& finding : diagnosis.findings()) {
+    if (finding.severity() == v1::FINDING_SEVERITY_GOOD) well.insert(finding.topic());
+  }
+  EXPECT_TRUE(well.contains("force sensor")) << diagnosis.DebugString();
+  EXPECT_TRUE(well.contains("haptic device")) << diagnosis.DebugString();
+
+  v1::ListFaultsResponse faults;
+  ASSERT_TRUE(client->safety->ListFaults(call_context().get(), {}, &faults).ok());
+  std::set<int> listed;
+  for (const v1::FaultRule& rule : faults.faults()) {
+    listed.insert(rule.fault());
+    EXPECT_FALSE(rule.cause().empty() || rule.remedy().empty()) << rule.DebugString();
+  }
+  EXPECT_TRUE(listed.contains(v1::GUARD_FAULT_SENSOR_LOST));
+  EXPECT_TRUE(listed.contains(v1::GUARD_FAULT_DEVICE_FAULT));
+
+  // Let go of on the way out: no force, no device.
+  daemon->signal(SIGTERM);
+  EXPECT_EQ(daemon->wait(), 0) << daemon->errors();
+  const HdPage page(page_path, HdPage::Join{});
+  EXPECT_EQ(motor_force_n(), 0.0);
+  const auto events = page.events();
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back(), emulators::HdEvent::kUnloaded);
+}
+
+TEST_F(EmulatedRigProcess, PeersThatDieTakeTheForceWithThemAndMayComeBack) {
+  ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
+  const grpc::Status loaded = client->load("tap_1d");
+  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });
+
+  ASSERT_NO_FATAL_FAILURE(kill_peers());
+  const v1::RigState lost = client->await(latched);
+  EXPECT_TRUE(lost.guard_fault() == v1::GUARD_FAULT_SENSOR_STALE ||
+              lost.guard_fault() == v1::GUARD_FAULT_SENSOR_LOST ||
+              lost.guard_fault() == v1::GUARD_FAULT_DEVICE_FAULT)
+      << lost.DebugString();
+  client->await([&](const v1::RigState&) { return motor_force_n() == 0.0; });
+  await_sample([](const v1::TelemetrySample& sample) {
+    return sample.guard().state() == v1::GUARD_STATE_LATCHED && force_n(sample) == 0.0;
+  });
+  EXPECT_FALSE(
+      sensor_is(client->await([](const v1::RigState& s) { return !sensor_is(s, v1::PART_STATE_READY); }),
+                v1::PART_STATE_READY));
+  EXPECT_EQ(clear().error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+
+  ASSERT_NO_FATAL_FAILURE(start_peers_again(kPressingHand));
+  client->await([](const v1::RigState& s) { return sensor_is(s, v1::PART_STATE_READY); });
+  const v1::RigState still = client->state();
+  EXPECT_TRUE(latched(still)) << "force came back unasked\n" << still.DebugString();
+  EXPECT_EQ(motor_force_n(), 0.0);
+  client->await([&](const v1::RigState&) { return clear().ok(); });
+  client->await(
+      [](const v1::RigState& s) { return s.in_contact() && s.guard_state() == v1::GUARD_STATE_RENDERING; });
+  client->await([&](const v1::RigState&) { return motor_force_n() > 0.2; });
+}
+
+/// Each on a device of its own: a crash leaves it open.
+class EmulatedRigCrash : public EmulatedRigProcess, public testing::WithParamInterface<int> {};
+
+TEST_P(EmulatedRigCrash, TakesTheForceAlongAndEndsByItsSignal) {
+  const int signal = GetParam();
+  ASSERT_NO_FATAL_FAILURE(start(kPressingHand));
+  const grpc::Status loaded = client->load("tap_1d");
+  ASSERT_TRUE(loaded.ok()) << loaded.error_message();
+  client->await([&](const v1::RigState& s) { return s.in_contact() && motor_force_n() > 0.2; });
+  daemon->signal(signal);
+  EXPECT_EQ(daemon->wait(), -signal) << daemon->errors();
+  EXPECT_EQ(motor_force_n(), 0.0) << "signal " << signal;
+  const HdPage page(page_path, HdPage::Join{});
+  ASSERT_FALSE(page.events().empty());
+  EXPECT_EQ(page.events().back(), emulators::HdEvent::kZeroFrame) << "a frame without force, and the end";
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, EmulatedRigCrash, testing::Values(SIGSEGV, SIGABRT));
+
+TEST_F(EmulatedRigProcess, TheSensorIsOpenForScenesThatListenToIt) {
+  ASSERT_NO_FATAL_FAILURE(start(kRestingHand, {"--scene", "wall"}));
+  EXPECT_TRUE(sensor_is(client->state(), v1::PART_STATE_IDLE)) << client->state().DebugString();
+  EXPECT_EQ(udp_sockets(daemon->pid()), 0);
+  EXPECT_EQ(client->state().guard_state(), v1::GUARD_STATE_RENDERING);
+
+  ASSERT_TRUE(client->load("tap_1d").ok());
+  EXPECT_TRUE(sensor_is(client->state(), v1::PART_STATE_READY)) << client->state().DebugString();
+  EXPECT_GE(udp_sockets(daemon->pid()), 1);
+  client->await([&](const v1::RigState&) { return bias().ok(); });  // once it is known to be free
+
+  ASSERT_TRUE(unload().ok());
+  EXPECT_TRUE(sensor_is(client->state(), v1::PART_STATE_IDLE)) << client->state().DebugString();
+  EXPECT_EQ(udp_sockets(daemon->pid()), 0);
+
+  // Looked at for the moment only.
+  v1::DiagnoseRequest probing;
+  probing.set_probe(true);
+  v1::Diagnosis diagnosis;
+  ASSERT_TRUE(client->rig->Diagnose(call_context().get(), probing, &diagnosis).ok());
+  bool delivered = false;
+  for (const v1::Finding& finding : diagnosis.findings()) {
+    delivered |= finding.topic() == "force sensor" && finding.severity() == v1::FINDING_SEVERITY_GOOD;
+  }
+  EXPECT_TRUE(delivered) << diagnosis.DebugString();
+  EXPECT_EQ(udp_sockets(daemon->pid()), 0);
+
+  // A scene that needs what does not answer is refused, and leaves nothing open.
+  ASSERT_NO_FATAL_FAILURE(kill_peers());
+  EXPECT_EQ(client->load("tap_1d").error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(client->state().scene(), "");
+  EXPECT_EQ(udp_sockets(daemon->pid()), 0);
+}
+
+TEST_F(EmulatedRigProcess, CheckingTheFileOpensNothing) {
+  ASSERT_NO_FATAL_FAILURE(start_peers(kRestingHand));
+  complete_rig_file();
+  for (const bool alive : {true, false}) {
+    DaemonProcess check({"--config", rig_file, "--scene", "tap_1d", "--check-config"});
+    EXPECT_EQ(check.wait(), 0) << check.errors();
+    EXPECT_NE(check.output().find("sensor = \"netft\""), std::string::npos) << check.output();
+    EXPECT_NE(check.output().find("rdt_port = " + value_of("rdt_port", rig_file)), std::string::npos)
+        << check.output();
+    HdPage page(page_path, HdPage::Join{});
+    EXPECT_FALSE(page->loaded);
+    EXPECT_TRUE(page.events().empty()) << "the library was loaded";
+    if (alive) kill_peers();
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST_F(EmulatedRigProcess, PeersEndWhenTheyAreTold) {
+  start_peers({"--seconds", "0.1"});
+  EXPECT_EQ(peers->wait(), 0) << peers->errors();
+  for (const int signal : {SIGINT, SIGTERM}) {
+    start_peers({});
+    peers->signal(signal);
+    EXPECT_EQ(peers->wait(), 0) << peers->errors();
+  }
+  for (const Arguments& wrong : {Arguments{"--object", "brick"}, Arguments{"--program", "dance"},
+                                 Arguments{"--udp-port", "70000"}, Arguments{"--force-n", "nan"}}) {
+    ChildProcess refused(EMULATED_RIG, wrong);
+    EXPECT_NE(refused.wait(), 0) << wrong[1];
+    EXPECT_EQ(refused.output(), "");
+    EXPECT_NE(refused.errors(), "");
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test

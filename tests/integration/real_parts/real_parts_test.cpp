@@ -1,0 +1,202 @@
+// What a user with real parts does: bias, identify, exchange scenes, over the real transports.
+
+#include <algorithm>
+#include <filesystem>
+
+#include "hapticd/v1/identification.grpc.pb.h"
+#include "tests/integration/real_parts/emulated_rig_process.h"
+
+namespace hapticd::test {
+namespace {
+
+class RealParts : public EmulatedRigProcess {
+ protected:
+  v1::SensorBias biased() const {
+    v1::BiasForceSensorResponse response;
+    const grpc::Status status = client->rig->BiasForceSensor(call_context().get(), {}, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.bias();
+  }
+  /// Mean of the force along the tool over so many samples.
+  double mean_force_n(int count = 300) const {
+    v1::SubscribeRequest request;
+    request.add_groups(v1::FIELD_GROUP_SAMPLE);
+    const auto context = call_context();
+    const auto reader = client->telemetry->Subscribe(context.get(), request);
+    double sum = 0.0;
+    int seen = 0;
+    v1::TelemetryBatch batch;
+    while (seen < count && reader->Read(&batch)) {
+      for (const v1::TelemetrySample& sample : batch.samples()) {
+        if (sample.sample().force_count() == 0) continue;
+        sum += sample.sample().sensor_force_n().z();
+        ++seen;
+      }
+    }
+    context->TryCancel();
+    reader->Finish();
+    EXPECT_GE(seen, count);
+    return sum / std::max(1, seen);
+  }
+  std::unique_ptr<v1::IdentificationService::Stub> identification() const {
+    return v1::IdentificationService::NewStub(client->channel);
+  }
+  /// The report once it is over.
+  v1::IdentificationProgress watched(const v1::StartIdentificationRequest& request) const {
+    const auto stub = identification();
+    v1::StartIdentificationResponse started;
+    const grpc::Status status = stub->StartIdentification(call_context().get(), request, &started);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    v1::WatchIdentificationRequest watch;
+    watch.set_identification(started.identification());
+    const auto context = call_context(std::chrono::minutes(4));
+    const auto reader = stub->WatchIdentification(context.get(), watch);
+    v1::IdentificationProgress last;
+    while (reader->Read(&last)) {
+    }
+    return last;
+  }
+};
+
+TEST_F(RealParts, ABiasOutlastsScenesAndTheirEnd) {
+  // A sensor that reads half a newton of nothing, until it is biased and wherever that is lost.
+  ASSERT_NO_FATAL_FAILURE(start({"--program", "rest", "--condition", "bias_error_z_n=0.5"}));
+  ASSERT_TRUE(client->load("tap_1d").ok());
+  EXPECT_NEAR(std::abs(mean_force_n()), 0.5, 0.1);
+  ASSERT_TRUE(unload().ok());
+  EXPECT_FALSE(client->state().has_sensor_bias());
+
+  const v1::SensorBias bias = biased();
+  EXPECT_FALSE(bias.id().empty());
+  EXPECT_GT(bias.taken_at_unix_s(), 1'600'000'000);
+  const v1::Quaternion& held = bias.tip_orientation();
+  EXPECT_NEAR(held.w() * held.w() + held.x() * held.x() + held.y() * held.y() + held.z() * held.z(), 1.0,
+              1e-6);
+  for (const char* scene : {"tap_1d", "tap_1d", "wall", "tap_1d"}) {
+    ASSERT_TRUE(client->load(scene).ok()) << scene;
+    const v1::RigState state = client->state();
+    EXPECT_EQ(state.sensor_bias().id(), bias.id()) << scene;
+    EXPECT_EQ(state.sensor_bias_lost(), "");
+    if (std::string(scene) == "tap_1d") {
+      EXPECT_NEAR(mean_force_n(), 0.0, 0.1) << "after it was closed and opened again";
+    }
+  }
+  ASSERT_TRUE(unload().ok());
+  const v1::SensorBias again = biased();
+  EXPECT_NE(again.id(), bias.id());
+}
+
+TEST_F(RealParts, AnIdentificationHoldsTheSensorAndFindsALaw) {
+  ASSERT_NO_FATAL_FAILURE(start({"--program", "palpate", "--force-n", "3", "--hold-s", "1"}));
+  biased();
+  v1::StartIdentificationRequest request;
+  request.mutable_contact()->set_force_n(3.0);
+  request.set_object("sponge_hw");
+  request.set_time_limit_s(14.0);
+  const v1::IdentificationProgress end = watched(request);
+  // How far it comes in this time is a matter of the machine; that it listens, and finds a law, is not.
+  EXPECT_TRUE(end.state() == v1::IDENTIFICATION_STATE_CONVERGED ||
+              end.state() == v1::IDENTIFICATION_STATE_PARTIAL)
+      << end.DebugString();
+  EXPECT_GT(end.samples(), 500U) << end.DebugString();
+  ASSERT_FALSE(end.model().empty()) << end.DebugString();
+  bool has_depth = false;
+  for (const v1::EstimatedParameter& parameter : end.parameters()) {
+    if (parameter.name() != "displacement_mm") continue;
+    has_depth = true;
+    EXPECT_GT(parameter.value(), 1.0);
+    EXPECT_LT(parameter.value(), 20.0);
+  }
+  EXPECT_TRUE(has_depth) << end.DebugString();
+  EXPECT_TRUE(sensor_is(client->state(), v1::PART_STATE_IDLE)) << "let go of again";
+}
+
+TEST_F(RealParts, WithoutABiasALoadIsNotIdentified) {
+  ASSERT_NO_FATAL_FAILURE(start(kHoldingHand));
+  v1::StartIdentificationRequest request;
+  request.mutable_contact();
+  request.set_object("sponge_hw");
+  request.set_time_limit_s(30.0);
+  const v1::IdentificationProgress end = watched(request);
+  EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_FAILED) << end.DebugString();
+  EXPECT_NE(end.problem().what().find("never biased"), std::string::npos) << end.DebugString();
+  EXPECT_LT(end.duration_s(), 20.0);
+}
+
+TEST_F(RealParts, AnIdentificationThatHearsNothingEndsWithTheReason) {
+  ASSERT_NO_FATAL_FAILURE(start(kRestingHand));
+  biased();
+  const auto stub = identification();
+  v1::StartIdentificationRequest request;
+  request.mutable_contact();
+  request.set_object("sponge_hw");
+  request.set_time_limit_s(600.0);
+  v1::StartIdentificationResponse started;
+  ASSERT_TRUE(stub->StartIdentification(call_context().get(), request, &started).ok());
+  client->await([](const v1::RigState& s) { return sensor_is(s, v1::PART_STATE_READY); });
+  ASSERT_NO_FATAL_FAILURE(kill_peers());
+  v1::WatchIdentificationRequest watch;
+  watch.set_identification(started.identification());
+  const auto context = call_context();
+  const auto reader = stub->WatchIdentification(context.get(), watch);
+  v1::IdentificationProgress last;
+  while (reader->Read(&last)) {
+  }
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_EQ(last.state(), v1::IDENTIFICATION_STATE_FAILED) << last.DebugString();
+  EXPECT_FALSE(last.problem().what().empty());
+  EXPECT_FALSE(last.problem().remedy().empty()) << last.DebugString();
+}
+
+/// The lines of the README that follow the one which checks the rig file, up to the end of the block.
+std::vector<std::string> hardware_lines_of_readme() {
+  std::ifstream readme(README_FILE);
+  std::vector<std::string> lines;
+  bool inside = false;
+  for (std::string line; std::getline(readme, line);) {
+    inside = inside || line.find("--check-config      #") != std::string::npos;
+    if (inside && line.rfind("```", 0) == 0) break;
+    if (inside) lines.push_back(line);
+  }
+  return lines;
+}
+
+TEST_F(RealParts, TheHardwareLinesOfTheReadmeWork) {
+  const std::vector<std::string> lines = hardware_lines_of_readme();
+  ASSERT_GE(lines.size(), 6U) << "check, start, doctor, bias, table, scene";
+  ChildProcess drive(EMULATED_DRIVE, {"--tcp", "0"});
+  const std::string told = drive.read_line();  // "tcp 127.0.0.1:PORT unit 1"
+  const std::size_t colon = told.find(':');
+  ASSERT_NE(colon, std::string::npos) << told;
+  const std::string port = told.substr(colon + 1, told.find(' ', colon) - colon - 1);
+
+  ASSERT_NO_FATAL_FAILURE(start_peers(kRestingHand));
+  complete_rig_file();
+  std::ofstream(rig_file, std::ios::app)
+      << "\n[rig.turntable]\nkind = \"modbus\"\n[rig.turntable.modbus]\nhost = \"127.0.0.1\"\nport = " << port
+      << "\nmap = \"plain_drive\"\n[rig.turntable.stations.sponge]\nangle_deg = 40.0\n";
+  for (const auto& [name, program] :
+       {std::pair{"hapticd", HAPTICD_PROGRAM}, {"hapticctl", HAPTICCTL_PROGRAM}}) {
+    std::filesystem::create_symlink(program, folder.path(name));
+  }
+  for (std::string line : lines) {
+    line = line.substr(0, line.find("  #"));
+    SCOPED_TRACE(line);
+    if (line.find("hapticd --config") != std::string::npos && line.find('&') != std::string::npos) {
+      daemon = std::make_unique<DaemonProcess>(Arguments{"--config", rig_file, "--listen", "127.0.0.1:0"});
+      const std::string address = daemon->await_address();
+      ASSERT_FALSE(address.empty()) << daemon->errors();
+      setenv("HAPTICD_SERVER", address.c_str(), 1);
+      client = std::make_unique<ServiceClient>(connect(address));
+      continue;
+    }
+    ChildProcess shell("/bin/bash", {"-c", "cd '" + folder.path() + "' && " + line});
+    EXPECT_EQ(shell.wait(), 0) << shell.output() << shell.errors();
+  }
+  unsetenv("HAPTICD_SERVER");
+  EXPECT_TRUE(client->state().has_sensor_bias());
+  EXPECT_EQ(client->state().sensor_bias_lost(), "");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,599 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "server/grpc/calls/target_log.h"
+#include "tests/integration/error_detail.h"
+#include "tests/integration/running_service.h"
+
+namespace hapticd::test {
+namespace {
+
+v1::SetTargetRequest target(double stiffness_n_per_mm) {
+  v1::SetTargetRequest request;
+  request.set_stiffness_n_per_mm(stiffness_n_per_mm);
+  return request;
+}
+
+TEST(ServiceTargets, NeedAScene) {
+  const RunningService service;
+  expect_refused(service.set_target(target(0.5)),
+                 {grpc::StatusCode::FAILED_PRECONDITION, "no scene is loaded", "scene", "", "",
+                  "load one first (SceneService.LoadScene)"});
+}
+
+TEST(ServiceTargets, AreFiniteAndInRange) {
+  const RunningService service;
+  v1::LoadSceneResponse loaded;
+  ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
+  const std::string where = "SetTargetRequest.stiffness_n_per_mm";
+  const std::string limit = "0 … 1000 N/mm";
+  expect_refused(service.set_target(target(std::numeric_limits<double>::quiet_NaN())),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "target stiffness is not finite", where, "nan", limit,
+                  "send a finite number"});
+  expect_refused(service.set_target(target(std::numeric_limits<double>::infinity())),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "target stiffness is not finite", where, "inf", limit,
+                  "send a finite number"});
+  expect_refused(service.set_target(target(-0.1)),
+                 {grpc::StatusCode::OUT_OF_RANGE, "target stiffness is out of range", where, "-0.1 N/mm",
+                  limit, "use at least 0 N/mm"});
+  expect_refused(service.set_target(target(1e30)),
+                 {grpc::StatusCode::OUT_OF_RANGE, "target stiffness is out of range", where, "1e+30 N/mm",
+                  limit, "use at most 1000 N/mm"});
+  v1::SetTargetRequest ramp = target(0.5);
+  ramp.set_ramp_s(61.0);
+  expect_refused(service.set_target(ramp),
+                 {grpc::StatusCode::OUT_OF_RANGE, "ramp is out of range", "SetTargetRequest.ramp_s", "61 s",
+                  "0 … 60 s", "use at most 60 s"});
+  v1::SetTargetRequest late = target(0.5);
+  late.set_at_time_ns(std::numeric_limits<std::int64_t>::max());
+  const grpc::Status status = service.set_target(late);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(detail_of(status).what(), "the time lies too far ahead");
+  EXPECT_EQ(detail_of(status).limit(), "at most 60 s ahead of RigState.time_ns");
+  expect_refused(service.set_target({}),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "no target is given", "SetTargetRequest", "",
+                  "stiffness_n_per_mm or law", "give one of them; 0 N/mm has to be said"});
+  for (const std::int64_t passed :
+       {std::int64_t{1}, std::int64_t{-1}, std::numeric_limits<std::int64_t>::min()}) {
+    v1::SetTargetRequest past = target(0.7);
+    past.set_at_time_ns(passed);
+    const grpc::Status refused = service.set_target(past);
+    EXPECT_EQ(refused.error_code(), grpc::StatusCode::OUT_OF_RANGE) << passed;
+    EXPECT_EQ(detail_of(refused).what(), "the time has passed");
+    EXPECT_EQ(detail_of(refused).limit(), "0 for now, or up to 60 s ahead of RigState.time_ns");
+  }
+  const v1::RigState state =
+      service.await([&](const v1::RigState& s) { return s.tick() >= loaded.effective_tick(); });
+  EXPECT_EQ(state.target_stiffness_n_per_mm(), 0.5) << "nothing of all this reached the loop";
+}
+
+TEST(ServiceTargets, AreGrantedUpToWhatStaysStableOnTheDeviceWhereTheSceneDoesNotSay) {
+  const RunningService service;
+  for (const char* scene : {"tap_1d", "explore_rod"}) {
+    ASSERT_TRUE(service.load(scene).ok());
+    v1::SetTargetResponse response;
+    ASSERT_TRUE(service.set_target(target(50.0), &response).ok());
+    EXPECT_EQ(response.granted_n_per_mm(), 1.0) << scene;
+    EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+  }
+}
+
+TEST(ServiceTargets, OnASoftObjectThatIsExploredLessIsGrantedThanTheDeviceBears) {
+  const RunningService service(generous_config());
+  v1::SetTargetResponse response;
+  const std::string scene = "name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n";
+  ASSERT_TRUE(service.load_toml(scene).ok());
+  ASSERT_TRUE(service.set_target(target(50.0), &response).ok());
+  EXPECT_NEAR(response.granted_n_per_mm(), 4.0 * 0.18, 0.1) << "four times its stiffness at 4 N (D§4.5)";
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+  ASSERT_TRUE(service.load_toml(scene + "[target]\nmax_stiffness_n_per_mm = 2\n").ok());
+  ASSERT_TRUE(service.set_target(target(50.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 2.0) << "a scene may say more";
+}
+
+TEST(ServiceTargets, AreToldWhereTheyAreSofterThanTheDeviceCanMakeTheObject) {
+  const RunningService service;
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
+  ASSERT_TRUE(service.set_target(target(0.05), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.05) << "pressed less firmly it is feasible";
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_DEVICE_FORCE);
+  EXPECT_EQ(
+      response.explanation(),
+      "0.05 N/mm granted; pressed with 4 N 'sponge_cut' feels no softer than 0.121 N/mm, for the device "
+      "pulls with no more than 8.5 N (3.8)");
+  for (const double dissertation_n_per_mm : {0.3, 0.5}) {
+    ASSERT_TRUE(service.set_target(target(dissertation_n_per_mm), &response).ok());
+    EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+    EXPECT_EQ(response.explanation(), "");
+  }
+}
+
+TEST(ServiceTargets, AStrongDeviceIsHeldByTheSensorsRange) {
+  server::DaemonConfig config = quiet_config();
+  config.simulation.device = "phantom_1_5_high_force";
+  const RunningService service(config);
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(4.0);
+  request.set_object_stiffness_n_per_mm(1.0);
+  v1::FeasibleRange range;
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 4.0 / (4.0 + 0.7 * 35.0), 1e-12);
+  EXPECT_EQ(range.device_max_force_n(), 37.5);
+  ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(0.05), &response).ok());
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_DEVICE_FORCE);
+  EXPECT_NE(response.explanation().find("24.5 N, 0.7 of the sensor's range"), std::string::npos)
+      << response.explanation();
+}
+
+TEST(ServiceTargets, AreGrantedUpToTheCompensableStructuralStiffness) {
+  const RunningService service(generous_config());
+  ASSERT_TRUE(service.load_toml("name = \"hard\"\n[target]\nmax_stiffness_n_per_mm = 20\n").ok());
+  v1::RigInfo info;
+  ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
+  const double limit = 0.8 * info.device().structural_stiffness_n_per_mm();
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(limit + 1.0), &response).ok());
+  EXPECT_EQ(response.requested_n_per_mm(), limit + 1.0);
+  EXPECT_DOUBLE_EQ(response.granted_n_per_mm(), limit);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_STRUCTURAL_STIFFNESS);
+  EXPECT_FALSE(response.explanation().empty());
+}
+
+TEST(ServiceTargets, AreGrantedUpToTheScenesMaximum) {
+  const RunningService service;
+  ASSERT_TRUE(service.load_toml("name = \"gentle\"\n[target]\nmax_stiffness_n_per_mm = 0.75\n").ok());
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(2.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.75);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+  EXPECT_EQ(response.explanation(), "2 N/mm requested; scene 'gentle' allows at most 0.75 N/mm");
+  ASSERT_TRUE(service.set_target(target(0.25), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.25);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+  EXPECT_EQ(response.explanation(), "");
+}
+
+v1::SetTargetRequest power_law(double stiffness, double damping, double exponent) {
+  v1::SetTargetRequest request;
+  v1::HuntCrossleyLaw& law = *request.mutable_law()->mutable_hunt_crossley();
+  law.set_stiffness_n_per_mm_m(stiffness);
+  law.set_damping_n_s_per_mm_m1(damping);
+  law.set_exponent(exponent);
+  return request;
+}
+
+void add_knot(v1::StiffnessProfile& profile, double at_mm, double stiffness_n_per_mm) {
+  v1::StiffnessProfile::Knot& knot = *profile.add_knots();
+  knot.set_at_mm(at_mm);
+  knot.set_stiffness_n_per_mm(stiffness_n_per_mm);
+}
+
+TEST(ServiceTargets, OtherLawsAreGrantedWholeInASceneThatExplores) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  v1::SetTargetResponse response;
+  grpc::Status status = service.set_target(power_law(0.05, 0.001, 1.0), &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_DOUBLE_EQ(response.granted_n_per_mm(), 0.05);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+
+  v1::SetTargetRequest deep;
+  add_knot(*deep.mutable_law()->mutable_displacement_profile(), 0.0, 0.2);
+  add_knot(*deep.mutable_law()->mutable_displacement_profile(), 5.0, 0.8);
+  status = service.set_target(deep, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.requested_n_per_mm(), 0.8);
+  EXPECT_EQ(response.granted_n_per_mm(), 0.8);
+  EXPECT_GT(response.effective_tick(), 0U);
+
+  v1::SetTargetRequest along;
+  v1::StiffnessProfile& profile = *along.mutable_law()->mutable_position_profile();
+  add_knot(profile, -20.0, 0.3);
+  add_knot(profile, 20.0, 1.0);
+  profile.mutable_axis()->set_y(3.0);
+  status = service.set_target(along, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.granted_n_per_mm(), 1.0) << "as much as the scene allows";
+
+  v1::SetTargetRequest linear;
+  linear.mutable_law()->set_linear_n_per_mm(0.4);
+  ASSERT_TRUE(service.set_target(linear, &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 0.4);
+}
+
+TEST(ServiceTargets, ALinearTargetOfASceneThatExploresIsBoundedByTheSceneAlone) {
+  const RunningService service(generous_config());
+  ASSERT_TRUE(
+      service
+          .load_toml("name = \"stiff\"\nkind = \"explore\"\nobject_model = \"foam_ball_3d\"\n[target]\n"
+                     "max_stiffness_n_per_mm = 15\n")
+          .ok());
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(target(12.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 12.0) << "beyond the structural stiffness";
+  ASSERT_TRUE(service.set_target(target(20.0), &response).ok());
+  EXPECT_EQ(response.granted_n_per_mm(), 15.0);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+}
+
+TEST(ServiceTargets, ALawThatAsksForTooMuchIsRefusedWhole) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  expect_refused(service.set_target(power_law(6.0, 0.0, 1.0)),
+                 {grpc::StatusCode::OUT_OF_RANGE, "the target law is stiffer than the scene allows",
+                  "SetTargetRequest.law", "6 N/mm", "at most 1 N/mm down to 20 mm in scene 'explore_rod'",
+                  "ask for less: only a linear target can be granted in part"});
+  EXPECT_DOUBLE_EQ(service.await([](const v1::RigState& s) { return s.target_stiffness_n_per_mm() > 0.0; })
+                       .target_stiffness_n_per_mm(),
+                   0.5)
+      << "nothing of it reached the loop";
+}
+
+TEST(ServiceTargets, OtherLawsAreRefusedInOneDimension) {
+  const RunningService service;
+  const Expected expected{grpc::StatusCode::FAILED_PRECONDITION,
+                          "one-dimensional scenes render linear targets only",
+                          "SetTargetRequest.law",
+                          "hunt_crossley",
+                          "linear_n_per_mm",
+                          "load a scene of kind \"explore\", or set a linear target"};
+  for (const char* scene : {"tap_1d", "wall"}) {
+    ASSERT_TRUE(service.load(scene).ok());
+    expect_refused(service.set_target(power_law(0.05, 0.001, 1.6)), expected);
+  }
+  v1::SetTargetRequest linear;
+  linear.mutable_law()->set_linear_n_per_mm(0.4);
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(linear, &response).ok()) << "a linear law is a stiffness";
+  EXPECT_EQ(response.granted_n_per_mm(), 0.4);
+}
+
+TEST(ServiceTargets, ALawThatIsNoneIsRefused) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("explore_rod").ok());
+  const std::string where = "SetTargetRequest.law";
+  v1::SetTargetRequest both = power_law(0.05, 0.001, 1.6);
+  both.set_stiffness_n_per_mm(0.0);
+  expect_refused(service.set_target(both),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "both a stiffness and a law are given", where, "", "",
+                  "give one of them"});
+  v1::SetTargetRequest none;
+  none.mutable_law();
+  expect_refused(service.set_target(none),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "the target law is of no kind", where, "", "",
+                  "give linear_n_per_mm, hunt_crossley, displacement_profile or position_profile"});
+  expect_refused(
+      service.set_target(power_law(0.05, 0.001, 4.0)),
+      {grpc::StatusCode::OUT_OF_RANGE, "hunt_crossley.exponent is out of range", where, "4", "1 … 3 ", ""});
+  EXPECT_EQ(service.set_target(power_law(std::numeric_limits<double>::quiet_NaN(), 0.0, 1.0)).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  v1::SetTargetRequest falling;
+  add_knot(*falling.mutable_law()->mutable_displacement_profile(), 5.0, 0.2);
+  add_knot(*falling.mutable_law()->mutable_displacement_profile(), 0.0, 0.8);
+  const grpc::Status status = service.set_target(falling);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(detail_of(status).what(), "knot 2, at_mm (rising) is out of range");
+  v1::SetTargetRequest empty;
+  empty.mutable_law()->mutable_position_profile();
+  EXPECT_EQ(detail_of(service.set_target(empty)).what(), "profile's number of knots is out of range");
+  v1::SetTargetRequest many;
+  for (int i = 0; i < 17; ++i) add_knot(*many.mutable_law()->mutable_position_profile(), i, 0.5);
+  EXPECT_EQ(detail_of(service.set_target(many)).value(), "17");
+  v1::SetTargetRequest turned;
+  add_knot(*turned.mutable_law()->mutable_displacement_profile(), 0.0, 0.2);
+  turned.mutable_law()->mutable_displacement_profile()->mutable_axis()->set_x(1.0);
+  EXPECT_EQ(detail_of(service.set_target(turned)).what(), "a displacement profile has no axis");
+}
+
+/// Target stiffness by tick, from a subscription that runs while a test acts.
+class TargetTrace {
+ public:
+  explicit TargetTrace(const RunningService& service, std::uint64_t from_tick) : from_tick_(from_tick) {
+    v1::SubscribeRequest request;
+    request.add_groups(v1::FIELD_GROUP_TARGET);
+    request.set_queue_samples(60000);
+    reader_ = service.telemetry->Subscribe(&context_, request);
+    EXPECT_TRUE(reader_->Read(&batch_)) << "the subscription is under way";
+  }
+  ~TargetTrace() {
+    context_.TryCancel();
+    reader_->Finish();
+  }
+  /// The samples from the first tick asked for up to `tick`.
+  std::vector<v1::TelemetrySample> up_to(std::uint64_t tick) {
+    std::vector<v1::TelemetrySample> samples;
+    do {
+      for (const v1::TelemetrySample& sample : batch_.samples()) {
+        if (sample.tick() >= from_tick_) samples.push_back(sample);
+      }
+    } while ((samples.empty() || samples.back().tick() < tick) && reader_->Read(&batch_));
+    return samples;
+  }
+
+ private:
+  const std::uint64_t from_tick_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReader<v1::TelemetryBatch>> reader_;
+  v1::TelemetryBatch batch_;
+};
+
+TEST(ServiceTargets, TakeEffectAtTheTickOfTheAcknowledgementAndRamp) {
+  const RunningService service;
+  v1::LoadSceneResponse loaded;
+  ASSERT_TRUE(service.load("tap_1d", &loaded).ok());
+  TargetTrace trace(service, loaded.effective_tick());
+  v1::SetTargetRequest request = target(1.0);
+  request.set_ramp_s(0.2);
+  v1::SetTargetResponse response;
+  const grpc::Status status = service.set_target(request, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+
+  const std::uint64_t start = response.effective_tick();
+  const auto samples = trace.up_to(start + 210);
+  bool seen = false;
+  std::int64_t before_ns = 0;  // of the last tick before the ramp, which goes by measured time
+  for (const v1::TelemetrySample& sample : samples) {
+    ASSERT_TRUE(sample.has_target());
+    EXPECT_FALSE(sample.has_contact()) << "not asked for";
+    if (sample.tick() < start) before_ns = sample.time_ns();
+    const double ramped = static_cast<double>(sample.time_ns() - before_ns) / 0.2e9;
+    const double k = sample.target().target_stiffness_n_per_mm();
+    if (sample.tick() < start) {
+      EXPECT_DOUBLE_EQ(k, 0.5);
+    }
+    if (sample.tick() == start) {
+      seen = true;
+      EXPECT_EQ(sample.time_ns(), response.effective_time_ns());
+    }
+    if (sample.tick() >= start && ramped < 1.0) {
+      EXPECT_NEAR(k, 0.5 + 0.5 * ramped, 1e-6) << sample.tick();
+    }
+    if (ramped > 1.0) {
+      EXPECT_DOUBLE_EQ(k, 1.0);
+    }
+  }
+  EXPECT_TRUE(seen);
+}
+
+TEST(ServiceTargets, HaveARampNoShorterThanTheDaemonAllowsAndSaySo) {
+  server::DaemonConfig config = quiet_config();
+  config.guard.min_target_ramp_s = 0.2;
+  const RunningService service(config);
+  v1::LoadSceneResponse loaded;
+  ASSERT_TRUE(service.load("wall", &loaded).ok());
+  TargetTrace trace(service, loaded.effective_tick());
+  v1::SetTargetRequest request = target(1.0);
+  request.set_ramp_s(0.0);
+  v1::SetTargetResponse response;
+  ASSERT_TRUE(service.set_target(request, &response).ok());
+  EXPECT_EQ(response.ramp_s(), 0.2);
+  EXPECT_EQ(response.limiting_reason(), v1::LIMITING_REASON_NONE);
+  EXPECT_EQ(response.explanation(),
+            "the ramp of 0 s was lengthened to 0.2 s: [guard] min_target_ramp_s = 0.2 s");
+  double before = 0.5;
+  for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 210)) {
+    const double k = sample.target().target_stiffness_n_per_mm();
+    EXPECT_LE(k - before, 0.5 / 200.0 + 1e-9) << sample.tick();
+    before = k;
+  }
+  EXPECT_DOUBLE_EQ(before, 1.0);
+  request.set_ramp_s(0.3);
+  ASSERT_TRUE(service.set_target(request, &response).ok());
+  EXPECT_EQ(response.ramp_s(), 0.3);
+  EXPECT_EQ(response.explanation(), "");
+}
+
+TEST(ServiceTargets, WaitForTheTimeAskedFor) {
+  const RunningService service(generous_config());
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  // A target is handed to the loop 0.1 s ahead. On a machine that pauses for longer it comes late, and says
+  // so: that must not happen again and again.
+  bool in_time = false;
+  double stiffness_before = 0.5;
+  for (int attempt = 0; attempt < 5 && !in_time; ++attempt) {
+    const double stiffness = 0.875 - 0.125 * attempt;
+    TargetTrace trace(service, service.state().tick() + 1);
+    v1::SetTargetRequest request = target(stiffness);
+    request.set_ramp_s(0.0);
+    request.set_at_time_ns(service.state().time_ns() + 1'500'000'000);
+    v1::SetTargetResponse response;
+    const grpc::Status status = service.set_target(request, &response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_GE(response.effective_time_ns(), request.at_time_ns());
+
+    std::int64_t last_before_ns = 0;
+    bool seen = false;
+    for (const v1::TelemetrySample& sample : trace.up_to(response.effective_tick() + 5)) {
+      const bool before = sample.tick() < response.effective_tick();
+      EXPECT_DOUBLE_EQ(sample.target().target_stiffness_n_per_mm(), before ? stiffness_before : stiffness)
+          << sample.tick();
+      if (before) last_before_ns = sample.time_ns();
+      if (sample.tick() != response.effective_tick()) continue;
+      EXPECT_EQ(sample.time_ns(), response.effective_time_ns());
+      seen = true;
+    }
+    EXPECT_TRUE(seen);
+    in_time = last_before_ns < request.at_time_ns();  // the first tick whose time had come
+    stiffness_before = stiffness;
+  }
+  EXPECT_TRUE(in_time);
+}
+
+TEST(ServiceTargets, ADeadlineWithdrawsAWaitingTarget) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_ramp_s(0.0);
+  request.set_at_time_ns(service.state().time_ns() + 3'000'000'000);
+  v1::SetTargetResponse response;
+  const grpc::Status status =
+      service.rendering->SetTarget(call_context(std::chrono::milliseconds(200)).get(), request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  const v1::RigState later =
+      service.await([&](const v1::RigState& s) { return s.time_ns() > request.at_time_ns() + 50'000'000; });
+  EXPECT_DOUBLE_EQ(later.target_stiffness_n_per_mm(), 0.5);
+}
+
+TEST(ServiceTargets, AnotherSceneWithdrawsAWaitingTarget) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_at_time_ns(service.state().time_ns() + 1'500'000'000);
+  grpc::Status status;
+  std::thread waiting([&] { status = service.set_target(request); });
+  // Whichever of the two arrives first, the target must not reach the other scene.
+  ASSERT_TRUE(service.load("wall").ok());
+  waiting.join();
+  if (!status.ok()) {
+    expect_refused(status, {grpc::StatusCode::ABORTED,
+                            "another scene was loaded while the target waited; it is withdrawn", "scene",
+                            "tap_1d", "", "set the target anew"});
+    EXPECT_DOUBLE_EQ(service.state().target_stiffness_n_per_mm(), 0.5);
+  }
+}
+
+TEST(ServiceTargets, OnlySoManyWaitAndOthersStillPass) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_at_time_ns(service.state().time_ns() + 50'000'000'000);
+  constexpr int kCalls = 24;
+  grpc::CompletionQueue queue;
+  std::array<grpc::ClientContext, kCalls> contexts;
+  std::array<grpc::Status, kCalls> statuses;
+  std::array<v1::SetTargetResponse, kCalls> responses;
+  std::vector<std::unique_ptr<grpc::ClientAsyncResponseReader<v1::SetTargetResponse>>> calls;
+  for (std::size_t i = 0; i < kCalls; ++i) {
+    calls.push_back(service.rendering->AsyncSetTarget(&contexts[i], request, &queue));
+    calls.back()->Finish(&responses[i], &statuses[i], reinterpret_cast<void*>(i));
+  }
+  // The eight that are too many come back at once; sixteen wait.
+  for (int refused = 0; refused < kCalls - 16; ++refused) {
+    void* tag = nullptr;
+    bool ok = false;
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+    const grpc::Status& status = statuses[reinterpret_cast<std::size_t>(tag)];
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+    EXPECT_EQ(detail_of(status).what(), "too many targets wait for their time");
+  }
+  // Nobody else is held up by them.
+  EXPECT_TRUE(service.set_target(target(0.75)).ok());
+  v1::StopResponse stopped;
+  EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  v1::ClearResponse cleared;
+  EXPECT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok());
+  for (grpc::ClientContext& context : contexts) context.TryCancel();
+  for (int waiting = 0; waiting < 16; ++waiting) {
+    void* tag = nullptr;
+    bool ok = false;
+    ASSERT_TRUE(queue.Next(&tag, &ok));
+    EXPECT_EQ(statuses[reinterpret_cast<std::size_t>(tag)].error_code(), grpc::StatusCode::CANCELLED);
+  }
+  queue.Shutdown();
+}
+
+TEST(ServiceTargets, ShuttingDownLetsWaitingCallsGo) {
+  RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetTargetRequest request = target(1.25);
+  request.set_at_time_ns(service.state().time_ns() + 30'000'000'000);
+  grpc::Status status;
+  std::thread waiting([&] { status = service.set_target(request); });
+  const auto begun = std::chrono::steady_clock::now();
+  service.daemon->shutdown();
+  waiting.join();
+  // A call that was just coming in may be cut off by gRPC itself.
+  EXPECT_TRUE(status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+              status.error_code() == grpc::StatusCode::CANCELLED)
+      << status.error_message();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(25))
+      << "it did not wait for the target";
+}
+
+TEST(ServiceTargets, TheFeasibleRangeFollowsTheEquation) {
+  const RunningService service;
+  v1::RigInfo info;
+  ASSERT_TRUE(service.rig->GetRigInfo(call_context().get(), {}, &info).ok());
+  const double f_max = info.device().max_force_n();
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(2.0 * f_max);
+  request.set_object_stiffness_n_per_mm(0.4);
+  v1::FeasibleRange range;
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 0.4 * 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(range.max_n_per_mm(), 0.8, 1e-12);
+  EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_DEVICE_FORCE);
+  EXPECT_EQ(range.device_max_force_n(), f_max);
+
+  request.set_hand_force_n(0.5 * f_max);
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 0.4 / 3.0, 1e-12);
+  EXPECT_TRUE(std::isinf(range.max_n_per_mm()));
+  EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_NONE);
+
+  ASSERT_TRUE(service.load_toml("name = \"gentle\"\n[target]\nmax_stiffness_n_per_mm = 0.75\n").ok());
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_EQ(range.max_n_per_mm(), 0.75);
+  EXPECT_EQ(range.max_limited_by(), v1::LIMITING_REASON_SCENE_MAXIMUM);
+}
+
+TEST(ServiceTargets, TheFeasibleRangeOfNowGoesByTheObjectsLawWhereItIsKnown) {
+  const RunningService service;
+  ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
+  service.press(2.0, [](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(4.0);
+  v1::FeasibleRange range;
+  const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), request, &range);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
+  EXPECT_NEAR(range.min_n_per_mm(), 0.121, 0.001) << "4 N over the law's depth at 12.5 N";
+  request.set_object_stiffness_n_per_mm(0.25);
+  ASSERT_TRUE(service.rendering->GetFeasibleRange(call_context().get(), request, &range).ok());
+  EXPECT_NEAR(range.min_n_per_mm(), 0.25 * 4.0 / 12.5, 1e-12) << "as the client says";
+}
+
+TEST(ServiceTargets, TheFeasibleRangeOfNowNeedsContact) {
+  const RunningService service;
+  v1::FeasibleRange range;
+  expect_refused(service.rendering->GetFeasibleRange(call_context().get(), {}, &range),
+                 {grpc::StatusCode::FAILED_PRECONDITION, "no scene is loaded", "scene", "", "",
+                  "load one first (SceneService.LoadScene)"});
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  expect_refused(
+      service.rendering->GetFeasibleRange(call_context().get(), {}, &range),
+      {grpc::StatusCode::FAILED_PRECONDITION, "not in contact: there is nothing to take the value from",
+       "GetFeasibleRangeRequest.hand_force_n", "", "", "press the object, or give the value"});
+  v1::GetFeasibleRangeRequest request;
+  request.set_hand_force_n(std::numeric_limits<double>::quiet_NaN());
+  expect_refused(service.rendering->GetFeasibleRange(call_context().get(), request, &range),
+                 {grpc::StatusCode::INVALID_ARGUMENT, "hand force is not finite",
+                  "GetFeasibleRangeRequest.hand_force_n", "nan", "-100 … 100 N", "send a finite number"});
+  service.press(2.0, [](const v1::RigState& s) { return s.hand_force_n() > 1.0; });
+  const grpc::Status status = service.rendering->GetFeasibleRange(call_context().get(), {}, &range);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(range.object_stiffness_n_per_mm(), 0.0);
+  EXPECT_LT(range.min_n_per_mm(), range.object_stiffness_n_per_mm());
+}
+
+TEST(TargetLog, NamesEachNewClientAndOtherwiseOneTargetASecond) {
+  using std::chrono::milliseconds;
+  server::TargetLog log;
+  const server::TargetLog::Clock::time_point start{std::chrono::hours(1)};
+  EXPECT_EQ(log.line("0.3 N/mm", "ipv4:a", start), "target 0.3 N/mm set by ipv4:a");
+  for (int i = 1; i < 100; ++i) EXPECT_EQ(log.line("0.4 N/mm", "ipv4:a", start + milliseconds(10 * i)), "");
+  EXPECT_EQ(log.line("0.5 N/mm", "ipv4:a", start + milliseconds(1000)),
+            "target 0.5 N/mm set by ipv4:a (99 more since the last such line)");
+  EXPECT_EQ(log.line("0.6 N/mm", "ipv4:b", start + milliseconds(1001)), "target 0.6 N/mm set by ipv4:b");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,49 @@
+// hapticctl feasible, typed at any moment of a hand that presses again and again.
+
+#include <gtest/gtest.h>
+
+#include "client/cli/session/exit_code.h"
+#include "tests/integration/running_service.h"
+#include "tests/support/child_process.h"
+
+namespace hapticd::test {
+namespace {
+
+int feasible(const RunningService& service, const std::string& wait_s, std::string* errors = nullptr) {
+  ChildProcess child(HAPTICCTL_BINARY, {"--server", service.address(), "feasible", "--wait", wait_s});
+  const int code = child.wait();
+  if (errors != nullptr) *errors = child.errors();
+  return code;
+}
+
+TEST(HapticctlFeasible, WaitsForTheNextContact) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::SetHandProgramRequest press;
+  press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
+  press.mutable_program()->set_force_n(2.0);
+  press.mutable_program()->set_hold_s(30.0);
+  v1::SetHandProgramResponse begun;
+  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &begun).ok());
+  std::string errors;
+  EXPECT_EQ(feasible(service, "60", &errors), 0) << errors;
+}
+
+TEST(HapticctlFeasible, WithoutOneSaysWhatIsMissing) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  std::string errors;
+  EXPECT_EQ(feasible(service, "0.2", &errors), static_cast<int>(cli::ExitCode::kRefused));
+  EXPECT_NE(errors.find("not in contact"), std::string::npos) << errors;
+}
+
+TEST(HapticctlFeasible, WaitsForNothingElse) {
+  const RunningService service;  // no scene: no contact would help
+  std::string errors;
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_EQ(feasible(service, "60", &errors), static_cast<int>(cli::ExitCode::kRefused));
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(30)) << errors;
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,50 @@
+#include "client/cli/plot/csv_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "client/cli/session/session.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::cli {
+namespace {
+
+CsvTable table_of(const std::string& text) {
+  const test::TemporaryFolder folder;
+  return CsvTable::read(folder.write("table.csv", text));
+}
+
+TEST(CsvTable, ReadsNumbersAndPassesOverComments) {
+  const auto table = table_of("# a comment\ntime_s,reason,force_n\n0.5,free,-1.5e-3\r\n# more\n1,held,\n");
+  EXPECT_EQ(table.rows(), 2U);
+  EXPECT_EQ(table.column("time_s"), (std::vector<double>{0.5, 1.0}));
+  EXPECT_DOUBLE_EQ(table.column("force_n")[0], -1.5e-3);
+  EXPECT_TRUE(std::isnan(table.column("force_n")[1]));
+  EXPECT_TRUE(std::isnan(table.column("reason")[0]));
+}
+
+TEST(CsvTable, NamesTheLineThatIsWrong) {
+  try {
+    table_of("# c\na,b\n1,2\n1,2,3\n");
+    ADD_FAILURE();
+  } catch (const LocalError& error) {
+    EXPECT_NE(error.detail().where().find("line 4"), std::string::npos);
+    EXPECT_EQ(error.detail().value(), "3 cells");
+    EXPECT_EQ(error.detail().limit(), "2 cells");
+  }
+}
+
+TEST(CsvTable, RefusesWhatIsNoRecording) {
+  EXPECT_THROW(CsvTable::read("/nonexistent.csv"), LocalError);
+  EXPECT_THROW(CsvTable::read(test::TemporaryFolder().path()), LocalError);
+  EXPECT_THROW(table_of(""), LocalError);
+  EXPECT_THROW(table_of("a,b\n"), LocalError);
+  const auto table = table_of("a,b\n1,2\n");
+  EXPECT_FALSE(table.has("c"));
+  EXPECT_THROW(table.column("c"), LocalError);
+}
+
+}  // namespace
+}  // namespace hapticd::cli

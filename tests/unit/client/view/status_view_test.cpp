@@ -1,0 +1,95 @@
+#include "client/cli/view/status_view.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace hapticd::cli {
+namespace {
+
+const Terminal kSmallTerminal{.live = true, .unicode = true, .width = 80, .height = 24};
+
+v1::RigInfo status_rig() {
+  v1::RigInfo info;
+  info.set_name("openhaptics + netft");
+  info.set_kind(v1::RIG_KIND_HARDWARE);
+  info.set_renders_force(true);
+  info.set_loop_rate_hz(1000.0);
+  info.mutable_device()->set_model("phantom_premium_1_5_with_a_long_name");
+  info.mutable_sensor()->set_model("nano17_si_25");
+  auto& parameter = *info.add_uncertain_parameters();
+  parameter.set_name("structure");
+  parameter.set_source("taken from a similar device, within a factor of two");
+  return info;
+}
+
+/// Everything that is ever shown at once, with long figures.
+v1::RigState status_state() {
+  v1::RigState now;
+  now.set_scene("tap_1d");
+  now.set_guard_state(v1::GUARD_STATE_LATCHED);
+  now.set_guard_fault(v1::GUARD_FAULT_SENSOR_STALE);
+  now.set_contact_reason(v1::CONTACT_REASON_AWAITING_FREE);
+  for (const char* name : {"haptic device", "force sensor"}) {
+    auto& part = *now.add_parts();
+    part.set_part(name);
+    part.set_driver("driver");
+    part.set_state(v1::PART_STATE_READY);
+    part.set_connection("/usr/lib/x86_64-linux-gnu/libHD.so, default device, Stand-in PHANTOM 1.5 0815");
+    for (int i = 0; i < 24; ++i) {
+      auto& figure = *part.add_figures();
+      figure.set_name("figure_number_" + std::to_string(i));
+      figure.set_value(7000.25 + i);
+    }
+  }
+  auto& loop = *now.mutable_loop();
+  loop.set_running(true);
+  loop.set_ticks(123456789);
+  loop.set_periods_missed(84123);
+  loop.set_overruns_by_wakeup(29000);
+  for (auto* summary :
+       {loop.mutable_wakeup(), loop.mutable_jitter(), loop.mutable_compute(), loop.mutable_device()}) {
+    summary->set_count(1);
+    summary->set_max_us(24668.3);
+  }
+  return now;
+}
+
+std::string status_text(const std::vector<std::string>& lines) {
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  return all;
+}
+
+TEST(StatusView, FitsASmallTerminalWithGuardAndContactInView) {
+  const auto lines = status_lines(status_rig(), status_state(), {}, kSmallTerminal);
+  EXPECT_LE(lines.size(), 23U) << "with the prompt below it" << status_text(lines);
+  for (const std::string& line : lines) EXPECT_LE(display_width(line), 80U) << line;
+  const std::string all = status_text(lines);
+  EXPECT_NE(all.find("latched: sensor stale; no force until hapticctl clear"), std::string::npos) << all;
+  EXPECT_NE(all.find("--parts"), std::string::npos) << "says what else there is\n" << all;
+  EXPECT_NE(all.find("--rough (1 figures known only roughly)"), std::string::npos) << all;
+}
+
+TEST(StatusView, WhatPartsCountIsBrokenBetweenWords) {
+  const auto lines =
+      status_lines(status_rig(), status_state(), {.parts = true, .rough = true}, kSmallTerminal);
+  const std::string all = status_text(lines);
+  for (const std::string& line : lines) EXPECT_LE(display_width(line), 80U) << line;
+  for (int i = 0; i < 24; ++i) {
+    EXPECT_NE(all.find("number " + std::to_string(i)), std::string::npos) << i << "\n" << all;
+  }
+  EXPECT_NE(all.find("known only roughly"), std::string::npos);
+  EXPECT_EQ(all.find("more:"), std::string::npos);
+}
+
+TEST(StatusView, WithoutATerminalEachFactIsALine) {
+  const auto lines = status_lines(status_rig(), status_state(), {.parts = true}, Terminal{});
+  EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
+    return line.find("figure number 0 ") != std::string::npos &&
+           line.find("figure number 23 ") != std::string::npos;
+  })) << status_text(lines);
+}
+
+}  // namespace
+}  // namespace hapticd::cli

@@ -1,0 +1,449 @@
+#include "server/identification/session/friction_identification.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+
+#include "rt/friction/dahl.h"
+#include "rt/friction/maxwell_slip.h"
+#include "server/identification/estimate/friction/friction_combination.h"
+
+namespace hapticd::rt {
+namespace {
+
+/// A recording of strokes to and fro, sample by sample.
+struct Strokes {
+  FrictionParameters truth{0.5, 0.2, 0.0};
+  double amplitude_mm = 20.0;
+  double hz = 0.5;
+  double rate_hz = 200.0;
+  double seconds = 20.0;
+  double normal_n = 4.0;
+  bool normal_recorded = true;
+  double bias_n = 0.0;
+  double position_noise_mm = 0.0;
+  double force_noise_n = 0.0;
+  double force_scale = 1.0, position_scale = 1.0;
+  unsigned seed = 3;
+};
+
+hal::RigInfo recorder(double rate_hz) {
+  hal::RigInfo info;
+  info.kind = hal::RigKind::kReplay;
+  info.rate_hz = rate_hz;
+  return info;
+}
+
+using Spoil = std::function<void(std::int64_t tick, Observation&)>;
+
+void play(FrictionIdentification& identification, const Strokes& s, const Spoil& spoil = {}) {
+  std::mt19937_64 random(s.seed);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  double z = 0.0;
+  double last_mm = 0.0;
+  MaxwellSlip elements(s.truth.maxwell_slip.value_or(MaxwellSlipParameters{}));
+  const auto samples = static_cast<std::int64_t>(s.seconds * s.rate_hz);
+  constexpr int kFine = 10;
+  for (std::int64_t tick = 0; tick < samples; ++tick) {
+    double x = 0.0;
+    for (int k = 0; k < kFine; ++k) {
+      const double t = (static_cast<double>(tick) + static_cast<double>(k + 1) / kFine) / s.rate_hz;
+      x = s.amplitude_mm * std::sin(2.0 * M_PI * s.hz * t);
+      z = s.truth.maxwell_slip ? elements.step(x - last_mm) / s.truth.kinetic
+                               : dahl_step(z, x - last_mm, s.truth.presliding_mm, s.truth.exponent);
+      last_mm = x;
+    }
+    const double t = static_cast<double>(tick + 1) / s.rate_hz;
+    const double speed = s.amplitude_mm * 2.0 * M_PI * s.hz * std::cos(2.0 * M_PI * s.hz * t);
+    const double friction = s.truth.kinetic * s.normal_n * z + s.truth.viscous_n_s_per_mm * speed + s.bias_n +
+                            s.force_noise_n * noise(random);
+    Observation observation;
+    observation.sample.tick = static_cast<std::uint64_t>(tick);
+    observation.sample.time_ns = std::llround(1e9 * t);
+    observation.sample.tip_position_mm.x = s.position_scale * (x + s.position_noise_mm * noise(random));
+    observation.sample.sensor_force_n = {-s.force_scale * friction, 0.0,
+                                         s.normal_recorded ? s.force_scale * s.normal_n : 0.0};
+    observation.sample.force_count = 1;
+    if (spoil) spoil(tick, observation);
+    identification.add(observation);
+  }
+}
+
+hal::Result<IdentifiedModel> found(const Strokes& strokes, FrictionTask task = {}, const Spoil& spoil = {}) {
+  FrictionIdentification identification(task, recorder(strokes.rate_hz));
+  play(identification, strokes, spoil);
+  return identification.finish();
+}
+
+const FrictionParameters& friction_of(const IdentifiedModel& model) {
+  return std::get<FrictionModel>(model.content).friction;
+}
+
+const EstimatedParameter& parameter(const IdentifiedModel& model, const std::string& name) {
+  for (const EstimatedParameter& p : model.parameters) {
+    if (p.name == name) return p;
+  }
+  throw std::out_of_range(name);
+}
+
+TEST(FrictionIdentification, FindsLongStrokesByDivideAndConquer) {
+  Strokes strokes;
+  strokes.bias_n = 0.3;
+  strokes.force_noise_n = 0.02;
+  const auto model = found(strokes);
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_NEAR(friction_of(*model).kinetic, 0.5, 0.005);
+  EXPECT_NEAR(friction_of(*model).presliding_mm, 0.2, 0.05);
+  EXPECT_NEAR(parameter(*model, "force_bias_n").value, 0.3, 0.01);
+  EXPECT_NE(model->procedure.find("apart"), std::string::npos);
+}
+
+TEST(FrictionIdentification, AnExactFitIsNoReasonToDoubtOneDirection) {
+  const auto model = found({.truth = {0.5, 0.0, 0.0}});
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_NEAR(friction_of(*model).kinetic, 0.5, 1e-6);
+  EXPECT_NEAR(parameter(*model, "force_bias_n").value, 0.0, 1e-6);
+}
+
+TEST(FrictionIdentification, FindsShortStrokesThatNeverSlide) {
+  for (const double exponent : {1.0, 0.2}) {
+    Strokes strokes;
+    strokes.amplitude_mm = 0.12;
+    strokes.truth = {0.45, 0.06, 0.0, exponent};
+    strokes.force_noise_n = 0.01;
+    FrictionTask task;
+    task.exponent = true;
+    const auto model = found(strokes, task);
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_NEAR(friction_of(*model).kinetic, 0.45, 0.01);
+    EXPECT_NEAR(friction_of(*model).presliding_mm, 0.06, 0.004);
+    EXPECT_NEAR(friction_of(*model).exponent, exponent, 0.1);
+    EXPECT_NE(model->procedure.find("together"), std::string::npos);
+    EXPECT_LT(model->residual, 0.03);
+  }
+}
+
+TEST(FrictionIdentification, TakesAnotherExponentOnlyWhereHeldOutStrokesAskForIt) {
+  for (const double exponent : {1.0, 0.1}) {
+    Strokes strokes;
+    strokes.amplitude_mm = 0.12;
+    strokes.truth = {0.45, 0.06, 0.0, exponent};
+    strokes.force_noise_n = 0.01;
+    const auto model = found(strokes);
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_LT(parameter(*model, "held_out_dahl_exponent").value, 0.03);
+    EXPECT_GT(parameter(*model, "held_out_maxwell_slip").value, 0.0);
+    if (exponent == 1.0) {
+      EXPECT_EQ(friction_of(*model).exponent, 1.0) << model->procedure;
+    } else {
+      EXPECT_NEAR(friction_of(*model).exponent, exponent, 0.1);
+      EXPECT_GT(parameter(*model, "held_out_dahl").value,
+                2.0 * parameter(*model, "held_out_dahl_exponent").value);
+      FrictionTask task;
+      task.exponent_is_one = true;
+      const auto as_published = found(strokes, task);
+      ASSERT_TRUE(as_published);
+      EXPECT_EQ(friction_of(*as_published).exponent, 1.0);
+    }
+  }
+}
+
+/// One that sticks to 0.8 of its level and one that slips farther on: no Dahl law turns like that.
+FrictionParameters kinked() {
+  const MaxwellSlipParameters elements{{0.4, 3.0}, {1.0, 0.033}};
+  return {elements.kinetic(), elements.presliding_mm(), 0.0, 1.0, elements};
+}
+
+TEST(FrictionIdentification, TakesMaxwellSlipElementsWhereHeldOutStrokesAskForThem) {
+  Strokes strokes;
+  strokes.truth = kinked();
+  strokes.force_noise_n = 0.01;
+  const auto model = found(strokes);
+  ASSERT_TRUE(model) << model.error().text();
+  const FrictionParameters& friction = friction_of(*model);
+  ASSERT_TRUE(friction.maxwell_slip) << model->procedure;
+  EXPECT_NE(model->procedure.find("held-out strokes ask for them"), std::string::npos) << model->procedure;
+  EXPECT_NEAR(friction.kinetic, strokes.truth.kinetic, 0.01);
+  EXPECT_GE(parameter(*model, "maxwell_slip_elements").value, 2.0);
+  EXPECT_LT(parameter(*model, "held_out_maxwell_slip").value,
+            parameter(*model, "held_out_dahl_exponent").value);
+  // What is found predicts the true one, not the recording alone.
+  MaxwellSlip truth(*strokes.truth.maxwell_slip);
+  MaxwellSlip by_model(*friction.maxwell_slip);
+  double worst = 0.0;
+  double last_mm = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 8.0 * std::sin(0.01 * i);
+    worst = std::max(worst, std::abs(truth.step(x - last_mm) - by_model.step(x - last_mm)));
+    last_mm = x;
+  }
+  EXPECT_LT(worst, 0.1 * strokes.truth.kinetic);
+  EXPECT_FALSE(check(*model));
+}
+
+TEST(FrictionIdentification, TakesTheLawItsTaskNames) {
+  Strokes strokes;
+  strokes.truth = kinked();
+  for (const bool exponent : {false, true}) {
+    FrictionTask task;
+    task.exponent = exponent;
+    task.exponent_is_one = !exponent;
+    const auto model = found(strokes, task);
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_FALSE(friction_of(*model).maxwell_slip);
+    EXPECT_EQ(model->procedure.rfind("Dahl's law", 0), 0U) << model->procedure;
+  }
+}
+
+TEST(FrictionIdentification, SaysHowSureItIs) {
+  // Errors that last as long as a passage: the level itself differs from stroke to stroke.
+  double squared = 0.0;
+  double normed = 0.0;
+  constexpr int kRounds = 12;
+  for (unsigned seed = 0; seed < kRounds; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> level(1.0, 0.05);
+    double now = 1.0;
+    int half = -1;
+    const auto model = found({.seed = seed}, {}, [&](std::int64_t tick, Observation& o) {
+      const int passage = static_cast<int>(std::floor(static_cast<double>(tick) / 200.0 + 0.5));
+      if (passage != half) now = level(random);
+      half = passage;
+      o.sample.sensor_force_n.x *= now;
+    });
+    ASSERT_TRUE(model);
+    const EstimatedParameter& p = parameter(*model, "kinetic");
+    squared += (p.value - 0.5) * (p.value - 0.5);
+    normed += (p.value - 0.5) * (p.value - 0.5) / (p.standard_error * p.standard_error);
+  }
+  EXPECT_GT(std::sqrt(squared / kRounds), 1e-3) << "else the test shows nothing";
+  EXPECT_LT(std::sqrt(normed / kRounds), 2.0);
+  EXPECT_GT(std::sqrt(normed / kRounds), 0.4);
+}
+
+TEST(FrictionIdentification, TellsFrictionInNewtonWithoutANormalForce) {
+  Strokes strokes;
+  strokes.normal_recorded = false;
+  strokes.bias_n = 50.0;  // as pressure on a piston
+  strokes.position_noise_mm = 0.02;
+  strokes.rate_hz = 100.0;
+  const auto model = found(strokes);
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_NEAR(parameter(*model, "coulomb_force_n").value, 2.0, 0.05);
+  FrictionTask task;
+  task.normal_force_n = 4.0;
+  const auto told = found(strokes, task);
+  ASSERT_TRUE(told) << told.error().text();
+  EXPECT_NEAR(friction_of(*told).kinetic, 0.5, 0.01);
+}
+
+TEST(FrictionIdentification, StandsGapsOutliersAndSaturation) {
+  Strokes strokes;
+  const auto spoilt = found(strokes, {}, [](std::int64_t tick, Observation& o) {
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    if (tick % 97 == 0) o.sample.tip_position_mm.x += 0.5;  // single outliers
+    if (tick % 211 == 0) o.sample.sensor_force_n.x = kNaN;
+    if (tick % 307 == 0) o.sample.tip_position_mm.z = kNaN;
+    if (tick % 401 == 0) o.sample.status = hal::sample_status::kForceSaturated;
+    if (tick > 1000) o.sample.time_ns += 800'000'000;  // a gap
+  });
+  ASSERT_TRUE(spoilt) << spoilt.error().text();
+  EXPECT_NEAR(friction_of(*spoilt).kinetic, 0.5, 0.01);
+  EXPECT_NEAR(friction_of(*spoilt).presliding_mm, 0.2, 0.06);
+  for (const char* word : {"no numbers", "range", "gaps"}) {
+    EXPECT_NE(spoilt->procedure.find(word), std::string::npos) << spoilt->procedure;
+  }
+  // A clipped force is what it is; the remark says what that may mean.
+  const auto clipped = found(strokes, {}, [](std::int64_t, Observation& o) {
+    o.sample.sensor_force_n.x = std::clamp(o.sample.sensor_force_n.x, -1.5, 10.0);
+  });
+  ASSERT_TRUE(clipped) << clipped.error().text();
+  EXPECT_NE(clipped->procedure.find("to the last bit"), std::string::npos);
+}
+
+TEST(FrictionIdentification, RefusesWhatTellsNothing) {
+  const auto refused = [](const Strokes& strokes, const Spoil& spoil, const char* word,
+                          double seconds = 20.0) {
+    Strokes s = strokes;
+    s.seconds = seconds;
+    const auto model = found(s, {}, spoil);
+    ASSERT_FALSE(model) << word;
+    EXPECT_NE(model.error().text().find(word), std::string::npos) << model.error().text();
+    EXPECT_FALSE(model.error().remedy.empty());
+  };
+  refused({}, {}, "too little data", 0.05);
+  refused(
+      {}, [](std::int64_t, Observation& o) { o.sample.tip_position_mm.x = 3.0; }, "did not move");
+  refused(
+      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n.x = 1.0; }, "does not vary");
+  refused(
+      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n.x *= -1.0; }, "along with the motion");
+  refused(
+      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n = {}; }, "does not vary");
+  refused(
+      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n.x *= 1000.0; }, "unit");  // N as mN
+  Strokes metres;
+  metres.position_scale = 1e-3;
+  metres.amplitude_mm = 4.0;
+  refused(metres, {}, "unit");
+  refused(
+      {}, [](std::int64_t tick, Observation& o) { o.sample.time_ns = -tick; }, "too little data");
+  refused(
+      {},
+      [](std::int64_t tick, Observation& o) {
+        o.sample.tip_position_mm.x = 0.01 * static_cast<double>(tick);
+      },
+      "to and fro");
+}
+
+TEST(FrictionIdentification, NeverEndingStrokesNeedNoMoreMemory) {
+  StrokePassages passages(0.007);
+  for (int i = 0; i < 1'000'000; ++i) {
+    const double t = 1e-3 * i;
+    passages.add({t, 20.0 * std::sin(2.0 * t), 0.0, 1.0, 3.0});
+  }
+  const std::vector<StrokePassage> kept = passages.all();
+  EXPECT_LE(kept.size(), StrokePassages::kMost + 1);
+  EXPECT_GT(passages.given_up(), 100U);
+  for (const StrokePassage& passage : kept) EXPECT_LE(passage.rows.rows().size(), StrokeRows::kMost);
+  // One passage that lasts for ever.
+  StrokePassages resting(0.007);
+  for (int i = 0; i < 1'000'000; ++i) resting.add({1e-3 * i, std::min(5.0, 0.01 * i), 0.0, 1.0, 3.0});
+  ASSERT_EQ(resting.all().size(), 1U);
+  EXPECT_LE(resting.all().front().rows.rows().size(), 2 * StrokeRows::kMost);
+}
+
+TEST(FrictionIdentification, WishesTapsThenStrokesAndNothingOfARecording) {
+  FrictionIdentification live({}, hal::RigInfo{});
+  EXPECT_EQ(live.wish().motion, Wish::Motion::kLightTaps);
+  const IdentificationProgress progress = live.progress();
+  EXPECT_FALSE(progress.converged);
+  EXPECT_FALSE(progress.missing.empty());
+  EXPECT_TRUE(std::isnan(progress.residual));
+  EXPECT_EQ(progress.completion, 0.0);
+  ASSERT_FALSE(live.finish());
+
+  Strokes strokes;
+  FrictionIdentification recorded({}, recorder(strokes.rate_hz));
+  EXPECT_EQ(recorded.wish().motion, Wish::Motion::kRest);
+  play(recorded, strokes);
+  EXPECT_TRUE(recorded.progress().converged);
+  for (const std::string& word : recorded.progress().missing) ADD_FAILURE() << word;
+  EXPECT_EQ(recorded.progress().completion, 1.0);
+  EXPECT_LE(recorded.progress().fit.size(), 200U);
+}
+
+TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {
+  MaxwellSlipParameters p;
+  p.reach_mm = {0.05, 0.1};
+  p.stiffness_per_mm = {5.0, 2.0};
+  MaxwellSlip law(p);
+  EXPECT_NEAR(law.step(10.0), p.kinetic(), 1e-12);
+  const double before = law.step(-0.03);
+  law.step(0.01);
+  EXPECT_NEAR(law.step(-0.01), before, 1e-12) << "an inner loop closes";
+  EXPECT_NEAR(law.step(-1e9), -p.kinetic(), 1e-9);
+  for (int i = 0; i < 1000; ++i) law.step(0.0);
+  EXPECT_NEAR(law.step(0.0), -p.kinetic(), 1e-9) << "rest changes nothing";
+  for (int i = 0; i < 36'000'000; ++i) law.step(0.0);
+  EXPECT_NEAR(law.step(0.0), -p.kinetic(), 1e-9) << "nor do ten hours of it";
+  EXPECT_NEAR(law.step(std::numeric_limits<double>::quiet_NaN()), -p.kinetic(), 1e-9);
+  EXPECT_NEAR(law.step(std::numeric_limits<double>::infinity()), p.kinetic(), 1e-9);
+  law.release();
+  EXPECT_EQ(law.step(0.0), 0.0);
+}
+
+TEST(MaxwellSlip, IsFoundFromItsLoops) {
+  MaxwellSlipParameters truth;
+  truth.reach_mm = {0.03, 0.08};
+  truth.stiffness_per_mm = {6.0, 3.0};
+  MaxwellSlip law(truth);
+  std::vector<FrictionRow> rows;
+  double last_mm = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 0.12 * std::sin(0.02 * i);
+    FrictionRow row;
+    if (i == 0) row.before = FrictionRow::State::kNothing;
+    row.slide_mm = x - last_mm;
+    last_mm = x;
+    row.way_mm = 0.24;
+    row.normal_n = 5.0;
+    row.friction_n = 5.0 * law.step(row.slide_mm) + 0.2;
+    row.passage = i / 157;
+    row.settled = row.passage >= 2;
+    rows.push_back(row);
+  }
+  const auto fit = fit_maxwell_slip(rows, {.bias = true});
+  ASSERT_TRUE(fit) << fit.error().text();
+  EXPECT_LT(fit->residual, 0.01);
+  EXPECT_NEAR(fit->parameters.kinetic(), truth.kinetic(), 0.02);
+  EXPECT_NEAR(fit->bias_n, 0.2, 0.02);
+  EXPECT_FALSE(fit_maxwell_slip({}, {.bias = true}));
+}
+
+TEST(MaxwellSlip, AFitHasAViscousPartWhereItIsAskedFor) {
+  MaxwellSlipParameters truth;
+  truth.reach_mm = {0.1};
+  truth.stiffness_per_mm = {4.0};
+  constexpr double kViscous = 2e-3;
+  MaxwellSlip law(truth);
+  std::vector<FrictionRow> rows;
+  double last_mm = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 10.0 * std::sin(0.02 * i);
+    FrictionRow row;
+    if (i == 0) row.before = FrictionRow::State::kNothing;
+    row.slide_mm = x - last_mm;
+    last_mm = x;
+    row.way_mm = 20.0;
+    row.normal_n = 5.0;
+    row.speed_mm_per_s = 1000.0 * row.slide_mm;
+    row.friction_n = 5.0 * law.step(row.slide_mm) + kViscous * row.speed_mm_per_s;
+    row.passage = i / 157;
+    row.settled = row.passage >= 2;
+    rows.push_back(row);
+  }
+  const auto with = fit_maxwell_slip(rows, {.viscous = true});
+  const auto without = fit_maxwell_slip(rows, {});
+  ASSERT_TRUE(with && without);
+  EXPECT_NEAR(with->viscous_n_s_per_mm, kViscous, 0.05 * kViscous);
+  EXPECT_EQ(without->viscous_n_s_per_mm, 0.0);
+  EXPECT_LT(with->residual, 0.3 * without->residual);
+  EXPECT_NEAR(with->friction().kinetic, truth.kinetic(), 0.02);
+}
+
+IdentifiedModel bearing(double kinetic, double error) {
+  IdentifiedModel model;
+  model.content = FrictionModel{Tip::kBallBearing, {kinetic, 0.05, 0.0}};
+  model.parameters = {{"kinetic", "1", kinetic, error}, {"viscous_n_s_per_mm", "N·s/mm", 1e-4, HUGE_VAL}};
+  model.object = "o";
+  model.converged = true;
+  return model;
+}
+
+TEST(FrictionCombination, WeighsByWhatIsKnown) {
+  const auto alike = combine_friction({bearing(0.070, 0.001), bearing(0.071, 0.001), bearing(0.09, 0.03)});
+  ASSERT_TRUE(alike) << alike.error().text();
+  EXPECT_NEAR(friction_of(*alike).kinetic, 0.0705, 5e-4) << "a vague one counts little";
+  EXPECT_NEAR(parameter(*alike, "kinetic_spread").value, 0.0, 1e-9);
+  const auto unlike = combine_friction({bearing(0.05, 1e-4), bearing(0.08, 0.002)});
+  ASSERT_TRUE(unlike);
+  EXPECT_NEAR(friction_of(*unlike).kinetic, 0.065, 0.002) << "objects differ: no one outvotes the others";
+  EXPECT_GT(parameter(*unlike, "kinetic").standard_error, 0.01);
+  EXPECT_GT(parameter(*unlike, "kinetic_spread").value, 0.01);
+
+  EXPECT_FALSE(combine_friction({bearing(0.07, 0.001)}));
+  IdentifiedModel rod = bearing(0.5, 0.01);
+  std::get<FrictionModel>(rod.content).tip = Tip::kRod;
+  EXPECT_FALSE(combine_friction({bearing(0.07, 0.001), rod}));
+  EXPECT_FALSE(combine_friction({bearing(0.07, HUGE_VAL), bearing(0.07, HUGE_VAL)}));
+  IdentifiedModel tool;
+  tool.content = ToolModel{};
+  EXPECT_FALSE(combine_friction({bearing(0.07, 0.001), tool}));
+}
+
+}  // namespace
+}  // namespace hapticd::rt

@@ -1,0 +1,530 @@
+// Structural stiffness from pressed walls: synthetic devices whose bend is known in closed form.
+
+#include "server/identification/session/structural_identification.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <string>
+
+namespace hapticd::rt {
+namespace {
+
+using hal::Vector3;
+
+hal::RigInfo high_force() {
+  hal::RigInfo rig;
+  rig.device.model = "phantom_1_5_high_force";
+  rig.device.max_force_n = 37.5;
+  rig.rate_hz = 1000.0;
+  return rig;
+}
+
+/// A device of compliance c(p) with dry friction, seen by encoders and from outside; presses walls as wished.
+struct StructuralBench {
+  std::function<double(const Vector3&)> compliance_mm_per_n;
+  double friction_n = 0.0;
+  double sign = 1.0;  ///< of the bend
+  bool watched = true;
+  std::int64_t time_ns = 0;
+  double continuous_n = 0.0;  ///< of the motors; 0: they never warm
+  double heat = 0.0, hottest = 0.0;
+
+  Observation at(const Vector3& encoder_mm, double force_n, double speed_mm_per_s) {
+    Observation o;
+    time_ns += 1'000'000;
+    if (continuous_n > 0.0) {
+      const double end = force_n * force_n / (continuous_n * continuous_n);
+      heat = end + (heat - end) * std::exp(-1e-3 / 12.0);
+      hottest = std::max(hottest, heat);
+    }
+    o.sample.time_ns = time_ns;
+    o.sample.tip_position_mm = encoder_mm;
+    o.device_command_n = {0.0, 0.0, force_n};
+    const double along = force_n - friction_n * (speed_mm_per_s > 0.0   ? 1.0
+                                                 : speed_mm_per_s < 0.0 ? -1.0
+                                                                        : 0.0);
+    o.external_position_mm = encoder_mm - Vector3{0.0, 0.0, sign * compliance_mm_per_n(encoder_mm) * along};
+    o.has_external_position = watched;
+    return o;
+  }
+
+  /// Down to `depth_mm` into a wall at `place` and up again, at an even 30 mm/s, from 5 mm above it.
+  void press(Identification& identification, const Vector3& place, double stiffness, double force_n) {
+    const double depth_mm = force_n / stiffness;
+    for (int way = 0; way < 2; ++way) {
+      const double speed = way == 0 ? -30.0 : 30.0;
+      const int ticks = static_cast<int>((depth_mm + 5.0) / 0.03);
+      for (int i = 0; i <= ticks; ++i) {
+        const double done = 0.03 * i;
+        const double z = way == 0 ? 5.0 - done : -depth_mm + done;
+        identification.add(at(place + Vector3{0.0, 0.0, z}, z < 0.0 ? -stiffness * z : 0.0, speed));
+      }
+    }
+    for (int i = 0; i < 200; ++i) identification.add(at(place + Vector3{0.0, 0.0, 5.0}, 0.0, 0.0));
+  }
+
+  void follow(Identification& identification, int presses) {
+    for (int i = 0; i < presses; ++i) {
+      const Wish wish = identification.wish();
+      if (wish.motion != Wish::Motion::kPress) return;
+      press(identification, wish.place_mm, wish.stiffness_n_per_mm, wish.force_n);
+    }
+  }
+};
+
+TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
+  StructuralIdentification identification({.constant = true}, high_force());
+  StructuralBench bench{[](const Vector3&) { return 1.0 / 2.537; }};
+  bench.follow(identification, 8);
+  const auto model = identification.finish();
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_TRUE(model->converged);
+  const auto& structure = std::get<StructuralModel>(model->content);
+  EXPECT_NEAR(structure.stiffness_n_per_mm, 2.537, 1e-6);
+  EXPECT_EQ(structure.gradient_per_mm.x, 0.0);
+  EXPECT_LT(model->residual, 1e-4);
+  EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest) << "nothing more is wanted";
+}
+
+TEST(StructuralIdentification, DryFrictionOfTheMotorsIsToldFromTheBend) {
+  StructuralIdentification identification({.constant = true}, high_force());
+  StructuralBench bench{[](const Vector3&) { return 0.4; }, 0.2};
+  bench.follow(identification, 8);
+  const auto model = identification.finish();
+  ASSERT_TRUE(model);
+  EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
+  bool told = false;
+  for (const EstimatedParameter& p : model->parameters) {
+    if (p.name != "back_drive_friction_n") continue;
+    told = true;
+    EXPECT_NEAR(p.value, 0.2, 1e-3);
+  }
+  EXPECT_TRUE(told);
+}
+
+TEST(StructuralIdentification, FindsAQuadraticField) {
+  const Vector3 centre{0.0, 0.0, 70.0};
+  const auto c = [&](const Vector3& p) {
+    const Vector3 q = p - centre;
+    return 0.4 * (1.0 + 1e-3 * q.x - 5e-4 * q.y + 8e-4 * q.z + 4e-6 * q.x * q.x + 6e-6 * q.z * q.z +
+                  2.0 * (2e-6 * q.x * q.y - 1e-6 * q.y * q.z));
+  };
+  StructuralIdentification identification({}, high_force());
+  StructuralBench bench{c};
+  bench.follow(identification, 30);
+  const auto model = identification.finish();
+  ASSERT_TRUE(model);
+  EXPECT_TRUE(model->converged);
+  const auto& structure = std::get<StructuralModel>(model->content);
+  for (const Vector3& p :
+       {Vector3{0.0, 0.0, 70.0}, Vector3{70.0, -40.0, 100.0}, Vector3{-80.0, 50.0, 40.0}}) {
+    EXPECT_NEAR(structure.stiffness_at(p) * c(p), 1.0, 1e-4);
+  }
+}
+
+TEST(StructuralIdentification, AConstantModelOfAFieldSaysSo) {
+  StructuralIdentification identification({.constant = true}, high_force());
+  StructuralBench bench{[](const Vector3& p) { return 0.4 * (1.0 + 2e-3 * p.x); }};
+  bench.follow(identification, 10);
+  const IdentificationProgress progress = identification.progress();
+  bool said = false;
+  for (const std::string& remark : progress.remarks)
+    said = said || remark.find("ask for a field") != std::string::npos;
+  EXPECT_TRUE(said);
+}
+
+TEST(StructuralIdentification, OnePressTellsNoField) {
+  StructuralIdentification identification({}, high_force());
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
+  bench.follow(identification, 1);
+  const auto model = identification.finish();
+  ASSERT_TRUE(model);
+  EXPECT_FALSE(model->converged);
+  EXPECT_EQ(std::get<StructuralModel>(model->content).curvature_per_mm2[0], 0.0);
+  EXPECT_FALSE(identification.progress().missing.empty());
+}
+
+/// A light device whose motors bear 1.4 N for ever.
+hal::RigInfo light(hal::RigKind kind) {
+  hal::RigInfo rig;
+  rig.kind = kind;
+  rig.device.model = "phantom_1_0";
+  rig.device.max_force_n = 8.5;
+  rig.device.max_continuous_force_n = 1.4;
+  rig.rate_hz = 1000.0;
+  return rig;
+}
+
+TEST(StructuralIdentification, MotorsOfHardwareCoolBetweenPresses) {
+  for (const hal::RigKind kind : {hal::RigKind::kHardware, hal::RigKind::kSimulated}) {
+    const bool hardware = kind == hal::RigKind::kHardware;
+    StructuralIdentification identification({.constant = true}, light(kind));
+    StructuralBench bench{[](const Vector3&) { return 0.4; }};
+    bench.continuous_n = 1.4;
+    int rests = 0;
+    for (int i = 0; i < 300 && !identification.progress().converged; ++i) {
+      const Wish wish = identification.wish();
+      if (wish.motion == Wish::Motion::kPress) {
+        EXPECT_NEAR(wish.force_n, hardware ? 3.0 * 1.4 : 0.8 * 8.5, 1e-9);
+        bench.press(identification, wish.place_mm, wish.stiffness_n_per_mm, wish.force_n);
+        continue;
+      }
+      ASSERT_EQ(wish.device, Wish::Device::kNothing);
+      ASSERT_GT(wish.hold_s, 0.0) << "a rest, not the end";
+      ++rests;
+      for (int tick = 0; tick < static_cast<int>(1e3 * wish.hold_s); ++tick) {
+        identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
+      }
+    }
+    const auto model = identification.finish();
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_TRUE(model->converged);
+    EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
+    if (hardware) {
+      EXPECT_GT(rests, 0);
+      EXPECT_LT(bench.hottest, 0.8) << "where a device warns";
+    } else {
+      EXPECT_EQ(rests, 0) << "a simulated winding is nobody's";
+    }
+  }
+}
+
+TEST(StructuralIdentification, MotorsWarmWhetherOrNotTheInstrumentAnswers) {
+  StructuralIdentification identification({.constant = true}, light(hal::RigKind::kHardware));
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
+  bench.watched = false;
+  EXPECT_EQ(identification.wish().words.find("cool"), std::string::npos);
+  for (int i = 0; i < 3; ++i) bench.press(identification, {0.0, 0.0, 70.0}, 0.5, 4.0);
+  EXPECT_NE(identification.wish().words.find("cool"), std::string::npos) << identification.wish().words;
+  EXPECT_EQ(identification.wish().device, Wish::Device::kNothing);
+  for (int i = 0; i < 12'000; ++i) identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
+  EXPECT_EQ(identification.wish().words.find("cool"), std::string::npos) << "cold again";
+}
+
+TEST(StructuralIdentification, APressOnARigidObjectAsksForNoMoreThanTheDeviceGives) {
+  hal::RigInfo rig = light(hal::RigKind::kHardware);
+  const Wish bearable = StructuralIdentification({.rigid_contact = true}, rig).wish();
+  EXPECT_NEAR(bearable.max_device_force_n, 1.5 * 2.5 * 1.4, 1e-9);
+  rig.device.max_continuous_force_n = 0.0;  // not known
+  rig.device.max_force_n = 4.0;
+  const Wish weak = StructuralIdentification({.rigid_contact = true}, rig).wish();
+  EXPECT_NEAR(weak.max_device_force_n, 4.0, 1e-9);
+}
+
+TEST(StructuralIdentification, WithoutAnInstrumentItRefuses) {
+  StructuralIdentification identification({}, high_force());
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
+  bench.watched = false;
+  bench.press(identification, {0.0, 0.0, 70.0}, 0.5, 5.0);
+  const auto model = identification.finish();
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().remedy.find("LVDT"), std::string::npos);
+  EXPECT_NE(identification.progress().missing.front().find("instrument"), std::string::npos);
+}
+
+TEST(StructuralIdentification, ReversedSignIsRefused) {
+  StructuralIdentification identification({.constant = true}, high_force());
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
+  bench.sign = -1.0;
+  for (int i = 0; i < 5; ++i) bench.press(identification, {10.0 * i, 0.0, 70.0}, 0.5, 5.0);
+  const auto model = identification.finish();
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().remedy.find("sign"), std::string::npos);
+}
+
+TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
+  StructuralIdentification identification({.constant = true}, high_force());
+  StructuralBench bench{[](const Vector3& p) { return 0.4 + 1e-3 * std::sin(p.z); }};
+  for (int i = 0; i < 7; ++i) {
+    if (i == 3) {  // somebody leans on the instrument
+      StructuralBench leaning = bench;
+      leaning.compliance_mm_per_n = [](const Vector3& p) { return 0.4 + 0.2 * std::sin(0.7 * p.z); };
+      leaning.press(identification, {0.0, 0.0, 70.0}, 0.5, 5.0);
+      bench.time_ns = leaning.time_ns;
+      continue;
+    }
+    bench.press(identification, {0.0, 0.0, 65.0 + i}, 0.5, 5.0);
+    Observation bad = bench.at({}, 0.0, 0.0);
+    bad.sample.tip_position_mm.x = std::numeric_limits<double>::quiet_NaN();
+    identification.add(bad);
+    bad = bench.at({0.0, 0.0, 70.0}, 0.0, 0.0);
+    bad.device_command_n.z = std::numeric_limits<double>::infinity();
+    identification.add(bad);
+  }
+  const auto model = identification.finish();
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 0.02);
+  bool told = false;
+  for (const std::string& remark : identification.progress().remarks) {
+    told = told || remark.find("left out") != std::string::npos;
+  }
+  EXPECT_TRUE(told);
+}
+
+TEST(StructuralIdentification, NothingAndConstantSignalsAreRefused) {
+  StructuralIdentification identification({}, high_force());
+  EXPECT_FALSE(identification.finish());
+  StructuralBench bench{[](const Vector3&) { return 0.4; }};
+  for (int i = 0; i < 5000; ++i) identification.add(bench.at({0.0, 0.0, 70.0}, 3.0, 0.0));
+  const auto model = identification.finish();
+  ASSERT_FALSE(model);
+  EXPECT_FALSE(model.error().remedy.empty());
+}
+
+// ---- recordings ----
+
+/// A recording of another rig's make: `rate_hz`, a device of 2.5 N/mm.
+hal::RigInfo recording_of(double rate_hz) {
+  hal::RigInfo rig;
+  rig.kind = hal::RigKind::kReplay;
+  rig.rate_hz = rate_hz;
+  return rig;
+}
+
+double error_of(const IdentifiedModel& model, const std::string& name) {
+  for (const EstimatedParameter& p : model.parameters) {
+    if (p.name == name) return p.standard_error;
+  }
+  ADD_FAILURE() << "no parameter " << name;
+  return 0.0;
+}
+
+double parameter_of(const IdentifiedModel& model, const std::string& name) {
+  for (const EstimatedParameter& p : model.parameters) {
+    if (p.name == name) return p.value;
+  }
+  ADD_FAILURE() << "no parameter " << name;
+  return 0.0;
+}
+
+/// Presses on walls along `press`, watched from outside, sampled at `rate_hz`.
+struct WatchedWalls {
+  double rate_hz = 1000.0;
+  Vector3 press{0.0, 0.0, -1.0};
+  double stiffness_n_per_mm = 2.5;
+  double noise_mm = 0.0;
+  double drift_mm_per_s = 0.0;
+  bool lets_go = true;
+  std::mt19937 random{7};
+  std::int64_t tick = 0;
+
+  void add(Identification& identification, double depth_mm) {
+    const double force_n = depth_mm > 0.0 ? 0.5 * depth_mm : 0.0;
+    std::normal_distribution<double> noise(0.0, noise_mm > 0.0 ? noise_mm : 1e-12);
+    const double time_s = static_cast<double>(tick++) / rate_hz;
+    Observation o;
+    o.sample.time_ns = std::llround(1e9 * time_s);
+    o.sample.tip_position_mm = press * depth_mm;
+    o.device_command_n = press * -force_n;
+    o.external_position_mm =
+        press * (depth_mm + force_n / stiffness_n_per_mm + drift_mm_per_s * time_s + noise(random) + 3.0);
+    o.has_external_position = true;
+    identification.add(o);
+  }
+  /// 30 mm/s to 10 mm and up again.
+  void follow(Identification& identification, int presses) {
+    for (int i = 0; i < presses; ++i) {
+      for (double x = -5.0; x < 10.0; x += 30.0 / rate_hz) add(identification, x);
+      for (double x = 10.0; lets_go && x > -5.0; x -= 30.0 / rate_hz) add(identification, x);
+      for (double t = 0.0; lets_go && t < 0.3; t += 1.0 / rate_hz) add(identification, -5.0);
+    }
+  }
+};
+
+TEST(StructuralIdentification, ARecordingMayBeSlowAndAlongAnyDirection) {
+  for (const double rate_hz : {60.0, 250.0, 1000.0, 3000.0}) {
+    for (const Vector3& press : {Vector3{0.0, 0.0, -1.0}, Vector3{1.0, 0.0, 0.0},
+                                 Vector3{0.57735026919, 0.57735026919, -0.57735026919}}) {
+      StructuralIdentification identification({.constant = true}, recording_of(rate_hz));
+      WatchedWalls walls{rate_hz, press};
+      walls.follow(identification, 4);
+      const auto model = identification.finish();
+      ASSERT_TRUE(model) << rate_hz << " Hz: " << model.error().text();
+      EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-3) << rate_hz;
+      EXPECT_FALSE(model->converged) << "one place is not five";
+    }
+  }
+}
+
+TEST(StructuralIdentification, NoiseAndDriftOfTheInstrumentStayWithinItsUncertainty) {
+  StructuralIdentification identification({.constant = true}, recording_of(1000.0));
+  WatchedWalls walls;
+  walls.noise_mm = 0.03;
+  walls.drift_mm_per_s = 0.01;
+  walls.follow(identification, 6);
+  const auto model = identification.finish();
+  ASSERT_TRUE(model) << model.error().text();
+  const double found = std::get<StructuralModel>(model->content).stiffness_n_per_mm;
+  const double error = error_of(*model, "structural_stiffness_n_per_mm");
+  EXPECT_NEAR(found, 2.5, 0.025);
+  EXPECT_LT(std::abs(found - 2.5), 4.0 * error);
+  EXPECT_LT(error, 0.05);
+}
+
+TEST(StructuralIdentification, OneDirectionOnlyAndAnEndUnderLoadAreEnough) {
+  StructuralIdentification identification({.constant = true}, recording_of(1000.0));
+  WatchedWalls walls;
+  walls.lets_go = false;
+  walls.follow(identification, 1);
+  const auto model = identification.finish();
+  ASSERT_TRUE(model) << model.error().text();
+  EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-3);
+  EXPECT_EQ(error_of(*model, "back_drive_friction_n"), HUGE_VAL) << "nothing is known of friction";
+}
+
+TEST(StructuralIdentification, WithoutForceItSaysHowLittleThereWas) {
+  for (const bool rigid : {false, true}) {
+    StructuralIdentification identification({.rigid_contact = rigid}, recording_of(1000.0));
+    WatchedWalls walls;
+    for (int i = 0; i < 5000; ++i) walls.add(identification, -1.0 - 1e-3 * i);
+    const auto model = identification.finish();
+    ASSERT_FALSE(model);
+    EXPECT_NE(model.error().value.find("greatest force is 0.000 N"), std::string::npos)
+        << model.error().text();
+    EXPECT_NE(model.error().remedy.find("units of force"), std::string::npos) << model.error().text();
+  }
+}
+
+// ---- rigid contact ----
+
+/// The device presses its tip on an object, helped by a hand; the encoders follow the force.
+struct RigidBench {
+  double stiffness_n_per_mm = 2.5;
+  double object_n_per_mm = 1e9;
+  double friction_n = 0.0;
+  double noise_mm = 0.0;
+  double drift_mm_per_s = 0.0;
+  double hand_share = 0.0;  ///< of the device's force
+  double sign = 1.0;        ///< of the encoders
+  double rate_n_per_s = 12.0;
+  Vector3 into{0.0, 0.0, -1.0};
+  std::mt19937 random{11};
+  double bending_n = 0.0;
+  std::int64_t tick = 0;
+
+  Observation at(double force_n, double lifted_mm) {
+    std::normal_distribution<double> noise(0.0, noise_mm > 0.0 ? noise_mm : 1e-12);
+    const double time_s = 1e-3 * static_cast<double>(tick++);
+    const double reaction_n = (1.0 + hand_share) * force_n;
+    // Dry friction: the encoders stick until the force has overcome it.
+    bending_n = std::clamp(bending_n, force_n - friction_n, force_n + friction_n);
+    const double bend_mm = bending_n / stiffness_n_per_mm;
+    Observation o;
+    o.sample.time_ns = std::llround(1e9 * time_s);
+    o.sample.tip_position_mm = into * (sign * (bend_mm + reaction_n / object_n_per_mm - lifted_mm) +
+                                       drift_mm_per_s * time_s + noise(random));
+    o.sample.sensor_force_n = into * -reaction_n;
+    o.device_command_n = into * force_n;
+    return o;
+  }
+  /// Touches down, presses to `force_n`, lets go and lifts.
+  void press(Identification& identification, double force_n = 5.0) {
+    const double step_n = 1e-3 * rate_n_per_s;
+    for (int i = 300; i > 0; --i) identification.add(at(0.0, 0.05 * i));
+    for (double f = 0.0; f < force_n; f += step_n) identification.add(at(f, 0.0));
+    for (double f = force_n; f > 0.0; f -= step_n) identification.add(at(f, 0.0));
+    for (int i = 0; i < 300; ++i) identification.add(at(0.0, 0.05 * i));
+  }
+};
+
+TEST(StructuralIdentification, OnARigidObjectTheEncodersTellTheBend) {
+  for (const Vector3& into : {Vector3{0.0, 0.0, -1.0}, Vector3{0.0, -1.0, 0.0}}) {
+    StructuralIdentification identification({.rigid_contact = true}, high_force());
+    RigidBench bench{.friction_n = 0.2, .into = into};
+    for (int i = 0; i < 5; ++i) {
+      EXPECT_EQ(identification.wish().device, Wish::Device::kModulation) << "the device presses";
+      bench.press(identification);
+    }
+    const auto model = identification.finish();
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_TRUE(model->converged);
+    EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 2.5e-3);
+    EXPECT_NEAR(parameter_of(*model, "back_drive_friction_n"), 0.2, 0.03) << "turns of motion blur it";
+    EXPECT_NE(model->procedure.find("lower bound"), std::string::npos);
+    EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest);
+  }
+}
+
+TEST(StructuralIdentification, WhatTheObjectGivesWayIsBetweenTheBounds) {
+  const auto found = [](double object, double assumed, double hand_share) {
+    StructuralIdentification identification(
+        {.rigid_contact = true, .least_object_stiffness_n_per_mm = assumed}, high_force());
+    RigidBench bench{.object_n_per_mm = object, .hand_share = hand_share};
+    for (int i = 0; i < 5; ++i) bench.press(identification);
+    auto model = identification.finish();
+    EXPECT_TRUE(model) << model.error().text();
+    return *model;
+  };
+  for (const double hand_share : {0.0, 0.5}) {
+    const IdentifiedModel model = found(200.0, 100.0, hand_share);
+    const double lower = parameter_of(model, "structural_stiffness_n_per_mm");
+    EXPECT_NEAR(lower, 1.0 / (1.0 / 2.5 + (1.0 + hand_share) / 200.0), 1e-3) << "as the formula has it";
+    EXPECT_LT(lower, 2.5);
+    EXPECT_GT(parameter_of(model, "structural_stiffness_upper_n_per_mm"), 2.5);
+    EXPECT_NEAR(parameter_of(model, "object_force_over_device_force"), 1.0 + hand_share, 1e-6);
+    EXPECT_GE(error_of(model, "structural_stiffness_n_per_mm"), 2.5 - lower);
+  }
+  // The object is just as stiff as was assumed: the upper bound is the truth.
+  EXPECT_NEAR(parameter_of(found(200.0, 200.0, 0.5), "structural_stiffness_upper_n_per_mm"), 2.5, 2e-3);
+  // Nothing assumed but what is usual: the error widens by little.
+  const IdentifiedModel usual = found(1e9, 1000.0, 0.0);
+  EXPECT_EQ(parameter_of(usual, "least_object_stiffness_n_per_mm"), 1000.0);
+  EXPECT_NEAR(error_of(usual, "structural_stiffness_n_per_mm"), 2.5 * 2.5 / 1000.0, 1e-4);
+}
+
+TEST(StructuralIdentification, NoiseAndDriftOfTheEncodersOnARigidObjectStayWithinTheUncertainty) {
+  StructuralIdentification identification({.rigid_contact = true}, high_force());
+  RigidBench bench{.noise_mm = 0.01, .drift_mm_per_s = 0.01};
+  for (int i = 0; i < 6; ++i) bench.press(identification);
+  const auto model = identification.finish();
+  ASSERT_TRUE(model) << model.error().text();
+  const double found = std::get<StructuralModel>(model->content).stiffness_n_per_mm;
+  EXPECT_NEAR(found, 2.5, 0.025);
+  EXPECT_LT(std::abs(found - 2.5), 4.0 * error_of(*model, "structural_stiffness_n_per_mm"));
+}
+
+TEST(StructuralIdentification, AnObjectAssumedAsSoftAsTheDeviceIsRefused) {
+  StructuralIdentification identification({.rigid_contact = true, .least_object_stiffness_n_per_mm = 2.0},
+                                          high_force());
+  RigidBench bench{.object_n_per_mm = 10.0};
+  for (int i = 0; i < 5; ++i) bench.press(identification);
+  const auto model = identification.finish();
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().remedy.find("least_object_stiffness_n_per_mm"), std::string::npos);
+}
+
+TEST(StructuralIdentification, ARigidContactThatTellsNothingIsRefused) {
+  // Encoders counted the other way.
+  StructuralIdentification reversed({.rigid_contact = true}, high_force());
+  RigidBench bench{.sign = -1.0};
+  for (int i = 0; i < 5; ++i) bench.press(reversed);
+  const auto turned = reversed.finish();
+  ASSERT_FALSE(turned);
+  EXPECT_NE(turned.error().remedy.find("signs"), std::string::npos);
+
+  // One force, held: no change, no deflection.
+  StructuralIdentification held({.rigid_contact = true}, high_force());
+  RigidBench still;
+  for (int i = 0; i < 3000; ++i) held.add(still.at(4.0, 0.0));
+  const auto nothing = held.finish();
+  ASSERT_FALSE(nothing);
+  EXPECT_NE(nothing.error().limit.find("N/s"), std::string::npos) << nothing.error().text();
+
+  // No numbers at all.
+  StructuralIdentification unfit({.rigid_contact = true}, high_force());
+  for (int i = 0; i < 100; ++i) {
+    Observation o = still.at(4.0, 0.0);
+    o.sample.sensor_force_n.z = std::numeric_limits<double>::quiet_NaN();
+    unfit.add(o);
+  }
+  EXPECT_FALSE(unfit.finish());
+  EXPECT_NE(unfit.progress().remarks.front().find("unfit"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hapticd::rt

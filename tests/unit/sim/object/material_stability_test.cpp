@@ -1,0 +1,159 @@
+// Numbers behind the matter: energy, boundedness, order of convergence.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "hal/sim/object/object_model.h"
+#include "material_bench.h"
+
+namespace hapticd::sim {
+namespace {
+
+using test::MovingMass;
+
+struct Landing {
+  std::string name;
+  MaterialParameters parameters;
+  double step_s;
+  friend void PrintTo(const Landing& landing, std::ostream* out) { *out << landing.name; }
+};
+
+std::vector<Landing> landings() {
+  std::vector<Landing> all;
+  for (const double step_s : {1e-4, 1e-3}) {
+    const std::string at = step_s < 5e-4 ? "_0p1ms" : "_1ms";
+    all.push_back({"wood_plate" + at, object_preset("wood_plate")->material, step_s});
+    all.push_back({"rubber_eraser" + at, object_preset("rubber_eraser")->material, step_s});
+    all.push_back({"sponge_block" + at, object_preset("sponge_block")->material, step_s});
+    all.push_back({"linear_1000" + at, test::spring(1000.0), step_s});
+  }
+  return all;
+}
+
+class Drop : public testing::TestWithParam<Landing> {};
+INSTANTIATE_TEST_SUITE_P(Materials, Drop, testing::ValuesIn(landings()),
+                         [](const auto& tested) { return tested.param.name; });
+
+constexpr double kMassKg = 0.05;
+constexpr double kWeightN = kMassKg * 9.807;
+
+TEST_P(Drop, ABouncingMassNeverRisesHigherThanBefore) {
+  for (const double height_mm : {0.1, 1.0, 10.0, 100.0}) {
+    MovingMass mass(GetParam().parameters, kMassKg, GetParam().step_s);
+    mass.depth_mm = -height_mm;
+    const double start_n_mm = kWeightN * height_mm;
+    double bound_n_mm = start_n_mm;
+    double last_n_mm = start_n_mm;
+    const int steps = static_cast<int>(3.0 / GetParam().step_s);
+    for (int i = 0; i < steps; ++i) {
+      mass.step(kWeightN);
+      ASSERT_TRUE(std::isfinite(mass.depth_mm));
+      const double above_n_mm = mass.kinetic_n_mm() - kWeightN * mass.depth_mm;
+      if (mass.depth_mm <= 0.0) {
+        // In the air energy is constant, and no more than in the flight before.
+        ASSERT_LE(above_n_mm, bound_n_mm * (1.0 + 1e-9)) << height_mm << " mm, step " << i;
+        last_n_mm = above_n_mm;
+      } else {
+        bound_n_mm = last_n_mm;
+        ASSERT_LE(mass.kinetic_n_mm(), start_n_mm + kWeightN * mass.depth_mm + 1e-9);
+      }
+    }
+  }
+}
+
+TEST_P(Drop, AMassComesToRestWhereTheMatterCarriesIt) {
+  if (GetParam().name.starts_with("linear")) return;  // nothing in it dissipates
+  MovingMass mass(GetParam().parameters, kMassKg, GetParam().step_s);
+  mass.depth_mm = -5.0;
+  Material::Step last;
+  for (int i = 0; i < static_cast<int>(20.0 / GetParam().step_s); ++i) last = mass.step(kWeightN);
+  EXPECT_NEAR(mass.velocity_mm_per_s, 0.0, 0.02);
+  EXPECT_NEAR(last.force_n, kWeightN, 1e-3);
+}
+
+TEST(Drop, ALinearSpringInContactKeepsItsEnergy) {
+  // Trapezoidal force on a mass of constant acceleration per step conserves ½mv² + ½kx² to rounding, at any
+  // step.
+  for (const double step_s : {1e-4, 1e-3}) {
+    constexpr double kStiffness = 1000.0, kPressN = 100.0;
+    MovingMass mass(test::spring(kStiffness), kMassKg, step_s);
+    mass.depth_mm = 0.0;
+    mass.step(kPressN);
+    const auto energy_n_mm = [&] {
+      return mass.kinetic_n_mm() + 0.5 * kStiffness * mass.depth_mm * mass.depth_mm - kPressN * mass.depth_mm;
+    };
+    const double start_n_mm = energy_n_mm();
+    double deepest_mm = 0.0;
+    for (int i = 0; i < 100'000; ++i) {
+      mass.step(kPressN);
+      deepest_mm = std::max(deepest_mm, mass.depth_mm);
+      ASSERT_LE(energy_n_mm(), start_n_mm + 1e-6);
+    }
+    EXPECT_LE(deepest_mm, 2.0 * kPressN / kStiffness * (1.0 + 1e-6)) << "twice the static depth at most";
+  }
+}
+
+TEST(Drop, ASpringsContactLastsHalfACycle) {
+  // A mass that hits a linear spring leaves after π √(m/k) with its speed turned round.
+  constexpr double kStiffness = 2.0, kStepS = 1e-5;
+  MovingMass mass(test::spring(kStiffness), kMassKg, kStepS);
+  mass.depth_mm = -1e-3;
+  mass.velocity_mm_per_s = 100.0;
+  double contact_s = 0.0, deepest_mm = 0.0;
+  while (mass.depth_mm > -0.5) {
+    if (mass.step(0.0).mean_force_n > 0.0) contact_s += kStepS;
+    deepest_mm = std::max(deepest_mm, mass.depth_mm);
+  }
+  const double omega = std::sqrt(1e3 * kStiffness / kMassKg);
+  EXPECT_NEAR(contact_s, std::numbers::pi / omega, 2.0 * kStepS);
+  EXPECT_NEAR(deepest_mm, 100.0 / omega, 1e-3 * 100.0 / omega);
+  EXPECT_NEAR(mass.velocity_mm_per_s, -100.0, 0.01);
+}
+
+/// Depths every 10 ms of a mass pressed into the object by a force that swells and ebbs without letting go.
+std::vector<double> pressed_path_mm(const MaterialParameters& parameters, double step_s) {
+  MovingMass mass(parameters, kMassKg, step_s);
+  std::vector<double> path_mm;
+  const int steps = static_cast<int>(std::lround(0.3 / step_s));
+  const int every = static_cast<int>(std::lround(0.01 / step_s));
+  for (int i = 0; i < steps; ++i) {
+    const double t_s = (i + 0.5) * step_s;
+    const double swell = std::sin(0.5 * std::numbers::pi * std::min(1.0, t_s / 0.06));
+    mass.step(2.0 * swell * swell * (1.0 + 0.4 * std::sin(2.0 * std::numbers::pi * 12.0 * t_s)));
+    if ((i + 1) % every == 0) path_mm.push_back(mass.depth_mm);
+  }
+  return path_mm;
+}
+
+double worst_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
+  return worst;
+}
+
+class Convergence : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Presets, Convergence,
+                         testing::Values("sponge_block", "foam_ball", "rubber_ball", "rubber_eraser",
+                                         "sponge_cut", "silicone_rest"),
+                         [](const auto& tested) { return tested.param; });
+
+TEST_P(Convergence, IsOfSecondOrderInContact) {
+  const MaterialParameters parameters = object_preset(GetParam())->material;
+  const auto reference = pressed_path_mm(parameters, 1e-3 / 2.0 / 64.0);
+  const double coarse_mm = worst_difference(pressed_path_mm(parameters, 1e-3), reference);
+  const double fine_mm = worst_difference(pressed_path_mm(parameters, 0.5e-3), reference);
+  const double finer_mm = worst_difference(pressed_path_mm(parameters, 0.25e-3), reference);
+  const double order = std::log2(fine_mm / finer_mm);
+  RecordProperty("order", std::to_string(order));
+  RecordProperty("error_mm_at_1_ms", std::to_string(coarse_mm));
+  EXPECT_GE(order, 1.7) << coarse_mm << " mm, " << fine_mm << " mm, " << finer_mm << " mm";
+  EXPECT_GE(std::log2(coarse_mm / fine_mm), 1.5) << coarse_mm << " mm, " << fine_mm << " mm";
+}
+
+}  // namespace
+}  // namespace hapticd::sim
