@@ -13,13 +13,13 @@
 #include "server/process/version.h"
 #include "server/rig/rig_factory.h"
 #include "server/rig/sensor_bias.h"
+#include "server/rig_file/turntable_factory.h"
 #include "server/scene/scene_host.h"
 #include "server/scene/target_control.h"
 #include "server/session/guard_log.h"
 #include "server/session/safety_latch.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
-#include "server/turntable/turntable_factory.h"
 #include "server/turntable/turntable_host.h"
 
 namespace hapticd::server {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace hapticd::rt {
 
@@ -65,8 +66,8 @@ void Guard::set_limits(const GuardLimits& limits) noexcept {
   gap_ns_ = in_ns(limits.loop_gap_ms);
 }
 
-inline FaultSet Guard::faults_of(const hal::RigSample& sample) noexcept {
-  FaultSet faults = standing_ | noticed_;
+inline FaultSet Guard::faults_of(const hal::RigSample& sample, FaultSet noticed) noexcept {
+  FaultSet faults = standing_ | noticed;
   if (sample.status != 0) faults |= faults_in(sample.status);
   const hal::Quaternion& q = sample.tip_orientation;
   if (!sane(sample.tip_position_mm) || !std::isfinite(q.w + q.x + q.y + q.z)) {
@@ -127,8 +128,8 @@ void Guard::apply_faults(FaultSet faults) noexcept {
   }
 }
 
-bool Guard::admit(const hal::RigSample& sample) noexcept {
-  present_ = faults_of(sample);
+Admission Guard::admit(const hal::RigSample& sample, FaultSet noticed) noexcept {
+  present_ = faults_of(sample, noticed);
   const bool fit = (present_ & kUnfit) == 0;
   if (follow(sample, fit)) present_ |= set_of(GuardFault::kOscillation);
   if ((present_ & kTakesForce) != 0) [[unlikely]] {
@@ -137,7 +138,7 @@ bool Guard::admit(const hal::RigSample& sample) noexcept {
     state_ = GuardState::kResuming;
     fault_ = GuardFault::kNone;
   }
-  return fit;
+  return {sample, fit, std::exchange(restart_, false)};
 }
 
 void Guard::raise(GuardFault fault) noexcept {
@@ -185,8 +186,9 @@ hal::Vector3 Guard::within_bounds(hal::Vector3 force_n, double max_force_n,
   return force_n;
 }
 
-hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sample,
-                          TickRecord& record) noexcept {
+hal::Vector3 Guard::release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
+                            TickRecord& record) noexcept {
+  const double max_in_pose_n = admission.sample_.max_force_n;
   std::uint8_t limited = 0;
   if (!sane(wanted_n)) [[unlikely]] {
     present_ |= set_of(GuardFault::kNonFinite);
@@ -198,8 +200,8 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
   if (authority_ > 0.0) {
     double max_force_n = limits_.max_force_n;
     // What the arm can give in this pose: rendered weaker instead of faulted by the device.
-    const bool pose_decides = sample.max_force_n > 0.0 && sample.max_force_n < max_force_n;
-    if (pose_decides) max_force_n = sample.max_force_n;
+    const bool pose_decides = max_in_pose_n > 0.0 && max_in_pose_n < max_force_n;
+    if (pose_decides) max_force_n = max_in_pose_n;
 
     force = within_bounds(wanted_n * authority_, max_force_n, limited);
     const hal::Vector3 change = force - last_force_n_;
@@ -221,7 +223,7 @@ hal::Vector3 Guard::bound(const hal::Vector3& wanted_n, const hal::RigSample& sa
   record.guard_fault = fault_;
   record.faults_present = present_ | raised_;
   raised_ = 0;
-  record.guard_limits |= limited;
+  record.guard_limits = static_cast<std::uint8_t>(held_back | limited);
   record.authority = authority_;
   return force;
 }

@@ -24,6 +24,27 @@ struct GuardLimits {
   double loop_gap_ms = 50.0;
 };
 
+/// A sample that came in through the guard; only a guard makes one, and only with one does a force come out
+/// of it.
+class [[nodiscard]] Admission {
+ public:
+  Admission(Admission&&) noexcept = default;
+  Admission(const Admission&) = delete;
+  /// The sample may enter a pipeline.
+  bool is_fit() const noexcept { return fit_; }
+  /// A fault broke the pipeline's history off (FaultRule::restarts): it starts again with the next fit
+  /// sample.
+  bool restarts() const noexcept { return restarts_; }
+
+ private:
+  friend class Guard;
+  Admission(const hal::RigSample& sample, bool fit, bool restarts) noexcept
+      : sample_(sample), fit_(fit), restarts_(restarts) {}
+  const hal::RigSample& sample_;
+  bool fit_;
+  bool restarts_;
+};
+
 /// The one gate to the device: finite, bounded in magnitude, power and rate. What a fault does to the force
 /// stands in the table of faults and nowhere here.
 ///
@@ -43,17 +64,18 @@ class Guard {
 
   Guard(const GuardLimits& limits, double rate_hz) noexcept;
 
-  /// Looks for faults; true when the sample may enter a pipeline.
-  bool admit(const hal::RigSample& sample) noexcept;
-  /// Bounds `wanted_n` and fills the record's guard group. Call once a tick, after admit().
-  hal::Vector3 bound(const hal::Vector3& wanted_n, const hal::RigSample& sample, TickRecord& record) noexcept;
+  /// Looks for faults in a sample; `noticed`: those that the pipeline saw with the sample before. Once a
+  /// tick. The sample must outlive what is returned.
+  Admission admit(const hal::RigSample& sample, FaultSet noticed = 0) noexcept;
+  /// The force for the device: `wanted_n` within the bounds, once for each admitted sample. `held_back`: what
+  /// the pipeline bounded itself (bits of guard_limit). Fills the record's guard group.
+  hal::Vector3 release(Admission admission, const hal::Vector3& wanted_n, std::uint8_t held_back,
+                       TickRecord& record) noexcept;
 
-  /// A fault that shows in no sample and is over at once, such as a stop. Told with the next tick.
+  /// A fault that shows in no sample and is over at once, such as a stop. Reported with the next tick.
   void raise(GuardFault fault) noexcept;
   /// Those that show in no sample and last, such as a table that has stalled: present until set otherwise.
   void set_standing(FaultSet faults) noexcept { standing_ = faults; }
-  /// Those that the pipeline notices: present until set otherwise.
-  void set_noticed(FaultSet faults) noexcept { noticed_ = faults; }
   /// True when the latch was left: no fault that takes the force away may be present.
   bool clear() noexcept;
   void set_limits(const GuardLimits& limits) noexcept;
@@ -64,8 +86,6 @@ class Guard {
   GuardFault fault() const noexcept { return fault_; }
   /// True while a fault keeps the force at zero.
   bool force_is_zero() const noexcept { return holds_back() && authority_ == 0.0; }
-  /// True once after a fault that starts the pipeline again (FaultRule::restarts).
-  bool take_restart() noexcept { return std::exchange(restart_, false); }
   /// Measured time from the sample before to the one last admitted.
   double interval_s() const noexcept { return interval_s_; }
   /// The same where something rises over time: bounded by kMaxRampStepS.
@@ -75,7 +95,7 @@ class Guard {
   bool holds_back() const noexcept {
     return state_ == GuardState::kLatched || state_ == GuardState::kSuspended;
   }
-  FaultSet faults_of(const hal::RigSample& sample) noexcept;
+  FaultSet faults_of(const hal::RigSample& sample, FaultSet noticed) noexcept;
   /// Follows time and place of a sample; true when the command oscillates.
   bool follow(const hal::RigSample& sample, bool fit) noexcept;
   /// Does what the table says about the faults of a set.
@@ -94,8 +114,7 @@ class Guard {
   FaultSet present_ = 0;  ///< in the last sample
   FaultSet raised_ = 0;   ///< since the last record
   FaultSet standing_ = 0;
-  FaultSet noticed_ = 0;
-  bool restart_ = false;  ///< see take_restart()
+  bool restart_ = false;  ///< a fault since the last admission asks for it
   bool falls_ = false;    ///< held back, but not cut: authority falls over a ramp
   double authority_ = 1.0;
   hal::Vector3 last_force_n_;

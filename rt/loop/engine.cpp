@@ -9,19 +9,11 @@
 namespace hapticd::rt {
 
 namespace {
-constexpr std::chrono::milliseconds kPatienceForRecords{100};
-/// Whoever observes asked for it, and may be at a long computation.
-constexpr std::chrono::milliseconds kPatienceForObservations{5000};
-constexpr std::chrono::microseconds kNap{100};
-/// In virtual time, how far the loop may be ahead of whoever observes, in ticks: what he does about what he
-/// saw comes that much later, so that it hangs as little on how fast either runs.
-constexpr std::size_t kLongestLead = 256;
-
 GuardLimits idle_limits(const hal::RigInfo& rig) {
   GuardLimits limits;
   limits.max_force_n = rig.device.max_force_n;
   limits.max_force_rate_n_per_s = rig.device.max_force_n / 0.005;
-  limits.sensor_stale_after_ms = 0.0;  // without a scene nobody listens to the sensor
+  limits.sensor_stale_after_ms = 0.0;  // without a scene the sensor is not needed
   return limits;
 }
 }  // namespace
@@ -29,23 +21,15 @@ GuardLimits idle_limits(const hal::RigInfo& rig) {
 Engine::Engine(const hal::Rig& rig, std::size_t record_capacity)
     : rig_(rig),
       renderer_(idle_limits(rig.info()), rig.info().rate_hz),
-      owns_clock_(rig.owns_clock()),
-      has_time_for_records_(owns_clock_),
-      has_time_for_observations_(owns_clock_),
       mailbox_(kCommandSlots),
       records_(record_capacity),
-      observations_(owns_clock_ ? std::min(record_capacity, kLongestLead) : record_capacity) {}
+      observations_(rig.owns_clock() ? std::min(record_capacity, kMaxObserverLead) : record_capacity) {}
 
 Engine::~Engine() = default;
 
 hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   const FlushDenormals flush;  // whatever thread calls: a vendor's scheduler, a rig that owns its clock
-  const bool observed = observed_.load(std::memory_order_acquire);
-  if (!observed) {
-    has_time_for_observations_ = owns_clock_;
-  } else if (has_time_for_observations_) {
-    await_observer(sample);
-  }
+  const bool observed = is_observed();
   take_commands(sample);
   if (raised_.load(std::memory_order_relaxed) != 0) {
     FaultSet raised = raised_.exchange(0, std::memory_order_acq_rel);
@@ -64,7 +48,7 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
   if (place != nullptr) {
     records_.publish();
-  } else if (!has_time_for_records_ || !send_patiently(record)) {
+  } else {
     records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
   if (observed) hand_on(sample, command);
@@ -88,28 +72,6 @@ void Engine::observe(bool on) noexcept {
     while (observations_.front() != nullptr) observations_.discard();
   }
   observed_.store(on, std::memory_order_release);
-}
-
-// A rig that owns its clock waits for nobody's hand: it can wait for a reader, though not for one that never
-// comes.
-bool Engine::send_patiently(const TickRecord& record) noexcept {
-  for (auto waited = kNap.zero(); waited < kPatienceForRecords; waited += kNap) {
-    std::this_thread::sleep_for(kNap);
-    if (records_.push(record)) return true;
-  }
-  has_time_for_records_ = false;  // nobody reads: go on without
-  return false;
-}
-
-// Before the tick, and with an ear for commands: whoever observes may have given one, and read no further
-// before it is answered.
-void Engine::await_observer(const hal::RigSample& sample) noexcept {
-  for (auto waited = kNap.zero(); waited < kPatienceForObservations; waited += kNap) {
-    if (observations_.claim() != nullptr || !observed_.load(std::memory_order_acquire)) return;
-    std::this_thread::sleep_for(kNap);
-    take_commands(sample);
-  }
-  has_time_for_observations_ = false;
 }
 
 // At most kCommandSlots commands exist at all, so both loops are bounded.

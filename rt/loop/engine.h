@@ -57,26 +57,33 @@ class Engine final : public hal::TickHandler {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  // -- before the loop runs
+  /// In virtual time: by how many ticks the loop is ahead of an observer at most.
+  static constexpr std::size_t kMaxObserverLead = 256;
+
+  // Before the loop runs.
   /// The scene to start with, in force from the first tick on. The caller keeps ownership.
   void preload(Pipeline* pipeline, const GuardLimits& guard) noexcept { renderer_.exchange(pipeline, guard); }
 
-  // -- the thread that owns the clock
-  // ------------------------------------------------------------------------
+  // The thread that owns the clock.
   hal::DeviceCommand on_tick(const hal::RigSample& sample) noexcept override;
-  /// Times to be told with the next record.
+  /// Times to be reported with the next record.
   void note_timing(const TickTiming& timing) noexcept { timing_ = timing; }
+  /// Performs the commands that are due at this sample; a tick does so, too.
+  void take_commands(const hal::RigSample& sample) noexcept;
+  bool is_observed() const noexcept { return observed_.load(std::memory_order_acquire); }
+  /// Without room, the next tick's record or observation is lost.
+  bool has_room_for_record() noexcept { return records_.claim() != nullptr; }
+  bool has_room_for_observation() noexcept { return observations_.claim() != nullptr; }
 
-  // -- any other thread
-  // ----------------------------------------------------------------------------------------
+  // Any other thread.
   /// Hands the command to the loop and waits until it took effect or `timeout` is over. Callers are many;
   /// each waits by itself.
   EngineOutcome execute(const EngineCommand& command, std::chrono::nanoseconds timeout);
   /// Latches the guard at the next tick. Never blocks, never fails.
   void stop() noexcept { raise(GuardFault::kStopped); }
-  /// Any other fault that shows in no sample: heeded at the next tick, and over.
+  /// Any other fault that shows in no sample: it counts at the next tick, and is over.
   void raise(GuardFault fault) noexcept { raised_.fetch_or(set_of(fault), std::memory_order_acq_rel); }
-  /// One that lasts: present from the next tick on until it is told to be over.
+  /// One that lasts: present from the next tick on until it is set to be over.
   void set_standing(GuardFault fault, bool present) noexcept {
     present ? standing_.fetch_or(set_of(fault), std::memory_order_acq_rel)
             : standing_.fetch_and(~set_of(fault), std::memory_order_acq_rel);
@@ -89,21 +96,19 @@ class Engine final : public hal::TickHandler {
   /// Renderer::free() after the last tick; by the next one it may be otherwise.
   bool free() const noexcept { return free_.load(std::memory_order_acquire); }
 
-  // -- the one thread that drains telemetry
-  // ---------------------------------------------------------------------
+  // The one thread that drains telemetry.
   bool pop_record(TickRecord& record) noexcept { return records_.pop(record); }
   /// Records lost because the ring was full.
   std::uint64_t records_dropped() const noexcept { return records_dropped_.load(std::memory_order_relaxed); }
 
-  // -- the one thread that observes, if any
-  // ---------------------------------------------------------------------
-  /// From the next tick on every tick is handed on whole, or none is. Off at first: a loop nobody observes
-  /// pays nothing for it. What was not popped before it is switched on is thrown away.
+  // The one thread that observes, if any.
+  /// From the next tick on every tick is handed on whole, or none is. Off at first: a loop without an
+  /// observer pays nothing for it. What was not popped before it is switched on is thrown away.
   void observe(bool on) noexcept;
   bool pop_observation(Observation& observation) noexcept { return observations_.pop(observation); }
 
  private:
-  /// One command under way. `state` hands it to and fro: the caller takes it from free over reserved to
+  /// One command under way. `state` says whose turn it is: the caller takes it from free over reserved to
   /// waiting, the loop over performing to done, the caller back to free. A caller that gives up marks it
   /// withdrawn, and the loop frees it.
   struct Slot {
@@ -113,20 +118,12 @@ class Engine final : public hal::TickHandler {
     std::atomic<std::uint32_t> state{kFree};
   };
 
-  void take_commands(const hal::RigSample& sample) noexcept;
   void perform(Slot& slot, const hal::RigSample& sample) noexcept;
   Slot* acquire_slot();
   void hand_on(const hal::RigSample& sample, const hal::DeviceCommand& command) noexcept;
-  bool send_patiently(const TickRecord& record) noexcept;
-  void await_observer(const hal::RigSample& sample) noexcept;
 
   const hal::Rig& rig_;
   Renderer renderer_;
-  /// Virtual or recorded time: a full ring may be waited for instead of losing what is told. Each until its
-  /// reader proves to be none.
-  const bool owns_clock_;
-  bool has_time_for_records_;
-  bool has_time_for_observations_;
   TickTiming timing_;
 
   std::array<Slot, kCommandSlots> slots_;

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "rt/loop/flush_denormals.h"
+#include "rt/loop/virtual_time_runner.h"
 
 namespace hapticd::rt {
 
@@ -157,7 +158,8 @@ void PeriodicLoop::thread_main() {
   timing_ = {};
   begun_ns_ = 0;
   if (rig_.owns_clock()) {
-    rig_.run(engine_, stop_requested_);
+    VirtualTimeRunner runner(engine_);
+    rig_.run(runner, stop_requested_);
   } else if (hal::ServoClock* clock = rig_.clock()) {
     run_by(*clock);
   } else {

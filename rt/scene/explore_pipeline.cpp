@@ -1,6 +1,7 @@
 #include "rt/scene/explore_pipeline.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "rt/control/compensation_fade.h"
 #include "rt/control/loop_delay.h"
@@ -257,7 +258,7 @@ bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept
   return true;
 }
 
-hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const Measured now = measure(sample);
   detect(sample, now);
   const double normal_n = estimate(now);
@@ -282,17 +283,17 @@ hal::Vector3 ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecord&
                                               now.velocity_mm_per_s, now.interval.periods) *
                                 authority();
   }
-  if (hold_within_sensor(desired_n)) record.guard_limits |= guard_limit::kForce;
+  const bool is_held = hold_within_sensor(desired_n);
   back_drive_n_ = back_drive_direction_n_ * (authority() * compensated);
   // The observer's f_d is the last tick's until the new command is applied.
   command_n_ = controller_.update(desired_n) + back_drive_n_;
-  tell(now, in_contact, normal_n, desired_n, command_n_, record);
-  return command_n_;
+  fill_record(now, in_contact, normal_n, desired_n, record);
+  return {command_n_, in_contact, std::abs(dot(desired_n, direction_.normal())) >= kTraceN,
+          is_held ? guard_limit::kForce : std::uint8_t{0}};
 }
 
-void ExplorePipeline::tell(const Measured& now, bool in_contact, double normal_n,
-                           const hal::Vector3& desired_n, const hal::Vector3& command_n,
-                           TickRecord& record) const noexcept {
+void ExplorePipeline::fill_record(const Measured& now, bool in_contact, double normal_n,
+                                  const hal::Vector3& desired_n, TickRecord& record) const noexcept {
   const hal::Vector3& normal = direction_.normal();
   record.velocity_mm_per_s = rate_mm_per_s(now);
   record.acceleration_mm_per_s2 = -dot(now.acceleration_mm_per_s2, normal);
@@ -301,7 +302,7 @@ void ExplorePipeline::tell(const Measured& now, bool in_contact, double normal_n
   record.zero = zero_.zero();
   record.reaction_n = now.reaction_n;
   record.desired_force_n = -dot(desired_n, normal);
-  record.commanded_force_n = -dot(command_n, normal);
+  record.commanded_force_n = -dot(command_n_, normal);
   record.target_stiffness_n_per_mm = target_.stiffness_n_per_mm();
   if (!in_contact) return;
   record.normal = normal;

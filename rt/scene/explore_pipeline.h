@@ -32,7 +32,7 @@ class ExplorePipeline final : public Pipeline {
   ExplorePipeline(const SceneSpec& resolved, const ObjectModel& model, const hal::RigInfo& rig);
 
   std::uint32_t channels() const noexcept override;
-  hal::Vector3 evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
@@ -71,8 +71,8 @@ class ExplorePipeline final : public Pipeline {
   /// No more of the desired force into the object than the sensor bears besides the hand; true where there
   /// was more.
   bool hold_within_sensor(hal::Vector3& desired_n) const noexcept;
-  void tell(const Measured& now, bool in_contact, double normal_n, const hal::Vector3& desired_n,
-            const hal::Vector3& command_n, TickRecord& record) const noexcept;
+  void fill_record(const Measured& now, bool in_contact, double normal_n, const hal::Vector3& desired_n,
+                   TickRecord& record) const noexcept;
 
   ExploreParameters options_;
   DeviceReach reach_;

@@ -10,17 +10,29 @@
 
 namespace hapticd::rt {
 
+/// What a pipeline makes of a tick, for the renderer and the guard. Telemetry is written aside and never read
+/// back.
+struct PipelineOutput {
+  hal::Vector3 force_n;  ///< wanted of the device, rig frame
+  bool in_contact = false;
+  bool wants_force = false;    ///< more than a trace is desired, in contact or while a release fades
+  std::uint8_t held_back = 0;  ///< bits of guard_limit: what the scene itself bounded
+};
+
 /// The stages of one scene, composed. All calls come from the thread that owns the clock.
 class Pipeline {
  public:
+  /// A desired force below this is a trace and not wanted [N].
+  static constexpr double kTraceN = 1e-3;
+
   virtual ~Pipeline() = default;
 
   /// Groups this pipeline fills (bits of channel::).
   virtual std::uint32_t channels() const noexcept = 0;
 
-  /// One tick: fills the record's groups and returns the force wanted of the device (rig frame, N). Called
-  /// only with finite samples; bounded time, no allocation, no lock, no exception.
-  virtual hal::Vector3 evaluate(const hal::RigSample& sample, TickRecord& record) noexcept = 0;
+  /// One tick; fills the record's groups. Called only with finite samples; bounded time, no allocation, no
+  /// lock, no exception.
+  virtual PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept = 0;
 
   /// What the guard let through: the controller's observer f_d(k) = f_c(k-1) works on this, so a bounded or
   /// latched command never winds it up.

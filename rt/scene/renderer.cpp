@@ -1,7 +1,7 @@
 #include "rt/scene/renderer.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace hapticd::rt {
 
@@ -32,12 +32,10 @@ void Renderer::watch_bias(const hal::RigSample& sample) noexcept {
   if (changed && !lost && pipeline_ != nullptr) pipeline_->biased_at(sample.tip_orientation);
 }
 
-inline hal::Vector3 Renderer::wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept {
-  guard_.set_noticed(pipeline_ != nullptr ? pipeline_->faults() : 0);
-  const bool fit = guard_.admit(sample);
-  if (guard_.take_restart()) pipeline_is_stale_ = true;
-  if (!fit) return {};
-  if (pipeline_ == nullptr) return {};
+inline PipelineOutput Renderer::evaluate(const Admission& admission, const hal::RigSample& sample,
+                                         TickRecord& record) noexcept {
+  if (admission.restarts()) pipeline_is_stale_ = true;
+  if (!admission.is_fit() || pipeline_ == nullptr) return {};
   if (pipeline_is_stale_) {
     pipeline_->reset();
     pipeline_is_stale_ = false;
@@ -58,17 +56,17 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.force_count = sample.force_count;
   record.force_age_ns = sample.force_age_ns;
   record.bias_serial = sample.bias_serial;
-  record.guard_limits = 0;
 
   watch_bias(sample);
-  hal::Vector3 wanted = wanted_n(sample, record);
-  const bool is_free = !record.in_contact && std::abs(record.desired_force_n) < kNothingWantedN;
+  Admission admission = guard_.admit(sample, pipeline_ != nullptr ? pipeline_->faults() : 0);
+  const PipelineOutput output = evaluate(admission, sample, record);
+  const bool is_free = !output.in_contact && !output.wants_force;
   // A tick that is missing is no time in which it was seen free.
   free_s_ = is_free ? std::min(free_s_ + std::min(guard_.interval_s(), period_s_), kFreeS) : 0.0;
   hand_over_share_ =
       guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);
-  wanted = hand_over_n_ * hand_over_share_ + wanted * (1.0 - hand_over_share_);
-  const hal::DeviceCommand command{guard_.bound(wanted, sample, record)};
+  const hal::Vector3 wanted_n = hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_);
+  const hal::DeviceCommand command{guard_.release(std::move(admission), wanted_n, output.held_back, record)};
   if (pipeline_ != nullptr) pipeline_->applied(command.force_n);
   return command;
 }

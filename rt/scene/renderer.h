@@ -38,14 +38,14 @@ class Renderer {
   const Guard& guard() const noexcept { return guard_; }
 
  private:
-  /// What the pipeline wants of the device; nothing where the guard admits no sample.
-  hal::Vector3 wanted_n(const hal::RigSample& sample, TickRecord& record) noexcept;
-  /// Tells the pipeline of a bias, in every state of the guard.
+  /// What the pipeline makes of the sample; nothing where the guard finds it unfit.
+  PipelineOutput evaluate(const Admission& admission, const hal::RigSample& sample,
+                          TickRecord& record) noexcept;
+  /// Informs the pipeline of a bias, in every state of the guard.
   void watch_bias(const hal::RigSample& sample) noexcept;
 
   static constexpr double kHandOverS = 0.05;
-  static constexpr double kFreeS = 0.06;           // well beyond the longest fade
-  static constexpr double kNothingWantedN = 1e-3;  // of the device
+  static constexpr double kFreeS = 0.06;  // well beyond the longest fade
 
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline

@@ -126,8 +126,7 @@ bool TapPipeline::hold_within_sensor(DesiredForce& desired, double encoder_mm) c
   return true;
 }
 
-DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per_mm,
-                                        TickRecord& record) noexcept {
+DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per_mm) noexcept {
   // Predicted also before there is any authority, so that the slope is known once there is. What k~ x will
   // have grown by is predicted with it: of a delayed f_r - k~ x the hand feels (k - k~) τ of damping. To take
   // off k τ alone would leave less than none.
@@ -145,18 +144,18 @@ DesiredForce TapPipeline::desired_force(const Measured& now, double target_n_per
                              ? desired_force_compensated(share * reaction_n, share * target_n_per_mm,
                                                          encoder_mm, structural_n_per_mm_)
                              : desired_force_rigid(share * reaction_n, share * target_n_per_mm, encoder_mm);
-  if (hold_within_sensor(desired, encoder_mm)) record.guard_limits |= guard_limit::kForce;
-  record.displacement_mm = desired.displacement_mm;
+  is_held_ = hold_within_sensor(desired, encoder_mm);
   return desired;
 }
 
-hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+PipelineOutput TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const Measured now = measure(sample);
   update_contact(sample, now);
   const bool in_contact = contact_.in_contact();
 
   const double target = target_.update(now.interval.periods, displacement_mm_);
-  DesiredForce desired = desired_force(now, target, record);
+  is_held_ = false;
+  DesiredForce desired = desired_force(now, target);
   displacement_mm_ = desired.displacement_mm;
   desired.force_n = fade_.update(in_contact, desired.force_n, now.interval);
   const double device_force_n = controller_.device_force_n();
@@ -170,19 +169,21 @@ hal::Vector3 TapPipeline::evaluate(const hal::RigSample& sample, TickRecord& rec
   record.reaction_force_n = now.reaction_n;
   fill_contact(contact_, record);
   record.zero = zero_.zero();
+  record.displacement_mm = displacement_mm_;
   record.target_stiffness_n_per_mm = target;
   record.desired_force_n = desired.force_n;
   record.commanded_force_n = command_n_;
   if (in_contact) {
     record.hand_force_n = now.reaction_n - device_force_n;  // (3.1)
-    if (record.displacement_mm > 0.0) {
+    if (displacement_mm_ > 0.0) {
       const FeasibleRange range =
-          feasible_range(now.reaction_n / record.displacement_mm, record.hand_force_n, reach_);
+          feasible_range(now.reaction_n / displacement_mm_, record.hand_force_n, reach_);
       record.feasible_min_n_per_mm = range.min_n_per_mm;
       record.feasible_max_n_per_mm = range.max_n_per_mm;
     }
   }
-  return axis_.device_force_n(command_n_);
+  return {axis_.device_force_n(command_n_), in_contact, std::abs(desired.force_n) >= kTraceN,
+          is_held_ ? guard_limit::kForce : std::uint8_t{0}};
 }
 
 }  // namespace hapticd::rt

@@ -27,7 +27,7 @@ class TapPipeline final : public Pipeline {
   TapPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
 
   std::uint32_t channels() const noexcept override;
-  hal::Vector3 evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
@@ -48,14 +48,14 @@ class TapPipeline final : public Pipeline {
   Measured measure(const hal::RigSample& sample) noexcept;
   void update_contact(const hal::RigSample& sample, const Measured& now) noexcept;
   /// (3.3) with reaction and displacement as far ahead as the loop is late.
-  DesiredForce desired_force(const Measured& now, double target_n_per_mm, TickRecord& record) noexcept;
+  DesiredForce desired_force(const Measured& now, double target_n_per_mm) noexcept;
   /// What the structure is bent by beyond the controller's force, since the contact began: a hand that
   /// approaches drags the motors' friction along, whose compensation in contact takes that load off it again.
   /// Fades as that does.
   double friction_deflection_mm(double target_n_per_mm) const noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// A target too soft for the sensor is rendered as far as it measures, like one too soft for the device.
-  /// True where it was.
+  /// True where it was held.
   bool hold_within_sensor(DesiredForce& desired, double encoder_mm) const noexcept;
 
   PressAxis axis_;
@@ -63,6 +63,7 @@ class TapPipeline final : public Pipeline {
   double structural_n_per_mm_;  ///< where the tip is; 0 = device taken as rigid
   std::optional<StructuralModel> structural_field_;
   DeviceReach reach_;
+  bool is_held_ = false;  ///< this tick, see hold_within_sensor()
   TickTimer timer_;
   MotionEstimator motion_;
   ZeroTracker zero_;

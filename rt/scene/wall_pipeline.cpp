@@ -1,6 +1,7 @@
 #include "rt/scene/wall_pipeline.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "rt/target/desired_force.h"
 
@@ -31,7 +32,7 @@ void WallPipeline::applied(const hal::Vector3& force_n) noexcept {
   controller_.applied(axis_.along_axis_n(force_n));
 }
 
-hal::Vector3 WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
+PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const double encoder_mm = axis_.depth_mm(sample.tip_position_mm) - wall_depth_mm_;
   const double target = target_.update(1.0, std::max(0.0, encoder_mm));
 
@@ -67,7 +68,7 @@ hal::Vector3 WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& re
   record.desired_force_n = desired_n;
   record.commanded_force_n = command_n;
   record.hand_force_n = -device_force_n;
-  return axis_.device_force_n(command_n);
+  return {axis_.device_force_n(command_n), in_contact, std::abs(desired_n) >= kTraceN, 0};
 }
 
 }  // namespace hapticd::rt

@@ -17,7 +17,7 @@ class WallPipeline final : public Pipeline {
   WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
 
   std::uint32_t channels() const noexcept override;
-  hal::Vector3 evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
+  PipelineOutput evaluate(const hal::RigSample& sample, TickRecord& record) noexcept override;
   void applied(const hal::Vector3& force_n) noexcept override;
   void reset() noexcept override;
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;

@@ -9,7 +9,7 @@
 namespace hapticd::bench {
 
 /// What a loop would do that composes nothing: the stages of all pipelines are evaluated at every tick and
-/// all channels told; the force is that of the first.
+/// all channels filled; the force is that of the first.
 class Everything final : public rt::Pipeline {
  public:
   explicit Everything(std::vector<std::unique_ptr<rt::Pipeline>> pipelines)
@@ -20,12 +20,12 @@ class Everything final : public rt::Pipeline {
     for (const auto& pipeline : pipelines_) all |= pipeline->channels();
     return all;
   }
-  hal::Vector3 evaluate(const hal::RigSample& sample, rt::TickRecord& record) noexcept override {
-    // Last to first, so that what the first tells stands where several tell the same.
-    hal::Vector3 force;
+  rt::PipelineOutput evaluate(const hal::RigSample& sample, rt::TickRecord& record) noexcept override {
+    // Last to first, so that the first has the last word where several fill the same.
+    rt::PipelineOutput output;
     for (auto pipeline = pipelines_.rbegin(); pipeline != pipelines_.rend(); ++pipeline)
-      force = (*pipeline)->evaluate(sample, record);
-    return force;
+      output = (*pipeline)->evaluate(sample, record);
+    return output;
   }
   void applied(const hal::Vector3& force_n) noexcept override {
     for (const auto& pipeline : pipelines_) pipeline->applied(force_n);

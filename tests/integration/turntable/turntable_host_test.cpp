@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "hal/sim/simulated_rig.h"
+#include "server/rig_file/turntable_factory.h"
 #include "server/rig_file/turntable_map.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
-#include "server/turntable/turntable_factory.h"
 #include "tests/emulators/modbus/emulated_drive.h"
 
 namespace hapticd::server {

@@ -53,9 +53,8 @@ Excess anything(const Effort& effort) {
     hal::RigSample sample = sample_at(i);
     sample.tip_position_mm = {0.0, 0.0, random.uniform() < 0.001 ? any() : 0.0};
     if (random.uniform() < 0.001) sample.status = 1U << static_cast<unsigned>(11.0 * random.uniform());
-    guard.admit(sample);
     rt::TickRecord record;
-    const hal::Vector3 force = guard.bound({any(), any(), any()}, sample, record);
+    const hal::Vector3 force = guard.release(guard.admit(sample), {any(), any(), any()}, 0, record);
     excess.force_n.see(std::max(0.0, rt::norm(force) - limits().max_force_n));
     const double most = 1e-3 * limits().max_force_rate_n_per_s;
     // A bound comes before the rate: what the power takes off a force it takes at once.
@@ -74,14 +73,13 @@ double cut_at_nan(const Effort&) {
   rt::Guard guard(limits(), kRateHz);
   rt::TickRecord record;
   for (long i = 0; i < 100; ++i) {
-    guard.admit(sample_at(i));
-    guard.bound({0.0, 0.0, 5.0}, sample_at(i), record);
+    guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0, record);
   }
   hal::RigSample bad = sample_at(100);
   bad.sensor_force_n.x = std::nan("");
   for (long ticks = 0; ticks < 100; ++ticks) {
-    guard.admit(bad);
-    if (rt::norm(guard.bound({0.0, 0.0, 5.0}, bad, record)) == 0.0) return static_cast<double>(ticks);
+    if (rt::norm(guard.release(guard.admit(bad), {0.0, 0.0, 5.0}, 0, record)) == 0.0)
+      return static_cast<double>(ticks);
   }
   return 100.0;
 }
@@ -91,12 +89,11 @@ double resumed(const Effort&) {
   rt::Guard guard(limits(), kRateHz);
   rt::TickRecord record;
   guard.raise(rt::GuardFault::kStopped);
-  guard.admit(sample_at(0));
-  guard.bound({0.0, 0.0, 5.0}, sample_at(0), record);
+  guard.release(guard.admit(sample_at(0)), {0.0, 0.0, 5.0}, 0, record);
   guard.clear();
   for (long i = 1; i < 10'000; ++i) {
-    guard.admit(sample_at(i));
-    if (guard.bound({0.0, 0.0, 5.0}, sample_at(i), record).z == 5.0) return static_cast<double>(i);
+    if (guard.release(guard.admit(sample_at(i)), {0.0, 0.0, 5.0}, 0, record).z == 5.0)
+      return static_cast<double>(i);
   }
   return 1e4;
 }
@@ -108,8 +105,7 @@ double power_bounded(const Effort&) {
   for (long i = 0; i < 5000; ++i) {
     hal::RigSample sample = sample_at(i);
     sample.tip_position_mm.z = std::min(9000.0, 2.0 * static_cast<double>(i));  // 2 m/s
-    guard.admit(sample);
-    const hal::Vector3 force = guard.bound({0.0, 0.0, 8.0}, sample, record);
+    const hal::Vector3 force = guard.release(guard.admit(sample), {0.0, 0.0, 8.0}, 0, record);
     if (i > 200 && i < 4400) largest.see(1e-3 * force.z * 2000.0);
   }
   return largest.value();

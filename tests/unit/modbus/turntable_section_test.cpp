@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/turntable/turntable_factory.h"
+#include "server/rig_file/turntable_factory.h"
 
 namespace hapticd::server {
 namespace {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "rt/guard/guard.h"
 
@@ -46,13 +47,12 @@ class Bench {
     if (fault != GuardFault::kNone) {
       sample.status = rule_of(fault).sample_status;
       if (raised_only(fault)) guard_.raise(fault);
-      if (noticed_only(fault)) guard_.set_noticed(set_of(fault));
     }
     sample.time_ns = time_ns_;
     record_ = TickRecord{};
-    fit_ = guard_.admit(sample);
-    guard_.set_noticed(0);
-    return guard_.bound({0.0, 0.0, kWantedN}, sample, record_).z;
+    Admission admission = guard_.admit(sample, noticed_only(fault) ? set_of(fault) : 0);
+    fit_ = admission.is_fit();
+    return guard_.release(std::move(admission), {0.0, 0.0, kWantedN}, 0, record_).z;
   }
 
   static bool raised_only(GuardFault fault) {

@@ -30,8 +30,7 @@ double norm(const hal::Vector3& v) {
 hal::Vector3 pass(Guard& guard, const hal::Vector3& wanted, const hal::RigSample& sample,
                   TickRecord& record) {
   record = TickRecord{};
-  guard.admit(sample);
-  return guard.bound(wanted, sample, record);
+  return guard.release(guard.admit(sample), wanted, 0, record);
 }
 
 TEST(Guard, BoundsMagnitudeKeepingTheDirection) {

@@ -121,10 +121,9 @@ TEST(OscillationMonitor, TheGuardCutsAndLatchesAndWatchesAgainAfterAClear) {
       ++sample.tick;
       sample.time_ns = static_cast<std::int64_t>(sample.tick) * 1'000'000;
       sample.tip_position_mm.z += hand.step_mm(force_n, 1e-3);
-      guard.admit(sample);
       record = {};
       const double wanted_n = 4.0 * std::sin(kTwoPi * 30.0 * 1e-9 * static_cast<double>(sample.time_ns));
-      force_n = guard.bound({0.0, 0.0, wanted_n}, sample, record).z;
+      force_n = guard.release(guard.admit(sample), {0.0, 0.0, wanted_n}, 0, record).z;
     }
     return guard.state() == GuardState::kLatched;
   };
@@ -135,8 +134,7 @@ TEST(OscillationMonitor, TheGuardCutsAndLatchesAndWatchesAgainAfterAClear) {
     EXPECT_EQ(force_n, 0.0) << "in the tick in which it is noticed";
     EXPECT_FALSE(guard.clear()) << "still in the last sample";
     sample.time_ns = static_cast<std::int64_t>(++sample.tick) * 1'000'000;
-    guard.admit(sample);
-    guard.bound({}, sample, record);
+    guard.release(guard.admit(sample), {}, 0, record);
     EXPECT_TRUE(guard.clear());
   }
 }

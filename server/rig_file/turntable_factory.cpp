@@ -1,4 +1,4 @@
-#include "server/turntable/turntable_factory.h"
+#include "server/rig_file/turntable_factory.h"
 
 namespace hapticd::server {
 
