@@ -6,7 +6,7 @@
 
 #include "server/identification/estimate/contact/contact_fit.h"
 #include "server/identification/estimate/friction/friction_fit.h"
-#include "stroked_surface.h"
+#include "tests/unit/rt/deformation/stroked_surface.h"
 #include "tests/unit/rt/deformation/directions.h"
 
 namespace hapticd::rt {

@@ -6,7 +6,7 @@
 #include "directions.h"
 #include "rt/baseline/published_direction.h"
 #include "rt/deformation/tracked_direction.h"
-#include "tests/unit/identification/stroked_surface.h"
+#include "tests/unit/rt/deformation/stroked_surface.h"
 
 namespace hapticd::rt {
 namespace {

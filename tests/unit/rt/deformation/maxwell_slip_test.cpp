@@ -10,7 +10,7 @@
 #include "rt/baseline/published_direction.h"
 #include "rt/deformation/friction_filter.h"
 #include "rt/deformation/tracked_direction.h"
-#include "tests/unit/identification/stroked_surface.h"
+#include "tests/unit/rt/deformation/stroked_surface.h"
 
 namespace hapticd::rt {
 namespace {

@@ -11,7 +11,7 @@
 #include "rt/deformation/tracked_direction.h"
 #include "rt/signal/structural_deflection.h"
 #include "rt/target/target_blend.h"
-#include "tests/unit/identification/stroked_surface.h"
+#include "tests/unit/rt/deformation/stroked_surface.h"
 
 namespace hapticd::rt {
 namespace {

@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Checks the include graph of the folders: no cycle, no include against the layers, no crowded folder.
+
+    deploy/check_arrows.py [--root FOLDER] [--list]
+
+--list prints each folder with its files, lines and the folders it includes from. Exit status 1 where a rule is broken.
+"""
+import argparse
+import collections
+import pathlib
+import re
+import sys
+
+TOPS = ("hal", "rt", "server", "client", "tests")
+
+# What a folder must never include from, besides what a cycle forbids.
+FORBIDDEN = [
+    ("hal", ("rt", "server", "client", "tests")),
+    ("hal/sim", ("hal/netft", "hal/daq", "hal/phantom", "hal/openhaptics", "hal/replay")),
+    ("rt", ("server", "client", "tests")),
+    ("rt/record", ("rt/contact", "rt/control", "rt/deformation", "rt/guard", "rt/model", "rt/scene", "rt/loop")),
+    ("rt/signal", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/contact", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/friction", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/deformation", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/baseline", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/target", ("rt/scene", "rt/loop")),
+    ("rt/control", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/guard", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/scene", ("rt/loop",)),
+    ("server", ("client", "tests")),
+    ("server/identification/estimate", ("server/identification/session", "server/identification/run")),
+    ("server/identification/gate", ("server/identification/session", "server/identification/estimate")),
+    ("client", ("hal", "rt", "server", "tests")),
+    ("client/cpp", ("client/cli",)),
+]
+MAX_FILES = 26  # .h and .cpp of one folder
+
+INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+
+
+def within(folder, part):
+    return folder == part or folder.startswith(part + "/")
+
+
+def read_graph(root):
+    """Folder → folder → the (file, included file) pairs between them; folder → number of files, of lines."""
+    files = {path.relative_to(root).as_posix(): path
+             for top in TOPS for path in (root / top).rglob("*") if path.suffix in (".h", ".cpp")}
+    arrows = collections.defaultdict(lambda: collections.defaultdict(list))
+    count, lines = collections.Counter(), collections.Counter()
+    for name, path in sorted(files.items()):
+        folder = name.rpartition("/")[0]
+        text = path.read_text(encoding="utf-8")
+        count[folder] += 1
+        lines[folder] += text.count("\n")
+        for included in INCLUDE.findall(text):
+            other = included.rpartition("/")[0]
+            if included in files and other != folder:
+                arrows[folder][other].append((name, included))
+    return arrows, count, lines
+
+
+def cycles(arrows, folders):
+    """Strongly connected folders, by Tarjan's algorithm."""
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(folder):
+        index[folder] = low[folder] = len(index)
+        stack.append(folder)
+        for other in arrows[folder]:
+            if other not in index:
+                visit(other)
+                low[folder] = min(low[folder], low[other])
+            elif other in stack:
+                low[folder] = min(low[folder], index[other])
+        if low[folder] == index[folder]:
+            component = stack[stack.index(folder):]
+            del stack[stack.index(folder):]
+            if len(component) > 1:
+                found.append(component)
+
+    for folder in sorted(folders):
+        if folder not in index:
+            visit(folder)
+    return found
+
+
+def problems(arrows, count):
+    for component in cycles(arrows, count):
+        yield "a cycle between " + ", ".join(sorted(component))
+        for folder in component:
+            for other in component:
+                for name, included in arrows[folder].get(other, [])[:3]:
+                    yield f"    {name} includes {included}"
+    for folder in sorted(arrows):
+        for part, banned in FORBIDDEN:
+            if not within(folder, part):
+                continue
+            for other, pairs in arrows[folder].items():
+                if any(within(other, b) for b in banned) and not within(other, part):
+                    for name, included in pairs:
+                        yield f"{name} includes {included}: {part} must not include from {other}"
+    for folder, files in sorted(count.items()):
+        if files > MAX_FILES:
+            yield f"{folder} has {files} files: at most {MAX_FILES}; sort them into folders of one concept each"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parent.parent)
+    parser.add_argument("--list", action="store_true")
+    options = parser.parse_args()
+    arrows, count, lines = read_graph(options.root)
+    if not count:
+        print(f"check_arrows.py: no sources below {options.root}", file=sys.stderr)
+        return 1
+    if options.list:
+        for folder in sorted(count):
+            print(f"{folder}: {count[folder]} files, {lines[folder]} lines -> {', '.join(sorted(arrows[folder]))}")
+    found = list(problems(arrows, count))
+    for problem in found:
+        print(f"check_arrows.py: {problem}", file=sys.stderr)
+    if not found:
+        print(f"check_arrows.py: {len(count)} folders, {sum(len(a) for a in arrows.values())} arrows, no cycle")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,54 @@
+"""Whether deploy/check_arrows.py notices cycles, forbidden includes and crowded folders; and that here are none."""
+
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "deploy"))
+sys.dont_write_bytecode = True
+import check_arrows  # noqa: E402
+
+
+class Arrows(unittest.TestCase):
+    def problems(self, files):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            for name, included in files.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text("".join(f'#include "{i}"\n' for i in included), encoding="utf-8")
+            arrows, count, _ = check_arrows.read_graph(root)
+            return list(check_arrows.problems(arrows, count))
+
+    def test_includes_down_the_layers_are_right(self):
+        self.assertEqual(
+            self.problems({"server/a/a.h": ["rt/b/b.h"], "rt/b/b.h": ["hal/c.h"], "hal/c.h": ["elsewhere.h"]}), []
+        )
+
+    def test_a_cycle_is_named_with_its_includes(self):
+        found = self.problems(
+            {"server/a/a.h": ["server/b/b.h"], "server/b/b.h": ["server/c/c.h"], "server/c/c.h": ["server/a/a.h"]}
+        )
+        self.assertIn("a cycle between server/a, server/b, server/c", found[0])
+        self.assertEqual(len(found), 4)
+
+    def test_an_include_against_the_layers_is_named(self):
+        found = self.problems({"rt/signal/a.h": ["rt/scene/b.h"], "rt/scene/b.h": []})
+        self.assertEqual(
+            found, ["rt/signal/a.h includes rt/scene/b.h: rt/signal must not include from rt/scene"]
+        )
+
+    def test_a_crowded_folder_is_named(self):
+        found = self.problems({f"hal/x/{i}.h": [] for i in range(check_arrows.MAX_FILES + 1)})
+        self.assertEqual(len(found), 1)
+        self.assertIn("hal/x has 27 files", found[0])
+
+    def test_the_project_itself(self):
+        arrows, count, _ = check_arrows.read_graph(ROOT)
+        self.assertEqual(list(check_arrows.problems(arrows, count)), [])
+        self.assertGreater(len(count), 50)
+
+
+if __name__ == "__main__":
+    unittest.main()
