@@ -76,8 +76,9 @@ std::optional<Error> ComposedRig::engage(RigPartKind part) {
   RigPart* hardware = is_device ? static_cast<RigPart*>(parts_.device.get()) : parts_.sensor.get();
   if (hardware == nullptr) return std::nullopt;
   if (auto error = hardware->engage()) return error;
-  if (is_device && !device_told_) info_.device = parts_.device->info();  // it may have told its own limits
-  device_told_ = device_told_ || is_device;
+  if (is_device && !device_reported_)
+    info_.device = parts_.device->info();  // it may have told its own limits
+  device_reported_ = device_reported_ || is_device;
   (is_device ? device_access_ : sensor_access_).open();
   return std::nullopt;
 }

@@ -74,7 +74,7 @@ class ComposedRig final : public Rig, public InstrumentedRig {
 
   RigParts parts_;
   RigInfo info_;
-  bool device_told_ = false;  ///< info_ is read by others from then on
+  bool device_reported_ = false;  ///< info_ is read by others from then on
   Access device_access_;
   Access sensor_access_;
   Access instrument_access_;

@@ -185,8 +185,8 @@ class Rig {
   }
 
  protected:
-  static Error nothing_to(const char* deed, const char* part) {
-    return {std::string("there is nothing to ") + deed, part, "", "a rig with hardware that needs it", ""};
+  static Error nothing_to(const char* action, const char* part) {
+    return {std::string("there is nothing to ") + action, part, "", "a rig with hardware that needs it", ""};
   }
 };
 

@@ -25,7 +25,7 @@
 namespace hapticd::server {
 
 namespace {
-constexpr std::chrono::milliseconds kShutdownPatience{1000};
+constexpr std::chrono::milliseconds kShutdownTimeout{1000};
 }
 
 // In the order in which they are put up; taken down in reverse.
@@ -194,7 +194,7 @@ void Daemon::shutdown() {
   parts_->turntable.shutdown();
   parts_->network->set_serving(false);
   parts_->hub.stop();
-  parts_->network->shutdown(kShutdownPatience);
+  parts_->network->shutdown(kShutdownTimeout);
   log_info("shut down");
 }
 

@@ -23,13 +23,13 @@ namespace hapticd::client {
 class RecordingUpload {
  public:
   /// What a piece should be at most, in bytes: well below the 1 MiB that a message may have.
-  static constexpr std::size_t kLargestPiece = std::size_t{1} << 18;
+  static constexpr std::size_t kMaxPiece = std::size_t{1} << 18;
 
   RecordingUpload(RecordingUpload&&) noexcept;
   RecordingUpload& operator=(RecordingUpload&&) noexcept;
   ~RecordingUpload();
 
-  /// The next piece of the text, at most kLargestPiece, once the last one was taken.
+  /// The next piece of the text, at most kMaxPiece, once the last one was taken.
   void send(std::string csv);
   /// Waits up to `wait` until the last piece was taken. Throws Error when the daemon refused the recording
   /// (it need not wait for the end), gave it up because no piece came for 30 s, or the connection broke.

@@ -17,7 +17,7 @@ std::optional<hal::Error> Board::engage(BoardUse use) {
       counter_bits_.store(std::clamp(now.counter_bits, 1, 64), std::memory_order_relaxed);
       output_low_v_.store(now.output_low_v, std::memory_order_relaxed);
       output_high_v_.store(now.output_high_v, std::memory_order_relaxed);
-      unwrap_anew_.store(true, std::memory_order_release);
+      unwrap_again_.store(true, std::memory_order_release);
     }
   }
   ++users;
@@ -86,7 +86,7 @@ std::size_t Board::read_spare_inputs(std::array<double, kSpareInputs>& mean_v) n
 bool Board::read_counters(std::span<std::int64_t> counts) noexcept {
   std::array<std::uint64_t, kMaxCounters> raw{};
   const std::size_t n = std::min(counts.size(), raw.size());
-  if (unwrap_anew_.exchange(false, std::memory_order_acq_rel)) {
+  if (unwrap_again_.exchange(false, std::memory_order_acq_rel)) {
     for (CounterUnwrap& counter : unwrap_) counter.restart();
   }
   if (!read_raw_counters(std::span(raw).first(n))) return false;

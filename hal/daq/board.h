@@ -123,7 +123,7 @@ class Board {
   std::size_t spare_scans_ = 0;
   std::atomic<std::int64_t> newest_ns_{0};
   std::array<CounterUnwrap, kMaxCounters> unwrap_{};
-  std::atomic<bool> unwrap_anew_{true};
+  std::atomic<bool> unwrap_again_{true};
   std::atomic<int> counter_bits_{32};
   std::atomic<double> output_low_v_{0.0};
   std::atomic<double> output_high_v_{0.0};

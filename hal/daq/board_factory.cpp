@@ -12,7 +12,7 @@ bool is_index(double value, double most) {
   return value >= 0.0 && value <= most && value == std::floor(value);
 }
 
-constexpr double kMostChannel = 255.0;
+constexpr double kMaxChannel = 255.0;
 
 hal::Error bad(std::string what, std::string value, std::string limit) {
   return {std::move(what), "board", std::move(value), std::move(limit), "correct the board's section"};
@@ -30,7 +30,7 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
   }
   const ComediConfig& comedi = config.comedi;
   for (const double channel : comedi.input_channels) {
-    if (!is_index(channel, kMostChannel)) {
+    if (!is_index(channel, kMaxChannel)) {
       return bad("an input channel is no channel", fmt::format("{}", channel), "0 … 255");
     }
   }
@@ -39,12 +39,12 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
                fmt::format("at most {}", kSpareInputs));
   }
   for (const double channel : config.spare_channels) {
-    if (!is_index(channel, kMostChannel)) {
+    if (!is_index(channel, kMaxChannel)) {
       return bad("an input channel is no channel", fmt::format("{}", channel), "0 … 255");
     }
   }
   for (const double channel : comedi.output_channels) {
-    if (!is_index(channel, kMostChannel)) {
+    if (!is_index(channel, kMaxChannel)) {
       return bad("an output channel is no channel", fmt::format("{}", channel), "0 … 255");
     }
   }
@@ -53,7 +53,7 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
                fmt::format("at most {}", kMaxCounters));
   }
   for (const auto& [subdevice, channel] : comedi.counters) {
-    if (!is_index(subdevice, kMostChannel) || !is_index(channel, kMostChannel)) {
+    if (!is_index(subdevice, kMaxChannel) || !is_index(channel, kMaxChannel)) {
       return bad("a counter is no counter", fmt::format("[{}, {}]", subdevice, channel),
                  "[subdevice, channel], each 0 … 255");
     }

@@ -17,10 +17,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kPart = "instrument from outside";
 constexpr const char* kTipAxes[] = {"x", "y", "z"};
-constexpr double kMaxChannel = 255.0;
+constexpr double kMaxInstrumentChannel = 255.0;
 constexpr double kMaxMmPerV = 1000.0;
 constexpr double kEndShare = 0.01;  // of the range, at either end
-constexpr std::chrono::milliseconds kPollInterval{1};
+constexpr std::chrono::milliseconds kInstrumentPollInterval{1};
 
 hal::Error refused(std::string what, std::string value, std::string limit, std::string remedy) {
   return {std::move(what), kPart, std::move(value), std::move(limit), std::move(remedy)};
@@ -33,7 +33,7 @@ std::optional<hal::Error> check(const BoardInstrumentConfig& config) {
     const double channel = config.channels[axis];
     if (channel == -1.0) continue;
     const std::string name = kTipAxes[axis];
-    if (!(channel >= 0.0 && channel <= kMaxChannel) || channel != std::floor(channel)) {
+    if (!(channel >= 0.0 && channel <= kMaxInstrumentChannel) || channel != std::floor(channel)) {
       return refused("the channel along " + name + " is no channel", fmt::format("{}", channel),
                      "0 … 255, or -1 for none", "name the board's input that the instrument is wired to");
     }
@@ -113,7 +113,7 @@ std::optional<hal::Error> BoardInstrument::engage() {
       return refused("the board delivers no scans", "0", "scans within engage_timeout_s",
                      "check the board's wiring and whether another program holds its analog inputs");
     }
-    std::this_thread::sleep_for(kPollInterval);
+    std::this_thread::sleep_for(kInstrumentPollInterval);
   }
   const BoardInfo info = state.board->info();
   const double margin_v = kEndShare * (info.input_high_v - info.input_low_v);

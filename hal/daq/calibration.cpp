@@ -19,12 +19,12 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
+constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 constexpr std::string_view kAxisNames[] = {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"};
 /// Of the rows scaled to length one: a real sensor's is above 0.1, a copied row's is zero.
-constexpr double kLeastSingularValue = 1e-4;
+constexpr double kMinSingularValue = 1e-4;
 /// No gauge amplifier and no sensor is beyond these; they keep sums and products finite.
-constexpr double kLargestNumber = 1e12;
+constexpr double kMaxNumber = 1e12;
 
 /// A file and how errors speak of it.
 class Reader {
@@ -109,7 +109,7 @@ class Reader {
       if (*at == '+') ++at;
       const auto [after, failure] = std::from_chars(at, end, numbers[found]);
       if (failure != std::errc{} || (after != end && !is_space(*after))) return false;
-      if (!(std::abs(numbers[found]) <= kLargestNumber)) return false;
+      if (!(std::abs(numbers[found]) <= kMaxNumber)) return false;
       at = after;
       ++found;
     }
@@ -142,7 +142,7 @@ hal::Result<Axes6> read_axes(const Reader& reader, const pugi::xml_node& calibra
     if (!row) return row.error();
     auto scale = reader.number(node, "scale", place, 1.0);
     if (!scale) return scale.error();
-    if (scaled && !(std::abs(*scale) > 1.0 / kLargestNumber)) {
+    if (scaled && !(std::abs(*scale) > 1.0 / kMaxNumber)) {
       return reader.error("the scale is zero", place, fmt::format("{}", *scale), "a number other than zero");
     }
     auto max_load = reader.number(node, "max", place, 0.0);
@@ -204,7 +204,7 @@ std::optional<hal::Error> check_matrix(const Reader& reader, const Matrix6& matr
   if (fit) {
     // The rows' lengths are units; what is left tells whether six gauges tell six loads apart.
     const Eigen::JacobiSVD<Matrix6> svd(scaled);
-    fit = svd.singularValues().allFinite() && svd.singularValues()[5] > kLeastSingularValue;
+    fit = svd.singularValues().allFinite() && svd.singularValues()[5] > kMinSingularValue;
   }
   if (fit) return std::nullopt;
   return reader.error("the matrix is singular", element, "", "six independent rows");
@@ -234,14 +234,14 @@ hal::Result<pugi::xml_node> choose(const Reader& reader, const pugi::xml_node& r
 
 hal::Result<std::string> read_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string text(kLargestFile + 1, '\0');
+  std::string text(kMaxFile + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!file && file.gcount() == 0) {
     return hal::Error{"cannot read the calibration file", path, "", "the .cal file of the sensor",
                       "check path and permissions"};
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kLargestFile) {
+  if (text.size() > kMaxFile) {
     return hal::Error{"the file is too large for a calibration", path, "more than 1 MiB", "at most 1 MiB",
                       "take the .cal file of the sensor"};
   }

@@ -21,7 +21,7 @@ using std::chrono::milliseconds;
 constexpr std::size_t kRingScans = 2048;  // 0.2 s at 10 kHz
 constexpr std::size_t kScansARead = 512;
 constexpr milliseconds kShortestPause{100};
-constexpr milliseconds kLongestPause{5000};
+constexpr milliseconds kMaxPause{5000};
 constexpr int kPollMs = 20;
 constexpr std::int64_t kStallNs = 500'000'000;
 constexpr double kRateTolerance = 0.01;
@@ -200,7 +200,7 @@ void ComediAcquisition::run(Stream stream) noexcept {
         break;
       }
       running_.store(false, std::memory_order_release);
-      back_off = std::min(back_off * 2, kLongestPause);
+      back_off = std::min(back_off * 2, kMaxPause);
       go_on = pause(back_off);
     }
     if (!go_on) break;

@@ -83,10 +83,12 @@ hal::Result<ComediHandle> open_comedi(const std::string& path) {
   return handle;
 }
 
-hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& config, const AnalogWish& wish) {
-  const std::string_view kind = wish.output ? "analog output" : "analog input";
-  const int type = wish.output ? COMEDI_SUBD_AO : COMEDI_SUBD_AI;
-  const int subdevice = wish.subdevice >= 0 ? wish.subdevice : comedi_find_subdevice_by_type(device, type, 0);
+hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& config,
+                                       const AnalogRequest& request) {
+  const std::string_view kind = request.output ? "analog output" : "analog input";
+  const int type = request.output ? COMEDI_SUBD_AO : COMEDI_SUBD_AI;
+  const int subdevice =
+      request.subdevice >= 0 ? request.subdevice : comedi_find_subdevice_by_type(device, type, 0);
   if (subdevice < 0 || comedi_get_subdevice_type(device, static_cast<unsigned>(subdevice)) != type) {
     return hal::Error{fmt::format("the board has no {} there", kind), config.device,
                       fmt::format("subdevice {}", subdevice), "",
@@ -94,8 +96,8 @@ hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& con
   }
   AnalogChannel channel;
   channel.subdevice = static_cast<unsigned>(subdevice);
-  channel.channel = static_cast<unsigned>(wish.channel);
-  channel.reference = wish.reference;
+  channel.channel = static_cast<unsigned>(request.channel);
+  channel.reference = request.reference;
   const int channels = comedi_get_n_channels(device, channel.subdevice);
   if (static_cast<int>(channel.channel) >= channels) {
     return hal::Error{fmt::format("the board has no such {} channel", kind), config.device,
@@ -103,13 +105,13 @@ hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& con
                       "correct the channels"};
   }
   const int range =
-      comedi_find_range(device, channel.subdevice, channel.channel, UNIT_volt, wish.low_v, wish.high_v);
+      comedi_find_range(device, channel.subdevice, channel.channel, UNIT_volt, request.low_v, request.high_v);
   const comedi_range* const ends =
       range < 0 ? nullptr
                 : comedi_get_range(device, channel.subdevice, channel.channel, static_cast<unsigned>(range));
   if (ends == nullptr) {
     return hal::Error{fmt::format("the board has no {} range that wide", kind), config.device,
-                      fmt::format("{} … {} V", wish.low_v, wish.high_v), "",
+                      fmt::format("{} … {} V", request.low_v, request.high_v), "",
                       "see comedi_board_info -v for the board's ranges"};
   }
   channel.range = static_cast<unsigned>(range);
@@ -120,7 +122,7 @@ hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& con
     return comedi_error(config.device, fmt::format("the board does not say how fine its {} is", kind),
                         "check the comedi driver");
   }
-  auto converter = find_converter(device, config, channel, wish.output);
+  auto converter = find_converter(device, config, channel, request.output);
   if (!converter) return converter.error();
   channel.converter = *converter;
   return channel;

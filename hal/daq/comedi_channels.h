@@ -36,7 +36,7 @@ struct AnalogChannel {
   comedi_polynomial_t converter{};
 };
 
-struct AnalogWish {
+struct AnalogRequest {
   int subdevice = -1;
   double channel = 0.0;
   double low_v = -10.0;
@@ -46,7 +46,8 @@ struct AnalogWish {
 };
 
 /// Finds subdevice, range and converter (hard or soft calibration, whichever the board has).
-hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& config, const AnalogWish& wish);
+hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& config,
+                                       const AnalogRequest& request);
 
 /// How many bits a largest count has.
 constexpr int bits_of(lsampl_t most) noexcept {

@@ -24,8 +24,8 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t kScansATick = 128;  // 10 kHz at 500 Hz is twenty; more means the tick was away
 constexpr std::int64_t kBeyondAnyLimitNs = std::numeric_limits<std::int64_t>::max();
-constexpr milliseconds kNap{1};
-constexpr milliseconds kPatienceForBias{1000};
+constexpr milliseconds kPollInterval{1};
+constexpr milliseconds kBiasTimeout{1000};
 constexpr std::int64_t kSilentNs = 100'000'000;
 
 /// "Nano17" "SI-25-0.25" → "nano17_si_25_0_25".
@@ -104,13 +104,13 @@ struct DaqSensor::State {
   std::atomic<std::uint64_t> scans_read{0};
   std::atomic<std::uint64_t> unfit_scans{0};
   std::atomic<std::uint64_t> saturated_ticks{0};
-  std::atomic<std::uint64_t> silent_ticks{0};
+  std::atomic<std::uint64_t> ticks_without_force{0};
   std::atomic<std::uint64_t> overruns{0};
   std::atomic<std::int64_t> newest_ns{0};
   std::atomic<std::uint32_t> status{0};
 
   std::optional<hal::Error> await_scans();
-  void start_anew() noexcept;
+  void restart() noexcept;
   /// Adds a scan taken at an instant to the mean. False: it holds what is no number.
   bool use(const Scan& scan, std::int64_t instant_ns, bool& saturated) noexcept;
   hal::Vector3 row(std::size_t first, const GaugeBias::Volts& volts) const noexcept;
@@ -139,7 +139,7 @@ bool DaqSensor::State::use(const Scan& scan, std::int64_t instant_ns, bool& satu
 }
 
 // The board was opened anew: limits and, the first time, the bias come from engage().
-void DaqSensor::State::start_anew() noexcept {
+void DaqSensor::State::restart() noexcept {
   const std::uint64_t now = engagement.load(std::memory_order_acquire);
   if (now == known_engagement) return;
   known_engagement = now;
@@ -180,7 +180,7 @@ std::optional<hal::Error> DaqSensor::State::await_scans() {
       has_first_bias.store(wants_bias, std::memory_order_relaxed);
       return std::nullopt;
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollInterval);
   }
   return hal::Error{fit + unfit == 0 ? "the board delivers no scans" : "the board delivers too few scans",
                     "force sensor",
@@ -263,13 +263,13 @@ std::optional<hal::Error> DaqSensor::bias() {
     return hal::Error{"the bias cannot be taken", "force sensor on the board", "not engaged", "",
                       "load a scene that uses the sensor"};
   }
-  const auto deadline = Clock::now() + kPatienceForBias;
+  const auto deadline = Clock::now() + kBiasTimeout;
   while (state.bias_taken.load(std::memory_order_acquire) < number) {
     if (Clock::now() >= deadline) {
       return hal::Error{"no bias was taken yet", "force sensor on the board", "",
                         "a quarter of a second of scans", "it is taken as soon as they have come"};
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollInterval);
   }
   return std::nullopt;
 }
@@ -284,7 +284,7 @@ void DaqSensor::read(hal::RigSample& sample) noexcept {
     sample.force_age_ns = kBeyondAnyLimitNs;
     return;
   }
-  state.start_anew();
+  state.restart();
   const ScanReading reading = state.board->read_scans(state.scans);
   std::uint32_t status = 0;
   if (reading.overrun) {
@@ -327,7 +327,7 @@ void DaqSensor::read(hal::RigSample& sample) noexcept {
   count(state.scans_read, reading.count);
   count(state.unfit_scans, unfit);
   count(state.saturated_ticks, saturated ? 1 : 0);
-  count(state.silent_ticks, reading.count == 0 ? 1 : 0);
+  count(state.ticks_without_force, reading.count == 0 ? 1 : 0);
   state.newest_ns.store(reading.newest_ns, std::memory_order_relaxed);
   state.status.store(status, std::memory_order_relaxed);
 }
@@ -376,7 +376,7 @@ hal::PartReport DaqSensor::report() const {
   figure("scans_read", state.scans_read);
   figure("unfit_scans", state.unfit_scans);
   figure("saturated_ticks", state.saturated_ticks);
-  figure("silent_ticks", state.silent_ticks);
+  figure("silent_ticks", state.ticks_without_force);
   figure("overruns", state.overruns);
   figure("biases_taken", state.bias_taken);
   if (engaged && newest_ns != 0) {

@@ -138,53 +138,54 @@ struct ModbusLink::State {
 
   /// What errno means after a failed exchange.
   hal::Error explain(int error, Table table, unsigned address) {
-    hal::Error told;
+    hal::Error reported;
     char what[96];
     std::snprintf(what, sizeof what, ", %s 0x%04X", table_name(table), address);
-    told.where = place + what;
+    reported.where = place + what;
     if (error == ETIMEDOUT) {
       ++counts.timeouts;
-      told.what = "the drive did not answer in time";
+      reported.what = "the drive did not answer in time";
       char limit[48];
       std::snprintf(limit, sizeof limit, "%.3g s", config.response_timeout_s);
-      told.limit = limit;
-      told.remedy = config.transport == Transport::kRtu ? "check wiring, speed, parity and unit"
-                                                        : "check that the drive is alive, or allow more time";
+      reported.limit = limit;
+      reported.remedy = config.transport == Transport::kRtu
+                            ? "check wiring, speed, parity and unit"
+                            : "check that the drive is alive, or allow more time";
     } else if (is_exception(error)) {
       const int code = error - MODBUS_ENOBASE;
       ++counts.exceptions;
-      told.what = "the drive refused: " + exception_name(code);
-      told.value = "exception " + std::to_string(code);
-      told.remedy = remedy_for_exception(code);
+      reported.what = "the drive refused: " + exception_name(code);
+      reported.value = "exception " + std::to_string(code);
+      reported.remedy = remedy_for_exception(code);
     } else if (error == EMBBADCRC || error == EMBBADDATA || error == EMBBADEXC || error == EMBMDATA ||
                error == EMBUNKEXC || error == EMBBADSLAVE) {
       ++counts.bad_frames;
-      told.what = "the drive's answer makes no sense";
-      told.value = modbus_strerror(error);
-      told.remedy = config.transport == Transport::kRtu
-                        ? "check shielding, termination, speed and parity"
-                        : "check that it is a Modbus server that listens there";
+      reported.what = "the drive's answer makes no sense";
+      reported.value = modbus_strerror(error);
+      reported.remedy = config.transport == Transport::kRtu
+                            ? "check shielding, termination, speed and parity"
+                            : "check that it is a Modbus server that listens there";
     } else {
       ++counts.broken;
       connected = false;
-      told.what = "the connection to the drive broke";
-      told.value = std::strerror(error);
-      told.remedy = "it is connected anew by itself; check the drive's power and the cable";
+      reported.what = "the connection to the drive broke";
+      reported.value = std::strerror(error);
+      reported.remedy = "it is connected anew by itself; check the drive's power and the cable";
     }
-    return told;
+    return reported;
   }
 
   /// A late answer must not be taken for that to the next request. Over TCP its transaction tells; on a
   /// serial line nothing does but silence, so that one is waited for.
   std::optional<hal::Error> failed(int error, Table table, unsigned address) {
-    hal::Error told = explain(error, table, address);
-    if (!connected) return told;
+    hal::Error reported = explain(error, table, address);
+    if (!connected) return reported;
     if (config.transport == Transport::kRtu && !is_exception(error)) {
       const double wait_s = error == ETIMEDOUT ? config.response_timeout_s : kFrameEndS;
       std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
     }
     modbus_flush(context.get());
-    return told;
+    return reported;
   }
 };
 

@@ -10,8 +10,8 @@ namespace hapticd::modbus {
 namespace {
 
 /// The protocol's most: 125 registers, 2000 bits.
-constexpr unsigned kMostRegisters = 125;
-constexpr unsigned kMostBits = 2000;
+constexpr unsigned kMaxRegisters = 125;
+constexpr unsigned kMaxBits = 2000;
 
 bool is_bit(Table table) {
   return table == Table::kCoil || table == Table::kDiscreteInput;
@@ -178,7 +178,7 @@ std::vector<ReadBlock> read_plan(const RegisterMap& map) {
       const unsigned last_end = last.address + unsigned{last.count};
       const unsigned joined = std::max(end, last_end) - last.address;
       if (last.table == block.table && block.address <= last_end &&
-          joined <= (is_bit(block.table) ? kMostBits : kMostRegisters)) {
+          joined <= (is_bit(block.table) ? kMaxBits : kMaxRegisters)) {
         last.count = static_cast<std::uint16_t>(joined);
         continue;
       }
@@ -226,13 +226,13 @@ std::string hint_of_order(const RegisterMap& map, const Gear& gear, std::span<co
   Register position = map.registers[map.position_actual];
   const auto found = words_in(position, plan, words);
   if (found.empty()) return {};
-  const NumberFormat told = position.format;
+  const NumberFormat reported = position.format;
   for (const Order word_order : {Order::kBigFirst, Order::kLittleFirst}) {
     for (const Order byte_order : {Order::kBigFirst, Order::kLittleFirst}) {
       position.format.word_order = word_order;
       position.format.byte_order = byte_order;
-      if (position.format == told) continue;
-      if (words_of(told.type) == 1 && word_order != told.word_order) continue;
+      if (position.format == reported) continue;
+      if (words_of(reported.type) == 1 && word_order != reported.word_order) continue;
       const double other = quantity(position, gear, found);
       if (!(other >= min_deg && other <= max_deg)) continue;
       char text[200];

@@ -13,9 +13,9 @@ namespace hapticd::netft {
 
 namespace {
 
-constexpr double kMostCounts = 1e12;
+constexpr double kMaxCounts = 1e12;
 constexpr double kFastestHz = 100'000.0;
-constexpr double kLargestReading = 1e9;
+constexpr double kMaxReading = 1e9;
 /// The units by the numbers that cfgfu and cfgtu have for them, for firmwares without their names.
 constexpr std::array<std::string_view, 6> kForceUnitByCode{"lbf", "N", "klbf", "kN", "kgf", "gf"};
 constexpr std::array<std::string_view, 6> kTorqueUnitByCode{"lbf-in", "lbf-ft", "Nm", "Nmm", "kgf-cm", "kNm"};
@@ -29,12 +29,12 @@ std::string_view trimmed(std::string_view text) {
 
 /// A value as it may be shown on a terminal: short, and without control characters.
 std::string shown(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
-  std::string clean(text.substr(0, kLongest));
+  constexpr std::size_t kMax = 60;
+  std::string clean(text.substr(0, kMax));
   std::replace_if(
       clean.begin(), clean.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; },
       '?');
-  return "'" + clean + (text.size() > kLongest ? "…'" : "'");
+  return "'" + clean + (text.size() > kMax ? "…'" : "'");
 }
 
 bool read_number(std::string_view text, double& number) {
@@ -67,7 +67,7 @@ class Page {
   }
 
   double required_counts(const char* name) {
-    const auto counts = number(name, 1e-6, kMostCounts, "more than 0, at most 1e12 counts per unit");
+    const auto counts = number(name, 1e-6, kMaxCounts, "more than 0, at most 1e12 counts per unit");
     if (!counts && !error_) missing(name);
     return counts.value_or(1.0);
   }
@@ -86,7 +86,7 @@ class Page {
       rest.remove_prefix(begin);
       const std::string_view cell = rest.substr(0, rest.find_first_of(kSeparators));
       double number = 0.0;
-      if (count == read.size() || !read_number(cell, number) || std::abs(number) > kLargestReading) {
+      if (count == read.size() || !read_number(cell, number) || std::abs(number) > kMaxReading) {
         count = 0;
         break;
       }
@@ -181,11 +181,11 @@ std::optional<double> read_low_pass(Page& page) {
 }  // namespace
 
 hal::Result<BoxConfiguration> parse_netft_configuration(std::string_view xml, std::string_view where) {
-  if (xml.size() > kLargestPageBytes) {
+  if (xml.size() > kMaxPageBytes) {
     return hal::Error{.what = "the page is too long for a box's configuration",
                       .where = std::string(where),
                       .value = std::to_string(xml.size()) + " bytes",
-                      .limit = "at most " + std::to_string(kLargestPageBytes) + " bytes",
+                      .limit = "at most " + std::to_string(kMaxPageBytes) + " bytes",
                       .remedy = "check address and path"};
   }
   pugi::xml_document document;

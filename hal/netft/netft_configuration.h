@@ -39,6 +39,6 @@ hal::Result<BoxConfiguration> parse_netft_configuration(std::string_view xml, st
 inline constexpr std::array<double, 13> kLowPassHz{0.0, 838.0, 326.0,  152.0,  73.0,   35.0,  18.0,
                                                    8.0, 5.0,   1500.0, 2000.0, 2500.0, 3000.0};
 
-inline constexpr std::size_t kLargestPageBytes = std::size_t{64} << 10U;
+inline constexpr std::size_t kMaxPageBytes = std::size_t{64} << 10U;
 
 }  // namespace hapticd::netft

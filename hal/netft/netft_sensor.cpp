@@ -21,11 +21,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kBiasTime{250};
-constexpr std::chrono::milliseconds kBiasPatience{2000};
+constexpr std::chrono::milliseconds kBiasTimeout{2000};
 constexpr std::chrono::milliseconds kBiasSettling{50};
 constexpr int kBiasAttempts = 3;
 /// Of the samples that come in this time at the lowest rate allowed.
-constexpr double kFewestBiasShare = 0.5;
+constexpr double kMinBiasShare = 0.5;
 /// A box that has biased itself reads zero to within this share of its range.
 constexpr double kBiasedShare = 0.005;
 constexpr double kNoticeableLoss = 0.01;
@@ -119,14 +119,14 @@ std::optional<hal::Error> NetFtSensor::engage() {
     checker_ = {};
     stream_.stop();
   }
-  const std::lock_guard told(told_);
+  const std::lock_guard reported(reported_);
   refusal_ = error ? error->text() : "";
   return error;
 }
 
 hal::Result<BoxConfiguration> NetFtSensor::read_box(Clock::time_point deadline) const {
   const auto page = fetch_page(numeric_address_, config_.http_port, config_.http_path, deadline,
-                               kLargestPageBytes, checker_.get_stop_token());
+                               kMaxPageBytes, checker_.get_stop_token());
   if (!page) return page.error();
   return parse_netft_configuration(
       *page, "http://" + config_.address + ":" + std::to_string(config_.http_port) + config_.http_path);
@@ -177,18 +177,18 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
 
   // What the page cannot tell stays as it was: a bias once lost is lost until another is taken.
   const bool was_lost = zero_ && bias_lost_.load();
-  bool page_tells = false;
+  bool page_has_bias = false;
   {
-    const std::lock_guard told(told_);
-    page_tells = box && box->bias && box_bias_;
+    const std::lock_guard reported(reported_);
+    page_has_bias = box && box->bias && box_bias_;
   }
-  bias_lost_.store(!zero_holds(box) || (was_lost && !page_tells));
+  bias_lost_.store(!zero_holds(box) || (was_lost && !page_has_bias));
   configuration_changed_.store(false);
   settings.rate_hz = box && box->rdt_rate_hz ? *box->rdt_rate_hz : config_.rate_hz;
   settings.bias_counts = zero_ ? zero_->bias_counts : SixAxes<double>{};
   settings.bias_serial = bias_serial_.load();
   {
-    const std::lock_guard told(told_);
+    const std::lock_guard reported(reported_);
     change_.clear();
     if (!zero_) box_bias_ = box ? box->bias : std::nullopt;
     box_ = box;
@@ -203,7 +203,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
   checker_ = std::jthread([this](const std::stop_token& stop) { check_after_restarts(stop); });
   if (auto error = await_sample(deadline)) return error;
   {
-    const std::lock_guard told(told_);
+    const std::lock_guard reported(reported_);
     shortcoming_ = stream_.shortcoming();
   }
   engaged_.store(true, std::memory_order_release);
@@ -342,16 +342,16 @@ std::optional<hal::Error> NetFtSensor::bias() {
   if (config_.read_configuration) {
     if (const auto box = read_box(Clock::now() + std::chrono::seconds(1))) box_bias = box->bias;
   }
-  const std::lock_guard told(told_);
+  const std::lock_guard reported(reported_);
   box_bias_ = box_bias;
   bias_lost_.store(false);
   return std::nullopt;
 }
 
 hal::Result<SixAxes<double>> NetFtSensor::measure_mean() {
-  const auto fewest = static_cast<std::uint64_t>(std::ceil(kFewestBiasShare * config_.lowest_rate_hz *
-                                                           std::chrono::duration<double>(kBiasTime).count()));
-  const auto give_up = Clock::now() + kBiasPatience;
+  const auto fewest = static_cast<std::uint64_t>(
+      std::ceil(kMinBiasShare * config_.lowest_rate_hz * std::chrono::duration<double>(kBiasTime).count()));
+  const auto give_up = Clock::now() + kBiasTimeout;
   const RdtTotals before = stream_.totals();
   RdtTotals after = before;
   do {
@@ -401,7 +401,7 @@ bool NetFtSensor::zero_holds(const std::optional<BoxConfiguration>& box) {
                           zero_->newton_millimetres_per_count == newton_millimetres_per_count_;
   bool same_box_bias = true;  // where nothing is said
   {
-    const std::lock_guard told(told_);
+    const std::lock_guard reported(reported_);
     if (box && box->bias && box_bias_) same_box_bias = *box->bias == *box_bias_;
   }
   if (same_units && same_box_bias) return true;
@@ -470,7 +470,7 @@ void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
   std::optional<BoxConfiguration> box;
   while (!box && !stop.stop_requested() && Clock::now() < give_up) {
     const auto page =
-        fetch_page(numeric_address_, config_.http_port, config_.http_path, give_up, kLargestPageBytes, stop);
+        fetch_page(numeric_address_, config_.http_port, config_.http_path, give_up, kMaxPageBytes, stop);
     if (page) {
       if (auto read = parse_netft_configuration(*page, place())) box = *read;
     }
@@ -485,7 +485,7 @@ void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
                           box->newton_millimetres_per_count == newton_millimetres_per_count_;
   std::string change;
   {
-    const std::lock_guard told(told_);
+    const std::lock_guard reported(reported_);
     if (!same_scale) {
       change = "the box restarted with other counts or units: disengage and engage again";
     } else if (const auto refusal = refuse_box(*box, config_)) {
@@ -508,7 +508,7 @@ hal::PartReport NetFtSensor::report() const {
   const bool silent = counters_.silent.load();
   std::vector<std::string>& findings = report.findings;
   {
-    const std::lock_guard told(told_);
+    const std::lock_guard reported(reported_);
     if (engaged) {
       report.connection = connection_;
       if (!change_.empty()) findings.push_back(change_);
@@ -562,7 +562,7 @@ hal::PartReport NetFtSensor::report() const {
 
   const bool unfit = configuration_changed_.load() || judge_rdt_status(status).faulty;
   if (!engaged) {
-    const std::lock_guard told(told_);
+    const std::lock_guard reported(reported_);
     report.state = refusal_.empty() ? hal::PartState::kIdle : hal::PartState::kFaulty;
   } else if (silent) {
     report.state = hal::PartState::kConnecting;
@@ -597,7 +597,7 @@ hal::PartReport NetFtSensor::report() const {
 }
 
 double NetFtSensor::box_rate_hz() const {
-  const std::lock_guard told(told_);
+  const std::lock_guard reported(reported_);
   return box_ && box_->rdt_rate_hz ? *box_->rdt_rate_hz : 0.0;
 }
 

@@ -100,7 +100,7 @@ class NetFtSensor final : public hal::ForceSensor {
   };
   std::optional<Zero> zero_;
 
-  mutable std::mutex told_;  ///< guards what follows; held briefly only
+  mutable std::mutex reported_;  ///< guards what follows; held briefly only
   std::optional<BoxConfiguration> box_;
   std::string connection_;
   std::string refusal_;  ///< why engage() failed last

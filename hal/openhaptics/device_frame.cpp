@@ -10,8 +10,8 @@ using hal::Quaternion;
 using hal::Vector3;
 
 constexpr double kShortestAxis = 0.5;
-constexpr double kLongestAxis = 2.0;
-constexpr double kMostSkew = 0.5;  // cosine between two axes: 60° instead of 90°
+constexpr double kMaxAxis = 2.0;
+constexpr double kMaxSkew = 0.5;  // cosine between two axes: 60° instead of 90°
 
 constexpr Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -44,11 +44,11 @@ std::optional<Quaternion> orientation_in_rig(const Transform& t) noexcept {
   Vector3 axes[3] = {{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}};
   for (Vector3& axis : axes) {
     const double length = std::sqrt(dot(axis, axis));
-    if (!(length >= kShortestAxis && length <= kLongestAxis)) return std::nullopt;  // NaN ends here too
+    if (!(length >= kShortestAxis && length <= kMaxAxis)) return std::nullopt;  // NaN ends here too
     axis = axis * (1.0 / length);
   }
-  if (std::abs(dot(axes[0], axes[1])) > kMostSkew || std::abs(dot(axes[1], axes[2])) > kMostSkew ||
-      std::abs(dot(axes[2], axes[0])) > kMostSkew || !(dot(cross(axes[0], axes[1]), axes[2]) > 0.0)) {
+  if (std::abs(dot(axes[0], axes[1])) > kMaxSkew || std::abs(dot(axes[1], axes[2])) > kMaxSkew ||
+      std::abs(dot(axes[2], axes[0])) > kMaxSkew || !(dot(cross(axes[0], axes[1]), axes[2]) > 0.0)) {
     return std::nullopt;
   }
   // The stylus axis is what matters most: it stays, the others are straightened to it.

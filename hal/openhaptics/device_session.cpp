@@ -33,7 +33,7 @@ std::optional<hal::Error> DeviceSession::failure(const std::string& what, const 
 }
 
 std::optional<double> DeviceSession::number(hd::Enum what) {
-  double values[ServoReport::kMostMotors];  // more than any of these parameters fills
+  double values[ServoReport::kMaxMotors];  // more than any of these parameters fills
   std::fill(std::begin(values), std::end(values), std::numeric_limits<double>::quiet_NaN());
   library_->api().get_doublev(what, values);
   if (library_->last_error(device_).code != hd::kSuccess || !std::isfinite(values[0])) return std::nullopt;
@@ -49,7 +49,7 @@ std::optional<bool> DeviceSession::enabled(hd::Enum what) {
 
 std::optional<int> DeviceSession::integer(hd::Enum what) {
   if (library_->api().get_integerv == nullptr) return std::nullopt;
-  int values[ServoReport::kMostMotors] = {};
+  int values[ServoReport::kMaxMotors] = {};
   library_->api().get_integerv(what, values);
   if (library_->last_error(device_).code != hd::kSuccess) return std::nullopt;
   return values[0];
@@ -113,7 +113,7 @@ std::optional<hal::Error> DeviceSession::prepare() {
   setup.tip_offset_mm = config_.tip_offset_mm;
   setup.tool_to_stylus = config_.tool_to_stylus;
   setup.motors =
-      std::clamp(integer(hd::kOutputDof).value_or(3), 1, static_cast<int>(ServoReport::kMostMotors));
+      std::clamp(integer(hd::kOutputDof).value_or(3), 1, static_cast<int>(ServoReport::kMaxMotors));
   setup.calibrated = calibrated;
   // Encoders are reset where the operator put the device, never in the middle of a run.
   for (const int style : {hd::kCalibrationAuto, hd::kCalibrationInkwell}) {
@@ -194,7 +194,7 @@ std::optional<hal::Error> DeviceSession::start() {
   library_->last_error(device_);
   api.enable(hd::kForceOutput);
   if (auto error = failure("the device takes no force", config_.device_name)) return error;
-  scheduled_ = api.schedule_asynchronous(&Servo::callback, servo_.get(), hd::kHighestPriority);
+  scheduled_ = api.schedule_asynchronous(&Servo::callback, servo_.get(), hd::kMaxPriority);
   if (auto error = failure("the scheduler takes no callback", "")) {
     api.disable(hd::kForceOutput);
     return error;

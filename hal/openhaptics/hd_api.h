@@ -26,7 +26,7 @@ static_assert(sizeof(ErrorInfo) == 12);
 inline constexpr Handle kInvalidHandle = 0xFFFFFFFF;
 inline constexpr CallbackCode kCallbackDone = 0;
 inline constexpr CallbackCode kCallbackContinue = 1;
-inline constexpr unsigned short kHighestPriority = 0xFFFF;
+inline constexpr unsigned short kMaxPriority = 0xFFFF;
 
 // -- errors
 inline constexpr ErrorCode kSuccess = 0x0000;

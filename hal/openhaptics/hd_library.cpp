@@ -114,8 +114,8 @@ void HdLibrary::stop_scheduler() {
 
 std::shared_ptr<ErrorSeat> HdLibrary::take_seat(hd::Handle device) noexcept {
   for (ErrorSeat& seat : *seats_) {
-    hd::Handle nobody = hd::kInvalidHandle;
-    if (seat.device.compare_exchange_strong(nobody, device)) {
+    hd::Handle unassigned = hd::kInvalidHandle;
+    if (seat.device.compare_exchange_strong(unassigned, device)) {
       seat.take();
       for (auto& count : seat.counts) count.store(0, std::memory_order_relaxed);
       for (auto& time : seat.last_seen_ns) time.store(0, std::memory_order_relaxed);

@@ -56,7 +56,7 @@ std::optional<hal::Error> check(const OpenHapticsConfig& config) {
       {"tip_offset_mm.z", offset.z, -500.0, 500.0, "mm"},
       {"warm_share", config.warm_share, 0.1, 1.0, "of what the motor bears"},
       {"calibration_wait_s", config.calibration_wait_s, 0.0, 60.0, "s"},
-      {"patience_s", config.patience_s, 0.1, 120.0, "s"},
+      {"patience_s", config.timeout_s, 0.1, 120.0, "s"},
       {"stall_s", config.stall_s, 0.005, 10.0, "s"},
       {"death_s", config.death_s, 0.1, 3600.0, "s"},
   };

@@ -36,7 +36,7 @@ struct OpenHapticsConfig {
   /// are reset there. Only for devices that are calibrated in this way.
   bool reset_encoders = false;
   double calibration_wait_s = 2.0;  ///< how long engaging waits for an automatic calibration
-  double patience_s = 15.0;         ///< how long the library may take to open or close the device
+  double timeout_s = 15.0;          ///< how long the library may take to open or close the device
   double stall_s = 0.1;             ///< without a call of the scheduler's, it stalls: a fault
   double death_s = 5.0;             ///< without one, it is taken for dead and given up
 

@@ -25,7 +25,7 @@ constexpr milliseconds kPoll{1};
 /// For the last frame, and for a turn under way to come back.
 constexpr milliseconds kLeave{250};
 /// For one call that ends a run: somebody waits for it.
-constexpr milliseconds kStopPatience{2000};
+constexpr milliseconds kStopTimeout{2000};
 constexpr std::chrono::seconds kRateWindow{1};
 
 milliseconds in_ms(double seconds) {
@@ -106,11 +106,11 @@ std::optional<hal::Error> OpenHapticsDevice::State::open() {
   session = std::make_shared<DeviceSession>(config);
   vendor = std::make_unique<VendorThread>();
   const auto outcome = std::make_shared<std::optional<hal::Error>>();
-  if (!vendor->call([opening = session, outcome] { *outcome = opening->open(); }, in_ms(config.patience_s))) {
+  if (!vendor->call([opening = session, outcome] { *outcome = opening->open(); }, in_ms(config.timeout_s))) {
     session = nullptr;  // the thread that hangs has it to itself, and closes it if it ever comes back
     vendor = nullptr;
     return hal::Error{"the vendor's library does not return from opening the device", "OpenHaptics device",
-                      config.device_name, "within " + text_of(config.patience_s) + " s",
+                      config.device_name, "within " + text_of(config.timeout_s) + " s",
                       "switch the device off and on, check its connection and restart the service"};
   }
   if (*outcome) {
@@ -143,7 +143,7 @@ void OpenHapticsDevice::State::close() {
   last_tip_mm = last.tip_position_mm;
   last_orientation = last.tip_orientation;
   servo = nullptr;
-  if (!vendor->call([closing = session] { closing->close(); }, in_ms(config.patience_s))) {
+  if (!vendor->call([closing = session] { closing->close(); }, in_ms(config.timeout_s))) {
     return abandon("closing the device");
   }
   session = nullptr;
@@ -160,7 +160,7 @@ bool OpenHapticsDevice::State::begin_run(hal::ServoBody& body) {
   Servo& turning = session->servo();
   turning.arm(body);
   const auto outcome = std::make_shared<std::optional<hal::Error>>();
-  if (!vendor->call([starting = session, outcome] { *outcome = starting->start(); }, kStopPatience)) {
+  if (!vendor->call([starting = session, outcome] { *outcome = starting->start(); }, kStopTimeout)) {
     turning.give_up(kLeave);
     abandon("starting the scheduler");
     return false;
@@ -180,8 +180,8 @@ bool OpenHapticsDevice::State::begin_run(hal::ServoBody& body) {
 
 /// Until it is time to stop. False when the scheduler has died.
 bool OpenHapticsDevice::State::watch(const Servo& turning, const std::atomic<bool>& stop) {
-  const ServoReport& told = *turning.report();
-  std::uint64_t frames = told.frames;
+  const ServoReport& reported = *turning.report();
+  std::uint64_t frames = reported.frames;
   std::uint64_t window_frames = frames;
   Clock::time_point last_frame = Clock::now();
   Clock::time_point window = last_frame;
@@ -189,7 +189,7 @@ bool OpenHapticsDevice::State::watch(const Servo& turning, const std::atomic<boo
   while (!stop.load(std::memory_order_relaxed) && !quit.load(std::memory_order_relaxed)) {
     std::this_thread::sleep_for(kPoll);
     const Clock::time_point now = Clock::now();
-    const std::uint64_t frames_now = told.frames;
+    const std::uint64_t frames_now = reported.frames;
     if (frames_now != frames) {
       frames = frames_now;
       last_frame = now;
@@ -226,7 +226,7 @@ void OpenHapticsDevice::State::end_run(Servo& turning) {
           stopping->stop_dead(leaving == Servo::Leaving::kClean);
         }
       },
-      kStopPatience);
+      kStopTimeout);
   if (!back_in_time) return abandon("stopping the scheduler");
   if (leaving == Servo::Leaving::kStuck) return abandon("a frame of the scheduler's");
 }

@@ -34,8 +34,8 @@ Servo::Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_
       seat_(std::move(seat)),
       setup_(setup),
       slow_every_(static_cast<std::uint64_t>(std::max(1.0, std::round(kSlowPeriodS * setup.rate_hz)))) {
-  told_->calibrated.store(setup.calibrated);
-  told_->motors = setup.motors;
+  reported_->calibrated.store(setup.calibrated);
+  reported_->motors = setup.motors;
   status_ = kDeviceNotReady;
 }
 
@@ -45,7 +45,7 @@ void Servo::arm(hal::ServoBody& body) noexcept {
   finished_.store(false);
   command_n_ = {};
   limited_ = false;
-  told_->force_off.store(false, std::memory_order_relaxed);
+  reported_->force_off.store(false, std::memory_order_relaxed);
   turns_ = 0;
   last_turn_ns_ = 0;
   state_.store(kIdle, std::memory_order_release);
@@ -55,8 +55,8 @@ bool Servo::move(int from, int to) noexcept {
   return state_.compare_exchange_strong(from, to, std::memory_order_acq_rel);
 }
 
-Servo::Leaving Servo::give_up(std::chrono::milliseconds patience) noexcept {
-  const auto until = std::chrono::steady_clock::now() + patience;
+Servo::Leaving Servo::give_up(std::chrono::milliseconds timeout) noexcept {
+  const auto until = std::chrono::steady_clock::now() + timeout;
   while (true) {
     if (move(kIdle, kOver) || state_.load(std::memory_order_acquire) == kOver) {
       status_ = kDeviceNotReady;
@@ -78,9 +78,9 @@ void Servo::write_zero_in_crash() noexcept {
   }
   // Two turns that begin: the first of them, at the latest, has ended after the flag was set.
   constexpr timespec kMillisecond{0, 1'000'000};
-  const std::uint64_t frames = told_->frames.load(std::memory_order_relaxed);
-  for (int waited_ms = 0; waited_ms < kCrashPatienceMs; ++waited_ms) {
-    if (told_->frames.load(std::memory_order_relaxed) >= frames + 2) return;
+  const std::uint64_t frames = reported_->frames.load(std::memory_order_relaxed);
+  for (int waited_ms = 0; waited_ms < kCrashTimeoutMs; ++waited_ms) {
+    if (reported_->frames.load(std::memory_order_relaxed) >= frames + 2) return;
     nanosleep(&kMillisecond, nullptr);
   }
 }
@@ -88,7 +88,7 @@ void Servo::write_zero_in_crash() noexcept {
 hd::CallbackCode Servo::turn() noexcept {
   if (!move(kIdle, kInFrame)) return hd::kCallbackDone;
   turner_.store(pthread_self(), std::memory_order_relaxed);
-  told_->frames.fetch_add(1, std::memory_order_relaxed);
+  reported_->frames.fetch_add(1, std::memory_order_relaxed);
   if (finishing_.load(std::memory_order_acquire)) {
     last_frame();
     state_.store(kOver, std::memory_order_release);
@@ -118,11 +118,11 @@ void Servo::mark_time() noexcept {
   now_ns_ = ErrorSeat::now_ns();
   if (last_turn_ns_ != 0) {
     const Nanoseconds gap = now_ns_ - last_turn_ns_;
-    if (gap > told_->longest_gap_ns.load(std::memory_order_relaxed)) {
-      told_->longest_gap_ns.store(gap, std::memory_order_relaxed);
+    if (gap > reported_->longest_gap_ns.load(std::memory_order_relaxed)) {
+      reported_->longest_gap_ns.store(gap, std::memory_order_relaxed);
     }
     if (gap > setup_.stall_ns) {
-      told_->stalls.fetch_add(1, std::memory_order_relaxed);
+      reported_->stalls.fetch_add(1, std::memory_order_relaxed);
       fault_until_ns_ = now_ns_ + kFaultHoldNs;
     }
   }
@@ -161,7 +161,7 @@ void Servo::last_frame() noexcept {
 
 void Servo::drain() noexcept {
   if (library_->drain(*seat_) == HdLibrary::kDeepestStack) {
-    told_->error_stacks_overfull.fetch_add(1, std::memory_order_relaxed);
+    reported_->error_stacks_overfull.fetch_add(1, std::memory_order_relaxed);
     seat_->fresh.fetch_or(kDeviceFault, std::memory_order_relaxed);
   }
 }
@@ -171,13 +171,13 @@ void Servo::calibrate() noexcept {
   if (api_.check_calibration == nullptr) return;
   if (api_.make_current_device != nullptr) api_.make_current_device(device_);
   const hd::Enum state = api_.check_calibration();
-  const bool ready = told_->calibrated.load(std::memory_order_relaxed);
-  told_->wants_calibration_update.store(ready && state == hd::kCalibrationNeedsUpdate,
-                                        std::memory_order_relaxed);
+  const bool ready = reported_->calibrated.load(std::memory_order_relaxed);
+  reported_->wants_calibration_update.store(ready && state == hd::kCalibrationNeedsUpdate,
+                                            std::memory_order_relaxed);
   if (state == hd::kCalibrationOk) {
-    told_->calibrated.store(true, std::memory_order_relaxed);
+    reported_->calibrated.store(true, std::memory_order_relaxed);
   } else if (state == hd::kCalibrationNeedsManualInput) {
-    told_->calibrated.store(false, std::memory_order_relaxed);
+    reported_->calibrated.store(false, std::memory_order_relaxed);
   } else if (state == hd::kCalibrationNeedsUpdate && !ready && setup_.calibration_style != 0 &&
              api_.update_calibration != nullptr && turns_ % slow_every_ == 0) {
     // Never while it may render: the position jumps.
@@ -192,16 +192,16 @@ void Servo::measure() noexcept {
   if (pose_fault_) status |= kDeviceFault;
   if ((status & kDeviceFault) != 0) fault_until_ns_ = now_ns_ + kFaultHoldNs;
   if (now_ns_ < fault_until_ns_) status |= kDeviceFault;
-  if (!told_->calibrated.load(std::memory_order_relaxed)) status |= kDeviceNotReady;
-  if (told_->force_off.load(std::memory_order_relaxed)) status |= kDeviceNotReady;
+  if (!reported_->calibrated.load(std::memory_order_relaxed)) status |= kDeviceNotReady;
+  if (reported_->force_off.load(std::memory_order_relaxed)) status |= kDeviceNotReady;
   if (limited_) status |= kDeviceOverForce;
   limited_ = false;
   for (std::size_t motor = 0; motor < static_cast<std::size_t>(setup_.motors); ++motor) {
-    if (told_->temperatures[motor].load(std::memory_order_relaxed) >= setup_.warm_share)
+    if (reported_->temperatures[motor].load(std::memory_order_relaxed) >= setup_.warm_share)
       status |= kDeviceWarm;
   }
   status_ = status;
-  told_->status.store(status, std::memory_order_relaxed);
+  reported_->status.store(status, std::memory_order_relaxed);
 }
 
 void Servo::take_pose() noexcept {
@@ -217,13 +217,13 @@ void Servo::take_pose() noexcept {
   pose_fault_ = !rotation_finite || !(std::abs(position.x) <= kFarthestMm) ||
                 !(std::abs(position.y) <= kFarthestMm) || !(std::abs(position.z) <= kFarthestMm);
   if (pose_fault_) {
-    told_->positions_rejected.fetch_add(1, std::memory_order_relaxed);
+    reported_->positions_rejected.fetch_add(1, std::memory_order_relaxed);
     return;
   }
   if (const auto stylus = orientation_in_rig(transform)) {
     orientation_ = product(*stylus, setup_.tool_to_stylus);
   } else {
-    told_->orientations_rejected.fetch_add(1, std::memory_order_relaxed);
+    reported_->orientations_rejected.fetch_add(1, std::memory_order_relaxed);
   }
   tip_ns_ = frame_ns_;
   tip_mm_ = rig_from_device(position - setup_.origin_mm) + rotated(orientation_, setup_.tip_offset_mm);
@@ -250,18 +250,18 @@ void Servo::check_output() noexcept {
   if (!output_known_ || api_.is_enabled == nullptr) return;
   const bool on = api_.is_enabled(hd::kForceOutput) != 0;
   output_known_ = knows_what_was_asked();
-  told_->force_off.store(output_known_ && !on, std::memory_order_relaxed);
+  reported_->force_off.store(output_known_ && !on, std::memory_order_relaxed);
 }
 
 void Servo::feel_motors() noexcept {
   if (!temperature_known_) return;
-  double shares[ServoReport::kMostMotors];
+  double shares[ServoReport::kMaxMotors];
   std::fill(std::begin(shares), std::end(shares), -1.0);
   api_.get_doublev(hd::kMotorTemperature, shares);
   temperature_known_ = knows_what_was_asked();
   for (std::size_t motor = 0; motor < static_cast<std::size_t>(setup_.motors); ++motor) {
     const bool valid = temperature_known_ && std::isfinite(shares[motor]);
-    told_->temperatures[motor].store(valid ? shares[motor] : -1.0, std::memory_order_relaxed);
+    reported_->temperatures[motor].store(valid ? shares[motor] : -1.0, std::memory_order_relaxed);
   }
 }
 
@@ -275,7 +275,7 @@ void Servo::read(hal::RigSample& sample) const noexcept {
 void Servo::write(const hal::DeviceCommand& command) noexcept {
   command_n_ = {};
   if (!finite(command.force_n)) {
-    told_->commands_not_finite.fetch_add(1, std::memory_order_relaxed);
+    reported_->commands_not_finite.fetch_add(1, std::memory_order_relaxed);
     return;
   }
   const double magnitude_n = std::hypot(command.force_n.x, command.force_n.y, command.force_n.z);
@@ -283,7 +283,7 @@ void Servo::write(const hal::DeviceCommand& command) noexcept {
   if (magnitude_n > setup_.force_limit_n * (1.0 + 1e-9)) {
     command_n_ = command.force_n * (setup_.force_limit_n / magnitude_n);
     if (!finite(command_n_)) command_n_ = {};
-    told_->commands_limited.fetch_add(1, std::memory_order_relaxed);
+    reported_->commands_limited.fetch_add(1, std::memory_order_relaxed);
     limited_ = true;
   }
 }

@@ -31,7 +31,7 @@ struct ServoSetup {
 
 /// What a servo tells any thread. Outlives it, so that it can be read after the device was closed.
 struct ServoReport {
-  static constexpr std::size_t kMostMotors = 32;  ///< room for more than any device has
+  static constexpr std::size_t kMaxMotors = 32;  ///< room for more than any device has
   ServoReport() {
     for (auto& share : temperatures) share.store(-1.0, std::memory_order_relaxed);
   }
@@ -50,7 +50,7 @@ struct ServoReport {
   std::atomic<bool> force_off{false};  ///< the library says that the output is off while it should be on
   int motors = 0;
   /// 0 … 1 of what each motor bears; negative: not known.
-  std::array<std::atomic<double>, kMostMotors> temperatures;
+  std::array<std::atomic<double>, kMaxMotors> temperatures;
 };
 
 /// One device in the vendor's scheduler: all that happens in its callback. Nothing in there locks, allocates
@@ -75,24 +75,24 @@ class Servo {
     kStuck,  ///< one is inside the vendor's library and will do nothing more if it ever returns
   };
   /// Keeps the callback from doing anything from now on; waits for a turn under way.
-  Leaving give_up(std::chrono::milliseconds patience) noexcept;
+  Leaving give_up(std::chrono::milliseconds timeout) noexcept;
 
   // -- inside the callback (from on_servo), or when no run is under way
   void read(hal::RigSample& sample) const noexcept;
   void write(const hal::DeviceCommand& command) noexcept;
 
   // -- any thread, in a signal handler
-  /// No turn gives force from now on. Waits until one has ended without, for kCrashPatienceMs at most; where
+  /// No turn gives force from now on. Waits until one has ended without, for kCrashTimeoutMs at most; where
   /// the crash is in our own part of a turn, ends that one without force. In the vendor's library nothing can
   /// be done.
   void write_zero_in_crash() noexcept;
 
   // -- any thread
-  const std::shared_ptr<ServoReport>& report() const noexcept { return told_; }
+  const std::shared_ptr<ServoReport>& report() const noexcept { return reported_; }
 
  private:
   using Nanoseconds = std::int64_t;
-  static constexpr int kCrashPatienceMs = 50;
+  static constexpr int kCrashTimeoutMs = 50;
   enum State : int { kIdle, kInFrame, kInBody, kOver };
 
   hd::CallbackCode turn() noexcept;
@@ -141,7 +141,7 @@ class Servo {
   Nanoseconds last_turn_ns_ = 0;
   Nanoseconds fault_until_ns_ = 0;
 
-  const std::shared_ptr<ServoReport> told_ = std::make_shared<ServoReport>();
+  const std::shared_ptr<ServoReport> reported_ = std::make_shared<ServoReport>();
 };
 
 }  // namespace hapticd::openhaptics

@@ -51,13 +51,13 @@ VendorThread::~VendorThread() {
   }
 }
 
-bool VendorThread::call(std::function<void()> job, std::chrono::milliseconds patience) {
+bool VendorThread::call(std::function<void()> job, std::chrono::milliseconds timeout) {
   std::unique_lock lock(shared_->mutex);
   if (shared_->stuck) return false;
   shared_->job = std::move(job);
   shared_->busy = true;
   shared_->changed.notify_all();
-  shared_->stuck = !shared_->changed.wait_for(lock, patience, [this] { return !shared_->busy; });
+  shared_->stuck = !shared_->changed.wait_for(lock, timeout, [this] { return !shared_->busy; });
   return !shared_->stuck;
 }
 

@@ -18,7 +18,7 @@ class VendorThread {
 
   /// Does the job and returns true; false when it has not returned in time. It then goes on by itself, must
   /// own all it uses, and every later call is refused at once.
-  bool call(std::function<void()> job, std::chrono::milliseconds patience);
+  bool call(std::function<void()> job, std::chrono::milliseconds timeout);
   bool stuck() const;
 
  private:

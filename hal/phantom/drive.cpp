@@ -90,13 +90,13 @@ std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngl
           times_it_fits(config, q, current_a, {0.0, 0.0, 1.0})};
 }
 
-double force_any_way_n(const PhantomConfig& config, const JointAngles& q,
-                       const Currents& current_a) noexcept {
-  return force_any_way_n(config, Drive(config), q, current_a);
+double force_in_any_direction_n(const PhantomConfig& config, const JointAngles& q,
+                                const Currents& current_a) noexcept {
+  return force_in_any_direction_n(config, Drive(config), q, current_a);
 }
 
-double force_any_way_n(const PhantomConfig& config, const Drive& drive, const JointAngles& q,
-                       const Currents& current_a) noexcept {
+double force_in_any_direction_n(const PhantomConfig& config, const Drive& drive, const JointAngles& q,
+                                const Currents& current_a) noexcept {
   const Jacobian j = jacobian(config.arm, q);
   const std::array<double, 3> torque_n_mm = drive.joint_torques_of_n_mm(current_a);
   double force_n = std::numeric_limits<double>::infinity();

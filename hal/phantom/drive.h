@@ -50,9 +50,10 @@ std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngl
                                     const Currents& current_a) noexcept;
 
 /// The force that the currents can hold there whatever its direction, N.
-double force_any_way_n(const PhantomConfig& config, const JointAngles& q, const Currents& current_a) noexcept;
+double force_in_any_direction_n(const PhantomConfig& config, const JointAngles& q,
+                                const Currents& current_a) noexcept;
 /// The same with the drive of that configuration at hand, in a tick.
-double force_any_way_n(const PhantomConfig& config, const Drive& drive, const JointAngles& q,
-                       const Currents& current_a) noexcept;
+double force_in_any_direction_n(const PhantomConfig& config, const Drive& drive, const JointAngles& q,
+                                const Currents& current_a) noexcept;
 
 }  // namespace hapticd::phantom

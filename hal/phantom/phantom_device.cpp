@@ -48,8 +48,8 @@ struct PhantomDevice::State final : CutAtExit {
         motion(config.max_joint_speed_rad_per_s, drive.rad_per_count(), config.max_speed_mm_per_s),
         watchdog(*board, kZeroVolts.size(), config.watchdog_ms) {
     info.model = config.model;
-    info.max_force_n =
-        std::min(config.max_force_n, force_any_way_n(config, config.reset_pose_rad, config.peak_current_a));
+    info.max_force_n = std::min(
+        config.max_force_n, force_in_any_direction_n(config, config.reset_pose_rad, config.peak_current_a));
     info.max_continuous_force_n = std::min(config.max_continuous_force_n, info.max_force_n);
     info.position_resolution_mm = tip_resolution_mm(config, config.reset_pose_rad);
     info.structural_stiffness_n_per_mm = config.structural_stiffness_n_per_mm;
@@ -95,8 +95,8 @@ struct PhantomDevice::State final : CutAtExit {
   std::atomic<std::uint32_t> trouble{0};
   std::atomic<std::uint32_t> status{0};
   std::atomic<int> jumped_joint{-1};
-  std::array<std::atomic<double>, 3> heat_told{};
-  std::array<std::atomic<double>, 3> q_told{};
+  std::array<std::atomic<double>, 3> reported_heat{};
+  std::array<std::atomic<double>, 3> q_reported{};
   std::atomic<std::uint64_t> counter_failures{0};
   std::atomic<std::uint64_t> output_failures{0};
   std::atomic<std::uint64_t> jumps{0};
@@ -104,7 +104,7 @@ struct PhantomDevice::State final : CutAtExit {
   std::atomic<std::uint64_t> scaled_commands{0};
   std::atomic<std::uint64_t> withheld_commands{0};
 
-  void start_anew() noexcept;
+  void restart() noexcept;
   void take_home(std::int64_t now_ns) noexcept;
   void follow(std::int64_t now_ns) noexcept;
   std::uint32_t troubles() const noexcept;
@@ -118,7 +118,7 @@ struct PhantomDevice::State final : CutAtExit {
 };
 
 // Engaged anew: the counters started from somewhere, so nothing is known of the pose.
-void PhantomDevice::State::start_anew() noexcept {
+void PhantomDevice::State::restart() noexcept {
   const std::uint64_t now = engagement.load(std::memory_order_acquire);
   if (now == known_engagement) return;
   known_engagement = now;
@@ -183,7 +183,7 @@ void PhantomDevice::State::warm_up(std::int64_t now_ns) noexcept {
   heat_ns = now_ns;
   for (std::size_t i = 0; i < 3; ++i) {
     heat[i].advance(held_a[i], config.continuous_current_a[i], config.thermal_time_constant_s, dt_s);
-    heat_told[i].store(heat[i].heat(), std::memory_order_relaxed);
+    reported_heat[i].store(heat[i].heat(), std::memory_order_relaxed);
   }
 }
 
@@ -192,7 +192,7 @@ double PhantomDevice::State::force_now_n() const noexcept {
   for (std::size_t i = 0; i < 3; ++i) {
     allowed_a[i] = heat[i].allowed_a(config.peak_current_a[i], config.continuous_current_a[i]);
   }
-  return std::min(config.max_force_n, force_any_way_n(config, drive, q, allowed_a));
+  return std::min(config.max_force_n, force_in_any_direction_n(config, drive, q, allowed_a));
 }
 
 Currents PhantomDevice::State::currents_within(const hal::Vector3& force_n) noexcept {
@@ -310,7 +310,7 @@ void PhantomDevice::read(hal::RigSample& sample) noexcept {
   if (!state.engaged.load(std::memory_order_acquire)) {
     status = status_bit::kDeviceNotReady;
   } else {
-    state.start_anew();
+    state.restart();
     const std::int64_t now_ns = state.board->now_ns();
     state.counters_fail = !state.board->read_counters(std::span(state.counts).first(state.encoders));
     if (state.counters_fail) {
@@ -331,7 +331,7 @@ void PhantomDevice::read(hal::RigSample& sample) noexcept {
     state.homed.store(state.is_home, std::memory_order_release);
   }
   state.status.store(status, std::memory_order_relaxed);
-  for (std::size_t i = 0; i < 3; ++i) state.q_told[i].store(state.q[i], std::memory_order_relaxed);
+  for (std::size_t i = 0; i < 3; ++i) state.q_reported[i].store(state.q[i], std::memory_order_relaxed);
   sample.tip_position_mm = state.tip_mm;
   sample.tip_orientation = state.turned;
   sample.position_age_ns = 0;  // the counters are read in this call
@@ -342,7 +342,7 @@ void PhantomDevice::read(hal::RigSample& sample) noexcept {
 void PhantomDevice::write(const hal::DeviceCommand& command) noexcept {
   State& state = *state_;
   if (!state.engaged.load(std::memory_order_acquire)) return;
-  state.start_anew();
+  state.restart();
   state.warm_up(state.board->now_ns());
   const hal::Vector3& force_n = command.force_n;
   const bool finite = std::isfinite(force_n.x) && std::isfinite(force_n.y) && std::isfinite(force_n.z);
@@ -410,11 +410,11 @@ hal::PartReport PhantomDevice::report() const {
   };
   for (std::size_t i = 0; i < 3; ++i) {
     report.figures.push_back(
-        {fmt::format("joint_{}_rad", i + 1), state.q_told[i].load(std::memory_order_relaxed), "rad"});
+        {fmt::format("joint_{}_rad", i + 1), state.q_reported[i].load(std::memory_order_relaxed), "rad"});
   }
   for (std::size_t i = 0; i < 3; ++i) {
     report.figures.push_back(
-        {fmt::format("winding_{}_heat", i + 1), state.heat_told[i].load(std::memory_order_relaxed), "1"});
+        {fmt::format("winding_{}_heat", i + 1), state.reported_heat[i].load(std::memory_order_relaxed), "1"});
   }
   count("watchdog_cuts", state.watchdog.cuts());
   count("counter_failures", state.counter_failures.load(std::memory_order_relaxed));

@@ -7,8 +7,8 @@
 
 namespace hapticd::phantom {
 
-Watchdog::Watchdog(daq::Board& board, std::size_t outputs, double patience_ms) noexcept
-    : board_(board), outputs_(outputs), patience_ns_(std::llround(1e6 * patience_ms)) {}
+Watchdog::Watchdog(daq::Board& board, std::size_t outputs, double timeout_ms) noexcept
+    : board_(board), outputs_(outputs), timeout_ns_(std::llround(1e6 * timeout_ms)) {}
 
 Watchdog::~Watchdog() {
   stop();
@@ -39,11 +39,11 @@ void Watchdog::fed(std::int64_t now_ns) noexcept {
 // A command that was under way when the cut came arms the dog again and is cut in its turn.
 void Watchdog::run() noexcept {
   constexpr std::array<double, daq::kMaxOutputs> kZero{};
-  const std::chrono::nanoseconds nap(std::clamp<std::int64_t>(patience_ns_ / 4, 500'000, 5'000'000));
+  const std::chrono::nanoseconds nap(std::clamp<std::int64_t>(timeout_ns_ / 4, 500'000, 5'000'000));
   std::unique_lock lock(mutex_);
   while (!stopped_.wait_for(lock, nap, [this] { return stopping_; })) {
     if (!armed_.load(std::memory_order_acquire)) continue;
-    if (board_.now_ns() - fed_ns_.load(std::memory_order_relaxed) <= patience_ns_) continue;
+    if (board_.now_ns() - fed_ns_.load(std::memory_order_relaxed) <= timeout_ns_) continue;
     // Told before it is done: a command that comes in between is withheld, not cut off after a moment.
     armed_.store(false, std::memory_order_release);
     cut_.store(true, std::memory_order_release);

@@ -14,7 +14,7 @@ namespace hapticd::phantom {
 /// anew; while a cut is unread, commands must be withheld. The tick's side takes no lock.
 class Watchdog {
  public:
-  Watchdog(daq::Board& board, std::size_t outputs, double patience_ms) noexcept;
+  Watchdog(daq::Board& board, std::size_t outputs, double timeout_ms) noexcept;
   ~Watchdog();
 
   void start();
@@ -33,7 +33,7 @@ class Watchdog {
 
   daq::Board& board_;
   const std::size_t outputs_;
-  const std::int64_t patience_ns_;
+  const std::int64_t timeout_ns_;
   std::thread thread_;
   std::mutex mutex_;  ///< guards stopping_; never taken by the tick
   std::condition_variable stopped_;

@@ -22,12 +22,12 @@ std::string_view trimmed(std::string_view text) {
 
 /// The cell as it may be shown on a terminal: short, and without control characters.
 std::string shown(std::string_view text) {
-  constexpr std::size_t kLongest = 40;
-  std::string clean(text.substr(0, kLongest));
+  constexpr std::size_t kMax = 40;
+  std::string clean(text.substr(0, kMax));
   std::replace_if(
       clean.begin(), clean.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; },
       '?');
-  return "'" + clean + (text.size() > kLongest ? "…'" : "'");
+  return "'" + clean + (text.size() > kMax ? "…'" : "'");
 }
 
 /// Calls `take(index, cell)` for each comma-separated cell and returns their number.

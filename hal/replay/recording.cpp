@@ -14,7 +14,7 @@ namespace hapticd::replay {
 namespace {
 
 // A month: beyond it the unit of the time is wrong, and ticks would no longer be counted exactly.
-constexpr double kLongestS = 31.0 * 86400.0;
+constexpr double kMaxS = 31.0 * 86400.0;
 
 std::string in_seconds(double seconds) {
   return number_text(seconds) + " s";
@@ -57,11 +57,11 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
           .limit = "each row later than the one before",
           .remedy = "sort the rows and remove those that stand twice"};
     }
-    if (since_start_s > kLongestS) {
+    if (since_start_s > kMaxS) {
       return hal::Error{.what = "the recording is too long",
                         .where = file->place(line),
                         .value = in_seconds(since_start_s),
-                        .limit = "up to " + in_seconds(kLongestS),
+                        .limit = "up to " + in_seconds(kMaxS),
                         .remedy = "check the unit of the time"};
     }
     recording.time_s.push_back(since_start_s);

@@ -12,8 +12,8 @@
 namespace hapticd::replay {
 namespace {
 
-constexpr double kLowestRateHz = 1.0;
-constexpr double kHighestRateHz = 100'000.0;
+constexpr double kMinRateHz = 1.0;
+constexpr double kMaxRateHz = 100'000.0;
 constexpr double kPauseBetweenPassesS = 0.5;
 
 // A recording has no device, yet the guard needs a bound on what would have been rendered: that of the device
@@ -95,7 +95,7 @@ void ReplayRig::State::pause(double fraction, hal::RigSample& sample) const noex
 
 hal::Result<std::unique_ptr<ReplayRig>> ReplayRig::open(const ReplayConfig& config) {
   const std::string place = "recording '" + config.path + "'";
-  if (!(config.rate_hz >= kLowestRateHz && config.rate_hz <= kHighestRateHz)) {
+  if (!(config.rate_hz >= kMinRateHz && config.rate_hz <= kMaxRateHz)) {
     return hal::Error{.what = "the rate to resample to is out of range",
                       .where = place + ", rate_hz",
                       .value = number_text(config.rate_hz),

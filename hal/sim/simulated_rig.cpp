@@ -95,7 +95,7 @@ std::optional<hal::Error> check_custom(const SimulationConfig& config) {
     return hal::Error{key + " is out of range", "custom device or object of a simulated rig",
                       std::to_string(value), limit, ""};
   };
-  constexpr double kHighest = HUGE_VAL;
+  constexpr double kMax = HUGE_VAL;
   struct Range {
     const char* key;
     double value, low, high;
@@ -120,9 +120,9 @@ std::optional<hal::Error> check_custom(const SimulationConfig& config) {
     ranges.insert(
         ranges.end(),
         {{"stiffness_at_4n_n_per_mm", material.stiffness_at_4n_n_per_mm, 1e-3, 1e5, "0.001 … 100000 N/mm"},
-         {"skin_stiffness_n_per_mm", material.skin_stiffness_n_per_mm, 0.0, kHighest, "≥ 0 N/mm"},
-         {"skin_viscosity_n_s_per_mm", material.skin_viscosity_n_s_per_mm, 0.0, kHighest, "≥ 0 N·s/mm"},
-         {"skin_depth_mm", material.skin_depth_mm, 1e-9, kHighest, "> 0 mm"}});
+         {"skin_stiffness_n_per_mm", material.skin_stiffness_n_per_mm, 0.0, kMax, "≥ 0 N/mm"},
+         {"skin_viscosity_n_s_per_mm", material.skin_viscosity_n_s_per_mm, 0.0, kMax, "≥ 0 N·s/mm"},
+         {"skin_depth_mm", material.skin_depth_mm, 1e-9, kMax, "> 0 mm"}});
     const GeneralMaterialParameters& general = object->general_material;
     const GeneralFrictionParameters& friction = object->general_friction;
     ranges.insert(ranges.end(),
@@ -132,7 +132,7 @@ std::optional<hal::Error> check_custom(const SimulationConfig& config) {
                    {"slower_when_dense", general.slower_when_dense, 1.0, 1e3, "1 … 1000"},
                    {"pore_share", general.pore_share, 0.0, 100.0, "0 … 100"},
                    {"pore_time_s", general.pore_time_s, 1e-4, 1e3, "0.0001 … 1000 s"},
-                   {"pore_strain_rate_per_s", general.pore_strain_rate_per_s, 1e-6, kHighest, "> 0 1/s"},
+                   {"pore_strain_rate_per_s", general.pore_strain_rate_per_s, 1e-6, kMax, "> 0 1/s"},
                    {"load_exponent", friction.load_exponent, 0.5, 1.5, "0.5 … 1.5"},
                    {"stiffness_exponent", friction.stiffness_exponent, 0.0, 1.0, "0 … 1"}});
     for (const SlipShare& slip : general.slips) {
@@ -423,13 +423,13 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
   std::int64_t& until_ns = tick.time_ns;
   if (s.config.real_time) {
     // The world does not wait for a late caller, but it does not race through more than 0.1 s at once either.
-    constexpr std::int64_t kLongestLeapNs = 100'000'000;
+    constexpr std::int64_t kMaxLeapNs = 100'000'000;
     const Clock::time_point now = Clock::now();
     if (s.ticks == 0) s.started = now;
     until_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now - s.started).count();
-    if (until_ns - s.simulation.time_ns() > kLongestLeapNs) {
-      s.started += std::chrono::nanoseconds(until_ns - s.simulation.time_ns() - kLongestLeapNs);
-      until_ns = s.simulation.time_ns() + kLongestLeapNs;
+    if (until_ns - s.simulation.time_ns() > kMaxLeapNs) {
+      s.started += std::chrono::nanoseconds(until_ns - s.simulation.time_ns() - kMaxLeapNs);
+      until_ns = s.simulation.time_ns() + kMaxLeapNs;
     }
   } else {
     tick = s.clock.next();
@@ -467,17 +467,17 @@ bool SimulatedRig::external_position(hal::Vector3& position_mm) const noexcept {
 }
 
 std::optional<hal::Error> SimulatedRig::bias_force_sensor() {
-  constexpr std::chrono::seconds kPatience{2};
-  constexpr std::chrono::milliseconds kNap{2};
+  constexpr std::chrono::seconds kTimeout{2};
+  constexpr std::chrono::milliseconds kPollInterval{2};
   const std::lock_guard lock(state_->biasing);
   const std::uint32_t number = state_->bias.ask();
-  const auto until = Clock::now() + kPatience;
+  const auto until = Clock::now() + kTimeout;
   while (!state_->bias.taken(number)) {
     if (Clock::now() >= until) {
       return hal::Error{"no bias was taken yet", "simulated force sensor", "2 s", "a quarter of a second",
                         "see whether the loop runs"};
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollInterval);
   }
   return std::nullopt;
 }

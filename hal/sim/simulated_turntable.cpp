@@ -12,7 +12,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kStepS = 0.001;
 /// A thread that slept longer than this meets a table that waited for it.
-constexpr double kLongestGapS = 5.0;
+constexpr double kMaxGapS = 5.0;
 constexpr double kEncoderDeg = 0.01;
 constexpr double kSwitchDeg = 0.2;
 constexpr double kArrivedDeg = 0.004;
@@ -77,7 +77,7 @@ class SimulatedDrive final : public turntable::Drive {
 
   void advance() {
     const auto now = Clock::now();
-    double left = std::min(std::chrono::duration<double>(now - last_).count(), kLongestGapS);
+    double left = std::min(std::chrono::duration<double>(now - last_).count(), kMaxGapS);
     last_ = now;
     for (; left > 0.0 && motion_ != Motion::kRest; left -= kStepS) step(std::min(left, kStepS));
   }

@@ -110,7 +110,7 @@ struct DrivenTurntable::State {
   Clock::time_point next_poll{};
   std::optional<DriveReading> last_reading;
   double last_reading_s = 0.0;
-  bool unbidden_stop_sent = false;
+  bool safety_stop_sent = false;
 
   // -- the thread itself
   std::mutex engage_mutex;  ///< makes engaging and disengaging one after the other
@@ -130,7 +130,7 @@ struct DrivenTurntable::State {
     bool any() const { return stop || clear || home || move; }
   } orders;
   bool engaged = false;
-  bool told_once = false;  ///< a position since it was engaged
+  bool reported_once = false;  ///< a position since it was engaged
   bool stalled = false;
   TurntableState drive_state = TurntableState::kNotHomed;  ///< while the position is fresh
   DriveReading reading;
@@ -208,7 +208,7 @@ struct DrivenTurntable::State {
     }
     if (!error) {
       next_poll = Clock::now();
-      unbidden_stop_sent = false;
+      safety_stop_sent = false;
       return;
     }
     drive->close();
@@ -303,14 +303,14 @@ struct DrivenTurntable::State {
       reading = next;
       velocity_deg_per_s = velocity;
       reading_s = now;
-      told_once = true;
+      reported_once = true;
       drive_state = state_of(next);
     }
     if (supervisor.observe(now, next) == MotionSupervisor::Action::kSendStop) send_stop();
     // Whatever it does that nobody asked for here, e.g. what was begun before contact was lost, is ended.
     const bool unbidden = next.moving.value_or(false) && !supervisor.under_way();
-    if (unbidden && !unbidden_stop_sent) send_stop();
-    unbidden_stop_sent = unbidden;
+    if (unbidden && !safety_stop_sent) send_stop();
+    safety_stop_sent = unbidden;
   }
 
   void send_stop() {
@@ -444,12 +444,12 @@ struct DrivenTurntable::State {
   // ---- any thread ---------------------------------------------------------------------------------------
 
   double age_locked() const {
-    return told_once ? now_s() - reading_s : std::numeric_limits<double>::infinity();
+    return reported_once ? now_s() - reading_s : std::numeric_limits<double>::infinity();
   }
 
   TurntableState state_locked() const {
     if (!engaged) return TurntableState::kIdle;
-    if (!told_once) return TurntableState::kConnecting;
+    if (!reported_once) return TurntableState::kConnecting;
     if (age_locked() > settings.stale_after_s) return TurntableState::kLost;
     return drive_state;
   }
@@ -520,7 +520,7 @@ std::optional<hal::Error> DrivenTurntable::engage() {
     const std::lock_guard lock(s.mutex);
     if (s.engaged) return std::nullopt;
     s.engaged = true;
-    s.leave = s.told_once = false;
+    s.leave = s.reported_once = false;
     s.orders = {};
     s.link_error.reset();
     s.order_error.reset();
@@ -533,8 +533,8 @@ std::optional<hal::Error> DrivenTurntable::engage() {
   std::optional<hal::Error> problem;
   {
     std::unique_lock lock(s.mutex);
-    const auto patience = std::chrono::duration<double>(s.settings.engage_timeout_s);
-    if (s.changed.wait_for(lock, patience, [&s] { return s.told_once; })) return std::nullopt;
+    const auto timeout = std::chrono::duration<double>(s.settings.engage_timeout_s);
+    if (s.changed.wait_for(lock, timeout, [&s] { return s.reported_once; })) return std::nullopt;
     problem = s.link_error;
   }
   engaging.unlock();
@@ -555,7 +555,7 @@ void DrivenTurntable::disengage() noexcept {
   if (s.thread.joinable()) s.thread.join();
   const std::lock_guard lock(s.mutex);
   s.engaged = false;
-  s.told_once = false;
+  s.reported_once = false;
   s.ordered = s.motion.number;
 }
 
@@ -566,7 +566,7 @@ hal::TurntableStatus DrivenTurntable::status() const {
   status.state = s.state_locked();
   status.motion = s.motion;
   status.position_age_s = s.age_locked();
-  if (!s.told_once) return status;
+  if (!s.reported_once) return status;
   status.position_deg = s.reading.position_deg;
   status.homed = s.reading.homed.value_or(false);
   const bool fresh = status.state != TurntableState::kLost;
@@ -620,7 +620,7 @@ hal::PartReport DrivenTurntable::report() const {
   report.figures.push_back({"failed_polls", static_cast<double>(s.failures), ""});
   report.figures.push_back({"implausible_positions", static_cast<double>(s.rejected), ""});
   report.figures.push_back({"connection_attempts", static_cast<double>(s.connects), ""});
-  if (s.told_once) report.figures.push_back({"position_age", now.position_age_s, "s"});
+  if (s.reported_once) report.figures.push_back({"position_age", now.position_age_s, "s"});
   return report;
 }
 

@@ -16,7 +16,7 @@ constexpr double kArrivalFactor = 1.5;
 /// A drive that is homed already may take this long before it shows that it homes anew.
 constexpr double kHomingGraceS = 1.0;
 /// Homing stops at switches and turns round.
-constexpr double kHomingPatience = 4.0;
+constexpr double kHomingTimeout = 4.0;
 /// The drive's own position does not change by more than a share of the tolerance for this long: it stands.
 constexpr double kRestS = 0.15;
 constexpr double kRestShare = 0.2;
@@ -57,7 +57,7 @@ void MotionSupervisor::begin_move(double now_s, double from_deg, double target_d
 void MotionSupervisor::begin_home(double now_s, double from_deg) {
   begin(now_s, from_deg, hal::MotionKind::kHome);
   timeout_s_ = settings_.homing_timeout_s;
-  stall_window_s_ = kHomingPatience * settings_.stall_after_s;
+  stall_window_s_ = kHomingTimeout * settings_.stall_after_s;
 }
 
 void MotionSupervisor::end(double now_s, hal::MotionEnd end) {

@@ -22,12 +22,12 @@ void PublishedDirection::begin(const hal::Vector3& reaction_n) noexcept {
 void PublishedDirection::update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
                                 const hal::Vector3& velocity_mm_per_s, double periods) noexcept {
   const hal::Vector3 slide_mm = across(step_mm, normal_);  // (4.17), (4.18)
-  const double way_mm = norm(slide_mm);
-  if (way_mm > 1e-9) {
-    const hal::Vector3 tangent = slide_mm * (1.0 / way_mm);  // (4.19)
+  const double path_mm = norm(slide_mm);
+  if (path_mm > 1e-9) {
+    const hal::Vector3 tangent = slide_mm * (1.0 / path_mm);  // (4.19)
     // What had built up along the old direction is worth this much along the new one.
     built_up_ =
-        dahl_step(built_up_ * dot(tangent_, tangent), way_mm, friction_.presliding_mm, friction_.exponent);
+        dahl_step(built_up_ * dot(tangent_, tangent), path_mm, friction_.presliding_mm, friction_.exponent);
     tangent_ = tangent;
   }
   const double normal_n = dot(reaction_n, normal_);  // (4.20)

@@ -6,18 +6,12 @@
 
 namespace hapticd::rt {
 
-namespace {
-std::uint32_t counted(std::uint32_t ticks, double rate_hz) noexcept {
-  return ticks_of(ticks / ContactParameters::kCountedAtHz, rate_hz);
-}
-}  // namespace
-
 ContactDetector::ContactDetector(const ContactParameters& parameters, double rate_hz) noexcept
     : parameters_(parameters),
-      release_ticks_(counted(parameters.release_ticks, rate_hz)),
-      quiet_ticks_(counted(parameters.quiet_ticks_after_release, rate_hz)),
-      arming_ticks_(counted(parameters.free_ticks_to_arm, rate_hz)),
-      longest_disturbance_ticks_(ticks_of(kLongestDisturbanceS, rate_hz)),
+      release_ticks_(ticks_of(1e-3 * parameters.release_time_ms, rate_hz)),
+      quiet_ticks_(ticks_of(1e-3 * parameters.quiet_time_ms, rate_hz)),
+      arming_ticks_(ticks_of(1e-3 * parameters.arming_time_ms, rate_hz)),
+      longest_disturbance_ticks_(ticks_of(kMaxDisturbanceS, rate_hz)),
       ringing_ticks_(ticks_of(kRingingS, rate_hz)),
       evident_n_(2.0 * (parameters.evidence.unexplained_force_n > 0.0
                             ? parameters.evidence.unexplained_force_n

@@ -16,17 +16,13 @@ enum class ContactMethod : std::uint8_t {
 
 /// Threshold detection of D§3.2 with release hysteresis.
 struct ContactParameters {
-  static constexpr double kCountedAtHz = 1000.0;
-
   ContactMethod method = ContactMethod::kMatchedInertia;
-  double threshold_n = 0.015;  ///< ε_f; in a scene 0 = the rig's, else 0.015, in 3D 0.02
-  double release_ratio = 0.5;  ///< release level as a fraction of ε_f
-  /// The counts are those of a loop at kCountedAtHz; at another rate they last as long.
-  std::uint32_t release_ticks = 5;    ///< consecutive ticks below it; one noisy sample ends no contact
+  double threshold_n = 0.015;         ///< ε_f; in a scene 0 = the rig's, else 0.015, in 3D 0.02
+  double release_ratio = 0.5;         ///< release level as a fraction of ε_f
+  double release_time_ms = 5.0;       ///< below it without a break; one noisy sample ends no contact
   double release_clearance_mm = 0.5;  ///< so far back past the contact point there is no object any more
-  std::uint32_t quiet_ticks_after_release =
-      100;  ///< within ε_f, before a contact away from the last one may follow it
-  std::uint32_t free_ticks_to_arm = 20;  ///< ticks within ε_f before the first contact may be declared
+  double quiet_time_ms = 100.0;       ///< within ε_f, before a contact away from the last one may follow it
+  double arming_time_ms = 20.0;       ///< within ε_f before the first contact may be declared
   EvidenceParameters evidence{};
   double zero_bound_n = 0.25;  ///< how far the sensor's zero is followed from its bias; 0 = not at all
 };
@@ -76,7 +72,7 @@ class ContactDetector {
   std::uint32_t count() const noexcept { return count_; }
 
  private:
-  static constexpr double kLongestDisturbanceS = 1.0;
+  static constexpr double kMaxDisturbanceS = 1.0;
   static constexpr double kRingingS =
       0.015;  ///< after an object threw the tip off, its force is none of contact
 

@@ -23,10 +23,10 @@ class BasicContactOnset {
  public:
   static constexpr double kMemoryS = 0.032;
   static constexpr double kForceAgeS = 0.6e-3;
-  static constexpr std::size_t kMostTicks = 320;  ///< kMemoryS at 10 kHz; a faster loop remembers less
+  static constexpr std::size_t kMaxTicks = 320;  ///< kMemoryS at 10 kHz; a faster loop remembers less
 
   explicit BasicContactOnset(double rate_hz) noexcept
-      : memory_(std::min<std::size_t>(ticks_of(kMemoryS, rate_hz), kMostTicks)),
+      : memory_(std::min<std::size_t>(ticks_of(kMemoryS, rate_hz), kMaxTicks)),
         force_age_(std::min(whole_ticks_in(kForceAgeS, rate_hz), memory_ - 1)) {}
 
   void remember(const Place& place_mm, const Place& prompt_force_n) noexcept {
@@ -57,7 +57,7 @@ class BasicContactOnset {
 
   std::size_t memory_;
   std::size_t force_age_;
-  std::array<Moment, kMostTicks> ring_{};
+  std::array<Moment, kMaxTicks> ring_{};
   std::size_t newest_ = 0;
   std::size_t filled_ = 0;
 };

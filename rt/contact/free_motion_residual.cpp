@@ -117,7 +117,7 @@ void BasicFreeMotionResidual<Value>::fill(const Measurement& now, double step_s,
 template <class Value>
 Value BasicFreeMotionResidual<Value>::update(const Measurement& now, bool in_contact) noexcept {
   const double step_s = static_cast<double>(now.position_ns - last_.position_ns) * 1e-9;
-  if (samples_ == 0 || !(step_s >= 0.0) || step_s > TickInterval::kLongestFollowedS) [[unlikely]] {
+  if (samples_ == 0 || !(step_s >= 0.0) || step_s > TickInterval::kMaxFollowedS) [[unlikely]] {
     start(now);
   } else if (step_s * rate_hz_ < 0.25 || now.force_ns <= forces_.newest_ns()) {
     return residual_n_;  // no motion shows in two reads almost at once; an old force is no new one

@@ -7,8 +7,8 @@
 namespace hapticd::rt {
 
 /// All of the compensations below the first, nothing of them from the second on, in N/mm.
-inline constexpr double kCompensatedBelowNPerMm = 0.75 * kLargestTargetNPerMm;
-inline constexpr double kUncompensatedFromNPerMm = 0.95 * kLargestTargetNPerMm;
+inline constexpr double kCompensatedBelowNPerMm = 0.75 * kMaxTargetNPerMm;
+inline constexpr double kUncompensatedFromNPerMm = 0.95 * kMaxTargetNPerMm;
 
 /// How much of the reaction's lead and of the back-drive compensation acts at a target, 0 … 1. Both take
 /// damping away: the lead what the loop's delay adds while it softens, the other the device's dry friction. A

@@ -16,7 +16,7 @@ class HandPortPassivity {
  public:
   static constexpr double kToleranceMj = 0.5;         // ε
   static constexpr double kMaxDampingNsPerMm = 0.01;  // 0.1 kg over ten periods
-  static constexpr double kLeastSpeedMmPerS = 2.0;
+  static constexpr double kMinSpeedMmPerS = 2.0;
 
   explicit HandPortPassivity(double rate_hz) noexcept : period_s_(1.0 / rate_hz) {}
 
@@ -30,8 +30,7 @@ class HandPortPassivity {
     damping_ = 0.0;
     const double deficit_mj = -kToleranceMj - energy_mj_;
     if (deficit_mj <= 0.0) return {};
-    const double v2 =
-        std::max(dot(velocity_mm_per_s, velocity_mm_per_s), kLeastSpeedMmPerS * kLeastSpeedMmPerS);
+    const double v2 = std::max(dot(velocity_mm_per_s, velocity_mm_per_s), kMinSpeedMmPerS * kMinSpeedMmPerS);
     damping_ = std::min(kMaxDampingNsPerMm, deficit_mj / (v2 * period_s_ * std::max(periods, 0.05)));
     return velocity_mm_per_s * -damping_;
   }

@@ -14,21 +14,23 @@ constexpr double kUnseenDeviationMm = 0.15;
 
 void Displacement::start(const hal::Vector3& began_mm, double deviation_mm,
                          double least_deviation_mm) noexcept {
-  if (auto* fused = std::get_if<FusedDisplacement>(&way_)) {
+  if (auto* fused = std::get_if<FusedDisplacement>(&path_)) {
     fused->begin(displacement_mm_, deviation_mm, least_deviation_mm);
-  } else if (auto* inverse = std::get_if<InverseDisplacement>(&way_)) {
+  } else if (auto* inverse = std::get_if<InverseDisplacement>(&path_)) {
     inverse->filter.seed(0.0);
   } else {
-    std::get_if<RecursiveDisplacement>(&way_)->contacted_mm = began_mm;
+    std::get_if<RecursiveDisplacement>(&path_)->contacted_mm = began_mm;
   }
 }
 
 void Displacement::begin(const hal::Vector3& began_mm, const hal::Vector3& tip_mm, const hal::Vector3& normal,
-                         double unfelt_n) noexcept {
+                         double below_threshold_n) noexcept {
   // An object that has not recovered yet is met below its undeformed surface; the law remembers how far.
   const double unrecovered_mm = by_law_.displacement_mm;
   displacement_mm_ = unrecovered_mm + std::max(0.0, dot(began_mm - tip_mm, normal));
-  start(began_mm, kOnsetDeviationMm + unfelt_displacement_mm(unfelt_n) + kUnrecoveredError * unrecovered_mm,
+  start(began_mm,
+        kOnsetDeviationMm + displacement_below_threshold_mm(below_threshold_n) +
+            kUnrecoveredError * unrecovered_mm,
         0.0);
 }
 
@@ -38,10 +40,11 @@ void Displacement::begin_unseen(const hal::Vector3& tip_mm, double normal_n) noe
   start(tip_mm, kUnseenDeviationMm + kUnrecoveredError * displacement_mm_, kUnseenDeviationMm);
 }
 
-double Displacement::unfelt_displacement_mm(double unfelt_n) const noexcept {
-  if (const auto* creep = std::get_if<CreepLaw>(&law_)) return creep->curve(unfelt_n).displacement_mm;
+double Displacement::displacement_below_threshold_mm(double below_threshold_n) const noexcept {
+  if (const auto* creep = std::get_if<CreepLaw>(&law_))
+    return creep->curve(below_threshold_n).displacement_mm;
   if (const auto* law = std::get_if<HuntCrossleyParameters>(&law_)) {
-    return hunt_crossley_displacement(*law, unfelt_n, 0.0).displacement_mm;
+    return hunt_crossley_displacement(*law, below_threshold_n, 0.0).displacement_mm;
   }
   return 0.0;
 }
@@ -58,16 +61,16 @@ void Displacement::update(const hal::Vector3& tip_mm, const hal::Vector3& step_m
                           const hal::Vector3& normal_before, const hal::Vector3& normal, double normal_n,
                           double rate_mm_per_s, const TickInterval& interval) noexcept {
   const double periods = interval.elapsed_periods;
-  if (auto* fused = std::get_if<FusedDisplacement>(&way_)) {
+  if (auto* fused = std::get_if<FusedDisplacement>(&path_)) {
     by_law_ = law_estimate(normal_n, rate_mm_per_s, periods);
     fused->update(-dot(step_mm, normal_before), norm(across(step_mm, normal_before)), by_law_,
                   interval.periods);
     displacement_mm_ = fused->displacement_mm();
-  } else if (auto* inverse = std::get_if<InverseDisplacement>(&way_)) {
+  } else if (auto* inverse = std::get_if<InverseDisplacement>(&path_)) {
     by_law_ = law_estimate(inverse->filter.update(normal_n, interval.periods), rate_mm_per_s, periods);
     displacement_mm_ = by_law_.displacement_mm;
   } else {
-    hal::Vector3& contacted_mm = std::get_if<RecursiveDisplacement>(&way_)->contacted_mm;
+    hal::Vector3& contacted_mm = std::get_if<RecursiveDisplacement>(&path_)->contacted_mm;
     contacted_mm = contacted_mm + across(step_mm, normal_before);  // (4.21)
     displacement_mm_ = dot(contacted_mm - tip_mm, normal);
   }
@@ -88,7 +91,7 @@ void Displacement::reset() noexcept {
 }
 
 double Displacement::deviation_mm() const noexcept {
-  const auto* fused = std::get_if<FusedDisplacement>(&way_);
+  const auto* fused = std::get_if<FusedDisplacement>(&path_);
   return fused != nullptr ? fused->deviation_mm() : 0.0;
 }
 

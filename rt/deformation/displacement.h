@@ -32,12 +32,12 @@ class Displacement {
  public:
   using Way = std::variant<FusedDisplacement, InverseDisplacement, RecursiveDisplacement>;
 
-  Displacement(const Way& way, const ContactLaw& law) noexcept : way_(way), law_(law) {}
+  Displacement(const Way& way, const ContactLaw& law) noexcept : path_(way), law_(law) {}
 
-  /// A contact begins that was seen to begin at `began_mm`; the tip is at `tip_mm` by now. `unfelt_n`: force
-  /// that may have gone unnoticed before.
+  /// A contact begins that was seen to begin at `began_mm`; the tip is at `tip_mm` by now.
+  /// `below_threshold_n`: force that may have gone unnoticed before.
   void begin(const hal::Vector3& began_mm, const hal::Vector3& tip_mm, const hal::Vector3& normal,
-             double unfelt_n) noexcept;
+             double below_threshold_n) noexcept;
   /// A contact that nobody saw begin: the law says how deep the tip is.
   void begin_unseen(const hal::Vector3& tip_mm, double normal_n) noexcept;
   /// One tick in contact. The step is taken along the normal *before* this tick's: what turned the normal
@@ -58,10 +58,10 @@ class Displacement {
 
  private:
   LawEstimate law_estimate(double normal_n, double rate_mm_per_s, double periods) noexcept;
-  double unfelt_displacement_mm(double unfelt_n) const noexcept;
+  double displacement_below_threshold_mm(double below_threshold_n) const noexcept;
   void start(const hal::Vector3& began_mm, double deviation_mm, double least_deviation_mm) noexcept;
 
-  Way way_;
+  Way path_;
   ContactLaw law_;
   LawEstimate by_law_;
   double displacement_mm_ = 0.0;

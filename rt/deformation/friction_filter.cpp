@@ -8,7 +8,7 @@
 namespace hapticd::rt {
 
 namespace {
-constexpr double kLeastWayMm = 1e-12;
+constexpr double kMinPathMm = 1e-12;
 }
 
 void DahlFilter::begin(double variance) noexcept {
@@ -18,15 +18,16 @@ void DahlFilter::begin(double variance) noexcept {
 
 void DahlFilter::predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
                          double blind_variance) noexcept {
-  const double way_mm = slide.share * slide.way_mm;
+  const double path_mm = slide.share * slide.path_mm;
   // Dahl's step keeps the share `kept` of φ and of its error; the rest is μ_k, known so well.
   const double kinetic = friction_.kinetic;
   coefficient_ = across(coefficient_, normal);
   double kept = 1.0;
-  if (way_mm > kLeastWayMm) {
+  if (path_mm > kMinPathMm) {
     const hal::Vector3 along = direction_or(slide.slide_mm, {});
     const double to_go = kinetic > 0.0 ? 1.0 - dot(along, coefficient_) / kinetic : 1.0;
-    kept = dahl_kept(std::min(std::abs(to_go), 2.0), way_mm, friction_.presliding_mm, friction_.exponent);
+    kept = dahl_decay_factor(std::min(std::abs(to_go), 2.0), path_mm, friction_.presliding_mm,
+                             friction_.exponent);
     const hal::Vector3 sliding = along * kinetic;
     coefficient_ = sliding + (coefficient_ - sliding) * kept;
   }
@@ -71,23 +72,23 @@ void MaxwellSlipFilter::begin(double variance) noexcept {
 
 void MaxwellSlipFilter::predict(const FrictionSlide& slide, const hal::Vector3& normal, double level_error,
                                 double blind_variance) noexcept {
-  const double way_mm = slide.way_mm;
-  const bool slides = way_mm > kLeastWayMm && std::isfinite(way_mm);
-  const hal::Vector3 along_mm = slides ? direction_or(slide.slide_mm, {}) * way_mm : hal::Vector3{};
+  const double path_mm = slide.path_mm;
+  const bool slides = path_mm > kMinPathMm && std::isfinite(path_mm);
+  const hal::Vector3 along_mm = slides ? direction_or(slide.slide_mm, {}) * path_mm : hal::Vector3{};
   std::array<double, kMax> kept{};
   for (std::size_t i = 0; i < count_; ++i) {
     const hal::Vector3 before_mm = across(stretch_mm_[i], normal);
     stretch_mm_[i] = slides ? maxwell_slip_step(before_mm, along_mm, reach_mm_[i]) : before_mm;
     // An element that slips forgets its error, one that stretches keeps it.
     const double beyond_mm = slides ? norm(before_mm + along_mm) - reach_mm_[i] : 0.0;
-    kept[i] = beyond_mm > 0.0 ? std::max(0.0, 1.0 - beyond_mm / way_mm) : 1.0;
+    kept[i] = beyond_mm > 0.0 ? std::max(0.0, 1.0 - beyond_mm / path_mm) : 1.0;
     for (std::size_t j = 0; j <= i; ++j) {
       covariances_[i][j] *= kept[i] * kept[j];
       covariances_[j][i] = covariances_[i][j];
     }
     with_normal_[i] *= kept[i];
     // While it stretches, the error of its stiffness grows to that of its level over its reach.
-    const double fades = slides ? kept[i] * reach_mm_[i] / (reach_mm_[i] + way_mm) : 1.0;
+    const double fades = slides ? kept[i] * reach_mm_[i] / (reach_mm_[i] + path_mm) : 1.0;
     covariances_[i][i] += ((1.0 - fades * fades) * level_error * level_error + blind_variance) * share_[i];
   }
   add_up();

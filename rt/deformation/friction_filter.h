@@ -16,7 +16,7 @@ namespace hapticd::rt {
 /// How the tip moved across the normal.
 struct FrictionSlide {
   hal::Vector3 slide_mm;  ///< by the encoders
-  double way_mm = 0.0;    ///< of it, what pressing does not explain
+  double path_mm = 0.0;   ///< of it, what pressing does not explain
   double share = 1.0;     ///< 0 … 1: how surely the encoders tell it from their rounding
 };
 

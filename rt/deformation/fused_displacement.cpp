@@ -17,10 +17,10 @@ void FusedDisplacement::begin(double displacement_mm, double deviation_mm,
   least_variance_mm2_ = least_deviation_mm * least_deviation_mm;
 }
 
-void FusedDisplacement::update(double way_mm, double slide_mm, const LawEstimate& law,
+void FusedDisplacement::update(double path_mm, double slide_mm, const LawEstimate& law,
                                double periods) noexcept {
-  displacement_mm_ += way_mm;
-  variance_mm2_ += kDirectionErrorRad * kDirectionErrorRad * kDirectionWayMm * slide_mm;
+  displacement_mm_ += path_mm;
+  variance_mm2_ += kDirectionErrorRad * kDirectionErrorRad * kDirectionPathMm * slide_mm;
   const double model_mm = law_error_ * law.displacement_mm + kLawOffsetMm;
   const double law_variance_mm2 = law.mm_per_n * law.mm_per_n * force_variance_n2_ +
                                   law_error_ticks_ / std::max(periods, kMinPeriods) * model_mm * model_mm;

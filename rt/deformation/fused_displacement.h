@@ -23,15 +23,15 @@ class FusedDisplacement {
   /// The tip is this deep, known within `deviation_mm`. A contact that was not seen to begin has no way that
   /// could be trusted more than `least_deviation_mm` later on: there the law goes on to be followed.
   void begin(double displacement_mm, double deviation_mm, double least_deviation_mm = 0.0) noexcept;
-  /// `way_mm`: -Δp·u, into the object; `slide_mm`: |Δp_t|; `periods` of the loop since the last.
-  void update(double way_mm, double slide_mm, const LawEstimate& law, double periods = 1.0) noexcept;
+  /// `path_mm`: -Δp·u, into the object; `slide_mm`: |Δp_t|; `periods` of the loop since the last.
+  void update(double path_mm, double slide_mm, const LawEstimate& law, double periods = 1.0) noexcept;
 
   double displacement_mm() const noexcept { return displacement_mm_; }
   double deviation_mm() const noexcept;
 
  private:
   static constexpr double kDirectionErrorRad = 0.08;  // θ: 4.6°, some 8 % of a friction of 0.6
-  static constexpr double kDirectionWayMm = 5.0;      // ℓ
+  static constexpr double kDirectionPathMm = 5.0;     // ℓ
   static constexpr double kLawErrorTimeS = 0.05;      // τ
   static constexpr double kLawOffsetMm = 0.05;        // x_0
   static constexpr double kMinPeriods = 0.05;         // a reading that comes almost at once is hardly one

@@ -14,15 +14,15 @@ double hunt_crossley_force_n(const HuntCrossleyParameters& law, double displacem
 
 LawEstimate hunt_crossley_displacement(const HuntCrossleyParameters& law, double normal_force_n,
                                        double rate_mm_per_s) noexcept {
-  constexpr double kLeastShare = 0.2;
-  constexpr double kLeastForceN = 1e-3;
+  constexpr double kMinShare = 0.2;
+  constexpr double kMinForceN = 1e-3;
   const double coefficient = std::max(law.stiffness_n_per_mm_m + law.damping_n_s_per_mm_m1 * rate_mm_per_s,
-                                      kLeastShare * law.stiffness_n_per_mm_m);
+                                      kMinShare * law.stiffness_n_per_mm_m);
   const double force_n = std::max(0.0, normal_force_n);
-  const double told_n = std::max(force_n, kLeastForceN);
-  const double at_told = std::pow(told_n / coefficient, 1.0 / law.exponent);
-  const double x = force_n < kLeastForceN ? at_told * (force_n / kLeastForceN) : at_told;
-  return {x, at_told / (law.exponent * told_n)};
+  const double floor_n = std::max(force_n, kMinForceN);
+  const double at_floor = std::pow(floor_n / coefficient, 1.0 / law.exponent);
+  const double x = force_n < kMinForceN ? at_floor * (force_n / kMinForceN) : at_floor;
+  return {x, at_floor / (law.exponent * floor_n)};
 }
 
 }  // namespace hapticd::rt

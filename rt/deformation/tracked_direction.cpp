@@ -8,7 +8,7 @@
 namespace hapticd::rt {
 
 namespace {
-constexpr double kLeastForceN = 1e-3;
+constexpr double kMinForceN = 1e-3;
 }
 
 TrackedDirection::TrackedDirection(const FrictionParameters& friction, double force_noise_n,
@@ -25,7 +25,7 @@ void TrackedDirection::begin(const hal::Vector3& reaction_n) noexcept {
   gathered_ = 0;
   touching_s_ = 0.0;
   // What the first reaction shows is the normal less whatever friction there is.
-  const double force_n = std::max(norm(reaction_n), kLeastForceN);
+  const double force_n = std::max(norm(reaction_n), kMinForceN);
   const double friction_variance = 0.1 * friction_.kinetic * friction_.kinetic;
   friction_state_.begin(friction_variance);
   normal_variance_ = friction_variance + std::min(kFirstDeviationRad * kFirstDeviationRad,
@@ -55,13 +55,13 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
   const FrictionSlide slide{slide_mm, std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm),
                             1.0 - stuck};
-  const double way_mm = slide.share * slide.way_mm;
+  const double path_mm = slide.share * slide.path_mm;
 
   const double level_error = kFrictionError * kinetic;
   friction_state_.predict(slide, normal_, level_error,
                           stuck * kinetic * kinetic * (interval_s / kStuckTimeS));
   const double turn_rad =
-      (way_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * interval_s;
+      (path_mm + kSlantOfPressing * press_mm) * (1.0 / kTightestRadiusMm) + kDriftRadPerS * interval_s;
   // The same a second, whatever the interval; stated for one of kUpdateS.
   const double updates = std::max(interval_s, 0.05 * kUpdateS) * (1.0 / kUpdateS);
   normal_variance_ = std::min(normal_variance_ + turn_rad * turn_rad / updates, 1.0);
@@ -70,7 +70,7 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   const hal::Vector3 without_viscous_n = reaction_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm;
   const hal::Vector3& coefficient = friction_state_.coefficient();
   const double normal_n =
-      std::max(kLeastForceN, norm(without_viscous_n) / std::sqrt(1.0 + dot(coefficient, coefficient)));
+      std::max(kMinForceN, norm(without_viscous_n) / std::sqrt(1.0 + dot(coefficient, coefficient)));
   const hal::Vector3 innovation =
       across(without_viscous_n * (1.0 / normal_n) - (normal_ - coefficient), normal_);
 
@@ -90,7 +90,7 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
 }
 
 void TrackedDirection::give_back_excess() noexcept {
-  const double limit = kMostStatic * friction_.kinetic;
+  const double limit = kMaxStatic * friction_.kinetic;
   const double size = norm(friction_state_.coefficient());
   if (size <= limit) return;
   const hal::Vector3 excess = friction_state_.coefficient() * (1.0 - limit / size);

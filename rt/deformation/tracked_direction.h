@@ -57,7 +57,7 @@ class TrackedDirection {
   void limit_turn(const hal::Vector3& before, double interval_s) noexcept;
 
   static constexpr double kUpdateS = 1e-3;
-  static constexpr double kMostStatic = 2.5;         // of μ_k; 2.2 for a sticky gel
+  static constexpr double kMaxStatic = 2.5;          // of μ_k; 2.2 for a sticky gel
   static constexpr double kTightestRadiusMm = 15.0;  // of what is stroked without lifting off
   static constexpr double kDriftRadPerS = 0.02;      // the direction of a soft object under a tip at rest
   static constexpr double kFrictionError = 0.07;     // of μ_k, while sliding: D§4.4.1 reports 7-15 %

@@ -6,17 +6,18 @@
 
 namespace hapticd::rt {
 
-/// What is left of the way to full friction after sliding on by `way_mm`: u⁺/u, where u = 1 - s z falls from
+/// What is left of the way to full friction after sliding on by `path_mm`: u⁺/u, where u = 1 - s z falls from
 /// 2 (full friction the other way) to 0 by du/dl = -u^i / δ, (4.12) with its exponent i (D writes α):
 ///   u⁺ = u exp(-l/δ) for i = 1,   u⁺ = (u^(1-i) - (1-i) l/δ)^(1/(1-i)) otherwise.
 /// For i < 1 full friction is reached after the finite way δ u^(1-i) / (1-i); i = 0 is straight up to there.
 /// 0 ≤ i ≤ 3; continuous at i = 1. δ → 0 is Coulomb friction.
-inline double dahl_kept(double to_go, double way_mm, double presliding_mm, double exponent) noexcept {
+inline double dahl_decay_factor(double to_go, double path_mm, double presliding_mm,
+                                double exponent) noexcept {
   if (!(presliding_mm > 0.0)) return 0.0;
-  if (exponent == 1.0) return std::exp(-way_mm / presliding_mm);
+  if (exponent == 1.0) return std::exp(-path_mm / presliding_mm);
   if (!(to_go > 0.0)) return 0.0;  // there already
   const double rest = 1.0 - exponent;
-  const double spent = rest * (way_mm / presliding_mm) * std::pow(to_go, -rest);
+  const double spent = rest * (path_mm / presliding_mm) * std::pow(to_go, -rest);
   return spent < 1.0 ? std::exp(std::log1p(-spent) / rest) : 0.0;
 }
 
@@ -28,17 +29,17 @@ inline double dahl_kept(double to_go, double way_mm, double presliding_mm, doubl
 inline double dahl_step(double z, double slide_mm, double presliding_mm, double exponent = 1.0) noexcept {
   if (!(std::abs(slide_mm) > 0.0)) return z;
   const double s = std::copysign(1.0, slide_mm);
-  return s + (z - s) * dahl_kept(1.0 - s * z, std::abs(slide_mm), presliding_mm, exponent);
+  return s + (z - s) * dahl_decay_factor(1.0 - s * z, std::abs(slide_mm), presliding_mm, exponent);
 }
 
 /// The same in the tangent plane: z points along the sliding that built it up. With dz/dl = (s - z) u^(i-1)/δ
 /// the share u = 1 - s·z follows the very equation of the scalar, and z - s shrinks with it.
 inline hal::Vector3 dahl_step(const hal::Vector3& z, const hal::Vector3& slide_mm, double presliding_mm,
                               double exponent = 1.0) noexcept {
-  const double way_mm = norm(slide_mm);
-  if (!(way_mm > 1e-12)) return z;
-  const hal::Vector3 s = slide_mm * (1.0 / way_mm);
-  return s + (z - s) * dahl_kept(1.0 - dot(s, z), way_mm, presliding_mm, exponent);
+  const double path_mm = norm(slide_mm);
+  if (!(path_mm > 1e-12)) return z;
+  const hal::Vector3 s = slide_mm * (1.0 / path_mm);
+  return s + (z - s) * dahl_decay_factor(1.0 - dot(s, z), path_mm, presliding_mm, exponent);
 }
 
 }  // namespace hapticd::rt

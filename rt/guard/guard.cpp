@@ -35,8 +35,8 @@ FaultSet faults_in(std::uint32_t sample_status) noexcept {
 
 /// Of a limit in ms; one that is set stays one, and an absurd one fits.
 std::int64_t in_ns(double ms) noexcept {
-  constexpr double kLongestMs = 1e12;
-  return ms > 0.0 ? std::max<std::int64_t>(1, static_cast<std::int64_t>(1e6 * std::min(ms, kLongestMs))) : 0;
+  constexpr double kMaxMs = 1e12;
+  return ms > 0.0 ? std::max<std::int64_t>(1, static_cast<std::int64_t>(1e6 * std::min(ms, kMaxMs))) : 0;
 }
 
 /// From one instant to a later one; `instead_s` where time stood still or went back.

@@ -38,8 +38,8 @@ class OscillationMonitor {
     energy_mj_ += dot(force_n, step_mm);
     const hal::Vector3 reach_n = farthest_n_ - turn_n_;
     const hal::Vector3 back_n = force_n - farthest_n_;
-    const hal::Vector3 way_n = force_n - turn_n_;
-    if (dot(way_n, way_n) >= dot(reach_n, reach_n)) {
+    const hal::Vector3 traced_n = force_n - turn_n_;
+    if (dot(traced_n, traced_n) >= dot(reach_n, reach_n)) {
       farthest_n_ = force_n;
       return false;
     }

@@ -47,7 +47,7 @@ class PushSpeed {
     for (std::size_t back = 1; back <= kPlaces && back <= count_; ++back) {
       const Place& then = places_[(count_ - back) % kPlaces];
       const double elapsed_s = now_.time_s - then.time_s;
-      if (elapsed_s > kLongestPathS) break;
+      if (elapsed_s > kMaxPathS) break;
       const double path_mm = dot(now_.position_mm - then.position_mm, direction) - kCountsMm;
       if (path_mm > speed * elapsed_s) speed = std::max(0.0, path_mm / elapsed_s);
     }
@@ -57,7 +57,7 @@ class PushSpeed {
  private:
   static constexpr std::size_t kPlaces = 32;  // a power of two: the count may wrap
   static constexpr double kSpacingS = 0.19e-3;
-  static constexpr double kLongestPathS = 8.1e-3;
+  static constexpr double kMaxPathS = 8.1e-3;
   struct Place {
     hal::Vector3 position_mm;
     double time_s = 0.0;

@@ -187,17 +187,17 @@ void PeriodicLoop::run_paced() noexcept {
 
 // A scheduler that died, or was never there, is no reason to end: the device may be plugged in again.
 void PeriodicLoop::run_by(hal::ServoClock& clock) {
-  constexpr std::chrono::milliseconds kNap{10};
-  constexpr int kNapsBetweenAttempts = 100;
+  constexpr std::chrono::milliseconds kPollInterval{10};
+  constexpr int kPollsBetweenAttempts = 100;
   for (;;) {
     servo_deadline_ns_ = 0;
     clock.run(*this, stop_requested_);
     rig_.write(hal::DeviceCommand{});
     if (stop_requested_.load(std::memory_order_acquire)) return;
     increment(clock_losses_);
-    for (int i = 0; i < kNapsBetweenAttempts; ++i) {
+    for (int i = 0; i < kPollsBetweenAttempts; ++i) {
       if (stop_requested_.load(std::memory_order_acquire)) return;
-      std::this_thread::sleep_for(kNap);
+      std::this_thread::sleep_for(kPollInterval);
     }
     rig_.engage(hal::RigPartKind::kDevice);  // why it fails stands in the device's report
   }

@@ -180,10 +180,10 @@ void ExplorePipeline::begin_contact(const Measured& now) noexcept {
   passivity_.begin();
   path_mm_ = 0.0;
   if (regained_) return displacement_.begin_unseen(now.tip_mm, norm(now.reaction_n));
-  const double unfelt_n = contact_parameters_.release_ratio * contact_parameters_.threshold_n;
+  const double below_threshold_n = contact_parameters_.release_ratio * contact_parameters_.threshold_n;
   const bool looks_back = contact_parameters_.method == ContactMethod::kMatchedInertia;
   displacement_.begin(looks_back ? contact_.onset_mm() : now.tip_mm, now.tip_mm, direction_.normal(),
-                      unfelt_n);
+                      below_threshold_n);
 }
 
 double ExplorePipeline::rate_mm_per_s(const Measured& now) const noexcept {

@@ -106,7 +106,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   }
   if (spec.max_target_stiffness_n_per_mm == 0.0) {
     spec.max_target_stiffness_n_per_mm =
-        spec.kind == SceneKind::kWall ? default_largest_wall_n_per_mm(device.model) : kLargestTargetNPerMm;
+        spec.kind == SceneKind::kWall ? default_largest_wall_n_per_mm(device.model) : kMaxTargetNPerMm;
   }
   if (spec.guard.max_force_n == 0.0) spec.guard.max_force_n = device.max_force_n;
   if (spec.guard.max_force_rate_n_per_s == 0.0) {
@@ -136,10 +136,10 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
                 "N (no less than contact.threshold_n; 0: the zero is not followed)");
   }
   check.range("contact.release_ratio", spec.contact.release_ratio, 0.0, 1.0, "(fraction of the threshold)");
-  check.range("contact.release_ticks", spec.contact.release_ticks, 1, 1000, "ticks");
+  check.range("contact.release_time_ms", spec.contact.release_time_ms, 0.1, 1000.0, "ms");
   check.range("contact.release_clearance_mm", spec.contact.release_clearance_mm, 0.01, 50.0, "mm");
-  check.range("contact.quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, 1, 10000, "ticks");
-  check.range("contact.free_ticks_to_arm", spec.contact.free_ticks_to_arm, 1, 10000, "ticks");
+  check.range("contact.quiet_time_ms", spec.contact.quiet_time_ms, 0.1, 10000.0, "ms");
+  check.range("contact.arming_time_ms", spec.contact.arming_time_ms, 0.1, 10000.0, "ms");
   check.range("wall.position_mm", spec.wall_position_mm, -1000.0, 1000.0, "mm");
   check.range("target.max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, 0.0, 1000.0, "N/mm");
   if (auto error = rt::check(spec.target, "scene '" + spec.name + "', [target]")) return *error;

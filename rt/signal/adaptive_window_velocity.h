@@ -54,7 +54,7 @@ class AdaptiveWindowVelocity {
   void fit_best() noexcept;
 
   static constexpr int kWidestSpacing = 10;  ///< ticks: kSpacingS at 10 kHz
-  static constexpr int kMostHeld = kMaxWindow * kWidestSpacing + 1;
+  static constexpr int kMaxHeld = kMaxWindow * kWidestSpacing + 1;
 
   double noise_bound_mm_;
   double rate_hz_;
@@ -62,7 +62,7 @@ class AdaptiveWindowVelocity {
   int held_;     ///< positions of the longest window
   Fit fit_;
   /// A ring, written twice, so that what it holds also stands in one piece, the newest last at newest_.
-  std::array<Reading, 2 * kMostHeld> readings_{};
+  std::array<Reading, 2 * kMaxHeld> readings_{};
   int newest_;
   int filled_ = 0;
   int points_ = 0;  ///< before the newest, since the start, up to the longest window

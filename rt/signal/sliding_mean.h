@@ -13,10 +13,10 @@ namespace hapticd::rt {
 template <class Value>
 class SlidingMean {
  public:
-  static constexpr std::size_t kMostTicks = 10;  ///< a millisecond at 10 kHz
+  static constexpr std::size_t kMaxTicks = 10;  ///< a millisecond at 10 kHz
 
   SlidingMean(double time_s, double rate_hz) noexcept
-      : ticks_(std::min<std::size_t>(ticks_of(time_s, rate_hz), kMostTicks)),
+      : ticks_(std::min<std::size_t>(ticks_of(time_s, rate_hz), kMaxTicks)),
         share_(1.0 / static_cast<double>(ticks_)) {}
 
   Value update(const Value& value) noexcept {
@@ -40,7 +40,7 @@ class SlidingMean {
  private:
   std::size_t ticks_;
   double share_;
-  std::array<Value, kMostTicks> values_{};
+  std::array<Value, kMaxTicks> values_{};
   std::size_t next_ = 0;
   Value mean_{};
 };

@@ -8,7 +8,7 @@ namespace hapticd::rt {
 /// that was not one.
 struct TickInterval {
   /// A motion is followed over no longer an interval: 16 ms hold a quarter of the fastest movement of a hand.
-  static constexpr double kLongestFollowedS = 0.016;
+  static constexpr double kMaxFollowedS = 0.016;
 
   double s = 0.0;
   double periods = 1.0;  ///< of the loop
@@ -26,7 +26,7 @@ class TickTimer {
 
   TickInterval update(std::int64_t time_ns) noexcept {
     const double s = static_cast<double>(time_ns - last_ns_) * 1e-9;
-    const bool is_gap = !started_ || !(s >= 0.0) || s > TickInterval::kLongestFollowedS;
+    const bool is_gap = !started_ || !(s >= 0.0) || s > TickInterval::kMaxFollowedS;
     const bool was_started = started_;
     started_ = true;
     last_ns_ = time_ns;

@@ -16,12 +16,12 @@ inline constexpr double kFirmPressN = 4.0;
 /// swings between it and 0.3 N/mm, with something to spare for what is uncertain of a device (mode,
 /// amplifier, friction); `hapticd_study report --only maps sensitivity` draws the first two. What can be
 /// compensated of the structure (kMaxCompensableRatio) is more than what stays stable.
-inline constexpr double kLargestTargetNPerMm = 1.0;
+inline constexpr double kMaxTargetNPerMm = 1.0;
 
 /// While exploring, moreover no more than so many times the object's own stiffness at 4 N: strokes over the
 /// objects of D§4 went unstable from 4.6 to 10 times on (`hapticd_study explore --only stability`), the
 /// softest of them first.
-inline constexpr double kLargestTargetOverObject = 4.0;
+inline constexpr double kMaxTargetOverObject = 4.0;
 
 /// Largest virtual wall, with nothing real behind it: below the stiffest that a hand pressing 4 N with
 /// knocks left stable in simulation (2.0 and 6.8 N/mm, D§3.3.2: about 1.3 and 8);

@@ -32,9 +32,9 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr int kLargestRequest = 1 << 20;
+constexpr int kMaxRequest = 1 << 20;
 /// More than all targets that may wait for their time, with room for the calls of everyone else.
-constexpr int kMostThreads = 64;
+constexpr int kMaxThreads = 64;
 /// Calls under way on one connection; more wait at the client. A call costs some 25 kB here before anything
 /// is done for it.
 constexpr int kMaxStreams = 100;
@@ -112,12 +112,12 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   grpc::ServerBuilder builder;
-  builder.SetMaxReceiveMessageSize(kLargestRequest);
+  builder.SetMaxReceiveMessageSize(kMaxRequest);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kMaxHandshakeMs);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kMaxIdleMs);
   grpc::ResourceQuota quota("hapticd");
-  quota.SetMaxThreads(kMostThreads);
+  quota.SetMaxThreads(kMaxThreads);
   quota.Resize(kMaxNetworkMemory);
   builder.SetResourceQuota(quota);
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
@@ -161,9 +161,9 @@ void GrpcServer::set_serving(bool serving) {
   if (auto* health = state_->server->GetHealthCheckService()) health->SetServingStatus(serving);
 }
 
-void GrpcServer::shutdown(std::chrono::milliseconds patience) {
+void GrpcServer::shutdown(std::chrono::milliseconds timeout) {
   state_->listener->stop();
-  state_->server->Shutdown(std::chrono::system_clock::now() + patience);
+  state_->server->Shutdown(std::chrono::system_clock::now() + timeout);
   state_->server->Wait();
 }
 

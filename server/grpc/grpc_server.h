@@ -48,7 +48,7 @@ class GrpcServer {
   std::uint16_t port() const;
   void set_serving(bool serving);
   /// No new calls; those under way may end within `patience`, then they are cancelled.
-  void shutdown(std::chrono::milliseconds patience);
+  void shutdown(std::chrono::milliseconds timeout);
 
  private:
   struct State;

@@ -23,10 +23,10 @@ using Json = nlohmann::json;  // objects sorted by key
 
 constexpr std::string_view kContentSchema = "hapticd.model/1";
 constexpr std::string_view kExportSchema = "hapticd.stored_model/1";
-constexpr std::size_t kLargestImport = 1 << 20;
+constexpr std::size_t kMaxImport = 1 << 20;
 constexpr int kDeepest = 16;
-constexpr std::size_t kLongestText = 4096;
-constexpr std::size_t kMostParameters = 1024;
+constexpr std::size_t kMaxText = 4096;
+constexpr std::size_t kMaxParameters = 1024;
 constexpr const char* kInfinity = "Infinity";
 
 hal::Error not_a_model(const std::string& what, const std::string& where, const std::string& value = {},
@@ -407,9 +407,9 @@ std::optional<hal::Error> check_texts(const rt::IdentifiedModel& model, const st
   } else if (!model.object.empty()) {
     return hal::Error{"a model of the rig has no object", where, model.object, "", "leave the object out"};
   }
-  if (model.parameters.size() > kMostParameters) {
+  if (model.parameters.size() > kMaxParameters) {
     return hal::Error{"too many parameters", where, std::to_string(model.parameters.size()),
-                      "at most " + std::to_string(kMostParameters), ""};
+                      "at most " + std::to_string(kMaxParameters), ""};
   }
   std::vector<const std::string*> texts{&model.device, &model.sensor, &model.procedure,
                                         &model.data_reference};
@@ -418,9 +418,9 @@ std::optional<hal::Error> check_texts(const rt::IdentifiedModel& model, const st
     texts.push_back(&parameter.unit);
   }
   for (const std::string* text : texts) {
-    if (text->size() > kLongestText) {
+    if (text->size() > kMaxText) {
       return hal::Error{"a text is too long", where, text->substr(0, 60) + "…",
-                        "at most " + std::to_string(kLongestText) + " bytes", "shorten it"};
+                        "at most " + std::to_string(kMaxText) + " bytes", "shorten it"};
     }
   }
   return std::nullopt;
@@ -498,9 +498,9 @@ std::string export_json(std::string_view canonical, const std::string& hash) {
 
 hal::Result<ImportedModel> import_json(std::string_view json) {
   const std::string where = "imported model";
-  if (json.size() > kLargestImport) {
+  if (json.size() > kMaxImport) {
     return not_a_model("too large to be a model", where, std::to_string(json.size()) + " bytes",
-                       "at most " + std::to_string(kLargestImport) + " bytes");
+                       "at most " + std::to_string(kMaxImport) + " bytes");
   }
   const auto parsed = parse(json, where);
   if (!parsed) return parsed.error();

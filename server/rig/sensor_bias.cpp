@@ -19,8 +19,8 @@ namespace hapticd::server {
 namespace {
 
 /// A sample under the new zero comes within a tick or two.
-constexpr std::chrono::seconds kPatience{2};
-constexpr std::chrono::milliseconds kNap{1};
+constexpr std::chrono::seconds kTimeout{2};
+constexpr std::chrono::milliseconds kPollInterval{1};
 
 std::int64_t unix_s() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
@@ -69,7 +69,7 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
   const std::uint32_t before = hub_.latest().bias_serial;
   if (auto refusal = session_.bias_force_sensor()) return *refusal;
 
-  const auto until = caller.until(kPatience);
+  const auto until = caller.until(kTimeout);
   rt::TickRecord now = hub_.latest();
   while (now.bias_serial == before) {
     if (auto refusal = session_.unavailable()) return *refusal;
@@ -78,7 +78,7 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
                      {"the bias was taken, but no sample has come since", "force sensor", "", "",
                       "see in 'hapticctl doctor' what holds the sensor back"}};
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollInterval);
     now = hub_.latest();
   }
   SensorBias bias;

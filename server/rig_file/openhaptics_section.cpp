@@ -23,7 +23,7 @@ constexpr Range kOffsetMm{-500.0, 500.0, "mm"};
 constexpr Range kQuaternion{-1.0, 1.0, ""};
 constexpr Range kShare{0.1, 1.0, ""};
 constexpr Range kCalibrationS{0.0, 60.0, "s"};
-constexpr Range kPatienceS{0.1, 120.0, "s"};
+constexpr Range kTimeoutS{0.1, 120.0, "s"};
 constexpr Range kStallS{0.005, 10.0, "s"};
 constexpr Range kDeathS{0.1, 3600.0, "s"};
 
@@ -72,7 +72,7 @@ void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
   table.read("warm_share", config.warm_share, kShare);
   table.read("reset_encoders", config.reset_encoders);
   table.read("calibration_wait_s", config.calibration_wait_s, kCalibrationS);
-  table.read("patience_s", config.patience_s, kPatienceS);
+  table.read("patience_s", config.timeout_s, kTimeoutS);
   table.read("stall_s", config.stall_s, kStallS);
   table.read("death_s", config.death_s, kDeathS);
 }
@@ -97,7 +97,7 @@ std::string write_openhaptics(const openhaptics::OpenHapticsConfig& config) {
       "warm_share = {}\nreset_encoders = {}\ncalibration_wait_s = {}\npatience_s = {}\nstall_s = {}\n"
       "death_s = {}\n",
       toml_number(config.warm_share), config.reset_encoders, toml_number(config.calibration_wait_s),
-      toml_number(config.patience_s), toml_number(config.stall_s), toml_number(config.death_s));
+      toml_number(config.timeout_s), toml_number(config.stall_s), toml_number(config.death_s));
   return text;
 }
 

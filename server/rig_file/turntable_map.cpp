@@ -56,9 +56,9 @@ constexpr Range kBit{0.0, 31.0, ""};
 constexpr Range kBits{0.0, 4294967295.0, ""};
 constexpr Range kNumber{-2147483648.0, 4294967295.0, ""};
 constexpr Range kWaitS{0.0, 1.0, "s"};
-constexpr std::size_t kMostRegisters = 128;
-constexpr std::size_t kMostSteps = 32;
-constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kMaxRegisters = 128;
+constexpr std::size_t kMaxSteps = 32;
+constexpr std::size_t kMaxName = 64;
 
 template <class E, std::size_t N>
 std::string_view text_of(E value, const Word<E> (&words)[N]) {
@@ -70,7 +70,7 @@ std::string_view text_of(E value, const Word<E> (&words)[N]) {
 
 /// Names of registers are keys of a table: they must not be paths.
 bool is_name(const std::string& name) {
-  return !name.empty() && name.size() <= kLongestName && std::all_of(name.begin(), name.end(), [](char c) {
+  return !name.empty() && name.size() <= kMaxName && std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   });
 }
@@ -132,13 +132,13 @@ class MapReader {
   void read_registers(TomlTable table) {
     const auto names = table.keys();
     for (const std::string& name : names) {
-      if (!is_name(name) || map_.registers.size() >= kMostRegisters) {
+      if (!is_name(name) || map_.registers.size() >= kMaxRegisters) {
         table.wants(name);
-        refuse(table, name,
-               {"no name for a register, or one too many", "", name,
-                fmt::format("up to {} registers, names of up to {} of a-z A-Z 0-9 _ -", kMostRegisters,
-                            kLongestName),
-                "rename or remove it"});
+        refuse(
+            table, name,
+            {"no name for a register, or one too many", "", name,
+             fmt::format("up to {} registers, names of up to {} of a-z A-Z 0-9 _ -", kMaxRegisters, kMaxName),
+             "rename or remove it"});
         continue;
       }
       Register one;
@@ -161,7 +161,7 @@ class MapReader {
   /// The register named under `key`; nothing where there is none, which is refused when something else is.
   void read_reference(TomlTable& table, std::string_view key, std::optional<std::size_t>& index) {
     std::string name;
-    table.read(key, name, kLongestName);
+    table.read(key, name, kMaxName);
     if (!table.has(key) || name.empty()) return;
     const auto names = register_names();
     const auto found = std::find(names.begin(), names.end(), name);
@@ -201,7 +201,7 @@ class MapReader {
   }
 
   void read_sequence(TomlTable& owner, std::string_view key, Sequence& sequence) {
-    for (TomlTable& table : owner.tables(key, kMostSteps)) {
+    for (TomlTable& table : owner.tables(key, kMaxSteps)) {
       Step step;
       std::optional<std::size_t> index;
       read_reference(table, "register", index);

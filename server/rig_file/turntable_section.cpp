@@ -37,7 +37,7 @@ constexpr Range kUnit{0.0, 255.0, ""};
 constexpr Range kTimeoutS{0.01, 10.0, "s"};
 constexpr Range kSteps{1.0, 1e9, ""};
 constexpr Range kGear{1e-3, 1e5, ""};
-constexpr std::size_t kMostStations = 64;
+constexpr std::size_t kMaxStations = 64;
 
 template <class E, std::size_t N>
 std::string_view text_of(E value, const Word<E> (&words)[N]) {
@@ -52,11 +52,11 @@ void read_stations(TomlTable table, std::vector<hal::TurntableStation>& stations
   if (!names.empty()) stations.clear();
   for (const std::string& name : names) {
     const auto bad_name = check_name("station", name, "");
-    if (bad_name || stations.size() >= kMostStations) {
+    if (bad_name || stations.size() >= kMaxStations) {
       table.wants(name);
       table.refuse(name, bad_name ? *bad_name
                                   : hal::Error{"too many stations", "", name,
-                                               fmt::format("at most {}", kMostStations), "remove some"});
+                                               fmt::format("at most {}", kMaxStations), "remove some"});
       continue;
     }
     hal::TurntableStation station;
@@ -92,12 +92,12 @@ void read_modbus(TomlTable table, TurntableConfig& config) {
   table.read("zero_deg", gear.zero_deg, kAngleDeg);
 
   const bool named = table.wants("map");
-  const bool told_here = table.wants("inline");
+  const bool reported_here = table.wants("inline");
   if (named) table.read("map", config.map, 4096);
-  if (named && told_here) {
+  if (named && reported_here) {
     table.refuse("map", {"the register map is named and told as well", "", "map, inline", "one of them",
                          "leave one out"});
-  } else if (told_here) {
+  } else if (reported_here) {
     config.map.clear();
     config.modbus.map = {};
     config.modbus.map.name = "inline";

@@ -82,9 +82,9 @@ class SyntheticTouch {
  private:
   static double depth_at(std::uint32_t tick) {
     constexpr std::uint32_t kReleased = kApproachTicks + kPressTicks + kStrokeTicks;
-    const double way_mm = kClearanceMm + kDeepestMm;
-    return way_mm * (eased(tick, kApproachTicks / 2, kApproachTicks / 2 + kPressTicks) -
-                     eased(tick, kReleased, kTicks - kReleased)) -
+    const double path_mm = kClearanceMm + kDeepestMm;
+    return path_mm * (eased(tick, kApproachTicks / 2, kApproachTicks / 2 + kPressTicks) -
+                      eased(tick, kReleased, kTicks - kReleased)) -
            kClearanceMm;
   }
 

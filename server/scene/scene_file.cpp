@@ -19,8 +19,8 @@ constexpr Range kBiasN{-100.0, 100.0, "N"};
 constexpr Range kToolMassG{0.0, 500.0, "g"};
 constexpr Range kThresholdN{0.0, 5.0, "N"};  // 0 = the rig's
 constexpr Range kReleaseRatio{0.0, 1.0, ""};
-constexpr Range kReleaseTicks{1.0, 1000.0, "ticks"};
-constexpr Range kFreeTicks{1.0, 10000.0, "ticks"};
+constexpr Range kReleaseTimeMs{0.1, 1000.0, "ms"};
+constexpr Range kFreeTimeMs{0.1, 10000.0, "ms"};
 constexpr Range kClearanceMm{0.0, 100.0, "mm"};
 constexpr Range kPositionMm{-1000.0, 1000.0, "mm"};
 constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
@@ -42,8 +42,8 @@ constexpr Range kReactionLeadShare{0.0, 1.0, ""};
 constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
 constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
 constexpr Range kExponent{1.0, 3.0, ""};
-constexpr std::size_t kLongestModelName = 129;  // NAME@TAG
-constexpr std::size_t kLongestStationName = 64;
+constexpr std::size_t kMaxModelName = 129;  // NAME@TAG
+constexpr std::size_t kMaxStationName = 64;
 
 constexpr Word<rt::SceneKind> kKinds[] = {
     {"tap_1d", rt::SceneKind::kTap1d}, {"wall", rt::SceneKind::kWall}, {"explore", rt::SceneKind::kExplore}};
@@ -111,9 +111,9 @@ void read_contact(TomlTable& root, rt::SceneSpec& spec) {
   contact.read("method", spec.contact.method, kMethods);
   contact.read("threshold_n", spec.contact.threshold_n, kThresholdN);
   contact.read("release_ratio", spec.contact.release_ratio, kReleaseRatio);
-  contact.read("release_ticks", spec.contact.release_ticks, kReleaseTicks);
-  contact.read("quiet_ticks_after_release", spec.contact.quiet_ticks_after_release, kFreeTicks);
-  contact.read("free_ticks_to_arm", spec.contact.free_ticks_to_arm, kFreeTicks);
+  contact.read("release_time_ms", spec.contact.release_time_ms, kReleaseTimeMs);
+  contact.read("quiet_time_ms", spec.contact.quiet_time_ms, kFreeTimeMs);
+  contact.read("arming_time_ms", spec.contact.arming_time_ms, kFreeTimeMs);
   contact.read("release_clearance_mm", spec.contact.release_clearance_mm, kClearanceMm);
   contact.read("unexplained_force_n", spec.contact.evidence.unexplained_force_n, kThresholdN);
   contact.read("lowest_stiffness_n_per_mm", spec.contact.evidence.lowest_stiffness_n_per_mm, kStiffness);
@@ -274,8 +274,8 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   root.read("name", spec.name);
   root.read("kind", spec.kind, kKinds);
   root.read("description", spec.description);
-  root.read("object_model", spec.object_model, kLongestModelName);
-  root.read("turntable_station", spec.turntable_station, kLongestStationName);
+  root.read("object_model", spec.object_model, kMaxModelName);
+  root.read("turntable_station", spec.turntable_station, kMaxStationName);
   if (explores(spec)) {
     refuse_foreign(root, "press_axis", "press_axis", spec, "\"tap_1d\" or \"wall\"");
   } else {
@@ -387,9 +387,9 @@ std::string write_scene(const rt::SceneSpec& spec) {
         "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n"
         "unexplained_force_n = {}\nlowest_stiffness_n_per_mm = {}\nzero_bound_n = {}\n",
         quoted_word(spec.contact.method, kMethods), number(spec.contact.threshold_n),
-        number(spec.contact.release_ratio), spec.contact.release_ticks,
-        number(spec.contact.release_clearance_mm), spec.contact.quiet_ticks_after_release,
-        spec.contact.free_ticks_to_arm, number(spec.contact.evidence.unexplained_force_n),
+        number(spec.contact.release_ratio), number(spec.contact.release_time_ms),
+        number(spec.contact.release_clearance_mm), number(spec.contact.quiet_time_ms),
+        number(spec.contact.arming_time_ms), number(spec.contact.evidence.unexplained_force_n),
         number(spec.contact.evidence.lowest_stiffness_n_per_mm), number(spec.contact.zero_bound_n));
   }
   if (explore) {

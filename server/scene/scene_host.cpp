@@ -40,11 +40,11 @@ bool uses_sensor(const ResolvedScene* scene) {
 
 /// How long before the caller's deadline an exchange that waits is given up, so that the reason still
 /// arrives.
-constexpr std::chrono::milliseconds kTimeToTell{200};
-constexpr std::chrono::seconds kLongestWaitForFree{60};
+constexpr std::chrono::milliseconds kReplyTime{200};
+constexpr std::chrono::seconds kMaxWaitForFree{60};
 /// An exchange is handed to the loop for so long; in between targets may pass.
 constexpr std::chrono::milliseconds kSlice{100};
-constexpr std::chrono::milliseconds kNap{2};
+constexpr std::chrono::milliseconds kPollInterval{2};
 
 /// How far a part may be trusted: its fit where it has one, where it comes from, and what speaks against it.
 std::string remark_on(const std::string& need, const FoundModel& found, const rt::SceneSpec& scene,
@@ -79,7 +79,7 @@ void limit_to_object(ResolvedScene& scene) {
   if (!own_n_per_mm) return;
   const double asked = rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kDeepestTargetMm);
   double& largest = scene.spec.max_target_stiffness_n_per_mm;
-  largest = std::max(asked, std::min(largest, rt::kLargestTargetOverObject * *own_n_per_mm));
+  largest = std::max(asked, std::min(largest, rt::kMaxTargetOverObject * *own_n_per_mm));
 }
 
 /// Friction of a ball bearing is used where it was identified; no scene needs it.
@@ -294,7 +294,7 @@ std::optional<Refusal> SceneHost::await_free(Caller::Clock::time_point until, co
                      {"the caller went away; the model is not exchanged", "scene", "", "", ""}};
     }
     if (Caller::Clock::now() >= until) return in_contact();
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollInterval);
   }
   return std::nullopt;
 }
@@ -306,8 +306,8 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
   // Hardware may take seconds to answer: it is opened before anybody has to wait for it.
   auto hardware = claim_hardware(scene.get());
   if (!hardware) return hardware.refusal();
-  const auto until = caller.until(kDefaultPatience);
-  const auto free_until = caller.until(kLongestWaitForFree) - kTimeToTell;
+  const auto until = caller.until(kDefaultTimeout);
+  const auto free_until = caller.until(kMaxWaitForFree) - kReplyTime;
   rt::EngineCommand command;
   command.kind = rt::EngineCommand::Kind::kExchangeScene;
   command.pipeline = next.get();
@@ -318,10 +318,10 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
     if (differs_in_models_only(scene.get())) {
       if (auto refusal = await_free(free_until, caller)) return *refusal;
     }
-    const auto patience = std::max(until, Caller::Clock::now() + kSlice);
-    const std::unique_lock gate(gate_, patience);
+    const auto timeout = std::max(until, Caller::Clock::now() + kSlice);
+    const std::unique_lock gate(gate_, timeout);
     if (!gate) return busy();
-    const std::unique_lock exclusive(exchange_, patience);
+    const std::unique_lock exclusive(exchange_, timeout);
     if (!exclusive) return busy();
     if (right == Right::kAnyones) {
       if (auto refusal = reserved()) return *refusal;
@@ -330,7 +330,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
       if (auto refusal = check_stored(*scene)) return *refusal;
     }
     command.when_free = differs_in_models_only(scene.get());
-    const auto outcome = session_.execute(command, caller, command.when_free ? kSlice : kDefaultPatience);
+    const auto outcome = session_.execute(command, caller, command.when_free ? kSlice : kDefaultTimeout);
     if (!outcome) {
       const bool touched_again =
           command.when_free && outcome.refusal().kind == RefusalKind::kDeadlineExceeded;

@@ -26,7 +26,7 @@ constexpr nanoseconds kFurthestAhead = std::chrono::seconds{60};
 /// How long before its time a target is handed to the loop. Until then it waits outside, where it can be
 /// withdrawn at once and uses up nothing; longer than any stall of this thread is to be expected.
 constexpr milliseconds kHandOver{100};
-constexpr milliseconds kNap{20};
+constexpr milliseconds kPollInterval{20};
 
 Refusal refuse(const hal::Error& error, double value) {
   return {std::isfinite(value) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, error};
@@ -62,7 +62,7 @@ Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scen
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
     set.grant = grant_target(law.stiffness_n_per_mm, resolved);
     if (const rt::ObjectModel* object = scene.object_model())
-      tell_too_soft(set.grant, *object, resolved, rig);
+      add_too_soft_note(set.grant, *object, resolved, rig);
     return set;
   }
   if (resolved.kind != rt::SceneKind::kExplore) {
@@ -155,8 +155,8 @@ TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolve
   return grant;
 }
 
-void tell_too_soft(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
-                   const hal::RigInfo& rig) {
+void add_too_soft_note(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
+                       const hal::RigInfo& rig) {
   const rt::DeviceReach reach = rt::device_reach(resolved.guard.max_force_n, rig);
   const auto range = rt::feasible_range(object, rt::kFirmPressN, reach);
   if (!range || !(grant.granted_n_per_mm < range->min_n_per_mm)) return;
@@ -166,8 +166,7 @@ void tell_too_soft(TargetGrant& grant, const rt::ObjectModel& object, const rt::
       "{:.3g} N/mm granted; pressed with {:g} N '{}' feels no softer than {:.3g} N/mm, for the "
       "device pulls with no more than {:.3g} N{} (3.8)",
       grant.granted_n_per_mm, rt::kFirmPressN, object.name, range->min_n_per_mm, reach.pull_n,
-      reach.pull_n < reach.push_n ? fmt::format(", {:g} of the sensor's range", rt::kLargestPullOfSensor)
-                                  : "");
+      reach.pull_n < reach.push_n ? fmt::format(", {:g} of the sensor's range", rt::kMaxPullOfSensor) : "");
 }
 
 std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Caller::Clock::time_point until,
@@ -185,7 +184,7 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
                      {"the deadline passed before the target's time; it is withdrawn", "SetTarget", "", "",
                       "set a deadline beyond at_time_ns"}};
     }
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollInterval);
   }
   return std::nullopt;
 }
@@ -241,7 +240,7 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
                     fmt::format("{} at once", kMaxWaiting), "send it later"}};
   }
   const nanoseconds lead{later ? request.at_time_ns - now_ns : 0};
-  const auto until = caller.until(lead + kDefaultPatience);
+  const auto until = caller.until(lead + kDefaultTimeout);
   if (later) {
     if (auto refusal = wait_until_near(request.at_time_ns, until, caller)) return *refusal;
   }

@@ -34,8 +34,8 @@ TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolve
 /// (kFirmPressN), by its identified law, the device pulling with no more than it has and the sensor bears. It
 /// stays granted: pressed less firmly it is feasible further down, and pressed more firmly than that the
 /// device gives steadily all it may and the object feels stiffer than asked.
-void tell_too_soft(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
-                   const hal::RigInfo& rig);
+void add_too_soft_note(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
+                       const hal::RigInfo& rig);
 
 /// Range of (3.8), cut to what the loaded scene would grant.
 struct Feasibility {

@@ -20,6 +20,6 @@ struct Caller {
 };
 
 /// How long a call may wait for the loop when its caller names no deadline.
-inline constexpr std::chrono::seconds kDefaultPatience{5};
+inline constexpr std::chrono::seconds kDefaultTimeout{5};
 
 }  // namespace hapticd::server

@@ -10,8 +10,8 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr std::chrono::milliseconds kPatienceForLastTick{100};
-constexpr std::chrono::microseconds kNap{200};
+constexpr std::chrono::milliseconds kLastTickTimeout{100};
+constexpr std::chrono::microseconds kPollInterval{200};
 
 std::string_view name_of(rt::GuardFault fault) {
   return fault == rt::GuardFault::kNone ? "nothing was latched" : rt::rule_of(fault).cause;
@@ -35,9 +35,9 @@ rt::GuardFault SafetyLatch::fault_after_stop() {
 
 void SafetyLatch::end_rendering() {
   const std::uint64_t seen_by = stop() + 2;
-  const auto until = std::chrono::steady_clock::now() + kPatienceForLastTick;
+  const auto until = std::chrono::steady_clock::now() + kLastTickTimeout;
   while (session_.running() && session_.last_tick() < seen_by && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollInterval);
   }
 }
 
@@ -52,7 +52,7 @@ Outcome<SafetyLatch::Cleared> SafetyLatch::clear(const Caller& caller) {
   rt::EngineCommand command;
   command.kind = rt::EngineCommand::Kind::kClear;
   command.at_tick = stopped_.load() ? stopped_by_.load() : 0;  // never before the stop it is to clear
-  const auto outcome = session_.execute(command, caller, kDefaultPatience);
+  const auto outcome = session_.execute(command, caller, kDefaultTimeout);
   if (!outcome) {
     Refusal refusal = outcome.refusal();
     if (refusal.kind == RefusalKind::kFailedPrecondition && cleared.fault != rt::GuardFault::kNone) {

@@ -77,10 +77,10 @@ Session::Probe Session::probe_parts() {
   return probe;
 }
 
-std::optional<Refusal> Session::refuse_in_contact(const char* deed) const {
+std::optional<Refusal> Session::refuse_in_contact(const char* action) const {
   if (engine_.free()) return std::nullopt;
   return Refusal{RefusalKind::kFailedPrecondition,
-                 {std::string("the tool is in contact: it cannot be ") + deed, "rig", "", "",
+                 {std::string("the tool is in contact: it cannot be ") + action, "rig", "", "",
                   "lift the tool and let it rest, then try again"}};
 }
 

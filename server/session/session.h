@@ -84,7 +84,7 @@ class Session {
 
  private:
   friend class SensorClaim;
-  std::optional<Refusal> refuse_in_contact(const char* deed) const;
+  std::optional<Refusal> refuse_in_contact(const char* action) const;
   void release_sensor();
 
   std::unique_ptr<hal::Rig> rig_;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kRound{2};
 /// Records taken in one go: bounds a chunk's size when a recording runs as fast as it can.
-constexpr std::size_t kLargestChunk = 1024;
+constexpr std::size_t kMaxChunk = 1024;
 
 }  // namespace
 
@@ -115,9 +115,8 @@ void TelemetryHub::pump(Subscription::Clock::time_point now) {
   while (more) {
     auto chunk = std::make_shared<RecordChunk>();
     rt::TickRecord record;
-    while (chunk->records.size() < kLargestChunk && engine_.pop_record(record))
-      chunk->records.push_back(record);
-    more = chunk->records.size() == kLargestChunk;
+    while (chunk->records.size() < kMaxChunk && engine_.pop_record(record)) chunk->records.push_back(record);
+    more = chunk->records.size() == kMaxChunk;
     chunk->received = now;
     chunk->dropped_by_server = engine_.records_dropped();
 

@@ -8,7 +8,7 @@ namespace hapticd::server {
 namespace {
 
 // Words longer than any key are nobody's typing error, and the distance costs their product.
-constexpr std::size_t kLongestWord = 64;
+constexpr std::size_t kMaxWord = 64;
 
 /// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b` (Damerau and
 /// Levenshtein).
@@ -34,7 +34,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
-  if (word.empty() || word.size() > kLongestWord) return {};
+  if (word.empty() || word.size() > kMaxWord) return {};
   const std::size_t tolerated = std::max<std::size_t>(1, word.size() / 3);
   std::string best;
   std::size_t best_distance = tolerated + 1;

@@ -12,15 +12,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kMaxName = 64;
 
 bool name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
 }
 
 bool is_name(std::string_view name) {
-  return !name.empty() && name.size() <= kLongestName &&
-         std::all_of(name.begin(), name.end(), name_character);
+  return !name.empty() && name.size() <= kMaxName && std::all_of(name.begin(), name.end(), name_character);
 }
 
 bool holds(const std::vector<std::string>& names, const std::string& name) {
@@ -33,8 +32,8 @@ std::optional<hal::Error> check_name(std::string_view kind, std::string_view nam
   if (is_name(name)) return std::nullopt;
   const bool vowel = std::string_view("aeiou").find(kind.front()) != std::string_view::npos;
   return hal::Error{(vowel ? "not a name for an " : "not a name for a ") + std::string(kind),
-                    std::string(where), std::string(name.substr(0, kLongestName)),
-                    "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"};
+                    std::string(where), std::string(name.substr(0, kMaxName)), "1 … 64 of a-z A-Z 0-9 _ -",
+                    "choose such a name"};
 }
 
 std::optional<hal::Error> TextLibrary::check_folder() const {

@@ -34,7 +34,7 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr std::size_t kLargestFile = std::size_t{1} << 20U;
+constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 
 std::string type_name(const toml::node& node) {
   switch (node.type()) {
@@ -381,13 +381,13 @@ hal::Result<std::string> read_text_file(const std::string& path) {
     return hal::Error{"cannot read the file", path, std::string(std::strerror(errno)), "",
                       "check path and permissions"};
   }
-  std::string text(kLargestFile + 1, '\0');
+  std::string text(kMaxFile + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad() || (file.gcount() == 0 && !file.eof())) {
     return hal::Error{"cannot read the file", path, "", "a regular file", "check path and permissions"};
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kLargestFile) {
+  if (text.size() > kMaxFile) {
     return hal::Error{"the file is too large", path, "more than 1 MiB", "at most 1 MiB", "shorten it"};
   }
   return text;

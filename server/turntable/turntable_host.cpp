@@ -28,7 +28,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kLook{10};
 constexpr milliseconds kProgressPeriod{100};
 constexpr milliseconds kGlitch{100};
-constexpr std::chrono::seconds kPatienceForAlarm{2};
+constexpr std::chrono::seconds kAlarmTimeout{2};
 constexpr const char* kWho = "the turntable's motion";
 constexpr rt::GuardFault kLastingFaults[] = {
     rt::GuardFault::kTurntableLost, rt::GuardFault::kTurntableStalled, rt::GuardFault::kTurntableTimedOut,
@@ -134,7 +134,7 @@ Outcome<hal::TurntableStatus> TurntableHost::stop() {
 Outcome<hal::TurntableStatus> TurntableHost::clear_alarm(const Caller& caller) {
   if (auto refusal = ready()) return *refusal;
   if (auto error = table_->clear_alarm()) return Refusal{RefusalKind::kFailedPrecondition, *error};
-  const auto until = caller.until(kPatienceForAlarm);
+  const auto until = caller.until(kAlarmTimeout);
   hal::TurntableStatus now = table_->status();
   const auto ill = [&now] {
     return now.state == TurntableState::kAlarm || now.state == TurntableState::kStalled ||
@@ -222,8 +222,8 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   const auto sensor = session_.claim_sensor();
   if (!sensor && !config_.turn_without_sensor) return Refusal{RefusalKind::kUnavailable, sensor.error()};
   // A tick without a sample, or the very first one, is no reason to refuse.
-  const auto patience = Caller::Clock::now() + kGlitch;
-  while (this->interlock() && Caller::Clock::now() < patience) std::this_thread::sleep_for(kLook);
+  const auto timeout = Caller::Clock::now() + kGlitch;
+  while (this->interlock() && Caller::Clock::now() < timeout) std::this_thread::sleep_for(kLook);
   const auto number = begin();
   if (!number) return Refusal{RefusalKind::kFailedPrecondition, number.error()};
   forget_faults();
@@ -269,7 +269,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
 }
 
 // The interlock has stopped the table: what it saw is over. All else lasts until somebody sees to the table.
-void TurntableHost::tell_fault(rt::GuardFault fault) {
+void TurntableHost::report_fault(rt::GuardFault fault) {
   if (fault == rt::GuardFault::kTurntableMoving) return session_.engine().raise(fault);
   if (fault == rt::GuardFault::kNone) return;
   session_.engine().set_standing(fault, true);
@@ -286,7 +286,7 @@ Outcome<hal::TurntableStatus> TurntableHost::conclude(const hal::TurntableStatus
                        motion.problem ? "; " + motion.problem->text() : std::string()));
   const hal::Error problem = motion.problem.value_or(
       hal::Error{fmt::format("the motion ended: {}", hal::word_of(motion.end)), "turntable", "", "", ""});
-  if (!shutting_down_.load()) tell_fault(fault_of(motion.end));
+  if (!shutting_down_.load()) report_fault(fault_of(motion.end));
   if (motion.end == MotionEnd::kArrived) return end;
   if (left && motion.end == MotionEnd::kStopped) return *left;
   return Refusal{RefusalKind::kAborted, problem};

@@ -71,7 +71,7 @@ class TurntableHost {
   /// Why the table must stay: the scene that is loaded was loaded for its station.
   std::optional<Refusal> needed_where_it_is() const;
   Outcome<hal::TurntableStatus> perform(const Begin& begin, const Caller& caller, const Progress& progress);
-  void tell_fault(rt::GuardFault fault);
+  void report_fault(rt::GuardFault fault);
   void forget_faults();
   Outcome<hal::TurntableStatus> conclude(const hal::TurntableStatus& end, const std::optional<Refusal>& left);
   Outcome<double> angle_of(const TurntableDestination& destination) const;

@@ -143,11 +143,11 @@ rt::EngineOutcome EmulatedRig::execute(const rt::EngineCommand& command) {
   return engine().execute(command, std::chrono::seconds(5));
 }
 
-void EmulatedRig::before_record(std::function<void()> deed) {
-  const std::lock_guard lock(deed_mutex_);
-  deed_ = std::move(deed);
+void EmulatedRig::before_record(std::function<void()> action) {
+  const std::lock_guard lock(action_mutex_);
+  action_ = std::move(action);
   sent_ns_.store(0);
-  deed_waits_.store(true);
+  action_waits_.store(true);
 }
 
 std::optional<std::int64_t> EmulatedRig::sent_ns() const noexcept {
@@ -157,15 +157,15 @@ std::optional<std::int64_t> EmulatedRig::sent_ns() const noexcept {
 }
 
 void EmulatedRig::feed(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
-  if (!deed_waits_.load()) {
+  if (!action_waits_.load()) {
     box_->feed(force_n, torque_n_mm);
     return;
   }
-  const std::lock_guard lock(deed_mutex_);
-  deed_();
+  const std::lock_guard lock(action_mutex_);
+  action_();
   box_->feed(force_n, torque_n_mm);
   sent_ns_.store(monotonic_ns());
-  deed_waits_.store(false);
+  action_waits_.store(false);
 }
 
 void EmulatedRig::step() {

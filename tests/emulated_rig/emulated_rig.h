@@ -50,7 +50,7 @@ class EmulatedRig final : public Run {
   std::uint64_t forgiven() const { return forgiven_.load(); }  ///< ticks
 
   /// Done once, on the bench's thread, just before the next record of the box is made.
-  void before_record(std::function<void()> deed);
+  void before_record(std::function<void()> action);
   /// CLOCK_MONOTONIC when that record had been sent, or would have been; none yet.
   std::optional<std::int64_t> sent_ns() const noexcept;
 
@@ -71,9 +71,9 @@ class EmulatedRig final : public Run {
 
   std::atomic<bool> forgives_{false};
   std::atomic<std::uint64_t> forgiven_{0};
-  std::mutex deed_mutex_;
-  std::function<void()> deed_;
-  std::atomic<bool> deed_waits_{false};
+  std::mutex action_mutex_;
+  std::function<void()> action_;
+  std::atomic<bool> action_waits_{false};
   std::atomic<std::int64_t> sent_ns_{0};
 };
 

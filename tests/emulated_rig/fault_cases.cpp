@@ -185,12 +185,12 @@ FaultPlan between_ticks(BoardRig& rig, GuardFault fault, std::function<void()> m
 FaultPlan gauge_at_rail(BoardRig& rig) {
   return between_ticks(
       rig, GuardFault::kSensorSaturated, [&rig] { rig.board().put_rail(2, 10.0); },
-      [&rig] { rig.board().mend_gauges(); });
+      [&rig] { rig.board().repair_gauges(); });
 }
 FaultPlan gauge_nan(BoardRig& rig) {
   return between_ticks(
       rig, GuardFault::kSensorFault, [&rig] { rig.board().put_nan(); },
-      [&rig] { rig.board().mend_gauges(); });
+      [&rig] { rig.board().repair_gauges(); });
 }
 FaultPlan acquisition_stopped(BoardRig& rig) {
   return between_ticks(
@@ -346,13 +346,13 @@ const std::vector<FaultCase<BoardRig>>& board_fault_cases() {
   return all;
 }
 
-EmulatedRigConfig rig_for_faults(const FaultPatience& patience) {
+EmulatedRigConfig rig_for_faults(const FaultTimeout& timeout) {
   EmulatedRigConfig config;
   config.scene = stiffer();
-  config.scene.guard.sensor_stale_after_ms = patience.sensor_stale_after_ms;
-  config.scene.guard.loop_gap_ms = patience.loop_gap_ms;
-  config.stall_s = patience.stall_s;
-  config.fifo_priority = patience.fifo_priority;
+  config.scene.guard.sensor_stale_after_ms = timeout.sensor_stale_after_ms;
+  config.scene.guard.loop_gap_ms = timeout.loop_gap_ms;
+  config.stall_s = timeout.stall_s;
+  config.fifo_priority = timeout.fifo_priority;
   return config;
 }
 

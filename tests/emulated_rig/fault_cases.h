@@ -25,7 +25,7 @@ const std::vector<FaultCase<EmulatedRig>>& live_fault_cases();
 const std::vector<FaultCase<BoardRig>>& board_fault_cases();
 
 /// How patient guard and drivers are while a fault is observed.
-struct FaultPatience {
+struct FaultTimeout {
   double sensor_stale_after_ms = 2.0;  ///< as in any scene
   double loop_gap_ms = 50.0;
   double stall_s = 0.1;  ///< of the vendor's scheduler
@@ -33,7 +33,7 @@ struct FaultPatience {
 };
 
 /// A soft object to be rendered stiffer: the device gives a clear force while the hand presses.
-EmulatedRigConfig rig_for_faults(const FaultPatience& patience);
+EmulatedRigConfig rig_for_faults(const FaultTimeout& timeout);
 RunConfig board_for_faults();
 
 }  // namespace hapticd::test

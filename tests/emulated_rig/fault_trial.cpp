@@ -150,7 +150,7 @@ class Trial {
       break;
     }
     trial_.state = at(zero).guard_state;
-    trial_.told = at(zero).guard_fault;
+    trial_.reported = at(zero).guard_fault;
     if (!latches()) return true;
 
     run_.pass(0.3);
@@ -171,7 +171,7 @@ class Trial {
 
   void recover() {
     const std::size_t zero = place_of(trial_.aware_tick) + static_cast<std::size_t>(*trial_.ticks_to_zero);
-    const std::size_t until_mended = count();
+    const std::size_t until_fixed = count();
     if (plan_.mend) plan_.mend();
     std::size_t from = 0;
     if (latches()) {
@@ -207,7 +207,7 @@ class Trial {
       from = resuming();
       settle();
     }
-    for (std::size_t i = place_of(trial_.aware_tick); i < std::max(until_mended, zero + 1); ++i) {
+    for (std::size_t i = place_of(trial_.aware_tick); i < std::max(until_fixed, zero + 1); ++i) {
       trial_.present |= at(i).faults_present;
     }
     if (!run_.until([&] { return rendering() && run_.last().authority == 1.0; }, 5.0)) {
@@ -228,14 +228,14 @@ class Trial {
     if ((trial_.present & rt::set_of(plan_.fault)) == 0 && plan_.fault != GuardFault::kStopped) {
       problem("the fault was not told");
     }
-    if (trial_.told == plan_.fault || trial_.told == plan_.first) return;
-    const std::string told(rt::rule_of(trial_.told).name);
-    const bool by_the_machine =
-        plan_.live && (trial_.told == GuardFault::kSensorStale || trial_.told == GuardFault::kLoopGap);
+    if (trial_.reported == plan_.fault || trial_.reported == plan_.first) return;
+    const std::string reported(rt::rule_of(trial_.reported).name);
+    const bool by_the_machine = plan_.live && (trial_.reported == GuardFault::kSensorStale ||
+                                               trial_.reported == GuardFault::kLoopGap);
     if (by_the_machine) {
-      spoilt("instead of the fault: " + told);
+      spoilt("instead of the fault: " + reported);
     } else {
-      problem("told instead: " + told);
+      problem("told instead: " + reported);
     }
   }
 

@@ -33,7 +33,7 @@ struct FaultTrial {
   std::vector<std::string> problems;  ///< where it was not as the table of faults says; empty = all well
 
   rt::GuardState state = rt::GuardState::kRendering;  ///< when the force was zero
-  rt::GuardFault told = rt::GuardFault::kNone;
+  rt::GuardFault reported = rt::GuardFault::kNone;
   rt::FaultSet present = 0;  ///< in any tick until it was mended
 
   std::uint64_t aware_tick = 0;

@@ -51,13 +51,13 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
   rt::Engine& engine = run.engine();
   engine.observe(true);
   IdentifyRunResult result;
-  rt::Wish wish;
-  double next_wish_s = 0.0;
-  int idle_wishes = 0;
+  rt::MotionRequest request;
+  double next_request_s = 0.0;
+  int idle_requests = 0;
   std::int64_t began_ns = -1;
   rt::Observation observation;
   for (bool over = false; !over;) {
-    while (result.duration_s < next_wish_s && engine.pop_observation(observation)) {
+    while (result.duration_s < next_request_s && engine.pop_observation(observation)) {
       if (began_ns < 0) began_ns = observation.sample.time_ns;
       result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
       result.device_rendered |= rt::norm(observation.device_command_n) > 0.1;
@@ -70,12 +70,13 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
                                                               : frame.seated(observation));
       }
       // What renders on an object may have to end at once: a search for a limit finds it.
-      if (wish.device == rt::Wish::Device::kModulation && observation.sample.tick % kTicksBetweenLooks == 0 &&
-          identification.wish().device == rt::Wish::Device::kNothing) {
-        next_wish_s = result.duration_s;
+      if (request.device == rt::MotionRequest::Device::kModulation &&
+          observation.sample.tick % kTicksBetweenLooks == 0 &&
+          identification.next_request().device == rt::MotionRequest::Device::kNothing) {
+        next_request_s = result.duration_s;
       }
     }
-    if (result.duration_s < next_wish_s) {
+    if (result.duration_s < next_request_s) {
       run.pass(kTickS);
       continue;
     }
@@ -83,22 +84,22 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
     if (!run.records().empty() && run.last().guard_state == rt::GuardState::kLatched)
       result.latched = run.last().guard_fault;
     if (result.progress.converged) result.converged_s = result.duration_s;
-    const rt::Wish::Device before = wish.device;
-    wish = identification.wish();
-    const bool idle = wish.motion == rt::Wish::Motion::kRest && wish.hold_s <= 0.0;
-    idle_wishes = idle ? idle_wishes + 1 : 0;
-    over = result.progress.converged || result.duration_s >= config.limit_s || idle_wishes >= 2;
+    const rt::MotionRequest::Device before = request.device;
+    request = identification.next_request();
+    const bool idle = request.motion == rt::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
+    idle_requests = idle ? idle_requests + 1 : 0;
+    over = result.progress.converged || result.duration_s >= config.limit_s || idle_requests >= 2;
     if (over) break;
-    if (auto scene = server::wished_scene(wish, run.rig_info())) {
+    if (auto scene = server::requested_scene(request, run.rig_info())) {
       scene->guard.sensor_stale_after_ms = kLateSensorMs;
       scene->guard.loop_gap_ms = kLateLoopMs;
       run.exchange(&*scene);
-    } else if (before != rt::Wish::Device::kNothing) {
+    } else if (before != rt::MotionRequest::Device::kNothing) {
       run.exchange(nullptr);
     }
-    const server::SimulatedMotion motion = server::simulated_motion(wish);
+    const server::SimulatedMotion motion = server::simulated_motion(request);
     run.set_hand(motion.program);
-    next_wish_s = result.duration_s + motion.duration_s;
+    next_request_s = result.duration_s + motion.duration_s;
   }
   engine.observe(false);
   return result;

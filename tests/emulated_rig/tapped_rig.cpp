@@ -11,15 +11,15 @@ std::int64_t monotonic_ns() noexcept {
 }
 
 TappedRig::TappedRig(hal::Rig& rig, std::function<double()> standing_n)
-    : rig_(rig), standing_n_(std::move(standing_n)), series_(kMostTicks) {}
+    : rig_(rig), standing_n_(std::move(standing_n)), series_(kMaxTicks) {}
 
-void TappedRig::after_write(std::function<void()> deed) {
-  deed_ = std::move(deed);
-  deed_state_.store(kWaiting, std::memory_order_release);
+void TappedRig::after_write(std::function<void()> action) {
+  action_ = std::move(action);
+  action_state_.store(kWaiting, std::memory_order_release);
 }
 
 std::optional<std::uint64_t> TappedRig::done_after() const noexcept {
-  if (deed_state_.load(std::memory_order_acquire) != kDone) return std::nullopt;
+  if (action_state_.load(std::memory_order_acquire) != kDone) return std::nullopt;
   return done_after_.load(std::memory_order_relaxed);
 }
 
@@ -36,10 +36,10 @@ void TappedRig::read(hal::RigSample& sample) noexcept {
 
 void TappedRig::write(const hal::DeviceCommand& command) noexcept {
   rig_.write(command);
-  if (deed_state_.load(std::memory_order_acquire) != kWaiting) return;
-  deed_();
+  if (action_state_.load(std::memory_order_acquire) != kWaiting) return;
+  action_();
   done_after_.store(tick_, std::memory_order_relaxed);
-  deed_state_.store(kDone, std::memory_order_release);
+  action_state_.store(kDone, std::memory_order_release);
 }
 
 }  // namespace hapticd::test

@@ -21,13 +21,13 @@ struct TickMark {
 /// A rig as it is, but for what a test wants to know of its ticks and to do between them.
 class TappedRig final : public hal::Rig {
  public:
-  static constexpr std::size_t kMostTicks = 400'000;
+  static constexpr std::size_t kMaxTicks = 400'000;
 
   /// `standing_n` is asked at the begin of every tick, on the clock's thread.
   TappedRig(hal::Rig& rig, std::function<double()> standing_n);
 
   /// Done once, on the clock's thread, after the next write.
-  void after_write(std::function<void()> deed);
+  void after_write(std::function<void()> action);
   /// The tick after whose write it was done; none yet.
   std::optional<std::uint64_t> done_after() const noexcept;
   /// Done to every sample before it is handed on; before the clock runs.
@@ -60,8 +60,8 @@ class TappedRig final : public hal::Rig {
   std::vector<TickMark> series_;
   std::atomic<std::size_t> marks_{0};
   std::uint64_t tick_ = 0;
-  std::function<void()> deed_;
-  std::atomic<int> deed_state_{kNone};
+  std::function<void()> action_;
+  std::atomic<int> action_state_{kNone};
   std::atomic<std::uint64_t> done_after_{0};
 };
 

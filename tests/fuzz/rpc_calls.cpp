@@ -32,8 +32,8 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
 
-constexpr std::chrono::milliseconds kPatience{300};
-constexpr std::chrono::seconds kPatienceOfLastCall{60};
+constexpr std::chrono::milliseconds kTimeout{300};
+constexpr std::chrono::seconds kLastCallTimeout{60};
 
 /// Requests by a seed.
 class RequestMaker {
@@ -225,7 +225,7 @@ grpc::ByteBuffer buffer_of(const std::string& bytes) {
 grpc::Status call(grpc::GenericStub& stub, const std::string& method,
                   const std::vector<std::string>& requests) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   grpc::CompletionQueue queue;
   const auto next = [&queue] {
     void* tag = nullptr;
@@ -332,7 +332,7 @@ int main(int argc, char** argv) {
   // After all that it works, and what it shows are numbers.
   v1::RigState state;
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatienceOfLastCall);
+  context.set_deadline(std::chrono::system_clock::now() + kLastCallTimeout);
   const grpc::Status status = v1::RigService::NewStub(channel)->GetRigState(&context, {}, &state);
   const bool sound = status.ok() && state.loop().running() &&
                      std::isfinite(state.target_stiffness_n_per_mm()) &&

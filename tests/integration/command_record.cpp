@@ -42,7 +42,7 @@ CommandRecord::~CommandRecord() {
 
 template <class Found>
 std::uint64_t CommandRecord::await(std::uint64_t from, Found found) {
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   while (std::chrono::steady_clock::now() < until) {
     {
       const std::lock_guard lock(mutex_);

@@ -7,9 +7,9 @@
 
 namespace hapticd::test {
 
-std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds patience) {
+std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds timeout) {
   auto context = std::make_unique<grpc::ClientContext>();
-  context->set_deadline(std::chrono::system_clock::now() + patience);
+  context->set_deadline(std::chrono::system_clock::now() + timeout);
   return context;
 }
 
@@ -88,7 +88,7 @@ grpc::Status ServiceClient::set_target(const v1::SetTargetRequest& request,
 }
 
 v1::RigState ServiceClient::await(const Condition& condition) const {
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   for (;;) {
     v1::RigState now = state();
     if (condition(now)) return now;
@@ -119,18 +119,18 @@ RunningService::RunningService(std::unique_ptr<server::Daemon> running)
     : ServiceClient(connect("127.0.0.1:" + std::to_string(running->port()))), daemon(std::move(running)) {}
 
 v1::RigState RunningService::press(double force_n, const Condition& pressed) const {
-  constexpr std::chrono::seconds kPatienceForOnePress{5};
+  constexpr std::chrono::seconds kPressTimeout{5};
   v1::SetHandProgramRequest request;
   request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);
   request.mutable_program()->set_force_n(force_n);
   request.mutable_program()->set_hold_s(-1.0);
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   v1::RigState now;
   while (std::chrono::steady_clock::now() < until) {
     v1::SetHandProgramResponse response;
     const grpc::Status status = simulation->SetHandProgram(call_context().get(), request, &response);
     EXPECT_TRUE(status.ok()) << status.error_message();
-    const auto again = std::chrono::steady_clock::now() + kPatienceForOnePress;
+    const auto again = std::chrono::steady_clock::now() + kPressTimeout;
     while (std::chrono::steady_clock::now() < again) {
       now = state();
       if (pressed(now)) return now;

@@ -22,10 +22,10 @@ namespace hapticd::test {
 
 /// How long a test waits for what must happen; far beyond what it takes, so that a slow machine fails no
 /// test.
-inline constexpr std::chrono::seconds kPatience{60};
+inline constexpr std::chrono::seconds kTimeout{60};
 
 /// A context whose call ends in an error rather than never.
-std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds patience = kPatience);
+std::unique_ptr<grpc::ClientContext> call_context(std::chrono::milliseconds timeout = kTimeout);
 
 /// A connection of its own, shared with no other channel. With a fixed window no more than 64 KiB of a stream
 /// are on the way to a client that does not read; otherwise gRPC lets it grow to megabytes.

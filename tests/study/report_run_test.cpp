@@ -20,7 +20,7 @@
 namespace hapticd::study {
 namespace {
 
-constexpr std::chrono::minutes kPatience{15};
+constexpr std::chrono::minutes kTimeout{15};
 
 std::string content(const std::filesystem::path& path) {
   std::ostringstream text;
@@ -34,7 +34,7 @@ void run_report(const std::filesystem::path& folder, const std::vector<std::stri
   std::vector<std::string> command{(programs / "hapticd_study").string(), "report", "--quick", "--out",
                                    folder.string()};
   command.insert(command.end(), options.begin(), options.end());
-  const report::ProgramRun run = report::run_program({.command = command}, kPatience);
+  const report::ProgramRun run = report::run_program({.command = command}, kTimeout);
   ASSERT_EQ(run.status, 0) << run.output;
 }
 

@@ -405,14 +405,14 @@ TEST(ComposedRig, ADevicesSchedulerDrivesTheLoop) {
   bench.loop.start();
   bench.await([](const rt::LoopStatistics& s) { return s.ticks >= 50; });
   bench.loop.stop();
-  const rt::LoopStatistics told = bench.loop.statistics();
-  EXPECT_EQ(bench.device->writes.load(), static_cast<int>(told.ticks) + 1) << "and a zero at the end";
-  EXPECT_EQ(told.compute.count, told.ticks);
-  EXPECT_EQ(told.device.count, told.ticks);
+  const rt::LoopStatistics reported = bench.loop.statistics();
+  EXPECT_EQ(bench.device->writes.load(), static_cast<int>(reported.ticks) + 1) << "and a zero at the end";
+  EXPECT_EQ(reported.compute.count, reported.ticks);
+  EXPECT_EQ(reported.device.count, reported.ticks);
   rt::TickRecord record;
   std::uint64_t records = 0;
   while (bench.engine.pop_record(record)) EXPECT_EQ(record.tick, records++);
-  EXPECT_EQ(records, told.ticks);
+  EXPECT_EQ(records, reported.ticks);
 }
 
 TEST(ComposedRig, ASchedulerThatDiesIsEngagedAndRunAgain) {

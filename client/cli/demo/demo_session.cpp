@@ -15,7 +15,7 @@ namespace hapticd::cli {
 namespace {
 
 constexpr double kPause_s = 0.5;  // between two presses
-constexpr double kLongestPress_s = 60.0;
+constexpr double kMaxPress_s = 60.0;
 constexpr std::uint32_t kQueueSamples = 60000;
 constexpr const char* kGroups = "contact,deformation,target,control,guard,truth";
 
@@ -111,7 +111,7 @@ void DemoSession::press_once(DemoPress press) {
   program.set_repetitions(1);
   client_.set_hand_program(program);
   follow_until(
-      state + ": the hand presses", kLongestPress_s, [&trace] { return trace.over(); }, &trace);
+      state + ": the hand presses", kMaxPress_s, [&trace] { return trace.over(); }, &trace);
 
   DemoPress& done = presses_.back();
   done.hold = settled_hold(done.trace.points());

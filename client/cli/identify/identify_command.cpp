@@ -19,12 +19,12 @@ constexpr const char* kEnds =
 struct Line {
   IdentifyTask task;
   IdentifyOptions options;
-  double patience_s = 30.0;
+  double timeout_s = 30.0;
 
   IdentifyOptions session_options() const {
     IdentifyOptions result = options;
     result.adopt = task.adopt;
-    result.patience = std::chrono::milliseconds(std::llround(patience_s * 1000.0));
+    result.timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0));
     return result;
   }
 };
@@ -33,7 +33,7 @@ void add_watch_options(CLI::App& command, Line& line) {
   command.add_option("--svg", line.options.svg,
                      "At the end, draw fit and coverage to this file (needs gnuplot)");
   command
-      .add_option("--reconnect", line.patience_s,
+      .add_option("--reconnect", line.timeout_s,
                   "Seconds to look for the daemon again where the connection is lost")
       ->check(CLI::Range(0.0, 86400.0))
       ->capture_default_str();

@@ -9,7 +9,7 @@ namespace hapticd::cli {
 namespace {
 
 constexpr std::size_t kCellColumns = 3;
-constexpr std::uint32_t kMostBins = 100'000;
+constexpr std::uint32_t kMaxBins = 100'000;
 
 /// Whether each cell has enough, by the share of the required ones that have.
 std::vector<bool> enough_of(const v1::CoverageMap& map) {
@@ -29,7 +29,7 @@ std::vector<bool> enough_of(const v1::CoverageMap& map) {
 
 bool fits_together(const v1::CoverageMap& map) {
   const std::uint64_t bins = std::uint64_t{map.x().bins()} * std::max(map.y().bins(), 1U);
-  return bins > 0 && bins <= kMostBins && static_cast<std::uint64_t>(map.counts_size()) == bins &&
+  return bins > 0 && bins <= kMaxBins && static_cast<std::uint64_t>(map.counts_size()) == bins &&
          static_cast<std::uint64_t>(map.required_size()) == bins;
 }
 
@@ -113,11 +113,11 @@ std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_
 
 std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, int height,
                                        const Terminal& terminal) {
-  constexpr int kSmallestWidth = 24;
-  constexpr int kSmallestHeight = 5;
+  constexpr int kMinWidth = 24;
+  constexpr int kMinHeight = 5;
   constexpr int kAroundRows = 4;      // heading, axis, its edges, its name
   constexpr std::size_t kMargin = 7;  // of the labels of the rows
-  if (width < kSmallestWidth || height < kSmallestHeight) return {};
+  if (width < kMinWidth || height < kMinHeight) return {};
   const auto columns = (static_cast<std::size_t>(width) - kMargin - 1) / kCellColumns;
   const auto grid = coverage_grid(map, columns, static_cast<std::size_t>(height - kAroundRows));
   if (!grid) return {};
@@ -148,9 +148,9 @@ std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, in
   const std::string name = axis_label(map.x());
   const std::size_t name_width = std::min(whole, display_width(name));
   const std::size_t last_edge = kMargin + grid->columns * kCellColumns + 4;
-  const bool beside_edges = last_edge + name_width < whole;
-  const std::size_t edges_end = beside_edges ? whole - name_width - 1 : whole;
-  std::string foot(beside_edges ? whole - name_width : whole, ' ');
+  const bool name_fits_between = last_edge + name_width < whole;
+  const std::size_t edges_end = name_fits_between ? whole - name_width - 1 : whole;
+  std::string foot(name_fits_between ? whole - name_width : whole, ' ');
   std::size_t next_free = 0;
   for (std::size_t c = 0; c <= grid->columns; ++c) {
     const std::string label = edge(map.x(), c, x_merged);
@@ -160,8 +160,8 @@ std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, in
     foot.replace(begin, label.size(), label);
     next_free = begin + label.size() + 1;
   }
-  lines.push_back(foot + (beside_edges ? name : ""));
-  if (!beside_edges) lines.push_back(padded_left(padded(name, name_width), whole));
+  lines.push_back(foot + (name_fits_between ? name : ""));
+  if (!name_fits_between) lines.push_back(padded_left(padded(name, name_width), whole));
   return lines;
 }
 

@@ -15,8 +15,8 @@ namespace {
 
 using Stroke = FigureSeries::Stroke;
 
-constexpr std::size_t kMostCells = 40;  // in a row or a column
-constexpr int kMostMaps = 2;
+constexpr std::size_t kMaxCells = 40;  // in a row or a column
+constexpr int kMaxMaps = 2;
 
 FigurePanel fit_panel(const v1::IdentificationProgress& progress) {
   FigureSeries measured{.name = "measured", .color = "#0072b2", .stroke = Stroke::kPoints};
@@ -105,8 +105,8 @@ Figure identify_figure(const v1::IdentificationProgress& progress) {
   if (has_fit) figure.panels.push_back(fit_panel(progress));
   std::vector<FigurePanel> maps;
   for (const auto& map : progress.coverage()) {
-    const auto grid = coverage_grid(map, kMostCells, kMostCells);
-    if (!grid || static_cast<int>(maps.size()) == kMostMaps) continue;
+    const auto grid = coverage_grid(map, kMaxCells, kMaxCells);
+    if (!grid || static_cast<int>(maps.size()) == kMaxMaps) continue;
     if (!(map.x().to() > map.x().from()) || (map.y().bins() > 0 && !(map.y().to() > map.y().from())))
       continue;
     maps.push_back(coverage_panel(map, *grid));

@@ -91,7 +91,7 @@ class Follower {
     const auto now = Clock::now();
     if (!lost_) lost_since_ = now;
     lost_ = true;
-    if (now - lost_since_ > follow_.patience) throw client::Error(why);
+    if (now - lost_since_ > follow_.timeout) throw client::Error(why);
     next_attempt_ = now + follow_.pause;
   }
 

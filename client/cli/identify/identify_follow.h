@@ -21,7 +21,7 @@ struct IdentifyFollow {
   /// A stream that brings nothing for so long is taken for lost.
   std::chrono::milliseconds silence{5000};
   /// So long without a connection, and it is given up.
-  std::chrono::milliseconds patience{30000};
+  std::chrono::milliseconds timeout{30000};
   /// Between two attempts.
   std::chrono::milliseconds pause{250};
 };

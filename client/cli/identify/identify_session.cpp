@@ -58,13 +58,13 @@ IdentifySession::IdentifySession(Session& session, IdentifyOptions options)
       options_(std::move(options)),
       client_(session.connect()),
       live_(Terminal::detect().live && !session.json) {
-  if (!options_.user_wish) catch_interrupts();
+  if (!options_.user_request) catch_interrupts();
 }
 
-UserWish IdentifySession::user_wish() const {
-  if (options_.user_wish) return options_.user_wish();
-  if (terminated()) return UserWish::kLeave;
-  return interrupted() ? UserWish::kCancel : UserWish::kGoOn;
+UserRequest IdentifySession::user_request() const {
+  if (options_.user_request) return options_.user_request();
+  if (terminated()) return UserRequest::kLeave;
+  return interrupted() ? UserRequest::kCancel : UserRequest::kGoOn;
 }
 
 void IdentifySession::say(const std::string& line) const {
@@ -87,7 +87,7 @@ std::string IdentifySession::upload(const std::string& path, const v1::Recording
                                     screen_.show({upload_line(description.name(), state, terminal)},
                                                  terminal);
                                   },
-                              .interrupted = [this] { return user_wish() != UserWish::kGoOn; }};
+                              .interrupted = [this] { return user_request() != UserRequest::kGoOn; }};
   const v1::UploadRecordingResponse answer = upload_file(client_, path, description, options);
   if (live_) screen_.show({}, Terminal::detect());
   screen_.keep();
@@ -115,7 +115,7 @@ void IdentifySession::start(v1::StartIdentificationRequest request, const std::s
   }
   if (!live_) say(identification + " runs");
   if (follow(identification) == IdentifyEnd::kOver) return conclude(*last_);
-  if (user_wish() == UserWish::kLeave) {
+  if (user_request() == UserRequest::kLeave) {
     return say(fmt::format("{0} goes on; look: hapticctl identify watch {0}", identification));
   }
   conclude(cancel_now(identification));
@@ -154,12 +154,12 @@ IdentifyEnd IdentifySession::follow(const std::string& identification) {
   IdentifyFollow follow;
   follow.connect = [this] { return session_.connect(); };
   follow.on_progress = [this](const v1::IdentificationProgress& progress) { show(progress); };
-  follow.leave = [this] { return user_wish() != UserWish::kGoOn; };
-  follow.patience = options_.patience;
+  follow.leave = [this] { return user_request() != UserRequest::kGoOn; };
+  follow.timeout = options_.timeout;
   follow.on_idle = [this](const std::string& notice) {
     if (live_ && screen_.due()) show_frame(notice);
-    if (!live_ && !notice.empty() && !notice_told_) fmt::print(stderr, "hapticctl: {}\n", notice);
-    notice_told_ = !notice.empty();
+    if (!live_ && !notice.empty() && !notice_reported_) fmt::print(stderr, "hapticctl: {}\n", notice);
+    notice_reported_ = !notice.empty();
   };
   return follow_identification(client_, identification, follow);
 }
@@ -188,8 +188,8 @@ void IdentifySession::conclude(const v1::IdentificationProgress& progress) {
   session_.exit_code = exit_code_of(progress);
   if (session_.json) {
     // A watched one has told itself to the end already.
-    const bool told = last_ && is_over(*last_);
-    if (!told) print_json_line(to_json(progress));
+    const bool reported = last_ && is_over(*last_);
+    if (!reported) print_json_line(to_json(progress));
   } else {
     const Terminal terminal = Terminal::detect();
     // The last frame keeps the plots; what came of it stands below.

@@ -12,7 +12,7 @@
 namespace hapticd::cli {
 
 /// What the user asks of a running command from outside.
-enum class UserWish {
+enum class UserRequest {
   kGoOn,
   kCancel,  ///< Ctrl-C
   kLeave,   ///< SIGTERM: the client is to go, what runs is not
@@ -22,8 +22,8 @@ struct IdentifyOptions {
   bool adopt = false;   ///< as the start asked for; the report says what follows
   bool detach = false;  ///< start and leave
   std::string svg{};    ///< where to draw fit and coverage at the end; empty = nowhere
-  std::chrono::milliseconds patience{30000};
-  std::function<UserWish()> user_wish{};  ///< none = by the signals that came
+  std::chrono::milliseconds timeout{30000};
+  std::function<UserRequest()> user_request{};  ///< none = by the signals that came
 };
 
 /// The commands that lead, watch and end identifications. They show, and leave the exit code in the session;
@@ -49,7 +49,7 @@ class IdentifySession {
   void show_frame(const std::string& notice);
   void say(const std::string& line) const;
   void conclude(const v1::IdentificationProgress& progress);
-  UserWish user_wish() const;
+  UserRequest user_request() const;
 
   Session& session_;
   IdentifyOptions options_;
@@ -58,7 +58,7 @@ class IdentifySession {
   bool live_ = false;
   std::optional<v1::IdentificationProgress> last_;
   std::chrono::steady_clock::time_point next_line_{};
-  bool notice_told_ = false;
+  bool notice_reported_ = false;
 };
 
 }  // namespace hapticd::cli

@@ -13,9 +13,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kNap{50};
+constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr std::uint64_t kReadPerSecond = std::uint64_t{4} << 20;
-constexpr std::size_t kLongestName = 200;
+constexpr std::size_t kMaxName = 200;
 
 std::ifstream open(const std::string& path, std::optional<std::uint64_t>& size) {
   std::error_code failure;
@@ -91,7 +91,7 @@ std::string recording_name(const std::string& path) {
   const std::string file_name = std::filesystem::path(path).filename().string();
   std::string_view rest = file_name.empty() ? std::string_view(path) : std::string_view(file_name);
   std::string name;
-  for (std::size_t characters = 0; !rest.empty() && characters < kLongestName; ++characters) {
+  for (std::size_t characters = 0; !rest.empty() && characters < kMaxName; ++characters) {
     const std::size_t length = character_length(rest);
     const bool control = length == 1 && (static_cast<unsigned char>(rest[0]) < 0x20 || rest[0] == 0x7f);
     if (length == 0 || control) {
@@ -111,15 +111,16 @@ v1::UploadRecordingResponse upload_file(client::Client& client, const std::strin
   std::ifstream file = open(path, state.total_bytes);
   client::RecordingUpload upload = client.upload_recording(description);
   const auto began = Clock::now();
-  std::string piece(client::RecordingUpload::kLargestPiece, '\0');
+  std::string piece(client::RecordingUpload::kMaxPiece, '\0');
   while (file) {
-    piece.resize(client::RecordingUpload::kLargestPiece);
+    piece.resize(client::RecordingUpload::kMaxPiece);
     file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
     piece.resize(static_cast<std::size_t>(file.gcount()));
     if (piece.empty()) break;
     const std::uint64_t bytes = piece.size();
     upload.send(std::move(piece));
-    wait_for([&upload] { return upload.taken(kNap); }, options.timeout, state, options, client.address());
+    wait_for([&upload] { return upload.taken(kPollInterval); }, options.timeout, state, options,
+             client.address());
     state.sent_bytes += bytes;
     state.elapsed = Clock::now() - began;
     if (options.on_progress) options.on_progress(state);
@@ -133,7 +134,7 @@ v1::UploadRecordingResponse upload_file(client::Client& client, const std::strin
   std::optional<v1::UploadRecordingResponse> answer;
   wait_for(
       [&] {
-        answer = upload.answer(kNap);
+        answer = upload.answer(kPollInterval);
         return answer.has_value();
       },
       options.timeout + reading, state, options, client.address());

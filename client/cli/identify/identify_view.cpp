@@ -21,7 +21,7 @@ using Align = TextTable::Align;
 constexpr int kShortHash = 12;
 constexpr int kTallRows = 30;
 constexpr int kWidestFrame = 140;
-constexpr int kSmallestPlotRows = 7;
+constexpr int kMinPlotRows = 7;
 
 /// Texts of others may hold what would move the cursor or break a frame's lines.
 std::string printable(const std::string& text) {
@@ -167,29 +167,28 @@ void append(std::vector<std::string>& lines, const std::vector<std::string>& mor
 /// Coverage and fit in the room that is left.
 std::vector<std::string> plots(const v1::IdentificationProgress& progress, int width, int rows,
                                const Terminal& terminal) {
-  constexpr int kBesideWidth = 76;
+  constexpr int kSideBySideWidth = 76;
   constexpr int kTallestPlot = 24;
-  if (rows < kSmallestPlotRows) return {};
+  if (rows < kMinPlotRows) return {};
   const bool has_fit = progress.fit_size() > 0;
   const int maps = progress.coverage_size();
   const int height = std::min(rows, kTallestPlot);
   if (!has_fit && maps == 0) return {};
 
-  if (width < kBesideWidth || !has_fit || maps == 0) {
-    if (has_fit && (maps == 0 || rows < 2 * kSmallestPlotRows))
-      return draw_fit(progress, width, height, terminal);
+  if (width < kSideBySideWidth || !has_fit || maps == 0) {
+    if (has_fit && (maps == 0 || rows < 2 * kMinPlotRows)) return draw_fit(progress, width, height, terminal);
     std::vector<std::string> lines;
     if (maps > 0) {
       lines = draw_coverage(progress.coverage(0), width, has_fit ? rows / 2 : height, terminal);
     }
     const int left = std::min(rows - static_cast<int>(lines.size()), kTallestPlot);
-    if (has_fit && left >= kSmallestPlotRows) append(lines, draw_fit(progress, width, left, terminal));
+    if (has_fit && left >= kMinPlotRows) append(lines, draw_fit(progress, width, left, terminal));
     return lines;
   }
   const int left_width = width * 2 / 5;
   std::vector<std::string> left;
   // As many maps as there is room for, one below the other.
-  const int fitting = std::clamp(height / kSmallestPlotRows, 1, maps);
+  const int fitting = std::clamp(height / kMinPlotRows, 1, maps);
   for (int i = 0; i < fitting; ++i) {
     append(left, draw_coverage(progress.coverage(i), left_width, height / fitting, terminal));
   }

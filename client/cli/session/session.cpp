@@ -23,7 +23,7 @@ v1::ErrorDetail make_detail(const std::string& what, const std::string& where, c
   return detail;
 }
 
-void tell(const char* kind, const std::string& code, const v1::ErrorDetail& detail, bool json) {
+void fill_record(const char* kind, const std::string& code, const v1::ErrorDetail& detail, bool json) {
   if (json) {
     print_json({{"error",
                  {{"kind", kind},
@@ -69,23 +69,23 @@ void print_json_line(const Json& document) {
 ExitCode report(const client::Error& error, const Session& session) {
   switch (error.kind()) {
     case client::ErrorKind::kRefused:
-      tell("refused", error.code(), error.detail(), session.json);
+      fill_record("refused", error.code(), error.detail(), session.json);
       return ExitCode::kRefused;
     case client::ErrorKind::kBadAddress:
-      tell("usage", error.code(), error.detail(), session.json);
+      fill_record("usage", error.code(), error.detail(), session.json);
       return ExitCode::kUsage;
     case client::ErrorKind::kUnreachable:
-      tell("unreachable", error.code(), error.detail(), session.json);
+      fill_record("unreachable", error.code(), error.detail(), session.json);
       return ExitCode::kUnreachable;
     case client::ErrorKind::kTimedOut:
-      tell("no answer", error.code(), error.detail(), session.json);
+      fill_record("no answer", error.code(), error.detail(), session.json);
       return ExitCode::kUnreachable;
   }
   return ExitCode::kUsage;
 }
 
 ExitCode report(const LocalError& error, const Session& session) {
-  tell("error", "", error.detail(), session.json);
+  fill_record("error", "", error.detail(), session.json);
   return ExitCode::kUsage;
 }
 

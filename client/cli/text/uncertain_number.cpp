@@ -9,7 +9,7 @@ namespace hapticd::cli {
 namespace {
 
 // As fixed-point numbers from 0.00000010 to below 10 000 000.
-constexpr int kMostDecimals = 7;
+constexpr int kMaxDecimals = 7;
 constexpr double kTooLarge = 1e7;
 /// An error so much smaller than its number is that of arithmetic.
 constexpr double kArithmetic = 1e-9;
@@ -47,7 +47,7 @@ UncertainText uncertain_parts(double value, double standard_error, bool unicode)
     return {fmt::format("{:.9g}", value), fmt::format("{:.2g}", standard_error)};
   }
   const int power = last_digit(standard_error);
-  if (power >= -kMostDecimals && largest < kTooLarge) {
+  if (power >= -kMaxDecimals && largest < kTooLarge) {
     return {fixed(value, power), fixed(standard_error, power)};
   }
   const int exponent = static_cast<int>(std::floor(std::log10(largest)));

@@ -15,7 +15,7 @@ constexpr double kServoPerS = 8.0;         // and a depth error
 constexpr double kFastestServoMmPerS = 60.0;
 constexpr double kDeepestIntentMm = 80.0;
 constexpr double kCatchUpPerS = 8.0;  // and a tip that lags behind a stroke
-constexpr double kLongestLeadMm = 15.0;
+constexpr double kMaxLeadMm = 15.0;
 constexpr double kStrikeShare = 1.9;  // duration of a strike, of a rebound: times way over speed
 constexpr double kReboundShare = 2.0;
 constexpr double kMeanPerPeak = 1.875;  // of a minimum-jerk motion
@@ -119,10 +119,10 @@ HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& from_mm) 
       program.kind == HandProgram::Kind::kWeight || program.kind == HandProgram::Kind::kShake;
   const double ready_mm = program.kind == HandProgram::Kind::kTap ? tap_height_mm() : kHomeHeightMm;
   constexpr double kMeanMmPerS = 40.0;
-  const double way_mm =
+  const double path_mm =
       std::max({std::abs(ready_mm - start_mm.z), std::abs(start_mm.x - d.x * slant_ * ready_mm),
                 std::abs(start_mm.y - d.y * slant_ * ready_mm)});
-  const double duration_s = program.travel_s > 0.0 ? program.travel_s : std::max(0.2, way_mm / kMeanMmPerS);
+  const double duration_s = program.travel_s > 0.0 ? program.travel_s : std::max(0.2, path_mm / kMeanMmPerS);
   homeward_ = MinimumJerk({1.0, 0.0, 0.0}, {}, duration_s);
   if (passive) {
     enter(Phase::kFree);
@@ -339,7 +339,7 @@ HandIntent HandMotion::step(double step_s, const HandPerception& perceived) noex
       const MotionState along = path_.at(phase_time_s_);
       // Friction holds the tip back; a hand that watches it pulls the more.
       lead_mm_ += step_s * kCatchUpPerS * (along.position_mm - dot(felt.tip_mm, program_.stroke_direction));
-      lead_mm_ = std::clamp(lead_mm_, -kLongestLeadMm, kLongestLeadMm);
+      lead_mm_ = std::clamp(lead_mm_, -kMaxLeadMm, kMaxLeadMm);
       along_mm_ = along.position_mm + lead_mm_;
       along_mm_per_s_ = along.velocity_mm_per_s;
       if (path_.over(phase_time_s_)) {

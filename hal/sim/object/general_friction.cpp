@@ -105,8 +105,8 @@ Vector3 MaxwellSlipFriction::advance(const Vector3& free_slide_mm, double compli
   Vector3 force;
   Forces end;
   double least_slip_mm = 0.0;
-  constexpr int kMostPasses = 4;
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  constexpr int kMaxPasses = 4;
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
     // The level's own speed dependence is mild: twice is enough.
     if (pass < 2) {
       level =
@@ -133,7 +133,7 @@ Vector3 MaxwellSlipFriction::advance(const Vector3& free_slide_mm, double compli
         (free_slide_mm + (force + slide * stiffest) * compliance_mm_per_n) * (1.0 / (1.0 + yielding));
     const Vector3 change = next - slide;
     if (pass > 0 && dot(change, change) <= 1e-10 * dot(slide, slide)) break;
-    if (pass + 1 < kMostPasses) slide = next;
+    if (pass + 1 < kMaxPasses) slide = next;
   }
   force_n_ = end;
   slipped_mm_ += least_slip_mm;

@@ -7,9 +7,9 @@ namespace hapticd::sim {
 
 double ExternalInstrument::axis(double position_mm, double phase) noexcept {
   const double turn = 2.0 * std::numbers::pi * position_mm / model_.linearity_period_mm;
-  const double told_mm =
+  const double reported_mm =
       position_mm + model_.linearity_mm * std::sin(turn + phase) + model_.noise_mm * random_.normal();
-  return std::round(told_mm / model_.resolution_mm) * model_.resolution_mm;
+  return std::round(reported_mm / model_.resolution_mm) * model_.resolution_mm;
 }
 
 hal::Vector3 ExternalInstrument::read(const hal::Vector3& tip_mm) noexcept {

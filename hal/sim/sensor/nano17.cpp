@@ -17,7 +17,7 @@ constexpr double kTorqueRangeNMm = 250.0;
 constexpr double kTorqueResolutionNMm = 1.0 / 128.0;
 constexpr double kTorqueNoiseNMm = 5.0 * kNoiseN;
 
-constexpr std::size_t kMostWaiting = 8192;  // 0.8 s; the oldest are lost then
+constexpr std::size_t kMaxWaiting = 8192;  // 0.8 s; the oldest are lost then
 
 double digitise(double load, double range, double resolution, bool& saturated) noexcept {
   if (!(std::abs(load) < range)) saturated = true;
@@ -32,7 +32,7 @@ Nano17::Nano17(double tool_mass_kg, std::uint64_t seed, const Conditions& condit
       step_ns_(std::llround(1e9 * step_s)),
       delay_ns_(std::llround(1e6 * conditions.sensor_delay_ms)),
       delay_reported_(conditions.delays_reported > 0.5),
-      waiting_(samples_wait || delay_ns_ > 0 ? kMostWaiting : 0),
+      waiting_(samples_wait || delay_ns_ > 0 ? kMaxWaiting : 0),
       random_(seed),
       torque_random_(seed ^ 0x746f72717565ULL) {}
 

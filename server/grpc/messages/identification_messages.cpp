@@ -162,8 +162,8 @@ Outcome<IdentificationRequest> read_request(const v1::StartIdentificationRequest
 }
 
 Outcome<RecordingDescription> read_description(const v1::RecordingDescription& message) {
-  constexpr std::size_t kLongestName = 200;
-  if (message.name().size() > kLongestName) {
+  constexpr std::size_t kMaxName = 200;
+  if (message.name().size() > kMaxName) {
     return Refusal{
         RefusalKind::kInvalidArgument,
         {"the recording's name is too long", "RecordingDescription.name",
@@ -191,11 +191,11 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
   message.set_time_limit_s(report.time_limit_s);
   message.set_samples(progress.samples);
   for (const rt::EstimatedParameter& parameter : progress.parameters) {
-    v1::EstimatedParameter& told = *message.add_parameters();
-    told.set_name(parameter.name);
-    told.set_unit(parameter.unit);
-    told.set_value(parameter.value);
-    told.set_standard_error(parameter.standard_error);
+    v1::EstimatedParameter& reported = *message.add_parameters();
+    reported.set_name(parameter.name);
+    reported.set_unit(parameter.unit);
+    reported.set_value(parameter.value);
+    reported.set_standard_error(parameter.standard_error);
   }
   if (std::isfinite(progress.residual)) message.set_residual(progress.residual);
   for (const rt::Coverage& coverage : progress.coverage) {
@@ -209,10 +209,10 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
   message.set_fit_x(progress.fit_x);
   message.set_fit_y(progress.fit_y);
   for (const rt::FitPoint& point : progress.fit) {
-    v1::FitPoint& told = *message.add_fit();
-    told.set_x(point.x);
-    told.set_measured(point.measured);
-    told.set_model(point.model);
+    v1::FitPoint& reported = *message.add_fit();
+    reported.set_x(point.x);
+    reported.set_measured(point.measured);
+    reported.set_model(point.model);
   }
   message.set_steady(progress.steady);
   message.set_certain(progress.certain);

@@ -16,10 +16,10 @@ void fill_report(const hal::PartReport& report, Message& message) {
   message.set_connection(printable(report.connection));
   for (const std::string& finding : report.findings) message.add_findings(printable(finding));
   for (const hal::PartFigure& figure : report.figures) {
-    auto& told = *message.add_figures();
-    told.set_name(figure.name);
-    told.set_value(figure.value);
-    told.set_unit(figure.unit);
+    auto& reported = *message.add_figures();
+    reported.set_name(figure.name);
+    reported.set_value(figure.value);
+    reported.set_unit(figure.unit);
   }
 }
 

@@ -107,20 +107,21 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   sample.set_tick(record.tick);
   sample.set_time_ns(record.time_ns);
   sample.set_scene_generation(record.scene_generation);
-  const std::uint32_t told = record.channels & wanted_channels;
-  if ((told & kSample) != 0) fill_sample(record, *sample.mutable_sample());
-  if ((told & kMotion) != 0) fill_motion(record, *sample.mutable_motion());
-  if ((told & kContact) != 0) fill_contact(record, *sample.mutable_contact());
-  if ((told & kZero) != 0) fill_zero(record, *sample.mutable_zero());
-  if ((told & kDeformation) != 0) sample.mutable_deformation()->set_displacement_mm(record.displacement_mm);
-  if ((told & kTarget) != 0) fill_target(record, *sample.mutable_target());
-  if ((told & kControl) != 0) fill_control(record, *sample.mutable_control());
-  if ((told & kGuard) != 0) fill_guard(record, *sample.mutable_guard());
-  if ((told & kTiming) != 0) fill_timing(record, *sample.mutable_timing());
-  if ((told & kTruth) != 0) fill_truth(record, *sample.mutable_truth());
-  if ((told & kDirection) != 0) fill_direction(record, *sample.mutable_direction());
-  if ((told & kFusion) != 0) fill_fusion(record, *sample.mutable_fusion());
-  if ((told & kPassivity) != 0) fill_passivity(record, *sample.mutable_passivity());
+  const std::uint32_t reported = record.channels & wanted_channels;
+  if ((reported & kSample) != 0) fill_sample(record, *sample.mutable_sample());
+  if ((reported & kMotion) != 0) fill_motion(record, *sample.mutable_motion());
+  if ((reported & kContact) != 0) fill_contact(record, *sample.mutable_contact());
+  if ((reported & kZero) != 0) fill_zero(record, *sample.mutable_zero());
+  if ((reported & kDeformation) != 0)
+    sample.mutable_deformation()->set_displacement_mm(record.displacement_mm);
+  if ((reported & kTarget) != 0) fill_target(record, *sample.mutable_target());
+  if ((reported & kControl) != 0) fill_control(record, *sample.mutable_control());
+  if ((reported & kGuard) != 0) fill_guard(record, *sample.mutable_guard());
+  if ((reported & kTiming) != 0) fill_timing(record, *sample.mutable_timing());
+  if ((reported & kTruth) != 0) fill_truth(record, *sample.mutable_truth());
+  if ((reported & kDirection) != 0) fill_direction(record, *sample.mutable_direction());
+  if ((reported & kFusion) != 0) fill_fusion(record, *sample.mutable_fusion());
+  if ((reported & kPassivity) != 0) fill_passivity(record, *sample.mutable_passivity());
 }
 
 }  // namespace hapticd::server

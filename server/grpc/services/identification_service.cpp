@@ -69,7 +69,7 @@ grpc::Status IdentificationService::StartIdentification(grpc::ServerContext* con
 grpc::Status IdentificationService::WatchIdentification(
     grpc::ServerContext* context, const v1::WatchIdentificationRequest* request,
     grpc::ServerWriter<v1::IdentificationProgress>* writer) {
-  const CountedCall counted(watchers_, kMostWatchers);
+  const CountedCall counted(watchers_, kMaxWatchers);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchIdentification");
   const Caller caller = caller_of(*context);
   std::string id = request->identification();
@@ -107,7 +107,7 @@ grpc::Status IdentificationService::ListIdentifications(grpc::ServerContext*,
 grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context,
                                                     grpc::ServerReader<v1::UploadRecordingRequest>* reader,
                                                     v1::UploadRecordingResponse* response) {
-  const CountedCall counted(uploads_, kMostUploads);
+  const CountedCall counted(uploads_, kMaxUploads);
   if (!counted.admitted()) return counted.refusal("uploads", "UploadRecording");
   SilenceWatch watch(kMaxUploadPause, [context] { context->TryCancel(); });
   v1::UploadRecordingRequest piece;

@@ -12,9 +12,9 @@ class IdentificationRunner;
 class IdentificationService final : public v1::IdentificationService::Service {
  public:
   /// Streams of progress at once, each of which holds one of the server's threads; more are refused.
-  static constexpr int kMostWatchers = 16;
+  static constexpr int kMaxWatchers = 16;
   /// The same for recordings on their way.
-  static constexpr int kMostUploads = 4;
+  static constexpr int kMaxUploads = 4;
   /// An upload of which nothing came for so long is given up.
   static constexpr std::chrono::seconds kMaxUploadPause{30};
 

@@ -25,42 +25,42 @@ void fill(const rt::ObjectModel& model, const std::vector<std::string>& stored, 
   for (const std::string& hash : stored) summary.add_stored(hash);
 }
 
-void fill(const StoredModel& stored, const SceneHost& scenes, v1::StoredModel& told) {
+void fill(const StoredModel& stored, const SceneHost& scenes, v1::StoredModel& reported) {
   const rt::IdentifiedModel& model = stored.model;
-  told.set_hash(stored.hash);
-  told.set_kind(rt::kind_name(model.content));
-  told.set_object(model.object);
-  told.set_device(model.device);
-  told.set_sensor(model.sensor);
-  told.set_procedure(model.procedure);
-  told.set_data_reference(model.data_reference);
+  reported.set_hash(stored.hash);
+  reported.set_kind(rt::kind_name(model.content));
+  reported.set_object(model.object);
+  reported.set_device(model.device);
+  reported.set_sensor(model.sensor);
+  reported.set_procedure(model.procedure);
+  reported.set_data_reference(model.data_reference);
   for (const rt::EstimatedParameter& estimated : model.parameters) {
-    v1::EstimatedParameter& parameter = *told.add_parameters();
+    v1::EstimatedParameter& parameter = *reported.add_parameters();
     parameter.set_name(estimated.name);
     parameter.set_unit(estimated.unit);
     parameter.set_value(estimated.value);
     parameter.set_standard_error(estimated.standard_error);
   }
-  told.set_max_displacement_mm(model.validity.max_displacement_mm);
-  told.set_max_speed_mm_per_s(model.validity.max_speed_mm_per_s);
-  told.set_max_force_n(model.validity.max_force_n);
-  told.set_residual(model.residual);
-  told.set_converged(model.converged);
-  told.set_stored_at_unix_s(stored.stored_at_unix_s);
-  for (const std::string& tag : stored.tags) told.add_tags(tag);
-  told.set_rig_kind(stored.rig_kind);
-  told.set_in_use(scenes.uses(stored.hash));
+  reported.set_max_displacement_mm(model.validity.max_displacement_mm);
+  reported.set_max_speed_mm_per_s(model.validity.max_speed_mm_per_s);
+  reported.set_max_force_n(model.validity.max_force_n);
+  reported.set_residual(model.residual);
+  reported.set_converged(model.converged);
+  reported.set_stored_at_unix_s(stored.stored_at_unix_s);
+  for (const std::string& tag : stored.tags) reported.add_tags(tag);
+  reported.set_rig_kind(stored.rig_kind);
+  reported.set_in_use(scenes.uses(stored.hash));
 }
 
-grpc::Status answer(const Outcome<StoredModel>& stored, const SceneHost& scenes, v1::StoredModel& told) {
+grpc::Status answer(const Outcome<StoredModel>& stored, const SceneHost& scenes, v1::StoredModel& reported) {
   if (!stored) return to_status(stored.refusal());
-  fill(*stored, scenes, told);
+  fill(*stored, scenes, reported);
   return grpc::Status::OK;
 }
 
 /// How long a call waits for another process that keeps the store locked.
 ModelStore::Until until(const grpc::ServerContext& context) {
-  return caller_of(context).until(kDefaultPatience);
+  return caller_of(context).until(kDefaultTimeout);
 }
 
 }  // namespace
@@ -126,13 +126,13 @@ grpc::Status ModelService::DiffStoredModels(grpc::ServerContext* context,
   fill(*a, scenes_, *response->mutable_a());
   fill(*b, scenes_, *response->mutable_b());
   for (const ParameterDifference& apart : differences->parameters) {
-    v1::ParameterDifference& told = *response->add_parameters();
-    told.set_name(apart.name);
-    told.set_unit(apart.unit);
-    if (apart.value_a) told.set_value_a(*apart.value_a);
-    if (apart.value_b) told.set_value_b(*apart.value_b);
-    if (apart.relative) told.set_relative(*apart.relative);
-    if (apart.deviations) told.set_deviations(*apart.deviations);
+    v1::ParameterDifference& reported = *response->add_parameters();
+    reported.set_name(apart.name);
+    reported.set_unit(apart.unit);
+    if (apart.value_a) reported.set_value_a(*apart.value_a);
+    if (apart.value_b) reported.set_value_b(*apart.value_b);
+    if (apart.relative) reported.set_relative(*apart.relative);
+    if (apart.deviations) reported.set_deviations(*apart.deviations);
   }
   for (const std::string& remark : differences->remarks) response->add_remarks(remark);
   return grpc::Status::OK;

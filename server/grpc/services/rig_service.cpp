@@ -31,10 +31,10 @@ v1::RigKind to_proto(hal::RigKind kind) {
   return v1::RIG_KIND_UNSPECIFIED;
 }
 
-void tell(const hal::PartReport& report, v1::PartReport& told) {
-  told.set_part(report.part);
-  told.set_state(static_cast<v1::PartState>(static_cast<int>(report.state) + 1));
-  fill_report(report, told);
+void fill_record(const hal::PartReport& report, v1::PartReport& reported) {
+  reported.set_part(report.part);
+  reported.set_state(static_cast<v1::PartState>(static_cast<int>(report.state) + 1));
+  fill_report(report, reported);
 }
 
 double microseconds(std::int64_t nanoseconds) {
@@ -63,11 +63,11 @@ bool uses_sensor(const ResolvedScene& scene) {
   return (scene.outline.channels & rt::channel::kZero) != 0;
 }
 
-void fill_bias(const SensorBias& bias, v1::SensorBias& told) {
-  told.set_id(bias.id);
-  told.set_taken_at_unix_s(bias.taken_unix_s);
-  fill_vector(bias.tip_mm, *told.mutable_tip_mm());
-  v1::Quaternion& orientation = *told.mutable_tip_orientation();
+void fill_bias(const SensorBias& bias, v1::SensorBias& reported) {
+  reported.set_id(bias.id);
+  reported.set_taken_at_unix_s(bias.taken_unix_s);
+  fill_vector(bias.tip_mm, *reported.mutable_tip_mm());
+  v1::Quaternion& orientation = *reported.mutable_tip_orientation();
   orientation.set_w(bias.orientation.w);
   orientation.set_x(bias.orientation.x);
   orientation.set_y(bias.orientation.y);
@@ -114,11 +114,11 @@ grpc::Status RigService::GetRigInfo(grpc::ServerContext*, const v1::GetRigInfoRe
   response->set_renders_force(rig.renders_force);
   response->set_has_truth(rig.has_truth);
   for (const hal::UncertainParameter& parameter : rig.uncertain) {
-    v1::UncertainParameter& told = *response->add_uncertain_parameters();
-    told.set_name(parameter.name);
-    told.set_value(parameter.value);
-    told.set_unit(parameter.unit);
-    told.set_source(parameter.source);
+    v1::UncertainParameter& reported = *response->add_uncertain_parameters();
+    reported.set_name(parameter.name);
+    reported.set_value(parameter.value);
+    reported.set_unit(parameter.unit);
+    reported.set_source(parameter.source);
   }
   response->set_server_version(version());
   for (const std::string& shortcoming : session_.realtime_shortcomings()) {
@@ -175,8 +175,8 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
     if ((record.faults_present & rt::set_of(rule.fault)) != 0)
       response->add_faults_present(to_proto(rule.fault));
   }
-  for (const hal::PartReport& report : session_.part_reports()) tell(report, *response->add_parts());
-  if (turntable_.table() != nullptr) tell(turntable_.table()->report(), *response->add_parts());
+  for (const hal::PartReport& report : session_.part_reports()) fill_record(report, *response->add_parts());
+  if (turntable_.table() != nullptr) fill_record(turntable_.table()->report(), *response->add_parts());
   return grpc::Status::OK;
 }
 
@@ -185,11 +185,11 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
   const CountedCall counted(diagnoses_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("diagnoses", "RigService.Diagnose");
   for (const Finding& finding : diagnose({session_, scenes_, hub_, turntable_}, request->probe())) {
-    v1::Finding& told = *response->add_findings();
-    told.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));
-    told.set_topic(finding.topic);
-    told.set_text(finding.text);
-    told.set_remedy(finding.remedy);
+    v1::Finding& reported = *response->add_findings();
+    reported.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));
+    reported.set_topic(finding.topic);
+    reported.set_text(finding.text);
+    reported.set_remedy(finding.remedy);
   }
   return grpc::Status::OK;
 }

@@ -57,12 +57,12 @@ grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* cont
 grpc::Status SafetyService::ListFaults(grpc::ServerContext*, const v1::ListFaultsRequest*,
                                        v1::ListFaultsResponse* response) {
   for (const rt::FaultRule& rule : rt::kFaultTable) {
-    v1::FaultRule& told = *response->add_faults();
-    told.set_fault(to_proto(rule.fault));
-    told.set_cause(std::string(rule.cause));
-    told.set_action(to_proto(rule.action));
-    told.set_clearing(to_proto(rule.clearing));
-    told.set_remedy(std::string(rule.remedy));
+    v1::FaultRule& reported = *response->add_faults();
+    reported.set_fault(to_proto(rule.fault));
+    reported.set_cause(std::string(rule.cause));
+    reported.set_action(to_proto(rule.action));
+    reported.set_clearing(to_proto(rule.clearing));
+    reported.set_remedy(std::string(rule.remedy));
   }
   return grpc::Status::OK;
 }

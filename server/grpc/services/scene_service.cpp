@@ -42,10 +42,10 @@ void fill_outline(const ResolvedScene& scene, v1::SceneOutline& outline) {
   for (const std::string& hardware : scene.outline.hardware) outline.add_hardware(hardware);
   for (const std::string& model : scene.outline.models) outline.add_models(model);
   for (const ModelNeed& need : scene.needs) {
-    v1::ModelNeed& told = *outline.add_model_needs();
-    told.set_name(need.name);
-    told.set_available(need.available);
-    told.set_remark(need.remark);
+    v1::ModelNeed& reported = *outline.add_model_needs();
+    reported.set_name(need.name);
+    reported.set_available(need.available);
+    reported.set_remark(need.remark);
   }
   for (const std::string& remark : scene.remarks) outline.add_remarks(remark);
   for (const ChannelName& channel : kChannelNames) {

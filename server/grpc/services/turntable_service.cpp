@@ -87,10 +87,10 @@ grpc::Status TurntableService::GetTurntable(grpc::ServerContext*, const v1::GetT
   response->set_tolerance_deg(info.tolerance_deg);
   response->set_stale_after_s(info.stale_after_s);
   for (const hal::TurntableStation& station : info.stations) {
-    v1::TurntableStation& told = *response->add_stations();
-    told.set_name(station.name);
-    told.set_angle_deg(station.angle_deg);
-    told.set_object(station.object);
+    v1::TurntableStation& reported = *response->add_stations();
+    reported.set_name(station.name);
+    reported.set_angle_deg(station.angle_deg);
+    reported.set_object(station.object);
   }
   fill(table->status(), *response->mutable_status());
   if (const auto why_not = host_.interlock()) *response->mutable_interlock() = to_detail(*why_not);

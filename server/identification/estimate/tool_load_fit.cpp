@@ -320,9 +320,9 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
     double variance = 0.0;
     for (int i = 0; i < kP; ++i) {
       const double share = eigen.eigenvectors()(p, i);
-      const double told = eigen.eigenvalues()(i);
-      if (told > rounding) {
-        variance += share * share / told;
+      const double reported = eigen.eigenvalues()(i);
+      if (reported > rounding) {
+        variance += share * share / reported;
       } else if (std::abs(share) > 1e-6) {
         variance = kInfinite;
       }

@@ -44,7 +44,7 @@ void UltimateOscillation::update(double value) noexcept {
     since_s_ = 0.0;
     extreme_ = 0.0;
   }
-  if (since_s_ > 0.5 / kLowestHz) count_ = 0;
+  if (since_s_ > 0.5 / kMinHz) count_ = 0;
   if (swing != 0.0) last_ = swing;
 }
 
@@ -73,7 +73,7 @@ void UltimateOscillation::judge() noexcept {
     longest = std::max(longest, half.duration_s);
     whole += half.duration_s / 3.0;
   }
-  const bool in_band = whole * kLowestHz <= 1.0 && whole * kHighestHz >= 1.0;
+  const bool in_band = whole * kMinHz <= 1.0 && whole * kMaxHz >= 1.0;
   if (in_band && longest <= kRegular * shortest && late >= kKeeps * early) {
     sustained_ = true;
     period_s_ = whole;

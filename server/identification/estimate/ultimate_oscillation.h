@@ -27,8 +27,8 @@ class UltimateOscillation {
   double period_s() const noexcept;
   double amplitude() const noexcept { return amplitude_; }
 
-  static constexpr double kLowestHz = 4.0;  ///< slower is the hand
-  static constexpr double kHighestHz = 160.0;
+  static constexpr double kMinHz = 4.0;  ///< slower is the hand
+  static constexpr double kMaxHz = 160.0;
   static constexpr double kKeeps = 0.85;   ///< share of its size that it keeps over three half-cycles
   static constexpr double kRegular = 1.7;  ///< longest over shortest half-cycle
 

@@ -69,7 +69,7 @@ RecordedPalpation::RecordedPalpation(double threshold_n, double rate_hz) noexcep
 
 double RecordedPalpation::slope_at_centre() const noexcept {
   // Moments about the centre, times scaled by the half-width.
-  const auto at = [&](std::size_t age) -> const Moment& { return ring_[(newest_ + kMost - age) % kMost]; };
+  const auto at = [&](std::size_t age) -> const Moment& { return ring_[(newest_ + kMax - age) % kMax]; };
   const Moment& centre = at(window_ / 2);
   const double width_s = 0.5 * (at(0).time_s - at(window_ - 1).time_s);
   double s1 = 0.0, s2 = 0.0, s3 = 0.0, s4 = 0.0, b0 = 0.0, b1 = 0.0, b2 = 0.0;
@@ -92,12 +92,12 @@ double RecordedPalpation::slope_at_centre() const noexcept {
 }
 
 bool RecordedPalpation::update(const hal::RigSample& sample, PalpationSample& out) noexcept {
-  newest_ = (newest_ + 1) % kMost;
+  newest_ = (newest_ + 1) % kMax;
   ring_[newest_] = {1e-9 * static_cast<double>(sample.time_ns), -sample.tip_position_mm.z,
                     sample.sensor_force_n.z};
   filled_ = std::min(filled_ + 1, window_);
   if (filled_ < window_) return false;
-  const Moment& centre = ring_[(newest_ + kMost - window_ / 2) % kMost];
+  const Moment& centre = ring_[(newest_ + kMax - window_ / 2) % kMax];
   const bool before = in_contact_;
   in_contact_ = std::abs(centre.force_n) > (before ? 0.5 : 1.0) * threshold_n_;
   if (in_contact_ && !before) ++contacts_;

@@ -64,7 +64,7 @@ class RecordedPalpation {
   std::uint32_t contacts() const noexcept { return contacts_; }
 
  private:
-  static constexpr std::size_t kMost = 21;
+  static constexpr std::size_t kMax = 21;
   struct Moment {
     double time_s, depth_mm, force_n;
   };
@@ -72,7 +72,7 @@ class RecordedPalpation {
 
   double threshold_n_;
   std::size_t window_;  ///< samples, odd
-  std::array<Moment, kMost> ring_{};
+  std::array<Moment, kMax> ring_{};
   std::size_t newest_ = 0;
   std::size_t filled_ = 0;
   bool in_contact_ = false;

@@ -34,8 +34,8 @@ Sort sort_of(const StrokePassage& passage) {
     return value > 1e-12 ? static_cast<int>(std::lround(std::log2(value))) : -100;
   };
   return {octave(count > 0.0 ? force_n / count : 0.0),
-          octave(duration_s > 0.0 ? passage.way_mm / duration_s : 0.0),
-          passage.way_mm > StrokePassages::kSlidingWayMm};
+          octave(duration_s > 0.0 ? passage.path_mm / duration_s : 0.0),
+          passage.path_mm > StrokePassages::kSlidingPathMm};
 }
 
 }  // namespace
@@ -45,9 +45,9 @@ void StrokeRows::add(const StrokeRow& row) {
     rows_.back() = merged(rows_.back(), row);
     return;
   }
-  if (rows_.size() == kMost) {
-    for (std::size_t i = 0; i < kMost / 2; ++i) rows_[i] = merged(rows_[2 * i], rows_[2 * i + 1]);
-    rows_.resize(kMost / 2);
+  if (rows_.size() == kMax) {
+    for (std::size_t i = 0; i < kMax / 2; ++i) rows_[i] = merged(rows_[2 * i], rows_[2 * i + 1]);
+    rows_.resize(kMax / 2);
     stride_ *= 2.0;
   }
   rows_.push_back(row);
@@ -139,7 +139,7 @@ void StrokePassages::take(const StrokePoint& point) {
 }
 
 void StrokePassages::close() {
-  current_.way_mm = std::abs(farthest_mm_ - current_.begin_mm);
+  current_.path_mm = std::abs(farthest_mm_ - current_.begin_mm);
   passages_.push_back(std::move(current_));
   ++completed_;
   make_room();
@@ -147,9 +147,9 @@ void StrokePassages::close() {
 
 void StrokePassages::interrupt() {
   if (started_ && current_.heading != 0) {
-    const double way_mm = std::abs(farthest_mm_ - current_.begin_mm);
+    const double path_mm = std::abs(farthest_mm_ - current_.begin_mm);
     // A short one that began nobody knows how tells nothing: a tap, a slip.
-    if (current_.start != StrokePassage::Start::kUnknown || way_mm > kSlidingWayMm) {
+    if (current_.start != StrokePassage::Start::kUnknown || path_mm > kSlidingPathMm) {
       current_.rows.add(pending_);
       close();
     }
@@ -162,7 +162,7 @@ void StrokePassages::interrupt() {
 }
 
 void StrokePassages::make_room() {
-  if (passages_.size() <= kMost) return;
+  if (passages_.size() <= kMax) return;
   std::map<Sort, int> many;
   std::vector<Sort> sorts;
   for (const StrokePassage& passage : passages_) {
@@ -177,7 +177,7 @@ void StrokePassages::make_room() {
   StrokePassage* follower = next != passages_.end() ? &*next : nullptr;
   if (follower != nullptr && follower->start == StrokePassage::Start::kFollows) {
     follower->start =
-        dropped->way_mm > kSlidingWayMm ? StrokePassage::Start::kSaturated : StrokePassage::Start::kUnknown;
+        dropped->path_mm > kSlidingPathMm ? StrokePassage::Start::kSaturated : StrokePassage::Start::kUnknown;
   }
   passages_.erase(dropped);
   ++given_up_;
@@ -188,7 +188,7 @@ std::vector<StrokePassage> StrokePassages::all() const {
   if (started_ && current_.heading != 0) {
     passages.push_back(current_);
     passages.back().rows.add(pending_);
-    passages.back().way_mm = std::abs(farthest_mm_ - current_.begin_mm);
+    passages.back().path_mm = std::abs(farthest_mm_ - current_.begin_mm);
   }
   return passages;
 }

@@ -25,7 +25,7 @@ struct StrokeRow {
 /// Rows of a length that does not grow: once full, neighbours are merged, and so are those that come after.
 class StrokeRows {
  public:
-  static constexpr std::size_t kMost = 384;
+  static constexpr std::size_t kMax = 384;
 
   void add(const StrokeRow& row);
   void add(const StrokeRows& rows);
@@ -47,11 +47,11 @@ struct StrokePassage {
   Start start = Start::kUnknown;
   int heading = 0;        ///< +1, -1; 0: it never moved
   double begin_mm = 0.0;  ///< where the motion turned
-  double way_mm = 0.0;    ///< along the line, to the next turn or so far
+  double path_mm = 0.0;   ///< along the line, to the next turn or so far
   StrokeRows rows;
 };
 
-/// Sorts the instants of strokes to and fro into passages. Memory is bounded: of more than kMost passages,
+/// Sorts the instants of strokes to and fro into passages. Memory is bounded: of more than kMax passages,
 /// the oldest of the sort (by force, speed and length) there are most of is given up. A few comparisons per
 /// instant.
 ///
@@ -60,9 +60,9 @@ struct StrokePassage {
 /// a median of three takes single outliers off the position, a sample late.
 class StrokePassages {
  public:
-  static constexpr std::size_t kMost = 160;
+  static constexpr std::size_t kMax = 160;
   /// Beyond this way sliding friction has built up, whatever it was before (D§4.4.1).
-  static constexpr double kSlidingWayMm = 3.0;
+  static constexpr double kSlidingPathMm = 3.0;
 
   /// `resolution_mm`: of the position; 0 = unknown.
   explicit StrokePassages(double resolution_mm);

@@ -2,23 +2,23 @@
 
 namespace hapticd::server {
 
-std::optional<rt::SceneSpec> wished_scene(const rt::Wish& wish, const hal::RigInfo& rig) {
-  if (wish.device == rt::Wish::Device::kNothing) return std::nullopt;
+std::optional<rt::SceneSpec> requested_scene(const rt::MotionRequest& request, const hal::RigInfo& rig) {
+  if (request.device == rt::MotionRequest::Device::kNothing) return std::nullopt;
   rt::SceneSpec scene;
   scene.name = "identification";
   scene.tool_mass_g = rig.sensor.tool_mass_g;
-  scene.target = rt::linear_target(wish.stiffness_n_per_mm);
-  if (wish.device == rt::Wish::Device::kWall) {
+  scene.target = rt::linear_target(request.stiffness_n_per_mm);
+  if (request.device == rt::MotionRequest::Device::kWall) {
     scene.kind = rt::SceneKind::kWall;
-    scene.wall_position_mm = -wish.place_mm.z;
+    scene.wall_position_mm = -request.place_mm.z;
     scene.structural_compensation = false;  // the encoders are to see the plain wall of (4.26)
   } else {
-    if (wish.proportional_gain > 0.0) {
-      scene.controller.proportional_gain = wish.proportional_gain;
-      scene.controller.derivative_gain_ms = wish.derivative_ms;
+    if (request.proportional_gain > 0.0) {
+      scene.controller.proportional_gain = request.proportional_gain;
+      scene.controller.derivative_gain_ms = request.derivative_ms;
     }
-    scene.structural_compensation = !wish.encoders_as_they_are;
-    scene.guard.max_force_n = wish.max_device_force_n;
+    scene.structural_compensation = !request.encoders_as_they_are;
+    scene.guard.max_force_n = request.max_device_force_n;
   }
   return scene;
 }

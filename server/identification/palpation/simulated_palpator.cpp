@@ -8,7 +8,7 @@ namespace hapticd::server {
 namespace {
 
 using Kind = sim::HandProgram::Kind;
-using Motion = rt::Wish::Motion;
+using Motion = rt::MotionRequest::Motion;
 
 constexpr double kTravelS = 1.0;        // from wherever the last wish left the hand
 constexpr double kFreeHeightMm = 80.0;  // where surely no object is
@@ -38,40 +38,40 @@ Kind kind_of(Motion motion) {
 
 }  // namespace
 
-SimulatedMotion simulated_motion(const rt::Wish& wish) {
+SimulatedMotion simulated_motion(const rt::MotionRequest& request) {
   SimulatedMotion motion;
   sim::HandProgram& hand = motion.program;
-  hand.kind = kind_of(wish.motion);
-  hand.tilt_deg = wish.tilt_deg;
-  hand.place_mm = wish.place_mm;
+  hand.kind = kind_of(request.motion);
+  hand.tilt_deg = request.tilt_deg;
+  hand.place_mm = request.place_mm;
   hand.travel_s = kTravelS;
-  hand.repetitions = std::max(1, wish.repetitions);
-  if (wish.force_n > 0.0) hand.force_n = wish.force_n;
-  if (wish.force_rate_n_per_s > 0.0) hand.force_rate_n_per_s = wish.force_rate_n_per_s;
-  if (wish.speed_mm_per_s > 0.0) hand.speed_mm_per_s = wish.speed_mm_per_s;
-  if (wish.length_mm > 0.0) hand.stroke_length_mm = wish.length_mm;
-  hand.hold_s = std::max(0.0, wish.hold_s);
+  hand.repetitions = std::max(1, request.repetitions);
+  if (request.force_n > 0.0) hand.force_n = request.force_n;
+  if (request.force_rate_n_per_s > 0.0) hand.force_rate_n_per_s = request.force_rate_n_per_s;
+  if (request.speed_mm_per_s > 0.0) hand.speed_mm_per_s = request.speed_mm_per_s;
+  if (request.length_mm > 0.0) hand.stroke_length_mm = request.length_mm;
+  hand.hold_s = std::max(0.0, request.hold_s);
   hand.approach_mm_per_s = 40.0;
   double posture_s = 0.0;
-  switch (wish.motion) {
+  switch (request.motion) {
     case Motion::kStroke:
       hand.place_mm.x += 0.5 * hand.stroke_length_mm;  // the hand strokes about its home
       break;
     case Motion::kLightTaps:
-      if (!(wish.speed_mm_per_s > 0.0)) hand.speed_mm_per_s = kScanMmPerS;
+      if (!(request.speed_mm_per_s > 0.0)) hand.speed_mm_per_s = kScanMmPerS;
       break;
     case Motion::kStrikeFree:
       hand.place_mm.z = std::max(hand.place_mm.z, kFreeHeightMm);
       break;
     case Motion::kSway:
-      if (!(wish.speed_mm_per_s > 0.0)) hand.speed_mm_per_s = kSwayMmPerS;
-      if (!(wish.tilt_deg > 0.0)) hand.tilt_deg = kSwayTiltDeg;
+      if (!(request.speed_mm_per_s > 0.0)) hand.speed_mm_per_s = kSwayMmPerS;
+      if (!(request.tilt_deg > 0.0)) hand.tilt_deg = kSwayTiltDeg;
       hand.rate_hz = kSwayHz;
       hand.place_mm.z = std::max(hand.place_mm.z, kFreeHeightMm);
-      hand.hold_s = std::max(1.0, wish.hold_s);
+      hand.hold_s = std::max(1.0, request.hold_s);
       break;
     case Motion::kRest:
-      posture_s = std::max(1.0, wish.hold_s);
+      posture_s = std::max(1.0, request.hold_s);
       break;
     case Motion::kPress:
     case Motion::kTap:

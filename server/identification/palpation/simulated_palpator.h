@@ -12,6 +12,6 @@ struct SimulatedMotion {
 };
 
 /// What of a wish concerns the hand; what the device is to do meanwhile is the caller's to arrange.
-SimulatedMotion simulated_motion(const rt::Wish& wish);
+SimulatedMotion simulated_motion(const rt::MotionRequest& request);
 
 }  // namespace hapticd::server

@@ -31,10 +31,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kReportEvery{100};
-constexpr std::chrono::milliseconds kNap{1};
-constexpr std::chrono::seconds kLongestSilence{5};
+constexpr std::chrono::milliseconds kPollInterval{1};
+constexpr std::chrono::seconds kMaxSilence{5};
 /// What was found is worth waiting for another process that keeps the store locked.
-constexpr std::chrono::seconds kStorePatience{10};
+constexpr std::chrono::seconds kStoreTimeout{10};
 /// Of a person it is asked this often what should happen next, of the simulated hand once it has done it: a
 /// person goes on without waiting, and the device has to follow at once.
 constexpr double kAskUserEveryS = 0.1;
@@ -108,8 +108,8 @@ struct IdentificationRunner::Run {
   std::optional<RigView> view;          ///< of the live rig
   std::optional<ObservationFile> kept;  ///< what the rig measured, where the store has a place for it
   std::string instruction;
-  rt::Wish::Device device = rt::Wish::Device::kNothing;  ///< what it does now
-  std::optional<rt::SceneSpec> rendered;                 ///< the scene that does it
+  rt::MotionRequest::Device device = rt::MotionRequest::Device::kNothing;  ///< what it does now
+  std::optional<rt::SceneSpec> rendered;                                   ///< the scene that does it
   rt::GuardLimits usual;  ///< of the scene before: how late sensor and loop may be on this rig
 };
 
@@ -269,10 +269,10 @@ void IdentificationRunner::publish(const Run& run, const rt::IdentificationProgr
   changed_.notify_all();
 }
 
-std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::Wish& wish) {
-  run.instruction = wish.words;
-  const Caller nobody_waits;
-  auto scene = wished_scene(wish, session_.rig_info());
+std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::MotionRequest& request) {
+  run.instruction = request.words;
+  const Caller no_caller;
+  auto scene = requested_scene(request, session_.rig_info());
   if (scene) {
     scene->guard.loop_gap_ms = run.usual.loop_gap_ms;
     if (run.usual.sensor_stale_after_ms > 0.0) {
@@ -281,16 +281,16 @@ std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::Wish& w
     // A scene that is exchanged has to see the tool free first: not in the middle of a person's press.
     const bool hand_is_simulated = session_.simulation() != nullptr;
     if (hand_is_simulated || !run.rendered || !renders_the_same(*run.rendered, *scene)) {
-      const auto loaded = run.reservation->load(*scene, nobody_waits);
+      const auto loaded = run.reservation->load(*scene, no_caller);
       if (!loaded) return loaded.refusal();
     }
     run.rendered = scene;
-  } else if (run.device != wish.device) {
-    const auto unloaded = run.reservation->unload(nobody_waits);
+  } else if (run.device != request.device) {
+    const auto unloaded = run.reservation->unload(no_caller);
     if (!unloaded) return unloaded.refusal();
     run.rendered.reset();
   }
-  run.device = wish.device;
+  run.device = request.device;
   return std::nullopt;
 }
 
@@ -318,13 +318,13 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
   rt::Observation observation;
   std::int64_t began_ns = -1;
   double now_s = 0.0;
-  double next_wish_s = 0.0;
-  int idle_wishes = 0;
+  double next_request_s = 0.0;
+  int idle_requests = 0;
   auto next_report = Clock::now();
   auto last_heard = Clock::now();
   for (;;) {
     bool any = false;
-    while (now_s < next_wish_s && engine.pop_observation(observation)) {
+    while (now_s < next_request_s && engine.pop_observation(observation)) {
       any = true;
       if (began_ns < 0) began_ns = observation.sample.time_ns;
       now_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
@@ -334,9 +334,10 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
       run.identification->add(run.view->see(observation));
       if (run.kept) run.kept->add(observation);
       // Who searches a limit finds it: what is rendered on an object may have to end at once.
-      if (run.device == rt::Wish::Device::kModulation && observation.sample.tick % kTicksBetweenLooks == 0 &&
-          run.identification->wish().device == rt::Wish::Device::kNothing) {
-        next_wish_s = now_s;
+      if (run.device == rt::MotionRequest::Device::kModulation &&
+          observation.sample.tick % kTicksBetweenLooks == 0 &&
+          run.identification->next_request().device == rt::MotionRequest::Device::kNothing) {
+        next_request_s = now_s;
       }
       if (now_s >= run.request.time_limit_s) break;
     }
@@ -347,7 +348,7 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
                                          "see in 'hapticctl status' why; clear it and start again"}};
     }
     const auto now = Clock::now();
-    const bool ask = now_s >= next_wish_s;
+    const bool ask = now_s >= next_request_s;
     if (ask || now >= next_report) {
       const rt::IdentificationProgress progress = run.identification->progress();
       publish(run, progress);
@@ -356,27 +357,27 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
     }
     if (now_s >= run.request.time_limit_s) return {Ending::kNoMoreData, {}};
     if (ask) {
-      const rt::Wish wish = run.identification->wish();
+      const rt::MotionRequest request = run.identification->next_request();
       // Rest without an end, twice: nothing more is wanted.
-      const bool idle = wish.motion == rt::Wish::Motion::kRest && wish.hold_s <= 0.0;
-      idle_wishes = idle ? idle_wishes + 1 : 0;
-      if (idle_wishes >= 2) return {Ending::kNoMoreData, {}};
-      if (auto refusal = arrange(run, wish)) return fault(*refusal);
-      next_wish_s = now_s + kAskUserEveryS;
+      const bool idle = request.motion == rt::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
+      idle_requests = idle ? idle_requests + 1 : 0;
+      if (idle_requests >= 2) return {Ending::kNoMoreData, {}};
+      if (auto refusal = arrange(run, request)) return fault(*refusal);
+      next_request_s = now_s + kAskUserEveryS;
       if (sim::SimulatedRig* simulation = session_.simulation()) {
-        const SimulatedMotion motion = simulated_motion(wish);
+        const SimulatedMotion motion = simulated_motion(request);
         if (auto error = simulation->set_program(motion.program)) return {Ending::kFault, *error};
-        next_wish_s = now_s + motion.duration_s;
+        next_request_s = now_s + motion.duration_s;
       }
     }
     if (any) {
       last_heard = Clock::now();
     } else {
-      if (Clock::now() - last_heard > kLongestSilence) {
+      if (Clock::now() - last_heard > kMaxSilence) {
         return {Ending::kFault, hal::Error{"the loop stands still: no tick for 5 s", "loop", "", "",
                                            "see in 'hapticctl doctor' what holds it back"}};
       }
-      std::this_thread::sleep_for(kNap);
+      std::this_thread::sleep_for(kPollInterval);
     }
   }
 }
@@ -442,10 +443,10 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     }
     if (auto error = rt::check(*model)) {
       if (!problem) problem = std::move(error);
-    } else if (auto stored = store_.add(*model, Clock::now() + kStorePatience)) {
+    } else if (auto stored = store_.add(*model, Clock::now() + kStoreTimeout)) {
       hash = stored->hash;
       if (converged && run.request.adopt) {
-        if (auto tagged = store_.tag(hash, kCurrentTag, Clock::now() + kStorePatience); !tagged && !problem)
+        if (auto tagged = store_.tag(hash, kCurrentTag, Clock::now() + kStoreTimeout); !tagged && !problem)
           problem = tagged.refusal().error;
       }
     } else if (!problem) {
@@ -498,7 +499,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
   const auto recorded =
       store_.record_identification({report.id, report.kind, report.object, text_of(state), now_s, hash,
                                     problem ? problem->text() : std::string(), ""},
-                                   Clock::now() + kStorePatience);
+                                   Clock::now() + kStoreTimeout);
   if (!recorded) log_warning(recorded.refusal().error.text());
   log_info("identification '" + report.id + "' is over: " + text_of(state) +
            (hash.empty() ? "" : ", model " + hash.substr(0, 12)) +

@@ -94,7 +94,7 @@ class IdentificationRunner {
   Ended listen_to_recording(Run& run);
   void conclude(Run& run, const Ended& ended);
   /// What the rig is to do next; an error where the rig does not.
-  std::optional<Refusal> arrange(Run& run, const rt::Wish& wish);
+  std::optional<Refusal> arrange(Run& run, const rt::MotionRequest& request);
   /// The guard is latched, and that matters: someone stopped everything, or force is needed.
   bool is_held_back(const IdentificationTask& task);
   void publish(const Run& run, const rt::IdentificationProgress& progress);

@@ -19,8 +19,8 @@ namespace {
 using replay::ColumnRole;
 using replay::Quantity;
 
-constexpr double kLongestS = 31.0 * 86400.0;
-constexpr std::size_t kFewestRows = 10;
+constexpr double kMaxS = 31.0 * 86400.0;
+constexpr std::size_t kMinRows = 10;
 /// Steps of which the median is taken: those of the first minutes tell it.
 constexpr std::size_t kStepsLookedAt = 100'000;
 
@@ -202,9 +202,9 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
       })) {
     return *error;
   }
-  if (summary.rows < kFewestRows) {
+  if (summary.rows < kMinRows) {
     return hal::Error{"the recording is too short", "recording '" + description.name + "'",
-                      fmt::format("{} rows", summary.rows), fmt::format("at least {} rows", kFewestRows),
+                      fmt::format("{} rows", summary.rows), fmt::format("at least {} rows", kMinRows),
                       "record for longer"};
   }
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
@@ -252,7 +252,7 @@ std::optional<hal::Error> RecordedObservations::read(
           "time does not increase", place(line), fmt::format("{:g} s after {:g} s", row[0], last_s),
           "each row later than the one before", "sort the rows and remove those that stand twice"};
     }
-    if (row[0] > kLongestS) {
+    if (row[0] > kMaxS) {
       return hal::Error{"the recording is too long", place(line), fmt::format("{:g} s", row[0]),
                         "up to 31 days", "check the unit of the time"};
     }

@@ -20,10 +20,10 @@ Refusal cannot_keep(const hal::Error& error) {
 
 std::optional<Refusal> RecordingShelf::Upload::append(std::string_view bytes) {
   bytes_ += bytes.size();
-  if (bytes_ > kMostBytes) {
+  if (bytes_ > kMaxBytes) {
     return Refusal{RefusalKind::kResourceExhausted,
                    {"the recording is too large", recording_->description.name,
-                    fmt::format("more than {} bytes", kMostBytes), fmt::format("up to {} bytes", kMostBytes),
+                    fmt::format("more than {} bytes", kMaxBytes), fmt::format("up to {} bytes", kMaxBytes),
                     "cut it, or leave out columns that are not needed"}};
   }
   if (const auto error = recording_->file.append(bytes)) return cannot_keep(*error);
@@ -64,7 +64,7 @@ Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::uni
   recording.sha256 = upload->digest_.finish();
   const std::lock_guard lock(mutex_);
   shelf_.push_back(upload->recording_);
-  if (shelf_.size() > kMostRecordings) shelf_.pop_front();
+  if (shelf_.size() > kMaxRecordings) shelf_.pop_front();
   return shelf_.back();
 }
 

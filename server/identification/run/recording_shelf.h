@@ -31,8 +31,8 @@ struct ShelvedRecording {
 /// Uploaded recordings, in temporary files without names until the daemon ends, however it does. Any thread.
 class RecordingShelf {
  public:
-  static constexpr std::size_t kMostRecordings = 8;
-  static constexpr std::uint64_t kMostBytes = 2ULL << 30;
+  static constexpr std::size_t kMaxRecordings = 8;
+  static constexpr std::uint64_t kMaxBytes = 2ULL << 30;
 
   /// One upload under way; dropped, it leaves nothing behind.
   class Upload {

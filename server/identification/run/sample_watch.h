@@ -12,7 +12,7 @@ namespace hapticd::server {
 /// device, the sensor was never biased, or its zero changed under way.
 class SampleWatch {
  public:
-  static constexpr double kLongestSilenceS = 1.0;
+  static constexpr double kMaxSilenceS = 1.0;
 
   /// `needs_bias`: the reading itself is used, not only how it changes.
   explicit SampleWatch(bool needs_bias) : needs_bias_(needs_bias) {}
@@ -21,13 +21,13 @@ class SampleWatch {
   std::optional<hal::Error> look(const hal::RigSample& sample, double now_s) {
     using namespace hal::sample_status;
     if ((sample.status & (kDeviceFault | kDeviceNotReady)) == 0) device_fit_s_ = now_s;
-    if (now_s - device_fit_s_ > kLongestSilenceS) {
+    if (now_s - device_fit_s_ > kMaxSilenceS) {
       return hal::Error{"the device was unfit for a second", "haptic device", "", "",
                         "see in 'hapticctl doctor' what is wrong with it, then start again"};
     }
     const bool fresh = sample.force_count > 0 && (sample.status & (kForceMissing | kForceLost)) == 0;
     if (!fresh) {
-      if (now_s - fresh_s_ < kLongestSilenceS) return std::nullopt;
+      if (now_s - fresh_s_ < kMaxSilenceS) return std::nullopt;
       return hal::Error{"nothing fresh came from the force sensor for a second", "force sensor", "", "",
                         "see in 'hapticctl doctor' what holds it back, then start again"};
     }

@@ -120,7 +120,7 @@ double relative_displacement_error(const HuntCrossleyParameters& law,
   double sum = 0.0;
   std::size_t count = 0;
   for (const PalpationSample& s : palpation) {
-    if (!tells_contact(s) || s.displacement_mm < 0.1 * deepest_mm) continue;
+    if (!identifies_contact(s) || s.displacement_mm < 0.1 * deepest_mm) continue;
     const double x = hunt_crossley_displacement(law, s.normal_force_n, s.rate_mm_per_s).displacement_mm;
     sum += std::pow(x / s.displacement_mm - 1.0, 2);
     ++count;
@@ -500,7 +500,7 @@ void ContactIdentification::State::list_parameters(const Fit& current,
   }
 }
 
-Wish ContactIdentification::wish() const {
+MotionRequest ContactIdentification::next_request() const {
   State& s = *state_;
   if (s.recorded) return {};
   s.refresh();

@@ -28,7 +28,7 @@ class ContactIdentification final : public Identification {
   ~ContactIdentification() override;
 
   void add(const Observation& observation) override;
-  Wish wish() const override;
+  MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
   hal::Result<IdentifiedModel> finish() const override;
 

@@ -9,7 +9,7 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr std::uint64_t kFewestJudgedSamples = 30;
+constexpr std::uint64_t kMinJudgedSamples = 30;
 constexpr const char* kWhere = "identification of contact dynamics";
 
 std::string number(double value, const char* unit) {
@@ -50,15 +50,15 @@ std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const
   const auto refuse = [](std::string what, std::string value, std::string limit, std::string remedy) {
     return hal::Error{std::move(what), kWhere, std::move(value), std::move(limit), std::move(remedy)};
   };
-  if (extent.samples() < kFewestJudgedSamples) {
+  if (extent.samples() < kMinJudgedSamples) {
     std::string why = "give it more of them";
-    if (gate.judged() >= kFewestJudgedSamples) {
+    if (gate.judged() >= kMinJudgedSamples) {
       why = "mend the data first: ";
       for (const std::string& remark : gate.remarks()) why += remark + "; ";
       why.resize(why.size() - 2);
     }
     return refuse("too few usable samples", std::to_string(extent.samples()),
-                  "at least " + std::to_string(kFewestJudgedSamples), why);
+                  "at least " + std::to_string(kMinJudgedSamples), why);
   }
   const double largest_n = std::max(extent.largest_force_n(), -extent.smallest_force_n());
   if (!(extent.force_range_n() > 1e-9 * largest_n)) {

@@ -30,14 +30,14 @@ bool held(const PalpationNeeds& n) {
   return !n.hold_wanted || n.held_s >= kHoldS;
 }
 
-Wish press(double force_n, double rate_n_per_s, double hold_s, std::string words) {
-  Wish wish;
-  wish.motion = Wish::Motion::kPress;
-  wish.force_n = force_n;
-  wish.force_rate_n_per_s = std::clamp(rate_n_per_s, 0.05, 100.0);
-  wish.hold_s = hold_s;
-  wish.words = std::move(words);
-  return wish;
+MotionRequest press(double force_n, double rate_n_per_s, double hold_s, std::string words) {
+  MotionRequest request;
+  request.motion = MotionRequest::Motion::kPress;
+  request.force_n = force_n;
+  request.force_rate_n_per_s = std::clamp(rate_n_per_s, 0.05, 100.0);
+  request.hold_s = hold_s;
+  request.words = std::move(words);
+  return request;
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ std::vector<std::string> missing_in_words(const PalpationNeeds& n) {
   return missing;
 }
 
-Wish next_palpation(const PalpationNeeds& n) {
+MotionRequest next_palpation(const PalpationNeeds& n) {
   const std::vector<std::string> missing = missing_in_words(n);
   if (missing.empty()) return {};
   const std::string& words = missing.front();
@@ -87,8 +87,8 @@ Wish next_palpation(const PalpationNeeds& n) {
     if (cells.need == CoverageNeed::kModerate) return press(0.9 * f, 3.0 * f, 0.1, cells.words);
     // A hand falls short of a force it has no time for.
     if (n.contacts % 3 != 1) return press(1.2 * f, 10.0 * f, 0.1, cells.words);
-    Wish tap;
-    tap.motion = Wish::Motion::kTap;
+    MotionRequest tap;
+    tap.motion = MotionRequest::Motion::kTap;
     tap.speed_mm_per_s = std::min(400.0, 4.0 * n.speed_mm_per_s);
     tap.repetitions = 2;
     tap.words = cells.words;

@@ -31,6 +31,6 @@ std::vector<std::string> missing_in_words(const PalpationNeeds& needs);
 
 /// The next press or tap: gently first, then to the full force with a rest, then what coverage lacks; in the
 /// end other forces and rates, until the estimate is steady and certain.
-Wish next_palpation(const PalpationNeeds& needs);
+MotionRequest next_palpation(const PalpationNeeds& needs);
 
 }  // namespace hapticd::rt

@@ -19,7 +19,7 @@ constexpr double kForceRateNPerS = 6.0;
 // Strokes overshoot, a tip deep in a curved object is nearest to places farther out, and a profile is known
 // worst at its ends.
 constexpr double kScanBeyondMm = 8.0;
-constexpr double kLeastReactionN = 0.2;
+constexpr double kMinReactionN = 0.2;
 /// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
 constexpr double kMinStrokeSpeedMmPerS = 2.0;
 constexpr double kSlidingStrokeMmPerS = 10.0;
@@ -27,9 +27,9 @@ constexpr double kPreslidingMmPerS = 40.0;
 
 // The plane of conditions: what strokes up to 110 mm/s at three forces visit.
 constexpr int kSpeedBins = 3;
-constexpr double kMostSpeedMmPerS = 120.0;
+constexpr double kMaxSpeedMmPerS = 120.0;
 constexpr int kForceBins = 3;
-constexpr double kMostForceN = 6.0;
+constexpr double kMaxForceN = 6.0;
 constexpr double kStrokeForceN[kForceBins] = {1.2, 3.0, 5.0};
 constexpr std::uint32_t kEnoughPerCell = 50;
 
@@ -123,7 +123,7 @@ void FrictionIdentification::add(const Observation& observation) {
       contact = norm(reaction_n) > 5.0 * threshold_of(task_);
     }
   } else {
-    contact = scan_.add(sample) && norm(reaction_n) > kLeastReactionN;
+    contact = scan_.add(sample) && norm(reaction_n) > kMinReactionN;
   }
   if (!contact) {
     if (in_contact_) passages_.interrupt();
@@ -141,8 +141,8 @@ void FrictionIdentification::count_coverage(const hal::Vector3& reaction_n, doub
   const double force_n = task_.normal_force_n > 0.0 && replay_ ? task_.normal_force_n : reaction_n.z;
   most_force_n_ = std::max(most_force_n_, force_n);
   most_speed_mm_per_s_ = std::max(most_speed_mm_per_s_, speed_mm_per_s);
-  const double column = speed_mm_per_s / kMostSpeedMmPerS * kSpeedBins;
-  const double row = force_n / kMostForceN * kForceBins;
+  const double column = speed_mm_per_s / kMaxSpeedMmPerS * kSpeedBins;
+  const double row = force_n / kMaxForceN * kForceBins;
   if (!(column < kSpeedBins && row >= 0.0 && row < kForceBins)) return;
   std::uint32_t& count =
       counts_[static_cast<std::size_t>(static_cast<int>(row) * kSpeedBins + static_cast<int>(column))];
@@ -151,8 +151,8 @@ void FrictionIdentification::count_coverage(const hal::Vector3& reaction_n, doub
 
 Coverage FrictionIdentification::coverage() const {
   Coverage coverage;
-  coverage.x = {"sliding speed", "mm/s", 0.0, kMostSpeedMmPerS, kSpeedBins};
-  coverage.y = {"normal force", "N", 0.0, kMostForceN, kForceBins};
+  coverage.x = {"sliding speed", "mm/s", 0.0, kMaxSpeedMmPerS, kSpeedBins};
+  coverage.y = {"normal force", "N", 0.0, kMaxForceN, kForceBins};
   coverage.counts = counts_;
   coverage.required.assign(counts_.size(), replay_ ? 0 : 1);  // nothing can be wished of a recording
   const auto enough = std::count_if(counts_.begin(), counts_.end(),
@@ -187,38 +187,38 @@ bool FrictionIdentification::scanned() const {
   return half_mm - last_mm < widest_mm && scan_.touches().size() >= static_cast<std::size_t>(scan_taps()) / 2;
 }
 
-Wish FrictionIdentification::wish() const {
-  Wish wish;
-  if (replay_) return wish;
-  wish.place_mm.x = -0.5 * task_.length_mm;
-  wish.length_mm = task_.length_mm;
+MotionRequest FrictionIdentification::next_request() const {
+  MotionRequest request;
+  if (replay_) return request;
+  request.place_mm.x = -0.5 * task_.length_mm;
+  request.length_mm = task_.length_mm;
   if (!scanned()) {
-    wish.motion = Wish::Motion::kLightTaps;
-    wish.repetitions = scan_taps();
-    wish.place_mm.x -= kScanBeyondMm;
-    wish.length_mm += 2.0 * kScanBeyondMm;
-    wish.speed_mm_per_s = kTapMmPerS;
-    wish.words = "touch lightly at " + std::to_string(wish.repetitions) + " places along a line of " +
-                 std::to_string(std::lround(wish.length_mm)) + " mm, to scan the surface";
-    return wish;
+    request.motion = MotionRequest::Motion::kLightTaps;
+    request.repetitions = scan_taps();
+    request.place_mm.x -= kScanBeyondMm;
+    request.length_mm += 2.0 * kScanBeyondMm;
+    request.speed_mm_per_s = kTapMmPerS;
+    request.words = "touch lightly at " + std::to_string(request.repetitions) + " places along a line of " +
+                    std::to_string(std::lround(request.length_mm)) + " mm, to scan the surface";
+    return request;
   }
   refit();
   const int row = lacking_force_row();
-  if (row < 0 && fitted_ && certain(*fitted_) && change_ < kSteady) return wish;
+  if (row < 0 && fitted_ && certain(*fitted_) && change_ < kSteady) return request;
   // Calm strokes first, and again where all is covered but not known well enough.
   constexpr std::uint64_t kCalmPassages = 3;
   const bool calm = task_.tip == Tip::kRod && (passages_.completed() < kCalmPassages || row < 0);
   const int force = passages_.completed() < kCalmPassages ? kForceBins / 2
                     : row < 0 ? static_cast<int>(passages_.completed() % kForceBins)
                               : row;
-  wish.motion = Wish::Motion::kStroke;
-  wish.force_n = kStrokeForceN[force];
-  wish.force_rate_n_per_s = kForceRateNPerS;
-  wish.speed_mm_per_s = calm ? kCalmPeakMmPerS : kStrokePeakMmPerS;
-  wish.repetitions = 2;
-  wish.words = "stroke to and fro along the line, pressing with about " + in_newton(wish.force_n) +
-               ", up to " + std::to_string(std::lround(wish.speed_mm_per_s)) + " mm/s";
-  return wish;
+  request.motion = MotionRequest::Motion::kStroke;
+  request.force_n = kStrokeForceN[force];
+  request.force_rate_n_per_s = kForceRateNPerS;
+  request.speed_mm_per_s = calm ? kCalmPeakMmPerS : kStrokePeakMmPerS;
+  request.repetitions = 2;
+  request.words = "stroke to and fro along the line, pressing with about " + in_newton(request.force_n) +
+                  ", up to " + std::to_string(std::lround(request.speed_mm_per_s)) + " mm/s";
+  return request;
 }
 
 hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool exponent) const {
@@ -226,20 +226,20 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
                           const std::string& remedy) {
     return hal::Error{what, "identification of friction", value, limit, remedy};
   };
-  constexpr double kLeastMotionMm = 0.01;
+  constexpr double kMinMotionMm = 0.01;
   const double moved_mm = most_along_mm_ - least_along_mm_;
   if (gate_.used() < 20) {
     return refuse("too little data", std::to_string(gate_.used()) + " fit samples", "at least 20",
-                  replay_ ? "record strokes to and fro" : wish().words);
+                  replay_ ? "record strokes to and fro" : next_request().words);
   }
-  if (!(moved_mm > kLeastMotionMm)) {
+  if (!(moved_mm > kMinMotionMm)) {
     return refuse("the tip did not move along the line", std::to_string(moved_mm) + " mm",
-                  "strokes of more than " + std::to_string(kLeastMotionMm) + " mm",
-                  replay_ ? "check the column and the unit of the position" : wish().words);
+                  "strokes of more than " + std::to_string(kMinMotionMm) + " mm",
+                  replay_ ? "check the column and the unit of the position" : next_request().words);
   }
   if (contact_samples_ == 0) {
-    return refuse("nothing was touched", in_newton(0.0), "more than " + in_newton(kLeastReactionN),
-                  replay_ ? "check the column and the unit of the force" : wish().words);
+    return refuse("nothing was touched", in_newton(0.0), "more than " + in_newton(kMinReactionN),
+                  replay_ ? "check the column and the unit of the force" : next_request().words);
   }
   Fit fit;
   double constant_normal_n = 0.0;
@@ -363,13 +363,13 @@ std::vector<std::string> FrictionIdentification::missing(bool steady, bool is_ce
   std::vector<std::string> words;
   if (!replay_) {
     if (!scanned()) {
-      words.push_back(wish().words);
+      words.push_back(next_request().words);
     } else {
       for (int row = 0; row < kForceBins; ++row) {
         double lacks_mm_per_s = 0.0;
         for (int column = kSpeedBins - 1; column >= 0 && lacks_mm_per_s == 0.0; --column) {
           if (counts_[static_cast<std::size_t>(row * kSpeedBins + column)] < kEnoughPerCell) {
-            lacks_mm_per_s = (column + 0.8) * kMostSpeedMmPerS / kSpeedBins;
+            lacks_mm_per_s = (column + 0.8) * kMaxSpeedMmPerS / kSpeedBins;
           }
         }
         if (lacks_mm_per_s == 0.0) continue;
@@ -408,7 +408,7 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
   if (!fit->law.divided && task_.tip == Tip::kRod) {
     words.push_back("no stroke slid farther than 3 mm: sliding and presliding were fitted together");
   }
-  if (!fit->law.viscous_told)
+  if (!fit->law.viscous_is_identified)
     words.push_back("the speed varied too little to tell the viscous part: taken as 0");
   return words;
 }

@@ -47,7 +47,7 @@ class FrictionIdentification final : public Identification {
   FrictionIdentification(const FrictionTask& task, const hal::RigInfo& rig);
 
   void add(const Observation& observation) override;
-  Wish wish() const override;
+  MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
   hal::Result<IdentifiedModel> finish() const override;
 

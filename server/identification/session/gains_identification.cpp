@@ -20,9 +20,9 @@ constexpr double kImpactS = 0.15;  // after touching: the impact rings
 constexpr double kSilentS = 0.1;   // no force at all under a pressing hand
 constexpr double kQuietN = 0.05;
 // Amplitude below which an oscillation is taken for the hand's own tremor or the encoder's step.
-constexpr double kLeastMm = 0.05;
+constexpr double kMinMm = 0.05;
 constexpr double kViolentMm = 2.0;  // no waiting for more cycles of that size while they grow
-constexpr double kLeastN = 0.25;
+constexpr double kMinN = 0.25;
 constexpr double kViolentN = 3.0;
 
 }  // namespace
@@ -31,8 +31,8 @@ GainsIdentification::GainsIdentification(const GainsTask& task, const hal::RigIn
     : task_(task),
       rig_(rig),
       oscillation_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0,
-                   std::max(kLeastMm, 1.5 * rig.device.position_resolution_mm), kViolentMm),
-      in_force_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0, kLeastN, kViolentN) {
+                   std::max(kMinMm, 1.5 * rig.device.position_resolution_mm), kViolentMm),
+      in_force_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0, kMinN, kViolentN) {
   trials_.reserve(kMaxTrials);
   if (!rig.renders_force || rig.kind == hal::RigKind::kReplay) refuse("nothing renders force on a recording");
   if (!(task.target_stiffness_n_per_mm > 0.0 && task.target_stiffness_n_per_mm < 100.0)) {
@@ -108,8 +108,8 @@ void GainsIdentification::choose() {
 }
 
 void GainsIdentification::end_trial(bool oscillates) {
-  const UltimateOscillation& told = oscillation_.period_s() > 0.0 ? oscillation_ : in_force_;
-  Trial trial{gain_, derivative_ms_, oscillates, told.period_s(), oscillation_.amplitude()};
+  const UltimateOscillation& reported = oscillation_.period_s() > 0.0 ? oscillation_ : in_force_;
+  Trial trial{gain_, derivative_ms_, oscillates, reported.period_s(), oscillation_.amplitude()};
   if (trials_.size() == kMaxTrials) trials_.erase(trials_.begin());
   trials_.push_back(trial);
   pressed_ = false;
@@ -246,30 +246,30 @@ void GainsIdentification::add(const Observation& observation) {
   }
 }
 
-Wish GainsIdentification::wish() const {
-  Wish wish;
+MotionRequest GainsIdentification::next_request() const {
+  MotionRequest request;
   if (phase_ == Phase::kDone || phase_ == Phase::kRefused) {
-    wish.words = phase_ == Phase::kRefused ? refusal_ : "";
-    return wish;
+    request.words = phase_ == Phase::kRefused ? refusal_ : "";
+    return request;
   }
   if (backing_off_) {
-    wish.hold_s = 0.5;
-    wish.words = trials_.empty() ? "let go: the search begins with the tool free and at rest"
-                                 : "let go: it oscillates at Kp = " + fixed_text(trials_.back().gain, 2);
-    return wish;
+    request.hold_s = 0.5;
+    request.words = trials_.empty() ? "let go: the search begins with the tool free and at rest"
+                                    : "let go: it oscillates at Kp = " + fixed_text(trials_.back().gain, 2);
+    return request;
   }
-  wish.motion = Wish::Motion::kPress;
-  wish.device = Wish::Device::kModulation;
-  wish.stiffness_n_per_mm = task_.target_stiffness_n_per_mm;
-  wish.proportional_gain = gain_;
-  wish.derivative_ms = derivative_ms_;
-  wish.force_n = kPressN;
-  wish.force_rate_n_per_s = 8.0;
-  wish.hold_s = kWatchS;
-  wish.words = press_is_lost_ ? "let go: the device was not ready; then " : "";
-  wish.words += "press the object to " + fixed_text(kPressN, 0) +
-                " N, hold for a second and let go (Kp = " + fixed_text(gain_, 2) + ")";
-  return wish;
+  request.motion = MotionRequest::Motion::kPress;
+  request.device = MotionRequest::Device::kModulation;
+  request.stiffness_n_per_mm = task_.target_stiffness_n_per_mm;
+  request.proportional_gain = gain_;
+  request.derivative_ms = derivative_ms_;
+  request.force_n = kPressN;
+  request.force_rate_n_per_s = 8.0;
+  request.hold_s = kWatchS;
+  request.words = press_is_lost_ ? "let go: the device was not ready; then " : "";
+  request.words += "press the object to " + fixed_text(kPressN, 0) +
+                   " N, hold for a second and let go (Kp = " + fixed_text(gain_, 2) + ")";
+  return request;
 }
 
 IdentificationProgress GainsIdentification::progress() const {
@@ -324,7 +324,7 @@ IdentificationProgress GainsIdentification::progress() const {
   const double share = done ? 1.0 : phase_ == Phase::kVerify ? 0.9 : 0.85 * along;
   completion_ = std::max(completion_, share);
   progress.completion = completion_;
-  if (!done) progress.missing.push_back(wish().words);
+  if (!done) progress.missing.push_back(next_request().words);
   if (done && !verified_)
     progress.missing.emplace_back("a softer target: the gains chosen do not hold this one");
   if (limit_first_) {
@@ -348,7 +348,7 @@ hal::Result<IdentifiedModel> GainsIdentification::finish() const {
     return hal::Error{
         "the ultimate gain was not reached", where,
         highest_holding_ > 0.0 ? "Kp up to " + fixed_text(highest_holding_, 2) + " holds" : "no press judged",
-        "presses of " + fixed_text(kWatchS, 1) + " s at rising gain", wish().words};
+        "presses of " + fixed_text(kWatchS, 1) + " s at rising gain", next_request().words};
   }
   GainsModel gains;
   gains.proportional_gain = gain_;

@@ -32,7 +32,7 @@ class GainsIdentification final : public Identification {
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);
 
   void add(const Observation& observation) override;
-  Wish wish() const override;
+  MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
   hal::Result<IdentifiedModel> finish() const override;
 

@@ -12,7 +12,7 @@
 namespace hapticd::rt {
 
 /// What an identification wants to happen next: said in words to a user, done by the simulated hand.
-struct Wish {
+struct MotionRequest {
   enum class Motion : std::uint8_t {
     kRest,        ///< hold the tool still, free
     kSway,        ///< turn and wave the tool in free air
@@ -93,7 +93,7 @@ class Identification {
 
   virtual void add(const Observation& observation) = 0;
   /// What should happen next. Asked again once it has been done; ends with kRest when nothing is wanted.
-  virtual Wish wish() const = 0;
+  virtual MotionRequest next_request() const = 0;
   virtual IdentificationProgress progress() const = 0;
   /// The model as far as the data go, `converged` or not. An error where they do not tell it at all, saying
   /// what is missing. `device`, `sensor`, `object` and `data_reference` are left for the caller.

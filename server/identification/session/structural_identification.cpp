@@ -43,7 +43,7 @@ constexpr double kCooledHeat = 0.25;
 constexpr double kRestS = 1.0;
 constexpr double kPressOverContinuous = 3.0;  // force of a press on a wall, against what is borne for ever
 constexpr double kRigidOverContinuous = 2.5;
-constexpr std::size_t kMostRounds = 8;
+constexpr std::size_t kMaxRounds = 8;
 constexpr double kOutlierPress = 4.0;  // times the median press's residual
 
 double component(const hal::Vector3& v, std::size_t i) noexcept {
@@ -556,43 +556,44 @@ std::vector<EstimatedParameter> StructuralIdentification::parameters_of(const Fi
   return parameters;
 }
 
-Wish StructuralIdentification::press_at(std::size_t target, const char* why) const {
-  Wish wish;
-  wish.motion = Wish::Motion::kPress;
-  wish.device = Wish::Device::kWall;
-  wish.stiffness_n_per_mm = (target + presses_seen_ / targets_mm_.size()) % 2 == 0 ? kStiffWall : kSoftWall;
-  wish.force_n = press_force_n_;
-  wish.force_rate_n_per_s = 12.0;
-  wish.hold_s = 0.05;
-  wish.place_mm = targets_mm_[target];
+MotionRequest StructuralIdentification::press_at(std::size_t target, const char* why) const {
+  MotionRequest request;
+  request.motion = MotionRequest::Motion::kPress;
+  request.device = MotionRequest::Device::kWall;
+  request.stiffness_n_per_mm =
+      (target + presses_seen_ / targets_mm_.size()) % 2 == 0 ? kStiffWall : kSoftWall;
+  request.force_n = press_force_n_;
+  request.force_rate_n_per_s = 12.0;
+  request.hold_s = 0.05;
+  request.place_mm = targets_mm_[target];
   // Heights are staggered: an instrument whose calibration is off periodically, watched at a few heights
   // only, would pass that off as a field. Multiples of the golden section, modulo one, fill an interval
   // evenly.
   const double golden = 0.6180339887 * static_cast<double>(presses_seen_);
-  wish.place_mm.z += kStaggerMm * (golden - std::floor(golden) - 0.5);
-  wish.words = why + fixed_text(wish.place_mm.x, 0) + " mm aside, " + fixed_text(wish.place_mm.y, 0) +
-               " mm across and " + fixed_text(wish.place_mm.z, 0) + " mm above the home, to " +
-               fixed_text(press_force_n_, 1) + " N, and let go";
-  return wish;
+  request.place_mm.z += kStaggerMm * (golden - std::floor(golden) - 0.5);
+  request.words = why + fixed_text(request.place_mm.x, 0) + " mm aside, " +
+                  fixed_text(request.place_mm.y, 0) + " mm across and " + fixed_text(request.place_mm.z, 0) +
+                  " mm above the home, to " + fixed_text(press_force_n_, 1) + " N, and let go";
+  return request;
 }
 
-Wish StructuralIdentification::press_rigid() const {
-  Wish wish;
-  wish.motion = Wish::Motion::kPress;
-  wish.device = Wish::Device::kModulation;
-  wish.stiffness_n_per_mm = kRigidTarget;
+MotionRequest StructuralIdentification::press_rigid() const {
+  MotionRequest request;
+  request.motion = MotionRequest::Motion::kPress;
+  request.device = MotionRequest::Device::kModulation;
+  request.stiffness_n_per_mm = kRigidTarget;
   // The object does not give way; the encoders do, by f_d/k_s. Compensated, any force would be too little.
-  wish.encoders_as_they_are = true;
-  wish.max_device_force_n = 1.5 * press_force_n_;
+  request.encoders_as_they_are = true;
+  request.max_device_force_n = 1.5 * press_force_n_;
   if (rig_.device.max_force_n > 0.0) {
-    wish.max_device_force_n = std::min(wish.max_device_force_n, rig_.device.max_force_n);
+    request.max_device_force_n = std::min(request.max_device_force_n, rig_.device.max_force_n);
   }
-  wish.force_n = kRigidHandN;
-  wish.force_rate_n_per_s = 4.0;
-  wish.hold_s = 0.05;
-  wish.words = "press the rigid object to " + fixed_text(kRigidHandN, 0) +
-               " N in half a second, straight down, and let go: the device presses on with more";
-  return wish;
+  request.force_n = kRigidHandN;
+  request.force_rate_n_per_s = 4.0;
+  request.hold_s = 0.05;
+  request.words = "press the rigid object to " + fixed_text(kRigidHandN, 0) +
+                  " N in half a second, straight down, and let go: the device presses on with more";
+  return request;
 }
 
 std::size_t StructuralIdentification::wanted_presses() const noexcept {
@@ -609,26 +610,26 @@ std::size_t StructuralIdentification::pressed_enough() const noexcept {
   return done;
 }
 
-Wish StructuralIdentification::wish() const {
+MotionRequest StructuralIdentification::next_request() const {
   // In the middle of a press nothing is taken away.
   if (must_cool() && !pressing_) {
-    Wish rest;
+    MotionRequest rest;
     rest.hold_s = kRestS;
     rest.words = "let go for some seconds: the motors of the device have to cool";
     return rest;
   }
   if (task_.rigid_contact) {
-    return !rigid_enough_ && presses_seen_ < kMostRounds * kRigidPresses ? press_rigid() : Wish{};
+    return !rigid_enough_ && presses_seen_ < kMaxRounds * kRigidPresses ? press_rigid() : MotionRequest{};
   }
   if (outside_missing_ > 0 && outside_missing_ == ticks_) {
-    Wish wish;
-    wish.words = "let an instrument from outside tell where the tip is: the encoders cannot see the bend";
-    return wish;
+    MotionRequest request;
+    request.words = "let an instrument from outside tell where the tip is: the encoders cannot see the bend";
+    return request;
   }
   for (std::size_t i = 0; i < targets_mm_.size(); ++i) {
     if (!visited(i)) return press_at(i, "press the wall ");
   }
-  if (!progress().converged && presses_seen_ < kMostRounds * targets_mm_.size()) {
+  if (!progress().converged && presses_seen_ < kMaxRounds * targets_mm_.size()) {
     return press_at(presses_seen_ % targets_mm_.size(), "press the wall once more ");
   }
   return {};
@@ -712,7 +713,7 @@ IdentificationProgress StructuralIdentification::progress() const {
         std::to_string(wanted - done) + " of " + std::to_string(wanted) +
         (rigid ? " presses with more than " + fixed_text(0.5 * press_force_n_, 1) + " N of the device: "
                : " places: ") +
-        wish().words);
+        next_request().words);
   } else if (!progress.certain) {
     progress.missing.push_back("more presses: the stiffness is known to " +
                                fixed_text(100.0 * (task_.constant ? now.centre_error : now.worst_error), 2) +
@@ -789,7 +790,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
                 "the force by more than 1 mm/s"
               : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "
                 "N/s, with a deflection that grows against the force",
-        presses_.empty() ? wish().words + "; with a recording, " + check : check};
+        presses_.empty() ? next_request().words + "; with a recording, " + check : check};
   }
   if (now.residual > 0.9) {
     return hal::Error{"the deflection does not follow the force", where,

@@ -39,7 +39,7 @@ class StructuralIdentification final : public Identification {
   StructuralIdentification(const StructuralStiffnessTask& task, const hal::RigInfo& rig);
 
   void add(const Observation& observation) override;
-  Wish wish() const override;
+  MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
   hal::Result<IdentifiedModel> finish() const override;
 
@@ -114,8 +114,8 @@ class StructuralIdentification final : public Identification {
   void accumulate(Press& press, const Row& row) const noexcept;
   void close_press();
   Fit fit(int highest_order) const;
-  Wish press_at(std::size_t target, const char* why) const;
-  Wish press_rigid() const;
+  MotionRequest press_at(std::size_t target, const char* why) const;
+  MotionRequest press_rigid() const;
   bool visited(std::size_t target) const noexcept;
   std::size_t wanted_presses() const noexcept;
   std::size_t pressed_enough() const noexcept;

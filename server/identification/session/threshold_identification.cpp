@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kSettleS = 0.3;  // filters, after a start or a gap
 constexpr double kSecondS = 1.0;  // residuals further apart are independent: the filters remember 0.15 s
-constexpr double kLowestN = 1e-4;
-constexpr double kHighestN = 100.0;
+constexpr double kMinN = 1e-4;
+constexpr double kMaxN = 100.0;
 constexpr double kVisitS = 0.3;
 constexpr double kTopSpeedMmPerS = 400.0;
 constexpr double kTopTiltDeg = 60.0;
@@ -31,7 +31,7 @@ constexpr std::uint64_t kFewSeconds = 10;
 constexpr std::size_t kLevelCount = 480;
 
 double value_of(std::size_t level) noexcept {
-  return kLowestN * std::pow(kHighestN / kLowestN, (static_cast<double>(level) + 0.5) / kLevelCount);
+  return kMinN * std::pow(kMaxN / kMinN, (static_cast<double>(level) + 0.5) / kLevelCount);
 }
 
 }  // namespace
@@ -44,8 +44,7 @@ ThresholdIdentification::ThresholdIdentification(const ThresholdTask& task, cons
 
 void ThresholdIdentification::close_second() {
   if (second_s_ >= 0.5 * kSecondS) {
-    const double share =
-        std::log(std::max(second_largest_n_, kLowestN) / kLowestN) / std::log(kHighestN / kLowestN);
+    const double share = std::log(std::max(second_largest_n_, kMinN) / kMinN) / std::log(kMaxN / kMinN);
     const double level = std::clamp(std::floor(share * kLevels), 0.0, kLevels - 1.0);
     const double speed =
         std::clamp(std::floor(second_top_speed_ / kTopSpeedMmPerS * kSpeeds), 0.0, kSpeeds - 1.0);
@@ -142,7 +141,7 @@ ThresholdIdentification::Tail ThresholdIdentification::tail_of(
     above += levels[i];
   }
   // No second is known better than to a level.
-  const double level_n = tail.quartile_n * (std::pow(kHighestN / kLowestN, 1.0 / kLevels) - 1.0);
+  const double level_n = tail.quartile_n * (std::pow(kMaxN / kMinN, 1.0 / kLevels) - 1.0);
   above = std::max(1.0, above);
   tail.scale_n = std::max(level_n, excess / above);
   const double efolds =
@@ -171,34 +170,34 @@ ThresholdIdentification::Tail ThresholdIdentification::tail() const {
   return worst;
 }
 
-Wish ThresholdIdentification::wish() const {
-  Wish wish;
-  if (ticks_ > 0 && progress().converged) return wish;
+MotionRequest ThresholdIdentification::next_request() const {
+  MotionRequest request;
+  if (ticks_ > 0 && progress().converged) return request;
   // Rest, sway and strikes take turns, each a few seconds.
   const double per_round_s = std::max(4.0, task_.duration_s / 5.0);
   const auto round = static_cast<int>(std::floor(observed_s_ / per_round_s));
   switch (round % 5) {
     case 0:
-      wish.motion = Wish::Motion::kRest;
-      wish.hold_s = 2.0;
-      wish.words = "hold the tool still, touching nothing";
+      request.motion = MotionRequest::Motion::kRest;
+      request.hold_s = 2.0;
+      request.words = "hold the tool still, touching nothing";
       break;
     case 1:
     case 3:
-      wish.motion = Wish::Motion::kSway;
-      wish.tilt_deg = 40.0;
-      wish.speed_mm_per_s = round % 5 == 1 ? 120.0 : 200.0;
-      wish.hold_s = 3.0;
-      wish.words = "turn and wave the tool, touching nothing";
+      request.motion = MotionRequest::Motion::kSway;
+      request.tilt_deg = 40.0;
+      request.speed_mm_per_s = round % 5 == 1 ? 120.0 : 200.0;
+      request.hold_s = 3.0;
+      request.words = "turn and wave the tool, touching nothing";
       break;
     default:
-      wish.motion = Wish::Motion::kStrikeFree;
-      wish.speed_mm_per_s = 220.0;
-      wish.repetitions = 4;
-      wish.words = "strike into the air";
+      request.motion = MotionRequest::Motion::kStrikeFree;
+      request.speed_mm_per_s = 220.0;
+      request.repetitions = 4;
+      request.words = "strike into the air";
       break;
   }
-  return wish;
+  return request;
 }
 
 IdentificationProgress ThresholdIdentification::progress() const {

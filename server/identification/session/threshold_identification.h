@@ -27,7 +27,7 @@ class ThresholdIdentification final : public Identification {
   ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig);
 
   void add(const Observation& observation) override;
-  Wish wish() const override;
+  MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
   hal::Result<IdentifiedModel> finish() const override;
 

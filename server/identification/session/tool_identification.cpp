@@ -198,15 +198,15 @@ bool ToolIdentification::cell_enough(int x, int y) const noexcept {
   return tilts_[static_cast<std::size_t>(y * kTiltBins + x)] >= kCellS * summed_hz;
 }
 
-Wish ToolIdentification::wish() const {
-  Wish wish;
-  if (ticks_ > 0 && progress().converged) return wish;
-  wish.motion = Wish::Motion::kSway;
-  wish.tilt_deg = 45.0;
-  wish.speed_mm_per_s = 150.0;
-  wish.hold_s = 6.0;
-  wish.words = "turn the tool to all sides by 45° and wave it, touching nothing";
-  return wish;
+MotionRequest ToolIdentification::next_request() const {
+  MotionRequest request;
+  if (ticks_ > 0 && progress().converged) return request;
+  request.motion = MotionRequest::Motion::kSway;
+  request.tilt_deg = 45.0;
+  request.speed_mm_per_s = 150.0;
+  request.hold_s = 6.0;
+  request.words = "turn the tool to all sides by 45° and wave it, touching nothing";
+  return request;
 }
 
 IdentificationProgress ToolIdentification::progress() const {

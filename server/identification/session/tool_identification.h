@@ -19,7 +19,7 @@ class ToolIdentification final : public Identification {
   ToolIdentification(const ToolTask& task, const hal::RigInfo& rig);
 
   void add(const Observation& observation) override;
-  Wish wish() const override;
+  MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
   hal::Result<IdentifiedModel> finish() const override;
 

@@ -58,18 +58,18 @@ Outcome<ModelDifference> difference(const StoredModel& a, const StoredModel& b) 
           fmt::format("unit of {}: {} against {}", parameter.name, other->unit, parameter.unit));
     }
   }
-  const auto told = [&](const char* what, const std::string& of_a, const std::string& of_b) {
+  const auto reported = [&](const char* what, const std::string& of_a, const std::string& of_b) {
     if (of_a != of_b) result.remarks.push_back(fmt::format("{}: '{}' against '{}'", what, of_a, of_b));
   };
   const auto number = [&](const char* what, double of_a, double of_b) {
     if (of_a != of_b) result.remarks.push_back(fmt::format("{}: {:.4g} against {:.4g}", what, of_a, of_b));
   };
-  told("object", a.model.object, b.model.object);
-  told("tip", tip_of(a.model), tip_of(b.model));
-  told("device", a.model.device, b.model.device);
-  told("sensor", a.model.sensor, b.model.sensor);
-  told("procedure", a.model.procedure, b.model.procedure);
-  told("data", a.model.data_reference, b.model.data_reference);
+  reported("object", a.model.object, b.model.object);
+  reported("tip", tip_of(a.model), tip_of(b.model));
+  reported("device", a.model.device, b.model.device);
+  reported("sensor", a.model.sensor, b.model.sensor);
+  reported("procedure", a.model.procedure, b.model.procedure);
+  reported("data", a.model.data_reference, b.model.data_reference);
   number("covered displacement [mm]", a.model.validity.max_displacement_mm,
          b.model.validity.max_displacement_mm);
   number("covered speed [mm/s]", a.model.validity.max_speed_mm_per_s, b.model.validity.max_speed_mm_per_s);

@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 
 /// SQLite itself never waits for another process: it would under our lock.
 constexpr int kBusyMs = 0;
-constexpr std::chrono::seconds kOpenPatience{5};
+constexpr std::chrono::seconds kOpenTimeout{5};
 constexpr std::chrono::milliseconds kRetryEvery{5};
 constexpr std::size_t kShortestPrefix = 6;
 constexpr std::size_t kHashLength = 64;
@@ -302,7 +302,7 @@ hal::Result<std::unique_ptr<ModelStore>> ModelStore::open(const std::string& pat
                         "name another file with --model-store, or :memory: to keep no models"};
     }
   }
-  const auto until = Clock::now() + kOpenPatience;
+  const auto until = Clock::now() + kOpenTimeout;
   for (;;) {
     try {
       auto state = std::make_unique<State>(path, rig_kind);

@@ -29,7 +29,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using report::fixed;
 
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kTimeout{60};
 
 double seconds_since(Clock::time_point began) {
   return std::chrono::duration<double>(Clock::now() - began).count();
@@ -41,7 +41,7 @@ class Rows {
   explicit Rows(std::uint64_t bytes) : left_(bytes) {}
   std::string next_piece() {
     std::string piece = count_ == 0 ? "time_s,force_N,position_mm,note\n" : "";
-    while (left_ > 0 && piece.size() + kRowBytes <= client::RecordingUpload::kLargestPiece) {
+    while (left_ > 0 && piece.size() + kRowBytes <= client::RecordingUpload::kMaxPiece) {
       std::string row = std::to_string(count_++) + "e-3,1.25,1.5,";
       row.resize(kRowBytes - 1, 'x');
       piece += row + '\n';
@@ -65,11 +65,11 @@ double upload(client::Client& client, std::uint64_t bytes) {
   const auto began = Clock::now();
   for (std::string piece = rows.next_piece(); !piece.empty(); piece = rows.next_piece()) {
     upload.send(std::move(piece));
-    if (!upload.taken(kPatience)) throw std::runtime_error("the daemon does not take the recording");
+    if (!upload.taken(kTimeout)) throw std::runtime_error("the daemon does not take the recording");
   }
   const double sending_s = seconds_since(began);
   upload.finish();
-  if (!upload.answer(kPatience)) throw std::runtime_error("the daemon does not answer the upload");
+  if (!upload.answer(kTimeout)) throw std::runtime_error("the daemon does not answer the upload");
   return 1e-6 * static_cast<double>(bytes) / sending_s;
 }
 
@@ -163,7 +163,7 @@ Outcome attack_daemon(const Attack& attack, double scale, const std::filesystem:
   Outcome outcome;
   outcome.growth_mb = test::most_resident_mb(daemon.pid()) - before_mb;
   try {
-    client::Client afterwards({.address = daemon.address(), .timeout = kPatience});
+    client::Client afterwards({.address = daemon.address(), .timeout = kTimeout});
     outcome.crashed = !afterwards.rig_state().loop().running();
   } catch (const client::Error&) {
     outcome.crashed = true;

@@ -9,7 +9,7 @@
 namespace hapticd::bench {
 namespace {
 
-constexpr std::chrono::seconds kPatience{20};
+constexpr std::chrono::seconds kTimeout{20};
 
 std::string content(const std::filesystem::path& path) {
   std::ostringstream text;
@@ -45,7 +45,7 @@ DaemonProcess::DaemonProcess(std::filesystem::path log, const DaemonSetup& setup
                             "--listen", "127.0.0.1:0", "--model-store", ":memory:", "--config",
                             configuration_beside(log_, setup)},
                 .output = log_}) {
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kTimeout;
   while (address_.empty()) {
     const auto status = process_.wait(std::chrono::milliseconds(20));
     address_ = announced_address(content(log_));

@@ -81,7 +81,7 @@ SubscriberTally& SubscriberTally::operator+=(const SubscriberTally& other) noexc
 SubscriberProcess::SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result,
                                      int streams)
     : result_(std::move(result)),
-      patience_(in_ms(seconds + 20.0)),
+      timeout_(in_ms(seconds + 20.0)),
       process_({.command = {(program_folder() / "hapticd_bench").string(), "live-child", "--server", address,
                             "--seconds", std::to_string(seconds), "--result", result_.string(), "--streams",
                             std::to_string(streams)},
@@ -95,7 +95,7 @@ void SubscriberProcess::kill() noexcept {
 }
 
 SubscriberTally SubscriberProcess::finish() {
-  const auto status = process_.wait(patience_);
+  const auto status = process_.wait(timeout_);
   std::ifstream file(result_);
   const auto tally = nlohmann::json::parse(file, nullptr, false);
   if (status != 0 || !tally.is_object()) {

@@ -43,7 +43,7 @@ class SubscriberProcess {
 
  private:
   std::filesystem::path result_;
-  std::chrono::milliseconds patience_;
+  std::chrono::milliseconds timeout_;
   report::ChildProcess process_;
 };
 

@@ -32,7 +32,7 @@ using report::fixed;
 constexpr double kBoxRateHz = 7000.0;
 constexpr std::int64_t kPeriodNs = 1'000'000;
 constexpr const char* kThreadName = "hapticd-netft";
-constexpr std::chrono::seconds kPatience{20};
+constexpr std::chrono::seconds kTimeout{20};
 
 struct NetFtRun {
   double samples = 0.0;
@@ -82,7 +82,7 @@ class BoxProcess {
       : log_(log),
         process_({.command = {std::filesystem::read_symlink("/proc/self/exe").string(), "netft-child"},
                   .output = log}) {
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    const auto deadline = std::chrono::steady_clock::now() + kTimeout;
     while (http_port_ == 0) {
       const auto status = process_.wait(std::chrono::milliseconds(20));
       std::ifstream text(log_);

@@ -69,8 +69,8 @@ class TickWorkload {
     record = rt::TickRecord{};
     sink_ = renderer_.tick(sample, record);
     ring_.publish();
-    if (const rt::TickRecord* told = ring_.front(); told != nullptr) {
-      guard_state_ = told->guard_state;
+    if (const rt::TickRecord* reported = ring_.front(); reported != nullptr) {
+      guard_state_ = reported->guard_state;
       ring_.discard();
     }
   }

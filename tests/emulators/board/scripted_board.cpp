@@ -260,7 +260,7 @@ void ScriptedBoard::put_rail(std::size_t gauge, double volts) {
   const std::lock_guard lock(mutex_);
   rail_v_[gauge] = volts;
 }
-void ScriptedBoard::mend_gauges() {
+void ScriptedBoard::repair_gauges() {
   const std::lock_guard lock(mutex_);
   rail_v_ = {};
   nan_ = false;

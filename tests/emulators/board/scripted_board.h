@@ -65,7 +65,7 @@ class ScriptedBoard final : public daq::Board {
   void mute_scans(bool muted = true);              ///< no scans any more, though it claims to run
   void put_nan(bool on = true);                    ///< on all gauges
   void put_rail(std::size_t gauge, double volts);  ///< a gauge stuck at a voltage
-  void mend_gauges();
+  void repair_gauges();
   void freeze_encoder(std::size_t joint, bool frozen = true);
   void jump_encoder(std::size_t joint, std::int64_t counts);
   void fail_counters(bool failing = true);

@@ -19,7 +19,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
          ramp, max_change, structure_compensated, structural, structural_field, explore, control,
          compensation, guard] = spec;
-  auto& [method, threshold, ratio, release_ticks, clearance, quiet_ticks, free_ticks, evidence, zero_bound] =
+  auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
@@ -32,7 +32,6 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
   static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
       static_cast<void>(method), static_cast<void>(evidence_required);
-  static_cast<void>(release_ticks), static_cast<void>(quiet_ticks), static_cast<void>(free_ticks);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
@@ -48,7 +47,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     add({&*reaction_lead});
   }
   if (kind != rt::SceneKind::kWall)
-    add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
+    add({&threshold, &ratio, &release_time, &quiet_time, &arming_time, &clearance, &unexplained,
+         &lowest_stiffness, &zero_bound});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
   if (kind == rt::SceneKind::kExplore) {
     add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
@@ -112,9 +112,9 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     if (!wall) {
       spec.contact.method =
           turn(round, 2, {rt::ContactMethod::kMatchedInertia, rt::ContactMethod::kFilteredAcceleration});
-      spec.contact.release_ticks = static_cast<std::uint32_t>(1 + round);
-      spec.contact.quiet_ticks_after_release = static_cast<std::uint32_t>(1 + 3 * round);
-      spec.contact.free_ticks_to_arm = static_cast<std::uint32_t>(1 + 7 * round);
+      spec.contact.release_time_ms = 1.0 + round;
+      spec.contact.quiet_time_ms = 1.0 + 3.0 * round;
+      spec.contact.arming_time_ms = 1.0 + 7.0 * round;
     }
     if (spec.kind == rt::SceneKind::kExplore) {
       using Kind = rt::TargetLaw::Kind;
@@ -162,9 +162,9 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->object_model, spec.object_model);
     EXPECT_EQ(again->structural_compensation, spec.structural_compensation);
     EXPECT_EQ(again->contact.method, spec.contact.method);
-    EXPECT_EQ(again->contact.release_ticks, spec.contact.release_ticks);
-    EXPECT_EQ(again->contact.quiet_ticks_after_release, spec.contact.quiet_ticks_after_release);
-    EXPECT_EQ(again->contact.free_ticks_to_arm, spec.contact.free_ticks_to_arm);
+    EXPECT_EQ(again->contact.release_time_ms, spec.contact.release_time_ms);
+    EXPECT_EQ(again->contact.quiet_time_ms, spec.contact.quiet_time_ms);
+    EXPECT_EQ(again->contact.arming_time_ms, spec.contact.arming_time_ms);
     EXPECT_EQ(again->controller.law, spec.controller.law);
     EXPECT_EQ(again->explore.direction, spec.explore.direction);
     EXPECT_EQ(again->explore.displacement, spec.explore.displacement);

@@ -48,7 +48,7 @@ class EndlessRecording {
   /// Empty at the end.
   std::string next_piece() {
     std::string piece = rows_ == 0 ? "time_s,force_N,position_mm,note\n" : "";
-    while (left_ > 0 && piece.size() + kRowBytes <= client::RecordingUpload::kLargestPiece) {
+    while (left_ > 0 && piece.size() + kRowBytes <= client::RecordingUpload::kMaxPiece) {
       std::string row = std::to_string(rows_++) + "e-3,1.25,1.5,";
       row.resize(kRowBytes - 1, 'x');
       piece += row + '\n';
@@ -65,7 +65,7 @@ class EndlessRecording {
 };
 
 client::Client connect_client(const std::string& address) {
-  return client::Client({.address = address, .timeout = kPatience});
+  return client::Client({.address = address, .timeout = kTimeout});
 }
 
 TEST(RecordingUpload, TwoHundredMegabytesPassThroughABoundedMemory) {
@@ -81,10 +81,10 @@ TEST(RecordingUpload, TwoHundredMegabytesPassThroughABoundedMemory) {
   client::RecordingUpload upload = client.upload_recording(description);
   for (std::string piece = recording.next_piece(); !piece.empty(); piece = recording.next_piece()) {
     upload.send(std::move(piece));
-    ASSERT_TRUE(upload.taken(kPatience));
+    ASSERT_TRUE(upload.taken(kTimeout));
   }
   upload.finish();
-  const auto answer = upload.answer(kPatience);
+  const auto answer = upload.answer(kTimeout);
   ASSERT_TRUE(answer.has_value());
   EXPECT_EQ(answer->rows(), recording.rows());
   EXPECT_NEAR(answer->duration_s(), 1e-3 * static_cast<double>(recording.rows() - 1), 1e-6);
@@ -118,12 +118,12 @@ TEST(RecordingUpload, ADaemonThatIsKilledLeavesNoFileBehind) {
   const auto upload_piece = [&](client::RecordingUpload& upload) {
     EndlessRecording recording(1'000'000);
     upload.send(recording.next_piece());
-    return upload.taken(kPatience);
+    return upload.taken(kTimeout);
   };
   client::RecordingUpload whole = client.upload_recording({});
   ASSERT_TRUE(upload_piece(whole));
   whole.finish();
-  ASSERT_TRUE(whole.answer(kPatience).has_value());
+  ASSERT_TRUE(whole.answer(kTimeout).has_value());
   client::RecordingUpload half = client.upload_recording({});
   ASSERT_TRUE(upload_piece(half));
   process.signal(SIGKILL);
@@ -139,7 +139,7 @@ TEST(RecordingUpload, WithoutRoomIsRefusedAndNamesThePlace) {
     client::RecordingUpload upload = client.upload_recording({});
     upload.send("time_s,force_N,position_mm\n0,0,0\n");
     upload.finish();
-    upload.answer(kPatience);
+    upload.answer(kTimeout);
     ADD_FAILURE() << "was taken";
   } catch (const client::Error& error) {
     EXPECT_EQ(error.code(), "RESOURCE_EXHAUSTED");

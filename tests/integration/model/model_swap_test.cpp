@@ -72,10 +72,10 @@ class SwapBench {
     return hash;
   }
   Outcome<SceneHost::Loaded> load(const std::string& tag,
-                                  std::chrono::milliseconds patience = std::chrono::seconds(60),
+                                  std::chrono::milliseconds timeout = std::chrono::seconds(60),
                                   const char* scene = kScene) {
     Caller caller;
-    caller.deadline = Caller::Clock::now() + patience;
+    caller.deadline = Caller::Clock::now() + timeout;
     return scenes_.load({SceneSource::Kind::kToml, scene, std::string(kObject) + "@" + tag}, caller);
   }
   void hand(double force_n, double hold_s, int repetitions) {

@@ -63,7 +63,7 @@ TEST(ServiceModels, ABrokenFileOfTheFolderIsToldAndRefused) {
   server::DaemonConfig config = quiet_config();
   config.model_folder = folder.path();
   const RunningService service(config);
-  const std::string told = broken + ", line 2: unknown key 'max_force' in [creep]";
+  const std::string reported = broken + ", line 2: unknown key 'max_force' in [creep]";
   bool listed = false;
   const auto models = list(service);
   for (const auto& model : models.models()) {
@@ -74,7 +74,7 @@ TEST(ServiceModels, ABrokenFileOfTheFolderIsToldAndRefused) {
     }
     if (model.name() != "broken") continue;
     listed = true;
-    EXPECT_TRUE(model.problem().starts_with(told)) << model.problem();
+    EXPECT_TRUE(model.problem().starts_with(reported)) << model.problem();
   }
   EXPECT_TRUE(listed);
   v1::GetModelResponse shown;

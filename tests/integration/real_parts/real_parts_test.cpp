@@ -165,10 +165,10 @@ TEST_F(RealParts, TheHardwareLinesOfTheReadmeWork) {
   const std::vector<std::string> lines = hardware_lines_of_readme();
   ASSERT_GE(lines.size(), 6U) << "check, start, doctor, bias, table, scene";
   ChildProcess drive(EMULATED_DRIVE, {"--tcp", "0"});
-  const std::string told = drive.read_line();  // "tcp 127.0.0.1:PORT unit 1"
-  const std::size_t colon = told.find(':');
-  ASSERT_NE(colon, std::string::npos) << told;
-  const std::string port = told.substr(colon + 1, told.find(' ', colon) - colon - 1);
+  const std::string reported = drive.read_line();  // "tcp 127.0.0.1:PORT unit 1"
+  const std::size_t colon = reported.find(':');
+  ASSERT_NE(colon, std::string::npos) << reported;
+  const std::string port = reported.substr(colon + 1, reported.find(' ', colon) - colon - 1);
 
   ASSERT_NO_FATAL_FAILURE(start_peers(kRestingHand));
   complete_rig_file();

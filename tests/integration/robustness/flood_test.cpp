@@ -237,7 +237,7 @@ class IdleConnections {
   bool one_is_refused() const {
     std::vector<pollfd> watched;
     for (const int descriptor : descriptors_) watched.push_back({descriptor, POLLRDHUP, 0});
-    return poll(watched.data(), watched.size(), static_cast<int>(1000 * kPatience.count())) > 0;
+    return poll(watched.data(), watched.size(), static_cast<int>(1000 * kTimeout.count())) > 0;
   }
 
  private:

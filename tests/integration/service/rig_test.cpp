@@ -17,15 +17,16 @@ TEST(ServiceRig, TellsWhatEveryFaultDoes) {
   const RunningService service;
   v1::ListFaultsResponse answer;
   ASSERT_TRUE(service.safety->ListFaults(call_context().get(), {}, &answer).ok());
-  std::set<int> told;
+  std::set<int> reported;
   for (const v1::FaultRule& rule : answer.faults()) {
-    EXPECT_TRUE(told.insert(rule.fault()).second);
+    EXPECT_TRUE(reported.insert(rule.fault()).second);
     EXPECT_NE(rule.action(), v1::FAULT_ACTION_UNSPECIFIED);
     EXPECT_NE(rule.clearing(), v1::FAULT_CLEARING_UNSPECIFIED);
     EXPECT_FALSE(rule.cause().empty());
     EXPECT_FALSE(rule.remedy().empty());
   }
-  EXPECT_EQ(static_cast<int>(told.size()), v1::GuardFault_ARRAYSIZE - 2) << "all but UNSPECIFIED and NONE";
+  EXPECT_EQ(static_cast<int>(reported.size()), v1::GuardFault_ARRAYSIZE - 2)
+      << "all but UNSPECIFIED and NONE";
 }
 
 TEST(ServiceRig, IsLookedOverByTheDoctor) {

@@ -103,7 +103,7 @@ TEST_F(HapticctlTurntable, AKilledClientStopsTheTable) {
     while (Json::parse(child.read_line())["motion"]["completion"] < 0.001) {
     }
   }
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   Json status;
   do {
     status = Json::parse(run({"status", "--json"}).output)["status"];

@@ -67,7 +67,7 @@ class AHost : public testing::Test {
   }
 
   /// The faults present in a tick that began after this call.
-  rt::FaultSet faults_told() {
+  rt::FaultSet reported_faults() {
     const std::uint64_t now = session.last_tick();
     rt::TickRecord record = hub.latest();
     while (record.tick <= now + 1) {
@@ -128,17 +128,17 @@ TEST_F(AHost, TellsFaultsOfMotions) {
   const auto stalled = move(20.0);
   ASSERT_FALSE(stalled);
   EXPECT_EQ(stalled.refusal().kind, RefusalKind::kAborted);
-  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableStalled));
-  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableStalled)) << "for as long as it lasts";
+  EXPECT_EQ(reported_faults(), rt::set_of(rt::GuardFault::kTurntableStalled));
+  EXPECT_EQ(reported_faults(), rt::set_of(rt::GuardFault::kTurntableStalled)) << "for as long as it lasts";
   drive.hold(false);
   ASSERT_TRUE(host.clear_alarm(Caller{}));
-  EXPECT_EQ(faults_told(), 0U);
+  EXPECT_EQ(reported_faults(), 0U);
   drive.set_faults({.exception_on_write = 3});
   EXPECT_FALSE(move(20.0));
-  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableAlarm));
+  EXPECT_EQ(reported_faults(), rt::set_of(rt::GuardFault::kTurntableAlarm));
   drive.set_faults({});
   ASSERT_TRUE(move(20.0));
-  EXPECT_EQ(faults_told(), 0U) << "the next motion begins anew";
+  EXPECT_EQ(reported_faults(), 0U) << "the next motion begins anew";
   EXPECT_EQ(hub.latest().guard_state, rt::GuardState::kRendering) << "they are warnings";
 }
 
@@ -151,14 +151,14 @@ TEST_F(AHost, ATableLostOnTheWayTakesTheForceUntilItIsSeenTo) {
     return true;
   });
   ASSERT_FALSE(lost);
-  EXPECT_EQ(faults_told(), rt::set_of(rt::GuardFault::kTurntableLost));
+  EXPECT_EQ(reported_faults(), rt::set_of(rt::GuardFault::kTurntableLost));
   EXPECT_EQ(hub.latest().guard_fault, rt::GuardFault::kTurntableLost);
   rt::EngineCommand clear;
   clear.kind = rt::EngineCommand::Kind::kClear;
   EXPECT_EQ(session.engine().execute(clear, std::chrono::seconds(20)).status,
             rt::EngineOutcome::Status::kFaultPersists);
   ASSERT_TRUE(host.disengage());
-  EXPECT_EQ(faults_told(), 0U);
+  EXPECT_EQ(reported_faults(), 0U);
   EXPECT_EQ(session.engine().execute(clear, std::chrono::seconds(20)).status,
             rt::EngineOutcome::Status::kApplied);
 }
@@ -173,14 +173,14 @@ TEST_F(AHost, ADriveThatIsNotThereIsUnavailable) {
 
 TEST_F(AHost, WhoeverLosesInterestStopsTheTable) {
   ASSERT_TRUE(home());
-  int told = 0;
+  int reported = 0;
   const auto left = host.move_to({170.0, ""}, {20.0, 0.0}, Caller{},
-                                 [&told](const hal::TurntableStatus&) { return ++told < 3; });
+                                 [&reported](const hal::TurntableStatus&) { return ++reported < 3; });
   ASSERT_FALSE(left);
   EXPECT_EQ(left.refusal().kind, RefusalKind::kCancelled);
   EXPECT_FALSE(drive.motor().moving());
   EXPECT_FALSE(scenes.reserved());
-  EXPECT_EQ(faults_told(), 0U);
+  EXPECT_EQ(reported_faults(), 0U);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ class ServiceTurntable : public testing::Test {
     return motion;
   }
   v1::Turntable await(v1::TurntableState state) const {
-    const auto until = std::chrono::steady_clock::now() + kPatience;
+    const auto until = std::chrono::steady_clock::now() + kTimeout;
     v1::Turntable now = get();
     while (now.status().state() != state && std::chrono::steady_clock::now() < until) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -231,7 +231,7 @@ TEST_F(ServiceTurntable, DoesNotTurnUnderLoadEvenWithoutAScene) {
   press.mutable_program()->set_hold_s(-1.0);
   v1::SetHandProgramResponse unused;
   ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &unused).ok());
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   while (!get().has_interlock() && std::chrono::steady_clock::now() < until) std::this_thread::yield();
   const grpc::Status refused = move(to_station("rubber"));
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);

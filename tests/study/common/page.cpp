@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 using report::significant;
 
 constexpr std::size_t kNarrowest = 5;
-constexpr std::size_t kLargest = 3;
+constexpr std::size_t kMax = 3;
 
 std::vector<Json> figures_in(const std::filesystem::path& folder, const std::string& name) {
   std::vector<Json> figures;
@@ -97,7 +97,7 @@ void add_largest_errors(report::Report& report) {
     return a["value"].get<double>() > b["value"].get<double>();
   });
   report::MarkdownTable table({"error", "where"});
-  for (std::size_t i = 0; i < std::min(kLargest, errors.size()); ++i)
+  for (std::size_t i = 0; i < std::min(kMax, errors.size()); ++i)
     table.add_row({error_text(errors[i]), case_text(errors[i])});
   report.add_table("summary_errors", "The largest errors of what ships", table);
 }

@@ -13,7 +13,7 @@ namespace hapticd::study {
 
 namespace {
 
-constexpr double kPatienceS = 30.0;
+constexpr double kTimeoutS = 30.0;
 constexpr const char* kNeverTouched = "the hand never touched the object";
 constexpr const char* kForceLimit =
     "the device's force limit, or what the sensor bears of it, is reached, (3.8)";
@@ -73,7 +73,7 @@ PressOutcome press_once(const PressTask& task, Disturbance& disturbance) {
         }
         return judge.over();
       },
-      kPatienceS);
+      kTimeoutS);
   run.pass(0.01);
 
   const double judged_ms = 1e3 * (task.judged_to_s - task.judged_from_s);
@@ -114,7 +114,7 @@ PressOutcome press_direct(const PressTask& task) {
   run.set_hand(task.hand);
   PressOutcome outcome;
   PressJudge judge(task);
-  while (!judge.over() && run.time_s() < kPatienceS && outcome.failed.empty()) {
+  while (!judge.over() && run.time_s() < kTimeoutS && outcome.failed.empty()) {
     run.step();
     judge.take(run.time_s(), run.truth());
     outcome.failed = failure(run.record(), judge.judging());
@@ -134,15 +134,15 @@ PressOutcome press_on_board(const PressTask& task) {
         outcome.failed = failure(run.last(), judge.judging());
         return judge.over() || !outcome.failed.empty();
       },
-      kPatienceS);
+      kTimeoutS);
   conclude(judge, outcome);
   return outcome;
 }
 
 LivePress press_emulated(const PressTask& task) {
-  constexpr int kMostAttempts = 3;
+  constexpr int kMaxAttempts = 3;
   LivePress press;
-  while (press.attempts < kMostAttempts) {
+  while (press.attempts < kMaxAttempts) {
     ++press.attempts;
     press.disturbance = {};
     press.outcome = press_once(task, press.disturbance);

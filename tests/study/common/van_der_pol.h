@@ -6,7 +6,7 @@ namespace hapticd::study {
 /// from whatever start, inside or outside; scaled to 0.5 mm about -3 mm. Tells `tell` the position once a
 /// millisecond.
 template <class Tell>
-void van_der_pol(double start, int ticks, const Tell& tell) {
+void van_der_pol(double start, int ticks, const Tell& fill_record) {
   constexpr double kW = 60.0;
   constexpr double kM = 0.5;
   constexpr double kStepS = 1e-5;
@@ -16,7 +16,7 @@ void van_der_pol(double start, int ticks, const Tell& tell) {
   for (int i = 0; i < ticks * kStepsATick; ++i) {
     v += kStepS * kW * (kM * (1.0 - x * x) * v - kW * x);
     x += kStepS * v;
-    if (i % kStepsATick == 0) tell(-3.0 + 0.25 * x);
+    if (i % kStepsATick == 0) fill_record(-3.0 + 0.25 * x);
   }
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 rt::SceneSpec watcher(rt::SceneSpec scene, double threshold_n) {
   scene.contact.threshold_n = threshold_n;
-  scene.contact.free_ticks_to_arm = 1;  // a force that never rests must not keep it from being wrong
+  scene.contact.arming_time_ms = 1;  // a force that never rests must not keep it from being wrong
   scene.explore.displacement = rt::DisplacementEstimator::kRecursive;
   return scene;
 }
@@ -64,7 +64,7 @@ void tap(const std::string& object, double speed_mm_per_s, double slant_deg, int
   run.set_hand(hand);
   rt::SceneSpec ours = watcher(explore_scene(rt::Tip::kBallBearing), threshold_n);
   rt::SceneSpec published = watcher(dissertation_scene(rt::Tip::kBallBearing), published_threshold_n);
-  ours.contact.free_ticks_to_arm = published.contact.free_ticks_to_arm = 20;
+  ours.contact.arming_time_ms = published.contact.arming_time_ms = 20;
   Shadow shadows[] = {Shadow(run.info(), ours, {}), Shadow(run.info(), published, {})};
   bool waits[] = {false, false};
   std::vector<double>* found[] = {&delays.ours_ms, &delays.published_ms};

@@ -102,7 +102,7 @@ std::vector<Moment> watch_strokes(const sim::SimulationConfig& rig, const sim::H
 }
 
 constexpr double kSlidingMmPerS = 10.0;
-constexpr double kLeastMm = 0.2;  // below it a ratio of displacements says nothing
+constexpr double kMinMm = 0.2;  // below it a ratio of displacements says nothing
 
 /// The tick after which the tip only leaves the object: the last one at seven tenths of the depth of the
 /// strokes.
@@ -131,7 +131,7 @@ void count(const std::vector<Moment>& moments, std::vector<Errors>& errors) {
         errors[e].all_deg.push_back(m.angle_deg[e]);
         if (m.sliding_mm_per_s > kSlidingMmPerS) errors[e].sliding_deg.push_back(m.angle_deg[e]);
       }
-      if (m.displacement_mm > kLeastMm) {
+      if (m.displacement_mm > kMinMm) {
         (leaving ? errors[e].release : errors[e].displacement)
             .push_back(std::abs(m.estimate_mm[e] / m.displacement_mm - 1.0));
       }
@@ -246,7 +246,7 @@ void run_estimation(StudyContext& context) {
       for (std::size_t e = 0; e < all.size(); ++e) {
         for (const bool release : {false, true}) {
           const std::vector<double>& values = release ? errors[e].release : errors[e].displacement;
-          const auto add = [&](const char* name, double value, double goal, double told) {
+          const auto add = [&](const char* name, double value, double goal, double reported) {
             report::Figure figure{name,
                                   {{"object", object},
                                    {"tip", tip},
@@ -259,7 +259,7 @@ void run_estimation(StudyContext& context) {
               figure.value = value;
             }
             if (e == 0 && !release) figure.goal = goal;
-            figure.reference = told;
+            figure.reference = reported;
             figure.source = "D§4.5.3, release included";
             context.report.add(figure);
           };

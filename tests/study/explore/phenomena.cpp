@@ -103,7 +103,7 @@ void run_phenomena(StudyContext& context) {
   report::MarkdownTable bias({"depth mm", "x̂/x - 1 %", "rendered would be", "D§4.7"});
   struct Case {
     double depth_mm;
-    const char* told;
+    const char* reported;
     double sign;
   };
   for (const Case& c : {Case{10.0, "", 0.0},
@@ -117,7 +117,7 @@ void run_phenomena(StudyContext& context) {
     figure.source = "D§4.7.3, Fig. 4.20-4.21: sign; densification near 25 mm";
     context.report.add(figure);
     bias.add_row(
-        {fixed(c.depth_mm, 1), fixed(100.0 * error, 1), error < 0.0 ? "too soft" : "too hard", c.told});
+        {fixed(c.depth_mm, 1), fixed(100.0 * error, 1), error < 0.0 ? "too soft" : "too hard", c.reported});
   }
   context.report.add_table(
       "phenomena_bias", "Bias of the Hunt-Crossley law on the densifying sponge", bias,

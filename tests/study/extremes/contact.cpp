@@ -167,7 +167,7 @@ ExtremeGroup contact_extremes() {
               {"contact detector", "ten hours exactly at ± the threshold", "contacts declared", "1", 0.0,
                "contact is beyond it", at_threshold},
               {"contact detector", "f → 0 while the tip is deep", "ticks below the release level", "ticks",
-               static_cast<double>(rt::ContactParameters{}.release_ticks), "its release_ticks", released},
+               rt::ContactParameters{}.release_time_ms, "its release_time_ms", released},
           }};
 }
 

@@ -72,10 +72,10 @@ void add_group(report::Report& report, const ExtremeGroup& group, const std::vec
 /// stands on the lowest line.
 void plot_margins(report::Report& report, const std::vector<ExtremeGroup>& groups,
                   const std::vector<std::vector<Outcome>>& outcomes) {
-  constexpr double kLowest = 1e-12;
+  constexpr double kMin = 1e-12;
   report::SvgPlot plot;
   plot.title = "Share of its bound that each extreme uses";
-  plot.y = {"value / bound", "1", true, 0.3 * kLowest, 10.0};
+  plot.y = {"value / bound", "1", true, 0.3 * kMin, 10.0};
   report::PlotSeries hold{"holds"}, fail{"does not hold"};
   for (report::PlotSeries* series : {&hold, &fail}) {
     series->style = report::PlotSeries::Style::kPoints;
@@ -91,7 +91,7 @@ void plot_margins(report::Report& report, const std::vector<ExtremeGroup>& group
       if (!outcome.finite()) share = 10.0;
       report::PlotSeries& series = outcome.holds() ? hold : fail;
       series.add(static_cast<double>(g) + 0.7 * ((static_cast<double>(i) + 0.5) / count - 0.5),
-                 std::clamp(share, kLowest, 10.0));
+                 std::clamp(share, kMin, 10.0));
     }
   }
   plot.series.push_back(hold);

@@ -19,10 +19,10 @@ double dahl_split(const Effort&) {
   for (const double exponent : {0.0, 0.5, 1.0, 1.5, 2.0, 3.0}) {
     for (const double presliding_mm : {1e-4, 1e-2, 1.0, 1e3}) {
       for (const double share : {0.01, 0.3, 1.0, 10.0}) {
-        const double way_mm = share * presliding_mm;
+        const double path_mm = share * presliding_mm;
         double z = -1.0;
-        for (int i = 0; i < 1000; ++i) z = rt::dahl_step(z, 1e-3 * way_mm, presliding_mm, exponent);
-        largest.see(z - rt::dahl_step(-1.0, way_mm, presliding_mm, exponent));
+        for (int i = 0; i < 1000; ++i) z = rt::dahl_step(z, 1e-3 * path_mm, presliding_mm, exponent);
+        largest.see(z - rt::dahl_step(-1.0, path_mm, presliding_mm, exponent));
       }
     }
   }
@@ -101,13 +101,13 @@ rt::MaxwellSlipParameters maxwell_parameters() {
 
 double maxwell_split(const Effort&) {
   Largest largest;
-  for (const double way_mm : {1e-5, 1e-2, 1.0, 100.0}) {
+  for (const double path_mm : {1e-5, 1e-2, 1.0, 100.0}) {
     rt::MaxwellSlip one(maxwell_parameters()), many(maxwell_parameters());
     one.step(-2.0);
     many.step(-2.0);
     double coefficient = 0.0;
-    for (int i = 0; i < 1000; ++i) coefficient = many.step(1e-3 * way_mm);
-    largest.see(coefficient - one.step(way_mm));
+    for (int i = 0; i < 1000; ++i) coefficient = many.step(1e-3 * path_mm);
+    largest.see(coefficient - one.step(path_mm));
   }
   return largest.value();
 }

@@ -243,7 +243,7 @@ std::vector<rt::FrictionRow> strokes(const rt::FrictionParameters& friction, dou
         row.slide_mm = heading * 1e-3 * speed;
         way += 1e-3 * speed;
         z = rt::dahl_step(z, row.slide_mm, friction.presliding_mm, friction.exponent);
-        row.way_mm = way;
+        row.path_mm = way;
         row.speed_mm_per_s = heading * speed;
         row.normal_n = normal_n;
         row.friction_n = friction.kinetic * normal_n * z + friction.viscous_n_s_per_mm * heading * speed;
@@ -275,7 +275,7 @@ double friction_of_one_speed(const Effort&) {
   if (!fit) return 0.0;
   // Nothing told viscosity: it must not be called told, and the sum of both must still be right.
   const double sum = fit->parameters.kinetic + 50.0 * fit->parameters.viscous_n_s_per_mm;
-  return fit->viscous_told ? 1.0 : std::abs(sum / 0.35 - 1.0);
+  return fit->viscous_is_identified ? 1.0 : std::abs(sum / 0.35 - 1.0);
 }
 
 double friction_without_load(const Effort&) {

@@ -50,7 +50,7 @@ double error_of(const std::optional<rt::HuntCrossleyEstimate>& found) {
 
 /// Palpation, holding still, palpation; flat: all looks, then the error afterwards.
 template <class Add, class Tell>
-report::CellValues course_of(bool quick, const Add& add, const Tell& tell) {
+report::CellValues course_of(bool quick, const Add& add, const Tell& fill_record) {
   const auto palpate = [&](std::uint64_t seed) {
     for (const rt::PalpationSample& s : palpated(kLaw, kDeepestMm, 20.0, kNoiseN, seed)) add(s);
   };
@@ -68,11 +68,11 @@ report::CellValues course_of(bool quick, const Add& add, const Tell& tell) {
       held.time_s = 20.0 + 1e-3 * static_cast<double>(tick);
       add(held);
     }
-    const Look look = tell();
+    const Look look = fill_record();
     values.insert(values.end(), look.begin(), look.end());
   }
   palpate(3);
-  values.push_back(tell()[3]);
+  values.push_back(fill_record()[3]);
   return values;
 }
 

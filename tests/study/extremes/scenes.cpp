@@ -212,7 +212,7 @@ ExtremeGroup scene_extremes() {
     add("k~ = 100 × k", "error of the force", "1", 0.05, "the device's limit",
         [](bool e, const Effort& effort) { return target_error(e, 100.0 * kObjectNPerMm, effort); });
     add("NaN while pressed, lifted, cleared", "ticks until it knows that it is free", "ticks",
-        static_cast<double>(rt::ContactParameters{}.free_ticks_to_arm) + 1.0, "free_ticks_to_arm", recovered);
+        rt::ContactParameters{}.arming_time_ms + 1.0, "arming_time_ms", recovered);
     add("any sample: NaN, ∞, 1e300, saturation, gaps", "force beyond the limit", "N", 1e-12, "max_force_n",
         anything);
   }

@@ -124,7 +124,7 @@ double feasible_at_nothing(const Effort&) {
   return wrong;
 }
 
-constexpr double kKp = 0.45, kKd = 0.015, kMostN = 8.5;
+constexpr double kKp = 0.45, kKd = 0.015, kMaxN = 8.5;
 
 /// |z| of the larger root of z² - (1 - Kp - Kd') z - Kd'.
 double radius(double kp, double kd) {
@@ -158,10 +158,10 @@ double gains_misjudged(const Effort&) {
 double saturated_ten_hours(const Effort& effort) {
   rt::ForceController controller({rt::ControlLaw::kClosedLoop, kKp, kKd}, kRateHz);
   const long ticks = effort.ticks(10.0);
-  for (long i = 0; i < ticks; ++i) controller.applied(std::min(kMostN, controller.update(100.0)));
+  for (long i = 0; i < ticks; ++i) controller.applied(std::min(kMaxN, controller.update(100.0)));
   int after = 0;
   while (after < 10'000) {
-    const double force = std::clamp(controller.update(0.0), -kMostN, kMostN);
+    const double force = std::clamp(controller.update(0.0), -kMaxN, kMaxN);
     controller.applied(force);
     ++after;
     if (std::abs(force) < 1e-3) break;
@@ -194,7 +194,7 @@ ExtremeGroup target_extremes() {
            "its poles inside the unit circle", gains_misjudged},
           {"controller", "ten hours at the device's limit, 100 N asked for", "ticks to below 1 mN", "ticks",
            // One tick more for the change of the error.
-           std::ceil(std::log(kMostN / 1e-3) / -std::log(radius(kKp, kKd))) + 1.0, "its own pole: no wind-up",
+           std::ceil(std::log(kMaxN / 1e-3) / -std::log(radius(kKp, kKd))) + 1.0, "its own pole: no wind-up",
            saturated_ten_hours},
       }};
 }

@@ -139,8 +139,8 @@ double histogram_quantile(const Effort&) {
     rt::LatencyHistogram histogram;
     histogram.record(static_cast<std::int64_t>(size));
     histogram.record(static_cast<std::int64_t>(2.0 * size));
-    const double told = static_cast<double>(histogram.snapshot().quantile_ns(0.5));
-    largest.see(told / std::floor(size) - 1.0);
+    const double reported = static_cast<double>(histogram.snapshot().quantile_ns(0.5));
+    largest.see(reported / std::floor(size) - 1.0);
   }
   return largest.value();
 }

@@ -18,7 +18,7 @@ using report::fixed;
 using test::FaultPlan;
 using test::FaultTrial;
 
-constexpr int kMostAttempts = 3;
+constexpr int kMaxAttempts = 3;
 constexpr double kTickGoal = 2.0;
 
 struct Attempted {
@@ -57,7 +57,7 @@ std::string ticks(const std::optional<int>& count) {
 template <class Rig, class Make>
 Attempted attempt(const test::FaultCase<Rig>& fault, Make make) {
   Attempted attempted;
-  while (attempted.attempts < kMostAttempts) {
+  while (attempted.attempts < kMaxAttempts) {
     ++attempted.attempts;
     const auto rig = make();
     const FaultPlan plan = fault.plan(*rig);
@@ -128,8 +128,8 @@ class FaultReport {
     table_.add_row({std::string(rule.name), fault.peer, fault.action, std::string(rt::to_text(rule.action)),
                     warns ? report::kNoNumber : ticks(trial.ticks_to_zero), ticks(trial.device_ticks_to_zero),
                     to_text(trial.state),
-                    trial.told == rt::GuardFault::kNone ? std::string(report::kNoNumber)
-                                                        : std::string(rt::rule_of(trial.told).name),
+                    trial.reported == rt::GuardFault::kNone ? std::string(report::kNoNumber)
+                                                            : std::string(rt::rule_of(trial.reported).name),
                     names_of(trial.present), refused, fixed(trial.force_before_n, 2),
                     fixed(trial.step_before_n, 3), fixed(trial.recovery_step_n, 3),
                     fixed(trial.recovered_n, 2), fixed(trial.step_again_n, 3),

@@ -69,7 +69,7 @@ hal::Result<rt::HuntCrossleyEstimate> fit_with_ceres(std::span<const rt::Palpati
   rows.reserve(palpation.size());
   Row deepest{};
   for (const rt::PalpationSample& s : palpation) {
-    if (!rt::tells_contact(s)) continue;
+    if (!rt::identifies_contact(s)) continue;
     rows.push_back({s.displacement_mm, std::log(s.displacement_mm), s.rate_mm_per_s, s.normal_force_n});
     if (s.displacement_mm > deepest.displacement_mm) deepest = rows.back();
   }

@@ -165,8 +165,8 @@ void study_errors(StudyContext& context) {
   std::vector<Timed> timed;
   const int repeats = context.quick ? 5 : 21;
   for (const std::string& object : explored_objects()) {
-    const TruePalpation training = wished_palpation(object);
-    const TruePalpation validation = palpate(object, validation_wishes(), 7);
+    const TruePalpation training = requested_palpation(object);
+    const TruePalpation validation = palpate(object, validation_requests(), 7);
 
     const FittedLaw by_reference = contact_reference().fit(training.samples);
     const bool compared = by_reference.failed.empty();
@@ -269,19 +269,19 @@ void study_errors(StudyContext& context) {
 
 // --- what bad coverage costs ---
 
-rt::Wish press(double force_n, double rate_n_per_s, double hold_s) {
-  rt::Wish wish;
-  wish.motion = rt::Wish::Motion::kPress;
-  wish.force_n = force_n;
-  wish.force_rate_n_per_s = rate_n_per_s;
-  wish.hold_s = hold_s;
-  return wish;
+rt::MotionRequest press(double force_n, double rate_n_per_s, double hold_s) {
+  rt::MotionRequest request;
+  request.motion = rt::MotionRequest::Motion::kPress;
+  request.force_n = force_n;
+  request.force_rate_n_per_s = rate_n_per_s;
+  request.hold_s = hold_s;
+  return request;
 }
 
 void study_coverage(StudyContext& context) {
   report::MarkdownTable table({"object", "palpation", "recursive %", "batch %", "creep law %", "covered",
                                "converged", "most wanted"});
-  const std::vector<std::pair<std::string, std::vector<rt::Wish>>> palpations{
+  const std::vector<std::pair<std::string, std::vector<rt::MotionRequest>>> palpations{
       {"shallow only, up to 1.5 N",
        {press(1.0, 2.0, 0.3), press(1.5, 6.0, 0.2), press(1.5, 1.0, 1.0), press(1.2, 12.0, 0.1)}},
       {"slow only, 1 N/s", {press(6.0, 1.0, 1.0), press(4.0, 1.0, 0.2)}},
@@ -289,7 +289,7 @@ void study_coverage(StudyContext& context) {
        {press(6.0, 60.0, 0.05), press(5.0, 60.0, 0.05), press(6.0, 40.0, 0.05), press(5.0, 50.0, 0.05)}}};
   for (const std::string& object : explored_objects()) {
     if (context.quick && object != explored_objects().front()) break;
-    const TruePalpation validation = palpate(object, validation_wishes(), 7);
+    const TruePalpation validation = palpate(object, validation_requests(), 7);
     const auto row = [&](const std::string& name, const TruePalpation& training) {
       const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
       const auto rig = create_rig(config);
@@ -317,8 +317,8 @@ void study_coverage(StudyContext& context) {
       cells.push_back(first_of(progress.missing));
       table.add_row(cells);
     };
-    row("as wished for", wished_palpation(object));
-    for (const auto& [name, wishes] : palpations) row(name, palpate(object, wishes, 3));
+    row("as wished for", requested_palpation(object));
+    for (const auto& [name, requests] : palpations) row(name, palpate(object, requests, 3));
   }
   context.report.add_table("contact_coverage", "What bad coverage costs (D§4.7.3)", table,
                            "Force error, in %, on the same validation palpation up to 5.5 N.");
@@ -344,15 +344,15 @@ void study_uncertainty(StudyContext& context) {
     }
     if (found.size() < 2) continue;
     for (std::size_t i = 0; i < found.front().size(); ++i) {
-      double mean = 0.0, squares = 0.0, told = 0.0;
+      double mean = 0.0, squares = 0.0, reported = 0.0;
       const auto n = static_cast<double>(found.size());
       for (const auto& parameters : found) mean += parameters[i].value / n;
       for (const auto& parameters : found) {
         squares += std::pow(parameters[i].value - mean, 2) / (n - 1.0);
-        told += parameters[i].standard_error / n;
+        reported += parameters[i].standard_error / n;
       }
       table.add_row({object, found.front()[i].name, significant(mean), significant(std::sqrt(squares)),
-                     significant(told), fixed(told / std::sqrt(squares), 2)});
+                     significant(reported), fixed(reported / std::sqrt(squares), 2)});
     }
   }
   context.report.add_table(

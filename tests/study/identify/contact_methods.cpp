@@ -56,7 +56,7 @@ ContactErrors errors_of(const FittedLaw& fitted, const TruePalpation& palpation)
   return fitted.creep ? errors_of(*fitted.creep, palpation) : errors_of(*fitted.hunt_crossley, palpation);
 }
 
-TruePalpation wished_palpation(const std::string& object) {
+TruePalpation requested_palpation(const std::string& object) {
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
   const auto rig = create_rig(config);
   const hal::RigInfo info = (*rig)->info();

@@ -48,6 +48,6 @@ FittedLaw fit_recursively(Estimator estimator, const std::vector<rt::PalpationSa
 ContactErrors errors_of(const FittedLaw& fitted, const TruePalpation& palpation);
 
 /// What a default identification of an object wishes for and gets, until it has converged, at most a minute.
-TruePalpation wished_palpation(const std::string& object);
+TruePalpation requested_palpation(const std::string& object);
 
 }  // namespace hapticd::study

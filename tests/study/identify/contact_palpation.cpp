@@ -22,13 +22,13 @@ using test::value_of;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-rt::Wish press(double force_n, double rate_n_per_s, double hold_s) {
-  rt::Wish wish;
-  wish.motion = rt::Wish::Motion::kPress;
-  wish.force_n = force_n;
-  wish.force_rate_n_per_s = rate_n_per_s;
-  wish.hold_s = hold_s;
-  return wish;
+rt::MotionRequest press(double force_n, double rate_n_per_s, double hold_s) {
+  rt::MotionRequest request;
+  request.motion = rt::MotionRequest::Motion::kPress;
+  request.force_n = force_n;
+  request.force_rate_n_per_s = rate_n_per_s;
+  request.hold_s = hold_s;
+  return request;
 }
 
 ContactErrors errors_of(const std::vector<double>& force_n, const std::vector<double>& displacement_mm,
@@ -65,7 +65,8 @@ ContactErrors errors_of(const std::vector<double>& force_n, const std::vector<do
 
 }  // namespace
 
-TruePalpation palpate(const std::string& object, const std::vector<rt::Wish>& wishes, std::uint64_t seed) {
+TruePalpation palpate(const std::string& object, const std::vector<rt::MotionRequest>& requests,
+                      std::uint64_t seed) {
   sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
   config.seed = seed;
   const auto rig = value_of(create_rig(config));
@@ -76,8 +77,8 @@ TruePalpation palpate(const std::string& object, const std::vector<rt::Wish>& wi
   hal::RigSample sample;
   hal::TruthSample truth;
   double until_s = 0.0;
-  for (const rt::Wish& wish : wishes) {
-    const server::SimulatedMotion motion = server::simulated_motion(wish);
+  for (const rt::MotionRequest& request : requests) {
+    const server::SimulatedMotion motion = server::simulated_motion(request);
     demand(rig->set_program(motion.program));
     until_s += motion.duration_s;
     while (1e-9 * static_cast<double>(sample.time_ns) < until_s) {
@@ -92,10 +93,10 @@ TruePalpation palpate(const std::string& object, const std::vector<rt::Wish>& wi
   return palpation;
 }
 
-const std::vector<rt::Wish>& validation_wishes() {
-  static const std::vector<rt::Wish> wishes{press(1.5, 3.0, 0.2), press(4.5, 12.0, 0.4), press(5.5, 4.0, 0.1),
-                                            press(3.0, 20.0, 0.2)};
-  return wishes;
+const std::vector<rt::MotionRequest>& validation_requests() {
+  static const std::vector<rt::MotionRequest> requests{press(1.5, 3.0, 0.2), press(4.5, 12.0, 0.4),
+                                                       press(5.5, 4.0, 0.1), press(3.0, 20.0, 0.2)};
+  return requests;
 }
 
 std::vector<double> predicted_force_n(const rt::HuntCrossleyParameters& law,

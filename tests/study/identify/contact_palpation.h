@@ -19,10 +19,11 @@ struct TruePalpation {
 };
 
 /// A wish each, done one after the other on phantom_1_5_high_force without any force of the device.
-TruePalpation palpate(const std::string& object, const std::vector<rt::Wish>& wishes, std::uint64_t seed);
+TruePalpation palpate(const std::string& object, const std::vector<rt::MotionRequest>& requests,
+                      std::uint64_t seed);
 
 /// Presses as a hand mixes them, unlike any an identification wishes for: what laws are judged by.
-const std::vector<rt::Wish>& validation_wishes();
+const std::vector<rt::MotionRequest>& validation_requests();
 
 /// What a law makes of a palpation it was not fitted to.
 struct ContactErrors {

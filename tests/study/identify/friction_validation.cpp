@@ -84,13 +84,13 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
   double moving = 0.0;
   double left_all = 0.0, whole_all = 0.0;
   double left = 0.0, whole = 0.0, left_sliding = 0.0, whole_sliding = 0.0;
-  double way_mm = 0.0, heading = 0.0, farthest_mm = 0.0;
+  double path_mm = 0.0, heading = 0.0, farthest_mm = 0.0;
   double last_s = -1.0;
   for (const FrictionInstant& s : strokes) {
     if (s.time_s - last_s > 0.01) {  // another stroke begins
       z = 0.0;
       elements.release();
-      way_mm = 0.0;
+      path_mm = 0.0;
       heading = 0.0;
       farthest_mm = s.along_mm;
     } else if (parameters.maxwell_slip) {
@@ -102,10 +102,10 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
     const double ahead_mm = (s.along_mm - farthest_mm) * (heading == 0.0 ? 1.0 : heading);
     if (heading == 0.0 ? std::abs(ahead_mm) > 0.1 : ahead_mm < -0.1) {
       heading = s.along_mm > farthest_mm ? 1.0 : -1.0;
-      way_mm = 0.0;
+      path_mm = 0.0;
       farthest_mm = s.along_mm;
     } else if (ahead_mm > 0.0) {
-      way_mm += ahead_mm;
+      path_mm += ahead_mm;
       farthest_mm = s.along_mm;
     }
     const double predicted =
@@ -118,7 +118,7 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
     left += std::abs(predicted - s.true_friction_n);
     whole += std::abs(s.true_friction_n);
     moving += 1.0;
-    if (way_mm < 3.0 || speed < kSlidesMmPerS) continue;
+    if (path_mm < 3.0 || speed < kSlidesMmPerS) continue;
     left_sliding += std::abs(predicted - s.true_friction_n);
     whole_sliding += std::abs(s.true_friction_n);
   }

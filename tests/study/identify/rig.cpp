@@ -388,18 +388,18 @@ void gains(StudyContext& context) {
     double target;
   };
   // The largest target that scenes grant, and one below it.
-  constexpr double kMost = rt::kLargestTargetNPerMm;
-  constexpr double kLess = 0.7 * kMost;
-  const std::vector<Case> cases{{"phantom_1_0", 300.0, "sponge_block", kMost},
+  constexpr double kMax = rt::kMaxTargetNPerMm;
+  constexpr double kLess = 0.7 * kMax;
+  const std::vector<Case> cases{{"phantom_1_0", 300.0, "sponge_block", kMax},
                                 {"phantom_1_0", 300.0, "sponge_block", kLess},
-                                {"phantom_1_0", 300.0, "wood_plate", kMost},
-                                {"phantom_1_0", 20.0, "sponge_block", kMost},
-                                {"phantom_1_5_high_force", 300.0, "sponge_block", kMost},
+                                {"phantom_1_0", 300.0, "wood_plate", kMax},
+                                {"phantom_1_0", 20.0, "sponge_block", kMax},
+                                {"phantom_1_5_high_force", 300.0, "sponge_block", kMax},
                                 {"phantom_1_5_high_force", 300.0, "sponge_cut", kLess},
-                                {"phantom_1_5_high_force", 30.0, "sponge_block", kMost},
-                                {"phantom_1_5_high_force", 20.0, "sponge_block", kMost}};
+                                {"phantom_1_5_high_force", 30.0, "sponge_block", kMax},
+                                {"phantom_1_5_high_force", 20.0, "sponge_block", kMax}};
   for (const Case& c : cases) {
-    if (context.quick && (c.target != kMost || c.amplifier_hz != 300.0)) continue;
+    if (context.quick && (c.target != kMax || c.amplifier_hz != 300.0)) continue;
     sim::SimulationConfig config{.device = c.device, .object = c.object};
     config.amplifier_pole_hz = c.amplifier_hz;
     report::Figure figure{"ultimate_gain_identified",

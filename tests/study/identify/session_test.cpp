@@ -15,7 +15,7 @@ class Gappy final : public rt::Identification {
   void add(const rt::Observation& observation) override {
     if (++ticks_ % every_ >= lost_) identification_.add(observation);
   }
-  rt::Wish wish() const override { return identification_.wish(); }
+  rt::MotionRequest next_request() const override { return identification_.next_request(); }
   rt::IdentificationProgress progress() const override { return identification_.progress(); }
   hal::Result<rt::IdentifiedModel> finish() const override { return identification_.finish(); }
 
@@ -33,7 +33,7 @@ class Watched final : public rt::Identification {
     identification_.add(observation);
     if (++ticks_ % every_ == 0) (void)identification_.progress();
   }
-  rt::Wish wish() const override { return identification_.wish(); }
+  rt::MotionRequest next_request() const override { return identification_.next_request(); }
   rt::IdentificationProgress progress() const override { return identification_.progress(); }
   hal::Result<rt::IdentifiedModel> finish() const override { return identification_.finish(); }
 

@@ -28,27 +28,27 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
   std::unique_ptr<rt::Pipeline> pipeline;
 
   SessionResult result;
-  double next_wish_s = 0.0;
-  rt::Wish wish;
-  int idle_wishes = 0;
+  double next_request_s = 0.0;
+  rt::MotionRequest request;
+  int idle_requests = 0;
   rt::Observation observation;
   rt::TickRecord record;
   hal::TruthSample truth;
   using Clock = std::chrono::steady_clock;
   Clock::duration computation{};
   for (std::int64_t tick = 0;; ++tick) {
-    if (result.duration_s >= next_wish_s) {
+    if (result.duration_s >= next_request_s) {
       result.progress = identification.progress();
       if (result.progress.converged && result.converged_s < 0.0) result.converged_s = result.duration_s;
       if (result.progress.converged || result.duration_s >= limit_s) break;
-      wish = identification.wish();
+      request = identification.next_request();
       // Rest without an end in sight, twice: nothing more is wanted.
-      const bool idle = wish.motion == rt::Wish::Motion::kRest && wish.hold_s <= 0.0;
-      idle_wishes = idle ? idle_wishes + 1 : 0;
-      if (idle_wishes >= 2) break;
-      const server::SimulatedMotion motion = server::simulated_motion(wish);
+      const bool idle = request.motion == rt::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
+      idle_requests = idle ? idle_requests + 1 : 0;
+      if (idle_requests >= 2) break;
+      const server::SimulatedMotion motion = server::simulated_motion(request);
       demand(rig->set_program(motion.program));
-      const auto scene = server::wished_scene(wish, rig->info());
+      const auto scene = server::requested_scene(request, rig->info());
       std::unique_ptr<rt::Pipeline> next;
       rt::GuardLimits guard = limits;
       if (scene) {
@@ -58,7 +58,7 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
       }
       renderer.exchange(next.get(), guard);
       pipeline = std::move(next);
-      next_wish_s = result.duration_s + motion.duration_s;
+      next_request_s = result.duration_s + motion.duration_s;
     }
     rig->read(observation.sample);
     observation.device_command_n = renderer.tick(observation.sample, record).force_n;
@@ -71,9 +71,9 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
     computation += Clock::now() - before;
     result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns);
     // What renders on an object may have to end at once: whoever searches a limit finds it.
-    if (wish.device == rt::Wish::Device::kModulation && tick % 5 == 0 &&
-        identification.wish().device == rt::Wish::Device::kNothing) {
-      next_wish_s = result.duration_s;
+    if (request.device == rt::MotionRequest::Device::kModulation && tick % 5 == 0 &&
+        identification.next_request().device == rt::MotionRequest::Device::kNothing) {
+      next_request_s = result.duration_s;
     }
   }
   result.computation_s = std::chrono::duration<double>(computation).count();

@@ -77,7 +77,7 @@ Kind contact_of(const std::string& object) {
           },
           [object](const rt::IdentifiedModel& model) {
             const auto& contact = std::get<rt::ContactModel>(model.content);
-            const TruePalpation truth = palpate(object, validation_wishes(), 7);
+            const TruePalpation truth = palpate(object, validation_requests(), 7);
             if (contact.creep) return errors_of(contact.creep->parameters, truth).force;
             return errors_of(contact.hunt_crossley->parameters, truth).force;
           },

@@ -6,7 +6,7 @@
 namespace hapticd::study {
 
 namespace {
-constexpr double kLeastForceN = 0.5;
+constexpr double kMinForceN = 0.5;
 constexpr double kLessForce = 0.8;  // so that little is given away
 }  // namespace
 
@@ -39,7 +39,7 @@ void leave_uncompensated(rt::SceneSpec& scene) {
 
 LoadingOutcome press_as_feasible(LoadingTrial& trial) {
   LoadingOutcome outcome = press(trial);
-  while (!outcome.failed.empty() && kLessForce * trial.force_n >= kLeastForceN) {
+  while (!outcome.failed.empty() && kLessForce * trial.force_n >= kMinForceN) {
     trial.force_n *= kLessForce;
     outcome = press(trial);
   }

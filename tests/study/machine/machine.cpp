@@ -11,7 +11,7 @@ namespace hapticd::study {
 
 namespace {
 
-constexpr std::chrono::minutes kLongest{15};
+constexpr std::chrono::minutes kMax{15};
 
 /// `hapticd_bench NAME` into a folder of its own, then taken over.
 void take_from_bench(StudyContext& context, const std::string& name) {
@@ -20,7 +20,7 @@ void take_from_bench(StudyContext& context, const std::string& name) {
   std::vector<std::string> command{bench.string(), name, "--out", folder.string()};
   if (context.quick) command.emplace_back("--quick");
   report::Report::note("hapticd_bench " + name + " …");
-  const report::ProgramRun run = report::run_program({.command = std::move(command)}, kLongest);
+  const report::ProgramRun run = report::run_program({.command = std::move(command)}, kMax);
   if (!run.installed) throw std::runtime_error("hapticd_bench is not beside this program; build it");
   report::Report::note(run.output);
   if (run.status != 0) {

@@ -36,10 +36,10 @@ bool begins(const FrictionInstant& now, double last_s) {
 /// What laws are fitted to: each instant, resolved along the true normal as D§4.4.1 does it.
 std::vector<rt::FrictionRow> rows_of(const Strokes& strokes) {
   constexpr double kTurnMm = 0.05;
-  constexpr double kSlidingWayMm = 3.0;
+  constexpr double kSlidingPathMm = 3.0;
   std::vector<rt::FrictionRow> rows;
   double last_s = -1.0;
-  double way_mm = 0.0, farthest_mm = 0.0;
+  double path_mm = 0.0, farthest_mm = 0.0;
   int heading = 0;
   int passage = 0;
   bool known = false;
@@ -50,7 +50,7 @@ std::vector<rt::FrictionRow> rows_of(const Strokes& strokes) {
     if (first) {
       row.before = rt::FrictionRow::State::kNothing;
       heading = 0;
-      way_mm = 0.0;
+      path_mm = 0.0;
       farthest_mm = s.along_mm;
       known = false;
       ++passage;
@@ -59,23 +59,23 @@ std::vector<rt::FrictionRow> rows_of(const Strokes& strokes) {
     }
     const double ahead_mm = (s.along_mm - farthest_mm) * (heading == 0 ? 1 : heading);
     if (heading == 0 ? std::abs(ahead_mm) > kTurnMm : ahead_mm < -kTurnMm) {
-      known = known || way_mm >= kSlidingWayMm;
+      known = known || path_mm >= kSlidingPathMm;
       heading = s.along_mm > farthest_mm ? 1 : -1;
       farthest_mm = s.along_mm;
-      way_mm = 0.0;
+      path_mm = 0.0;
       ++passage;
     } else if (ahead_mm > 0.0 && heading != 0) {
-      way_mm += ahead_mm;
+      path_mm += ahead_mm;
       farthest_mm = s.along_mm;
     }
-    row.way_mm = way_mm;
+    row.path_mm = path_mm;
     row.speed_mm_per_s = s.speed_mm_per_s;
     row.normal_n = s.normal_n;
     row.friction_n = s.measured_friction_n;
     row.along_mm = s.along_mm;
     row.passage = passage;
     row.heading = heading;
-    row.settled = known || way_mm >= kSlidingWayMm;
+    row.settled = known || path_mm >= kSlidingPathMm;
     rows.push_back(row);
   }
   return rows;

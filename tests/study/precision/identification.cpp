@@ -90,21 +90,21 @@ struct ObjectData {
 /// Presses as a hand mixes them, for as long as wanted: the wishes of an identification come in the same
 /// order and stop too early to see what length does.
 TruePalpation long_palpation(const std::string& object, double duration_s) {
-  std::vector<rt::Wish> wishes;
+  std::vector<rt::MotionRequest> requests;
   const double forces_n[] = {2.0, 5.0, 3.5, 6.0, 1.2, 4.2};
   const double rates_n_per_s[] = {4.0, 15.0, 2.5, 30.0, 8.0};
   const double holds_s[] = {0.1, 0.5, 0.2};
   // A press with its way there and back takes two seconds or more.
   const auto presses = static_cast<std::size_t>(std::ceil(duration_s / 2.0));
   for (std::size_t i = 0; i < presses; ++i) {
-    rt::Wish wish;
-    wish.motion = rt::Wish::Motion::kPress;
-    wish.force_n = forces_n[i % 6];
-    wish.force_rate_n_per_s = rates_n_per_s[i % 5];
-    wish.hold_s = holds_s[i % 3];
-    wishes.push_back(wish);
+    rt::MotionRequest request;
+    request.motion = rt::MotionRequest::Motion::kPress;
+    request.force_n = forces_n[i % 6];
+    request.force_rate_n_per_s = rates_n_per_s[i % 5];
+    request.hold_s = holds_s[i % 3];
+    requests.push_back(request);
   }
-  return palpate(object, wishes, 3);
+  return palpate(object, requests, 3);
 }
 
 double seconds_in(const Palpation& palpation) {
@@ -168,7 +168,7 @@ void study_length(StudyContext& context, const std::vector<std::string>& objects
   std::vector<std::vector<double>> sums(all.size(), std::vector<double>(lengths_s.size(), 0.0));
   for (const std::string& object : objects) {
     const TruePalpation training = long_palpation(object, lengths_s.back());
-    const TruePalpation validation = palpate(object, validation_wishes(), 7);
+    const TruePalpation validation = palpate(object, validation_requests(), 7);
     // Time counts from the first contact: the way there teaches nothing.
     const auto& samples = training.samples;
     const auto first =
@@ -225,7 +225,7 @@ void run_identification_precision(StudyContext& context) {
   if (context.quick) objects.resize(1);
   std::vector<ObjectData> data;
   for (const std::string& object : objects) {
-    data.push_back({object, wished_palpation(object), palpate(object, validation_wishes(), 7)});
+    data.push_back({object, requested_palpation(object), palpate(object, validation_requests(), 7)});
   }
   study_methods(context, data);
   study_length(context, objects);

@@ -18,7 +18,7 @@ namespace hapticd::study {
 class LogLeastSquares {
  public:
   void add(const rt::PalpationSample& s) noexcept {
-    if (!rt::tells_contact(s)) return;
+    if (!rt::identifies_contact(s)) return;
     const Eigen::Vector3d phi(1.0, std::log(s.displacement_mm), s.rate_mm_per_s);
     normal_ += phi * phi.transpose();
     right_ += std::log(s.normal_force_n) * phi;

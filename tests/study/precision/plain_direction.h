@@ -49,10 +49,10 @@ class PublishedDirectionAt {
   void update(const hal::Vector3& reaction_n, const hal::Vector3& step_mm,
               const hal::Vector3& velocity_mm_per_s) noexcept {
     const hal::Vector3 slide_mm = rt::across(step_mm, normal_);  // (4.17), (4.18)
-    const double way_mm = rt::norm(slide_mm);
-    if (way_mm > 1e-9) {
-      const hal::Vector3 tangent = slide_mm * (1.0 / way_mm);  // (4.19)
-      built_up_ = rt::dahl_step(built_up_ * dot(tangent_, tangent), way_mm, friction_.presliding_mm,
+    const double path_mm = rt::norm(slide_mm);
+    if (path_mm > 1e-9) {
+      const hal::Vector3 tangent = slide_mm * (1.0 / path_mm);  // (4.19)
+      built_up_ = rt::dahl_step(built_up_ * dot(tangent_, tangent), path_mm, friction_.presliding_mm,
                                 friction_.exponent);
       tangent_ = tangent;
     }

@@ -15,16 +15,16 @@ class PublishedDahl {
   explicit PublishedDahl(double stiffness_n_per_mm) noexcept : stiffness_n_per_mm_(stiffness_n_per_mm) {}
 
   double step(double slide_mm, double velocity_mm_per_s, double coulomb_n) noexcept {
-    way_mm_ = velocity_mm_per_s == 0.0 ? 0.0 : way_mm_ + slide_mm;
+    path_mm_ = velocity_mm_per_s == 0.0 ? 0.0 : path_mm_ + slide_mm;
     if (slide_mm == 0.0 || !(coulomb_n > 0.0)) return force_n_;
     const double full_n = std::copysign(coulomb_n, slide_mm);
-    force_n_ = full_n + (force_n_ - full_n) * std::exp(-stiffness_n_per_mm_ * std::abs(way_mm_) / coulomb_n);
+    force_n_ = full_n + (force_n_ - full_n) * std::exp(-stiffness_n_per_mm_ * std::abs(path_mm_) / coulomb_n);
     return force_n_;
   }
 
  private:
   double stiffness_n_per_mm_;
-  double way_mm_ = 0.0;
+  double path_mm_ = 0.0;
   double force_n_ = 0.0;
 };
 

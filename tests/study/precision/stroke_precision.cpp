@@ -245,12 +245,12 @@ double displacement_run_time_ns(const DisplacementMethod& method, const Identifi
       seconds);
 }
 
-constexpr double kLeastMm = 0.2;  // below it a ratio of displacements says nothing
+constexpr double kMinMm = 0.2;  // below it a ratio of displacements says nothing
 
 void judge_displacement(const StrokeLog& log, std::size_t method, std::vector<double>& relative) {
   for (std::size_t i = 0; i < log.ticks.size(); ++i) {
     const StrokeTick& tick = log.ticks[i];
-    if (!log.counts(i) || tick.displacement_mm < kLeastMm || std::isnan(tick.estimate_mm[method])) continue;
+    if (!log.counts(i) || tick.displacement_mm < kMinMm || std::isnan(tick.estimate_mm[method])) continue;
     relative.push_back(std::abs(tick.estimate_mm[method] / tick.displacement_mm - 1.0));
   }
 }

@@ -25,8 +25,8 @@ void Progress::step() {
 
 void Progress::draw() {
   const std::size_t tenths = 10 * done_ / steps_;
-  if (!terminal_ && tenths == told_tenths_) return;
-  told_tenths_ = tenths;
+  if (!terminal_ && tenths == reported_tenths_) return;
+  reported_tenths_ = tenths;
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
   const double left_s = elapsed.count() * static_cast<double>(steps_ - done_) / static_cast<double>(done_);
   const std::size_t filled = kBarWidth * done_ / steps_;

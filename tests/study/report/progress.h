@@ -26,7 +26,7 @@ class Progress {
   std::string what_;
   std::size_t steps_;
   std::size_t done_ = 0;
-  std::size_t told_tenths_ = 0;
+  std::size_t reported_tenths_ = 0;
   bool terminal_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

@@ -21,11 +21,11 @@ inline double thread_time_ns() noexcept {
 template <class Pass>
 double run_time_ns(std::size_t items, Pass&& pass, double seconds = 0.1) {
   using Clock = std::chrono::steady_clock;
-  constexpr std::size_t kFewest = 9;
+  constexpr std::size_t kMin = 9;
   [[maybe_unused]] volatile double sink = static_cast<double>(pass());
   std::vector<double> ns;
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
-  while (ns.size() < kFewest || Clock::now() < end) {
+  while (ns.size() < kMin || Clock::now() < end) {
     const double start_ns = thread_time_ns();
     sink = static_cast<double>(pass());
     ns.push_back((thread_time_ns() - start_ns) / static_cast<double>(items));

@@ -165,7 +165,7 @@ TEST(ContactDetection, PublishedCompensationDoesRaiseThem) {
   scene.name = "tap_1d";
   scene.contact.method = rt::ContactMethod::kFilteredAcceleration;
   scene.contact.evidence.required = false;
-  scene.contact.free_ticks_to_arm = 1;
+  scene.contact.arming_time_ms = 1;
   VirtualRun run(rig, scene);
   run.set_hand(shaken());
   while (run.time_s() < 5.0) run.step();

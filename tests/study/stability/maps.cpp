@@ -523,7 +523,7 @@ void say_boundaries(StudyContext& context, const Boundaries& found) {
     context.report.say(
         devices()[d] + ": as shipped, tap_1d is stable up to " + fixed(lowest_share, 2) +
         " of the structural stiffness on every object tried; it grants " +
-        fixed(rt::kLargestTargetNPerMm / sim::device_preset(devices()[d])->structural_stiffness_n_per_mm, 2) +
+        fixed(rt::kMaxTargetNPerMm / sim::device_preset(devices()[d])->structural_stiffness_n_per_mm, 2) +
         ". Taken as rigid, the stiffest "
         "object with a stable feasible target has " +
         significant(stiffest, 2) + " N/mm at 1 kHz, and the boundary is " + fixed(least, 2) + " to " +

@@ -105,7 +105,7 @@ StableRange boundary(const Loop& loop, double k, const Parameter* parameter, dou
 void plot_tornado(StudyContext& context, const Loop& loop, const std::string& name,
                   const std::vector<const Parameter*>& used,
                   const std::vector<std::array<double, 4>>& ratios) {
-  constexpr double kBesideEachOther = 0.14;
+  constexpr double kOffsetToShowBoth = 0.14;
   report::SvgPlot plot;
   plot.title = "What uncertain parameters do to the largest stable target, " + loop.name();
   plot.x = {"largest stable target over its nominal value", "1", false, 0.0, 4.4};
@@ -123,7 +123,7 @@ void plot_tornado(StudyContext& context, const Loop& loop, const std::string& na
                             report::PlotSeries::Style::kLine,
                             static_cast<int>(o)};
     for (std::size_t p = 0; p < used.size(); ++p) {
-      const double y = static_cast<double>(p) + (o == 0 ? kBesideEachOther : -kBesideEachOther);
+      const double y = static_cast<double>(p) + (o == 0 ? kOffsetToShowBoth : -kOffsetToShowBoth);
       const double low = ratios[p][2 * o];
       const double high = ratios[p][2 * o + 1];
       bars.x.insert(bars.x.end(), {low, high, std::numeric_limits<double>::quiet_NaN()});

@@ -25,7 +25,7 @@ constexpr double kWeightRaisedS = 1.0;
 constexpr double kAnyChangeNPerS = 1e6;
 constexpr double kGentleShare = 0.2;  // of the structural stiffness
 constexpr double kSearchStep = 1.5;   // a band of instability that is narrower may be stepped over
-constexpr double kLongestApproachS = 2.0;
+constexpr double kMaxApproachS = 2.0;
 
 sim::HandProgram hand_of(const StabilityTrial& trial) {
   if (trial.weight) {
@@ -62,7 +62,7 @@ double full_pull_n(const VirtualRun& run) {
 StabilityTrial tap_trial(const std::string& device, const sim::ObjectModel& object, double rate_hz) {
   StabilityTrial trial = trial_on(device, object, rate_hz);
   trial.scene.name = "tap_1d";
-  trial.scene.max_target_stiffness_n_per_mm = rt::kLargestTargetNPerMm;
+  trial.scene.max_target_stiffness_n_per_mm = rt::kMaxTargetNPerMm;
   return trial;
 }
 
@@ -72,9 +72,8 @@ StabilityTrial explore_trial(const std::string& device, const sim::ObjectModel& 
   trial.rig.tip = "ball_bearing";
   trial.rig.tool_mass_g = kExploreToolMassG;
   trial.scene = explore_scene(rt::Tip::kBallBearing);
-  trial.scene.max_target_stiffness_n_per_mm =
-      std::min(rt::kLargestTargetNPerMm,
-               rt::kLargestTargetOverObject * rt::stiffness_n_per_mm(model, kPressN).value());
+  trial.scene.max_target_stiffness_n_per_mm = std::min(
+      rt::kMaxTargetNPerMm, rt::kMaxTargetOverObject * rt::stiffness_n_per_mm(model, kPressN).value());
   trial.model = model;
   return trial;
 }
@@ -147,7 +146,7 @@ TrialOutcome run_trial(const StabilityTrial& trial, double target_n_per_mm,
       outcome.saturated = run.record().guard_fault == rt::GuardFault::kSensorSaturated;
       outcome.latched_after_s = touched_s >= 0.0 ? time_s - touched_s : 0.0;
     }
-    if (pressed_s < 0.0 && (truth.in_contact || time_s > kLongestApproachS)) pressed_s = time_s;
+    if (pressed_s < 0.0 && (truth.in_contact || time_s > kMaxApproachS)) pressed_s = time_s;
     if (latched || (pressed_s >= 0.0 && time_s >= pressed_s + kKnockedS)) {
       judge.add({truth.tip_position_mm.z, truth.normal_force_n, truth.in_contact, run.record().in_contact,
                  latched});

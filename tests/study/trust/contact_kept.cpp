@@ -285,11 +285,12 @@ void run_contact_kept(StudyContext& context) {
     if (shown) plot.y.categories.push_back(cause.label());
   }
   plot.series = {lines[0], lines[1]};
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   for (const TrustCause& cause : trust_causes()) {
     const auto at = by_cause.find(cause.name);
-    if (at == by_cause.end() || std::find(told.begin(), told.end(), cause.name) != told.end()) continue;
-    told.push_back(cause.name);
+    if (at == by_cause.end() || std::find(reported.begin(), reported.end(), cause.name) != reported.end())
+      continue;
+    reported.push_back(cause.name);
     const Contacts& c = at->second;
     report::Figure missed{"contact_missed", {{"cause", cause.name}}};
     missed.value = c.missed + c.presses_missed;

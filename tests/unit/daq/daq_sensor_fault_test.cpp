@@ -104,7 +104,7 @@ TEST_F(DaqSensorFault, VoltsThatAreNoNumbersAreAFaultAndNeverAForce) {
   EXPECT_TRUE(std::isfinite(sample.sensor_force_n.z));
   EXPECT_EQ(bench.sensor->report().state, hal::PartState::kFaulty);
   EXPECT_EQ(figure("unfit_scans"), 10.0);
-  bench.board->mend_gauges();
+  bench.board->repair_gauges();
   expect_well_again();
 }
 
@@ -123,7 +123,7 @@ TEST_F(DaqSensorFault, AGaugeAtEitherRailIsSaturated) {
   for (const double rail_v : {10.0, -10.0, 9.85, -9.85}) {
     bench.board->put_rail(2, rail_v);
     EXPECT_EQ(bench.tick().status, status::kForceSaturated) << rail_v;
-    bench.board->mend_gauges();
+    bench.board->repair_gauges();
     expect_well_again();
   }
   bench.board->put_rail(2, 9.75);

@@ -24,13 +24,13 @@ std::vector<Case> representative() {
   return cases;
 }
 
-FaultPatience patient() {
-  FaultPatience patience;
-  patience.sensor_stale_after_ms = 1000.0;
-  patience.loop_gap_ms = 0.0;
-  patience.stall_s = 5.0;
-  patience.fifo_priority = 0;
-  return patience;
+FaultTimeout patient() {
+  FaultTimeout timeout;
+  timeout.sensor_stale_after_ms = 1000.0;
+  timeout.loop_gap_ms = 0.0;
+  timeout.stall_s = 5.0;
+  timeout.fifo_priority = 0;
+  return timeout;
 }
 
 class LiveFaults : public testing::TestWithParam<Case> {};

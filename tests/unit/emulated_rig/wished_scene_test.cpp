@@ -12,31 +12,32 @@ namespace {
 TEST(WishedScene, IsLoadedAgainOnlyWhereTheDeviceIsToDoSomethingElse) {
   hal::RigInfo rig;
   rig.sensor.tool_mass_g = 9.35;
-  rt::Wish wish;
-  EXPECT_FALSE(wished_scene(wish, rig)) << "nothing is to be done";
-  wish.device = rt::Wish::Device::kModulation;
-  wish.stiffness_n_per_mm = 1.0;
-  wish.proportional_gain = 0.6;
-  wish.derivative_ms = 2.0;
-  wish.max_device_force_n = 4.0;
-  const rt::SceneSpec before = *wished_scene(wish, rig);
-  const auto same_after = [&](const std::function<void(rt::Wish&)>& change) {
-    rt::Wish other = wish;
+  rt::MotionRequest request;
+  EXPECT_FALSE(requested_scene(request, rig)) << "nothing is to be done";
+  request.device = rt::MotionRequest::Device::kModulation;
+  request.stiffness_n_per_mm = 1.0;
+  request.proportional_gain = 0.6;
+  request.derivative_ms = 2.0;
+  request.max_device_force_n = 4.0;
+  const rt::SceneSpec before = *requested_scene(request, rig);
+  const auto same_after = [&](const std::function<void(rt::MotionRequest&)>& change) {
+    rt::MotionRequest other = request;
     change(other);
-    return renders_the_same(before, *wished_scene(other, rig));
+    return renders_the_same(before, *requested_scene(other, rig));
   };
   // What a hand does meanwhile is no matter of the device.
-  EXPECT_TRUE(same_after([](rt::Wish& w) { w.words = "once more", w.force_n = 3.0, w.hold_s = 2.0; }));
-  EXPECT_FALSE(same_after([](rt::Wish& w) { w.stiffness_n_per_mm = 1.1; }));
-  EXPECT_FALSE(same_after([](rt::Wish& w) { w.proportional_gain = 0.7; }));
-  EXPECT_FALSE(same_after([](rt::Wish& w) { w.derivative_ms = 1.0; }));
-  EXPECT_FALSE(same_after([](rt::Wish& w) { w.max_device_force_n = 5.0; }));
-  EXPECT_FALSE(same_after([](rt::Wish& w) { w.encoders_as_they_are = true; }));
-  EXPECT_FALSE(same_after([](rt::Wish& w) { w.device = rt::Wish::Device::kWall; }));
-  wish.device = rt::Wish::Device::kWall;
-  const rt::SceneSpec wall = *wished_scene(wish, rig);
-  wish.place_mm.z = 70.0;
-  EXPECT_FALSE(renders_the_same(wall, *wished_scene(wish, rig))) << "a wall elsewhere";
+  EXPECT_TRUE(
+      same_after([](rt::MotionRequest& w) { w.words = "once more", w.force_n = 3.0, w.hold_s = 2.0; }));
+  EXPECT_FALSE(same_after([](rt::MotionRequest& w) { w.stiffness_n_per_mm = 1.1; }));
+  EXPECT_FALSE(same_after([](rt::MotionRequest& w) { w.proportional_gain = 0.7; }));
+  EXPECT_FALSE(same_after([](rt::MotionRequest& w) { w.derivative_ms = 1.0; }));
+  EXPECT_FALSE(same_after([](rt::MotionRequest& w) { w.max_device_force_n = 5.0; }));
+  EXPECT_FALSE(same_after([](rt::MotionRequest& w) { w.encoders_as_they_are = true; }));
+  EXPECT_FALSE(same_after([](rt::MotionRequest& w) { w.device = rt::MotionRequest::Device::kWall; }));
+  request.device = rt::MotionRequest::Device::kWall;
+  const rt::SceneSpec wall = *requested_scene(request, rig);
+  request.place_mm.z = 70.0;
+  EXPECT_FALSE(renders_the_same(wall, *requested_scene(request, rig))) << "a wall elsewhere";
 }
 
 }  // namespace

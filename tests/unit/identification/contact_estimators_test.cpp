@@ -193,7 +193,8 @@ TEST(ContactVariableProjection, TellsWhatItCannotTell) {
 TEST(ContactUncertainty, IsTheScatterOverSeedsThoughErrorsHangTogether) {
   const HuntCrossleyParameters law{0.25, 5e-4, 1.5};
   for (const double correlation_s : {0.0, 0.05}) {
-    double told = 0.0, sum = 0.0, squares = 0.0, told_force = 0.0, sum_force = 0.0, squares_force = 0.0;
+    double reported = 0.0, sum = 0.0, squares = 0.0, reported_force = 0.0, sum_force = 0.0,
+           squares_force = 0.0;
     constexpr int kSeeds = 40;
     for (int seed = 0; seed < kSeeds; ++seed) {
       const auto palpation =
@@ -201,8 +202,8 @@ TEST(ContactUncertainty, IsTheScatterOverSeedsThoughErrorsHangTogether) {
       const auto estimate = fit_by_variable_projection(palpation);
       ASSERT_TRUE(estimate);
       const auto uncertainty = hunt_crossley_uncertainty(*estimate, palpation, false);
-      told += uncertainty.exponent / kSeeds;
-      told_force += uncertainty.relative_force / kSeeds;
+      reported += uncertainty.exponent / kSeeds;
+      reported_force += uncertainty.relative_force / kSeeds;
       const double m = estimate->parameters.exponent;
       sum += m / kSeeds;
       squares += m * m / kSeeds;
@@ -213,10 +214,10 @@ TEST(ContactUncertainty, IsTheScatterOverSeedsThoughErrorsHangTogether) {
     }
     const double scatter = std::sqrt(squares - sum * sum);
     const double scatter_force = std::sqrt(squares_force - sum_force * sum_force);
-    EXPECT_GT(told / scatter, 0.6) << correlation_s;
-    EXPECT_LT(told / scatter, 1.7) << correlation_s;
-    EXPECT_GT(told_force / scatter_force, 0.6) << correlation_s;
-    EXPECT_LT(told_force / scatter_force, 1.7) << correlation_s;
+    EXPECT_GT(reported / scatter, 0.6) << correlation_s;
+    EXPECT_LT(reported / scatter, 1.7) << correlation_s;
+    EXPECT_GT(reported_force / scatter_force, 0.6) << correlation_s;
+    EXPECT_LT(reported_force / scatter_force, 1.7) << correlation_s;
     EXPECT_NEAR(sum, law.exponent, 3.0 * scatter / std::sqrt(kSeeds) + 1e-4);
   }
 }

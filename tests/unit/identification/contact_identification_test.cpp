@@ -78,7 +78,7 @@ TEST(ContactIdentification, FindsALawWithItsErrorsByEveryMethod) {
 
 TEST(ContactIdentification, TellsWhatIsMissingUntilItHasConverged) {
   ContactIdentification identification(hunt_crossley_task(), rig());
-  EXPECT_EQ(identification.wish().motion, Wish::Motion::kPress);
+  EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kPress);
   EXPECT_FALSE(identification.progress().missing.empty());
   double before = 0.0;
   bool converged = false;
@@ -98,7 +98,7 @@ TEST(ContactIdentification, TellsWhatIsMissingUntilItHasConverged) {
   EXPECT_TRUE(progress.converged) << progress.missing.front();
   EXPECT_EQ(progress.completion, 1.0);
   EXPECT_EQ(progress.coverage.front().share, 1.0);
-  EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest);
+  EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
 }
 
 TEST(ContactIdentification, WantsTheDepthItWasAskedFor) {
@@ -233,7 +233,7 @@ TEST(ContactIdentification, FindsTheSurfaceOfASlowUnevenRecording) {
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_NEAR(parameter(*model, "contact_point_mm"), -0.2, 0.05);
   EXPECT_NEAR(parameter(*model, "exponent"), 1.4, 0.05);
-  EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest);
+  EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
 }
 
 TEST(ContactIdentification, FitsARealCycleWithUnloadingAsOthersDo) {
@@ -326,7 +326,7 @@ TEST(CoverageMap, NamesWhatIsMissing) {
   EXPECT_TRUE(missing_coverage(contact_coverage(palpation, 1, domain), domain).empty());
 }
 
-TEST(ContactWishes, BeginGentlyAndNeverAskForMoreThanTwiceTheForce) {
+TEST(ContactRequests, BeginGentlyAndNeverAskForMoreThanTwiceTheForce) {
   PalpationNeeds needs;
   needs.force_n = 5.0;
   EXPECT_LE(next_palpation(needs).force_n, 2.5);
@@ -337,7 +337,7 @@ TEST(ContactWishes, BeginGentlyAndNeverAskForMoreThanTwiceTheForce) {
   needs.deepest_mm = 50.0;
   needs.largest_force_n = 5.0;
   needs.steady = needs.certain = true;
-  EXPECT_EQ(next_palpation(needs).motion, Wish::Motion::kRest);
+  EXPECT_EQ(next_palpation(needs).motion, MotionRequest::Motion::kRest);
 }
 
 }  // namespace

@@ -235,9 +235,9 @@ TEST(FrictionIdentification, TellsFrictionInNewtonWithoutANormalForce) {
   EXPECT_NEAR(parameter(*model, "coulomb_force_n").value, 2.0, 0.05);
   FrictionTask task;
   task.normal_force_n = 4.0;
-  const auto told = found(strokes, task);
-  ASSERT_TRUE(told) << told.error().text();
-  EXPECT_NEAR(friction_of(*told).kinetic, 0.5, 0.01);
+  const auto reported = found(strokes, task);
+  ASSERT_TRUE(reported) << reported.error().text();
+  EXPECT_NEAR(friction_of(*reported).kinetic, 0.5, 0.01);
 }
 
 TEST(FrictionIdentification, StandsGapsOutliersAndSaturation) {
@@ -306,19 +306,19 @@ TEST(FrictionIdentification, NeverEndingStrokesNeedNoMoreMemory) {
     passages.add({t, 20.0 * std::sin(2.0 * t), 0.0, 1.0, 3.0});
   }
   const std::vector<StrokePassage> kept = passages.all();
-  EXPECT_LE(kept.size(), StrokePassages::kMost + 1);
+  EXPECT_LE(kept.size(), StrokePassages::kMax + 1);
   EXPECT_GT(passages.given_up(), 100U);
-  for (const StrokePassage& passage : kept) EXPECT_LE(passage.rows.rows().size(), StrokeRows::kMost);
+  for (const StrokePassage& passage : kept) EXPECT_LE(passage.rows.rows().size(), StrokeRows::kMax);
   // One passage that lasts for ever.
   StrokePassages resting(0.007);
   for (int i = 0; i < 1'000'000; ++i) resting.add({1e-3 * i, std::min(5.0, 0.01 * i), 0.0, 1.0, 3.0});
   ASSERT_EQ(resting.all().size(), 1U);
-  EXPECT_LE(resting.all().front().rows.rows().size(), 2 * StrokeRows::kMost);
+  EXPECT_LE(resting.all().front().rows.rows().size(), 2 * StrokeRows::kMax);
 }
 
 TEST(FrictionIdentification, WishesTapsThenStrokesAndNothingOfARecording) {
   FrictionIdentification live({}, hal::RigInfo{});
-  EXPECT_EQ(live.wish().motion, Wish::Motion::kLightTaps);
+  EXPECT_EQ(live.next_request().motion, MotionRequest::Motion::kLightTaps);
   const IdentificationProgress progress = live.progress();
   EXPECT_FALSE(progress.converged);
   EXPECT_FALSE(progress.missing.empty());
@@ -328,7 +328,7 @@ TEST(FrictionIdentification, WishesTapsThenStrokesAndNothingOfARecording) {
 
   Strokes strokes;
   FrictionIdentification recorded({}, recorder(strokes.rate_hz));
-  EXPECT_EQ(recorded.wish().motion, Wish::Motion::kRest);
+  EXPECT_EQ(recorded.next_request().motion, MotionRequest::Motion::kRest);
   play(recorded, strokes);
   EXPECT_TRUE(recorded.progress().converged);
   for (const std::string& word : recorded.progress().missing) ADD_FAILURE() << word;
@@ -369,7 +369,7 @@ TEST(MaxwellSlip, IsFoundFromItsLoops) {
     if (i == 0) row.before = FrictionRow::State::kNothing;
     row.slide_mm = x - last_mm;
     last_mm = x;
-    row.way_mm = 0.24;
+    row.path_mm = 0.24;
     row.normal_n = 5.0;
     row.friction_n = 5.0 * law.step(row.slide_mm) + 0.2;
     row.passage = i / 157;
@@ -398,7 +398,7 @@ TEST(MaxwellSlip, AFitHasAViscousPartWhereItIsAskedFor) {
     if (i == 0) row.before = FrictionRow::State::kNothing;
     row.slide_mm = x - last_mm;
     last_mm = x;
-    row.way_mm = 20.0;
+    row.path_mm = 20.0;
     row.normal_n = 5.0;
     row.speed_mm_per_s = 1000.0 * row.slide_mm;
     row.friction_n = 5.0 * law.step(row.slide_mm) + kViscous * row.speed_mm_per_s;

@@ -34,13 +34,13 @@ struct Bench {
   bool oscillates(double gain) const { return (gain >= from && gain < to) || gain < low; }
 
   /// False when nothing more is wanted.
-  bool wish(GainsIdentification& identification) {
-    const Wish w = identification.wish();
-    if (w.motion == Wish::Motion::kRest && w.hold_s <= 0.0) return false;
+  bool next_request(GainsIdentification& identification) {
+    const MotionRequest w = identification.next_request();
+    if (w.motion == MotionRequest::Motion::kRest && w.hold_s <= 0.0) return false;
     highest_gain = std::max(highest_gain, w.proportional_gain);
-    EXPECT_TRUE(w.device == Wish::Device::kNothing ||
+    EXPECT_TRUE(w.device == MotionRequest::Device::kNothing ||
                 gains_are_stable({ControlLaw::kClosedLoop, w.proportional_gain, w.derivative_ms}, 1000.0));
-    const double duration_s = w.device == Wish::Device::kModulation ? 2.0 : 0.6;
+    const double duration_s = w.device == MotionRequest::Device::kModulation ? 2.0 : 0.6;
     double swinging_s = 0.0;
     for (int i = 0; i < static_cast<int>(1e3 * duration_s); ++i) {
       const double t = 1e-3 * i;
@@ -48,7 +48,7 @@ struct Bench {
       time_ns += 1'000'000;
       o.sample.time_ns = time_ns;
       o.sample.tip_position_mm = {0.0, 0.0, 10.0};
-      const bool pressing = w.device == Wish::Device::kModulation && t > 0.2 && t < 1.6;
+      const bool pressing = w.device == MotionRequest::Device::kModulation && t > 0.2 && t < 1.6;
       if (pressing) {
         const double ramp = std::min(1.0, (t - 0.2) / 0.3);
         double swing = 0.0;
@@ -65,7 +65,8 @@ struct Bench {
         if (w.proportional_gain >= latch_from && t > 0.8) o.device_command_n = {};
       }
       identification.add(o);
-      if (w.device == Wish::Device::kModulation && identification.wish().device == Wish::Device::kNothing) {
+      if (w.device == MotionRequest::Device::kModulation &&
+          identification.next_request().device == MotionRequest::Device::kNothing) {
         break;  // obeyed at once
       }
     }
@@ -74,7 +75,7 @@ struct Bench {
   }
   void run(GainsIdentification& identification) {
     for (int i = 0; i < 100; ++i) {
-      if (!wish(identification)) return;
+      if (!next_request(identification)) return;
     }
     ADD_FAILURE() << "never comes to an end";
   }
@@ -145,7 +146,7 @@ TEST(GainsIdentification, EndsWhereTheGuardLatched) {
   ASSERT_FALSE(model);
   EXPECT_NE(model.error().value.find("guard"), std::string::npos);
   EXPECT_LT(bench.highest_gain, 0.6 * GainsIdentification::kStep);
-  EXPECT_EQ(identification.wish().device, Wish::Device::kNothing);
+  EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kNothing);
 }
 
 /// Ticks of a hand that presses for so long, without or with force of the device, and lets go.
@@ -167,7 +168,7 @@ TEST(GainsIdentification, APressThatBeganBeforeTheDeviceRenderedIsAskedForAgain)
   press(identification, time_ns, 0.0, 0.0);
   press(identification, time_ns, 1.5, 0.0);
   press(identification, time_ns, 1.5, 0.0);
-  EXPECT_EQ(identification.wish().device, Wish::Device::kModulation) << "two were lost";
+  EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kModulation) << "two were lost";
   press(identification, time_ns, 1.5, 1.0);
   const IdentificationProgress progress = identification.progress();
   ASSERT_FALSE(progress.parameters.empty());
@@ -180,10 +181,10 @@ TEST(GainsIdentification, GivesUpWhereTheDeviceNeverRenders) {
   std::int64_t time_ns = 0;
   press(identification, time_ns, 0.0, 0.0);
   for (int i = 0; i < GainsIdentification::kMaxLostPresses; ++i) {
-    EXPECT_EQ(identification.wish().device, Wish::Device::kModulation) << i;
+    EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kModulation) << i;
     press(identification, time_ns, 1.5, 0.0);
   }
-  EXPECT_EQ(identification.wish().device, Wish::Device::kNothing);
+  EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kNothing);
   const auto model = identification.finish();
   ASSERT_FALSE(model);
   EXPECT_NE(model.error().value.find("gives no force"), std::string::npos) << model.error().text();
@@ -206,7 +207,7 @@ TEST(GainsIdentification, RefusesRecordingsAndTargetsThatNothingRenders) {
   for (const double target : {0.0, -1.0, 3.0, std::numeric_limits<double>::quiet_NaN()}) {
     const GainsIdentification identification({target}, rig());
     EXPECT_FALSE(identification.finish());
-    EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest);
+    EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
   }
 }
 

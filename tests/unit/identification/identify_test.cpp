@@ -6,8 +6,8 @@
 
 #include "server/identification/estimate/contact/contact_fit.h"
 #include "server/identification/estimate/friction/friction_fit.h"
-#include "tests/unit/rt/deformation/stroked_surface.h"
 #include "tests/unit/rt/deformation/directions.h"
+#include "tests/unit/rt/deformation/stroked_surface.h"
 
 namespace hapticd::rt {
 namespace {

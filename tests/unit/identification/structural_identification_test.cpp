@@ -70,9 +70,9 @@ struct StructuralBench {
 
   void follow(Identification& identification, int presses) {
     for (int i = 0; i < presses; ++i) {
-      const Wish wish = identification.wish();
-      if (wish.motion != Wish::Motion::kPress) return;
-      press(identification, wish.place_mm, wish.stiffness_n_per_mm, wish.force_n);
+      const MotionRequest request = identification.next_request();
+      if (request.motion != MotionRequest::Motion::kPress) return;
+      press(identification, request.place_mm, request.stiffness_n_per_mm, request.force_n);
     }
   }
 };
@@ -88,7 +88,7 @@ TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
   EXPECT_NEAR(structure.stiffness_n_per_mm, 2.537, 1e-6);
   EXPECT_EQ(structure.gradient_per_mm.x, 0.0);
   EXPECT_LT(model->residual, 1e-4);
-  EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest) << "nothing more is wanted";
+  EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest) << "nothing more is wanted";
 }
 
 TEST(StructuralIdentification, DryFrictionOfTheMotorsIsToldFromTheBend) {
@@ -98,13 +98,13 @@ TEST(StructuralIdentification, DryFrictionOfTheMotorsIsToldFromTheBend) {
   const auto model = identification.finish();
   ASSERT_TRUE(model);
   EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
-  bool told = false;
+  bool reported = false;
   for (const EstimatedParameter& p : model->parameters) {
     if (p.name != "back_drive_friction_n") continue;
-    told = true;
+    reported = true;
     EXPECT_NEAR(p.value, 0.2, 1e-3);
   }
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(reported);
 }
 
 TEST(StructuralIdentification, FindsAQuadraticField) {
@@ -168,16 +168,16 @@ TEST(StructuralIdentification, MotorsOfHardwareCoolBetweenPresses) {
     bench.continuous_n = 1.4;
     int rests = 0;
     for (int i = 0; i < 300 && !identification.progress().converged; ++i) {
-      const Wish wish = identification.wish();
-      if (wish.motion == Wish::Motion::kPress) {
-        EXPECT_NEAR(wish.force_n, hardware ? 3.0 * 1.4 : 0.8 * 8.5, 1e-9);
-        bench.press(identification, wish.place_mm, wish.stiffness_n_per_mm, wish.force_n);
+      const MotionRequest request = identification.next_request();
+      if (request.motion == MotionRequest::Motion::kPress) {
+        EXPECT_NEAR(request.force_n, hardware ? 3.0 * 1.4 : 0.8 * 8.5, 1e-9);
+        bench.press(identification, request.place_mm, request.stiffness_n_per_mm, request.force_n);
         continue;
       }
-      ASSERT_EQ(wish.device, Wish::Device::kNothing);
-      ASSERT_GT(wish.hold_s, 0.0) << "a rest, not the end";
+      ASSERT_EQ(request.device, MotionRequest::Device::kNothing);
+      ASSERT_GT(request.hold_s, 0.0) << "a rest, not the end";
       ++rests;
-      for (int tick = 0; tick < static_cast<int>(1e3 * wish.hold_s); ++tick) {
+      for (int tick = 0; tick < static_cast<int>(1e3 * request.hold_s); ++tick) {
         identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
       }
     }
@@ -198,21 +198,22 @@ TEST(StructuralIdentification, MotorsWarmWhetherOrNotTheInstrumentAnswers) {
   StructuralIdentification identification({.constant = true}, light(hal::RigKind::kHardware));
   StructuralBench bench{[](const Vector3&) { return 0.4; }};
   bench.watched = false;
-  EXPECT_EQ(identification.wish().words.find("cool"), std::string::npos);
+  EXPECT_EQ(identification.next_request().words.find("cool"), std::string::npos);
   for (int i = 0; i < 3; ++i) bench.press(identification, {0.0, 0.0, 70.0}, 0.5, 4.0);
-  EXPECT_NE(identification.wish().words.find("cool"), std::string::npos) << identification.wish().words;
-  EXPECT_EQ(identification.wish().device, Wish::Device::kNothing);
+  EXPECT_NE(identification.next_request().words.find("cool"), std::string::npos)
+      << identification.next_request().words;
+  EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kNothing);
   for (int i = 0; i < 12'000; ++i) identification.add(bench.at({0.0, 0.0, 75.0}, 0.0, 0.0));
-  EXPECT_EQ(identification.wish().words.find("cool"), std::string::npos) << "cold again";
+  EXPECT_EQ(identification.next_request().words.find("cool"), std::string::npos) << "cold again";
 }
 
 TEST(StructuralIdentification, APressOnARigidObjectAsksForNoMoreThanTheDeviceGives) {
   hal::RigInfo rig = light(hal::RigKind::kHardware);
-  const Wish bearable = StructuralIdentification({.rigid_contact = true}, rig).wish();
+  const MotionRequest bearable = StructuralIdentification({.rigid_contact = true}, rig).next_request();
   EXPECT_NEAR(bearable.max_device_force_n, 1.5 * 2.5 * 1.4, 1e-9);
   rig.device.max_continuous_force_n = 0.0;  // not known
   rig.device.max_force_n = 4.0;
-  const Wish weak = StructuralIdentification({.rigid_contact = true}, rig).wish();
+  const MotionRequest weak = StructuralIdentification({.rigid_contact = true}, rig).next_request();
   EXPECT_NEAR(weak.max_device_force_n, 4.0, 1e-9);
 }
 
@@ -259,11 +260,11 @@ TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 0.02);
-  bool told = false;
+  bool reported = false;
   for (const std::string& remark : identification.progress().remarks) {
-    told = told || remark.find("left out") != std::string::npos;
+    reported = reported || remark.find("left out") != std::string::npos;
   }
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(reported);
 }
 
 TEST(StructuralIdentification, NothingAndConstantSignalsAreRefused) {
@@ -437,7 +438,8 @@ TEST(StructuralIdentification, OnARigidObjectTheEncodersTellTheBend) {
     StructuralIdentification identification({.rigid_contact = true}, high_force());
     RigidBench bench{.friction_n = 0.2, .into = into};
     for (int i = 0; i < 5; ++i) {
-      EXPECT_EQ(identification.wish().device, Wish::Device::kModulation) << "the device presses";
+      EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kModulation)
+          << "the device presses";
       bench.press(identification);
     }
     const auto model = identification.finish();
@@ -446,7 +448,7 @@ TEST(StructuralIdentification, OnARigidObjectTheEncodersTellTheBend) {
     EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 2.5e-3);
     EXPECT_NEAR(parameter_of(*model, "back_drive_friction_n"), 0.2, 0.03) << "turns of motion blur it";
     EXPECT_NE(model->procedure.find("lower bound"), std::string::npos);
-    EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest);
+    EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
   }
 }
 

@@ -141,7 +141,7 @@ TEST(SurfaceScan, KeepsNoMoreThanItMay) {
   SurfaceScan scan(0.02, hand.info());
   for (int i = 0; i < 300; ++i) hand.tap(scan, 0.1 * (i % 250), 1.0);
   EXPECT_EQ(scan.touched(), 300U);
-  EXPECT_EQ(scan.touches().size(), SurfaceScan::kMostTouches);
+  EXPECT_EQ(scan.touches().size(), SurfaceScan::kMaxTouches);
   EXPECT_TRUE(scan.surface());
 }
 

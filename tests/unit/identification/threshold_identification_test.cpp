@@ -99,10 +99,10 @@ TEST(ThresholdIdentification, ATouchStandsAlone) {
   }
   const IdentificationProgress progress = identification.progress();
   EXPECT_FALSE(progress.converged);
-  bool told = false;
+  bool reported = false;
   for (const std::string& remark : progress.remarks)
-    told = told || remark.find("touched") != std::string::npos;
-  EXPECT_TRUE(told);
+    reported = reported || remark.find("touched") != std::string::npos;
+  EXPECT_TRUE(reported);
 }
 
 TEST(ThresholdIdentification, ShortAndDeadSignalsAreRefused) {

@@ -112,7 +112,7 @@ TEST_P(TurnedSensor, EverythingIsFound) {
   const Quaternion& q = tool.sensor_to_tool;
   const Quaternion& p = body.sensor_to_tool;
   EXPECT_GT(std::abs(q.w * p.w + q.x * p.x + q.y * p.y + q.z * p.z), 1.0 - 1e-5);
-  EXPECT_EQ(identification.wish().motion, Wish::Motion::kRest);
+  EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
 }
 
 TEST(ToolIdentification, StandingStillTellsNoMass) {
@@ -165,11 +165,11 @@ TEST(ToolIdentification, SecondsOfContactAreLeftOut) {
   const auto model = identification.finish();
   ASSERT_TRUE(model);
   EXPECT_NEAR(std::get<ToolModel>(model->content).mass_g, body.mass_g, 0.01 * body.mass_g);
-  bool told = false;
+  bool reported = false;
   for (const std::string& remark : identification.progress().remarks) {
-    told = told || remark.find("touched") != std::string::npos;
+    reported = reported || remark.find("touched") != std::string::npos;
   }
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(reported);
 }
 
 TEST(ToolIdentification, BadSamplesAreCountedAndDoNoHarm) {
@@ -224,7 +224,7 @@ TEST(ToolIdentification, MemoryStaysWhatItIs) {
 
 TEST(ToolLoadFit, StandardErrorsAreThoseOfTheNoise) {
   // White noise of known size on the force of many static orientations: mass scatters by its standard error.
-  double square = 0.0, told = 0.0;
+  double square = 0.0, reported = 0.0;
   constexpr int kRuns = 40;
   std::uint32_t seed = 7;
   const auto noise = [&] {
@@ -248,9 +248,9 @@ TEST(ToolLoadFit, StandardErrorsAreThoseOfTheNoise) {
     const ToolLoadFit fit = fit_tool_load(moments);
     ASSERT_TRUE(fit.good);
     square += (fit.mass_g - 10.0) * (fit.mass_g - 10.0);
-    told += fit.mass_error_g * fit.mass_error_g;
+    reported += fit.mass_error_g * fit.mass_error_g;
   }
-  EXPECT_NEAR(std::sqrt(square / told), 1.0, 0.35);
+  EXPECT_NEAR(std::sqrt(square / reported), 1.0, 0.35);
 }
 
 TEST(ToolLoadFit, StretchesAboutTheirMeansLeaveADriftOut) {

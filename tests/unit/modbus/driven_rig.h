@@ -17,7 +17,7 @@
 namespace hapticd::test {
 
 /// How long a test waits for what must happen; far beyond what it takes.
-inline constexpr std::chrono::seconds kPatience{20};
+inline constexpr std::chrono::seconds kTimeout{20};
 
 inline modbus::RegisterMap built_in_map(const std::string& name) {
   return value_of(server::find_turntable_map(name));
@@ -57,7 +57,7 @@ class DrivenRig {
   }
 
   hal::TurntableStatus await(const std::function<bool(const hal::TurntableStatus&)>& condition) const {
-    const auto until = std::chrono::steady_clock::now() + kPatience;
+    const auto until = std::chrono::steady_clock::now() + kTimeout;
     for (;;) {
       hal::TurntableStatus now = table->status();
       if (condition(now)) return now;

@@ -37,7 +37,7 @@ TEST(ModbusPeers, ADriveBehindPymodbusIsTurned) {
   EXPECT_NEAR(*(*table)->status().position_deg, 40.0, 1e-9);
   const auto end_of = [&](const hal::Result<std::uint64_t>& motion) {
     EXPECT_TRUE(motion) << motion.error().text();
-    const auto until = std::chrono::steady_clock::now() + kPatience;
+    const auto until = std::chrono::steady_clock::now() + kTimeout;
     while (std::chrono::steady_clock::now() < until) {
       const hal::TurntableStatus now = (*table)->status();
       if (now.motion.number == *motion && now.motion.end != hal::MotionEnd::kUnderWay) return now;
@@ -86,7 +86,7 @@ TEST_P(Mbpoll, ReadsNumbersAndBitsOfTheEmulatedDrive) {
   EXPECT_NE(ask("-t 3:int -B -r 0").find("[0]: \t0"), std::string::npos) << ask("-t 3:int -B -r 0");
   ask("-t 4 -r 106", "1");  // enable
   ask("-t 4 -r 106", "5");  // home
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   while (!drive.motor().homed() && std::chrono::steady_clock::now() < until) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -101,7 +101,7 @@ TEST_P(Mbpoll, TurnsTheEmulatedDrive) {
   ask("-t 4:int -B -r 100", "12500");
   ask("-t 4:float -B -r 102", "90.0 360.0");
   ask("-t 4 -r 106", "3");
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   while (!drive.motor().in_position() && std::chrono::steady_clock::now() < until) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

@@ -41,7 +41,7 @@ TEST_P(ModbusTurntable, OpensNothingBeforeItIsEngagedAndLetsGoAfterwards) {
   EXPECT_GT(rig.drive.requests(), 0U);
   rig.table->disengage();
   EXPECT_EQ(rig.table->status().state, TurntableState::kIdle);
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   while (rig.drive.connections() > 0 && std::chrono::steady_clock::now() < until) std::this_thread::yield();
   EXPECT_EQ(rig.drive.connections(), 0);
 }
@@ -102,7 +102,7 @@ TEST_P(ModbusTurntable, StopsOnTheWay) {
 TEST_P(ModbusTurntable, DisengagingOnTheWayStopsTheTable) {
   rig.set_off();
   rig.table->disengage();
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
   while (rig.drive.motor().moving() && std::chrono::steady_clock::now() < until) std::this_thread::yield();
   EXPECT_FALSE(rig.drive.motor().moving());
   EXPECT_LT(rig.drive.motor().angle_deg(), 169.0);

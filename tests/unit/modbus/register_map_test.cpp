@@ -184,12 +184,12 @@ alarm = { register = "go", bit = 0, negated = true }
 [registers.go])"));
   ASSERT_TRUE(map) << map.error().text();
   const auto plan = modbus::read_plan(*map);
-  const auto told = [&](std::uint16_t go) { return modbus::interpret(*map, {}, plan, {{go}, {0, 0}}); };
+  const auto reported = [&](std::uint16_t go) { return modbus::interpret(*map, {}, plan, {{go}, {0, 0}}); };
   ASSERT_EQ(plan.size(), 2U);
-  EXPECT_TRUE(*told(0x2F).moving);
-  EXPECT_FALSE(*told(0x30).moving);
-  EXPECT_FALSE(*told(0x2F).alarm);
-  EXPECT_TRUE(*told(0x2E).alarm);
+  EXPECT_TRUE(*reported(0x2F).moving);
+  EXPECT_FALSE(*reported(0x30).moving);
+  EXPECT_FALSE(*reported(0x2F).alarm);
+  EXPECT_TRUE(*reported(0x2E).alarm);
 }
 
 }  // namespace

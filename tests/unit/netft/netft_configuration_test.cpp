@@ -140,7 +140,7 @@ TEST(NetFtConfiguration, WhatIsNoXmlIsRefused) {
   for (const char* text : {"", "404", "<netft><cfgcpf>1", "<a></b>", "{\"cfgcpf\": 1}"}) {
     EXPECT_FALSE(parse_netft_configuration(text, "page")) << text;
   }
-  EXPECT_FALSE(parse_netft_configuration(std::string(kLargestPageBytes + 1, ' '), "page"));
+  EXPECT_FALSE(parse_netft_configuration(std::string(kMaxPageBytes + 1, ' '), "page"));
   // Every beginning of a page is some page that was cut off.
   for (std::size_t length = 0; length < kPage.size() - 8; ++length) {
     EXPECT_FALSE(parse_netft_configuration(std::string_view(kPage).substr(0, length), "page")) << length;

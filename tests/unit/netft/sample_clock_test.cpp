@@ -60,9 +60,9 @@ TEST(SampleClock, FollowsASourceThatIsNotQuiteAtItsRate) {
 }
 
 TEST(SampleClock, MeasuresARateThatNobodyTellsOrTellsWrongly) {
-  for (const double told_hz : {0.0, 1000.0, 10000.0}) {
-    SampleClock clock(told_hz);
-    EXPECT_LT(worst_ns(clock, bunched(7000.0, 20.0), 8.0), 400e3) << told_hz;
+  for (const double reported_hz : {0.0, 1000.0, 10000.0}) {
+    SampleClock clock(reported_hz);
+    EXPECT_LT(worst_ns(clock, bunched(7000.0, 20.0), 8.0), 400e3) << reported_hz;
   }
 }
 

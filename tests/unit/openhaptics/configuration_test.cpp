@@ -45,7 +45,7 @@ TEST(OpenHapticsConfiguration, EveryValueHasItsRange) {
        }},
       {"warm_share", [](auto& c) { c.warm_share = 2.0; }},
       {"calibration_wait_s", [](auto& c) { c.calibration_wait_s = -1.0; }},
-      {"patience_s", [](auto& c) { c.patience_s = 0.0; }},
+      {"patience_s", [](auto& c) { c.timeout_s = 0.0; }},
       {"stall_s", [](auto& c) { c.stall_s = 0.0; }},
       {"death_s", [nan](auto& c) { c.death_s = nan; }},
   };

@@ -15,17 +15,17 @@ struct Told {
 class OpenHapticsErrors : public testing::TestWithParam<Told> {};
 
 TEST_P(OpenHapticsErrors, ComesWithItsBitItsNameAndItsCount) {
-  const Told& told = GetParam();
+  const Told& reported = GetParam();
   HdBench bench;
   ASSERT_TRUE(bench.renders(1.0));
   bench.body->seen();
-  bench.page.device().frame_error = told.code;
+  bench.page.device().frame_error = reported.code;
   bench.page.device().frame_error_burst = 2;
   bench.page.device().frame_error_frames = 1;
-  EXPECT_TRUE(eventually([&] { return (bench.body->seen() & told.bit) != 0; }));
-  EXPECT_TRUE(eventually([&] { return bench.figure(told.name) == 2.0; }));
-  EXPECT_TRUE(bench.finds(told.name));
-  EXPECT_TRUE(bench.sees_no(told.bit));  // when it is over, it is over
+  EXPECT_TRUE(eventually([&] { return (bench.body->seen() & reported.bit) != 0; }));
+  EXPECT_TRUE(eventually([&] { return bench.figure(reported.name) == 2.0; }));
+  EXPECT_TRUE(bench.finds(reported.name));
+  EXPECT_TRUE(bench.sees_no(reported.bit));  // when it is over, it is over
   EXPECT_TRUE(bench.feels(1.0));
 }
 
@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(Published, OpenHapticsErrors,
                                          Told{0x0402, "HD_FRAME_ERROR", status::kDeviceFault},
                                          Told{0x0104, "HD_BAD_HANDLE", status::kDeviceFault},
                                          Told{0x7777, "unknown HD error", status::kDeviceFault}),
-                         [](const auto& told) { return "Code" + std::to_string(told.param.code); });
+                         [](const auto& reported) { return "Code" + std::to_string(reported.param.code); });
 
 TEST(OpenHapticsFaults, EveryErrorHasANameABitAndARemedy) {
   for (const openhaptics::HdError& error : openhaptics::hd_errors()) {
@@ -153,7 +153,7 @@ class OpenHapticsHang : public testing::Test {
 
 TEST_F(OpenHapticsHang, OpeningTheDevice) {
   in_a_process_of_its_own([] {
-    HdBench bench([](OpenHapticsConfig& config) { config.patience_s = 0.2; });
+    HdBench bench([](OpenHapticsConfig& config) { config.timeout_s = 0.2; });
     bench.page->init_hangs_ms = 1000;
     const auto error = bench.device->engage();
     ASSERT_TRUE(error);

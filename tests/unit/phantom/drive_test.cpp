@@ -32,7 +32,8 @@ TEST(Drive, StallForceAtTheResetPose) {
   EXPECT_NEAR(along[1], 129.0 * 13.3 / 215.0, 1e-9);  // 7.98 N
   EXPECT_NEAR(along[2], 129.0 * 11.2 / 215.0, 1e-9);  // 6.72 N
   EXPECT_NEAR(*std::max_element(along.begin(), along.end()), 8.5, 0.05);
-  EXPECT_NEAR(force_any_way_n(config, {}, stall), *std::min_element(along.begin(), along.end()), 1e-9);
+  EXPECT_NEAR(force_in_any_direction_n(config, {}, stall), *std::min_element(along.begin(), along.end()),
+              1e-9);
 }
 
 TEST(Drive, PresetsHoldTheForcesOfTheirDataSheets) {

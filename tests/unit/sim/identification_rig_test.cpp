@@ -199,10 +199,10 @@ TEST(ExternalInstrument, SeesTheTipWithinItsThirtyMicrometres) {
   });
   EXPECT_LT(most, 0.045);
   EXPECT_GT(most, 0.015) << "it is no perfect instrument";
-  bool told = false;
+  bool reported = false;
   for (const hal::UncertainParameter& u : rig.rig().info().uncertain)
-    told = told || u.name == "external_noise_mm";
-  EXPECT_TRUE(told);
+    reported = reported || u.name == "external_noise_mm";
+  EXPECT_TRUE(reported);
 }
 
 TEST(ExternalInstrument, WatchingChangesNothing) {

@@ -178,7 +178,7 @@ std::array<bool, CreepParameters::kLags> determined_lags(const std::vector<Point
   }
   std::array<bool, CreepParameters::kLags> determined{};
   for (std::size_t l = 0; l < determined.size(); ++l) {
-    determined[l] = most_n[l + 1] >= CreepFit::kLeastReach * most_n[0];
+    determined[l] = most_n[l + 1] >= CreepFit::kMinReach * most_n[0];
   }
   return determined;
 }
@@ -214,9 +214,9 @@ void find_errors(const std::vector<Point>& points, double deepest_mm,
   Eigen::Index next = weights;
   for (std::size_t k = 0; k < held.size(); ++k) column[k] = held[k] > 2 ? next++ : -1;
   if (next == 0) return;
-  constexpr int kMost = static_cast<int>(kSteps) + static_cast<int>(kWeights);
-  SandwichCovariance<kMost> sandwich(next, points.size());
-  SandwichCovariance<kMost>::Vector jacobian(next);
+  constexpr int kMax = static_cast<int>(kSteps) + static_cast<int>(kWeights);
+  SandwichCovariance<kMax> sandwich(next, points.size());
+  SandwichCovariance<kMax>::Vector jacobian(next);
   for (const Point& p : points) {
     const double e = effective_n(p, parameters);
     const LawEstimate at = law.curve(e);
@@ -240,7 +240,7 @@ void find_errors(const std::vector<Point>& points, double deepest_mm,
   estimate.weight_error[0] = std::isnan(immediate) ? covariance(0, 0) : std::sqrt(std::max(0.0, immediate));
   if (!std::isfinite(covariance(0, 0))) return;
   const auto relative_at = [&](double newtons) {
-    SandwichCovariance<kMost>::Vector gradient = SandwichCovariance<kMost>::Vector::Zero(next);
+    SandwichCovariance<kMax>::Vector gradient = SandwichCovariance<kMax>::Vector::Zero(next);
     const Place place = place_of(newtons, parameters.max_force_n);
     for (Eigen::Index k = 0; k <= place.knot; ++k) {
       const Eigen::Index c = column[static_cast<std::size_t>(k)];

@@ -38,7 +38,7 @@ std::array<double, CreepParameters::kLags> creep_times_s(double step_s) noexcept
 /// Ψ follows by non-negative least squares on its increments for given weights, the weights by pattern search
 /// on the simplex (a separable problem); errors count relative to x + 5 % of the deepest.
 ///
-/// A lag is free only where its force came to a share kLeastReach of the force itself. Of taps of 50 ms a lag
+/// A lag is free only where its force came to a share kMinReach of the force itself. Of taps of 50 ms a lag
 /// of a second sees next to nothing: its weight only scales all forces alike, which Ψ makes up for, and
 /// whatever the search then gives it doubles the displacement as soon as a press is held.
 class CreepFit {
@@ -51,7 +51,7 @@ class CreepFit {
   };
 
   /// A lag that has the third of the weight changes the effective force by no more than 5 % below this.
-  static constexpr double kLeastReach = 0.15;
+  static constexpr double kMinReach = 0.15;
 
   /// `stride`: every so-maniest sample is kept at first; 1 kHz gains nothing from every one.
   explicit CreepFit(const std::array<double, CreepParameters::kLags>& time_s, std::size_t stride = 3,

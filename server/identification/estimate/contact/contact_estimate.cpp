@@ -13,18 +13,18 @@ HuntCrossleyUncertainty hunt_crossley_uncertainty(const HuntCrossleyEstimate& es
   const HuntCrossleyParameters& law = estimate.parameters;
   const double offset_mm = estimate.contact_offset_mm;
   const bool with_damping = law.damping_n_s_per_mm_m1 > 0.0;  // at its bound it is no free parameter
-  const auto told = static_cast<std::size_t>(
+  const auto reported = static_cast<std::size_t>(
       std::count_if(palpation.begin(), palpation.end(),
-                    [&](const PalpationSample& s) { return tells_contact(s, offset_mm); }));
+                    [&](const PalpationSample& s) { return identifies_contact(s, offset_mm); }));
   const Eigen::Index n = 2 + (with_damping ? 1 : 0) + (with_offset ? 1 : 0);
   const Eigen::Index damping_at = 2;
   const Eigen::Index offset_at = with_damping ? 3 : 2;
 
-  SandwichCovariance<4> sandwich(n, told);
+  SandwichCovariance<4> sandwich(n, reported);
   SandwichCovariance<4>::Vector jacobian(n);
   double left = 0.0, whole = 0.0, deepest_mm = 0.0;
   for (const PalpationSample& s : palpation) {
-    if (!tells_contact(s, offset_mm)) continue;
+    if (!identifies_contact(s, offset_mm)) continue;
     const double x = s.displacement_mm + offset_mm;
     const double log_x = std::log(x);
     const double power = std::exp(law.exponent * log_x);

@@ -39,7 +39,7 @@ HuntCrossleyUncertainty hunt_crossley_uncertainty(const HuntCrossleyEstimate& es
                                                   bool with_offset);
 
 /// Whether a sample says anything about a contact law.
-constexpr bool tells_contact(const PalpationSample& s, double contact_offset_mm = 0.0) noexcept {
+constexpr bool identifies_contact(const PalpationSample& s, double contact_offset_mm = 0.0) noexcept {
   return s.in_contact && s.displacement_mm + contact_offset_mm > 0.0 && s.normal_force_n > 0.0;
 }
 

@@ -10,7 +10,7 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr std::size_t kFewestSamples = 100;
+constexpr std::size_t kMinSamples = 100;
 
 double deepest_mm(const std::vector<PalpationSample>& palpation) {
   double deepest = 0.0;
@@ -23,7 +23,7 @@ double deepest_mm(const std::vector<PalpationSample>& palpation) {
 hal::Error too_little(std::size_t samples) {
   return {"the palpation does not tell the model's parameters", "identification of the contact law",
           std::to_string(samples) + " usable samples",
-          "at least " + std::to_string(kFewestSamples) + ", at different depths and speeds",
+          "at least " + std::to_string(kMinSamples) + ", at different depths and speeds",
           "press deeper, at several speeds, and for longer"};
 }
 
@@ -48,16 +48,16 @@ double relative_error(const std::vector<PalpationSample>& palpation, double leas
 hal::Result<IdentifiedLaw<HuntCrossleyParameters>> fit_hunt_crossley(
     const std::vector<PalpationSample>& palpation) {
   const double least_mm = 0.1 * deepest_mm(palpation);
-  constexpr double kLeastForceN = 0.1;
-  constexpr double kLargestRateTerm = 0.1;
+  constexpr double kMinForceN = 0.1;
+  constexpr double kMaxRateTerm = 0.1;
   Eigen::Vector3d solution = Eigen::Vector3d::Zero();
   for (int pass = 0; pass < 2; ++pass) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     std::size_t used = 0;
     for (const PalpationSample& s : palpation) {
-      if (!s.in_contact || s.displacement_mm < least_mm || s.normal_force_n < kLeastForceN) continue;
-      if (pass == 1 && std::abs(solution(2) * s.rate_mm_per_s) > kLargestRateTerm) continue;
+      if (!s.in_contact || s.displacement_mm < least_mm || s.normal_force_n < kMinForceN) continue;
+      if (pass == 1 && std::abs(solution(2) * s.rate_mm_per_s) > kMaxRateTerm) continue;
       const Eigen::Vector3d phi(1.0, std::log(s.displacement_mm), s.rate_mm_per_s);
       const double weight = s.normal_force_n * s.normal_force_n;
       normal += weight * phi * phi.transpose();
@@ -65,7 +65,7 @@ hal::Result<IdentifiedLaw<HuntCrossleyParameters>> fit_hunt_crossley(
       ++used;
     }
     const auto factors = normal.ldlt();
-    if (used < kFewestSamples || !(factors.rcond() > 1e-12)) return too_little(used);
+    if (used < kMinSamples || !(factors.rcond() > 1e-12)) return too_little(used);
     solution = factors.solve(right);
   }
   IdentifiedLaw<HuntCrossleyParameters> law;
@@ -87,7 +87,7 @@ hal::Result<IdentifiedLaw<CreepParameters>> fit_creep(const std::vector<Palpatio
   CreepFit fit(CreepParameters{}.time_s);
   for (const PalpationSample& s : palpation) fit.add(s, 1.0 / rate_hz);
   CreepFit::Options options;
-  options.fewest_samples = kFewestSamples;
+  options.fewest_samples = kMinSamples;
   options.with_errors = false;
   const auto found = fit.solve(options);
   if (!found) return too_little(fit.rows().size());

@@ -76,7 +76,7 @@ std::optional<SquaredError> judge_curve(const CreepFit& palpation, const Rows& r
   return squares;
 }
 
-bool tells_creep(const CreepFit& palpation, double surface_mm, std::size_t fewest_samples) {
+bool identifies_creep(const CreepFit& palpation, double surface_mm, std::size_t fewest_samples) {
   constexpr double kCertainWeight = 0.1;
   CreepFit::Options options;
   options.surface_mm = surface_mm;
@@ -121,7 +121,7 @@ std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, do
   choice.power = power.error();
   choice.elastic_curve = elastic.error();
   choice.creep = creep.error();
-  choice.creep_is_determined = tells_creep(palpation, surface_mm, fewest_samples);
+  choice.creep_is_determined = identifies_creep(palpation, surface_mm, fewest_samples);
   const HeldOutError& curve = choice.curve() == ContactLawForm::kCreep ? choice.creep : choice.elastic_curve;
   if (!std::isfinite(curve.relative) && !std::isfinite(choice.power.relative)) return std::nullopt;
   choice.form = pays(curve, choice.power) ? choice.curve() : ContactLawForm::kPower;

@@ -10,11 +10,11 @@ namespace hapticd::rt {
 /// Covariance of least-squares parameters under residuals that hang together over time: the normal matrix,
 /// and the scores Jᵀe summed over consecutive blocks (Newey and West 1987, Bartlett's weights over a reach of
 /// √blocks). For that many blocks the reach covers things that last up to about a seventh of the data.
-template <int kMost>
+template <int kMax>
 class SandwichCovariance {
  public:
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMax, 1>;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMax, kMax>;
   static constexpr std::size_t kBlocks = 48;
 
   SandwichCovariance(Eigen::Index parameters, std::size_t samples)

@@ -143,8 +143,8 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
       rest << s.w, s.wv, s.wv, s.wvv;
       const Eigen::Vector2d left(s.wy - exponent * s.wl, s.wvy - exponent * s.wlv);
       const double determinant = rest.determinant();
-      const bool told = solution(2) > 0.0 && determinant > 1e-9 * s.w * s.wvv;
-      const double rate = told ? std::max(0.0, (s.w * left(1) - s.wv * left(0)) / determinant) : 0.0;
+      const bool reported = solution(2) > 0.0 && determinant > 1e-9 * s.w * s.wvv;
+      const double rate = reported ? std::max(0.0, (s.w * left(1) - s.wv * left(0)) / determinant) : 0.0;
       solution << (left(0) - rate * s.wv) / s.w, exponent, rate;
     }
     estimate.parameters.stiffness_n_per_mm_m = std::exp(solution(0));

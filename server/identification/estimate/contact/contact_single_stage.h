@@ -37,7 +37,7 @@ class SingleStageEstimator {
 
   void add(const PalpationSample& sample) noexcept {
     if (!sample.in_contact || !(sample.normal_force_n > options_.least_force_n) ||
-        !(sample.displacement_mm > kLeastMm)) {
+        !(sample.displacement_mm > kMinMm)) {
       gathered_ = 0;
       return;
     }
@@ -60,7 +60,7 @@ class SingleStageEstimator {
     double count = 0.0;
     void add(const Cell& other, double share) noexcept;
   };
-  static constexpr double kLeastMm = 1.0 / 128.0;
+  static constexpr double kMinMm = 1.0 / 128.0;
   static constexpr std::size_t kDepths = 16 * 4;      ///< quarters of an octave, 2⁻⁷ … 2⁹ mm
   static constexpr std::size_t kSpeeds = 1 + 11 * 2;  ///< below 1 mm/s, half octaves up to 2¹¹ mm/s
 

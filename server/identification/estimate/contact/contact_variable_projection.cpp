@@ -59,7 +59,7 @@ std::optional<HuntCrossleyEstimate> fit_by_variable_projection(std::span<const P
   double shallowest_mm = std::numeric_limits<double>::infinity();
   double deepest_mm = 0.0;
   for (const PalpationSample& s : palpation) {
-    if (!tells_contact(s, options.most_offset_mm) || !std::isfinite(s.displacement_mm) ||
+    if (!identifies_contact(s, options.most_offset_mm) || !std::isfinite(s.displacement_mm) ||
         !std::isfinite(s.rate_mm_per_s) || !std::isfinite(s.normal_force_n)) {
       continue;
     }

@@ -48,11 +48,11 @@ bool is_fit(const hal::RigSample& sample) noexcept {
 }  // namespace
 
 bool is_usable(const PressGeometry& geometry) noexcept {
-  constexpr double kLeastSine = 0.17;
+  constexpr double kMinSine = 0.17;
   const double press = norm(geometry.press_direction);
   const double line = norm(geometry.line_direction);
   return std::isfinite(press) && std::isfinite(line) && press > 1e-6 && line > 1e-6 &&
-         norm(cross(geometry.press_direction, geometry.line_direction)) > kLeastSine * press * line;
+         norm(cross(geometry.press_direction, geometry.line_direction)) > kMinSine * press * line;
 }
 
 PressFrame::PressFrame(const PressGeometry& geometry, const ToolLoad& load, double tool_mass_g,

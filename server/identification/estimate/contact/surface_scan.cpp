@@ -79,7 +79,7 @@ void SurfaceScan::touch(const hal::Vector3& place_mm) {
       std::upper_bound(touches_.begin(), touches_.end(), point,
                        [](const ProfilePoint& a, const ProfilePoint& b) { return a.along_mm < b.along_mm; }),
       point);
-  if (touches_.size() <= kMostTouches) return;
+  if (touches_.size() <= kMaxTouches) return;
   std::size_t crowded = 1;
   double least_mm = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i + 1 < touches_.size(); ++i) {

@@ -23,10 +23,10 @@ struct ScannedNormal {
 /// Surface along a line from light taps (D§4.4.1): each tells the point where it began; a smoothing spline
 /// through the points tells the normal. Only contacts that stayed light and in place count, and only on an
 /// object that had time to recover: a soft one keeps the mark of a stroke for seconds. Cheap per sample,
-/// bounded: at most kMostTouches points, those that crowd most make room.
+/// bounded: at most kMaxTouches points, those that crowd most make room.
 class SurfaceScan {
  public:
-  static constexpr std::size_t kMostTouches = 128;
+  static constexpr std::size_t kMaxTouches = 128;
   static constexpr double kLightN = 1.0;         ///< a tap presses no harder,
   static constexpr double kInPlaceMm = 1.5;      ///< does not slide farther along
   static constexpr double kShortestTapS = 0.02;  ///< and is no jolt of the tool

@@ -9,7 +9,7 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr std::size_t kFewestPlaces = 5;
+constexpr std::size_t kMinPlaces = 5;
 constexpr double kSamePlaceMm = 1e-3;
 
 hal::Error cannot(const std::string& what, std::size_t points, const std::string& limit,
@@ -93,13 +93,12 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
     together.push_back(1.0);
   }
   const std::size_t places = heights.size();
-  if (places < kFewestPlaces) {
+  if (places < kMinPlaces) {
     return cannot("too few places were touched to tell the surface", points.size(),
-                  "at least " + std::to_string(kFewestPlaces) + " places",
-                  "touch more places along the line");
+                  "at least " + std::to_string(kMinPlaces) + " places", "touch more places along the line");
   }
-  if (places > kMostPoints) {
-    return cannot("too many places for one profile", points.size(), "at most " + std::to_string(kMostPoints),
+  if (places > kMaxPoints) {
+    return cannot("too many places for one profile", points.size(), "at most " + std::to_string(kMaxPoints),
                   "thin them out");
   }
 

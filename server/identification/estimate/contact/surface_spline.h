@@ -27,10 +27,10 @@ struct ProfileValue {
 /// to, the parabola's own added. Beyond the outermost points the parabola and the spline's slope go on.
 class SurfaceSpline {
  public:
-  static constexpr std::size_t kMostPoints = 200;
+  static constexpr std::size_t kMaxPoints = 200;
 
   /// Points closer than 1e-3 mm along count as one. `least_error_mm`: what a point's height is uncertain by
-  /// at least, e.g. the encoders' rounding. Fails with fewer than five places, more than kMostPoints, or
+  /// at least, e.g. the encoders' rounding. Fails with fewer than five places, more than kMaxPoints, or
   /// points that are not finite.
   static hal::Result<SurfaceSpline> fit(std::vector<ProfilePoint> points, double least_error_mm);
 

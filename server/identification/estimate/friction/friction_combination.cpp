@@ -17,7 +17,7 @@ struct Mean {
   double value = 0.0;
   double error = std::numeric_limits<double>::infinity();
   double spread = 0.0;
-  bool told = false;
+  bool reported = false;
 };
 
 /// Of the objects that tell the parameter at all.
@@ -35,7 +35,7 @@ Mean mean_of(const std::vector<IdentifiedModel>& models, const std::string& name
   }
   Mean mean;
   if (values.empty()) return mean;
-  mean.told = true;
+  mean.reported = true;
   double between = 0.0;
   for (const bool final_pass : {false, true}) {
     double w = 0.0, wx = 0.0, ww = 0.0, q = 0.0;
@@ -108,7 +108,7 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
        {Part{"kinetic", "1", &f.kinetic}, Part{"presliding_mm", "mm", &f.presliding_mm},
         Part{"viscous_n_s_per_mm", "N·s/mm", &f.viscous_n_s_per_mm}, Part{"exponent", "1", &f.exponent}}) {
     const Mean mean = mean_of(models, part.name);
-    if (!mean.told) {
+    if (!mean.reported) {
       const std::string name = part.name;
       if (name == "kinetic")
         return cannot_combine("no object shows the level of friction", "", "", "stroke for longer");

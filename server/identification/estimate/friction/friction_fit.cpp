@@ -15,38 +15,38 @@ namespace {
 constexpr double kSlidingMmPerS = 10.0;
 
 // Regimes of D§4.4.1.
-constexpr double kSlidingWayMm = 3.0;
-constexpr double kPreslidingWayMm = 0.5;
+constexpr double kSlidingPathMm = 3.0;
+constexpr double kPreslidingPathMm = 0.5;
 /// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
-constexpr double kLeastSpeedMmPerS = 2.0;
+constexpr double kMinSpeedMmPerS = 2.0;
 
 /// Way along the line since the motion last turned.
-class WaySinceTurn {
+class PathSinceTurn {
  public:
   double update(double along_mm) {
     step_mm_ = started_ ? along_mm - last_mm_ : 0.0;
     started_ = true;
     last_mm_ = along_mm;
-    if (step_mm_ * heading_ < 0.0) way_mm_ = 0.0;
+    if (step_mm_ * heading_ < 0.0) path_mm_ = 0.0;
     if (step_mm_ != 0.0) heading_ = step_mm_;
-    way_mm_ += std::abs(step_mm_);
-    return way_mm_;
+    path_mm_ += std::abs(step_mm_);
+    return path_mm_;
   }
-  void restart() { way_mm_ = 0.0; }
+  void restart() { path_mm_ = 0.0; }
   double step_mm() const { return step_mm_; }
-  double way_mm() const { return way_mm_; }
+  double path_mm() const { return path_mm_; }
 
  private:
   bool started_ = false;
-  double last_mm_ = 0.0, step_mm_ = 0.0, heading_ = 0.0, way_mm_ = 0.0;
+  double last_mm_ = 0.0, step_mm_ = 0.0, heading_ = 0.0, path_mm_ = 0.0;
 };
 
 MeanDirectionNormals normals_along(const std::vector<StrokeSample>& strokes) {
   MeanDirectionNormals normals;
-  WaySinceTurn way;
+  PathSinceTurn way;
   for (const StrokeSample& s : strokes) {
     // Right after a turn friction has not turned yet.
-    if (way.update(s.along_mm) < kSlidingWayMm || std::abs(s.along_mm_per_s) < kSlidingMmPerS ||
+    if (way.update(s.along_mm) < kSlidingPathMm || std::abs(s.along_mm_per_s) < kSlidingMmPerS ||
         norm(s.reaction_n) < 0.2) {
       continue;
     }
@@ -58,7 +58,7 @@ MeanDirectionNormals normals_along(const std::vector<StrokeSample>& strokes) {
 
 struct Row {
   double normal_n, friction_n, slide_mm, speed_mm_per_s;
-  double way_mm;  ///< slid since the motion last turned
+  double path_mm;  ///< slid since the motion last turned
 };
 
 }  // namespace
@@ -71,7 +71,7 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
                       "stroke to and fro over the same place"};
   }
   std::vector<Row> rows;
-  WaySinceTurn way;
+  PathSinceTurn way;
   for (const StrokeSample& s : strokes) {
     way.update(s.along_mm);
     hal::Vector3 normal;
@@ -82,13 +82,13 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
     const hal::Vector3 tangent = direction_or(across(along, normal), along);
     const double per_along = 1.0 / std::max(0.2, dot(tangent, along));  // way on the surface
     rows.push_back({dot(s.reaction_n, normal), -dot(s.reaction_n, tangent), way.step_mm() * per_along,
-                    s.along_mm_per_s * per_along, way.way_mm() * per_along});
+                    s.along_mm_per_s * per_along, way.path_mm() * per_along});
   }
 
   // Sliding: the level and its viscosity, by least squares.
   double nn = 0.0, nv = 0.0, vv = 0.0, nf = 0.0, vf = 0.0;
   for (const Row& row : rows) {
-    if (row.way_mm < kSlidingWayMm || std::abs(row.speed_mm_per_s) < kSlidingMmPerS) continue;
+    if (row.path_mm < kSlidingPathMm || std::abs(row.speed_mm_per_s) < kSlidingMmPerS) continue;
     const double n = std::copysign(row.normal_n, row.speed_mm_per_s);
     nn += n * n;
     nv += n * row.speed_mm_per_s;
@@ -116,7 +116,7 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
     double z = 0.0;
     for (const Row& row : rows) {
       z = dahl_step(z, row.slide_mm, presliding_mm);
-      if (row.way_mm > 2.0 * kPreslidingWayMm || std::abs(row.speed_mm_per_s) < kLeastSpeedMmPerS) continue;
+      if (row.path_mm > 2.0 * kPreslidingPathMm || std::abs(row.speed_mm_per_s) < kMinSpeedMmPerS) continue;
       error += std::abs(row.friction_n - best.parameters.kinetic * row.normal_n * z);
     }
     return error;
@@ -134,7 +134,7 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
   double z = 0.0;
   for (const Row& row : rows) {
     z = dahl_step(z, row.slide_mm, best.parameters.presliding_mm);
-    if (std::abs(row.speed_mm_per_s) < kLeastSpeedMmPerS) continue;
+    if (std::abs(row.speed_mm_per_s) < kMinSpeedMmPerS) continue;
     error += std::abs(row.friction_n - best.parameters.kinetic * row.normal_n * z -
                       best.parameters.viscous_n_s_per_mm * row.speed_mm_per_s);
     friction += std::abs(row.friction_n);

@@ -16,10 +16,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPreslidingDistanceMm = 0.5;  // D§4.4.1
-constexpr double kLeastPreslidingMm = 1e-3;
-constexpr double kMostPreslidingMm = 20.0;
-constexpr double kMostExponent = 3.0;
-constexpr double kFewestInstants = 50.0;
+constexpr double kMinPreslidingMm = 1e-3;
+constexpr double kMaxPreslidingMm = 20.0;
+constexpr double kMaxExponent = 3.0;
+constexpr double kMinInstants = 50.0;
 constexpr int kRounds = 12;
 /// cos² of the angle between the regressors of level and viscosity beyond which they cannot be told apart.
 constexpr double kAlike = 0.95;
@@ -59,8 +59,8 @@ std::vector<double> built_up(const std::vector<FrictionRow>& rows, FrictionLaw l
 /// Level, viscosity and bias by weighted linear least squares; the state is given.
 struct Linear {
   double kinetic = 0.0, viscous = 0.0, bias = 0.0;
-  double left = 0.0;  ///< Σ w e²
-  bool told = false;  ///< was the viscosity
+  double left = 0.0;      ///< Σ w e²
+  bool reported = false;  ///< was the viscosity
 };
 
 class LinearSums {
@@ -79,8 +79,8 @@ class LinearSums {
   Linear solve(bool viscous, bool bias) const {
     Linear best;
     const double alike = ata_(0, 1) * ata_(0, 1) / (ata_(0, 0) * ata_(1, 1));
-    best.told = viscous && ata_(1, 1) > 0.0 && alike < kAlike;
-    for (bool with_viscous = best.told;; with_viscous = false) {
+    best.reported = viscous && ata_(1, 1) > 0.0 && alike < kAlike;
+    for (bool with_viscous = best.reported;; with_viscous = false) {
       std::vector<Eigen::Index> free{0};
       if (with_viscous) free.push_back(1);
       if (bias) free.push_back(2);
@@ -112,18 +112,18 @@ class LawFit {
   LawFit(const std::vector<FrictionRow>& rows, const FrictionFitOptions& options)
       : rows_(rows), options_(options), trust_(rows.size(), 1.0), slope_(rows.size(), 1.0) {
     // A rolling tip has turned long before D's three millimetres.
-    const double sliding_way_mm =
-        options.law == FrictionLaw::kDahl ? StrokePassages::kSlidingWayMm : 2.0 * kPreslidingDistanceMm;
+    const double sliding_path_mm =
+        options.law == FrictionLaw::kDahl ? StrokePassages::kSlidingPathMm : 2.0 * kPreslidingDistanceMm;
     for (const FrictionRow& row : rows) {
       const bool usable =
           row.settled && row.weight > 0.0 && std::abs(row.speed_mm_per_s) >= options.least_speed_mm_per_s;
       const bool slides =
-          usable && row.way_mm > sliding_way_mm && std::abs(row.speed_mm_per_s) >= options.sliding_mm_per_s;
+          usable && row.path_mm > sliding_path_mm && std::abs(row.speed_mm_per_s) >= options.sliding_mm_per_s;
       usable_.push_back(usable);
       sliding_.push_back(slides);
       const bool calm = usable && std::abs(row.speed_mm_per_s) <= options.presliding_mm_per_s;
-      presliding_.push_back(calm && row.way_mm < sliding_way_mm);
-      turning_.push_back(calm && row.way_mm < kPreslidingDistanceMm);
+      presliding_.push_back(calm && row.path_mm < sliding_path_mm);
+      turning_.push_back(calm && row.path_mm < kPreslidingDistanceMm);
     }
   }
 
@@ -132,12 +132,12 @@ class LawFit {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (sliding_[i]) sliding.add(rows_[i], rows_[i].heading);
     }
-    fit_.divided = sliding.instants() >= kFewestInstants || options_.law == FrictionLaw::kCoulombViscous;
+    fit_.divided = sliding.instants() >= kMinInstants || options_.law == FrictionLaw::kCoulombViscous;
     if (fit_.divided) {
-      if (sliding.instants() < kFewestInstants) {
+      if (sliding.instants() < kMinInstants) {
         return cannot_fit("too little of the strokes was sliding",
                           std::to_string(std::llround(sliding.instants())) + " instants",
-                          "at least " + std::to_string(std::llround(kFewestInstants)),
+                          "at least " + std::to_string(std::llround(kMinInstants)),
                           "stroke farther and faster");
       }
       take(sliding.solve(options_.viscous, options_.bias));
@@ -156,11 +156,11 @@ class LawFit {
         const std::vector<double> z =
             built_up(rows_, options_.law, fit_.parameters.presliding_mm, fit_.parameters.exponent);
         const LinearSums all = together(z);
-        if (all.instants() < kFewestInstants) {
+        if (all.instants() < kMinInstants) {
           return cannot_fit(
               "too little of the strokes is of use",
               std::to_string(std::llround(all.instants())) + " instants after the first full stroke",
-              "at least " + std::to_string(std::llround(kFewestInstants)), "stroke to and fro several times");
+              "at least " + std::to_string(std::llround(kMinInstants)), "stroke to and fro several times");
         }
         take(all.solve(options_.viscous, options_.bias));
       }
@@ -181,7 +181,7 @@ class LawFit {
     fit_.parameters.kinetic = linear.kinetic;
     fit_.parameters.viscous_n_s_per_mm = linear.viscous;
     fit_.bias_n = linear.bias;
-    fit_.viscous_told = linear.told;
+    fit_.viscous_is_identified = linear.reported;
   }
 
   /// How far each moment of sliding is to be trusted: Tukey's biweight, scaled by the median deviation. What
@@ -197,14 +197,14 @@ class LawFit {
     constexpr double kDeviationPerMedian = 1.4826;
     constexpr double kBeyondDoubt = 4.685;
     // An exact fit leaves rounding errors, of which none is worse than the other.
-    constexpr double kLeastOfLevel = 0.01;
+    constexpr double kMinOfLevel = 0.01;
     double largest_n = 0.0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (sliding_[i]) {
         largest_n = std::max(largest_n, std::abs(fit_.parameters.kinetic * rows_[i].normal_n));
       }
     }
-    const double reach = std::max(kBeyondDoubt * kDeviationPerMedian * *middle, kLeastOfLevel * largest_n);
+    const double reach = std::max(kBeyondDoubt * kDeviationPerMedian * *middle, kMinOfLevel * largest_n);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (!sliding_[i] || !(reach > 0.0)) continue;
       const double u = (rows_[i].friction_n - law_n(rows_[i], rows_[i].heading)) / reach;
@@ -241,12 +241,12 @@ class LawFit {
   /// A ladder over the presliding way, then a pattern search that halves its step, over the exponent as well.
   void search() {
     double most_mm = 0.0;
-    for (const FrictionRow& row : rows_) most_mm = std::max(most_mm, row.way_mm);
-    most_mm = std::clamp(2.0 * most_mm, 10.0 * kLeastPreslidingMm, kMostPreslidingMm);
-    if (fit_.divided) most_mm = std::min(most_mm, StrokePassages::kSlidingWayMm);
-    double best_mm = kLeastPreslidingMm;
+    for (const FrictionRow& row : rows_) most_mm = std::max(most_mm, row.path_mm);
+    most_mm = std::clamp(2.0 * most_mm, 10.0 * kMinPreslidingMm, kMaxPreslidingMm);
+    if (fit_.divided) most_mm = std::min(most_mm, StrokePassages::kSlidingPathMm);
+    double best_mm = kMinPreslidingMm;
     double least = kInfinity;
-    for (double trial_mm = kLeastPreslidingMm; trial_mm < most_mm; trial_mm *= 1.3) {
+    for (double trial_mm = kMinPreslidingMm; trial_mm < most_mm; trial_mm *= 1.3) {
       const double c = cost(trial_mm, 1.0, false);
       if (c < least) {
         least = c;
@@ -270,8 +270,8 @@ class LawFit {
     while (step_log > 1e-3) {
       bool better = false;
       const auto attempt = [&](double trial_log, double trial_exponent) {
-        trial_exponent = std::clamp(trial_exponent, 0.0, kMostExponent);
-        trial_log = std::clamp(trial_log, std::log(kLeastPreslidingMm), std::log(most_mm));
+        trial_exponent = std::clamp(trial_exponent, 0.0, kMaxExponent);
+        trial_log = std::clamp(trial_log, std::log(kMinPreslidingMm), std::log(most_mm));
         const double c = cost(std::exp(trial_log), trial_exponent);
         if (!(c < least * (1.0 - 1e-9))) return;
         least = c;
@@ -301,18 +301,18 @@ class LawFit {
     constexpr double kNudge = 0.01;
     std::vector<double> z_longer, z_bent;
     if (dahl) z_longer = built_up(rows_, options_.law, p.presliding_mm * (1.0 + kNudge), p.exponent);
-    const double bend = p.exponent + kNudge > kMostExponent ? -kNudge : kNudge;
+    const double bend = p.exponent + kNudge > kMaxExponent ? -kNudge : kNudge;
     if (dahl && options_.exponent) z_bent = built_up(rows_, options_.law, p.presliding_mm, p.exponent + bend);
 
-    constexpr Eigen::Index kMost = 5;
-    using Vector = Eigen::Matrix<double, kMost, 1>;
-    Eigen::Matrix<double, kMost, kMost> bread = Eigen::Matrix<double, kMost, kMost>::Zero();
+    constexpr Eigen::Index kMax = 5;
+    using Vector = Eigen::Matrix<double, kMax, 1>;
+    Eigen::Matrix<double, kMax, kMax> bread = Eigen::Matrix<double, kMax, kMax>::Zero();
     std::map<int, Vector> scores;
     double left = 0.0, squared = 0.0, left_abs = 0.0, friction_abs = 0.0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (!usable_[i]) continue;
       const FrictionRow& row = rows_[i];
-      if (!dahl && row.way_mm < 2.0 * kPreslidingDistanceMm) continue;
+      if (!dahl && row.path_mm < 2.0 * kPreslidingDistanceMm) continue;
       const double error = row.friction_n - law_n(row, z[i]);
       left += row.weight * error * error;
       const double friction_n = row.friction_n - fit_.bias_n;
@@ -323,7 +323,7 @@ class LawFit {
       if (fit_.divided && !sliding_[i] && !presliding_[i]) continue;
       Vector a = Vector::Zero();
       a(0) = row.normal_n * z[i];
-      if (fit_.viscous_told) a(1) = row.speed_mm_per_s;
+      if (fit_.viscous_is_identified) a(1) = row.speed_mm_per_s;
       if (options_.bias) a(2) = 1.0;
       if (dahl && !sliding_[i]) {
         a(3) = p.kinetic * row.normal_n * (z_longer[i] - z[i]) / (kNudge * p.presliding_mm);
@@ -340,13 +340,13 @@ class LawFit {
     fit_.relative_error = friction_abs > 0.0 ? left_abs / friction_abs : 0.0;
 
     std::vector<Eigen::Index> free;
-    for (Eigen::Index i = 0; i < kMost; ++i) {
+    for (Eigen::Index i = 0; i < kMax; ++i) {
       if (bread(i, i) > 0.0) free.push_back(i);
     }
     Vector error = Vector::Constant(kInfinity);
     const auto groups = static_cast<double>(scores.size());
     if (groups >= 3.0 && !free.empty()) {
-      Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(kMost, kMost);
+      Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(kMax, kMax);
       for (const auto& [passage, score] : scores) meat += score * score.transpose();
       // Scaled to a unit diagonal, so that millimetres and newtons may stand side by side.
       const Eigen::MatrixXd part = bread(free, free);
@@ -456,7 +456,7 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
   }
   hal::Result<FrictionLawFit> fit = LawFit(rows, options).run();
   constexpr double kSigmas = 2.0;
-  const bool doubtful = fit && options.doubt_viscous && fit->viscous_told &&
+  const bool doubtful = fit && options.doubt_viscous && fit->viscous_is_identified &&
                         fit->parameters.viscous_n_s_per_mm > 0.0 &&
                         fit->parameters.viscous_n_s_per_mm < kSigmas * fit->error.viscous_n_s_per_mm;
   if (!doubtful) return fit;
@@ -465,7 +465,7 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
   without.viscous = false;
   hal::Result<FrictionLawFit> simpler = LawFit(rows, without).run();
   if (!simpler) return fit;
-  simpler->viscous_told = true;
+  simpler->viscous_is_identified = true;
   simpler->error.viscous_n_s_per_mm = fit->error.viscous_n_s_per_mm;
   return simpler;
 }
@@ -487,7 +487,7 @@ std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
 hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows,
                                              const MaxwellSlipFitOptions& options) {
   double longest_mm = 0.0;
-  for (const FrictionRow& row : rows) longest_mm = std::max(longest_mm, row.way_mm);
+  for (const FrictionRow& row : rows) longest_mm = std::max(longest_mm, row.path_mm);
   if (!(longest_mm > 0.0)) {
     return cannot_fit("the tip did not slide", std::to_string(rows.size()) + " moments", "strokes both ways",
                       "stroke to and fro over the same place");

@@ -34,10 +34,10 @@ struct FrictionLawFit {
   /// of how wrong the law is (cluster-robust, Liang and Zeger 1986). Infinite where undetermined.
   FrictionParameters error;
   double bias_error_n = 0.0;
-  double residual = 0.0;        ///< rms left over rms of the friction, the offset taken off
-  double relative_error = 0.0;  ///< mean |left| over mean |friction|
-  bool divided = false;         ///< sliding and presliding were told apart; false: fitted together
-  bool viscous_told = false;    ///< speed varied enough, independently of the force
+  double residual = 0.0;               ///< rms left over rms of the friction, the offset taken off
+  double relative_error = 0.0;         ///< mean |left| over mean |friction|
+  bool divided = false;                ///< sliding and presliding were told apart; false: fitted together
+  bool viscous_is_identified = false;  ///< speed varied enough, independently of the force
   int passages = 0;
   double rows = 0.0;  ///< instants used
 };

@@ -9,7 +9,7 @@ namespace hapticd::rt {
 namespace {
 constexpr double kBinMm = 2.0;
 constexpr double kBeyondMm = 4.0;  // so far the last known normals are continued, to where strokes turn
-constexpr int kFewestPerWay = 5;
+constexpr int kMinPerDirection = 5;
 }  // namespace
 
 void MeanDirectionNormals::add(double along_mm, double heading, const hal::Vector3& reaction_n) {
@@ -22,7 +22,7 @@ void MeanDirectionNormals::add(double along_mm, double heading, const hal::Vecto
 void MeanDirectionNormals::settle() {
   normals_.clear();
   for (const auto& [place, bin] : bins_) {
-    if (bin.count[0] < kFewestPerWay || bin.count[1] < kFewestPerWay) continue;
+    if (bin.count[0] < kMinPerDirection || bin.count[1] < kMinPerDirection) continue;
     normals_[place] =
         direction_or(direction_or(bin.sum[0], {}) + direction_or(bin.sum[1], {}), {0.0, 0.0, 1.0});
   }

@@ -15,12 +15,12 @@ constexpr hal::Vector3 kAlong{1.0, 0.0, 0.0};
 constexpr hal::Vector3 kUp{0.0, 0.0, 1.0};
 
 /// Way slid at each row of a passage along the line. Noise of the position is no way back.
-std::vector<double> ways_of(const StrokePassage& passage) {
+std::vector<double> directions_of(const StrokePassage& passage) {
   std::vector<double> ways;
-  double way_mm = 0.0;
+  double path_mm = 0.0;
   for (const StrokeRow& row : passage.rows.rows()) {
-    way_mm = std::max(way_mm, (row.mean.along_mm - passage.begin_mm) * passage.heading);
-    ways.push_back(way_mm);
+    path_mm = std::max(path_mm, (row.mean.along_mm - passage.begin_mm) * passage.heading);
+    ways.push_back(path_mm);
   }
   return ways;
 }
@@ -28,10 +28,10 @@ std::vector<double> ways_of(const StrokePassage& passage) {
 MeanDirectionNormals normals_of(const std::vector<StrokePassage>& passages) {
   MeanDirectionNormals normals;
   for (const StrokePassage& passage : passages) {
-    const std::vector<double> ways = ways_of(passage);
+    const std::vector<double> ways = directions_of(passage);
     const auto& rows = passage.rows.rows();
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (ways[i] < StrokePassages::kSlidingWayMm) continue;
+      if (ways[i] < StrokePassages::kSlidingPathMm) continue;
       const StrokePoint& p = rows[i].mean;
       normals.add(p.along_mm, passage.heading, {p.reaction_along_n, 0.0, p.reaction_up_n});
     }
@@ -52,19 +52,19 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
   double outside = 0.0;
   bool first = true;
   bool known = false;  // is the state of the passage before
-  double last_way_mm = 0.0;
+  double last_path_mm = 0.0;
   bool last_followed = false;
   for (std::size_t k = 0; k < passages.size(); ++k) {
     const StrokePassage& passage = passages[k];
     if (passage.heading == 0) continue;
     const bool follows = passage.start == StrokePassage::Start::kFollows;
     if (follows) {
-      known = known || last_followed || last_way_mm >= StrokePassages::kSlidingWayMm;
+      known = known || last_followed || last_path_mm >= StrokePassages::kSlidingPathMm;
     } else {
       known = passage.start == StrokePassage::Start::kSaturated;
     }
     last_followed = follows;
-    last_way_mm = passage.way_mm;
+    last_path_mm = passage.path_mm;
     FrictionRow::State before = FrictionRow::State::kGoesOn;
     if (!follows) {
       before = !known                ? FrictionRow::State::kNothing
@@ -72,9 +72,9 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
                                      : FrictionRow::State::kForwards;
     }
 
-    const std::vector<double> ways = ways_of(passage);
+    const std::vector<double> ways = directions_of(passage);
     const auto& rows = passage.rows.rows();
-    double way_mm = 0.0;
+    double path_mm = 0.0;
     double slide_mm = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const StrokePoint& p = rows[i].mean;
@@ -92,7 +92,7 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
       const hal::Vector3 tangent = direction_or(across(kAlong, normal), kAlong);
       const double per_along = 1.0 / std::max(0.2, dot(tangent, kAlong));
       const double step_mm = (ways[i] - (i > 0 ? ways[i - 1] : 0.0)) * per_along;
-      way_mm += step_mm;
+      path_mm += step_mm;
       slide_mm += step_mm * passage.heading;
       if (!has_normal) {  // its way counts all the same
         outside += rows[i].count;
@@ -107,7 +107,7 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
       before = FrictionRow::State::kGoesOn;
       row.slide_mm = slide_mm;
       slide_mm = 0.0;
-      row.way_mm = way_mm;
+      row.path_mm = path_mm;
       row.speed_mm_per_s = span_s > 0.0 ? (b.along_mm - a.along_mm) / span_s * per_along : 0.0;
       row.normal_n = constant_normal_n > 0.0 ? constant_normal_n : dot(reaction, normal);
       row.friction_n = -dot(reaction, tangent);
@@ -115,12 +115,12 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
       row.weight = rows[i].count;
       row.passage = static_cast<int>(k);
       row.heading = passage.heading;
-      row.settled = known || way_mm >= StrokePassages::kSlidingWayMm;
+      row.settled = known || path_mm >= StrokePassages::kSlidingPathMm;
       result.least_normal_n = first ? row.normal_n : std::min(result.least_normal_n, row.normal_n);
       result.most_normal_n = first ? row.normal_n : std::max(result.most_normal_n, row.normal_n);
       first = false;
       result.most_speed_mm_per_s = std::max(result.most_speed_mm_per_s, std::abs(row.speed_mm_per_s));
-      result.most_way_mm = std::max(result.most_way_mm, way_mm);
+      result.max_path_mm = std::max(result.max_path_mm, path_mm);
       result.rows.push_back(row);
     }
   }

@@ -15,7 +15,7 @@ struct FrictionRow {
   enum class State : std::uint8_t { kGoesOn, kNothing, kForwards, kBackwards };
   State before = State::kGoesOn;
   double slide_mm = 0.0;  ///< on the surface since the row before; positive along the line
-  double way_mm = 0.0;    ///< slid since the motion last turned
+  double path_mm = 0.0;   ///< slid since the motion last turned
   double speed_mm_per_s = 0.0;
   double normal_n = 0.0;    ///< how hard the tip presses
   double friction_n = 0.0;  ///< what the object holds against motion along the line
@@ -39,7 +39,7 @@ struct FrictionRows {
   double outside_share = 0.0;  ///< of the instants whose normal nobody knows; left out
   double least_normal_n = 0.0, most_normal_n = 0.0;
   double most_speed_mm_per_s = 0.0;
-  double most_way_mm = 0.0;
+  double max_path_mm = 0.0;
 };
 
 /// Resolves passages. `source` kScan falls back on the mean direction where the scan does not reach.

@@ -95,12 +95,12 @@ Trap static_sponge_trap() {
   trap.plot = small_plot("Sponge pressed at 100 mm/s", {"displacement", "mm"}, {"force", "N"});
   constexpr double kSpeed = 100.0, kStepS = 1e-4;
   report::PlotSeries law = published("static (4.22)"), object = ours("simulated sponge"),
-                     told{"told (D§4.6.2)"};
-  told.colour = 2;
-  told.style = report::PlotSeries::Style::kPoints;
-  told.point_size = 1.0;
-  told.x = {5.0};
-  told.y = {0.5};
+                     reported{"told (D§4.6.2)"};
+  reported.colour = 2;
+  reported.style = report::PlotSeries::Style::kPoints;
+  reported.point_size = 1.0;
+  reported.x = {5.0};
+  reported.y = {0.5};
   sim::Material material(sim::object_preset("sponge_cut")->material, kStepS);
   double late_ms = 0.0;
   for (int i = 1; i <= 1200; ++i) {
@@ -111,7 +111,7 @@ Trap static_sponge_trap() {
     law.add(x, rt::hunt_crossley_force_n(kSponge, x, 0.0));
     object.add(x, force);
   }
-  trap.plot.series = {law, object, told};
+  trap.plot.series = {law, object, reported};
   trap.forms = {
       {"static (4.22)", 1e3 * rt::hunt_crossley_displacement(kSponge, 0.015, 0.0).displacement_mm / kSpeed},
       {"simulated sponge", late_ms}};

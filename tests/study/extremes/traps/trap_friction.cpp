@@ -16,16 +16,16 @@ class PublishedDahl {
   explicit PublishedDahl(double presliding_mm, double z) : presliding_mm_(presliding_mm), z_(z) {}
   double step(double slide_mm) {
     const double s = std::copysign(1.0, slide_mm);
-    if (s != heading_) way_mm_ = 0.0;
+    if (s != heading_) path_mm_ = 0.0;
     heading_ = s;
-    way_mm_ += std::abs(slide_mm);
-    return z_ = s + (z_ - s) * std::exp(-way_mm_ / presliding_mm_);
+    path_mm_ += std::abs(slide_mm);
+    return z_ = s + (z_ - s) * std::exp(-path_mm_ / presliding_mm_);
   }
 
  private:
   double presliding_mm_;
   double z_;
-  double way_mm_ = 0.0;
+  double path_mm_ = 0.0;
   double heading_ = 0.0;
 };
 

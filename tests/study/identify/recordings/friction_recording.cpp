@@ -101,7 +101,7 @@ std::vector<rt::FrictionRow> rows_of(const FrictionRecording& raw) {
       row.slide_mm = r.position_mm - recording[i - 1].position_mm;
       row.speed_mm_per_s = row.slide_mm / (r.time_s - recording[i - 1].time_s);
     }
-    row.way_mm = std::abs(r.position_mm - turned_mm);
+    row.path_mm = std::abs(r.position_mm - turned_mm);
     row.normal_n = r.normal_n;
     row.friction_n = r.force_n;
     row.along_mm = r.position_mm;

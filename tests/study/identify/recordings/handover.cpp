@@ -258,7 +258,7 @@ void run_identify_handover(StudyContext& context) {
     bool smoothed, extrapolated;
     double threshold_n = 0.0, largest_before_n = 0.0;
     int alarms = 0;
-    std::size_t told = 0;
+    std::size_t reported = 0;
   };
   std::array<Rule, 4> rules{{{"smallest without alarm (D§3.2.2)", false, false},
                              {"smallest, median of three samples", true, false},
@@ -276,12 +276,13 @@ void run_identify_handover(StudyContext& context) {
       if (i < start && t >= kFittedUntilS) rule.largest_before_n = std::max(rule.largest_before_n, r[i]);
       if (t < kSettledS || r[i] <= rule.threshold_n) continue;
       if (i < start) ++rule.alarms;
-      if (i >= start && rule.told == 0) rule.told = i;
+      if (i >= start && rule.reported == 0) rule.reported = i;
     }
-    const bool told = rule.told != 0;
+    const bool reported = rule.reported != 0;
     thresholds.add_row({rule.name, fixed(rule.threshold_n, 3), fixed(rule.largest_before_n, 3),
-                        std::to_string(rule.alarms), told ? fixed(time_s(samples[rule.told]), 4) : "never",
-                        told ? std::to_string(rule.told - start) : report::kNoNumber});
+                        std::to_string(rule.alarms),
+                        reported ? fixed(time_s(samples[rule.reported]), 4) : "never",
+                        reported ? std::to_string(rule.reported - start) : report::kNoNumber});
   }
   context.report.add_table(
       "handover_threshold", "Threshold from the free part, 0.3-2.2 s", thresholds,
@@ -291,8 +292,8 @@ void run_identify_handover(StudyContext& context) {
   alarms_figure.value = rule.alarms;
   alarms_figure.source = "before the grip at 3.1 s; tool and threshold from 0-2.2 s; rule of D§3.2.2";
   context.report.add(alarms_figure);
-  if (rule.told != 0) {
-    detection_figure.value = static_cast<double>(rule.told - start);
+  if (rule.reported != 0) {
+    detection_figure.value = static_cast<double>(rule.reported - start);
   } else {
     detection_figure.failed = "the grip is never told";
   }
@@ -313,7 +314,8 @@ void run_identify_handover(StudyContext& context) {
   result.add_row({"alarms 0.3-3.1 s", std::to_string(rule.alarms)});
   result.add_row({"grip starts, as described", fixed(time_s(samples[start]), 4) + " s"});
   result.add_row({"raw force left for good (hindsight)", fixed(time_s(samples[hindsight]), 4) + " s"});
-  result.add_row({"grip told", rule.told != 0 ? fixed(time_s(samples[rule.told]), 4) + " s" : "never"});
+  result.add_row(
+      {"grip told", rule.reported != 0 ? fixed(time_s(samples[rule.reported]), 4) + " s" : "never"});
   context.report.add_table("handover", "Hand-over: tool and threshold from the free part alone", result,
                            "The grip's start is that of the recording's description; with hindsight the raw "
                            "force leaves its free range for "

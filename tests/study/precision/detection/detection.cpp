@@ -32,8 +32,8 @@ constexpr double kQuietMultiples[] = {0.3, 0.4,  0.5, 0.55, 0.6, 0.65, 0.7, 0.75
 template <class Signal>
 class Detection {
  public:
-  Detection(Signal signal, double threshold, std::uint32_t free_ticks_to_arm)
-      : signal_(std::move(signal)), detector_(parameters(threshold, free_ticks_to_arm), kRateHz) {}
+  Detection(Signal signal, double threshold, double arming_time_ms)
+      : signal_(std::move(signal)), detector_(parameters(threshold, arming_time_ms), kRateHz) {}
 
   bool update(const DetectionTick& tick) noexcept {
     const double value = signal_.update(tick, detector_.in_contact());
@@ -44,10 +44,10 @@ class Detection {
   }
 
  private:
-  static rt::ContactParameters parameters(double threshold, std::uint32_t free_ticks_to_arm) {
+  static rt::ContactParameters parameters(double threshold, double arming_time_ms) {
     rt::ContactParameters p;
     p.threshold_n = threshold;
-    p.free_ticks_to_arm = free_ticks_to_arm;
+    p.arming_time_ms = arming_time_ms;
     return p;
   }
 
@@ -99,7 +99,7 @@ struct Delays {
 
 template <class Signal>
 void add_delays(const Signal& signal, const TappedTrace& trace, double threshold, Delays& delays) {
-  Detection<Signal> detection(signal, threshold, rt::ContactParameters{}.free_ticks_to_arm);
+  Detection<Signal> detection(signal, threshold, rt::ContactParameters{}.arming_time_ms);
   std::vector<bool> declared;
   for (const DetectionTick& tick : trace.ticks) declared.push_back(detection.update(tick));
   for (const Strike& strike : trace.strikes) {

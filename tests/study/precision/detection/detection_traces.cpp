@@ -67,8 +67,8 @@ TappedTrace tapped_trace(const std::string& object, double speed_mm_per_s, int t
     height_before_mm = height_mm;
     if (!tick.touches) continue;
     if (k - last_touched > kFlightTicks) {
-      constexpr double kLeastFallMm = 1e-3;  // a speed of 1 mm/s
-      const double since_ms = kTickMs * rig.truth().displacement_mm / std::max(kLeastFallMm, fall_mm);
+      constexpr double kMinFallMm = 1e-3;  // a speed of 1 mm/s
+      const double since_ms = kTickMs * rig.truth().displacement_mm / std::max(kMinFallMm, fall_mm);
       trace.strikes.push_back({k, k, 1e-6 * static_cast<double>(tick.time_ns) - since_ms});
     }
     if (!trace.strikes.empty()) trace.strikes.back().last_tick = k;

@@ -263,7 +263,7 @@ std::string order_text(const std::vector<int>& steps_per_ms, const std::vector<d
 
 // --- the largest step that holds ---
 
-constexpr double kLongestMs = 2.0;
+constexpr double kMaxMs = 2.0;
 /// The shortest step that is tried.
 double shortest_ms(bool quick) {
   return quick ? 0.02 : 1e-3;
@@ -298,7 +298,7 @@ std::optional<double> largest_step_ms(IntegrationMethod method, const sim::Mater
                                       double creep_mm, double shortest) {
   constexpr double kTolerableMm = 0.01;
   std::optional<double> candidate_ms;
-  for (double step_ms = kLongestMs; step_ms >= shortest; step_ms *= std::sqrt(0.5)) {
+  for (double step_ms = kMaxMs; step_ms >= shortest; step_ms *= std::sqrt(0.5)) {
     const auto swing_mm = late_swing_mm(method, material, 1e-3 * step_ms);
     if (!swing_mm || *swing_mm > creep_mm + kTolerableMm) {
       candidate_ms.reset();
@@ -316,7 +316,7 @@ double creep_mm(const sim::MaterialParameters& material) {
 
 std::string step_text(const std::optional<double>& step_ms, double shortest) {
   if (!step_ms) return "< " + significant(shortest, 1);
-  return (*step_ms == kLongestMs ? "≥ " : "") + significant(*step_ms, 2);
+  return (*step_ms == kMaxMs ? "≥ " : "") + significant(*step_ms, 2);
 }
 
 void study_orders(StudyContext& context, const PressCase& smooth, const PressCase& full,

@@ -93,13 +93,13 @@ struct DeviceForce {
 DeviceForce device_force_of(const PressTask& task) {
   VirtualRun run(task.rig, task.scene);
   run.set_hand(task.hand);
-  constexpr double kPatienceS = 10.0;
+  constexpr double kTimeoutS = 10.0;
   constexpr double kAfterS = 0.1;
   double touched_s = -1.0;
   double error_squares = 0.0;
   double squares = 0.0;
   DeviceForce result;
-  while (run.time_s() < kPatienceS) {
+  while (run.time_s() < kTimeoutS) {
     run.step();
     const hal::TruthSample& truth = run.truth();
     if (touched_s < 0.0 && truth.in_contact) touched_s = run.time_s();

@@ -17,21 +17,21 @@ struct Told {
   double value;
 };
 
-std::vector<Told> told_of(const std::vector<double>& signal, std::size_t n, std::size_t phase,
-                          Decimation how) {
-  std::vector<Told> told;
+std::vector<Told> reported_of(const std::vector<double>& signal, std::size_t n, std::size_t phase,
+                              Decimation how) {
+  std::vector<Told> reported;
   if (how == Decimation::kPicks) {
     for (std::size_t i = phase; i < signal.size(); i += n)
-      told.push_back({static_cast<double>(i), signal[i]});
-    return told;
+      reported.push_back({static_cast<double>(i), signal[i]});
+    return reported;
   }
   for (std::size_t i = phase; i + n <= signal.size(); i += n) {
     double sum = 0.0;
     for (std::size_t j = 0; j < n; ++j) sum += signal[i + j];
     const auto length = static_cast<double>(n);
-    told.push_back({static_cast<double>(i) + 0.5 * (length - 1.0), sum / length});
+    reported.push_back({static_cast<double>(i) + 0.5 * (length - 1.0), sum / length});
   }
-  return told;
+  return reported;
 }
 
 /// First and last index of every burst.
@@ -59,26 +59,27 @@ DecimationLoss decimation_loss(const std::vector<double>& signal, std::size_t n,
   double squares = 0.0;
   std::size_t peaks = 0;
   for (std::size_t phase = 0; phase < n; ++phase) {
-    const std::vector<Told> told = told_of(signal, n, phase, how);
-    for (std::size_t k = 0; k + 1 < told.size(); ++k) {
-      const auto from = static_cast<std::size_t>(std::ceil(told[k].at));
-      for (std::size_t i = from; static_cast<double>(i) < told[k + 1].at; ++i) {
-        const double share = (static_cast<double>(i) - told[k].at) / (told[k + 1].at - told[k].at);
-        const double rebuilt = told[k].value + share * (told[k + 1].value - told[k].value);
+    const std::vector<Told> reported = reported_of(signal, n, phase, how);
+    for (std::size_t k = 0; k + 1 < reported.size(); ++k) {
+      const auto from = static_cast<std::size_t>(std::ceil(reported[k].at));
+      for (std::size_t i = from; static_cast<double>(i) < reported[k + 1].at; ++i) {
+        const double share =
+            (static_cast<double>(i) - reported[k].at) / (reported[k + 1].at - reported[k].at);
+        const double rebuilt = reported[k].value + share * (reported[k + 1].value - reported[k].value);
         error_squares += (rebuilt - signal[i]) * (rebuilt - signal[i]);
         squares += signal[i] * signal[i];
       }
     }
-    auto next = told.begin();
+    auto next = reported.begin();
     for (const auto& [first, last] : bursts) {
       const double largest = *std::max_element(signal.begin() + static_cast<std::ptrdiff_t>(first),
                                                signal.begin() + static_cast<std::ptrdiff_t>(last) + 1);
-      while (next != told.end() && next->at < static_cast<double>(first)) ++next;
-      double largest_told = 0.0;
-      for (; next != told.end() && next->at <= static_cast<double>(last); ++next) {
-        largest_told = std::max(largest_told, next->value);
+      while (next != reported.end() && next->at < static_cast<double>(first)) ++next;
+      double max_reported = 0.0;
+      for (; next != reported.end() && next->at <= static_cast<double>(last); ++next) {
+        max_reported = std::max(max_reported, next->value);
       }
-      const double missed = 1.0 - largest_told / largest;
+      const double missed = 1.0 - max_reported / largest;
       loss.peak_share += missed;
       loss.worst_peak_share = std::max(loss.worst_peak_share, missed);
       ++peaks;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kFine = MotionTrace::kStepsPerTick;
 constexpr std::size_t kSettledTicks = 100;
-constexpr std::size_t kMostLag = 50 * kFine;
+constexpr std::size_t kMaxLag = 50 * kFine;
 
 /// Sums over the ticks that count.
 struct Squares {
@@ -50,7 +50,7 @@ MotionError judge_motion(const std::vector<double>& estimate, const std::vector<
     }
     return best;
   };
-  const std::size_t near = best_lag(0, kMostLag, kFine);
+  const std::size_t near = best_lag(0, kMaxLag, kFine);
   const std::size_t lag = best_lag(near > kFine ? near - kFine : 0, near + kFine, 1);
   result.lag_ms = static_cast<double>(lag) / static_cast<double>(kFine) * (1e3 / MotionTrace::kRateHz);
   return result;

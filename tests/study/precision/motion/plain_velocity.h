@@ -44,9 +44,9 @@ class FilteredDifference {
 ///   6 Σ_{i=0..n} (n - 2i) y_{k-i} / (T n (n+1) (n+2)).
 class FixedWindowVelocity {
  public:
-  static constexpr std::size_t kMostPeriods = 31;
+  static constexpr std::size_t kMaxPeriods = 31;
 
-  /// 1 ≤ `periods` ≤ kMostPeriods.
+  /// 1 ≤ `periods` ≤ kMaxPeriods.
   FixedWindowVelocity(std::size_t periods, double rate_hz) noexcept : periods_(periods) {
     const auto n = static_cast<double>(periods);
     for (std::size_t i = 0; i <= periods; ++i) {
@@ -57,11 +57,10 @@ class FixedWindowVelocity {
   double update(double position_mm) noexcept {
     if (!started_) positions_.fill(position_mm);
     started_ = true;
-    newest_ = (newest_ + 1) & kMostPeriods;
+    newest_ = (newest_ + 1) & kMaxPeriods;
     positions_[newest_] = position_mm;
     double slope = 0.0;
-    for (std::size_t i = 0; i <= periods_; ++i)
-      slope += weight_[i] * positions_[(newest_ - i) & kMostPeriods];
+    for (std::size_t i = 0; i <= periods_; ++i) slope += weight_[i] * positions_[(newest_ - i) & kMaxPeriods];
     return slope;
   }
 
@@ -69,8 +68,8 @@ class FixedWindowVelocity {
   std::size_t periods_;
   bool started_ = false;
   std::size_t newest_ = 0;
-  std::array<double, kMostPeriods + 1> weight_{};
-  std::array<double, kMostPeriods + 1> positions_{};
+  std::array<double, kMaxPeriods + 1> weight_{};
+  std::array<double, kMaxPeriods + 1> positions_{};
 };
 
 /// Levant's robust exact differentiator (1998), explicit Euler:

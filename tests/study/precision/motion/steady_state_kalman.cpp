@@ -49,8 +49,8 @@ SteadyStateKalman<N>::SteadyStateKalman(double position_deviation_mm, double jum
   const double noise = position_deviation_mm * position_deviation_mm;
   Matrix<N> p{};
   for (std::size_t i = 0; i < N; ++i) p[i][i] = noise;
-  constexpr int kMostSteps = 100'000;
-  for (int step = 0; step < kMostSteps; ++step) {
+  constexpr int kMaxSteps = 100'000;
+  for (int step = 0; step < kMaxSteps; ++step) {
     p = predicted<N>(p, f, g, jump * jump);
     double change = 0.0;
     for (std::size_t i = 0; i < N; ++i) {

@@ -77,12 +77,12 @@ grpc::Status IdentifyFakeService::WatchIdentification(
   const bool breaks = streams_to_break();
   const bool falls_silent = script_.silent_after > 0 && silent_streams_ < script_.streams_that_fall_silent;
   if (falls_silent) ++silent_streams_;
-  for (int told = 0; !closing_ && !context->IsCancelled(); ++told) {
-    if (breaks && told == script_.break_after) {
+  for (int reported = 0; !closing_ && !context->IsCancelled(); ++reported) {
+    if (breaks && reported == script_.break_after) {
       ++broken_streams_;
       return script_.break_status;
     }
-    if (!falls_silent || told < script_.silent_after) {
+    if (!falls_silent || reported < script_.silent_after) {
       const v1::IdentificationProgress progress = now();
       lock.unlock();
       const bool written = writer->Write(progress);

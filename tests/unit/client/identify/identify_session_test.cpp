@@ -41,7 +41,7 @@ struct Outcome {
 Outcome outcome_of(const IdentifyFakeService& fake, const std::function<void(IdentifySession&)>& act,
                    IdentifyOptions options = {}, bool json = false) {
   Session session{.server = fake.address(), .json = json};
-  if (!options.user_wish) options.user_wish = [] { return UserWish::kGoOn; };
+  if (!options.user_request) options.user_request = [] { return UserRequest::kGoOn; };
   testing::internal::CaptureStdout();
   try {
     IdentifySession identify(session, std::move(options));
@@ -90,7 +90,7 @@ TEST(IdentifySession, TheExitCodeTellsHowItEnded) {
 TEST(IdentifySession, CtrlCCancelsAndTellsWhatWasKept) {
   const IdentifyFakeService fake({.progress = endless()});
   IdentifyOptions options;
-  options.user_wish = [&fake] { return fake.watched() > 0 ? UserWish::kCancel : UserWish::kGoOn; };
+  options.user_request = [&fake] { return fake.watched() > 0 ? UserRequest::kCancel : UserRequest::kGoOn; };
   const Outcome outcome = outcome_of(fake, start, options);
   EXPECT_EQ(fake.cancelled(), 1);
   EXPECT_EQ(outcome.exit_code, ExitCode::kNotConverged);
@@ -117,7 +117,7 @@ TEST(IdentifySession, TheSignalItselfCancels) {
 TEST(IdentifySession, AClientThatIsToGoLeavesItRunning) {
   const IdentifyFakeService fake({.progress = endless()});
   IdentifyOptions options;
-  options.user_wish = [&fake] { return fake.watched() > 0 ? UserWish::kLeave : UserWish::kGoOn; };
+  options.user_request = [&fake] { return fake.watched() > 0 ? UserRequest::kLeave : UserRequest::kGoOn; };
   const Outcome outcome = outcome_of(fake, start, options);
   EXPECT_EQ(fake.cancelled(), 0);
   EXPECT_TRUE(holds(outcome.output, "contact-7 goes on")) << outcome.output;
@@ -127,7 +127,7 @@ TEST(IdentifySession, WatchingAndCtrlCLeavesItRunning) {
   const IdentifyFakeService fake({.progress = endless()});
   IdentifyOptions options;
   int asked = 0;
-  options.user_wish = [&asked] { return ++asked > 3 ? UserWish::kCancel : UserWish::kGoOn; };
+  options.user_request = [&asked] { return ++asked > 3 ? UserRequest::kCancel : UserRequest::kGoOn; };
   const Outcome outcome = outcome_of(
       fake, [](IdentifySession& identify) { identify.watch(""); }, options);
   EXPECT_EQ(fake.cancelled(), 0);
@@ -197,7 +197,7 @@ TEST(IdentifySession, ADaemonThatStaysAwayIsGivenUp) {
     fake.disconnect();
   });
   IdentifyOptions options;
-  options.patience = milliseconds(300);
+  options.timeout = milliseconds(300);
   testing::internal::CaptureStderr();
   try {
     outcome_of(fake, start, options);
@@ -273,7 +273,7 @@ TEST(IdentifySession, JsonIsALineAProgressAndTheLastOneTellsTheEnd) {
 TEST(IdentifySession, ACancelledOneEndsInJsonToo) {
   const IdentifyFakeService fake({.progress = endless()});
   IdentifyOptions options;
-  options.user_wish = [&fake] { return fake.watched() > 0 ? UserWish::kCancel : UserWish::kGoOn; };
+  options.user_request = [&fake] { return fake.watched() > 0 ? UserRequest::kCancel : UserRequest::kGoOn; };
   const Outcome outcome = outcome_of(fake, start, options, true);
   const auto begin = outcome.output.rfind('\n', outcome.output.size() - 2);
   const Json last = Json::parse(outcome.output.substr(begin == std::string::npos ? 0 : begin + 1));

@@ -35,7 +35,7 @@ v1::RecordingDescription description() {
 }
 
 TEST(IdentifyUpload, AFileGoesInPiecesWellBelowWhatAMessageMayHave) {
-  static_assert(2 * client::RecordingUpload::kLargestPiece <= kMebibyte);
+  static_assert(2 * client::RecordingUpload::kMaxPiece <= kMebibyte);
   const test::TemporaryFolder folder;
   for (const std::size_t bytes :
        {std::size_t{1}, kMebibyte - 1, kMebibyte, kMebibyte + 1, 5 * kMebibyte + 77}) {
@@ -55,7 +55,7 @@ TEST(IdentifyUpload, AFileGoesInPiecesWellBelowWhatAMessageMayHave) {
     EXPECT_TRUE(all_sent);
     EXPECT_EQ(fake.uploaded_bytes(), bytes);
     EXPECT_EQ(fake.uploaded_checksum(), IdentifyFakeService::checksum_of(text));
-    for (const std::size_t size : fake.piece_sizes()) EXPECT_LE(size, client::RecordingUpload::kLargestPiece);
+    for (const std::size_t size : fake.piece_sizes()) EXPECT_LE(size, client::RecordingUpload::kMaxPiece);
     const auto pieces = fake.pieces();
     ASSERT_FALSE(pieces.empty());
     EXPECT_EQ(pieces[0].description().columns().at("force").column(), "Fz");

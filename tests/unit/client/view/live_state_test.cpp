@@ -31,31 +31,31 @@ v1::RigState in_contact(double authority) {
   return state;
 }
 
-std::string told(const v1::RigState& state) {
+std::string reported(const v1::RigState& state) {
   return words(live_state(state));
 }
-std::string told(const v1::TelemetrySample& sample) {
+std::string reported(const v1::TelemetrySample& sample) {
   return words(live_state(sample));
 }
 
 TEST(LiveState, FreeAndInContact) {
-  EXPECT_EQ(told(healthy()), "free");
+  EXPECT_EQ(reported(healthy()), "free");
   v1::RigState released = healthy();
   released.set_contact_reason(v1::CONTACT_REASON_BELOW_RELEASE);
-  EXPECT_EQ(told(released), "free");
-  EXPECT_EQ(told(in_contact(1.0)), "in contact");
-  EXPECT_EQ(told(in_contact(0.4)),
+  EXPECT_EQ(reported(released), "free");
+  EXPECT_EQ(reported(in_contact(1.0)), "in contact");
+  EXPECT_EQ(reported(in_contact(0.4)),
             "in contact, with 40 % of the force: so much the evidence of an object allows");
-  EXPECT_EQ(told(in_contact(0.999)).substr(0, 21), "in contact, with 99 %") << "not all of it";
+  EXPECT_EQ(reported(in_contact(0.999)).substr(0, 21), "in contact, with 99 %") << "not all of it";
 }
 
 TEST(LiveState, WaitsUntilTheToolIsFree) {
   v1::RigState state = healthy();
   state.set_detection_force_n(0.1234);
   state.set_contact_reason(v1::CONTACT_REASON_AWAITING_FREE);
-  EXPECT_EQ(told(state), "waiting until nothing touches the tool: 0.12 N at rest");
+  EXPECT_EQ(reported(state), "waiting until nothing touches the tool: 0.12 N at rest");
   state.set_contact_reason(v1::CONTACT_REASON_WITHDRAWN);
-  EXPECT_EQ(told(state), "what was felt was no object; waiting until 0.12 N are gone");
+  EXPECT_EQ(reported(state), "what was felt was no object; waiting until 0.12 N are gone");
 }
 
 TEST(LiveState, AWallWaitsForAPlaceNotForAForce) {
@@ -64,15 +64,15 @@ TEST(LiveState, AWallWaitsForAPlaceNotForAForce) {
   state.set_zero_bound_n(0.0);
   state.set_bias_serial(0);
   state.clear_followed_zero_n();
-  EXPECT_EQ(told(state), "free") << "it uses no sensor";
+  EXPECT_EQ(reported(state), "free") << "it uses no sensor";
   state.set_contact_reason(v1::CONTACT_REASON_AWAITING_FREE);
-  EXPECT_EQ(told(state), "waiting until the tool is outside the wall");
+  EXPECT_EQ(reported(state), "waiting until the tool is outside the wall");
 }
 
 TEST(LiveState, ASensorThatWasNeverBiasedMakesAllElseUncertain) {
   v1::RigState state = in_contact(1.0);
   state.set_bias_serial(0);
-  EXPECT_EQ(told(state), "sensor not biased, so this is not certain: in contact");
+  EXPECT_EQ(reported(state), "sensor not biased, so this is not certain: in contact");
 }
 
 TEST(LiveState, NoFreshForceIsNeverCalledFree) {
@@ -81,72 +81,72 @@ TEST(LiveState, NoFreshForceIsNeverCalledFree) {
   state.clear_followed_zero_n();
   state.set_force_age_ms(35.25);
   state.add_faults_present(v1::GUARD_FAULT_SENSOR_STALE);
-  EXPECT_EQ(told(state), "no fresh force: the newest is 35.2 ms old (sensor stale)");
+  EXPECT_EQ(reported(state), "no fresh force: the newest is 35.2 ms old (sensor stale)");
   state.add_faults_present(v1::GUARD_FAULT_SENSOR_LOST);
-  EXPECT_EQ(told(state), "no fresh force: the newest is 35.2 ms old (sensor lost)") << "the worse of two";
+  EXPECT_EQ(reported(state), "no fresh force: the newest is 35.2 ms old (sensor lost)") << "the worse of two";
   state.set_force_age_ms(9.2e12);
-  EXPECT_EQ(told(state), "no fresh force: none has come (sensor lost)");
+  EXPECT_EQ(reported(state), "no fresh force: none has come (sensor lost)");
   state.clear_faults_present();
   state.add_faults_present(v1::GUARD_FAULT_SENSOR_SATURATED);
-  EXPECT_EQ(told(state), "no usable force: sensor saturated");
+  EXPECT_EQ(reported(state), "no usable force: sensor saturated");
   state.clear_faults_present();
-  EXPECT_EQ(told(state), "") << "not known";
+  EXPECT_EQ(reported(state), "") << "not known";
 }
 
 TEST(LiveState, SaysThatTheGuardHoldsTheForceBack) {
   v1::RigState state = in_contact(1.0);
   state.set_guard_state(v1::GUARD_STATE_LATCHED);
   state.set_guard_fault(v1::GUARD_FAULT_STOPPED);
-  EXPECT_EQ(told(state), "the guard holds the force back: latched, stopped");
+  EXPECT_EQ(reported(state), "the guard holds the force back: latched, stopped");
   state.set_guard_state(v1::GUARD_STATE_SUSPENDED);
   state.set_guard_fault(v1::GUARD_FAULT_LOOP_GAP);
-  EXPECT_EQ(told(state), "the guard holds the force back: suspended, loop gap");
+  EXPECT_EQ(reported(state), "the guard holds the force back: suspended, loop gap");
   state.set_guard_state(v1::GUARD_STATE_RESUMING);
-  EXPECT_EQ(told(state), "in contact");
+  EXPECT_EQ(reported(state), "in contact");
 }
 
 TEST(LiveState, TheMostImportantComesFirst) {
   v1::RigState state = healthy();
   state.set_contact_reason(v1::CONTACT_REASON_AWAITING_FREE);
   state.set_bias_serial(0);
-  EXPECT_EQ(told(state).substr(0, 17), "sensor not biased");
+  EXPECT_EQ(reported(state).substr(0, 17), "sensor not biased");
   state.set_guard_state(v1::GUARD_STATE_LATCHED);
-  EXPECT_EQ(told(state).substr(0, 9), "the guard");
+  EXPECT_EQ(reported(state).substr(0, 9), "the guard");
   state.add_faults_present(v1::GUARD_FAULT_SENSOR_STALE);
-  EXPECT_EQ(told(state).substr(0, 14), "no fresh force");
+  EXPECT_EQ(reported(state).substr(0, 14), "no fresh force");
   state.clear_scene();
-  EXPECT_EQ(told(state), "no scene");
+  EXPECT_EQ(reported(state), "no scene");
   state.mutable_loop()->set_running(false);
-  EXPECT_EQ(told(state), "the loop does not run");
+  EXPECT_EQ(reported(state), "the loop does not run");
 }
 
 TEST(LiveState, ATelemetrySampleSaysTheSame) {
   v1::TelemetrySample sample;
-  EXPECT_EQ(told(sample), "no scene");
+  EXPECT_EQ(reported(sample), "no scene");
   sample.set_scene_generation(1);
-  EXPECT_EQ(told(sample), "") << "no group that knows was asked for";
+  EXPECT_EQ(reported(sample), "") << "no group that knows was asked for";
   sample.mutable_truth()->set_in_contact(true);
-  EXPECT_EQ(told(sample), "in contact");
+  EXPECT_EQ(reported(sample), "in contact");
 
   v1::ContactGroup& contact = *sample.mutable_contact();
   contact.set_reason(v1::CONTACT_REASON_FREE);
-  EXPECT_EQ(told(sample), "free");
+  EXPECT_EQ(reported(sample), "free");
   contact.set_reason(v1::CONTACT_REASON_AWAITING_FREE);
   contact.set_detection_force_n(0.5);
-  EXPECT_EQ(told(sample), "waiting until nothing touches the tool: 0.50 N at rest");
+  EXPECT_EQ(reported(sample), "waiting until nothing touches the tool: 0.50 N at rest");
   contact.set_reason(v1::CONTACT_REASON_ABOVE_THRESHOLD);
   contact.set_in_contact(true);
   contact.set_authority(0.0);
-  EXPECT_EQ(told(sample).substr(0, 20), "in contact, with 0 %");
+  EXPECT_EQ(reported(sample).substr(0, 20), "in contact, with 0 %");
 
   sample.mutable_zero();
   sample.mutable_sample()->set_force_age_ms(12.0);
-  EXPECT_EQ(told(sample).substr(0, 17), "sensor not biased");
+  EXPECT_EQ(reported(sample).substr(0, 17), "sensor not biased");
   sample.mutable_guard()->set_state(v1::GUARD_STATE_LATCHED);
   sample.mutable_guard()->set_fault(v1::GUARD_FAULT_SENSOR_STALE);
-  EXPECT_EQ(told(sample), "the guard holds the force back: latched, sensor stale");
+  EXPECT_EQ(reported(sample), "the guard holds the force back: latched, sensor stale");
   sample.mutable_guard()->set_faults_present_bits(1U << (v1::GUARD_FAULT_SENSOR_STALE - 1U));
-  EXPECT_EQ(told(sample), "no fresh force: the newest is 12 ms old (sensor stale)");
+  EXPECT_EQ(reported(sample), "no fresh force: the newest is 12 ms old (sensor stale)");
 }
 
 TEST(SensorZeroWords, HowFarAndWhatItCallsFor) {

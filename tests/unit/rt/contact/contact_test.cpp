@@ -13,11 +13,11 @@
 namespace hapticd::rt {
 namespace {
 
-constexpr double kCountedHz = ContactParameters::kCountedAtHz;
+constexpr double kCountedHz = 1000.0;
 
 ContactDetector armed(const ContactParameters& parameters = {}) {
   ContactDetector detector(parameters, kCountedHz);
-  for (std::uint32_t i = 0; i < parameters.free_ticks_to_arm; ++i) detector.update(0.0, 0.0, 0.0);
+  for (std::uint32_t i = 0; i < parameters.arming_time_ms; ++i) detector.update(0.0, 0.0, 0.0);
   return detector;
 }
 
@@ -35,7 +35,7 @@ TEST(ContactDetector, IsNotArmedUnderLoad) {
   ContactDetector detector(ContactParameters{}, kCountedHz);
   for (int i = 0; i < 1000; ++i) EXPECT_FALSE(detector.update(2.0, 0.0, 0.0));
   EXPECT_EQ(detector.reason(), ContactReason::kAwaitingFree);
-  for (std::uint32_t i = 0; i < ContactParameters{}.free_ticks_to_arm; ++i) detector.update(0.0, 0.0, 0.0);
+  for (std::uint32_t i = 0; i < ContactParameters{}.arming_time_ms; ++i) detector.update(0.0, 0.0, 0.0);
   EXPECT_TRUE(detector.update(2.0, 0.0, 0.0));
 }
 
@@ -44,11 +44,12 @@ TEST(ContactDetector, OneQuietSampleEndsNoContact) {
   ContactDetector detector = armed();
   detector.update(1.0, 0.0, 0.0);
   for (int repeat = 0; repeat < 10; ++repeat) {
-    for (std::uint32_t i = 1; i < parameters.release_ticks; ++i) EXPECT_TRUE(detector.update(0.0, 0.0, 0.0));
+    for (std::uint32_t i = 1; i < parameters.release_time_ms; ++i)
+      EXPECT_TRUE(detector.update(0.0, 0.0, 0.0));
     EXPECT_TRUE(detector.update(0.008, 0.0, 0.0)) << "above the release level, below the threshold";
     EXPECT_EQ(detector.reason(), ContactReason::kHeld);
   }
-  for (std::uint32_t i = 1; i < parameters.release_ticks; ++i) EXPECT_TRUE(detector.update(0.0, 0.0, 0.0));
+  for (std::uint32_t i = 1; i < parameters.release_time_ms; ++i) EXPECT_TRUE(detector.update(0.0, 0.0, 0.0));
   EXPECT_FALSE(detector.update(0.0, 0.0, 0.0));
   EXPECT_EQ(detector.reason(), ContactReason::kBelowRelease);
 }
@@ -86,8 +87,7 @@ TEST(ContactDetector, AfterAQuietWhileAContactMayBeAnywhere) {
   ContactDetector detector = armed();
   detector.update(1.0, 10.0, 10.0);
   detector.update(1.0, 9.4, 10.0);
-  for (std::uint32_t i = 0; i < ContactParameters{}.quiet_ticks_after_release; ++i)
-    detector.update(0.0, 5.0, 10.0);
+  for (std::uint32_t i = 0; i < ContactParameters{}.quiet_time_ms; ++i) detector.update(0.0, 5.0, 10.0);
   EXPECT_TRUE(detector.update(0.1, 5.0, 10.0)) << "another object, higher up";
 }
 
@@ -118,12 +118,12 @@ TEST(ContactDetector, WhatItCountsLastsAsLongAtAnyRate) {
     ContactDetector detector(parameters, rate_hz);
     int ticks = 0;
     while (detector.reason() == ContactReason::kAwaitingFree) detector.update(0.0, 0.0, 0.0), ++ticks;
-    EXPECT_NEAR(ticks * tick_ms, parameters.free_ticks_to_arm, 0.51 * tick_ms);
+    EXPECT_NEAR(ticks * tick_ms, parameters.arming_time_ms, 0.51 * tick_ms);
 
     detector.update(1.0, 10.0, 10.0);
     for (ticks = 1; detector.update(0.0, 10.0, 10.0); ++ticks)
       ;
-    EXPECT_NEAR(ticks * tick_ms, parameters.release_ticks, 0.51 * tick_ms);
+    EXPECT_NEAR(ticks * tick_ms, parameters.release_time_ms, 0.51 * tick_ms);
 
     // Force that does not end, away from the last surface: for a second it is nothing, then nobody knows.
     for (ticks = 0; detector.reason() != ContactReason::kAwaitingFree && ticks < 20'000; ++ticks) {
@@ -155,10 +155,10 @@ TEST(ContactOnset, RemembersAsLongAtAnyRate) {
     const double step_mm = kMmPerS / rate_hz;
     for (int i = 0; i < 2000; ++i) onset.remember(step_mm * i, 1.0);
     EXPECT_NEAR(step_mm * 1999 - onset.place_mm(0.0075), kMmPerS * 0.032, 1.01 * step_mm) << rate_hz;
-    EXPECT_LE(onset.memory_ticks(), ContactOnset::kMostTicks);
+    EXPECT_LE(onset.memory_ticks(), ContactOnset::kMaxTicks);
   }
   ContactOnset beyond(50'000.0);
-  EXPECT_EQ(beyond.memory_ticks(), ContactOnset::kMostTicks);
+  EXPECT_EQ(beyond.memory_ticks(), ContactOnset::kMaxTicks);
 }
 
 TEST(ContactOnset, ForgettingItKnowsNoPlaceAtAnyRate) {

@@ -16,18 +16,18 @@ TEST(Dahl, IsTheExactSolutionOfItsEquation) {
   // (4.12) with α = 1: dF/dx = σ (1 - F/f_c sgn ẋ), by Runge and Kutta in steps of a thousandth.
   const double fc = 0.7;
   const double sigma = fc / kPreslidingMm;
-  for (const double way_mm : {0.01, 0.3, 2.0, -0.3, -2.0}) {
+  for (const double path_mm : {0.01, 0.3, 2.0, -0.3, -2.0}) {
     for (const double start : {-1.0, -0.3, 0.0, 0.9}) {
-      const double s = std::copysign(1.0, way_mm);
+      const double s = std::copysign(1.0, path_mm);
       double f = start * fc;
-      const double h = way_mm / 1000.0;
+      const double h = path_mm / 1000.0;
       const auto slope = [&](double force) { return sigma * (1.0 - force / fc * s); };
       for (int i = 0; i < 1000; ++i) {
         const double k1 = slope(f), k2 = slope(f + 0.5 * h * k1), k3 = slope(f + 0.5 * h * k2),
                      k4 = slope(f + h * k3);
         f += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
       }
-      EXPECT_NEAR(dahl_step(start, way_mm, kPreslidingMm) * fc, f, 1e-10) << way_mm << " mm from " << start;
+      EXPECT_NEAR(dahl_step(start, path_mm, kPreslidingMm) * fc, f, 1e-10) << path_mm << " mm from " << start;
     }
   }
 }
@@ -64,10 +64,10 @@ TEST(Dahl, ScalesWithTheLoad) {
 }
 
 /// dz/dx = |1 - s z|^i sgn(1 - s z) / δ by Runge and Kutta, stopped at full friction.
-double integrated(double z, double way_mm, double exponent) {
-  const double s = std::copysign(1.0, way_mm);
+double integrated(double z, double path_mm, double exponent) {
+  const double s = std::copysign(1.0, path_mm);
   constexpr int kSteps = 20'000;
-  const double h = way_mm / kSteps;
+  const double h = path_mm / kSteps;
   const auto slope = [&](double at) {
     const double u = 1.0 - s * at;
     return u > 0.0 ? std::pow(u, exponent) / kPreslidingMm : 0.0;
@@ -82,22 +82,22 @@ double integrated(double z, double way_mm, double exponent) {
 
 TEST(Dahl, WithAnExponentItIsTheExactSolution) {
   for (const double exponent : {0.0, 0.05, 0.5, 0.999999, 1.0, 1.000001, 1.5, 2.0, 3.0}) {
-    for (const double way_mm : {0.01, 0.3, 2.0, -0.3, -2.0}) {
+    for (const double path_mm : {0.01, 0.3, 2.0, -0.3, -2.0}) {
       for (const double start : {-1.0, -0.3, 0.0, 0.9}) {
-        EXPECT_NEAR(dahl_step(start, way_mm, kPreslidingMm, exponent), integrated(start, way_mm, exponent),
+        EXPECT_NEAR(dahl_step(start, path_mm, kPreslidingMm, exponent), integrated(start, path_mm, exponent),
                     3e-4)
-            << "i " << exponent << ", " << way_mm << " mm from " << start;
+            << "i " << exponent << ", " << path_mm << " mm from " << start;
       }
     }
   }
 }
 
 TEST(Dahl, PassesThroughExponentOneWithoutAStep) {
-  for (const double way_mm : {1e-9, 0.01, 0.4, 5.0}) {
-    const double exact = dahl_step(-0.7, way_mm, kPreslidingMm);
+  for (const double path_mm : {1e-9, 0.01, 0.4, 5.0}) {
+    const double exact = dahl_step(-0.7, path_mm, kPreslidingMm);
     for (const double off : {1e-15, 1e-12, 1e-9, 1e-7}) {
-      EXPECT_NEAR(dahl_step(-0.7, way_mm, kPreslidingMm, 1.0 + off), exact, 20.0 * off + 1e-14);
-      EXPECT_NEAR(dahl_step(-0.7, way_mm, kPreslidingMm, 1.0 - off), exact, 20.0 * off + 1e-14);
+      EXPECT_NEAR(dahl_step(-0.7, path_mm, kPreslidingMm, 1.0 + off), exact, 20.0 * off + 1e-14);
+      EXPECT_NEAR(dahl_step(-0.7, path_mm, kPreslidingMm, 1.0 - off), exact, 20.0 * off + 1e-14);
     }
   }
 }
@@ -120,14 +120,14 @@ TEST(Dahl, WithAnyExponentStepsAddUpAndStayBounded) {
   hal::Vector3 v;
   for (int i = 0; i < 100'000; ++i) {
     const double exponent = i % 5 == 0 ? std::round(bend(random)) : bend(random);
-    const double way_mm = std::pow(10.0, size(random)) * (i % 2 == 0 ? 1.0 : -1.0);
+    const double path_mm = std::pow(10.0, size(random)) * (i % 2 == 0 ? 1.0 : -1.0);
     const double presliding_mm = i % 7 == 0 ? 0.0 : std::pow(10.0, size(random));
-    const double whole = dahl_step(z, way_mm, presliding_mm, exponent);
-    const double halves =
-        dahl_step(dahl_step(z, 0.5 * way_mm, presliding_mm, exponent), 0.5 * way_mm, presliding_mm, exponent);
-    ASSERT_NEAR(halves, whole, 1e-7) << "i " << exponent << ", " << way_mm << " mm, δ " << presliding_mm;
+    const double whole = dahl_step(z, path_mm, presliding_mm, exponent);
+    const double halves = dahl_step(dahl_step(z, 0.5 * path_mm, presliding_mm, exponent), 0.5 * path_mm,
+                                    presliding_mm, exponent);
+    ASSERT_NEAR(halves, whole, 1e-7) << "i " << exponent << ", " << path_mm << " mm, δ " << presliding_mm;
     z = whole;
-    v = dahl_step(v, random_direction(random) * way_mm, presliding_mm, exponent);
+    v = dahl_step(v, random_direction(random) * path_mm, presliding_mm, exponent);
     ASSERT_LE(std::abs(z), 1.0);
     ASSERT_LE(norm(v), 1.0 + 1e-12);
   }

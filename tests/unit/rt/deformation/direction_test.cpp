@@ -36,21 +36,21 @@ Errors stroke(Direction direction, double radius_mm, double noise_n, const Frict
   StrokedSurface surface(friction);
   const hal::Vector3 tilt = direction_or({0.2, -0.1, 1.0}, {});
   const hal::Vector3 along = direction_or(across({1.0, 0.3, 0.0}, tilt), {});
-  const auto normal_at = [&](double way_mm) {
-    const double angle = radius_mm > 0.0 ? way_mm / radius_mm : 0.0;
+  const auto normal_at = [&](double path_mm) {
+    const double angle = radius_mm > 0.0 ? path_mm / radius_mm : 0.0;
     return tilt * std::cos(angle) + along * std::sin(angle);
   };
-  const auto place_at = [&](double way_mm) {
-    if (radius_mm == 0.0) return along * way_mm;
-    return normal_at(way_mm) * radius_mm;
+  const auto place_at = [&](double path_mm) {
+    if (radius_mm == 0.0) return along * path_mm;
+    return normal_at(path_mm) * radius_mm;
   };
-  const auto way_at = [](int i) { return 12.0 * std::sin(2.0 * std::numbers::pi * 0.8e-3 * i); };  // 60 mm/s
+  const auto path_at = [](int i) { return 12.0 * std::sin(2.0 * std::numbers::pi * 0.8e-3 * i); };  // 60 mm/s
   Errors errors;
   int counted = 0;
   constexpr int kTicks = 10'000;
   for (int i = 0; i < kTicks; ++i) {
-    const hal::Vector3 step = i == 0 ? hal::Vector3{} : place_at(way_at(i)) - place_at(way_at(i - 1));
-    const hal::Vector3 normal = normal_at(way_at(i));
+    const hal::Vector3 step = i == 0 ? hal::Vector3{} : place_at(path_at(i)) - place_at(path_at(i - 1));
+    const hal::Vector3 normal = normal_at(path_at(i));
     const double force_n = 1.0 + 0.3 * std::sin(0.002 * i);
     const hal::Vector3 felt = surface.move(step, normal, force_n) + random_vector(random, noise_n);
     if (i == 0) {

@@ -24,12 +24,12 @@ TEST(FusedDisplacement, IsBetweenItsSourcesWhateverTheySayAndGrowsMoreCertainByI
       const double way = wild() * normal(random);
       const double slide = i % 3 == 0 ? 0.0 : wild();
       const LawEstimate law{wild(), wild()};
-      const double by_way = fused.displacement_mm() + way;
+      const double by_path = fused.displacement_mm() + way;
       const double certain_before = std::hypot(fused.deviation_mm(), 0.08 * std::sqrt(5.0 * slide));
       fused.update(way, slide, law);
-      const double slack = 1e-9 * (std::abs(by_way) + law.displacement_mm);
-      ASSERT_GE(fused.displacement_mm(), std::min(by_way, law.displacement_mm) - slack);
-      ASSERT_LE(fused.displacement_mm(), std::max(by_way, law.displacement_mm) + slack);
+      const double slack = 1e-9 * (std::abs(by_path) + law.displacement_mm);
+      ASSERT_GE(fused.displacement_mm(), std::min(by_path, law.displacement_mm) - slack);
+      ASSERT_LE(fused.displacement_mm(), std::max(by_path, law.displacement_mm) + slack);
       ASSERT_GE(fused.deviation_mm(), 0.0);
       ASSERT_LE(fused.deviation_mm(), certain_before * (1.0 + 1e-12))
           << "a reading never makes it less certain than the slide did";

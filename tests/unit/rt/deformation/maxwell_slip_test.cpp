@@ -92,11 +92,11 @@ MaxwellErrors stroke_errors(Direction direction, const FrictionParameters& truth
   StrokedSurface surface(truth);
   const hal::Vector3 normal = direction_or({0.2, -0.1, 1.0}, {});
   const hal::Vector3 along = direction_or(across({1.0, 0.3, 0.0}, normal), {});
-  const auto way_at = [](int i) { return 3.0 * std::sin(2.0 * std::numbers::pi * 0.8e-3 * i); };
+  const auto path_at = [](int i) { return 3.0 * std::sin(2.0 * std::numbers::pi * 0.8e-3 * i); };
   MaxwellErrors errors;
   int counted = 0;
   for (int i = 0; i < 10'000; ++i) {
-    const hal::Vector3 step = i == 0 ? hal::Vector3{} : along * (way_at(i) - way_at(i - 1));
+    const hal::Vector3 step = i == 0 ? hal::Vector3{} : along * (path_at(i) - path_at(i - 1));
     const double force_n = 0.8 + 0.5 * std::sin(0.002 * i);
     const hal::Vector3 felt = surface.move(step, normal, force_n) + random_vector(random, 0.003);
     if (i == 0) {
@@ -174,8 +174,8 @@ TEST(MaxwellSlipFilter, ItsVariancesStayVariances) {
   filter.begin(0.1 * truth.kinetic * truth.kinetic);
   for (int i = 0; i < 200'000; ++i) {
     const hal::Vector3 slide = across(random_vector(random, 0.05), up);
-    const double way_mm = i % 3 == 0 ? 0.0 : norm(slide);
-    filter.predict({slide, way_mm, 1.0}, up, 0.07 * truth.kinetic, i % 5 == 0 ? 1e-3 : 0.0);
+    const double path_mm = i % 3 == 0 ? 0.0 : norm(slide);
+    filter.predict({slide, path_mm, 1.0}, up, 0.07 * truth.kinetic, i % 5 == 0 ? 1e-3 : 0.0);
     normal_variance += 1e-6;
     const double to_normal = normal_variance - filter.covariance();
     const double total = to_normal - filter.covariance() + filter.variance() + 1e-5;

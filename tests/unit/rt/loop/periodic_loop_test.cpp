@@ -65,14 +65,14 @@ TEST(PeriodicLoop, ASlowDeviceIsNamedAsTheCauseOfTheOverrun) {
   EXPECT_GE(loop.statistics().overruns_by_device, 1U);
   EXPECT_GE(loop.statistics().periods_missed, 299U) << "skipped and counted, not caught up";
   TickRecord record;
-  bool told = false;
+  bool reported = false;
   while (engine.pop_record(record)) {
     if (record.tick == 31) {
-      told = record.timing.overrun == OverrunCause::kDevice && record.timing.periods_missed >= 299 &&
-             record.timing.device_ns >= 0;
+      reported = record.timing.overrun == OverrunCause::kDevice && record.timing.periods_missed >= 299 &&
+                 record.timing.device_ns >= 0;
     }
   }
-  EXPECT_TRUE(told) << "the record after the overrun names it";
+  EXPECT_TRUE(reported) << "the record after the overrun names it";
 }
 
 TEST(PeriodicLoop, NoTickBeginsBeforeItsTimeHoweverEarlyTheThreadIsWoken) {

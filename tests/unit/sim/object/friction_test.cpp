@@ -137,7 +137,7 @@ TEST(Friction, OneLongSlideIsAHundredShortOnes) {
   const auto sliding = [](double velocity_mm_per_s, double step_s) {
     Friction friction(plain(), step_s);
     const double slide_mm = velocity_mm_per_s * step_s;
-    for (double way_mm = 0.0; way_mm < 5.0; way_mm += slide_mm)
+    for (double path_mm = 0.0; path_mm < 5.0; path_mm += slide_mm)
       friction.advance({slide_mm, 0.0, 0.0}, 0.0, 1.0);
     return friction;
   };
@@ -196,11 +196,11 @@ TEST(FrictionRipple, TheLevelFollowsTheWaySlipped) {
   };
   double least = 1.0, most = 0.0;
   for (int i = 0; i < 1600; ++i) {  // two wavelengths there, then back: the way only grows
-    const double way_mm = kSlideMm * (i + 0.5);
+    const double path_mm = kSlideMm * (i + 0.5);
     const double force = slide(i < 800 ? 1.0 : -1.0);
     if (i % 800 < 10) continue;  // breaking away and turning round take some presliding lengths
-    const double expected = 0.5 * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * way_mm / 4.0));
-    ASSERT_NEAR(force, expected, 1e-3) << "after " << way_mm << " mm";
+    const double expected = 0.5 * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * path_mm / 4.0));
+    ASSERT_NEAR(force, expected, 1e-3) << "after " << path_mm << " mm";
     least = std::min(least, force);
     most = std::max(most, force);
   }

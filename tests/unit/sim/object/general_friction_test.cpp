@@ -99,15 +99,15 @@ TEST(MaxwellSlip, PreslidingLoopsCloseAndHaveAnArea) {
 }
 
 TEST(MaxwellSlip, PreslidingLengthGrowsWithTheLoad) {
-  const auto way_to_half_mm = [](double load_n) {
+  const auto path_to_half_mm = [](double load_n) {
     MaxwellSlipFriction friction = plain_friction();
     const double half_n = 0.5 * friction.level_n(load_n, 0.0);
-    double way_mm = 0.0;
-    while (-friction.advance({1e-5, 0.0, 0.0}, 0.0, load_n).x < half_n) way_mm += 1e-5;
-    return way_mm;
+    double path_mm = 0.0;
+    while (-friction.advance({1e-5, 0.0, 0.0}, 0.0, load_n).x < half_n) path_mm += 1e-5;
+    return path_mm;
   };
-  const double at_1n_mm = way_to_half_mm(1.0);
-  const double at_8n_mm = way_to_half_mm(8.0);
+  const double at_1n_mm = path_to_half_mm(1.0);
+  const double at_8n_mm = path_to_half_mm(8.0);
   EXPECT_NEAR(std::log(at_8n_mm / at_1n_mm) / std::log(8.0), 0.88 - 1.0 / 3.0, 0.01);
   EXPECT_NEAR(plain_friction().presliding_mm(2.0), 0.1, 1e-12);
 }
@@ -119,10 +119,10 @@ TEST(MaxwellSlip, IsNoDahl) {
   const double slow_mm = 1e-4;
   for (int i = 0; i < 20'000; ++i) friction.advance({-slow_mm, 0.0, 0.0}, 0.0, 2.0);
   const double from_n = -friction.advance({}, 0.0, 2.0).x;
-  const auto after = [&](double way_mm) {
+  const auto after = [&](double path_mm) {
     MaxwellSlipFriction copy = friction;
     double force_n = 0.0;
-    for (double way = 0.0; way < way_mm; way += slow_mm)
+    for (double way = 0.0; way < path_mm; way += slow_mm)
       force_n = -copy.advance({slow_mm, 0.0, 0.0}, 0.0, 2.0).x;
     return force_n - from_n;
   };
