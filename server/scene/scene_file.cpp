@@ -383,8 +383,8 @@ std::string write_scene(const rt::SceneSpec& spec) {
     text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
   } else {
     text += fmt::format(
-        "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_ticks = {}\n"
-        "release_clearance_mm = {}\nquiet_ticks_after_release = {}\nfree_ticks_to_arm = {}\n"
+        "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_time_ms = {}\n"
+        "release_clearance_mm = {}\nquiet_time_ms = {}\narming_time_ms = {}\n"
         "unexplained_force_n = {}\nlowest_stiffness_n_per_mm = {}\nzero_bound_n = {}\n",
         quoted_word(spec.contact.method, kMethods), number(spec.contact.threshold_n),
         number(spec.contact.release_ratio), number(spec.contact.release_time_ms),

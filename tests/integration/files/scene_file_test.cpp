@@ -32,6 +32,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
   static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
       static_cast<void>(method), static_cast<void>(evidence_required);
+  static_cast<void>(release_time), static_cast<void>(quiet_time), static_cast<void>(arming_time);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
@@ -47,8 +48,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     add({&*reaction_lead});
   }
   if (kind != rt::SceneKind::kWall)
-    add({&threshold, &ratio, &release_time, &quiet_time, &arming_time, &clearance, &unexplained,
-         &lowest_stiffness, &zero_bound});
+    add({&threshold, &ratio, &clearance, &unexplained, &lowest_stiffness, &zero_bound});
   if (kind != rt::SceneKind::kExplore) add({&axis.x, &axis.y, &axis.z});
   if (kind == rt::SceneKind::kExplore) {
     add({&lead, &cutoff, &noise, &gravity.x, &gravity.y, &gravity.z});
