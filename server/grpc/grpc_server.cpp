@@ -41,6 +41,9 @@ constexpr int kMaxStreams = 100;
 /// Of the buffers of all calls and connections together; what calls take that were given up at once is the
 /// matter of the MemoryWatch.
 constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
+/// Bytes read of a connection at once. gRPC makes of all it has read what it takes for a call, 30 kB for 40
+/// bytes, before the MemoryWatch can end the connection; of the 4 MB it reads else that would be gigabytes.
+constexpr int kMaxRead = 16'384;
 /// A connection that has not said within this time that it speaks HTTP/2 is closed.
 constexpr int kMaxHandshakeMs = 10'000;
 /// One without a call for so long is closed in good order; a client that calls again connects again.
@@ -116,6 +119,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kMaxHandshakeMs);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kMaxIdleMs);
+  builder.AddChannelArgument(GRPC_ARG_TCP_READ_CHUNK_SIZE, kMaxRead);
+  builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kMaxRead);
   grpc::ResourceQuota quota("hapticd");
   quota.SetMaxThreads(kMaxThreads);
   quota.Resize(kMaxNetworkMemory);

@@ -7,6 +7,7 @@
 #include <malloc.h>
 #include <netinet/in.h>
 #include <pthread.h>
+#include <sched.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -25,8 +26,16 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr std::chrono::milliseconds kLook{20};
-constexpr int kLooksPerSecond = 50;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLookInterval{20};
+/// Where memory grows: a flood takes more than 100 MB in 20 ms.
+constexpr std::chrono::milliseconds kGrowingLookInterval{2};
+/// Who sends is looked at this often where memory does not grow: what came of a connection before it was seen
+/// counts as sent lately.
+constexpr std::chrono::seconds kTrafficInterval{1};
+/// After a connection was closed until what it held is given back.
+constexpr std::chrono::seconds kTrimDelay{1};
 
 std::size_t resident_bytes() {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/proc/self/statm", "re"),
@@ -58,6 +67,7 @@ struct Connection {
   int descriptor = -1;
   std::string peer;
   std::uint64_t received = 0;  ///< bytes since it was accepted
+  bool is_open = true;         ///< false once it was shut down
 };
 
 /// The connections of this process that came in on a port.
@@ -82,6 +92,8 @@ std::vector<Connection> connections_on(std::uint16_t port) {
     if (getsockopt(connection.descriptor, IPPROTO_TCP, TCP_INFO, &info, &length) != 0) continue;
     connection.peer = text_of(peer);
     connection.received = info.tcpi_bytes_received;
+    constexpr int kEstablished = 1;  // TCP_ESTABLISHED: its headers do not go together
+    connection.is_open = info.tcpi_state == kEstablished;
     found.push_back(std::move(connection));
   }
   return found;
@@ -90,15 +102,15 @@ std::vector<Connection> connections_on(std::uint16_t port) {
 /// What each connection sent lately, by its peer.
 class Traffic {
  public:
-  /// Once a look; `connections` as they are.
-  void note(const std::vector<Connection>& connections) {
+  /// Once a look; `connections` as they are, `interval_s` after the last look.
+  void note(const std::vector<Connection>& connections, double interval_s) {
+    const double kept = std::max(0.0, 1.0 - interval_s);
     std::map<std::string, Account> now;
     for (const Connection& connection : connections) {
-      Account account{connection.received,
-                      0};  // what a connection sent before it was watched counts for nothing
+      Account account{connection.received, connection.received};  // opened since the last look
       if (const auto known = accounts_.find(connection.peer); known != accounts_.end()) {
-        const std::uint64_t before = known->second.lately;
-        account.lately = before - before / kLooksPerSecond + connection.received - known->second.received;
+        account.lately = static_cast<std::uint64_t>(kept * static_cast<double>(known->second.lately)) +
+                         connection.received - known->second.received;
       }
       now.emplace(connection.peer, account);
     }
@@ -143,6 +155,7 @@ int close_floods(const std::vector<Connection>& connections, const Traffic& traf
     if (getpeername(connection.descriptor, reinterpret_cast<sockaddr*>(&peer), &length) != 0) continue;
     if (text_of(peer) != connection.peer) continue;
     discard_what_came(connection.descriptor);
+    if (!connection.is_open) continue;  // closed before; what was under way came after
     if (::shutdown(connection.descriptor, SHUT_RDWR) != 0) continue;
     discard_what_came(connection.descriptor);
     log_warning(
@@ -153,6 +166,13 @@ int close_floods(const std::vector<Connection>& connections, const Traffic& traf
     ++closed;
   }
   return closed;
+}
+
+/// Ahead of all ordinary threads, so that on a busy machine, too, it looks when it is due; far behind the
+/// loop. A system that grants no real-time priority leaves it where it is.
+void raise_priority() {
+  const sched_param lowest{.sched_priority = sched_get_priority_min(SCHED_RR)};
+  static_cast<void>(pthread_setschedparam(pthread_self(), SCHED_RR, &lowest));
 }
 
 }  // namespace
@@ -171,23 +191,30 @@ MemoryWatch::~MemoryWatch() {
 
 void MemoryWatch::run() {
   pthread_setname_np(pthread_self(), "hapticd-memory");
+  raise_priority();
   Traffic traffic;
   std::size_t usual = resident_bytes();
-  int looks_until_trim = 0;
+  Clock::time_point noted = Clock::now();
+  auto trim_at = Clock::time_point::max();
+  std::chrono::milliseconds interval = kLookInterval;
   std::unique_lock lock(mutex_);
-  while (!ending_signal_.wait_for(lock, kLook, [this] { return ending_; })) {
+  while (!ending_signal_.wait_for(lock, interval, [this] { return ending_; })) {
     lock.unlock();
     const std::size_t now = resident_bytes();
-    // Who sends is only looked at where memory grows: there are few calls for it otherwise.
-    if (now > usual + max_growth_ / 4) {
+    const Clock::time_point instant = Clock::now();
+    const bool grows = now > usual + max_growth_ / 4;
+    interval = grows ? kGrowingLookInterval : kLookInterval;
+    if (grows || instant - noted >= kTrafficInterval) {
       const std::vector<Connection> connections = connections_on(port_);
-      traffic.note(connections);
+      traffic.note(connections, std::chrono::duration<double>(instant - noted).count());
+      noted = instant;
       if (now > usual + max_growth_ && close_floods(connections, traffic, max_growth_) > 0)
-        looks_until_trim = kLooksPerSecond;
+        trim_at = instant + kTrimDelay;
     }
-    if (looks_until_trim > 0 && --looks_until_trim == 0) {
+    if (instant >= trim_at) {
+      trim_at = Clock::time_point::max();
       malloc_trim(0);
-      // What stays is nobody's fault any more.
+      // What is left belongs to no connection any more.
       if (const std::size_t left = resident_bytes(); left > usual + max_growth_) usual = left;
     }
     lock.lock();

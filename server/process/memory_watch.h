@@ -11,9 +11,9 @@ namespace hapticd::server {
 /// Holds the memory that clients can make this process take. gRPC 1.51 keeps some 30 kB for every call that
 /// was opened and given up at once, until a thread has looked at it, and neither its limit of streams nor its
 /// quota counts them: one connection makes gigabytes of that in seconds, and the end of the process by the
-/// kernel, without a last zero. So the resident memory is looked at fifty times a second; where it has grown
-/// by more than kMaxGrowth, the TCP connections that send the most are closed. What they had opened is freed
-/// and given back.
+/// kernel, without a last zero. So the resident memory is looked at fifty times a second, and every
+/// 2 ms while it grows; where it has grown by more than kMaxGrowth, the TCP connections that send the most
+/// are closed. What they had opened is freed and given back.
 class MemoryWatch {
  public:
   static constexpr std::size_t kMaxGrowth = std::size_t{256} << 20U;  ///< bytes
