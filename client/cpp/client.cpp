@@ -56,10 +56,10 @@ std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
 
 template <class Request>
 void set_source(Request& request, const SceneSource& source) {
-  if (source.kind == SceneSource::Kind::kName) {
-    request.set_name(source.text);
+  if (source.toml.empty()) {
+    request.set_name(source.name);
   } else {
-    request.set_toml(source.text);
+    request.set_toml(source.toml);
   }
   request.set_object_model(source.object_model);
 }

@@ -32,10 +32,10 @@ struct ClientOptions {
 /// Whether the loop's state comes with its histograms: 25 kB that who asks often can do without.
 enum class Histograms { kWith, kWithout };
 
-/// A scene by the name the daemon knows it by, or as the text of a scene file.
+/// A scene: by the name the daemon knows it by, or as the text of a scene file. One of the two.
 struct SceneSource {
-  enum class Kind { kName, kToml } kind = Kind::kName;
-  std::string text;
+  std::string name = {};
+  std::string toml = {};
   std::string object_model = {};  ///< in the place of the scene's own; empty = the scene's own
 };
 
@@ -43,7 +43,7 @@ struct SceneSource {
 /// proto/hapticd/v1. Every function throws Error when there is no answer. Any thread may call.
 ///
 ///     hapticd::client::Client client({.address = "127.0.0.1:50051"});
-///     client.load_scene({.text = "tap_1d"});
+///     client.load_scene({.name = "tap_1d"});
 ///     hapticd::v1::SetTargetRequest request;
 ///     request.set_stiffness_n_per_mm(0.3);
 ///     const auto answer = client.set_target(request);  // answer.granted_n_per_mm()

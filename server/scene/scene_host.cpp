@@ -382,7 +382,8 @@ std::optional<Refusal> SceneHost::reserved() const {
   const std::lock_guard lock(current_mutex_);
   if (reserved_by_.empty()) return std::nullopt;
   return Refusal{RefusalKind::kFailedPrecondition,
-                 {reserved_by_ + " is under way", "scene", "", "", "wait until it is over, or cancel it"}};
+                 {reserved_by_ + " is under way", "scene", "", "", "wait until it is over, or cancel it"},
+                 Reason::kBusy};
 }
 
 Outcome<SceneHost::Reservation> SceneHost::reserve(const std::string& by) {

@@ -69,7 +69,8 @@ Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scen
     return Refusal{RefusalKind::kFailedPrecondition,
                    {"one-dimensional scenes render linear targets only", "SetTargetRequest.law",
                     std::string(word_of(law.kind)), "linear_n_per_mm",
-                    "load a scene of kind \"explore\", or set a linear target"}};
+                    "load a scene of kind \"explore\", or set a linear target"},
+                   Reason::kNotInThisScene};
   }
   if (set.requested_n_per_mm > resolved.max_target_stiffness_n_per_mm) {
     return Refusal{RefusalKind::kOutOfRange,
@@ -123,13 +124,15 @@ class Waiting {
 
 Refusal no_scene() {
   return {RefusalKind::kFailedPrecondition,
-          {"no scene is loaded", "scene", "", "", "load one first (SceneService.LoadScene)"}};
+          {"no scene is loaded", "scene", "", "", "load one first (SceneService.LoadScene)"},
+          Reason::kNoScene};
 }
 
 Refusal not_in_contact(std::string_view field) {
   return {RefusalKind::kFailedPrecondition,
           {"not in contact: there is nothing to take the value from",
-           fmt::format("GetFeasibleRangeRequest.{}", field), "", "", "press the object, or give the value"}};
+           fmt::format("GetFeasibleRangeRequest.{}", field), "", "", "press the object, or give the value"},
+          Reason::kNotInContact};
 }
 
 }  // namespace

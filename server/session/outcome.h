@@ -23,10 +23,29 @@ enum class RefusalKind : std::uint8_t {
   kInternal,
 };
 
+/// What a program can branch on, finer than the kind: v1.ErrorReason in the contract.
+enum class Reason : std::uint8_t {
+  kOfKind,  ///< nothing beyond the kind
+  kNoScene,
+  kNotInThisScene,
+  kInContact,
+  kNotInContact,
+  kGuardLatched,
+  kFaultPersists,
+  kNoHardware,
+  kNotSimulated,
+  kRecordingEnded,
+  kBusy,
+  kInUse,
+  kDiskFull,
+  kStoreLost,
+};
+
 /// Why a call was not served.
 struct Refusal {
   RefusalKind kind = RefusalKind::kInternal;
   hal::Error error;
+  Reason reason = Reason::kOfKind;
 };
 
 /// What a call yields: a value, or the reason there is none.

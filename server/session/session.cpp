@@ -81,7 +81,8 @@ std::optional<Refusal> Session::refuse_in_contact(const char* action) const {
   if (engine_.free()) return std::nullopt;
   return Refusal{RefusalKind::kFailedPrecondition,
                  {std::string("the tool is in contact: it cannot be ") + action, "rig", "", "",
-                  "lift the tool and let it rest, then try again"}};
+                  "lift the tool and let it rest, then try again"},
+                 Reason::kInContact};
 }
 
 std::optional<Refusal> Session::bias_force_sensor() {
@@ -117,7 +118,8 @@ std::optional<Refusal> Session::unavailable() const {
   if (!loop_.running()) {
     return Refusal{RefusalKind::kFailedPrecondition,
                    {"the recording has ended", "rig '" + rig_->info().name + "'", "", "",
-                    "start the daemon anew, or with loop = true in [rig.replay]"}};
+                    "start the daemon anew, or with loop = true in [rig.replay]"},
+                   Reason::kRecordingEnded};
   }
   return std::nullopt;
 }
@@ -147,10 +149,12 @@ Outcome<rt::EngineOutcome> Session::execute(const rt::EngineCommand& command, co
         break;
       case Status::kNoScene:
         return Refusal{RefusalKind::kFailedPrecondition,
-                       {"no scene is loaded", "scene", "", "", "load one first (SceneService.LoadScene)"}};
+                       {"no scene is loaded", "scene", "", "", "load one first (SceneService.LoadScene)"},
+                       Reason::kNoScene};
       case Status::kFaultPersists:
         return Refusal{RefusalKind::kFailedPrecondition,
-                       {"the fault persists", "guard", "", "", "fix its cause, then clear again"}};
+                       {"the fault persists", "guard", "", "", "fix its cause, then clear again"},
+                       Reason::kFaultPersists};
       case Status::kQueueFull:
         return Refusal{RefusalKind::kResourceExhausted,
                        {"too many commands under way", "loop", "",

@@ -37,7 +37,8 @@ constexpr rt::GuardFault kLastingFaults[] = {
 Refusal none_there() {
   return {RefusalKind::kFailedPrecondition,
           {"this rig has no turntable", "turntable", "", "a rig with one",
-           "name it in [rig.turntable] of the configuration"}};
+           "name it in [rig.turntable] of the configuration"},
+          Reason::kNoHardware};
 }
 
 /// What a motion that ended so means for whoever renders.

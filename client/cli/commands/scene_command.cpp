@@ -16,8 +16,7 @@ client::SceneSource source_of(const std::string& name_or_file, const std::string
   const bool is_file = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml") ||
                        std::filesystem::is_regular_file(name_or_file);
   client::SceneSource source;
-  source.kind = is_file ? client::SceneSource::Kind::kToml : client::SceneSource::Kind::kName;
-  source.text = is_file ? read_text_file(name_or_file) : name_or_file;
+  (is_file ? source.toml : source.name) = is_file ? read_text_file(name_or_file) : name_or_file;
   source.object_model = object_model;
   return source;
 }

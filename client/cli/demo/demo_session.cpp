@@ -128,7 +128,7 @@ void DemoSession::run() {
   catch_interrupts();
   prepare();
   press_once({});
-  client_.load_scene({.text = options_.scene});
+  client_.load_scene({.name = options_.scene});
   for (const double target : options_.targets_n_per_mm) press_once({.target_n_per_mm = target});
   conclude();
 }

@@ -11,26 +11,11 @@ namespace {
 constexpr std::size_t kCellColumns = 3;
 constexpr std::uint32_t kMaxBins = 100'000;
 
-/// Whether each cell has enough, by the share of the required ones that have.
-std::vector<bool> enough_of(const v1::CoverageMap& map) {
-  const auto count = [&map](std::size_t i) { return map.counts(static_cast<int>(i)); };
-  std::vector<std::size_t> required;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(map.counts_size()); ++i) {
-    if (map.required(static_cast<int>(i))) required.push_back(i);
-  }
-  std::sort(required.begin(), required.end(),
-            [&](std::size_t a, std::size_t b) { return count(a) > count(b); });
-  const double share = std::isfinite(map.share()) ? std::clamp(map.share(), 0.0, 1.0) : 0.0;
-  const auto satisfied = static_cast<std::size_t>(std::lround(share * static_cast<double>(required.size())));
-  std::vector<bool> enough(static_cast<std::size_t>(map.counts_size()), false);
-  for (std::size_t i = 0; i < satisfied; ++i) enough[required[i]] = true;
-  return enough;
-}
-
 bool fits_together(const v1::CoverageMap& map) {
   const std::uint64_t bins = std::uint64_t{map.x().bins()} * std::max(map.y().bins(), 1U);
   return bins > 0 && bins <= kMaxBins && static_cast<std::uint64_t>(map.counts_size()) == bins &&
-         static_cast<std::uint64_t>(map.required_size()) == bins;
+         static_cast<std::uint64_t>(map.required_size()) == bins &&
+         static_cast<std::uint64_t>(map.enough_size()) == bins;
 }
 
 /// How many neighbours become one, so that no more than `most` remain.
@@ -41,7 +26,7 @@ std::size_t merged(std::size_t bins, std::size_t most) {
 void join(CoverageCell& into, std::uint64_t count, bool required, bool enough) {
   using State = CoverageCell::State;
   const bool was_required = into.required();
-  // Cells that ask for nothing say nothing of those beside them that do.
+  // Cells that ask for nothing say nothing about their neighbours that do.
   const bool all_enough = (!was_required || into.state == State::kEnough) && (!required || enough);
   into.count += count;
   if (!was_required && !required) {
@@ -103,10 +88,10 @@ std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_
   const std::size_t y_merged = merged(y_bins, most_rows);
   CoverageGrid grid{.columns = merged(x_bins, x_merged), .rows = merged(y_bins, y_merged), .cells = {}};
   grid.cells.resize(grid.columns * grid.rows);
-  const std::vector<bool> enough = enough_of(map);
   for (std::size_t i = 0; i < x_bins * y_bins; ++i) {
     CoverageCell& cell = grid.cells[i / x_bins / y_merged * grid.columns + i % x_bins / x_merged];
-    join(cell, map.counts(static_cast<int>(i)), map.required(static_cast<int>(i)), enough[i]);
+    join(cell, map.counts(static_cast<int>(i)), map.required(static_cast<int>(i)),
+         map.enough(static_cast<int>(i)));
   }
   return grid;
 }

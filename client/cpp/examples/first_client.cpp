@@ -31,7 +31,7 @@ double felt_n_per_mm(hapticd::client::Client& client) {
 
 int main(int argc, char** argv) try {
   hapticd::client::Client client({.address = argc > 1 ? argv[1] : "127.0.0.1:50051"});
-  client.load_scene({.text = "tap_1d"});
+  client.load_scene({.name = "tap_1d"});
   for (const double target_n_per_mm : {0.3, 0.7}) {
     v1::SetTargetRequest target;
     target.set_stiffness_n_per_mm(target_n_per_mm);

@@ -205,6 +205,8 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
     map.mutable_counts()->Add(coverage.counts.begin(), coverage.counts.end());
     for (const std::uint8_t required : coverage.required) map.add_required(required != 0);
     map.set_share(coverage.share);
+    for (std::size_t cell = 0; cell < coverage.counts.size(); ++cell)
+      map.add_enough(coverage.has_enough(cell));
   }
   message.set_fit_x(progress.fit_x);
   message.set_fit_y(progress.fit_y);

@@ -39,6 +39,66 @@ grpc::StatusCode code_of(RefusalKind kind) {
   return grpc::StatusCode::INTERNAL;
 }
 
+v1::ErrorReason reason_of(RefusalKind kind) {
+  switch (kind) {
+    case RefusalKind::kInvalidArgument:
+      return v1::ERROR_REASON_INVALID;
+    case RefusalKind::kOutOfRange:
+      return v1::ERROR_REASON_OUT_OF_RANGE;
+    case RefusalKind::kNotFound:
+      return v1::ERROR_REASON_NOT_FOUND;
+    case RefusalKind::kFailedPrecondition:
+      return v1::ERROR_REASON_WRONG_STATE;
+    case RefusalKind::kAborted:
+      return v1::ERROR_REASON_STATE_CHANGED;
+    case RefusalKind::kResourceExhausted:
+      return v1::ERROR_REASON_TOO_MANY;
+    case RefusalKind::kDeadlineExceeded:
+      return v1::ERROR_REASON_TIMED_OUT;
+    case RefusalKind::kCancelled:
+      return v1::ERROR_REASON_CANCELLED;
+    case RefusalKind::kUnavailable:
+      return v1::ERROR_REASON_UNAVAILABLE;
+    case RefusalKind::kInternal:
+      break;
+  }
+  return v1::ERROR_REASON_INTERNAL;
+}
+
+v1::ErrorReason reason_of(const Refusal& refusal) {
+  switch (refusal.reason) {
+    case Reason::kOfKind:
+      return reason_of(refusal.kind);
+    case Reason::kNoScene:
+      return v1::ERROR_REASON_NO_SCENE;
+    case Reason::kNotInThisScene:
+      return v1::ERROR_REASON_NOT_IN_THIS_SCENE;
+    case Reason::kInContact:
+      return v1::ERROR_REASON_IN_CONTACT;
+    case Reason::kNotInContact:
+      return v1::ERROR_REASON_NOT_IN_CONTACT;
+    case Reason::kGuardLatched:
+      return v1::ERROR_REASON_GUARD_LATCHED;
+    case Reason::kFaultPersists:
+      return v1::ERROR_REASON_FAULT_PERSISTS;
+    case Reason::kNoHardware:
+      return v1::ERROR_REASON_NO_HARDWARE;
+    case Reason::kNotSimulated:
+      return v1::ERROR_REASON_NOT_SIMULATED;
+    case Reason::kRecordingEnded:
+      return v1::ERROR_REASON_RECORDING_ENDED;
+    case Reason::kBusy:
+      return v1::ERROR_REASON_BUSY;
+    case Reason::kInUse:
+      return v1::ERROR_REASON_IN_USE;
+    case Reason::kDiskFull:
+      return v1::ERROR_REASON_DISK_FULL;
+    case Reason::kStoreLost:
+      return v1::ERROR_REASON_STORE_LOST;
+  }
+  return reason_of(refusal.kind);
+}
+
 /// google.rpc.Status {1: code, 2: message, 3: details} in its wire format. The distribution ships no header
 /// of that message, and a second definition of it would clash with the one inside gRPC's own libraries.
 std::string serialise_rpc_status(grpc::StatusCode code, const std::string& message,
@@ -92,7 +152,9 @@ v1::ErrorDetail to_detail(const hal::Error& error) {
 grpc::Status to_status(const Refusal& refusal) {
   const hal::Error error = sendable(refusal.error);
   google::protobuf::Any any;
-  any.PackFrom(detail_of(error));
+  v1::ErrorDetail detail = detail_of(error);
+  detail.set_reason(reason_of(refusal));
+  any.PackFrom(detail);
   const grpc::StatusCode code = code_of(refusal.kind);
   const std::string text = error.text();
   return {code, text, serialise_rpc_status(code, text, any)};

@@ -71,7 +71,8 @@ std::vector<std::string> object_names() {
 grpc::Status not_simulated(const Session& session) {
   return to_status({RefusalKind::kFailedPrecondition,
                     {"the rig is not simulated", "rig '" + session.rig_info().name + "'", "",
-                     "a simulated rig", "start the daemon with --rig sim"}});
+                     "a simulated rig", "start the daemon with --rig sim"},
+                    Reason::kNotSimulated});
 }
 
 void describe(const Session& session, v1::SimulationInfo& info) {

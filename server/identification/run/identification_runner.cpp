@@ -178,7 +178,8 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
   if (!reports_.empty() && reports_.front().state == IdentificationState::kRunning) {
     return Refusal{RefusalKind::kFailedPrecondition,
                    {"another identification is under way", kPlace, reports_.front().id, "one at a time",
-                    "wait until it is over, or cancel it"}};
+                    "wait until it is over, or cancel it"},
+                   Reason::kBusy};
   }
   run->id = fmt::format("{}-{}", kind, started_ + 1);
   if (!request.recording.empty()) {
@@ -207,7 +208,8 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     if (auto refusal = check_rig(request.task, session_.rig_info())) return *refusal;
     if (is_held_back(request.task)) {
       return Refusal{RefusalKind::kFailedPrecondition,
-                     {"the guard is latched", "guard", "", "", "mend the cause and clear it first"}};
+                     {"the guard is latched", "guard", "", "", "mend the cause and clear it first"},
+                     Reason::kGuardLatched};
     }
     if (auto refusal = check_geometry(request.geometry, session_.simulation() != nullptr)) return *refusal;
     if (const auto scene = scenes_.current()) run->usual = scene->spec.guard;

@@ -98,7 +98,8 @@ std::optional<Refusal> check(const IdentificationTask& task) {
 std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigInfo& rig) {
   const auto lacks = [&](const std::string& what, const std::string& remedy) {
     return Refusal{RefusalKind::kFailedPrecondition,
-                   {"the rig has " + what, "rig '" + rig.name + "'", kind_name(task), "", remedy}};
+                   {"the rig has " + what, "rig '" + rig.name + "'", kind_name(task), "", remedy},
+                   Reason::kNoHardware};
   };
   const bool by_instrument = is_by_instrument(task);
   if (!by_instrument && rig.sensor.model.empty()) {

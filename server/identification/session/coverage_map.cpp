@@ -59,13 +59,8 @@ Coverage contact_coverage(std::span<const PalpationSample> palpation, std::size_
     }
     if (depth < 3) map.required[cell_of(depth, 4)] = 1;
   }
-  std::size_t required = 0, filled = 0;
-  for (std::size_t i = 0; i < map.counts.size(); ++i) {
-    if (map.required[i] == 0) continue;
-    ++required;
-    if (map.counts[i] >= domain.enough_samples) ++filled;
-  }
-  map.share = static_cast<double>(filled) / static_cast<double>(required);
+  map.enough_samples = static_cast<std::uint32_t>(domain.enough_samples);
+  map.update_share();
   return map;
 }
 
@@ -92,7 +87,7 @@ std::vector<MissingCoverage> missing_coverage(const Coverage& map, const Contact
     int first = kDepths, last = -1;
     for (int depth = 0; depth < kDepths; ++depth) {
       const std::size_t cell = cell_of(depth, row.speed);
-      if (map.required[cell] == 0 || map.counts[cell] >= domain.enough_samples) continue;
+      if (map.has_enough(cell)) continue;
       first = std::min(first, depth);
       last = std::max(last, depth);
     }

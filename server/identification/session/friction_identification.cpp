@@ -154,10 +154,9 @@ Coverage FrictionIdentification::coverage() const {
   coverage.x = {"sliding speed", "mm/s", 0.0, kMaxSpeedMmPerS, kSpeedBins};
   coverage.y = {"normal force", "N", 0.0, kMaxForceN, kForceBins};
   coverage.counts = counts_;
-  coverage.required.assign(counts_.size(), replay_ ? 0 : 1);  // nothing can be wished of a recording
-  const auto enough = std::count_if(counts_.begin(), counts_.end(),
-                                    [](std::uint32_t count) { return count >= kEnoughPerCell; });
-  coverage.share = replay_ ? 1.0 : static_cast<double>(enough) / static_cast<double>(counts_.size());
+  coverage.required.assign(counts_.size(), replay_ ? 0 : 1);  // a recording can be asked for nothing
+  coverage.enough_samples = kEnoughPerCell;
+  coverage.update_share();
   return coverage;
 }
 

@@ -291,15 +291,12 @@ IdentificationProgress GainsIdentification::progress() const {
   }
   const bool done = phase_ == Phase::kDone;
   const double highest = done || phase_ == Phase::kVerify ? ultimate_ : gain_;
-  double required = 0.0, met = 0.0;
   for (std::size_t i = 0; i < 10; ++i) {
     const double middle = (static_cast<double>(i) + 0.5) * kControllerLimit / 10.0;
     if (middle < kFirstGain || middle > highest) continue;
     coverage.required[i] = 1;
-    required += 1.0;
-    met += coverage.counts[i] > 0 ? 1.0 : 0.0;
   }
-  coverage.share = required > 0.0 ? met / required : 0.0;
+  coverage.update_share(0.0);
   progress.coverage.push_back(coverage);
 
   constexpr double kUnknown = std::numeric_limits<double>::infinity();

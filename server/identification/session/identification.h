@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -59,6 +60,21 @@ struct Coverage {
   std::vector<std::uint32_t> counts;   ///< samples per cell, row by row, x fastest
   std::vector<std::uint8_t> required;  ///< 1 where the identification waits for samples
   double share = 0.0;                  ///< of the required cells that have enough
+  std::uint32_t enough_samples = 1;    ///< of a cell
+
+  bool has_enough(std::size_t cell) const noexcept {
+    return required[cell] == 0 || counts[cell] >= enough_samples;
+  }
+  /// Sets the share; `without` where nothing is required.
+  void update_share(double without = 1.0) noexcept {
+    std::size_t all = 0, met = 0;
+    for (std::size_t cell = 0; cell < required.size(); ++cell) {
+      if (required[cell] == 0) continue;
+      ++all;
+      met += has_enough(cell) ? 1U : 0U;
+    }
+    share = all > 0 ? static_cast<double>(met) / static_cast<double>(all) : without;
+  }
 };
 
 /// A few points to look at: what was measured and what the model makes of it.

@@ -669,12 +669,7 @@ IdentificationProgress StructuralIdentification::progress() const {
   }
   for (Coverage* coverage : {&sideways, &upward}) {
     if (rigid) break;  // it stands where it stands: no places to visit
-    double required = 0.0, met = 0.0;
-    for (std::size_t i = 0; i < coverage->required.size(); ++i) {
-      required += coverage->required[i];
-      met += coverage->required[i] != 0 && coverage->counts[i] > 0 ? 1.0 : 0.0;
-    }
-    coverage->share = required > 0.0 ? met / required : 1.0;
+    coverage->update_share();
     progress.coverage.push_back(*coverage);
   }
 

@@ -212,9 +212,7 @@ IdentificationProgress ThresholdIdentification::progress() const {
                     {visits_.begin(), visits_.end()},
                     std::vector<std::uint8_t>(visits_.size()),
                     0.0};
-  const auto enough = [&](int cell) {
-    return visits_[static_cast<std::size_t>(cell)] >= kVisitS * rig_.rate_hz;
-  };
+  coverage.enough_samples = static_cast<std::uint32_t>(std::ceil(kVisitS * rig_.rate_hz));
   struct Need {
     int cell;
     const char* words;
@@ -224,12 +222,9 @@ IdentificationProgress ThresholdIdentification::progress() const {
                                    {2, "strike into the air at more than 200 mm/s"},
                                    {kSpeeds + 1, "wave the tool while it is tilted by 20-40°"}}};
   for (const Need& need : needs) {
-    coverage.required[static_cast<std::size_t>(need.cell)] = 1;
-    if (enough(need.cell)) {
-      coverage.share += 1.0 / static_cast<double>(needs.size());
-    } else {
-      progress.missing.emplace_back(need.words);
-    }
+    const auto cell = static_cast<std::size_t>(need.cell);
+    coverage.required[cell] = 1;
+    if (!coverage.has_enough(cell)) progress.missing.emplace_back(need.words);
   }
   progress.coverage.push_back(coverage);
   const bool covered = progress.missing.empty();

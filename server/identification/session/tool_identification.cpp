@@ -194,8 +194,12 @@ std::vector<EstimatedParameter> ToolIdentification::parameters(const ToolLoadFit
 }
 
 bool ToolIdentification::cell_enough(int x, int y) const noexcept {
+  return tilts_[static_cast<std::size_t>(y * kTiltBins + x)] >= enough_per_cell();
+}
+
+std::uint32_t ToolIdentification::enough_per_cell() const noexcept {
   const double summed_hz = rig_.rate_hz / static_cast<double>(stride_);
-  return tilts_[static_cast<std::size_t>(y * kTiltBins + x)] >= kCellS * summed_hz;
+  return static_cast<std::uint32_t>(std::ceil(kCellS * summed_hz));
 }
 
 MotionRequest ToolIdentification::next_request() const {
@@ -225,9 +229,8 @@ IdentificationProgress ToolIdentification::progress() const {
   std::vector<std::string> tilts_missing;
   for (const auto& [x, y] : kRequired) {
     coverage.required[static_cast<std::size_t>(y * kTiltBins + x)] = 1;
-    if (cell_enough(x, y)) {
-      coverage.share += 1.0 / static_cast<double>(kRequired.size());
-    } else if (x == 2 && y == 2) {
+    if (cell_enough(x, y)) continue;
+    if (x == 2 && y == 2) {
       tilts_missing.push_back("hold the tool upright");
     } else {
       const int deg = 30 * (x + y - 4);
@@ -235,6 +238,8 @@ IdentificationProgress ToolIdentification::progress() const {
                               (x == 2 ? "y" : "x"));
     }
   }
+  coverage.enough_samples = enough_per_cell();
+  coverage.update_share();
   progress.coverage.push_back(coverage);
   const bool covered = tilts_missing.empty();
 

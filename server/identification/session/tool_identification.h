@@ -39,6 +39,7 @@ class ToolIdentification final : public Identification {
   ToolMoments without_drift(const std::vector<ToolMoments>& blocks) const;
   std::vector<EstimatedParameter> parameters(const ToolLoadFit& fit) const;
   bool cell_enough(int x, int y) const noexcept;
+  std::uint32_t enough_per_cell() const noexcept;
 
   hal::RigInfo rig_;
   ToolExcitationFilter filter_;

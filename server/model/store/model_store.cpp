@@ -57,13 +57,15 @@ bool is_busy(const SQLite::Exception& failure) {
 
 Refusal disk_full(const std::string& where) {
   return {RefusalKind::kResourceExhausted,
-          {"the disk is full: nothing was stored", where, "", "", "make room, then try again"}};
+          {"the disk is full: nothing was stored", where, "", "", "make room, then try again"},
+          Reason::kDiskFull};
 }
 
 Refusal moved_away(const std::string& path) {
   return {RefusalKind::kFailedPrecondition,
           {"the store of models was moved or deleted while hapticd runs: nothing was stored", path, "", "",
-           "export the models that are needed, put the file back or leave it away, and start hapticd again"}};
+           "export the models that are needed, put the file back or leave it away, and start hapticd again"},
+          Reason::kStoreLost};
 }
 
 /// What SQLite has to complain, for people. `system_error`: errno of the call that failed.
@@ -76,7 +78,8 @@ Refusal refusal_of(const SQLite::Exception& failure, const std::string& path, in
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return {RefusalKind::kUnavailable,
-              {"another process keeps the store of models locked", where, "", "", "try again"}};
+              {"another process keeps the store of models locked", where, "", "", "try again"},
+              Reason::kBusy};
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
       return {RefusalKind::kInternal, damaged(where, failure.what())};
@@ -447,7 +450,8 @@ Outcome<std::string> ModelStore::erase(std::string_view hash,
     if (in_use && in_use(*whole)) {
       return Refusal{RefusalKind::kFailedPrecondition,
                      {"the loaded scene works with this model", "stored model", *whole, "",
-                      "load another scene or unload it, then delete the model"}};
+                      "load another scene or unload it, then delete the model"},
+                     Reason::kInUse};
     }
     SQLite::Statement row(state_->database, "DELETE FROM models WHERE hash = ?");
     row.bind(1, *whole);

@@ -112,7 +112,7 @@ void large_texts(const std::string& address, double scale) {
     std::string toml = "name = \"" + std::string(10'000, 'x') + std::to_string(i) + "\"\n";
     while (toml.size() < 900'000) toml += "key_" + std::to_string(toml.size()) + " = 1\n";
     try {
-      client.load_scene({.kind = client::SceneSource::Kind::kToml, .text = toml});
+      client.load_scene({.toml = toml});
     } catch (const client::Error&) {
       // Refused, as it should be.
     }

@@ -86,7 +86,7 @@ class ModelSwaps final : public CallsLoad {
       : CallsLoad(address, std::chrono::milliseconds(100), swap) {}
   ~ModelSwaps() override {
     try {
-      end().load_scene({.text = "tap_1d"});
+      end().load_scene({.name = "tap_1d"});
     } catch (
         const client::Error&) {  // the next load starts from another scene; it is the loop that is judged
     }
@@ -95,7 +95,7 @@ class ModelSwaps final : public CallsLoad {
  private:
   static void swap(client::Client& client, int i) {
     client.load_scene(
-        {.text = "explore_rod", .object_model = i % 2 == 0 ? "foam_ball_3d" : "rubber_ball_3d"});
+        {.name = "explore_rod", .object_model = i % 2 == 0 ? "foam_ball_3d" : "rubber_ball_3d"});
   }
 };
 

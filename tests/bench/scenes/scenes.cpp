@@ -90,7 +90,7 @@ DaemonCost daemon_cost(const std::string& scene, const std::filesystem::path& lo
   DaemonProcess daemon(log, {.scene = scene});
   const std::chrono::duration<double, std::milli> took = Clock::now() - start;
   client::Client client({.address = daemon.address()});
-  const v1::SceneOutline outline = client.explain_scene({.text = scene});
+  const v1::SceneOutline outline = client.explain_scene({.name = scene});
   DaemonCost cost{took.count(), resident_mb(daemon.pid()), {}};
   cost.hardware.assign(outline.hardware().begin(), outline.hardware().end());
   daemon.stop();

@@ -17,7 +17,7 @@ const Terminal kAscii{};
 const Terminal kUnicode{.unicode = true};
 
 v1::CoverageMap map_of(std::uint32_t columns, std::uint32_t rows, const std::vector<std::uint32_t>& counts,
-                       const std::vector<bool>& required, double share) {
+                       const std::vector<bool>& required, std::uint32_t enough) {
   v1::CoverageMap map;
   map.mutable_x()->set_quantity("displacement");
   map.mutable_x()->set_unit("mm");
@@ -29,12 +29,19 @@ v1::CoverageMap map_of(std::uint32_t columns, std::uint32_t rows, const std::vec
   map.mutable_y()->set_bins(rows);
   for (const auto count : counts) map.add_counts(count);
   for (const bool one : required) map.add_required(one);
-  map.set_share(share);
+  double wanted = 0.0, met = 0.0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const bool is_required = i < required.size() && required[i];
+    map.add_enough(!is_required || counts[i] >= enough);
+    wanted += is_required ? 1.0 : 0.0;
+    met += is_required && counts[i] >= enough ? 1.0 : 0.0;
+  }
+  if (wanted > 0.0) map.set_share(met / wanted);
   return map;
 }
 
 TEST(IdentifyCoverage, EachCellTellsWhetherItIsWantedAndHasEnough) {
-  const auto map = map_of(3, 2, {100, 2, 0, 0, 7, 90}, {true, true, true, false, false, true}, 0.5);
+  const auto map = map_of(3, 2, {100, 2, 0, 0, 7, 90}, {true, true, true, false, false, true}, 50);
   const auto grid = coverage_grid(map, 10, 10);
   ASSERT_TRUE(grid);
   EXPECT_EQ(grid->columns, 3U);
@@ -48,7 +55,7 @@ TEST(IdentifyCoverage, EachCellTellsWhetherItIsWantedAndHasEnough) {
 }
 
 TEST(IdentifyCoverage, TheMapIsDrawnWithAxesShadesAndBracketsAroundWhatIsWanted) {
-  const auto map = map_of(3, 2, {100, 2, 0, 0, 7, 90}, {true, true, true, false, false, true}, 0.5);
+  const auto map = map_of(3, 2, {100, 2, 0, 0, 7, 90}, {true, true, true, false, false, true}, 50);
   const auto lines = draw_coverage(map, 48, 8, kAscii);
   ASSERT_EQ(lines.size(), 5U);
   EXPECT_EQ(lines[0], "speed / (mm/s)                      covered 50 %");
@@ -61,7 +68,7 @@ TEST(IdentifyCoverage, TheMapIsDrawnWithAxesShadesAndBracketsAroundWhatIsWanted)
 
 TEST(IdentifyCoverage, NeighboursArePutTogetherAndHaveEnoughOnlyIfAllHave) {
   // Two columns into one: enough beside nothing that is wanted, enough beside few.
-  const auto map = map_of(4, 1, {50, 3, 50, 1}, {true, false, true, true}, 2.0 / 3.0);
+  const auto map = map_of(4, 1, {50, 3, 50, 1}, {true, false, true, true}, 50);
   const auto grid = coverage_grid(map, 2, 1);
   ASSERT_TRUE(grid);
   ASSERT_EQ(grid->columns, 2U);
@@ -73,7 +80,7 @@ TEST(IdentifyCoverage, NeighboursArePutTogetherAndHaveEnoughOnlyIfAllHave) {
 TEST(IdentifyCoverage, ManyBinsFitTheRoomThereIs) {
   const std::uint32_t bins = 97;
   const auto map = map_of(bins, bins, std::vector<std::uint32_t>(bins * bins, 4000000000U),
-                          std::vector<bool>(bins * bins, true), 1.0);
+                          std::vector<bool>(bins * bins, true), 1);
   for (const int width : {24, 40, 79}) {
     for (const int height : {5, 9, 30}) {
       const auto lines = draw_coverage(map, width, height, kUnicode);
@@ -85,7 +92,7 @@ TEST(IdentifyCoverage, ManyBinsFitTheRoomThereIs) {
 }
 
 TEST(IdentifyCoverage, AMapOverOneQuantityHasOneRow) {
-  auto map = map_of(4, 1, {5, 5, 0, 0}, {true, true, true, true}, 0.5);
+  auto map = map_of(4, 1, {5, 5, 0, 0}, {true, true, true, true}, 5);
   map.mutable_y()->set_bins(0);
   const auto lines = draw_coverage(map, 48, 8, kAscii);
   ASSERT_EQ(lines.size(), 4U);
@@ -99,18 +106,16 @@ TEST(IdentifyCoverage, AMapOverOneQuantityHasOneRow) {
 
 TEST(IdentifyCoverage, AMapWhosePartsDoNotFitTogetherIsNotDrawn) {
   EXPECT_FALSE(coverage_grid({}, 10, 10));
-  EXPECT_FALSE(coverage_grid(map_of(2, 2, {1, 2, 3}, {true, true, true, true}, 1.0), 10, 10));
-  EXPECT_FALSE(coverage_grid(map_of(2, 2, {1, 2, 3, 4}, {true}, 1.0), 10, 10));
-  auto huge = map_of(2, 1, {1, 2}, {true, true}, 1.0);
+  EXPECT_FALSE(coverage_grid(map_of(2, 2, {1, 2, 3}, {true, true, true, true}, 1), 10, 10));
+  EXPECT_FALSE(coverage_grid(map_of(2, 2, {1, 2, 3, 4}, {true}, 1), 10, 10));
+  auto huge = map_of(2, 1, {1, 2}, {true, true}, 1);
   huge.mutable_x()->set_bins(4000000000U);
   huge.mutable_y()->set_bins(4000000000U);
   EXPECT_FALSE(coverage_grid(huge, 10, 10));
-  EXPECT_TRUE(draw_coverage(map_of(2, 1, {1, 2}, {true, true}, 1.0), 10, 10, kAscii).empty());
-  // A share that is none counts as none.
-  const auto grid =
-      coverage_grid(map_of(2, 1, {1, 2}, {true, true}, std::numeric_limits<double>::quiet_NaN()), 10, 10);
-  ASSERT_TRUE(grid);
-  EXPECT_EQ(grid->at(1, 0).state, State::kFew);
+  EXPECT_TRUE(draw_coverage(map_of(2, 1, {1, 2}, {true, true}, 1), 10, 10, kAscii).empty());
+  auto older = map_of(2, 1, {1, 2}, {true, true}, 1);
+  older.clear_enough();
+  EXPECT_FALSE(coverage_grid(older, 10, 10)) << "which cells have enough is not guessed";
 }
 
 TEST(IdentifyFigure, ShowsTheFitAndTheCoverage) {
@@ -128,7 +133,7 @@ TEST(IdentifyFigure, HasNoPanelsForWhatIsNotThere) {
   EXPECT_TRUE(identify_figure({}).panels.empty());
   v1::IdentificationProgress progress;
   progress.add_fit()->set_x(std::numeric_limits<double>::quiet_NaN());
-  *progress.add_coverage() = map_of(2, 2, {1}, {true}, 1.0);
+  *progress.add_coverage() = map_of(2, 2, {1}, {true}, 1);
   EXPECT_TRUE(identify_figure(progress).panels.empty());
 }
 

@@ -232,6 +232,7 @@ v1::IdentificationProgress contact_progress(double completion) {
       const bool wanted = y < 4 && x < 7;
       const bool visited = (x + 1) * (y + 1) <= 28.0 * completion;
       map->add_required(wanted);
+      map->add_enough(!wanted || visited);
       map->add_counts(visited ? static_cast<std::uint32_t>(50 + 400 / ((x + 1) * (y + 1))) : 0U);
       required += wanted ? 1 : 0;
       enough += wanted && visited ? 1 : 0;
@@ -268,6 +269,7 @@ v1::IdentificationProgress contact_end(v1::IdentificationState state) {
   progress.set_steady(true);
   progress.set_certain(true);
   progress.mutable_coverage(0)->set_share(1.0);
+  for (bool& enough : *progress.mutable_coverage(0)->mutable_enough()) enough = true;
   progress.clear_missing();
   progress.clear_instruction();
   return progress;
