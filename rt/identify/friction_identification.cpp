@@ -92,9 +92,12 @@ FrictionIdentification::FrictionIdentification(const FrictionTask& task, const h
 void FrictionIdentification::add(const Observation& observation) {
   const hal::RigSample& sample = observation.sample;
   const StrokeGate::Verdict verdict = gate_.judge(sample);
-  if (verdict == StrokeGate::Verdict::kSkip) return;
-  const hal::Vector3& tip_mm = sample.tip_position_mm;
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
+  if (verdict == StrokeGate::Verdict::kSkip) {
+    if (in_contact_ && (sample.status & hal::sample_status::kForceSaturated) != 0) effort_.saturate(now_s);
+    return;
+  }
+  const hal::Vector3& tip_mm = sample.tip_position_mm;
   if (gate_.used() == 1) {
     begun_s_ = now_s;
     least_height_mm_ = most_height_mm_ = tip_mm.z;
@@ -126,13 +129,18 @@ void FrictionIdentification::add(const Observation& observation) {
     contact = scan_.add(sample) && norm(reaction_n) > kLeastReactionN;
   }
   if (!contact) {
-    if (in_contact_) passages_.interrupt();
+    if (in_contact_) {
+      passages_.interrupt();
+      effort_.release();
+    }
     in_contact_ = false;
     return;
   }
   in_contact_ = true;
   ++contact_samples_;
-  count_coverage(reaction_n, std::abs(motion_.velocity_mm_per_s().x));
+  const double speed_mm_per_s = std::abs(motion_.velocity_mm_per_s().x);
+  effort_.touch(now_s, reaction_n.z, speed_mm_per_s > kSlidingStrokeMmPerS);
+  count_coverage(reaction_n, speed_mm_per_s);
   passages_.add({now_s, tip_mm.x, tip_mm.z, reaction_n.x, reaction_n.z});
 }
 
@@ -212,7 +220,7 @@ Wish FrictionIdentification::wish() const {
                     : row < 0 ? static_cast<int>(passages_.completed() % kForceBins)
                               : row;
   wish.motion = Wish::Motion::kStroke;
-  wish.force_n = kStrokeForceN[force];
+  wish.force_n = effort_.asked_n(kStrokeForceN[force], kStrokeForceN[0]);
   wish.force_rate_n_per_s = kForceRateNPerS;
   wish.speed_mm_per_s = calm ? kCalmPeakMmPerS : kStrokePeakMmPerS;
   wish.repetitions = 2;

@@ -9,6 +9,7 @@
 #include "rt/identify/friction_law_fit.h"
 #include "rt/identify/friction_rows.h"
 #include "rt/identify/identification.h"
+#include "rt/identify/stroke_effort.h"
 #include "rt/identify/stroke_gate.h"
 #include "rt/identify/stroke_passages.h"
 #include "rt/identify/surface_scan.h"
@@ -83,6 +84,7 @@ class FrictionIdentification final : public Identification {
   ToolLoad load_;
   ThreeAxisMotion motion_;
   StrokePassages passages_;
+  StrokeEffort effort_;
   bool in_contact_ = false;
   bool normal_recorded_ = false;
   double least_height_mm_ = 0.0, most_height_mm_ = 0.0;
