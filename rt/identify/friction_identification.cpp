@@ -162,17 +162,28 @@ Coverage FrictionIdentification::coverage() const {
   coverage.x = {"sliding speed", "mm/s", 0.0, kMostSpeedMmPerS, kSpeedBins};
   coverage.y = {"normal force", "N", 0.0, kMostForceN, kForceBins};
   coverage.counts = counts_;
-  coverage.required.assign(counts_.size(), replay_ ? 0 : 1);  // nothing can be wished of a recording
-  const auto enough = std::count_if(counts_.begin(), counts_.end(),
-                                    [](std::uint32_t count) { return count >= kEnoughPerCell; });
-  coverage.share = replay_ ? 1.0 : static_cast<double>(enough) / static_cast<double>(counts_.size());
+  coverage.required.assign(counts_.size(), 0);  // nothing can be wished of a recording
+  double required = 0.0, enough = 0.0;
+  for (std::size_t i = 0; i < counts_.size() && !replay_; ++i) {
+    if (!asks_for_row(static_cast<int>(i) / kSpeedBins)) continue;
+    coverage.required[i] = 1;
+    required += 1.0;
+    enough += counts_[i] >= kEnoughPerCell ? 1.0 : 0.0;
+  }
+  coverage.share = replay_ ? 1.0 : enough / required;
   return coverage;
+}
+
+/// Not where all of the row is more than the tip slides under, or than the sensor bears.
+bool FrictionIdentification::asks_for_row(int row) const {
+  return row == 0 || effort_.limit_n() >= row * kMostForceN / kForceBins;
 }
 
 int FrictionIdentification::lacking_force_row() const {
   if (replay_) return -1;
   for (std::size_t i = 0; i < counts_.size(); ++i) {
-    if (counts_[i] < kEnoughPerCell) return static_cast<int>(i) / kSpeedBins;
+    if (asks_for_row(static_cast<int>(i) / kSpeedBins) && counts_[i] < kEnoughPerCell)
+      return static_cast<int>(i) / kSpeedBins;
   }
   return -1;
 }
@@ -374,6 +385,7 @@ std::vector<std::string> FrictionIdentification::missing(bool steady, bool is_ce
       words.push_back(wish().words);
     } else {
       for (int row = 0; row < kForceBins; ++row) {
+        if (!asks_for_row(row)) continue;
         double lacks_mm_per_s = 0.0;
         for (int column = kSpeedBins - 1; column >= 0 && lacks_mm_per_s == 0.0; --column) {
           if (counts_[static_cast<std::size_t>(row * kSpeedBins + column)] < kEnoughPerCell) {
@@ -397,6 +409,10 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
   if (passages_.given_up() > 0) {
     words.push_back(std::to_string(passages_.given_up()) +
                     " passages of a sort of which there are many were given up to bound memory");
+  }
+  if (!asks_for_row(kForceBins - 1)) {
+    words.push_back("the tip stuck or the sensor was at its end under hard strokes: none of more than " +
+                    in_newton(std::max(effort_.limit_n(), kStrokeForceN[0])) + " are asked for");
   }
   if (fit == nullptr) return words;
   words.push_back(words_of(fit->source));

@@ -70,6 +70,7 @@ class FrictionIdentification final : public Identification {
   Coverage coverage() const;
   int scan_taps() const;
   bool scanned() const;
+  bool asks_for_row(int row) const;
   int lacking_force_row() const;  ///< -1: all covered
   bool certain(const Fit& fit) const;
   std::vector<std::string> missing(bool steady, bool is_certain) const;

@@ -38,6 +38,8 @@ class StrokeEffort {
   double asked_n(double force_n, double least_n) const noexcept {
     return std::min(force_n, std::max(least_n, limit_n_));
   }
+  /// Above this no stroke is asked for; far beyond any force before one was too hard.
+  double limit_n() const noexcept { return limit_n_; }
 
  private:
   double count(double now_s) noexcept {

@@ -84,20 +84,23 @@ sim::HandProgram motion_for(const std::string& words, unsigned tries) {
     const bool brisk = tries % 2 == 1;
     hand.kind = Kind::kSway;
     hand.tilt_deg = says(words, "all sides") ? 45.0 : brisk ? 20.0 : 40.0;
-    hand.speed_mm_per_s = brisk ? 200.0 : 120.0;
+    hand.speed_mm_per_s = brisk ? 220.0 : 170.0;
     hand.rate_hz = 1.2;
     hand.hold_s = 3.0;
     hand.place_mm.z = kClearOfObjectsMm;
   } else if (says(words, "strike")) {
-    hand.kind = Kind::kTap;
-    hand.speed_mm_per_s = 220.0;
-    hand.repetitions = 4;
+    hand.kind = Kind::kSway;  // wide, and faster than the 200 mm/s that are missing
+    hand.speed_mm_per_s = 320.0;
+    hand.rate_hz = 1.2;
+    hand.hold_s = 3.0;
     hand.place_mm.z = kClearOfObjectsMm;
   } else if (says(words, "hold the tool still")) {
     hand.place_mm.z = kClearOfObjectsMm;
     hand.hold_s = 2.0;
   } else if (says(words, "press the object to")) {
-    press(numbers[0], 0.25, 1.0);
+    press(numbers[0], 0.25, 0.9);
+    hand.travel_s = 0.3;
+    hand.approach_mm_per_s = 120.0;
   } else if (says(words, "press the rigid object to")) {
     press(numbers[0], 0.5, 0.05);
   } else if (says(words, "press the wall")) {
