@@ -149,7 +149,6 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
     next_motion_s = 0.0;
   }
   bool begun = false;
-  bool in_the_air = true;
   for (double now_s = 0.0; options.seconds <= 0.0 || now_s < options.seconds; now_s += kTurnS) {
     if (!wait(ending, kTurnS)) return;
     if (!begun && !may_begin()) {
@@ -171,12 +170,10 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
       bench.happen({.kind = Kind::kReturn});
       next_return_s = HUGE_VAL;
     }
-    // A touch that is asked for is done to its end before anything else is; but a person lets go at once,
-    // and goes on waving for nobody.
-    if (person && person->read() && (in_the_air || person->must_let_go())) next_motion_s = now_s;
+    // What is asked for is done to its end, before anything else is; but a person lets go at once.
+    if (person && person->read() && person->must_let_go()) next_motion_s = now_s;
     if (now_s >= next_motion_s) {
       const sim::HandProgram next = person ? person->next() : cycle[motion++ % cycle.size()];
-      in_the_air = next.kind == sim::HandProgram::Kind::kSway || next.kind == sim::HandProgram::Kind::kRest;
       if (const auto error = bench.set_program(next)) throw std::runtime_error(error->text());
       next_motion_s = now_s + sim::planned_duration_s(next) + std::max(0.0, posture_s(next));
     }

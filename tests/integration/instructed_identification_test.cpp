@@ -49,7 +49,9 @@ class InstructedIdentification : public EmulatedRigProcess {
     const auto stub = v1::IdentificationService::NewStub(client->channel);
     EXPECT_TRUE(stub->ListIdentifications(call_context().get(), {}, &all).ok());
     if (all.identifications_size() > 0) end = all.identifications(0);
-    if (must_converge) EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_CONVERGED) << end.DebugString();
+    if (must_converge) {
+      EXPECT_EQ(end.state(), v1::IDENTIFICATION_STATE_CONVERGED) << end.DebugString();
+    }
     EXPECT_FALSE(end.model().empty()) << end.DebugString();
     return end;
   }
