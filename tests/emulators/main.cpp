@@ -23,6 +23,7 @@
 
 #include "hal/sim/tick_sequence.h"
 #include "hand_cycle.h"
+#include "instructed_hand.h"
 #include "rig_file.h"
 #include "tests/emulators/bench/emulated_bench.h"
 #include "tests/emulators/board/board_world.h"
@@ -41,6 +42,7 @@ struct Options {
   std::string object = "sponge_block";
   std::string tip = "rod";
   emulators::HandTask hand;
+  std::string instructions;
   std::string device_over = "openhaptics";
   std::string sensor_over = "netft";
   double instrument_mm_per_v = 0.0;
@@ -122,7 +124,8 @@ bool wait(const sigset_t& ending, double seconds) {
 
 /// A posture is kept beyond the way to it.
 double posture_s(const sim::HandProgram& program) {
-  return program.kind == sim::HandProgram::Kind::kSway ? program.hold_s : 0.0;
+  using Kind = sim::HandProgram::Kind;
+  return program.kind == Kind::kSway || program.kind == Kind::kRest ? program.hold_s : 0.0;
 }
 
 /// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object
@@ -140,6 +143,11 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   const std::vector<sim::HandProgram> cycle = motions_in_turn(options.hand);
   std::size_t motion = 0;
   double next_motion_s = cycle.empty() ? HUGE_VAL : kRestS;
+  std::optional<emulators::InstructedHand> person;
+  if (!options.instructions.empty()) {
+    person.emplace(options.instructions);
+    next_motion_s = 0.0;
+  }
   bool begun = false;
   for (double now_s = 0.0; options.seconds <= 0.0 || now_s < options.seconds; now_s += kTurnS) {
     if (!wait(ending, kTurnS)) return;
@@ -148,6 +156,7 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
       continue;
     }
     if (!std::exchange(begun, true)) {
+      if (person) continue;
       if (const auto error = bench.set_program(single_motion(options.hand))) {
         throw std::runtime_error(error->text());
       }
@@ -161,8 +170,10 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
       bench.happen({.kind = Kind::kReturn});
       next_return_s = HUGE_VAL;
     }
+    // What is asked for is done to its end, before anything else is; but a person lets go at once.
+    if (person && person->read() && person->must_let_go()) next_motion_s = now_s;
     if (now_s >= next_motion_s) {
-      const sim::HandProgram& next = cycle[motion++ % cycle.size()];
+      const sim::HandProgram next = person ? person->next() : cycle[motion++ % cycle.size()];
       if (const auto error = bench.set_program(next)) throw std::runtime_error(error->text());
       next_motion_s = now_s + sim::planned_duration_s(next) + std::max(0.0, posture_s(next));
     }
@@ -196,7 +207,7 @@ emulators::EmulatedBench::Peers peers_of(const emulators::BenchConfig& config, e
   if (page != nullptr) peers = emulators::EmulatedBench::peers_of(*page, config);
   if (box != nullptr) {
     peers.load = [box](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
-      box->load(force_n, torque_n_mm);
+      box->feed(force_n, torque_n_mm);
     };
   }
   if (board == nullptr) return peers;
@@ -234,6 +245,7 @@ int run(const Options& options) {
   std::unique_ptr<emulators::NetFtBox> box;
   if (!sensor_on_board) {
     emulators::NetFtBoxSettings settings;
+    settings.fed = true;  // a record a turn of the world: one thread less to be late
     settings.udp_port = options.udp_port;
     settings.http_port = options.http_port;
     box = std::make_unique<emulators::NetFtBox>(settings);
@@ -324,6 +336,11 @@ int main(int argc, char** argv) {
   app.add_option("--tip", options.tip, "rod, ball_bearing");
   app.add_option("--program", options.hand.program, "What the hand does, again and again")
       ->check(CLI::IsMember(emulators::hand_programs()));
+  app.add_option(
+         "--instructions", options.instructions,
+         "The hand does what an identification asks for, by the words that 'hapticctl --json identify "
+         "... > FILE' writes; instead of --program")
+      ->type_name("FILE");
   app.add_option("--force-n", options.hand.force_n, "Force of a press [N]");
   app.add_option("--hold-s", options.hand.hold_s, "How long it is held [s]; negative = for ever");
   app.add_option(

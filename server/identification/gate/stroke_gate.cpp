@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rt/signal/vector.h"
+#include "server/identification/gate/sample_step.h"
 
 namespace hapticd::rt {
 
@@ -40,7 +41,7 @@ StrokeGate::Verdict StrokeGate::judge(const hal::RigSample& sample) noexcept {
     return Verdict::kSkip;
   }
   const double since_s = 1e-9 * static_cast<double>(sample.time_ns - last_time_ns_);
-  const bool gap = started_ && since_s > kGapPeriods * period_s_;
+  const bool gap = started_ && since_s > std::max(kGapPeriods * period_s_, kMaxSampleStepS);
   if (gap) {
     ++gaps_;
     longest_gap_s_ = std::max(longest_gap_s_, since_s);

@@ -92,9 +92,12 @@ FrictionIdentification::FrictionIdentification(const FrictionTask& task, const h
 void FrictionIdentification::add(const Observation& observation) {
   const hal::RigSample& sample = observation.sample;
   const StrokeGate::Verdict verdict = gate_.judge(sample);
-  if (verdict == StrokeGate::Verdict::kSkip) return;
-  const hal::Vector3& tip_mm = sample.tip_position_mm;
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
+  if (verdict == StrokeGate::Verdict::kSkip) {
+    if (in_contact_ && (sample.status & hal::sample_status::kForceSaturated) != 0) effort_.saturate(now_s);
+    return;
+  }
+  const hal::Vector3& tip_mm = sample.tip_position_mm;
   if (gate_.used() == 1) {
     begun_s_ = now_s;
     least_height_mm_ = most_height_mm_ = tip_mm.z;
@@ -126,13 +129,18 @@ void FrictionIdentification::add(const Observation& observation) {
     contact = scan_.add(sample) && norm(reaction_n) > kMinReactionN;
   }
   if (!contact) {
-    if (in_contact_) passages_.interrupt();
+    if (in_contact_) {
+      passages_.interrupt();
+      effort_.release();
+    }
     in_contact_ = false;
     return;
   }
   in_contact_ = true;
   ++contact_samples_;
-  count_coverage(reaction_n, std::abs(motion_.velocity_mm_per_s().x));
+  const double speed_mm_per_s = std::abs(motion_.velocity_mm_per_s().x);
+  effort_.touch(now_s, reaction_n.z, speed_mm_per_s > kSlidingStrokeMmPerS);
+  count_coverage(reaction_n, speed_mm_per_s);
   passages_.add({now_s, tip_mm.x, tip_mm.z, reaction_n.x, reaction_n.z});
 }
 
@@ -154,16 +162,25 @@ Coverage FrictionIdentification::coverage() const {
   coverage.x = {"sliding speed", "mm/s", 0.0, kMaxSpeedMmPerS, kSpeedBins};
   coverage.y = {"normal force", "N", 0.0, kMaxForceN, kForceBins};
   coverage.counts = counts_;
-  coverage.required.assign(counts_.size(), replay_ ? 0 : 1);  // a recording can be asked for nothing
+  coverage.required.assign(counts_.size(), 0);  // a recording can be asked for nothing
+  for (std::size_t i = 0; i < counts_.size() && !replay_; ++i) {
+    coverage.required[i] = asks_for_row(static_cast<int>(i) / kSpeedBins) ? 1 : 0;
+  }
   coverage.enough_samples = kEnoughPerCell;
   coverage.update_share();
   return coverage;
 }
 
+/// Not where all of the row is more than the tip slides under, or than the sensor bears.
+bool FrictionIdentification::asks_for_row(int row) const {
+  return row == 0 || effort_.limit_n() >= row * kMaxForceN / kForceBins;
+}
+
 int FrictionIdentification::lacking_force_row() const {
   if (replay_) return -1;
   for (std::size_t i = 0; i < counts_.size(); ++i) {
-    if (counts_[i] < kEnoughPerCell) return static_cast<int>(i) / kSpeedBins;
+    if (asks_for_row(static_cast<int>(i) / kSpeedBins) && counts_[i] < kEnoughPerCell)
+      return static_cast<int>(i) / kSpeedBins;
   }
   return -1;
 }
@@ -211,11 +228,11 @@ MotionRequest FrictionIdentification::next_request() const {
                     : row < 0 ? static_cast<int>(passages_.completed() % kForceBins)
                               : row;
   request.motion = MotionRequest::Motion::kStroke;
-  request.force_n = kStrokeForceN[force];
+  request.force_n = effort_.asked_n(kStrokeForceN[force], kStrokeForceN[0]);
   request.force_rate_n_per_s = kForceRateNPerS;
   request.speed_mm_per_s = calm ? kCalmPeakMmPerS : kStrokePeakMmPerS;
   request.repetitions = 2;
-  request.words = "stroke to and fro along the line, pressing with about " + in_newton(request.force_n) +
+  request.words = "stroke back and forth along the line, pressing with about " + in_newton(request.force_n) +
                   ", up to " + std::to_string(std::lround(request.speed_mm_per_s)) + " mm/s";
   return request;
 }
@@ -365,6 +382,7 @@ std::vector<std::string> FrictionIdentification::missing(bool steady, bool is_ce
       words.push_back(next_request().words);
     } else {
       for (int row = 0; row < kForceBins; ++row) {
+        if (!asks_for_row(row)) continue;
         double lacks_mm_per_s = 0.0;
         for (int column = kSpeedBins - 1; column >= 0 && lacks_mm_per_s == 0.0; --column) {
           if (counts_[static_cast<std::size_t>(row * kSpeedBins + column)] < kEnoughPerCell) {
@@ -388,6 +406,10 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
   if (passages_.given_up() > 0) {
     words.push_back(std::to_string(passages_.given_up()) +
                     " passages of a sort of which there are many were given up to bound memory");
+  }
+  if (!asks_for_row(kForceBins - 1)) {
+    words.push_back("the tip stuck or the sensor was at its end under hard strokes: none of more than " +
+                    in_newton(std::max(effort_.limit_n(), kStrokeForceN[0])) + " are asked for");
   }
   if (fit == nullptr) return words;
   words.push_back(words_of(fit->source));

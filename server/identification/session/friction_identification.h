@@ -11,6 +11,7 @@
 #include "server/identification/estimate/friction/friction_law_choice.h"
 #include "server/identification/estimate/friction/friction_law_fit.h"
 #include "server/identification/estimate/friction/friction_rows.h"
+#include "server/identification/gate/stroke_effort.h"
 #include "server/identification/gate/stroke_gate.h"
 #include "server/identification/gate/stroke_passages.h"
 #include "server/identification/session/identification.h"
@@ -69,6 +70,7 @@ class FrictionIdentification final : public Identification {
   Coverage coverage() const;
   int scan_taps() const;
   bool scanned() const;
+  bool asks_for_row(int row) const;
   int lacking_force_row() const;  ///< -1: all covered
   bool certain(const Fit& fit) const;
   std::vector<std::string> missing(bool steady, bool is_certain) const;
@@ -83,6 +85,7 @@ class FrictionIdentification final : public Identification {
   ToolLoad load_;
   ThreeAxisMotion motion_;
   StrokePassages passages_;
+  StrokeEffort effort_;
   bool in_contact_ = false;
   bool normal_recorded_ = false;
   double least_height_mm_ = 0.0, most_height_mm_ = 0.0;

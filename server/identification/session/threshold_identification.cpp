@@ -64,10 +64,15 @@ void ThresholdIdentification::add(const Observation& observation) {
   using namespace hal::sample_status;
   const hal::Quaternion& q = sample.tip_orientation;
   const bool saturated = (sample.status & kForceSaturated) != 0;
-  if (saturated || (sample.status & (kForceMissing | kForceFault | kDeviceFault)) != 0 ||
-      !finite(sample.tip_position_mm) || !finite(sample.sensor_force_n) ||
-      !std::isfinite(q.w + q.x + q.y + q.z) || norm(sample.tip_position_mm) > 1e5 ||
-      norm(sample.sensor_force_n) > 1e4) {
+  // The next mean covers this tick as well; of many in a row the time between them makes a gap.
+  constexpr std::uint32_t kBroken = kForceFault | kForceLost | kDeviceFault;
+  if ((sample.status & kForceMissing) != 0 && (sample.status & kBroken) == 0) {
+    ++unfit_;
+    return;
+  }
+  if (saturated || (sample.status & kBroken) != 0 || !finite(sample.tip_position_mm) ||
+      !finite(sample.sensor_force_n) || !std::isfinite(q.w + q.x + q.y + q.z) ||
+      norm(sample.tip_position_mm) > 1e5 || norm(sample.sensor_force_n) > 1e4) {
     ++(saturated ? saturated_ : unfit_);
     residual_.reset();
     settled_s_ = 0.0;

@@ -10,6 +10,8 @@
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"
 #include "server/identification/estimate/friction/friction_combination.h"
+#include "server/identification/gate/stroke_effort.h"
+#include "server/identification/gate/stroke_gate.h"
 
 namespace hapticd::rt {
 namespace {
@@ -334,6 +336,50 @@ TEST(FrictionIdentification, WishesTapsThenStrokesAndNothingOfARecording) {
   for (const std::string& word : recorded.progress().missing) ADD_FAILURE() << word;
   EXPECT_EQ(recorded.progress().completion, 1.0);
   EXPECT_LE(recorded.progress().fit.size(), 200U);
+}
+
+/// A contact of so many seconds, of which so many slide.
+void contact_of(StrokeEffort& effort, double force_n, double seconds, double sliding_s) {
+  for (int i = 0; i < static_cast<int>(1e3 * seconds); ++i)
+    effort.touch(1e-3 * i, force_n, i < 1e3 * sliding_s);
+  effort.release();
+}
+
+TEST(StrokeEffort, AsksForLessWhereTheTipSticks) {
+  StrokeEffort effort;
+  contact_of(effort, 8.0, 4.0, 2.0);
+  contact_of(effort, 8.0, 0.3, 0.0);
+  EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 5.0) << "it slid, or only tapped";
+  contact_of(effort, 8.0, 4.0, 0.2);
+  EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 4.0);
+  EXPECT_DOUBLE_EQ(effort.asked_n(3.0, 1.2), 3.0);
+  contact_of(effort, 2.0, 4.0, 0.0);
+  EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 1.2);
+}
+
+TEST(StrokeEffort, AsksForLessWhereTheSensorSaturates) {
+  StrokeEffort effort;
+  effort.touch(0.0, 6.0, true);
+  for (int i = 1; i < 30; ++i) effort.saturate(1e-3 * i);
+  effort.release();
+  EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 5.0) << "a spike";
+  effort.touch(0.0, 6.0, true);
+  for (int i = 1; i < 100; ++i) effort.saturate(1e-3 * i);
+  effort.release();
+  EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 3.0);
+}
+
+TEST(StrokeGate, ALateTickIsNoGap) {
+  hal::RigInfo rig;
+  rig.rate_hz = 1000.0;
+  StrokeGate gate(rig);
+  hal::RigSample sample;
+  sample.time_ns = 1'000'000;
+  EXPECT_EQ(gate.judge(sample), StrokeGate::Verdict::kUse);
+  sample.time_ns += 6'000'000;
+  EXPECT_EQ(gate.judge(sample), StrokeGate::Verdict::kUse) << "scenes follow a motion across it, too";
+  sample.time_ns += 17'000'000;
+  EXPECT_EQ(gate.judge(sample), StrokeGate::Verdict::kRestart);
 }
 
 TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {

@@ -149,6 +149,32 @@ TEST(PressFrame, FollowsADriftOfTheZeroWhileFreeAndNotWhilePressed) {
   EXPECT_NEAR(frame.zero().force_n.z, zero_n, 2e-4) << "a load is no zero";
 }
 
+TEST(PressFrame, WhatDriftedInDuringALongPressIsFollowedOnceTheTipHasDrawnBack) {
+  // 30 mN within one press: more than the threshold, so that the free tool reads like a contact.
+  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, press_rig());
+  Observation seen;
+  const auto look = [&](int ticks, double load_n, double height_mm) {
+    static int tick = 0;
+    for (int end = tick + ticks; tick < end; ++tick) {
+      Observation now;
+      now.sample.time_ns = std::int64_t{1'000'000} * tick;
+      now.sample.bias_serial = 1;
+      now.sample.force_count = 7;
+      now.sample.sensor_force_n = {0.0, 0.0, (tick > 2'000 ? 1.5e-6 * (tick - 2'000) : 0.0) + load_n};
+      now.sample.tip_position_mm = {0.0, 0.0, height_mm};
+      frame.follow_zero(now.sample);
+      seen = frame.upright(now);
+    }
+    return seen.sample.sensor_force_n.z;
+  };
+  look(2'000, 0.0, 9.0);
+  for (int i = 0; i <= 90; ++i) look(2, 0.0, 9.0 - 0.1 * i);
+  look(20'000, 2.0, -4.0);
+  for (int i = 0; i <= 90; ++i) look(2, 0.0, 0.1 * i);
+  EXPECT_GT(look(1, 0.0, 9.0), 0.015);
+  EXPECT_NEAR(look(4'000, 0.0, 9.0), 0.0, 0.005);
+}
+
 TEST(PressFrame, UnfitSamplesLeaveTheZeroAlone) {
   PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, press_rig());
   for (int tick = 0; tick < 5000; ++tick) {

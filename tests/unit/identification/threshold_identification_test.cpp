@@ -117,6 +117,25 @@ TEST(ThresholdIdentification, ShortAndDeadSignalsAreRefused) {
   EXPECT_FALSE(model);
 }
 
+TEST(ThresholdIdentification, TicksWithoutAFreshForceAreBridged) {
+  // A box that shares its machine: every eighth tick finds nothing new, and the next one the mean of two.
+  ThresholdIdentification identification({}, threshold_rig());
+  for (int i = 0; i < 30'000; ++i) {
+    const double t = 1e-3 * i;
+    Observation o = free_sample(t, 100.0, 1e-3 * std::sin(0.3 * i));
+    if (i % 8 == 1) o.sample.status = hal::sample_status::kForceMissing;
+    if (i % 8 == 2) {
+      o.sample.sensor_force_n = free_sample(t - 5e-4, 100.0, 0.0).sample.sensor_force_n;
+    }
+    identification.add(o);
+  }
+  const auto model = identification.finish();
+  ASSERT_TRUE(model) << model.error().text();
+  const auto& threshold = std::get<ThresholdModel>(model->content);
+  EXPECT_GT(threshold.observed_s, 29.0);
+  EXPECT_LT(threshold.threshold_n, 0.02);
+}
+
 TEST(ThresholdIdentification, GapsAndNaNStartItAnew) {
   ThresholdIdentification identification({}, threshold_rig());
   for (int i = 0; i < 30'000; ++i) {

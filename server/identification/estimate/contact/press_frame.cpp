@@ -37,6 +37,12 @@ ContactParameters contact_parameters() noexcept {
   return parameters;
 }
 
+/// The tip has drawn back so far from where the last contact began: whatever was touched, it is not now.
+constexpr double kClearMm = 3.0;
+/// Than a scene does. Presses and strokes leave little time between them, and none builds up as slowly as
+/// what a scene has to tell from a drift.
+constexpr double kFollowsFaster = 4.0;
+
 bool is_fit(const hal::RigSample& sample) noexcept {
   using namespace hal::sample_status;
   constexpr std::uint32_t kUnfit =
@@ -80,11 +86,20 @@ void PressFrame::follow_zero(const hal::RigSample& sample) noexcept {
   input.depth_mm = dot(sample.tip_position_mm, press_);
   input.contact_depth_mm = contact_depth_mm_;
   contact_.detect(input);
-  if (contact_.detector().just_declared()) contact_depth_mm_ = dot(contact_.onset_mm(), press_);
-  if (!contact_.zero_shows()) return;
+  if (contact_.detector().just_declared()) {
+    contact_depth_mm_ = dot(contact_.onset_mm(), press_);
+    has_touched_ = true;
+  }
+  // What drifted beyond the threshold during a contact would pass for one for ever after.
+  const bool is_clear = has_touched_ && !contact_.in_contact() &&
+                        input.depth_mm < contact_depth_mm_ - kClearMm &&
+                        contact_.force_n() < ZeroTracker::kMaxErrorN;
+  if (!contact_.zero_shows() && !is_clear) return;
+  TickInterval interval = input.interval;
+  interval.s *= kFollowsFaster;
   zero_.update({load_.in_sensor_frame(contact_.residual_n() * -1.0, sample.tip_orientation),
                 sample.sensor_torque_n_mm - zero_.zero().torque_n_mm},
-               input.interval);
+               interval);
 }
 
 Observation PressFrame::upright(const Observation& observation) const noexcept {

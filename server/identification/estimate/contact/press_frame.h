@@ -50,6 +50,7 @@ class PressFrame {
   TickTimer timer_;
   ContactStage3 contact_;
   double contact_depth_mm_ = 0.0;
+  bool has_touched_ = false;
 };
 
 }  // namespace hapticd::rt

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <algorithm>
+
+namespace hapticd::rt {
+
+/// How hard strokes can be asked for: where the tip stuck under a press, or the sensor came to the end of its
+/// range, the next ones have to be lighter. A tip that sticks draws itself deeper in, so what counts is the
+/// hardest force of the contact, not the one that was asked for. In constant time and memory.
+class StrokeEffort {
+ public:
+  static constexpr double kMinStrokeS = 1.0;    ///< a shorter one is no stroke
+  static constexpr double kSlidingShare = 0.2;    ///< of a contact's time; less is a tip that stuck
+  static constexpr double kSaturatedS = 0.05;     ///< so long at the end of the range is no single spike
+  static constexpr double kLighter = 0.5;         ///< times the hardest force
+  static constexpr double kMaxStepS = 0.016;  ///< longer intervals are not counted
+
+  /// Each fit sample in contact.
+  void touch(double now_s, double force_n, bool slides) noexcept {
+    const double step_s = count(now_s);
+    contact_s_ += step_s;
+    if (slides) sliding_s_ += step_s;
+    hardest_n_ = std::max(hardest_n_, force_n);
+  }
+  /// Each sample with the sensor at the end of its range.
+  void saturate(double now_s) noexcept { saturated_s_ += count(now_s); }
+  /// The tip is free.
+  void release() noexcept {
+    const bool stuck = contact_s_ > kMinStrokeS && sliding_s_ < kSlidingShare * contact_s_;
+    if (hardest_n_ > 0.0 && (stuck || saturated_s_ > kSaturatedS)) {
+      limit_n_ = std::min(limit_n_, kLighter * hardest_n_);
+    }
+    contact_s_ = sliding_s_ = saturated_s_ = hardest_n_ = 0.0;
+    counts_ = false;
+  }
+
+  /// What to ask for where `force_n` is wanted; no less than `least_n`.
+  double asked_n(double force_n, double least_n) const noexcept {
+    return std::min(force_n, std::max(least_n, limit_n_));
+  }
+  /// Above this no stroke is asked for; practically none before one was too hard.
+  double limit_n() const noexcept { return limit_n_; }
+
+ private:
+  double count(double now_s) noexcept {
+    const double step_s = counts_ ? now_s - last_s_ : 0.0;
+    counts_ = true;
+    last_s_ = now_s;
+    return step_s > 0.0 && step_s < kMaxStepS ? step_s : 0.0;
+  }
+
+  bool counts_ = false;
+  double last_s_ = 0.0;
+  double contact_s_ = 0.0, sliding_s_ = 0.0, saturated_s_ = 0.0, hardest_n_ = 0.0;
+  double limit_n_ = 1e9;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "hal/sim/hand/hand.h"
+
+namespace hapticd::emulators {
+
+/// A person who does what an identification asks for, and knows no more than its words: they are read from
+/// the lines that `hapticctl --json identify ... > FILE` writes. Rests while there is nothing to read.
+class InstructedHand {
+ public:
+  explicit InstructedHand(std::string file) : file_(std::move(file)) {}
+
+  /// Reads on. True where other words came, apart from how far a thing has come.
+  bool read();
+  /// What is to be done now; the same words again are done a little differently, as a person would.
+  sim::HandProgram next();
+  /// Whether a person would stop at once: "let go".
+  bool must_let_go() const;
+
+ private:
+  std::string file_;
+  std::streamoff read_to_ = 0;
+  std::string words_;
+  unsigned tries_ = 0;  ///< with these words
+};
+
+/// The motion that the words ask for, for the so manieth time. At rest where they ask for none.
+sim::HandProgram motion_for(const std::string& words, unsigned tries);
+
+}  // namespace hapticd::emulators
