@@ -72,7 +72,7 @@ def plain(number):
 
 
 def numbers_before(text, position):
-    """The one or two numbers that end at `position`; none where no number stands there."""
+    """The one or two numbers that end at `position`; none where no number is there."""
     found = BEFORE_MARK.search(text[:position])
     return [plain(number) for number in found.groups() if number] if found else []
 

@@ -54,7 +54,7 @@ for _ in {1..150}; do
 done
 if [[ -z $address ]]; then
   cat "$work/log" >&2
-  echo "demo.sh: hapticd did not start; its log stands above" >&2
+  echo "demo.sh: hapticd did not start; its log is above" >&2
   exit 1
 fi
 echo "hapticd runs on $address"
@@ -77,7 +77,7 @@ if $keep; then
 fi
 if ! stop_daemon; then
   tail -n 20 "$work/log" >&2
-  echo "demo.sh: hapticd did not end cleanly; its log stands above" >&2
+  echo "demo.sh: hapticd did not end cleanly; its log is above" >&2
   exit 1
 fi
 echo "To go on by hand, in two terminals:"

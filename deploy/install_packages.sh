@@ -76,6 +76,6 @@ apt() {
 }
 if ! { apt update && apt install --no-install-recommends "${missing[@]}"; }; then
   cat "$log" >&2
-  echo "install_packages.sh: apt-get failed; its output stands above" >&2
+  echo "install_packages.sh: apt-get failed; its output is above" >&2
   exit 1
 fi

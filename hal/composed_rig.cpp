@@ -77,7 +77,7 @@ std::optional<Error> ComposedRig::engage(RigPartKind part) {
   if (hardware == nullptr) return std::nullopt;
   if (auto error = hardware->engage()) return error;
   if (is_device && !device_reported_)
-    info_.device = parts_.device->info();  // it may have told its own limits
+    info_.device = parts_.device->info();  // it may have reported its own limits
   device_reported_ = device_reported_ || is_device;
   (is_device ? device_access_ : sensor_access_).open();
   return std::nullopt;

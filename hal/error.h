@@ -6,7 +6,7 @@
 
 namespace hapticd::hal {
 
-/// What went wrong, in the five parts a person needs to mend it. Every refusal of the service, from a
+/// What went wrong, in the five parts a person needs to fix it. Every refusal of the service, from a
 /// scene file to an RPC, is one of these; the network adds only a status code.
 struct Error {
   std::string what;    ///< the complaint, e.g. "unknown key 'stifness'"

@@ -50,7 +50,7 @@ struct RigInfo {
   double rate_hz = 1000.0;
   DeviceInfo device;
   SensorInfo sensor;
-  bool renders_force = true;           ///< false where commands reach nobody (a recording)
+  bool renders_force = true;           ///< false where commands reach no one (a recording)
   bool has_truth = false;              ///< true where truth() answers
   bool has_external_position = false;  ///< true where external_position() does
   std::vector<UncertainParameter> uncertain;
@@ -69,7 +69,7 @@ class RigPart {
   virtual PartReport report() const = 0;
 };
 
-/// Makes the tick happen; told by a clock.
+/// Makes the tick happen; reported by a clock.
 class ServoBody {
  public:
   virtual ~ServoBody() = default;
@@ -123,7 +123,7 @@ class ForceSensor : public RigPart {
   virtual std::optional<Error> bias() = 0;
 };
 
-/// Called once a period by whoever owns the clock.
+/// Called once a period by the owner of the clock.
 class TickHandler {
  public:
   virtual ~TickHandler() = default;

@@ -34,7 +34,7 @@ struct Quaternion {
 };
 
 /// What the drivers know to be wrong with a sample. Zero means fit for use; what
-/// each leads to stands in the table of faults (rt/guard).
+/// each leads to is in the table of faults (rt/guard).
 namespace sample_status {
 inline constexpr std::uint32_t kForceMissing = 1U << 0;    ///< no sensor sample arrived since the last tick
 inline constexpr std::uint32_t kForceSaturated = 1U << 1;  ///< at least one channel at its end of range

@@ -16,7 +16,7 @@ namespace hapticd::hal {
 struct TurntableStation {
   std::string name;
   double angle_deg = 0.0;
-  std::string object;  ///< on a simulated rig, what stands there; empty = nothing is known of it
+  std::string object;  ///< on a simulated rig, what is there; empty = nothing is known of it
 };
 
 /// How fast a motion may be; 0 = as fast as the turntable's own limits allow.
@@ -38,13 +38,13 @@ struct TurntableInfo {
 
 enum class TurntableState : std::uint8_t {
   kIdle,        ///< not engaged: no port is open
-  kConnecting,  ///< engaged, but the drive has not told its position yet
+  kConnecting,  ///< engaged, but the drive has not reported its position yet
   kNotHomed,    ///< the drive does not know where it is
   kHoming,
   kStanding,
   kMoving,
-  kStalled,  ///< it did not move although it was told to; until somebody clears it
-  kAlarm,    ///< the drive reports an alarm; until somebody clears it
+  kStalled,  ///< it did not move although it was asked to; until someone clears it
+  kAlarm,    ///< the drive reports an alarm; until someone clears it
   kLost,     ///< its position is not known any more: no connection, or no usable answers
 };
 
@@ -55,13 +55,13 @@ enum class MotionEnd : std::uint8_t {
   kNone,  ///< there was no motion yet
   kUnderWay,
   kArrived,    ///< and the drive's own position says so
-  kStopped,    ///< somebody stopped it
+  kStopped,    ///< someone stopped it
   kForbidden,  ///< the permit was refused or withdrawn
   kTimedOut,
   kStalled,
   kMissed,  ///< the drive says that it has arrived, but stands elsewhere
   kAlarm,
-  kLost,     ///< contact with the drive was lost on the way: where it stands is not known
+  kLost,     ///< contact with the drive was lost on the way: where it is is not known
   kRefused,  ///< the drive did not take the order
 };
 
@@ -70,7 +70,7 @@ struct MotionReport {
   std::uint64_t number = 0;  ///< counts motions from 1
   MotionKind kind = MotionKind::kNone;
   MotionEnd end = MotionEnd::kNone;
-  bool stopping = false;  ///< under way, but told to stop
+  bool stopping = false;  ///< under way, but asked to stop
   std::optional<double> target_deg;
   double completion = 0.0;  ///< of the way, 0 … 1; homing has no known length and stays 0
   double elapsed_s = 0.0;
@@ -80,11 +80,11 @@ struct MotionReport {
 
 struct TurntableStatus {
   TurntableState state = TurntableState::kIdle;
-  std::optional<double> position_deg;  ///< the last one told since it was engaged
+  std::optional<double> position_deg;  ///< the last one reported since it was engaged
   double position_age_s = std::numeric_limits<double>::infinity();
   double velocity_deg_per_s = 0.0;
   bool homed = false;
-  std::string station;  ///< where it stands; empty between stations, in motion, not homed or not fresh
+  std::string station;  ///< where it is; empty between stations, in motion, not homed or not fresh
   std::uint32_t alarm_code = 0;
   std::string alarm_text;
   MotionReport motion;
@@ -101,7 +101,7 @@ class Turntable {
   virtual ~Turntable() = default;
   virtual const TurntableInfo& info() const noexcept = 0;
 
-  /// Opens the port and returns once the drive has told its position, or says why it does not. Engaged
+  /// Opens the port and returns once the drive has reported its position, or says why it does not. Engaged
   /// already: nothing happens.
   virtual std::optional<Error> engage() = 0;
   /// Stops the table if it moves, then lets go of the port.
@@ -112,14 +112,14 @@ class Turntable {
 
   /// In the place of the one before; an empty one forbids nothing.
   virtual void set_permit(MotionPermit permit) = 0;
-  /// Begins a motion and returns its number; how it ends is told by status(). Refused while another one is
-  /// under way, without a fresh position, in an alarm or stall, or without the permit. move_to() needs a
+  /// Begins a motion and returns its number; how it ends is reported by status(). Refused while another one
+  /// is under way, without a fresh position, in an alarm or stall, or without the permit. move_to() needs a
   /// homed table.
   virtual Result<std::uint64_t> home() = 0;
   virtual Result<std::uint64_t> move_to(double angle_deg, const MotionLimits& limits) = 0;
-  /// As fast as the drive can, whoever began the motion. Nothing happens when it stands.
+  /// As fast as the drive can, whichever client began the motion. Nothing happens when it is at rest.
   virtual void stop() = 0;
-  /// Leaves a stall, and has the drive leave its alarm; whether it does is told by status().
+  /// Leaves a stall, and has the drive leave its alarm; whether it does is reported by status().
   virtual std::optional<Error> clear_alarm() = 0;
 };
 

@@ -5,7 +5,7 @@
 
 int main(int argc, char** argv) {
   using namespace hapticd::cli;
-  // Its log would stand between the lines of a frame; every failure is told by hapticctl itself.
+  // Its log would stand between the lines of a frame; every failure is reported by hapticctl itself.
   setenv("GRPC_VERBOSITY", "NONE", 0);
 
   Session session;

@@ -4,7 +4,7 @@
 
 namespace hapticd::client {
 
-/// Where a daemon listens when nobody says otherwise.
+/// Where a daemon listens when no one says otherwise.
 inline constexpr const char* kDefaultAddress = "127.0.0.1:50051";
 
 /// Turns "host:port", "[v6]:port" or "unix:/path" into the name gRPC knows it by.

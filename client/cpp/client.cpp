@@ -32,7 +32,7 @@ std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
   grpc::ChannelArguments arguments;
   // A proxy meant for web traffic must not stand between a client and a device.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // Whoever connects anew after a loss must not wait out the pauses between the attempts of another
+  // A client that connects again after a loss must not wait out the pauses between the attempts of another
   // connection.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   auto channel = grpc::CreateCustomChannel(channel_target(options.address),

@@ -24,7 +24,7 @@ class Error : public std::runtime_error {
 
   ErrorKind kind() const noexcept { return kind_; }
   const std::string& code() const noexcept { return code_; }
-  /// `what` is always filled; the rest as far as the daemon told.
+  /// `what` is always filled; the rest as far as the daemon reported.
   const v1::ErrorDetail& detail() const noexcept { return detail_; }
 
  private:

@@ -14,7 +14,7 @@ class IdentificationStream {
   enum class Event {
     kProgress,  ///< `progress` was filled
     kNothing,   ///< nothing came within the wait; try again
-    kEnded,     ///< it is over, as the last progress told
+    kEnded,     ///< it is over, as the last progress reported
   };
 
   IdentificationStream(IdentificationStream&&) noexcept;

@@ -10,7 +10,7 @@ namespace hapticd::client {
 
 namespace {
 
-/// The daemon itself ends a call without a word: of this end, whoever destroys the upload hears nothing.
+/// The daemon itself ends a call without a word: the destructor of an upload reports nothing of this end.
 Error given_up_by_daemon(const std::string& address) {
   v1::ErrorDetail detail;
   detail.set_what("the daemon gave the upload up");

@@ -15,7 +15,7 @@
 namespace hapticd::client {
 
 /// Reads a stream of messages with a bounded wait. One operation is under way at any time, so the completion
-/// queue needs no tags to tell them apart. Destroying it cancels the call.
+/// queue needs no tags to distinguish them. Destroying it cancels the call.
 template <class Message>
 class ServerStream {
  public:

@@ -24,9 +24,9 @@ class StreamAccount {
   std::uint64_t missing() const noexcept { return missing_; }
   /// Samples whose tick did not follow the one before: repeated, or out of order.
   std::uint64_t disordered() const noexcept { return disordered_; }
-  /// Lost because this client read too slowly, as told by the daemon.
+  /// Lost because this client read too slowly, as reported by the daemon.
   std::uint64_t dropped_by_subscriber() const noexcept { return dropped_by_subscriber_; }
-  /// Lost by the daemon for all its subscribers, as told by the daemon.
+  /// Lost by the daemon for all its subscribers, as reported by the daemon.
   std::uint64_t dropped_by_server() const noexcept { return dropped_by_server_; }
 
   bool complete() const noexcept {

@@ -9,7 +9,7 @@
 namespace hapticd::client {
 
 /// One subscription to the loop's records. Lives as long as this object: destroying it unsubscribes. Use it
-/// from one thread. Reading slowly loses samples of this stream only; account() tells how many.
+/// from one thread. Reading slowly loses samples of this stream only; account() says how many.
 class TelemetryStream {
  public:
   enum class Event {

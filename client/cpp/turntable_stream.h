@@ -24,7 +24,7 @@ class TurntableStream {
   /// Waits up to `wait` for the next status. Throws Error when the motion was refused, when it ended anywhere
   /// but at its target, and when the connection broke.
   Event next(v1::TurntableStatus& status, std::chrono::milliseconds wait);
-  /// Has the daemon stop the table; next() then tells kEnded.
+  /// Has the daemon stop the table; next() then shows kEnded.
   void cancel();
 
  private:

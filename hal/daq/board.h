@@ -93,7 +93,7 @@ class Board {
   /// answer false, as does a board that does not take them.
   bool write_volts(std::span<const double> volts) noexcept;
 
-  /// Adds connection, findings and figures to the report of whoever uses the board. Any thread.
+  /// Adds connection, findings and figures to the report of the part that uses the board. Any thread.
   virtual void describe(hal::PartReport& report) const = 0;
 
  protected:

@@ -160,7 +160,7 @@ hal::Result<Axes6> read_axes(const Reader& reader, const pugi::xml_node& calibra
   return axes;
 }
 
-/// Moves a load (N, N·mm) to where and how the sensor's maker wants it told.
+/// Moves a load (N, N·mm) to where and how the sensor's maker wants it reported.
 hal::Result<Matrix6> read_transform(const Reader& reader, const pugi::xml_node& calibration) {
   constexpr const char* kElement = "BasicTransform";
   const pugi::xml_node node = calibration.child(kElement);
@@ -202,7 +202,7 @@ std::optional<hal::Error> check_matrix(const Reader& reader, const Matrix6& matr
     if (fit) scaled.row(i) /= norm;
   }
   if (fit) {
-    // The rows' lengths are units; what is left tells whether six gauges tell six loads apart.
+    // The rows' lengths are units; what is left says whether six gauges show six loads apart.
     const Eigen::JacobiSVD<Matrix6> svd(scaled);
     fit = svd.singularValues().allFinite() && svd.singularValues()[5] > kMinSingularValue;
   }

@@ -187,7 +187,7 @@ void ComediAcquisition::run(Stream stream) noexcept {
     }
     comedi_cancel(stream.device.get(), stream.channels.front().subdevice);
     stream = {};
-    // An overrun is mended at once, so that the tick sees a gap rather than a loss; not when it is all there
+    // An overrun is fixed at once, so that the tick sees a gap rather than a loss; not when it is all there
     // is.
     bool go_on = (outcome == Outcome::kOverrun && has_delivered) || pause(back_off);
     has_delivered = false;

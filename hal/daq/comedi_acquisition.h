@@ -19,7 +19,7 @@ namespace hapticd::daq {
 
 /// The streaming command of a comedi board: a thread of its own waits for scans, makes volts of them and puts
 /// them in a wait-free ring. When the stream ends, stalls or overflows it is started again, the board's node
-/// opened anew if need be, at intervals that grow from 0.1 s to 5 s.
+/// opened again if need be, at intervals that grow from 0.1 s to 5 s.
 class ComediAcquisition {
  public:
   explicit ComediAcquisition(const BoardConfig& config);
@@ -54,7 +54,7 @@ class ComediAcquisition {
   Outcome take(Stream& stream) noexcept;
   void convert(const Stream& stream, std::size_t scans, std::int64_t now_ns) noexcept;
   void adopt(const Stream& stream) noexcept;
-  /// False when it was told to stop in the meantime.
+  /// False when it was asked to stop in the meantime.
   bool pause(std::chrono::milliseconds time) noexcept;
   void raise_priority() noexcept;
 

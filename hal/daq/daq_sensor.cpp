@@ -138,7 +138,7 @@ bool DaqSensor::State::use(const Scan& scan, std::int64_t instant_ns, bool& satu
   return true;
 }
 
-// The board was opened anew: limits and, the first time, the bias come from engage().
+// The board was opened again: limits and, the first time, the bias come from engage().
 void DaqSensor::State::restart() noexcept {
   const std::uint64_t now = engagement.load(std::memory_order_acquire);
   if (now == known_engagement) return;
@@ -153,7 +153,7 @@ void DaqSensor::State::restart() noexcept {
   }
 }
 
-// Nobody reads the board yet, so this thread may.
+// No one reads the board yet, so this thread may.
 std::optional<hal::Error> DaqSensor::State::await_scans() {
   GaugeBias first(board->info().scan_rate_hz);
   const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
@@ -382,7 +382,7 @@ hal::PartReport DaqSensor::report() const {
   if (engaged && newest_ns != 0) {
     report.figures.push_back({"age_ms", 1e-6 * static_cast<double>(age_ns), "ms"});
     if (age_ns > kSilentNs && !is(hal::sample_status::kForceLost)) {
-      report.findings.emplace_back("nobody reads the sensor at present");
+      report.findings.emplace_back("no one reads the sensor at present");
     }
   }
   state.board->describe(report);

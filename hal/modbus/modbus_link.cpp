@@ -170,12 +170,12 @@ struct ModbusLink::State {
       connected = false;
       reported.what = "the connection to the drive broke";
       reported.value = std::strerror(error);
-      reported.remedy = "it is connected anew by itself; check the drive's power and the cable";
+      reported.remedy = "it is connected again by itself; check the drive's power and the cable";
     }
     return reported;
   }
 
-  /// A late answer must not be taken for that to the next request. Over TCP its transaction tells; on a
+  /// A late answer must not be taken for that to the next request. Over TCP its transaction shows; on a
   /// serial line nothing does but silence, so that one is waited for.
   std::optional<hal::Error> failed(int error, Table table, unsigned address) {
     hal::Error reported = explain(error, table, address);
@@ -233,7 +233,7 @@ std::optional<hal::Error> ModbusLink::open() {
     s.context.reset();
     return hal::Error{"cannot connect to the drive", s.place, std::strerror(error), "",
                       config.transport == Transport::kRtu
-                          ? "check that the port exists, may be read and written, and is used by nobody else"
+                          ? "check that the port exists, may be read and written, and is used by nothing else"
                           : "check address, port and power of the drive; many serve one client only"};
   }
   s.connected = true;

@@ -18,7 +18,8 @@ struct ModbusConfig {
   RegisterMap map;
 };
 
-/// Contradictions within the configuration are told here; whether the drive is there is told by engage().
+/// Contradictions within the configuration are reported here; whether the drive is there is reported by
+/// engage().
 hal::Result<std::unique_ptr<hal::Turntable>> create(const ModbusConfig& config,
                                                     const turntable::TurntableSettings& settings);
 

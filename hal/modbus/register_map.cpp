@@ -133,7 +133,7 @@ std::optional<hal::Error> check(const RegisterMap& map) {
     }
   }
   if (!map.homed && !map.always_homed) {
-    return complaint(map, "nothing tells whether the drive is homed", "", "'homed' or always_homed = true",
+    return complaint(map, "nothing says whether the drive is homed", "", "'homed' or always_homed = true",
                      "name the bit; say always_homed only of an absolute encoder");
   }
   const auto starts_with = [&map](Step::Kind kind) {

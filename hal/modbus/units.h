@@ -5,7 +5,7 @@
 
 namespace hapticd::modbus {
 
-/// In what a drive tells or wants a quantity. "Motor" units are before the gear, the others at the table.
+/// In what a drive shows or wants a quantity. "Motor" units are before the gear, the others at the table.
 enum class Unit : std::uint8_t {
   kNone,
   kDeg,

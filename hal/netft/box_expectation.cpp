@@ -43,7 +43,7 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
     const std::array<double, 6> expected = ranges_of(*calibration);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const double range = (*box.ranges)[i];
-      if (range == 0.0) continue;  // not told
+      if (range == 0.0) continue;  // not reported
       if (range < expected[i] * kSameRange && range > expected[i] / kSameRange) continue;
       const char* unit = i < 3 ? " N" : " N·mm";
       return hal::Error{.what = std::string("the box has another calibration than a ") +

@@ -8,7 +8,7 @@
 namespace hapticd::netft {
 
 /// The newest value from one thread to one other, wait-free on both ends: each owns one of three slots, the
-/// third changes hands. Values that nobody fetched are replaced, so what must not be lost is written as a
+/// third changes hands. Values that no one fetched are replaced, so what must not be lost is written as a
 /// running total.
 template <class T>
 class LatestValue {

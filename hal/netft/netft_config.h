@@ -10,7 +10,7 @@ namespace hapticd::netft {
 
 /// Who subtracts the reading of the unloaded sensor when bias() is called.
 enum class BiasBy : std::uint8_t {
-  kNone,      ///< nobody: readings are the box's own, and bias() is refused
+  kNone,      ///< no one: readings are the box's own, and bias() is refused
   kSoftware,  ///< this driver: the mean of a quarter of a second
   kBox,       ///< the box, on command; checked afterwards
 };

@@ -12,7 +12,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Ends a client's request when the time is over or nobody wants it any more. The library's own time-outs
+/// Ends a client's request when the time is over or no one wants it any more. The library's own time-outs
 /// are per read, so that a server that drips could hold it for ever. stop() is said again and again: said
 /// while the client still connects it has no effect.
 class Watchdog {

@@ -175,7 +175,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
     restarted_.notify_one();
   };
 
-  // What the page cannot tell stays as it was: a bias once lost is lost until another is taken.
+  // What the page cannot know stays as it was: a bias once lost is lost until another is taken.
   const bool was_lost = zero_ && bias_lost_.load();
   bool page_has_bias = false;
   {
@@ -272,7 +272,7 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
   if (came > 0) {
     SixAxes<double> counts{};
     std::int64_t instant_ns = now.newest_instant_ns;
-    // A mean over what would count as stale tells nothing of now.
+    // A mean over what would count as stale says nothing about now.
     if (now_ns - last_read_ns_ > stale_after_ns_) {
       taken = 1;
       skipped_.store(skipped_.load(std::memory_order_relaxed) + came - 1, std::memory_order_relaxed);
@@ -461,7 +461,7 @@ void NetFtSensor::check_after_restarts(const std::stop_token& stop) {
 
 void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
   if (!config_.read_configuration) {
-    // A bias of this driver's holds if nobody had biased the box, which cannot be seen here.
+    // A bias of this driver's holds if no one had biased the box, which cannot be seen here.
     bias_lost_.store(config_.bias == BiasBy::kBox);
     return;
   }
@@ -548,7 +548,7 @@ hal::PartReport NetFtSensor::report() const {
     if (last_implausible_ns != 0 && monotonic_ns() - last_implausible_ns < kRecentlyNs) {
       findings.emplace_back(
           "the stream's numbers ran ahead of time or began again twice within 10 s: the box fails, or "
-          "somebody "
+          "someone "
           "else sends in its name; give the box a network of its own");
     }
     const std::int64_t last_silence_ns = counters_.last_silence_ns.load();

@@ -23,12 +23,12 @@ namespace hapticd::netft {
 /// A Nano17 behind a Net F/T box.
 ///
 /// engage(), disengage(), bias() and the like serialise among themselves; read() shares no lock with them and
-/// is wait-free. A box that restarts goes on being read, but what it was told is checked again: it has
+/// is wait-free. A box that restarts goes on being read, but what it was reported is checked again: it has
 /// forgotten a bias set on it, and may have another configuration. A lost bias is reported and every sample
-/// carries a warning; it is not set again by itself, since nobody here knows whether the tool is free, and a
-/// bias taken under load would make that load unfelt from then on. A bias outlasts disengage() and engage(),
-/// as long as the box counts as before and has no other bias of its own. Every bias, and every loss of one,
-/// changes hal::RigSample::bias_serial.
+/// carries a warning; it is not set again by itself, since no one here knows whether the tool is free, and a
+/// bias taken under load would make that load below the threshold from then on. A bias outlasts disengage()
+/// and engage(), as long as the box counts as before and has no other bias of its own. Every bias, and every
+/// loss of one, changes hal::RigSample::bias_serial.
 class NetFtSensor final : public hal::ForceSensor {
  public:
   /// Checks the configuration; opens nothing.

@@ -6,13 +6,13 @@
 namespace hapticd::netft {
 
 /// Whether the numbers of a stream can be those of one box. A box restarts once in a while, and records get
-/// lost: both are told elsewhere and forgiven. Not forgiven are
+/// lost: both are reported elsewhere and forgiven. Not forgiven are
 /// - numbers ahead of time: more records than can have been measured. Their sum counts, forgotten at a tenth
 /// of a
 ///   second each second; more than one second is a fault. A gap as long as the time it took (a cable, a
 ///   stalled machine) is none;
-/// - a second restart within ten seconds that nobody asked for.
-/// Both mean that somebody else sends in the box's name, or that the box fails.
+/// - a second restart within ten seconds that no one asked for.
+/// Both mean that someone else sends in the box's name, or that the box fails.
 class RdtContinuity {
  public:
   static constexpr double kMaxAheadNs = 1e9;

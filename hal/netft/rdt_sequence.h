@@ -9,8 +9,8 @@ enum class RdtOrder : std::uint8_t {
   kInOrder,      ///< newer than all before: use it; `lost` of them went missing in between
   kDuplicate,    ///< was there already: drop it
   kOld,          ///< overtaken by a newer one: drop it
-  kUnconfirmed,  ///< out of all order; the next one will tell whether the numbers jumped: drop it
-  kRestart,      ///< the numbers began anew: use it
+  kUnconfirmed,  ///< out of all order; the next one will say whether the numbers jumped: drop it
+  kRestart,      ///< the numbers began again: use it
 };
 
 struct RdtOrderVerdict {

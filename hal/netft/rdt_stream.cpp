@@ -26,7 +26,7 @@ constexpr std::int64_t kSecondNs = 1'000'000'000;
 /// The default of 212 kB holds 277 datagrams of this size, 40 ms at 7 kHz: less than the stalls of an
 /// ordinary machine.
 constexpr int kReceiveBufferBytes = 4 << 20;
-/// Numbers that begin anew so soon after a request are put down to it.
+/// Numbers that begin again so soon after a request are put down to it.
 constexpr std::int64_t kRequestEffectNs = 5 * kSecondNs;
 
 void count(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noexcept {
@@ -159,7 +159,7 @@ class RdtStream::Receiver {
                                [this](const asio::error_code& code, std::size_t length) {
                                  if (stopped_) return;
                                  receiving_ = !code;
-                                 if (code) return;  // supervise() begins anew: no error may spin here
+                                 if (code) return;  // supervise() begins again: no error may spin here
                                  take_datagram(length);
                                  receive();
                                });

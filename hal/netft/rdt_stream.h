@@ -52,11 +52,11 @@ struct RdtCounters {
   std::atomic<std::uint64_t> old{0};          ///< overtaken by newer ones
   std::atomic<std::uint64_t> unconfirmed{0};  ///< out of all order
   std::atomic<std::uint64_t> box_restarts{0};
-  std::atomic<std::uint64_t> stream_restarts{0};  ///< numbers began anew since we asked for the stream again
+  std::atomic<std::uint64_t> stream_restarts{0};  ///< numbers began again since we asked for the stream again
   std::atomic<std::uint64_t> implausible{0};      ///< see RdtTotals
   std::atomic<std::int64_t> last_implausible_ns{0};
   std::atomic<std::uint64_t> malformed{0};  ///< datagrams of no whole number of records
-  std::atomic<std::uint64_t> foreign{0};    ///< datagrams from somebody else
+  std::atomic<std::uint64_t> foreign{0};    ///< datagrams from someone else
   std::atomic<std::uint64_t> saturated{0};
   std::atomic<std::uint64_t> warned{0};
   std::atomic<std::uint64_t> faulty{0};
@@ -89,7 +89,7 @@ struct RdtStreamSettings {
 
 /// The stream of records from a box: a socket and a thread of its own that asks for the stream, receives,
 /// sorts out and totals up, and asks again, ever less often, while nothing comes. Asking again also wins the
-/// stream back from another client: a box serves whoever asked last, and tells nobody.
+/// stream back from another client: a box serves the client that asked last, and does not inform the others.
 class RdtStream {
  public:
   RdtStream(LatestValue<RdtTotals>& to_tick, RdtCounters& counters);
@@ -99,7 +99,7 @@ class RdtStream {
 
   /// Opens the socket, starts the thread, asks for the stream. Only while stopped.
   std::optional<hal::Error> start(const RdtStreamSettings& settings);
-  /// Tells the box to stop, ends the thread, closes the socket.
+  /// Reports the box to stop, ends the thread, closes the socket.
   void stop() noexcept;
 
   // While started, not on the receiving thread:

@@ -50,7 +50,7 @@ void find_of_model(const OpenHapticsConfig& config, const DeviceFacts& facts,
 void find_of_facts(const OpenHapticsConfig& config, const DeviceFacts& facts,
                    std::vector<std::string>& findings) {
   if (facts.max_force_n == 0.0 || facts.max_continuous_force_n == 0.0) {
-    findings.push_back("the device does not tell its force limits: those of the data sheet of " +
+    findings.push_back("the device does not show its force limits: those of the data sheet of " +
                        config.model + " hold; check that this is the model");
   }
   if (facts.max_force_n > 0.0 && config.max_force_n && *config.max_force_n > facts.max_force_n) {
@@ -59,7 +59,7 @@ void find_of_facts(const OpenHapticsConfig& config, const DeviceFacts& facts,
   }
   if (!facts.calibration_known) {
     findings.push_back(
-        "the library cannot tell whether the device is calibrated: it is taken as such; check with the "
+        "the library cannot know whether the device is calibrated: it is taken as such; check with the "
         "vendor's tool");
   }
 }

@@ -13,7 +13,7 @@ namespace hapticd::openhaptics {
 
 namespace {
 
-/// Errors of force and speed tell of the moment and do not keep a device from being opened.
+/// Errors of force and speed show the moment and do not keep a device from being opened.
 bool is_of_the_moment(hd::ErrorCode code) noexcept {
   return code >= hd::kWarmMotors && code <= hd::kForceError;
 }
@@ -24,7 +24,7 @@ void DeviceSession::make_current() {
   if (library_->api().make_current_device != nullptr) library_->api().make_current_device(device_);
 }
 
-/// An error if the library has one to tell.
+/// An error if the library has one to report.
 std::optional<hal::Error> DeviceSession::failure(const std::string& what, const std::string& value) {
   const hd::ErrorInfo error = library_->last_error(device_);
   if (error.code == hd::kSuccess || is_of_the_moment(error.code)) return std::nullopt;
@@ -76,7 +76,7 @@ std::optional<hal::Error> DeviceSession::open() {
 
 std::optional<hal::Error> DeviceSession::init() {
   const std::string name = config_.device_name.empty() ? "the default device" : config_.device_name;
-  library_->last_error(device_);  // what somebody else left there
+  library_->last_error(device_);  // what someone else left there
   device_ = library_->api().init_device(config_.device_name.empty() ? nullptr : config_.device_name.c_str());
   if (auto error = failure("the device cannot be opened", name)) return error;
   if (device_ == hd::kInvalidHandle) {

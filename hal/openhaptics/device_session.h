@@ -17,7 +17,7 @@ namespace hapticd::openhaptics {
 struct DeviceFacts {
   std::string loaded_library;
   std::string model_type, vendor, serial_number, driver_version;
-  double max_force_n = 0.0;             ///< as read; 0 = not told or not plausible
+  double max_force_n = 0.0;             ///< as read; 0 = not reported or not plausible
   double max_continuous_force_n = 0.0;  ///< as read
   double max_stiffness_n_per_mm = 0.0;  ///< as read: the stiffest wall the vendor recommends
   double force_ramping_rate_n_per_s = 0.0;
@@ -30,7 +30,8 @@ struct DeviceFacts {
 };
 
 /// A device from hdInitDevice to hdDisableDevice. Every function may be kept waiting by the vendor's library
-/// and is to be called through a VendorThread; a session that hangs is kept alive by whoever hangs in it.
+/// and is to be called through a VendorThread; a session that hangs is kept alive by the thread that hangs in
+/// it.
 class DeviceSession {
  public:
   explicit DeviceSession(const OpenHapticsConfig& config) : config_(config) {}
@@ -47,7 +48,7 @@ class DeviceSession {
   void stop();
   /// The same where the callback did not have one: a frame without force is tried from here.
   void stop_dead(bool frame_is_ours);
-  /// Force off, device closed, library unloaded if nobody else uses it.
+  /// Force off, device closed, library unloaded if nothing else uses it.
   void close();
 
   // -- after open()

@@ -10,8 +10,8 @@
 
 namespace hapticd::openhaptics {
 
-/// The library keeps one stack of errors for all its devices, and whoever looks takes what is there. So each
-/// device has a seat, and an error goes to the seat of the device it names. Wait-free.
+/// The library keeps one stack of errors for all its devices, and each look takes all that is there. So
+/// each device has a seat, and an error goes to the seat of the device it names. Wait-free.
 struct ErrorSeat {
   std::atomic<hd::Handle> device{hd::kInvalidHandle};
   std::atomic<std::uint32_t> fresh{0};  ///< status bits that came since they were last taken

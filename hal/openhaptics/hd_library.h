@@ -43,7 +43,7 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
   /// Null when all are taken. Outlives the library, so that its counts can still be read.
   std::shared_ptr<ErrorSeat> take_seat(hd::Handle device) noexcept;
   static void leave_seat(ErrorSeat& seat) noexcept { seat.device.store(hd::kInvalidHandle); }
-  /// Takes all errors off the stack, each to the seat of its device; those of nobody's go to `mine`.
+  /// Takes all errors off the stack, each to the seat of its device; those of no known device go to `mine`.
   /// Wait-free but for the library's own doing. Returns how many there were; kDeepestStack means that there
   /// may be more.
   int drain(ErrorSeat& mine) noexcept;

@@ -32,7 +32,7 @@ struct OpenHapticsConfig {
   hal::Quaternion tool_to_stylus{};
 
   double warm_share = 0.9;  ///< motor temperature, as a share of what it bears, from which a motor is warm
-  /// The device stands in its reset position (all links at right angles) whenever it is engaged: its encoders
+  /// The device is in its reset position (all links at right angles) whenever it is engaged: its encoders
   /// are reset there. Only for devices that are calibrated in this way.
   bool reset_encoders = false;
   double calibration_wait_s = 2.0;  ///< how long engaging waits for an automatic calibration

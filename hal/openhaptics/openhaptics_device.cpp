@@ -24,7 +24,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kPoll{1};
 /// For the last frame, and for a turn under way to come back.
 constexpr milliseconds kLeave{250};
-/// For one call that ends a run: somebody waits for it.
+/// For one call that ends a run: someone waits for it.
 constexpr milliseconds kStopTimeout{2000};
 constexpr std::chrono::seconds kRateWindow{1};
 

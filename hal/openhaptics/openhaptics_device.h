@@ -14,7 +14,7 @@ namespace hapticd::openhaptics {
 /// (kDeviceNotReady), when nothing was written in a tick, or when what was written is not finite; a force
 /// beyond the limit is scaled down to it and reported as kDeviceOverForce with the next sample.
 ///
-/// The library may hang in any call. Then nobody waits for it longer than the configuration says, the device
+/// The library may hang in any call. Then no one waits for it longer than the configuration says, the device
 /// is kFaulty, and the library is never touched again by this process.
 class OpenHapticsDevice final : public hal::HapticDevice, public hal::ServoClock {
  public:
@@ -30,7 +30,7 @@ class OpenHapticsDevice final : public hal::HapticDevice, public hal::ServoClock
   void disengage() noexcept override;
   hal::PartReport report() const override;
 
-  /// From the data sheet until the device is engaged, then with the force limits it tells. Changes in
+  /// From the data sheet until the device is engaged, then with the force limits it shows. Changes in
   /// engage() only.
   const hal::DeviceInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;

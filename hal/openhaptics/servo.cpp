@@ -144,7 +144,8 @@ void Servo::render(const hal::Vector3& force) noexcept {
 }
 
 void Servo::end() noexcept {
-  // Whoever is unfit gives no force, whatever he was asked for; nor does a servo nobody waits for any more.
+  // A device that is unfit gives no force, whatever is asked of it; nor does a servo that no one waits for
+  // any more.
   const bool fit = (status_ & (kDeviceFault | kDeviceNotReady)) == 0 &&
                    state_.load(std::memory_order_acquire) == kInFrame &&
                    !crashed_.load(std::memory_order_acquire);

@@ -29,7 +29,7 @@ struct ServoSetup {
   int calibration_style = 0;  ///< to be asked for while the servo runs; 0 = none
 };
 
-/// What a servo tells any thread. Outlives it, so that it can be read after the device was closed.
+/// What a servo shows any thread. Outlives it, so that it can be read after the device was closed.
 struct ServoReport {
   static constexpr std::size_t kMaxMotors = 32;  ///< room for more than any device has
   ServoReport() {

@@ -24,7 +24,7 @@ struct VendorThread::Shared {
       std::function<void()> present = std::exchange(job, nullptr);
       lock.unlock();
       present();
-      present = nullptr;  // what it owns goes before the caller is told
+      present = nullptr;  // what it owns goes before the caller is reported
       lock.lock();
       busy = false;
       changed.notify_all();

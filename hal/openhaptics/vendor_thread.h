@@ -6,9 +6,9 @@
 
 namespace hapticd::openhaptics {
 
-/// Calls the vendor's library, which may never return, on a thread of its own, so that whoever waits for the
-/// result waits no longer than he means to. All calls outside the vendor's callback go through one of these:
-/// the library also sees one and the same thread.
+/// Calls the vendor's library, which may never return, on a thread of its own, so that the caller who waits
+/// for the result waits no longer than he means to. All calls outside the vendor's callback go through one of
+/// these: the library also sees one and the same thread.
 class VendorThread {
  public:
   VendorThread();

@@ -46,7 +46,7 @@ std::optional<JointAngles> inverse(const ArmGeometry& arm, const hal::Vector3& t
                                    double near_q1_rad) noexcept {
   const double l1 = arm.first_link_mm;
   const double l2 = arm.second_link_mm;
-  // q1 stays within a quarter turn, so the side of the axis the tip is on tells the sign of its reach.
+  // q1 stays within a quarter turn, so the side of the axis the tip is on shows the sign of its reach.
   const double distance_mm = std::hypot(tip_mm.x, tip_mm.y);
   if (!std::isfinite(distance_mm) || !std::isfinite(tip_mm.z)) return std::nullopt;
   double q1 = near_q1_rad;

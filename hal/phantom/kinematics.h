@@ -42,7 +42,7 @@ std::array<double, 3> torques_for_n_mm(const ArmGeometry& arm, const JointAngles
                                        const hal::Vector3& force_n) noexcept;
 
 /// The force that joint torques make at the tip. Where the arm is singular (tip on the vertical axis, arm
-/// stretched) the direction that cannot be told is damped: the answer stays bounded.
+/// stretched) the direction that cannot be reported is damped: the answer stays bounded.
 hal::Vector3 force_of_n(const ArmGeometry& arm, const JointAngles& q,
                         const std::array<double, 3>& torque_n_mm) noexcept;
 

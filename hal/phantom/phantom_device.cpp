@@ -117,7 +117,7 @@ struct PhantomDevice::State final : CutAtExit {
   void cut_at_exit() noexcept override;
 };
 
-// Engaged anew: the counters started from somewhere, so nothing is known of the pose.
+// Engaged again: the counters started from somewhere, so nothing is known of the pose.
 void PhantomDevice::State::restart() noexcept {
   const std::uint64_t now = engagement.load(std::memory_order_acquire);
   if (now == known_engagement) return;
@@ -215,7 +215,7 @@ void PhantomDevice::State::put(const Currents& current_a) noexcept {
     return;
   }
   output_failures.fetch_add(1, std::memory_order_relaxed);
-  // Old or new, nobody knows: the hotter counts.
+  // Old or new, no one knows: the hotter counts.
   for (std::size_t i = 0; i < 3; ++i) held_a[i] = std::max(std::abs(held_a[i]), std::abs(current_a[i]));
 }
 
@@ -260,7 +260,7 @@ std::optional<hal::Error> PhantomDevice::engage() {
   const std::lock_guard lock(state.engage_mutex);
   if (state.engaged.load(std::memory_order_acquire)) return std::nullopt;
   if (auto error = state.board->engage(daq::BoardUse::kMotion)) return error;
-  // Nobody ticks on it yet, so this thread may try what the tick will do.
+  // No one ticks on it yet, so this thread may try what the tick will do.
   std::array<std::int64_t, daq::kMaxCounters> first{};
   const bool reads = state.board->read_counters(std::span(first).first(state.encoders));
   if (!reads || !state.board->write_volts(kZeroVolts)) {

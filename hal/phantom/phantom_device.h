@@ -14,7 +14,7 @@ namespace hapticd::phantom {
 ///
 /// The encoders are incremental: after engage() the device is kDeviceNotReady and gives no force until the
 /// arm rests in its reset pose and home() was called. It gives none either while it is kDeviceFault or
-/// kDeviceOverSpeed, and after the watchdog cut it until a read() has told so (kCommandStale).
+/// kDeviceOverSpeed, and after the watchdog cut it until a read() has reported so (kCommandStale).
 ///
 /// kDeviceFault: counters or outputs of the board fail; an encoder has jumped (until home()); the arm is
 /// beyond its stops, so the counts are not its own; a winding is hotter than it may be (until it has cooled).

@@ -44,7 +44,7 @@ void Watchdog::run() noexcept {
   while (!stopped_.wait_for(lock, nap, [this] { return stopping_; })) {
     if (!armed_.load(std::memory_order_acquire)) continue;
     if (board_.now_ns() - fed_ns_.load(std::memory_order_relaxed) <= timeout_ns_) continue;
-    // Told before it is done: a command that comes in between is withheld, not cut off after a moment.
+    // Reported before it is done: a command that comes in between is withheld, not cut off after a moment.
     armed_.store(false, std::memory_order_release);
     cut_.store(true, std::memory_order_release);
     cuts_.fetch_add(1, std::memory_order_relaxed);

@@ -11,7 +11,7 @@
 namespace hapticd::phantom {
 
 /// Writes zero volts when no command has come for a while, from a thread of its own. Every command arms it
-/// anew; while a cut is unread, commands must be withheld. The tick's side takes no lock.
+/// again; while a cut is unread, commands must be withheld. The tick's side takes no lock.
 class Watchdog {
  public:
   Watchdog(daq::Board& board, std::size_t outputs, double timeout_ms) noexcept;
@@ -24,7 +24,7 @@ class Watchdog {
   void fed(std::int64_t now_ns) noexcept;
   /// True once after each cut.
   bool take_cut() noexcept { return cut_.exchange(false, std::memory_order_acq_rel); }
-  /// A cut has happened that nobody has been told of.
+  /// A cut has happened that was not reported yet.
   bool cut() const noexcept { return cut_.load(std::memory_order_acquire); }
   std::uint64_t cuts() const noexcept { return cuts_.load(std::memory_order_relaxed); }
 

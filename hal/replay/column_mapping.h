@@ -49,7 +49,7 @@ struct ColumnRole {
 ColumnRole role_of(Quantity quantity);
 
 /// Finds the mapped column among `columns`. Refuses a name that is not there (and lists those that are), one
-/// that stands there twice, an unknown or missing unit, a scale that is zero or not finite. `place` names the
+/// that is there twice, an unknown or missing unit, a scale that is zero or not finite. `place` names the
 /// file.
 hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, const ColumnRole& role,
                                            const std::vector<std::string>& columns, const std::string& place);

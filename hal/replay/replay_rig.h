@@ -29,7 +29,7 @@ struct ReplayConfig {
 ///
 /// A step in time of more than five times the median step is a gap: through it the last force is held, every
 /// tick carries sample_status::kForceMissing and a growing force_age_ns, exactly as when a sensor falls
-/// silent, and a guard that watches the age latches. The same holds for whoever goes on reading after the
+/// silent, and a guard that watches the age latches. The same holds where reading goes on after the
 /// end.
 class ReplayRig final : public hal::Rig {
  public:

@@ -440,7 +440,7 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
   }
 
   sample = hal::RigSample{};
-  // An even clock has always rounded to the steps of the physics; one that is not tells how late it is.
+  // An even clock has always rounded to the steps of the physics; one that is not says how late it is.
   const std::int64_t beyond_ns = s.clock.irregular() ? until_ns - s.simulation.time_ns() : 0;
   s.simulation.read_device(sample, beyond_ns);
   s.simulation.sensor().read(sample, {beyond_ns, tick.sensor_late_ns, tick.sensor_lost});

@@ -77,7 +77,7 @@ class SimulatedRig final : public hal::Rig {
   void write(const hal::DeviceCommand& command) noexcept override;
   bool truth(hal::TruthSample& truth) const noexcept override;
   bool external_position(hal::Vector3& position_mm) const noexcept override;
-  /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so somebody else has
+  /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so someone else has
   /// to read meanwhile.
   std::optional<hal::Error> bias_force_sensor() override;
 

@@ -251,7 +251,7 @@ Vector3 Simulation::sway(double hand_time_s) const noexcept {
   const double amplitude_rad = grown * hand_->program.tilt_deg * std::numbers::pi / 180.0;
   const double turn = 2.0 * std::numbers::pi * hand_time_s;
   const double ends_s = std::min(hand_time_s, kSwayBuildsUpS);
-  // Where the tool's mass hangs beside the tip, a wrist that stopped within a step would be a blow.
+  // Where the tool's mass hangs next to the tip, a wrist that stopped within a step would be a blow.
   const Vector3 left_rad =
       plain_mounting_ ? sway_before_rad_ * (1.0 - grown)
                       : Vector3{sway_ends_[0].at(ends_s).position_mm, sway_ends_[1].at(ends_s).position_mm,

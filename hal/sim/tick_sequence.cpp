@@ -81,7 +81,7 @@ hal::Result<TickSequence> TickSequence::load(const std::string& path) {
     for (std::size_t i = 0; i < ticks.size(); ++i) {
       passed_us += ticks[i].interval_us;
       arrived_us += record_us * records[i];
-      // Within one record nobody can tell.
+      // Within one record no one can feel.
       const double behind_us = passed_us - arrived_us;
       ticks[i].sensor_late_us = behind_us > record_us ? behind_us : 0.0;
     }
@@ -102,7 +102,7 @@ TickSequence TickSequence::bursts(double period_us, double late_us, int length, 
 
 TickSequence TickSequence::bunched(double period_us, double late_us, int every) {
   std::vector<TickInterval> ticks(static_cast<std::size_t>(std::max(1, every)), TickInterval{period_us});
-  // The stream stands still until it is `late_us` behind.
+  // The stream is at rest until it is `late_us` behind.
   for (double behind_us = period_us; behind_us < late_us; behind_us += period_us) {
     ticks.push_back({period_us, behind_us});
   }

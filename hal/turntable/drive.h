@@ -12,7 +12,7 @@
 
 namespace hapticd::turntable {
 
-/// What a drive says of itself, all at about the same time. What it cannot tell is absent.
+/// What a drive says of itself, all at about the same time. What it cannot know is absent.
 struct DriveReading {
   double position_deg = std::numeric_limits<double>::quiet_NaN();
   std::optional<double> velocity_deg_per_s;
@@ -32,7 +32,7 @@ class Drive {
   /// Opens the connection and sets the drive up for position mode.
   virtual std::optional<hal::Error> open() = 0;
   virtual void close() noexcept = 0;
-  /// False once nothing more can be had from the connection: it has to be opened anew.
+  /// False once nothing more can be had from the connection: it has to be opened again.
   virtual bool linked() const noexcept = 0;
 
   virtual hal::Result<DriveReading> read() = 0;

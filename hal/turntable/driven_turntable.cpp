@@ -19,7 +19,7 @@ using hal::TurntableState;
 
 /// How often the permit is asked while the table turns.
 constexpr std::chrono::milliseconds kPermitPeriod{2};
-/// So many failures in a row, and the connection is opened anew.
+/// So many failures in a row, and the connection is opened again.
 constexpr int kFailuresInARow = 3;
 /// Beyond its range by more than this, a position is no position.
 constexpr double kPlausibleBeyondDeg = 360.0;
@@ -80,7 +80,7 @@ std::optional<hal::Error> check(const TurntableSettings& settings) {
     for (std::size_t j = 0; j < i; ++j) {
       if (std::abs(settings.stations[j].angle_deg - station.angle_deg) <=
           2.0 * settings.supervision.tolerance_deg) {
-        return hal::Error{"two stations cannot be told apart", where, number(station.angle_deg, "deg"),
+        return hal::Error{"two stations cannot be distinguished", where, number(station.angle_deg, "deg"),
                           "further from '" + settings.stations[j].name + "' than twice tolerance_deg",
                           "move one of them"};
       }
@@ -277,7 +277,7 @@ struct DrivenTurntable::State {
         error.what = "the drive's position jumped";
         error.value = number(last_reading->position_deg, "deg, then") + " " + error.value;
         error.limit = number(explained, "deg in that time");
-        error.remedy = "if it stays there, the drive was restarted: it is read anew, and has to be homed";
+        error.remedy = "if it stays there, the drive was restarted: it is read again, and has to be homed";
         return error;
       }
     }
@@ -307,10 +307,10 @@ struct DrivenTurntable::State {
       drive_state = state_of(next);
     }
     if (supervisor.observe(now, next) == MotionSupervisor::Action::kSendStop) send_stop();
-    // Whatever it does that nobody asked for here, e.g. what was begun before contact was lost, is ended.
-    const bool unbidden = next.moving.value_or(false) && !supervisor.under_way();
-    if (unbidden && !safety_stop_sent) send_stop();
-    safety_stop_sent = unbidden;
+    // Whatever it does that no one asked for here, e.g. what was begun before contact was lost, is ended.
+    const bool automatic = next.moving.value_or(false) && !supervisor.under_way();
+    if (automatic && !safety_stop_sent) send_stop();
+    safety_stop_sent = automatic;
   }
 
   void send_stop() {
@@ -472,7 +472,7 @@ struct DrivenTurntable::State {
       error.what = "the drive reports an alarm";
       error.value =
           "code " + std::to_string(reading.alarm_code) + ", " + drive->alarm_text(reading.alarm_code);
-      error.remedy = "mend the cause, then clear the alarm";
+      error.remedy = "fix the cause, then clear the alarm";
     } else if (state == TurntableState::kStalled) {
       error.what = "the table has stalled";
       error.remedy = "free it, then clear the stall";
@@ -540,7 +540,7 @@ std::optional<hal::Error> DrivenTurntable::engage() {
   engaging.unlock();
   disengage();
   if (problem) return problem;
-  return hal::Error{"the drive told no position in time", "turntable, " + s.drive->connection(), "",
+  return hal::Error{"the drive reported no position in time", "turntable, " + s.drive->connection(), "",
                     number(s.settings.engage_timeout_s, "s"), "check power, address and unit of the drive"};
 }
 
@@ -608,7 +608,7 @@ hal::PartReport DrivenTurntable::report() const {
   const std::lock_guard lock(s.mutex);
   if (now.state == TurntableState::kAlarm) {
     report.findings.push_back("alarm " + std::to_string(now.alarm_code) + ", " + now.alarm_text +
-                              "; mend the cause, then clear the alarm");
+                              "; fix the cause, then clear the alarm");
   }
   if (now.state == TurntableState::kNotHomed)
     report.findings.emplace_back("not homed; home it before it is moved");

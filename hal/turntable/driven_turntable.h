@@ -20,7 +20,7 @@ struct TurntableSettings {
   SupervisionSettings supervision;
   double poll_hz = 30.0;
   double stale_after_s = 0.5;      ///< a position older than this counts as unknown
-  double engage_timeout_s = 3.0;   ///< until the drive has told its position
+  double engage_timeout_s = 3.0;   ///< until the drive has reported its position
   double reconnect_after_s = 0.1;  ///< pause after the first failure; doubles with each further one
   double reconnect_longest_s = 5.0;
   std::vector<hal::TurntableStation> stations;
@@ -30,7 +30,7 @@ struct TurntableSettings {
 std::optional<hal::Error> check(const TurntableSettings& settings);
 
 /// A turntable made of a drive: one thread that polls it, follows its motions, asks the permit and connects
-/// anew where contact was lost.
+/// again where contact was lost.
 class DrivenTurntable final : public hal::Turntable {
  public:
   DrivenTurntable(std::string name, const TurntableSettings& settings, std::unique_ptr<Drive> drive);

@@ -13,7 +13,7 @@ namespace hapticd::turntable {
 namespace {
 
 constexpr double kArrivalFactor = 1.5;
-/// A drive that is homed already may take this long before it shows that it homes anew.
+/// A drive that is homed already may take this long before it shows that it homes again.
 constexpr double kHomingGraceS = 1.0;
 /// Homing stops at switches and turns round.
 constexpr double kHomingTimeout = 4.0;
@@ -48,7 +48,7 @@ void MotionSupervisor::begin_move(double now_s, double from_deg, double target_d
   report_.expected_s =
       trapezoid_duration_s(target_deg - from_deg, limits.speed_deg_per_s, limits.acceleration_deg_per_s2);
   timeout_s_ = kArrivalFactor * report_.expected_s + settings_.arrival_margin_s;
-  // However slow the motion, no stall is told before the drive could have made twice the distance that
+  // However slow the motion, no stall is reported before the drive could have made twice the distance that
   // counts.
   stall_window_s_ = settings_.stall_after_s + 2.0 * settings_.stall_distance_deg / limits.speed_deg_per_s +
                     2.0 * std::sqrt(settings_.stall_distance_deg / limits.acceleration_deg_per_s2);
@@ -106,7 +106,7 @@ MotionSupervisor::Action MotionSupervisor::observe(double now_s, const DriveRead
     // The drive has stopped itself and takes no orders.
     abandon(now_s, hal::MotionEnd::kAlarm,
             {"the drive raised an alarm", "turntable", text("code %.0f", reading.alarm_code), "",
-             "mend the cause, then clear the alarm"});
+             "fix the cause, then clear the alarm"});
     return Action::kNone;
   }
   if (report_.stopping) return observe_stopping(now_s, reading);
@@ -117,7 +117,7 @@ MotionSupervisor::Action MotionSupervisor::observe_stopping(double now_s, const 
   if (stands(now_s, reading)) {
     end(now_s, stop_end_);
   } else if (now_s - stop_sent_s_ > settings_.stop_timeout_s) {
-    hal::Error still{"the table was told to stop but still moves", "turntable",
+    hal::Error still{"the table was asked to stop but still moves", "turntable",
                      text("%.3f deg", reading.position_deg),
                      text("to stand within %.1f s", settings_.stop_timeout_s),
                      "cut the drive's power, then look at its stop order in the register map"};
@@ -152,13 +152,13 @@ MotionSupervisor::Action MotionSupervisor::observe_move(double now_s, const Driv
                              "check scale, gear and limits of the drive; home the table"});
     }
     return stop(now_s, hal::MotionEnd::kStalled,
-                hal::Error{"the table does not move although it was told to", "turntable", distance,
+                hal::Error{"the table does not move although it was asked to", "turntable", distance,
                            text("progress within %.2f s", stall_window_s_),
                            "free the table, see whether the drive is enabled, then clear the stall"});
   }
   if (now_s - began_s_ > timeout_s_) {
     return stop(now_s, hal::MotionEnd::kTimedOut,
-                hal::Error{near ? "the table stands at its target, but the drive never said so"
+                hal::Error{near ? "the table is at its target, but the drive never said so"
                                 : "the table did not arrive in time",
                            "turntable", distance, text("%.2f s", timeout_s_),
                            near ? "check the bits 'moving' and 'in_position' of the register map"
@@ -183,7 +183,7 @@ MotionSupervisor::Action MotionSupervisor::observe_home(double now_s, const Driv
   if (now_s - progress_s_ > stall_window_s_ && !homed) {
     return stop(
         now_s, hal::MotionEnd::kStalled,
-        hal::Error{"the table does not move although it was told to home", "turntable",
+        hal::Error{"the table does not move although it was asked to home", "turntable",
                    text("at %.3f deg", reading.position_deg), text("progress within %.2f s", stall_window_s_),
                    "free the table, see whether the drive is enabled, then clear the stall"});
   }

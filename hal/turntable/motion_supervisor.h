@@ -17,7 +17,7 @@ struct SupervisionSettings {
   double stall_distance_deg = 0.05;  ///< what counts as progress
   double arrival_margin_s = 2.0;     ///< beyond one and a half times the trapezoid's duration
   double homing_timeout_s = 60.0;
-  double stop_timeout_s = 3.0;  ///< for a table that was told to stop to stand
+  double stop_timeout_s = 3.0;  ///< for a table that was asked to stop to stand
 };
 
 /// Follows one motion of the drive from its order to its end: a function of time and readings, without clock,

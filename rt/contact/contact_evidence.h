@@ -29,7 +29,7 @@ inline double default_unexplained_force_n(double threshold_n) noexcept {
 
 /// Whether a declared contact is one, and how much force may be rendered on it.
 ///
-/// A threshold tells that the sensor reads something; a wrong zero, a wrong mass, a late or skewed sample do
+/// A threshold says that the sensor reads something; a wrong zero, a wrong mass, a late or skewed sample do
 /// that too. An object shows itself by more: its reaction exceeds all that free motion could leave, and goes
 /// with the displacement. So authority a, 0 … 1, is earned and can be lost:
 ///

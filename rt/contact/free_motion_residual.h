@@ -20,7 +20,7 @@ namespace hapticd::rt {
 ///   r = L[f_s - m a_raw] + dead_zone(f_s - L[f_s]; γ m (j + j_0) τ)
 ///
 /// A slow contact is seen through L, τ = 11 ms late; an impact rises above what jerk can do within a tick or
-/// two. j_0 is the jerk with which a motion may begin before the encoders can tell: without it every brisk
+/// two. j_0 is the jerk with which a motion may begin before the encoders can feel: without it every brisk
 /// start would be taken for a contact.
 ///
 /// Force and position are measured at instants of their own; r is taken at the latest instant both reach, by
@@ -29,9 +29,9 @@ namespace hapticd::rt {
 ///
 ///   u = ½ m (j + j_0) (s - T) min(1, s/τ), s the interval, fading with τ as L forgets it
 ///
-/// It widens the dead zone, and the threshold of whoever decides on r.
+/// It widens the dead zone, and the threshold that r is compared with.
 ///
-/// `Value` is one number (along a press axis) or a vector of three (rig frame, gravity taken off).
+/// `Value` is one number (along a press axis) or a vector of three (rig frame, gravity subtracted).
 template <class Value>
 class BasicFreeMotionResidual {
  public:

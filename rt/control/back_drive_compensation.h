@@ -6,7 +6,7 @@
 namespace hapticd::rt {
 
 /// Takes off the hand most of what it costs to drive the device's own motors and cables: their dry friction
-/// stands between the command and the tip, 0.06 N on a small device, 0.2 N on a large one, and its sign is
+/// is between the command and the tip, 0.06 N on a small device, 0.2 N on a large one, and its sign is
 /// that of the last motion. Dahl's state follows that motion, so the compensation holds while the hand holds
 /// still and turns over a tenth of a millimetre when it turns back. It gives less than the friction it
 /// compensates, so device and compensation together stay dissipative.

@@ -38,7 +38,7 @@ class Displacement {
   /// `below_threshold_n`: force that may have gone unnoticed before.
   void begin(const hal::Vector3& began_mm, const hal::Vector3& tip_mm, const hal::Vector3& normal,
              double below_threshold_n) noexcept;
-  /// A contact that nobody saw begin: the law says how deep the tip is.
+  /// A contact that no one saw begin: the law says how deep the tip is.
   void begin_unseen(const hal::Vector3& tip_mm, double normal_n) noexcept;
   /// One tick in contact. The step is taken along the normal *before* this tick's: what turned the normal
   /// must not count as way, or an encoder that dithers would add up.

@@ -17,7 +17,7 @@ namespace hapticd::rt {
 struct FrictionSlide {
   hal::Vector3 slide_mm;  ///< by the encoders
   double path_mm = 0.0;   ///< of it, what pressing does not explain
-  double share = 1.0;     ///< 0 … 1: how surely the encoders tell it from their rounding
+  double share = 1.0;     ///< 0 … 1: how surely the encoders distinguish it from their rounding
 };
 
 /// φ by Dahl's law: one state. Its way only grows, so that encoder counts back and forth would add up: of
@@ -49,8 +49,8 @@ class DahlFilter {
   double covariance_ = 0.0;
 };
 
-/// φ by Maxwell-slip elements: one state each, φ their sum. What sliding tells of an element that slips it
-/// does not tell of one that still stretches, so each has its own variance and covariances; a correction goes
+/// φ by Maxwell-slip elements: one state each, φ their sum. What sliding shows an element that slips it
+/// does not show of one that still stretches, so each has its own variance and covariances; a correction goes
 /// to the elements that are uncertain. Counts back and forth cancel, so slow motion counts in full. Of fixed
 /// size; predict() and correct() take some 0.2 µs.
 class MaxwellSlipFilter {

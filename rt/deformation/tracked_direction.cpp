@@ -51,7 +51,7 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   const hal::Vector3 sliding_mm_per_s = across(velocity_mm_per_s, normal_);
   const double speed_mm_per_s = norm(sliding_mm_per_s);
   const double kinetic = friction_.kinetic;
-  // Slower than the encoders can tell, a count is as likely their rounding as a slide.
+  // Slower than the encoders can feel, a count is as likely their rounding as a slide.
   const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
   const FrictionSlide slide{slide_mm, std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm),
                             1.0 - stuck};
@@ -66,7 +66,7 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   const double updates = std::max(interval_s, 0.05 * kUpdateS) * (1.0 / kUpdateS);
   normal_variance_ = std::min(normal_variance_ + turn_rad * turn_rad / updates, 1.0);
 
-  // What the reaction shows: u - φ, its length told by f_n.
+  // What the reaction shows: u - φ, its length reported by f_n.
   const hal::Vector3 without_viscous_n = reaction_n + sliding_mm_per_s * friction_.viscous_n_s_per_mm;
   const hal::Vector3& coefficient = friction_state_.coefficient();
   const double normal_n =

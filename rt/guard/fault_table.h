@@ -13,7 +13,7 @@ namespace hapticd::rt {
 
 /// What the guard does about a fault, the mildest first.
 enum class FaultAction : std::uint8_t {
-  kWarn,        ///< told to whoever looks; force goes on
+  kWarn,        ///< reported; force goes on
   kRampToZero,  ///< force falls to zero over GuardLimits::fall_ramp_s
   kCut,         ///< zero from this very tick on
 };
@@ -79,7 +79,7 @@ inline constexpr auto kFaultTable = [] {
     FaultRule{kDeviceOverForce, "device_over_force", "the device was asked for more than it gives", kCut, kAnyClient, false, true, false, status::kDeviceOverForce,
               "lower guard.max_force_n to what the device allows"},
     FaultRule{kDeviceOverSpeed, "device_over_speed", "the device moves faster than it may", kCut, kAnyClient, false, true, false, status::kDeviceOverSpeed,
-              "move more slowly; if nobody moved it, lower the gains"},
+              "move more slowly; if no one moved it, lower the gains"},
     FaultRule{kCommandStale, "command_stale", "commands did not reach the device in time; it cut the force itself", kCut, kItself, false, true, false, status::kCommandStale,
               "see why the loop was late (hapticctl doctor)"},
     FaultRule{kLoopGap, "loop_gap", "more than guard.loop_gap_ms between two ticks", kCut, kItself, false, true, false, 0,
@@ -88,12 +88,12 @@ inline constexpr auto kFaultTable = [] {
               "lift the tool; look why the table turned"},
     FaultRule{kTurntableLost, "turntable_lost", "no word from the table while it turns", kCut, kAnyClient, false, true, false, 0,
               "check the link, then home the table"},
-    FaultRule{kTurntableStalled, "turntable_stalled", "told to move, the table does not", kWarn, kItself, false, false, false, 0,
+    FaultRule{kTurntableStalled, "turntable_stalled", "asked to move, the table does not", kWarn, kItself, false, false, false, 0,
               "free the table, then hapticctl turntable clear"},
     FaultRule{kTurntableTimedOut, "turntable_timed_out", "a motion of the table did not end in time, or not where it should", kWarn, kItself, false, false, false, 0,
               "check load and speed limit, then hapticctl turntable clear"},
     FaultRule{kTurntableAlarm, "turntable_alarm", "the table's drive reports an alarm or refuses an order", kWarn, kItself, false, false, false, 0,
-              "hapticctl turntable status names it; mend it, then hapticctl turntable clear"},
+              "hapticctl turntable status names it; fix it, then hapticctl turntable clear"},
     FaultRule{kOscillation, "oscillation", "the command goes back and forth faster than a hand can, and gives energy", kCut, kAnyClient, false, true, false, 0,
               "lower the target or the gains; hold the tool more firmly"},
     FaultRule{kSensorZeroFar, "sensor_zero_far", "the sensor's zero has drifted by half of contact.zero_bound_n since its bias", kWarn, kItself, false, false, true, 0,

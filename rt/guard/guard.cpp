@@ -39,7 +39,7 @@ std::int64_t in_ns(double ms) noexcept {
   return ms > 0.0 ? std::max<std::int64_t>(1, static_cast<std::int64_t>(1e6 * std::min(ms, kMaxMs))) : 0;
 }
 
-/// From one instant to a later one; `instead_s` where time stood still or went back.
+/// From one instant to a later one; `instead_s` where time was at rest or went back.
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns, double instead_s) noexcept {
   return to_ns > from_ns ? 1e-9 * static_cast<double>(to_ns - from_ns) : instead_s;
 }
@@ -48,7 +48,7 @@ double without_traces(double n) noexcept {
   return std::abs(n) < Guard::kTraceN ? 0.0 : n;
 }
 
-/// The one to tell of several: the most drastic, and of those the first in the table.
+/// The one to show several: the most drastic, and of those the first in the table.
 GuardFault foremost(FaultSet faults) noexcept {
   const FaultSet cutting = faults & kCuts;
   return static_cast<GuardFault>(std::countr_zero(cutting != 0 ? cutting : faults));
@@ -112,7 +112,7 @@ void Guard::apply_faults(FaultSet faults) noexcept {
   const FaultSet taking = faults & kTakesForce;
   if (taking == 0) return;
   const FaultSet latching = taking & kLatches;
-  if (latching != 0 && state_ != GuardState::kLatched) {  // the first cause is the one to tell
+  if (latching != 0 && state_ != GuardState::kLatched) {  // the first cause is the one to report
     falls_ = holds_back() ? falls_ : true;
     state_ = GuardState::kLatched;
     fault_ = foremost(latching);

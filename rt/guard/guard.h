@@ -46,7 +46,7 @@ class [[nodiscard]] Admission {
 };
 
 /// The one gate to the device: finite, bounded in magnitude, power and rate. What a fault does to the force
-/// stands in the table of faults and nowhere here.
+/// is in the table of faults and nowhere here.
 ///
 /// Limits hold from the tick in which they are set. Magnitude is also bounded by what the device can give in
 /// its pose (hal::RigSample::max_force_n), tick by tick. Magnitude and power hold in every tick; the rate
@@ -54,7 +54,7 @@ class [[nodiscard]] Admission {
 ///
 /// Times are the samples': a tick that comes late counts for as long as it was late where force falls, and
 /// for kMaxRampStepS at most where it rises. A step of force is bounded as for one period at most. A time
-/// that stands still counts as one period.
+/// that is at rest counts as one period.
 class Guard {
  public:
   /// A component below this is exactly zero: nothing decays to denormal numbers.
@@ -105,7 +105,7 @@ class Guard {
   hal::Vector3 within_bounds(hal::Vector3 force_n, double max_force_n, std::uint8_t& limited) const noexcept;
 
   GuardLimits limits_;
-  std::int64_t stale_after_ns_ = 0;  ///< of limits_, as samples tell it; 0 = nobody listens to a sensor
+  std::int64_t stale_after_ns_ = 0;  ///< of limits_, as samples show it; 0 = no one listens to a sensor
   std::int64_t gap_ns_ = 0;          ///< of limits_; 0 = none is too long
   double period_s_;
   double interval_s_;  ///< see interval_s()

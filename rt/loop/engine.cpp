@@ -58,7 +58,7 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   return command;
 }
 
-// An observation that finds no room is lost; the gap in its ticks tells.
+// An observation that finds no room is lost; the gap in its ticks shows.
 void Engine::hand_on(const hal::RigSample& sample, const hal::DeviceCommand& command) noexcept {
   Observation observation;
   observation.sample = sample;

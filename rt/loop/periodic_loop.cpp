@@ -199,7 +199,7 @@ void PeriodicLoop::run_by(hal::ServoClock& clock) {
       if (stop_requested_.load(std::memory_order_acquire)) return;
       std::this_thread::sleep_for(kPollInterval);
     }
-    rig_.engage(hal::RigPartKind::kDevice);  // why it fails stands in the device's report
+    rig_.engage(hal::RigPartKind::kDevice);  // why it fails is in the device's report
   }
 }
 

@@ -45,8 +45,8 @@ struct LoopStatistics {
 
 /// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own, a device's
 /// scheduler included. Ticks are due in the middle of whole periods of CLOCK_MONOTONIC, so that what else
-/// runs at that rate can be placed beside them; a period that was missed is skipped and counted, never caught
-/// up in a burst. Runs without privileges too, and says what it lacks.
+/// runs at that rate can be placed next to them; a period that was missed is skipped and counted, never
+/// caught up in a burst. Runs without privileges too, and says what it lacks.
 class PeriodicLoop final : private hal::ServoBody {
  public:
   PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);
@@ -69,11 +69,11 @@ class PeriodicLoop final : private hal::ServoBody {
   void run_paced() noexcept;
   /// Sleeps, then waits awake for what is left. Returns when it is over.
   std::int64_t await(std::int64_t time_ns) noexcept;
-  /// Until it is told to stop; a device whose scheduler has died is engaged again, once a second.
+  /// Until it is asked to stop; a device whose scheduler has died is engaged again, once a second.
   void run_by(hal::ServoClock& clock);
   /// Called by a device's own scheduler.
   void on_servo() noexcept override;
-  /// Read, compute, write; told when it was due and when it began. Returns when the next one is due.
+  /// Read, compute, write; reported when it was due and when it began. Returns when the next one is due.
   std::int64_t tick(std::int64_t deadline_ns, std::int64_t woken_ns) noexcept;
 
   hal::Rig& rig_;

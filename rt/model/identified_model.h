@@ -38,7 +38,7 @@ struct ToolModel {
   /// Identity of the sensor's zero that force_bias_n and torque_bias_n_mm were found under; none = unknown.
   /// Under any other zero they mean nothing.
   std::optional<std::string> found_under_bias{};
-  /// Of that mass from the tip, tool frame; none where the tool was not turned enough to tell.
+  /// Of that mass from the tip, tool frame; none where the tool was not turned enough to report.
   std::optional<hal::Vector3> tip_to_centre_mm{};
 };
 
@@ -79,7 +79,7 @@ using ModelContent =
 struct IdentifiedModel {
   ModelContent content;
   std::string object;          ///< what was touched; empty for models of the rig alone
-  std::string device;          ///< DeviceInfo::model; empty where a recording does not tell
+  std::string device;          ///< DeviceInfo::model; empty where a recording does not show
   std::string sensor;          ///< SensorInfo::model
   std::string procedure;       ///< how, in words
   std::string data_reference;  ///< what it was fitted to: a recording's name and hash, or the session's

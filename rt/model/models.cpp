@@ -57,7 +57,7 @@ std::optional<hal::Error> check(const ObjectModel& model) {
   const auto fail = [&](const std::string& key, double value, const std::string& limit) {
     if (!error) {
       error = hal::Error{key + " is out of range", "model '" + model.name + "'", shown(value), limit,
-                         "identify the object again, or mend the file"};
+                         "identify the object again, or fix the file"};
     }
   };
   // NaN fails every range.

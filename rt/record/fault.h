@@ -4,7 +4,7 @@
 
 namespace hapticd::rt {
 
-/// Everything that can go wrong with a rig while it renders. What follows from each stands in fault_table.h.
+/// Everything that can go wrong with a rig while it renders. What follows from each is in fault_table.h.
 enum class GuardFault : std::uint8_t {
   kNone,
   kStopped,            ///< someone asked for it
@@ -23,7 +23,7 @@ enum class GuardFault : std::uint8_t {
   kLoopGap,            ///< too long between two ticks: the last force stood meanwhile
   kTurntableMoving,    ///< the table turns while the tool touches or the device renders
   kTurntableLost,      ///< no word from the table while it turns
-  kTurntableStalled,   ///< told to move, it does not
+  kTurntableStalled,   ///< asked to move, it does not
   kTurntableTimedOut,  ///< a motion did not end in time
   kTurntableAlarm,     ///< its drive reports an alarm
   kOscillation,        ///< the command goes back and forth faster than a hand can and gives energy

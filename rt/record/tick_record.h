@@ -66,9 +66,9 @@ struct TickTiming {
   OverrunCause overrun = OverrunCause::kNone;
 };
 
-/// All that is told of one tick, fixed in size; the unit of telemetry. Scalars are along the scene's press
-/// axis or, where a scene estimates it, along the deformation direction, positive into the object; forces
-/// f_r, f_h, f_d as in (3.1): f_r = f_h + f_d.
+/// All that is reported of one tick, fixed in size; the unit of telemetry. Scalars are along the scene's
+/// press axis or, where a scene estimates it, along the deformation direction, positive into the object;
+/// forces f_r, f_h, f_d as in (3.1): f_r = f_h + f_d.
 struct TickRecord {
   std::uint64_t tick = 0;  ///< sequence number: a gap in it is a lost record
   std::int64_t time_ns = 0;
@@ -95,7 +95,7 @@ struct TickRecord {
   double contact_authority = 0.0;     ///< 0 … 1: share of the desired force the contact's evidence allows
   double contact_force_n = 0.0;       ///< magnitude of what the threshold is compared with
   // channel::kZero
-  SensorZero zero;  ///< taken off what the sensor reads, its frame
+  SensorZero zero;  ///< subtracted what the sensor reads, its frame
   // channel::kDeformation
   double displacement_mm = 0.0;  ///< x_r
   // channel::kTarget

@@ -52,7 +52,7 @@ class ExplorePipeline final : public Pipeline {
     hal::Vector3 acceleration_mm_per_s2;
     hal::Vector3 mass_mm;                      ///< centre of the tool's mass, by the encoders
     hal::Vector3 mass_acceleration_mm_per_s2;  ///< its acceleration
-    hal::Vector3 load_n;                       ///< on the sensor, weight taken off
+    hal::Vector3 load_n;                       ///< on the sensor, weight subtracted
     hal::Vector3 reaction_n;                   ///< on the tool
   };
 

@@ -38,7 +38,7 @@ class Pipeline {
   /// latched command never winds it up.
   virtual void applied(const hal::Vector3& force_n) noexcept = 0;
 
-  /// Forget all that was estimated (after a fault or at load); the next sample seeds everything anew, and
+  /// Forget all that was estimated (after a fault or at load); the next sample seeds everything again, and
   /// contact is declared only once the tool was seen free.
   virtual void reset() noexcept = 0;
 
@@ -51,7 +51,7 @@ class Pipeline {
   virtual void biased_at(const hal::Quaternion& /*orientation*/) noexcept {}
 
   /// New target, reached over `ramp_s` from the force of the present one. One-dimensional scenes know linear
-  /// targets only; whoever sets one has checked.
+  /// targets only; the caller has checked.
   virtual void set_target(const TargetLaw& target, double ramp_s) noexcept = 0;
 };
 

@@ -219,7 +219,7 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   stages.emplace_back(bearing ? "friction: Coulomb-viscous, ball bearing (4.11)"
                               : "friction: solid rod, by its model: Dahl (4.12)-(4.15) or Maxwell-slip, "
                                 "exact and scaled by the load");
-  stages.emplace_back(tracked ? "direction: normal and friction told apart by when they change (Kalman)"
+  stages.emplace_back(tracked ? "direction: normal and friction distinguished by when they change (Kalman)"
                               : "direction: (4.16)-(4.20), 70 Hz Butterworth");
   const std::string law = e.law == ContactLawKind::kCreep ? "creep law" : "inverse Hunt-Crossley law (4.23)";
   switch (e.displacement) {

@@ -40,7 +40,7 @@ class TapPipeline final : public Pipeline {
   struct Measured {
     TickInterval interval;
     double depth_mm = 0.0;
-    double sensor_n = 0.0;    ///< zero taken off
+    double sensor_n = 0.0;    ///< zero subtracted
     double reaction_n = 0.0;  ///< f_r (3.4)
     double step_mm = 0.0;     ///< of the encoders since the last tick; 0 where there is none
   };

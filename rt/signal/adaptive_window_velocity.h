@@ -61,7 +61,7 @@ class AdaptiveWindowVelocity {
   int spacing_;  ///< ticks between two points of the window
   int held_;     ///< positions of the longest window
   Fit fit_;
-  /// A ring, written twice, so that what it holds also stands in one piece, the newest last at newest_.
+  /// A ring, written twice, so that what it holds also is in one piece, the newest last at newest_.
   std::array<Reading, 2 * kMaxHeld> readings_{};
   int newest_;
   int filled_ = 0;

@@ -23,7 +23,7 @@ class SlidingMean {
     if (ticks_ == 1) return mean_ = value;
     values_[next_] = value;
     next_ = next_ + 1 < ticks_ ? next_ + 1 : 0;
-    // Summed anew: what was taken in once must not stay in the last digits for ever.
+    // Summed again: what was taken in once must not stay in the last digits for ever.
     Value sum = values_[0];
     for (std::size_t i = 1; i < ticks_; ++i) sum = sum + values_[i];
     mean_ = sum * share_;

@@ -59,7 +59,7 @@ class ToolLoad {
     return load;
   }
 
-  /// f_r - m a, rig frame: what is left when weight is taken off ((4.5) without its inertia).
+  /// f_r - m a, rig frame: what is left when weight is subtracted ((4.5) without its inertia).
   hal::Vector3 without_weight_n(const hal::RigSample& sample) const noexcept {
     return without_weight_n(sample.sensor_force_n, sample.tip_orientation);
   }

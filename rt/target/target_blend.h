@@ -69,7 +69,7 @@ class TargetBlend {
   TargetLaw law_;
   double rate_hz_;
   double max_change_n_;      ///< in one period
-  double stiffness_before_;  ///< told when the last change came
+  double stiffness_before_;  ///< reported when the last change came
   double weight_ = 1.0;      ///< of law_
   double step_ = 1.0;
   double force_n_ = 0.0;  ///< last tick's, as its displacement

@@ -206,7 +206,7 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
     }
   }
   if (config.rig == RigChoice::kReplay && names_parts && config.replay.as_fast_as_possible) {
-    return hal::Error{"a recording beside hardware cannot be played as fast as possible",
+    return hal::Error{"a recording next to hardware cannot be played as fast as possible",
                       "[rig.replay] speed", "fast", "recorded",
                       "hardware keeps real time: set speed = \"recorded\""};
   }

@@ -28,7 +28,7 @@ enum class DeviceChoice : std::uint8_t { kOfKind, kOpenHaptics, kPhantom };
 enum class SensorChoice : std::uint8_t { kOfKind, kNetFt, kDaq };
 enum class InstrumentChoice : std::uint8_t { kNone, kBoard };
 
-/// Everything the daemon can be told before it starts. The defaults are here and nowhere else.
+/// Everything the daemon can be reported before it starts. The defaults are here and nowhere else.
 struct DaemonConfig {
   rt::LoopConfig loop;  ///< [loop]; its rate is the rig's too
 
@@ -40,7 +40,7 @@ struct DaemonConfig {
   SensorChoice sensor = SensorChoice::kOfKind;            ///< [rig] sensor
   InstrumentChoice instrument = InstrumentChoice::kNone;  ///< [rig] instrument
   sim::SimulationConfig simulation;                       ///< [rig.sim]; always paced in real time here
-  replay::ReplayConfig replay;  ///< [rig.replay]; at recorded speed unless told otherwise
+  replay::ReplayConfig replay;  ///< [rig.replay]; at recorded speed unless set otherwise
 
   openhaptics::OpenHapticsConfig openhaptics;   ///< [rig.openhaptics]
   phantom::PhantomConfig phantom;               ///< [rig.phantom]; on the board

@@ -11,8 +11,8 @@
 namespace hapticd::server {
 
 /// [guard] of the daemon's configuration: the hardest limits any scene or target may ask for, so that no
-/// client can lift them. The defaults are what the shipped scenes use, with a little room; whoever may edit
-/// the daemon's configuration may choose others.
+/// client can lift them. The defaults are what the shipped scenes use, with a little room; whoever may
+/// edit the daemon's configuration may choose others.
 struct GuardCeilings {
   double max_force_n = 0.0;             ///< 0 = the device's own
   double max_force_rate_n_per_s = 0.0;  ///< 0 = the device's force in 5 ms, as scenes have that do not say
@@ -32,8 +32,8 @@ struct GuardCeilings {
 GuardCeilings on_device(const GuardCeilings& ceilings, const hal::DeviceInfo& device);
 
 /// Before a scene is resolved: what it leaves to the daemon (zeros, and values that are SceneSpec's own
-/// defaults) keeps to the ceilings; each value that is not what the scene would have got without them is told
-/// in `remarks`.
+/// defaults) keeps to the ceilings; each value that is not what the scene would have got without them is
+/// reported in `remarks`.
 void fill_from_ceilings(const GuardCeilings& ceilings, const hal::DeviceInfo& device, rt::SceneSpec& scene,
                         std::vector<std::string>& remarks);
 

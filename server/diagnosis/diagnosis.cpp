@@ -32,7 +32,7 @@ Findings examine_loop(Session& session) {
   Findings findings;
   if (!session.running()) {
     findings.push_back(
-        {kProblem, "loop", "does not run", "start the daemon anew; its log says why it ended"});
+        {kProblem, "loop", "does not run", "start the daemon again; its log says why it ended"});
     return findings;
   }
   const double wanted_hz = session.rig_info().rate_hz;

@@ -26,7 +26,7 @@ struct Diagnosed {
 };
 
 /// Machine, loop, guard, the force under the loaded scene, and the parts of the rig. Watches the loop for
-/// half a second; with `probe` it opens hardware that nobody needs now, and closes it again.
+/// half a second; with `probe` it opens hardware that no one needs now, and closes it again.
 Findings diagnose(const Diagnosed& rig, bool probe);
 
 }  // namespace hapticd::server

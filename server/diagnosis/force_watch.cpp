@@ -75,7 +75,7 @@ Findings ForceWatch::findings() const {
          "bias the sensor (hapticctl sensor bias), find the tool's mass (hapticctl identify tool), see the "
          "findings on the loop"});
   }
-  // Without a bias a load at rest cannot be told from a press.
+  // Without a bias a load at rest cannot be distinguished from a press.
   if (one_dimensional_ && last_.bias_serial != 0) findings.push_back(of_press());
   return findings;
 }

@@ -36,7 +36,7 @@ std::size_t max_descriptor_of_connections() {
 
 hal::Error cannot_listen(const std::string& where, const std::string& reason) {
   return {"cannot listen", where, reason, "",
-          "stop whoever listens there (another hapticd?), or choose another port with --listen"};
+          "stop the program that listens there (another hapticd?), or choose another port with --listen"};
 }
 
 hal::Error no_unix_socket(const std::string& path, const std::string& reason) {

@@ -35,9 +35,9 @@ class GrpcServer {
     TurntableHost& turntable;
   };
 
-  /// An error when somebody listens there already: to be asked before anything else is taken hold of.
+  /// An error when someone listens there already: to be asked before anything else is taken hold of.
   static std::optional<hal::Error> check(const ListenAddress& listen);
-  /// An error when an address cannot be bound. Reports itself as not serving until told otherwise.
+  /// An error when an address cannot be bound. Reports itself as not serving until set otherwise.
   static hal::Result<std::unique_ptr<GrpcServer>> start(const Parts& parts, const ListenAddress& listen,
                                                         const std::string& unix_socket);
   ~GrpcServer();
@@ -47,7 +47,7 @@ class GrpcServer {
   /// The TCP port in use.
   std::uint16_t port() const;
   void set_serving(bool serving);
-  /// No new calls; those under way may end within `patience`, then they are cancelled.
+  /// No new calls; those under way may end within `timeout`, then they are cancelled.
   void shutdown(std::chrono::milliseconds timeout);
 
  private:

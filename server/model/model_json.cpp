@@ -72,7 +72,7 @@ std::string canonical_text(const Json& json) {
   return text;
 }
 
-/// Deep nesting is nobody's model, and what follows is recursive.
+/// No model is nested deeply, and what follows is recursive.
 hal::Result<Json> parse(std::string_view text, const std::string& where) {
   try {
     return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
@@ -195,7 +195,7 @@ class Reader {
   void complain(const std::string& what) {
     if (complaint_.empty()) complaint_ = what;
   }
-  /// Keys that nobody asked for.
+  /// Keys that no one asked for.
   void finish() {
     if (!json_.is_object() || json_.size() == known_.size()) return;
     for (const auto& [key, value] : json_.items()) {
@@ -491,7 +491,7 @@ std::string sha256_hex(std::string_view bytes) {
 }
 
 std::string export_json(std::string_view canonical, const std::string& hash) {
-  // The content stands there as it was hashed, one long line: nobody is tempted to mend it by hand.
+  // The content is there as it was hashed, one long line: no one is tempted to fix it by hand.
   return "{\n  \"schema\": \"" + std::string(kExportSchema) + "\",\n  \"hash\": \"" + hash +
          "\",\n  \"model\": " + std::string(canonical) + "\n}\n";
 }

@@ -16,7 +16,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// Whether somebody listens there: a lock file may have been deleted under its holder.
+/// Whether someone listens there: a lock file may have been deleted under its holder.
 bool is_served(const std::string& socket_path) {
   sockaddr_un address{};
   if (socket_path.size() >= sizeof address.sun_path) return false;
@@ -26,7 +26,7 @@ bool is_served(const std::string& socket_path) {
   if (descriptor < 0) return false;
   const bool refused =
       connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
-      errno != EAGAIN;  // somebody's queue is full
+      errno != EAGAIN;  // someone's queue is full
   close(descriptor);
   return !refused;
 }

@@ -7,9 +7,9 @@
 
 namespace hapticd::server {
 
-/// Sole ownership of a unix socket's path, by a locked file beside it ("PATH.lock"). gRPC would silently take
-/// the path away from a daemon that serves there. The kernel frees the lock however the process ends; the
-/// file stays, for removing it would let two daemons each lock a file of their own.
+/// Sole ownership of a unix socket's path, by a locked file next to it ("PATH.lock"). gRPC would silently
+/// take the path away from a daemon that serves there. The kernel frees the lock however the process ends;
+/// the file stays, for removing it would let two daemons each lock a file of their own.
 class InstanceLock {
  public:
   /// Locks, and removes a socket that a daemon now gone left behind. A path that holds something else is

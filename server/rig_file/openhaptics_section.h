@@ -7,10 +7,11 @@
 
 namespace hapticd::server {
 
-/// Reads the keys of a device reached through the vendor's library; what is wrong is told by the document.
+/// Reads the keys of a device reached through the vendor's library; what is wrong is reported by the
+/// document.
 void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config);
 /// The same keys, without the table's name, every default written out; reads back as the same. A limit that
-/// is the device's to tell has no default and is left out unless it is set.
+/// is the device's to report has no default and is left out unless it is set.
 std::string write_openhaptics(const openhaptics::OpenHapticsConfig& config);
 
 }  // namespace hapticd::server

@@ -17,7 +17,7 @@ struct InterlockConfig {
   double contact_force_n = 0.5;
   /// Force of the device from which it counts as rendering.
   double device_force_n = 0.05;
-  /// Turn although no force sensor tells whether the tool touches anything.
+  /// Turn although no force sensor says whether the tool touches anything.
   bool turn_without_sensor = false;
   /// A sensor, and a loop, that are silent for longer than this watch nothing.
   double sensor_silence_s = 0.1;
@@ -31,7 +31,7 @@ struct TurntableConfig {
   InterlockConfig interlock;
   sim::SimulatedTurntableConfig sim;
   modbus::ModbusConfig modbus;      ///< its map is found when the file is read
-  std::string map = "plain_drive";  ///< name or path of the register map; empty = told in the file itself
+  std::string map = "plain_drive";  ///< name or path of the register map; empty = given in the file itself
 };
 
 }  // namespace hapticd::server

@@ -114,8 +114,8 @@ class MapReader {
     read_sequence(table, "release", map_.release);
     read_alarms(table.table("alarms"));
     if (!position) {
-      if (refused_) return std::nullopt;  // told by its line already
-      return hal::Error{"the register map tells no position", "register map '" + map_.name + "'", "",
+      if (refused_) return std::nullopt;  // reported by its line already
+      return hal::Error{"the register map says no position", "register map '" + map_.name + "'", "",
                         "position_actual = the name of a register", "add it"};
     }
     map_.position_actual = *position;

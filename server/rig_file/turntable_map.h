@@ -20,7 +20,7 @@ hal::Result<modbus::RegisterMap> find_turntable_map(const std::string& name_or_p
 /// Names of the built-in maps, sorted.
 std::vector<std::string> turntable_map_names();
 
-/// The same from a table of a larger document. What a line is to blame for is told by the document; the
+/// The same from a table of a larger document. What a line is to blame for is reported by the document; the
 /// rest, returned.
 std::optional<hal::Error> read_turntable_map(TomlTable table, modbus::RegisterMap& map);
 /// As TOML that reads back as the same; `prefix` is the table's dotted name, empty for a document of its own.

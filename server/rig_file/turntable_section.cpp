@@ -95,7 +95,7 @@ void read_modbus(TomlTable table, TurntableConfig& config) {
   const bool reported_here = table.wants("inline");
   if (named) table.read("map", config.map, 4096);
   if (named && reported_here) {
-    table.refuse("map", {"the register map is named and told as well", "", "map, inline", "one of them",
+    table.refuse("map", {"the register map is named and reported as well", "", "map, inline", "one of them",
                          "leave one out"});
   } else if (reported_here) {
     config.map.clear();

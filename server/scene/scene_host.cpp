@@ -213,7 +213,7 @@ void SceneHost::find_model(ResolvedScene& scene) const {
 
 Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose(const ResolvedScene& scene) const {
   const std::string& wanted = scene.spec.object_model;
-  // What is there but cannot be used is told by its own mistake.
+  // What is there but cannot be used is reported by its own mistake.
   if (scene.model_problem && models_.contains(wanted)) {
     return Refusal{RefusalKind::kFailedPrecondition, *scene.model_problem};
   }
@@ -280,7 +280,7 @@ std::optional<Refusal> SceneHost::check_stored(const ResolvedScene& scene) const
     if (models_.store() && !models_.store()->contains(hash)) {
       return Refusal{RefusalKind::kAborted,
                      {"a model was deleted while the scene was loaded", "stored model", hash, "",
-                      "load the scene anew"}};
+                      "load the scene again"}};
     }
   }
   return std::nullopt;

@@ -137,7 +137,7 @@ class SceneHost {
 
  private:
   /// The spec resolved against the rig and held to the ceilings; those that took the place of the scene's
-  /// defaults are told in `remarks`.
+  /// defaults are given in `remarks`.
   Outcome<rt::SceneSpec> resolve_within_ceilings(rt::SceneSpec spec, std::vector<std::string>& remarks) const;
   rt::GuardLimits idle_limits() const;
   void find_model(ResolvedScene& scene) const;
@@ -166,7 +166,7 @@ class SceneHost {
   mutable std::mutex current_mutex_;
   std::shared_ptr<const ResolvedScene> current_;
   std::optional<rt::TargetLaw> target_;  ///< see note_target()
-  std::string reserved_by_;              ///< empty: nobody
+  std::string reserved_by_;              ///< empty: no one
   std::unique_ptr<rt::Pipeline> live_;   ///< what the loop works with; owned here, changed under exchange_
   SensorClaim sensor_;                   ///< of the scene in force, changed under exchange_
 };

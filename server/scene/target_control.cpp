@@ -256,7 +256,7 @@ Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller
   if (scenes_.current() != scene) {
     return Refusal{RefusalKind::kAborted,
                    {"another scene was loaded while the target waited; it is withdrawn", "scene",
-                    scene->spec.name, "", "set the target anew"}};
+                    scene->spec.name, "", "set the target again"}};
   }
   rt::EngineCommand command;
   command.kind = rt::EngineCommand::Kind::kSetTarget;

@@ -61,7 +61,7 @@ struct TargetSet {
   double ramp_s = 0.0;  ///< as requested, or longer
 };
 
-/// Sets targets, now or at a given time, and tells what could be rendered.
+/// Sets targets, now or at a given time, and says what could be rendered.
 class TargetControl {
  public:
   /// Targets that may wait for their time together; more are refused, so that waiting ones never use up what

@@ -11,7 +11,7 @@ struct Caller {
   using Clock = std::chrono::steady_clock;
 
   Clock::time_point deadline = Clock::time_point::max();   ///< the caller's own
-  std::function<bool()> cancelled = [] { return false; };  ///< true once nobody waits any more
+  std::function<bool()> cancelled = [] { return false; };  ///< true once no one waits any more
 
   /// Until when to wait: the caller's deadline, but no longer than `allowance` from now.
   Clock::time_point until(std::chrono::nanoseconds allowance) const {

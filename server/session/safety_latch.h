@@ -17,10 +17,10 @@ class SafetyLatch {
  public:
   SafetyLatch(Session& session, TelemetryHub& hub) : session_(session), hub_(hub) {}
 
-  /// Zero force from the next tick. Returns the last tick that was completed when the loop was told: by the
-  /// second one after it the force is zero. Waits for nothing, cannot fail.
+  /// Zero force from the next tick. Returns the last tick that was completed when the loop was reported: by
+  /// the second one after it the force is zero. Waits for nothing, cannot fail.
   std::uint64_t stop() noexcept;
-  /// The fault the guard is latched by after a stop: an earlier one stays the one told.
+  /// The fault the guard is latched by after a stop: an earlier one stays the one reported.
   rt::GuardFault fault_after_stop();
   /// The same before the loop ends: returns once the zero was commanded, or after a moment where no tick
   /// comes.

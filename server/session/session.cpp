@@ -118,7 +118,7 @@ std::optional<Refusal> Session::unavailable() const {
   if (!loop_.running()) {
     return Refusal{RefusalKind::kFailedPrecondition,
                    {"the recording has ended", "rig '" + rig_->info().name + "'", "", "",
-                    "start the daemon anew, or with loop = true in [rig.replay]"},
+                    "start the daemon again, or with loop = true in [rig.replay]"},
                    Reason::kRecordingEnded};
   }
   return std::nullopt;

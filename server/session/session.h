@@ -48,7 +48,7 @@ class Session {
     std::vector<hal::PartReport> reports;
     std::optional<hal::Error> error;  ///< of a part that could not be opened
   };
-  /// The reports, with a sensor that nobody uses opened for the moment.
+  /// The reports, with a sensor that no one uses opened for the moment.
   Probe probe_parts();
   /// Out of contact only.
   std::optional<Refusal> bias_force_sensor();
@@ -94,7 +94,7 @@ class Session {
   rt::PeriodicLoop loop_;
   std::mutex hardware_;  ///< among those who open and close the sensor
   int sensor_claims_ = 0;
-  bool sensor_is_shut_ = false;  ///< stopped: nobody opens or closes it any more
+  bool sensor_is_shut_ = false;  ///< stopped: no one opens or closes it any more
   std::atomic<bool> started_{false};
   std::atomic<bool> stopping_{false};
 };

@@ -34,7 +34,7 @@ struct RecordChunk {
   std::uint64_t dropped_by_server = 0;  ///< since the daemon started
 
   using Encode = std::string (*)(const rt::TickRecord& record, std::uint32_t channels);
-  /// What `encode`, always the same one, makes of a record for whoever wants these channels: made once,
+  /// What `encode`, always the same one, makes of a record for the subscribers of these channels: made once,
   /// however many ask. Any thread.
   const std::string& encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const;
 
@@ -86,8 +86,8 @@ class Subscription {
   bool closed_ = false;
 };
 
-/// Takes the loop's records out of its ring and hands them to whoever subscribed. One thread; the loop knows
-/// nothing of it, and a subscriber that stalls or dies delays neither it nor any other.
+/// Takes the loop's records out of its ring and hands them to the subscribers. One thread; the loop
+/// knows nothing of it, and a subscriber that stalls or dies delays neither it nor any other.
 class TelemetryHub {
  public:
   explicit TelemetryHub(rt::Engine& engine) : engine_(engine) {}
@@ -103,13 +103,13 @@ class TelemetryHub {
   void unsubscribe(const std::shared_ptr<Subscription>& subscription);
 
   /// The record of the last completed tick; all zero before the first. Takes out of the ring what is there,
-  /// so that whoever was told of a tick finds it here.
+  /// so that a client that got a tick finds it here.
   rt::TickRecord latest();
   std::uint32_t subscriber_count() const;
   /// Records no subscriber saw because the loop's ring was full.
   std::uint64_t records_dropped() const { return engine_.records_dropped(); }
 
-  /// One round: takes what the loop has written and tells those whose batch is ready. What the thread does
+  /// One round: takes what the loop has written and says those whose batch is ready. What the thread does
   /// every two milliseconds; any other may at any time.
   void pump(Subscription::Clock::time_point now);
 

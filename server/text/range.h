@@ -8,7 +8,7 @@
 
 namespace hapticd::server {
 
-/// What a number may be, both ends included, and in which unit it is told.
+/// What a number may be, both ends included, and in which unit it is reported.
 struct Range {
   double min = 0.0;
   double max = 0.0;

@@ -16,7 +16,7 @@ namespace hapticd::server {
 /// "scene".
 std::optional<hal::Error> check_name(std::string_view kind, std::string_view name, std::string_view where);
 
-/// TOML texts by name: those built in, and the *.toml files of one folder, read anew at each call so that
+/// TOML texts by name: those built in, and the *.toml files of one folder, read again at each call so that
 /// they may be edited while the daemon runs. A file named like a built-in text takes its place.
 class TextLibrary {
  public:

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 // Two things the library takes for granted of a text from outside. It asserts, and lets clang assume, that a
-// key follows '['; its parser tells it as an error all the same. And it holds certain characters (U+FEBF, for
+// key follows '['; its parser shows it as an error all the same. And it holds certain characters (U+FEBF, for
 // one) impossible where it looks for white space: they are none.
 // clang-format off
 #define TOML_ASSERT(expr) static_assert(true)
@@ -410,7 +410,7 @@ std::string toml_quoted(std::string_view text) {
 }
 
 std::string toml_number(double value) {
-  // {} is the shortest text that reads back; TOML tells 1.0 from 1, and 1e-05 is a number to both.
+  // {} is the shortest text that reads back; TOML shows 1.0 from 1, and 1e-05 is a number to both.
   std::string text = fmt::format("{}", value);
   if (std::isfinite(value) && text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;

@@ -23,7 +23,7 @@ struct Word {
 };
 
 /// One table of a TOML document, read strictly: a reader asks for every key it knows, and
-/// TomlDocument::error() then tells what was wrong or unknown, by name and line. A key that is absent leaves
+/// TomlDocument::error() then says what was wrong or unknown, by name and line. A key that is absent leaves
 /// the value as it was, so defaults live where the value is declared and nowhere else.
 class TomlTable {
  public:

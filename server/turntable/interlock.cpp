@@ -35,11 +35,11 @@ std::optional<hal::Error> Interlock::why_not(const rt::TickRecord& last, bool fr
 
   using Seconds = std::chrono::duration<double>;
   if (now - tick_seen_ > Seconds(config_.loop_silence_s)) {
-    return refuse("the loop stands still: nobody watches for contact", fmt::format("tick {}", last.tick), "",
+    return refuse("the loop is at rest: no one watches for contact", fmt::format("tick {}", last.tick), "",
                   "see in 'hapticctl status' how the loop fares");
   }
   if (last.guard_state == rt::GuardState::kLatched) {
-    return refuse("the guard is latched", "", "", "mend the cause, then clear it");
+    return refuse("the guard is latched", "", "", "fix the cause, then clear it");
   }
   if (last.guard_state == rt::GuardState::kResuming) {
     return refuse("the device's force is returning after a clear", "", "", "try again in a second");
@@ -53,7 +53,7 @@ std::optional<hal::Error> Interlock::why_not(const rt::TickRecord& last, bool fr
   if (now - force_seen_ > Seconds(config_.sensor_silence_s)) {
     if (config_.turn_without_sensor) return std::nullopt;
     return refuse(
-        "the force sensor tells nothing: whether the tool touches an object is not known", "", "",
+        "the force sensor says nothing: whether the tool touches an object is not known", "", "",
         "engage the sensor, or set turn_without_sensor = true in [rig.turntable.interlock] and look "
         "yourself");
   }

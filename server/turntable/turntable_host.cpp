@@ -41,7 +41,7 @@ Refusal none_there() {
           Reason::kNoHardware};
 }
 
-/// What a motion that ended so means for whoever renders.
+/// What a motion that ended so means for rendering.
 rt::GuardFault fault_of(MotionEnd end) {
   switch (end) {
     case MotionEnd::kTimedOut:
@@ -153,7 +153,7 @@ Outcome<hal::TurntableStatus> TurntableHost::clear_alarm(const Caller& caller) {
   return Refusal{
       RefusalKind::kFailedPrecondition,
       {fmt::format("the turntable stays {}", hal::word_of(now.state)), "turntable",
-       findings.empty() ? std::string() : findings.front(), "", "mend the cause, then clear it again"}};
+       findings.empty() ? std::string() : findings.front(), "", "fix the cause, then clear it again"}};
 }
 
 Outcome<hal::TurntableStatus> TurntableHost::home(const Caller& caller, const Progress& progress) {
@@ -210,7 +210,7 @@ std::optional<Refusal> TurntableHost::needed_where_it_is() const {
   const auto scene = scenes_.current();
   if (!scene || scene->spec.turntable_station.empty()) return std::nullopt;
   return Refusal{RefusalKind::kFailedPrecondition,
-                 {"the loaded scene needs the table where it stands", "scene '" + scene->spec.name + "'",
+                 {"the loaded scene needs the table where it is", "scene '" + scene->spec.name + "'",
                   scene->spec.turntable_station, "", "unload it first: hapticctl scene unload"}};
 }
 
@@ -269,7 +269,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   }
 }
 
-// The interlock has stopped the table: what it saw is over. All else lasts until somebody sees to the table.
+// The interlock has stopped the table: what it saw is over. All else lasts until someone sees to the table.
 void TurntableHost::report_fault(rt::GuardFault fault) {
   if (fault == rt::GuardFault::kTurntableMoving) return session_.engine().raise(fault);
   if (fault == rt::GuardFault::kNone) return;

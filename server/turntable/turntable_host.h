@@ -60,7 +60,7 @@ class TurntableHost {
   Outcome<hal::TurntableStatus> engage();
   Outcome<hal::TurntableStatus> disengage();
 
-  /// For scenes that need an object under the tool: nothing when the table stands at the station, homed and
+  /// For scenes that need an object under the tool: nothing when the table is at the station, homed and
   /// with a fresh position; else why the scene must not be loaded. Engages the table.
   std::optional<Refusal> require_station(const std::string& name);
 

@@ -18,7 +18,7 @@ int run_tick(const TickOptions& options);
 /// counted under callgrind.
 int run_tick_child(const std::string& scene, long ticks, bool everything);
 
-/// `hapticd_bench live`: the real daemon on the simulated rig with telemetry subscribers, beside cyclictest.
+/// `hapticd_bench live`: the real daemon on the simulated rig with telemetry subscribers, next to cyclictest.
 struct LiveOptions {
   std::string folder;
   double seconds = 60.0;
@@ -41,10 +41,10 @@ struct RealtimeOptions {
 std::vector<std::string> realtime_parts();
 int run_realtime(const RealtimeOptions& options);
 
-/// The server that `realtime` compares commands with, until it is told to end.
+/// The server that `realtime` compares commands with, until it is asked to end.
 int run_echo_child();
 
-/// `hapticd_bench scenes`: what each scene composes and costs, beside the same with everything forced on.
+/// `hapticd_bench scenes`: what each scene composes and costs, next to the same with everything forced on.
 struct ScenesOptions {
   std::string folder;
   bool quick = false;
@@ -58,7 +58,7 @@ struct NetFtOptions {
 };
 int run_netft(const NetFtOptions& options);
 
-/// The box of `netft`, until it is told to end.
+/// The box of `netft`, until it is asked to end.
 int run_netft_child();
 
 /// `hapticd_bench attack`: how fast a recording is uploaded, and what floods make of the daemon's memory.

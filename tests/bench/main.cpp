@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
 #ifdef HAPTICD_BENCH_LIVE
   LiveOptions live;
   auto* live_command =
-      app.add_subcommand("live", "the daemon in real time with telemetry subscribers, beside cyclictest");
+      app.add_subcommand("live", "the daemon in real time with telemetry subscribers, next to cyclictest");
   live_command->add_option("--out", live.folder, "folder for figures.jsonl and tables; made if need be")
       ->required();
   live_command->add_option("--seconds", live.seconds, "length of each run")
@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
 
   RealtimeOptions realtime;
   auto* realtime_command = app.add_subcommand(
-      "realtime", "the live loop under load beside cyclictest, from command to effect, telemetry fan-out");
+      "realtime", "the live loop under load next to cyclictest, from command to effect, telemetry fan-out");
   realtime_command->add_option("--out", realtime.folder, "folder for figures.jsonl, tables and plots")
       ->required();
   realtime_command->add_flag("--quick", realtime.quick, "seconds instead of minutes, the same figures");
@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
 
   ScenesOptions scenes;
   auto* scenes_command =
-      app.add_subcommand("scenes", "what each scene composes and costs, beside everything forced on");
+      app.add_subcommand("scenes", "what each scene composes and costs, next to everything forced on");
   scenes_command->add_option("--out", scenes.folder, "folder for figures.jsonl, tables and plots")
       ->required();
   scenes_command->add_flag("--quick", scenes.quick, "without counting instructions more than needed");

@@ -143,7 +143,7 @@ void BoardRig::pass_without_tick(double seconds) {
   while (time_s_ < end_s) move_world();
 }
 
-// The caller waits for the loop, which here is the caller's own thread: so somebody else asks.
+// The caller waits for the loop, which here is the caller's own thread: so someone else asks.
 rt::EngineOutcome BoardRig::execute(const rt::EngineCommand& command) {
   rt::EngineOutcome outcome;
   std::atomic<bool> done{false};

@@ -18,7 +18,7 @@ namespace hapticd::test {
 /// the device's watchdog, which has a thread of its own.
 class BoardRig final : public Run {
  public:
-  /// Throws std::runtime_error with the full complaint of whoever refused. The device is homed.
+  /// Throws std::runtime_error with the full complaint of the one who refused. The device is homed.
   explicit BoardRig(const RunConfig& config);
   ~BoardRig() override;
 
@@ -31,7 +31,7 @@ class BoardRig final : public Run {
 
   /// After the turns of the world that belong to it; a late one after more, those behind it after fewer.
   void tick();
-  /// Time passes for the world and the board, but nobody ticks.
+  /// Time passes for the world and the board, but no one ticks.
   void pass_without_tick(double seconds);
   /// Done to the samples of the ticks to come; empty = nothing.
   void tamper(std::function<void(hal::RigSample&)> change) { tamper_ = std::move(change); }

@@ -31,7 +31,7 @@ struct EmulatedRigConfig : RunConfig {
 /// in a process: the library finds its page by the environment.
 class EmulatedRig final : public Run {
  public:
-  /// Throws std::runtime_error with the full complaint of whoever refused.
+  /// Throws std::runtime_error with the full complaint of the one who refused.
   explicit EmulatedRig(const EmulatedRigConfig& config);
   ~EmulatedRig() override;
   EmulatedRig(const EmulatedRig&) = delete;

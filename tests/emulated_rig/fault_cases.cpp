@@ -32,7 +32,7 @@ std::function<void()> unforgiving(EmulatedRig& rig, std::function<void()> make) 
 
 /// Made between two ticks: the next one could know.
 FaultPlan between_ticks(EmulatedRig& rig, GuardFault fault, std::function<void()> make,
-                        std::function<void()> mend) {
+                        std::function<void()> fix) {
   rig.forgive_stalls(true);  // none of them is the device's
   FaultPlan plan;
   plan.fault = fault;
@@ -43,15 +43,15 @@ FaultPlan between_ticks(EmulatedRig& rig, GuardFault fault, std::function<void()
     if (!done) return std::nullopt;
     return *done + 1;
   };
-  plan.mend = std::move(mend);
-  plan.lasts = plan.mend != nullptr;
+  plan.fix = std::move(fix);
+  plan.lasts = plan.fix != nullptr;
   return plan;
 }
 
 /// Made with a record: the first tick that begins after that was sent could know; or, where the records
 /// cease, the first that found none.
 FaultPlan with_a_record(EmulatedRig& rig, GuardFault fault, bool silent, std::function<void()> make,
-                        std::function<void()> mend) {
+                        std::function<void()> fix) {
   FaultPlan plan;
   plan.fault = fault;
   plan.live = true;
@@ -72,8 +72,8 @@ FaultPlan with_a_record(EmulatedRig& rig, GuardFault fault, bool silent, std::fu
     }
     return std::nullopt;
   };
-  plan.mend = std::move(mend);
-  plan.lasts = plan.mend != nullptr;
+  plan.fix = std::move(fix);
+  plan.lasts = plan.fix != nullptr;
   return plan;
 }
 
@@ -168,7 +168,7 @@ FaultPlan output_switched_off(EmulatedRig& rig) {
 // -- board
 
 FaultPlan between_ticks(BoardRig& rig, GuardFault fault, std::function<void()> make,
-                        std::function<void()> mend, std::uint64_t ticks_later = 1) {
+                        std::function<void()> fix, std::uint64_t ticks_later = 1) {
   FaultPlan plan;
   plan.fault = fault;
   plan.inject = [&rig, make = std::move(make)] { rig.rig().after_write(make); };
@@ -177,8 +177,8 @@ FaultPlan between_ticks(BoardRig& rig, GuardFault fault, std::function<void()> m
     if (!done) return std::nullopt;
     return *done + ticks_later;
   };
-  plan.mend = std::move(mend);
-  plan.lasts = plan.mend != nullptr;
+  plan.fix = std::move(fix);
+  plan.lasts = plan.fix != nullptr;
   return plan;
 }
 
@@ -287,7 +287,7 @@ const std::vector<FaultCase<EmulatedRig>>& live_fault_cases() {
   using enum GuardFault;
   static const std::vector<FaultCase<EmulatedRig>> all{
       {"silence", "netft", "sends nothing any more", kSensorStale, silence},
-      {"stream_taken", "netft", "sends to somebody else and takes no request", kSensorLost, stream_taken},
+      {"stream_taken", "netft", "sends to someone else and takes no request", kSensorLost, stream_taken},
       {"restart", "netft", "restarts, 0.5 s away", kSensorStale, box_restart},
       {"saturated_counts", "netft", "all counts at 2^31 - 1", kSensorSaturated, saturated_counts},
       {"status_saturated", "netft", "status bit 17", kSensorSaturated,

@@ -172,13 +172,13 @@ class Trial {
   void recover() {
     const std::size_t zero = place_of(trial_.aware_tick) + static_cast<std::size_t>(*trial_.ticks_to_zero);
     const std::size_t until_fixed = count();
-    if (plan_.mend) plan_.mend();
+    if (plan_.fix) plan_.fix();
     std::size_t from = 0;
     if (latches()) {
       // Clean for a fifth of a second.
       std::size_t clean = 0;
       std::size_t looked = count();
-      const bool mended = run_.until(
+      const bool fixed = run_.until(
           [&] {
             for (; looked < count(); ++looked) {
               clean = (at(looked).faults_present & kTakesForce) == 0 ? clean + 1 : 0;
@@ -186,7 +186,7 @@ class Trial {
             return clean >= 200;
           },
           10.0);
-      if (!mended) return problem("the fault stayed after it was mended");
+      if (!fixed) return problem("the fault stayed after it was fixed");
       for (std::size_t i = zero; i < count(); ++i) {
         if (force_of(at(i)) != 0.0) return problem("force before the latch was left");
       }
@@ -226,7 +226,7 @@ class Trial {
     const GuardState wanted = latches() ? GuardState::kLatched : GuardState::kSuspended;
     if (trial_.state != wanted) problem("the guard was in another state than the table says");
     if ((trial_.present & rt::set_of(plan_.fault)) == 0 && plan_.fault != GuardFault::kStopped) {
-      problem("the fault was not told");
+      problem("the fault was not reported");
     }
     if (trial_.reported == plan_.fault || trial_.reported == plan_.first) return;
     const std::string reported(rt::rule_of(trial_.reported).name);
@@ -235,7 +235,7 @@ class Trial {
     if (by_the_machine) {
       spoilt("instead of the fault: " + reported);
     } else {
-      problem("told instead: " + reported);
+      problem("reported instead: " + reported);
     }
   }
 
@@ -243,7 +243,7 @@ class Trial {
   void endure() {
     const std::size_t from = place_of(trial_.aware_tick);
     run_.pass(0.5);
-    if (plan_.mend) plan_.mend();
+    if (plan_.fix) plan_.fix();
     run_.pass(0.2);
     double least = trial_.force_before_n;
     for (std::size_t i = from; i < count(); ++i) {
@@ -262,7 +262,7 @@ class Trial {
     } else if (least < 0.7 * trial_.force_before_n) {
       problem("a warning changed the force");
     }
-    if ((trial_.present & rt::set_of(plan_.fault)) == 0) problem("the warning was not told");
+    if ((trial_.present & rt::set_of(plan_.fault)) == 0) problem("the warning was not reported");
   }
 
   /// True once the tool is free.

@@ -31,8 +31,8 @@ struct IdentifyRunResult {
   rt::GuardFault latched = rt::GuardFault::kNone;  ///< why the guard was, where it was
 };
 
-/// Does what the identification wishes on a rig of real drivers until it has converged, wants nothing more or
-/// the time is over: the simulated hand moves, the device renders what is asked of it. Throws
+/// Does what the identification requests on a rig of real drivers until it has converged, wants nothing more
+/// or the time is over: the simulated hand moves, the device renders what is asked of it. Throws
 /// std::runtime_error where a scene is refused.
 IdentifyRunResult identify_on(Run& run, rt::Identification& identification, const IdentifyRunConfig& config);
 

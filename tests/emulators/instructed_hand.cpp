@@ -73,7 +73,7 @@ sim::HandProgram motion_for(const std::string& words, unsigned tries) {
     hand.stroke_length_mm = numbers[1];
     hand.place_mm.x = -0.5 * numbers[1];
     hand.speed_mm_per_s = 40.0;
-  } else if (says(words, "stroke to and fro")) {
+  } else if (says(words, "stroke back and forth")) {
     hand.kind = Kind::kStroke;
     hand.force_n = numbers[0];
     hand.force_rate_n_per_s = 6.0;

@@ -105,7 +105,7 @@ std::map<std::string, double> values_of(const Options& options) {
   return values;
 }
 
-/// Whole or not at all: somebody may be waiting for it.
+/// Whole or not at all: someone may be waiting for it.
 void write_file(const std::string& path, const std::string& text) {
   const std::string draft = path + ".new";
   std::ofstream file(draft);
@@ -269,7 +269,7 @@ int run(const Options& options) {
   config.simulation.condition_values = values_of(options);
   config.simulation.tool_mass_g = options.tool_mass_g;
   if (options.edge_mm > 0.0) config.simulation.hold.edge_mm = options.edge_mm;
-  config.truth_capacity = 1;  // nobody asks for it
+  config.truth_capacity = 1;  // no one asks for it
   config.turn = turn_of(options);
   std::optional<hal::Error> error;
   auto bench = emulators::EmulatedBench::create(config, peers_of(config, page.get(), box.get(), board.get()));

@@ -285,7 +285,7 @@ int main(int argc, char** argv) {
   const long calls = argc > 1 ? std::atol(argv[1]) : 1000;
   const auto seed = static_cast<std::uint64_t>(argc > 2 ? std::atoll(argv[2]) : 1);
 
-  google::protobuf::SetLogHandler(nullptr);  // it tells of each string that is not UTF-8
+  google::protobuf::SetLogHandler(nullptr);  // it shows each string that is not UTF-8
 
   server::DaemonConfig config;
   config.listen.port = 0;

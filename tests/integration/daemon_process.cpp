@@ -6,7 +6,7 @@
 namespace hapticd::test {
 
 namespace {
-/// A test leaves nothing in the home of whoever runs it.
+/// A test leaves nothing in the home of the one who runs it.
 std::vector<std::string> without_store(std::vector<std::string> arguments) {
   if (std::find(arguments.begin(), arguments.end(), "--model-store") == arguments.end()) {
     arguments.insert(arguments.end(), {"--model-store", ":memory:"});

@@ -7,7 +7,7 @@
 
 namespace hapticd::test {
 
-/// The built hapticd. Keeps its models in memory unless told otherwise.
+/// The built hapticd. Keeps its models in memory unless set otherwise.
 class DaemonProcess : public ChildProcess {
  public:
   explicit DaemonProcess(std::vector<std::string> arguments);
@@ -15,7 +15,7 @@ class DaemonProcess : public ChildProcess {
   DaemonProcess(std::vector<std::string> arguments, int max_descriptors);
   /// One under a limit as prlimit takes it, e.g. "--as=1000000".
   DaemonProcess(const std::string& limit, std::vector<std::string> arguments);
-  /// Waits for the line that tells the address, and returns the latter; empty if the process ended without
+  /// Waits for the line that shows the address, and returns the latter; empty if the process ended without
   /// it.
   std::string await_address();
 };

@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
     command
         ->add_option("--plant", options.plant,
                      "the laws the simulated objects follow: separable relaxation (the inverse of the creep "
-                     "law), general (nobody's inverse), or both, one after the other, where a part has to do "
+                     "law), general (no one's inverse), or both, one after the other, where a part has to do "
                      "with objects")
         ->check(CLI::IsMember({"both", "separable", "general"}))
         ->capture_default_str();

@@ -74,7 +74,7 @@ TEST(PlantComparison, PutsBothSideBySide) {
   text << std::ifstream(folder.path() + "/plants.md").rdbuf();
   EXPECT_NE(text.str().find("law creep"), std::string::npos);
   EXPECT_NE(text.str().find("1.00 … 3.00"), std::string::npos) << text.str();
-  EXPECT_NE(text.str().find("2.00 (1 without)"), std::string::npos) << "a failed case is told";
+  EXPECT_NE(text.str().find("2.00 (1 without)"), std::string::npos) << "a failed case is reported";
   EXPECT_EQ(text.str().find("7.00"), std::string::npos) << "what has no plant is not compared";
 }
 

@@ -38,7 +38,7 @@ Http2Flood::Http2Flood(const std::string& address) : authority_(address) {
   inet_pton(AF_INET, address.substr(0, colon).c_str(), &peer.sin_addr);
   socket_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   if (connect(socket_, reinterpret_cast<const sockaddr*>(&peer), sizeof peer) != 0) {
-    throw std::runtime_error("nobody listens on " + address);
+    throw std::runtime_error("no one listens on " + address);
   }
   send_all("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(4, 0, 0, "") + frame(4, 1, 0, ""));
 }

@@ -8,7 +8,7 @@ namespace hapticd::test {
 /// library does. One connection.
 class Http2Flood {
  public:
-  /// `address`: "127.0.0.1:PORT". Throws where nobody listens.
+  /// `address`: "127.0.0.1:PORT". Throws where no one listens.
   explicit Http2Flood(const std::string& address);
   ~Http2Flood();
   Http2Flood(const Http2Flood&) = delete;

@@ -8,7 +8,7 @@
 
 namespace hapticd::test {
 
-/// Identified models as an identification leaves them, made up: of every kind one, told apart by `number`.
+/// Identified models as an identification leaves them, made up: of every kind one, distinguished by `number`.
 inline rt::IdentifiedModel example_base(const std::string& object, int number) {
   rt::IdentifiedModel model;
   model.object = object;

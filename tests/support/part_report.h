@@ -9,7 +9,7 @@
 
 namespace hapticd::test {
 
-/// The figure of that name, if it is told.
+/// The figure of that name, if it is reported.
 inline std::optional<double> find_figure(const hal::PartReport& report, const std::string& name) {
   for (const hal::PartFigure& figure : report.figures) {
     if (figure.name == name) return figure.value;
@@ -23,7 +23,7 @@ inline double figure_of(const hal::PartReport& report, const std::string& name) 
   return figure.value_or(-1.0);
 }
 /// Whether one of its findings has these words.
-inline bool tells(const hal::PartReport& report, const std::string& words) {
+inline bool shows(const hal::PartReport& report, const std::string& words) {
   for (const std::string& finding : report.findings) {
     if (finding.find(words) != std::string::npos) return true;
   }

@@ -50,7 +50,7 @@ class FakeDevice : public HapticDevice {
     if (refuses) return Error{"refused", "haptic device", "", "", ""};
     engaged = true;
     ++engagements;
-    info_.max_force_n = 7.0;  // told by the device itself
+    info_.max_force_n = 7.0;  // reported by the device itself
     return std::nullopt;
   }
   void disengage() noexcept override { engaged = false; }
@@ -204,7 +204,7 @@ TEST(ComposedRig, AnInstrumentAnswersForAsLongAsItIsEngaged) {
   RigSample sample;
   Vector3 outside_mm{9.0, 9.0, 9.0};
   rig.read(sample);
-  EXPECT_FALSE(instrument->engaged) << "opened by whoever needs it";
+  EXPECT_FALSE(instrument->engaged) << "opened by the one who needs it";
   EXPECT_FALSE(rig.external_position(outside_mm));
   EXPECT_EQ(outside_mm.x, 9.0);
   ASSERT_FALSE(rig.engage_instrument());
@@ -232,7 +232,7 @@ TEST(ComposedRig, TakesEachHalfFromItsPartAndTheRestFromTheBase) {
   EXPECT_EQ(sample.sensor_force_n.z, 9.0);
   EXPECT_EQ(sample.force_count, 7U);
   EXPECT_EQ(sample.status, status::kDeviceWarm | status::kForceWarning)
-      << "what is wrong with the base's sensor concerns nobody";
+      << "what is wrong with the base's sensor concerns no one";
 }
 
 TEST(ComposedRig, OverridesTheDeviceHalfToo) {
@@ -245,7 +245,7 @@ TEST(ComposedRig, OverridesTheDeviceHalfToo) {
   EXPECT_EQ(sample.status, status::kForceSaturated | status::kDeviceWarm);
 }
 
-TEST(ComposedRig, GivesForceToTheRealDeviceAndNobodyElse) {
+TEST(ComposedRig, GivesForceToTheRealDeviceAndNoOneElse) {
   const Made made = make(true, true, false);
   ASSERT_FALSE(made.rig->engage(RigPartKind::kDevice));
   made.rig->write({{0.0, 0.0, 2.0}});

@@ -33,7 +33,7 @@ CLI::App* add_command(CLI::App& model, const char* name, const char* description
   return command;
 }
 
-/// Beside it first and then in its place: a file of that name is whole, the old one or the new.
+/// Next to it first and then in its place: a file of that name is whole, the old one or the new.
 void write_file(const std::string& path, const std::string& text) {
   const std::string temporary = path + ".part";
   std::ofstream file(temporary, std::ios::binary | std::ios::trunc);

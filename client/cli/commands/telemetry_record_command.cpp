@@ -89,7 +89,7 @@ void add_telemetry_record_command(CLI::App& telemetry, Session& session) {
   const auto options = std::make_shared<RecordOptions>();
   CLI::App* command = telemetry.add_subcommand("record", "Writes telemetry to a CSV file");
   command->footer(
-      "The columns carry their units; the head tells rig and scene, the last line what is missing.\n"
+      "The columns carry their units; the head shows rig and scene, the last line what is missing.\n"
       "An existing file is replaced. Ctrl-C ends the recording in good order.\n\n"
       "Examples:\n  hapticctl telemetry record press.csv --seconds 10\n"
       "  hapticctl telemetry record all.csv --samples 60000 --groups contact,deformation,truth");

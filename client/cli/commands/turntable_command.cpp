@@ -41,7 +41,7 @@ class MotionWatch {
       }
     } catch (const client::Error& error) {
       screen_.keep();
-      // It ended as it was told to; whatever else ended it is told.
+      // It ended as it was asked to; whatever else ended it is reported.
       if (!stopped_ || error.code() != "ABORTED") throw;
       session_.exit_code = ExitCode::kNotConverged;
     }
@@ -136,7 +136,7 @@ void add_turntable_command(CLI::App& app, Session& session) {
       "Examples:\n  hapticctl turntable home\n  hapticctl turntable goto sponge\n  hapticctl turntable "
       "status");
 
-  turntable->add_subcommand("status", "What there is, where it stands, and why it may not turn")
+  turntable->add_subcommand("status", "What there is, where it is, and why it may not turn")
       ->footer("Opens no port.\n\nExample:\n  hapticctl turntable status --json")
       ->callback([&session] {
         const auto table = session.connect().turntable();
@@ -168,7 +168,7 @@ void add_turntable_command(CLI::App& app, Session& session) {
     v1::TurntableStatus (client::Client::*call)();
   };
   for (const Simple& one :
-       {Simple{"stop", "Stops the table, whoever set it going", &client::Client::stop_turntable},
+       {Simple{"stop", "Stops the table, whichever client moves it", &client::Client::stop_turntable},
         Simple{"clear", "Leaves a stall or an alarm whose cause is gone", &client::Client::clear_turntable},
         Simple{"engage", "Opens the drive's port; the first motion does so too",
                &client::Client::engage_turntable},

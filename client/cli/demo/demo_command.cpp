@@ -10,7 +10,7 @@ void add_demo_command(CLI::App& app, Session& session) {
   CLI::App* command =
       app.add_subcommand("demo", "A simulated hand presses an object at several target stiffnesses");
   command->footer(
-      "Needs a daemon on a simulated rig, and gnuplot. The error of a target is told, not judged.\n\n"
+      "Needs a daemon on a simulated rig, and gnuplot. The error of a target is reported, not judged.\n\n"
       "Examples:\n  hapticctl demo\n"
       "  hapticctl demo --object rubber_ball --targets 0.3,0.7 --force 3 --out /tmp/ball");
   command->add_option("--object", options->object, "What is pressed (hapticctl sim info)")

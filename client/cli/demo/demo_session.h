@@ -23,7 +23,7 @@ struct DemoOptions {
 /// The demonstration: a simulated hand presses a simulated object, first as it is, then with one target
 /// stiffness after the other, while the terminal shows what the hand feels. Writes recording.csv,
 /// stiffness.svg and results.json. Throws Error or LocalError when it cannot be led to its end; how well a
-/// target was rendered is told, not judged.
+/// target was rendered is reported, not judged.
 class DemoSession {
  public:
   DemoSession(const DemoOptions& options, Session& session);

@@ -14,7 +14,7 @@ namespace hapticd::cli {
 std::vector<std::string> demo_frame(const std::vector<DemoPress>& presses, const std::string& state,
                                     const Terminal& terminal);
 
-/// The same as a figure for a report, with rendered over target beside it.
+/// The same as a figure for a report, with rendered over target next to it.
 Figure demo_figure(const std::vector<DemoPress>& presses, const std::string& title);
 
 }  // namespace hapticd::cli

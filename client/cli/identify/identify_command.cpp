@@ -82,7 +82,7 @@ CLI::Option* add_recording_options(CLI::App& command, Line& line) {
                                               "A CSV file of any size, in the place of the rig");
   command
       .add_option("--column", line.task.columns,
-                  "Which column holds what, where the names do not tell: quantity=NAME[:unit[:scale]], e.g. "
+                  "Which column holds what, where the names do not show: quantity=NAME[:unit[:scale]], e.g. "
                   "force=Fz:mN:-1; may be repeated")
       ->needs(recording)
       ->expected(1)
@@ -139,7 +139,7 @@ void add_friction(CLI::App& identify, Session& session) {
   command
       .add_option(
           "--normal-force", line->task.normal_force_n,
-          "In N, where it was constant and is not in the recording; without either, friction is told in N")
+          "In N, where it was constant and is not in the recording; without either, friction is given in N")
       ->check(CLI::PositiveNumber)
       ->needs(recording);
 }
@@ -160,7 +160,7 @@ void add_structural(CLI::App& identify, Session& session) {
   command.add_flag("--constant", line->task.constant, "One value for everywhere, instead of a field");
   CLI::Option* rigid = command.add_flag(
       "--rigid", line->task.rigid_contact,
-      "Without an instrument: pressed on a rigid object; one value, where it stands, a lower bound");
+      "Without an instrument: pressed on a rigid object; one value, where it is, a lower bound");
   command
       .add_option(
           "--least-object-stiffness", line->task.least_object_stiffness_n_per_mm,
@@ -226,12 +226,12 @@ void add_identify_command(CLI::App& app, Session& session) {
   add_gains(*identify, session);
 
   const auto watched = std::make_shared<std::pair<Line, std::string>>();
-  CLI::App* watch = identify->add_subcommand("watch", "Watches one that runs, or tells how one ended");
+  CLI::App* watch = identify->add_subcommand("watch", "Watches one that runs, or says how one ended");
   watch->footer(
       "Ctrl-C leaves it running. Exit codes: 0 converged or left, 5 over without, 1 failed or refused.\n\n"
       "Examples:\n  hapticctl identify watch\n  hapticctl identify watch contact-7 --json");
   watch->add_option("ID", watched->second,
-                    "As told at its start; without it the one that runs, else the last");
+                    "As reported at its start; without it the one that runs, else the last");
   add_watch_options(*watch, watched->first);
   watch->callback([&session, watched] {
     IdentifySession(session, watched->first.session_options()).watch(watched->second);

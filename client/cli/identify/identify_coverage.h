@@ -37,8 +37,8 @@ struct CoverageGrid {
 
 /// The map's cells, neighbours put together until there are no more than so many columns and rows; a cell put
 /// together has enough once all that is asked for in it has. Nothing for a map whose parts do not fit
-/// together. How many samples are enough is not told by the contract: as many required cells as `share` says,
-/// those with the most samples, are taken to have them.
+/// together. How many samples are enough is not reported by the contract: as many required cells as `share`
+/// says, those with the most samples, are taken to have them.
 std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t most_columns,
                                           std::size_t most_rows);
 
@@ -46,7 +46,7 @@ std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_
 std::string axis_label(const v1::CoverageMap::Axis& axis);
 
 /// Heat map with axes: shades for the number of samples, brackets around the cells asked for. At most `width`
-/// columns and `height` lines; empty where that is too small for it or the map tells nothing.
+/// columns and `height` lines; empty where that is too small for it or the map says nothing.
 std::vector<std::string> draw_coverage(const v1::CoverageMap& map, int width, int height,
                                        const Terminal& terminal);
 

@@ -14,7 +14,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kIdle{50};
 
-/// The connection, not the request, is what failed. A daemon that ends tells so with these codes.
+/// The connection, not the request, is what failed. A daemon that ends says so with these codes.
 bool is_loss(const client::Error& error) {
   return error.kind() == client::ErrorKind::kUnreachable || error.kind() == client::ErrorKind::kTimedOut ||
          error.code() == "UNAVAILABLE" || error.code() == "CANCELLED";
@@ -22,7 +22,7 @@ bool is_loss(const client::Error& error) {
 
 client::Error silent(const std::string& address) {
   v1::ErrorDetail detail;
-  detail.set_what("the daemon tells nothing of the identification any more");
+  detail.set_what("the daemon says nothing about the identification any more");
   detail.set_where(address);
   detail.set_remedy("look at the daemon's log");
   return {client::ErrorKind::kTimedOut, "", detail};

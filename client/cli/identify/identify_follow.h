@@ -14,7 +14,7 @@ struct IdentifyFollow {
   std::function<client::Client()> connect{};
   /// Each progress as it comes.
   std::function<void(const v1::IdentificationProgress&)> on_progress{};
-  /// At least ten times a second; the text tells of a lost connection, empty while all is well.
+  /// At least ten times a second; the text shows a lost connection, empty while all is well.
   std::function<void(const std::string& notice)> on_idle{};
   /// Asked as often: true ends the watching.
   std::function<bool()> leave{};
@@ -27,14 +27,14 @@ struct IdentifyFollow {
 };
 
 enum class IdentifyEnd {
-  kOver,  ///< the identification is; the last progress told how
+  kOver,  ///< the identification is; the last progress reported how
   kLeft,  ///< the watching is, by `leave`
 };
 
 /// Watches `identification` (empty = the one that runs, else the last one) to its end. When the stream breaks
-/// or falls silent, it connects anew, as often as it takes, and goes on with the same identification;
+/// or falls silent, it connects again, as often as it takes, and goes on with the same identification;
 /// `client` is then the new connection. Throws client::Error when the daemon refuses, or stays away for
-/// `patience`.
+/// `timeout`.
 IdentifyEnd follow_identification(client::Client& client, std::string identification,
                                   const IdentifyFollow& follow);
 

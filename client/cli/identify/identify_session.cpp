@@ -20,7 +20,7 @@ namespace {
 constexpr std::chrono::seconds kLinePeriod{1};
 constexpr double kMegabyte = 1e6;
 
-/// A refusal stands for everything the session was to lead to; what is merely not whole is told apart.
+/// A refusal stands for everything the session was to lead to; what is merely not whole is distinguished.
 ExitCode exit_code_of(const v1::IdentificationProgress& progress) {
   switch (progress.state()) {
     case v1::IDENTIFICATION_STATE_CONVERGED:
@@ -172,7 +172,7 @@ void IdentifySession::show(const v1::IdentificationProgress& progress) {
     return;
   }
   const auto now = std::chrono::steady_clock::now();
-  // How it ended is told by the report.
+  // How it ended is reported by the report.
   if (live_ || now < next_line_ || is_over(progress)) return;
   next_line_ = now + kLinePeriod;
   say(identify_line(progress, Terminal::detect()));
@@ -187,12 +187,12 @@ void IdentifySession::show_frame(const std::string& notice) {
 void IdentifySession::conclude(const v1::IdentificationProgress& progress) {
   session_.exit_code = exit_code_of(progress);
   if (session_.json) {
-    // A watched one has told itself to the end already.
+    // A watched one has reported itself to the end already.
     const bool reported = last_ && is_over(*last_);
     if (!reported) print_json_line(to_json(progress));
   } else {
     const Terminal terminal = Terminal::detect();
-    // The last frame keeps the plots; what came of it stands below.
+    // The last frame keeps the plots; what came of it is below.
     if (live_ && last_) screen_.show(identify_frame(progress, "", terminal), terminal);
     screen_.keep();
     if (live_) say("");

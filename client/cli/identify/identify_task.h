@@ -43,10 +43,10 @@ struct IdentifyTask {
 
 enum class IdentifyKind { kContact, kFriction, kStructuralStiffness, kTool, kThreshold, kGains };
 
-/// The request to start it; `recording` is left for whoever uploads it.
+/// The request to start it; `recording` is filled in by the upload.
 v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTask& task);
 
-/// What the daemon is told of the recording. Throws LocalError naming the --column that is none.
+/// How the recording is described to the daemon. Throws LocalError naming the --column that is none.
 v1::RecordingDescription recording_description(const IdentifyTask& task);
 
 }  // namespace hapticd::cli

@@ -193,7 +193,7 @@ std::vector<std::string> plots(const v1::IdentificationProgress& progress, int w
     append(left, draw_coverage(progress.coverage(i), left_width, height / fitting, terminal));
   }
   if (left.empty()) return draw_fit(progress, width, height, terminal);
-  return beside(left, draw_fit(progress, width - left_width - 2, height, terminal), 2);
+  return side_by_side(left, draw_fit(progress, width - left_width - 2, height, terminal), 2);
 }
 
 std::vector<std::string> problem_lines(const v1::ErrorDetail& problem, const Terminal& terminal) {

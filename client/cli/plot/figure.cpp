@@ -215,7 +215,7 @@ void write_svg(const Figure& figure, const std::string& svg_path) {
   const int status = pclose(pipe);
   std::signal(SIGPIPE, before);
   if (!sent || status != 0) {
-    throw LocalError("gnuplot could not draw the plot; its own complaint stands above", svg_path, "", "",
+    throw LocalError("gnuplot could not draw the plot; its own complaint is above", svg_path, "", "",
                      "is the folder there, and may it be written to?");
   }
 }

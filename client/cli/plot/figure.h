@@ -49,7 +49,7 @@ void write_svg(const Figure& figure, const std::string& svg_path);
 /// At most about `max_points` of the points, evenly thinned; breaks are kept.
 std::vector<Point> thinned(const std::vector<Point>& points, std::size_t max_points);
 
-/// Colours that are told apart also by the colour-blind (Okabe and Ito), for the n-th series.
+/// Colours that are distinguished also by the colour-blind (Okabe and Ito), for the n-th series.
 std::string palette(std::size_t index);
 
 }  // namespace hapticd::cli

@@ -135,8 +135,8 @@ std::vector<std::string> draw(const TerminalPlotFrame& frame, const std::vector<
   return lines;
 }
 
-std::vector<std::string> beside(const std::vector<std::string>& left, const std::vector<std::string>& right,
-                                int gap) {
+std::vector<std::string> side_by_side(const std::vector<std::string>& left, const std::vector<std::string>& right,
+                                 int gap) {
   std::size_t left_width = 0;
   for (const auto& line : left) left_width = std::max(left_width, display_width(line));
   std::vector<std::string> lines;

@@ -2,7 +2,7 @@
 
 namespace hapticd::cli {
 
-/// What hapticctl tells the shell.
+/// What hapticctl shows the shell.
 enum class ExitCode : int {
   kOk = 0,
   kRefused = 1,       ///< the daemon refused, or the session it was to lead failed

@@ -6,7 +6,7 @@ namespace hapticd::cli {
 void catch_interrupts();
 /// True once one of them came.
 bool interrupted() noexcept;
-/// True where it was SIGTERM: somebody wants the program gone, not what it does ended.
+/// True where it was SIGTERM: someone wants the program gone, not what it does ended.
 bool terminated() noexcept;
 
 }  // namespace hapticd::cli

@@ -23,7 +23,7 @@ struct Session {
   client::Client connect() const;
 };
 
-/// Something on this machine, before or beside any call: a file, a missing program, an argument.
+/// Something on this machine, before or next to any call: a file, a missing program, an argument.
 class LocalError : public std::runtime_error {
  public:
   LocalError(const std::string& what, const std::string& where = "", const std::string& value = "",
@@ -39,7 +39,7 @@ void print_json(const Json& document);
 /// One JSON document on one line, for streams.
 void print_json_line(const Json& document);
 
-/// Tells an error (on standard error, or as JSON on standard output) and returns its exit code.
+/// Reports an error (on standard error, or as JSON on standard output) and returns its exit code.
 ExitCode report(const client::Error& error, const Session& session);
 ExitCode report(const LocalError& error, const Session& session);
 

@@ -28,7 +28,7 @@ std::string turntable_line(const v1::TurntableStatus& status) {
     case v1::TURNTABLE_STATE_IDLE:
       return "idle: its port is not open";
     case v1::TURNTABLE_STATE_CONNECTING:
-      return "connecting: the drive has told no position yet";
+      return "connecting: the drive has reported no position yet";
     case v1::TURNTABLE_STATE_LOST:
       return fmt::format("lost, last seen at {} {:.1f} s ago", position_of(status), status.position_age_s());
     case v1::TURNTABLE_STATE_MOVING:

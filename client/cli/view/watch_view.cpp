@@ -209,7 +209,7 @@ std::vector<std::string> WatchView::frame(const client::StreamAccount& account,
     const int height = std::min(rows, 32);
     auto strips = forces(right, height - height / 2);
     for (auto& more : displacements(right, height / 2)) strips.push_back(std::move(more));
-    append(beside(force_over_displacement(samples_, left, height, terminal), strips, 2));
+    append(side_by_side(force_over_displacement(samples_, left, height, terminal), strips, 2));
   } else if (rows >= kTallRows) {
     append(force_over_displacement(samples_, terminal.width, rows / 2, terminal));
     append(forces(terminal.width, rows / 4));

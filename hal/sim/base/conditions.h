@@ -16,7 +16,7 @@ namespace hapticd::sim {
 /// parameter is off at zero; all of them are reported, and each can be set by its name (see
 /// condition_fields()).
 struct Conditions {
-  // Sensor. Each axis of the zero moves at this rate, to and fro within the bound; torque with it.
+  // Sensor. Each axis of the zero moves at this rate, back and forth within the bound; torque with it.
   double sensor_drift_n_per_s = 0.0;
   double sensor_drift_bound_n = 0.05;
   double sensor_drift_wanders = 0.0;  ///< 1: random walk of that typical rate instead of a ramp

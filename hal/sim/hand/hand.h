@@ -38,8 +38,8 @@ struct HandProgram {
   double knock_n = 0.0;   ///< press, stroke, weight: a half-sine of 20 ms every two seconds, to disturb
   hal::Vector3 shake_direction{0.0, 0.0, 1.0};
   double tap_slant_deg = 0.0;  ///< tap: path from the vertical, towards `stroke_direction`; meets home there
-  /// Any: where its home is, beside (x, y) or above (z) the usual one. Heights move with it: a tap strikes at
-  /// z = place_mm.z, a depth counts from there; a force is sought wherever it is met.
+  /// Any: where its home is, next to (x, y) or above (z) the usual one. Heights move with it: a tap strikes
+  /// at z = place_mm.z, a depth counts from there; a force is sought wherever it is met.
   hal::Vector3 place_mm{};
   double travel_s = 0.0;  ///< any: time to come home from wherever the hand is; 0 = at leisure
   /// A hand's own spring and damper along the press and across it, times what is usual (hand_motion.cpp).

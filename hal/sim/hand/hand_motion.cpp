@@ -155,7 +155,8 @@ void HandMotion::scan_next() noexcept {
   enter(Phase::kReturn, {kScanHeightMm, 0.0, 0.0}, duration_s);
 }
 
-// The wave is told apart from the way home: it grows out of wherever the hand is, and dies down in the end.
+// The wave is distinguished from the way home: it grows out of wherever the hand is, and dies down in the
+// end.
 HandIntent HandMotion::posture(HandIntent intent) const noexcept {
   if (program_.kind == HandProgram::Kind::kDart) return dart(intent);
   if (program_.kind != HandProgram::Kind::kSway) return intent;

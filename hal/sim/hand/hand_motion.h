@@ -39,7 +39,7 @@ struct HandIntent {
   hal::Vector3 motor_force_n;  ///< the device is made to give by itself
 };
 
-/// A program unfolding in time, told relative to its place. Bounded work per step, no allocation.
+/// A program unfolding in time, reported relative to its place. Bounded work per step, no allocation.
 class HandMotion {
  public:
   HandMotion(const HandProgram& program, const hal::Vector3& start_mm) noexcept;
@@ -86,7 +86,7 @@ class HandMotion {
   double along_mm_per_s_ = 0.0;
   double lead_mm_ = 0.0;  ///< by which a stroke's intent runs ahead of its path
   hal::Vector3 home_mm_;
-  hal::Vector3 aside_mm_;   ///< where it began beside its home
+  hal::Vector3 aside_mm_;   ///< where it began next to its home
   MinimumJerk homeward_;    ///< share of that which is left
   MinimumJerk along_path_;  ///< scan: to the next place
 };

@@ -35,7 +35,7 @@ class Friction {
   /// the motion.
   hal::Vector3 advance(const hal::Vector3& free_slide_mm, double compliance_mm_per_n,
                        double mean_normal_n) noexcept;
-  /// Out of contact: the bristles are straight again and the path begins anew.
+  /// Out of contact: the bristles are straight again and the path begins again.
   void release() noexcept {
     bend_ = {};
     slipped_mm_ = 0.0;

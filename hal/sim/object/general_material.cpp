@@ -29,7 +29,7 @@ double beyond_the_slowest(double power) noexcept {
   return std::pow(from_s, -power) / (power * std::tgamma(power));
 }
 
-/// A number that nothing can tell from zero becomes zero: the processor is slow at the smallest ones.
+/// A number too small to matter becomes zero: the processor is slow at the smallest ones.
 double flushed(double value) noexcept {
   return std::abs(value) < 1e-150 ? 0.0 : value;
 }

@@ -8,8 +8,8 @@
 
 namespace hapticd::sim {
 
-/// An instrument beside the device that sees where the tip really is, as the LVDT of D§4.6.1 (30 µm). How
-/// those 30 µm are made up is not told there: assumed here, and reported.
+/// An instrument next to the device that sees where the tip really is, as the LVDT of D§4.6.1 (30 µm). How
+/// those 30 µm are made up is not reported there: assumed here, and reported.
 struct ExternalInstrumentModel {
   double noise_mm = 0.005;      ///< standard deviation of one reading, each axis
   double linearity_mm = 0.015;  ///< amplitude of the calibration's error, periodic along each axis

@@ -10,8 +10,8 @@ namespace hapticd::server {
 
 Caller caller_of(const grpc::ServerContextBase& context) {
   Caller caller;
-  // The client's deadline is told on the system clock; a caller waits on the steady one. No wait is longer
-  // than a day, and adding that never overflows.
+  // The client's deadline is reported on the system clock; a caller waits on the steady one. No wait is
+  // longer than a day, and adding that never overflows.
   constexpr std::chrono::hours kEver{24};
   const auto remaining = context.deadline() - std::chrono::system_clock::now();
   if (remaining < kEver) caller.deadline = Caller::Clock::now() + remaining;

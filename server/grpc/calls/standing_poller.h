@@ -10,7 +10,7 @@ namespace hapticd::server {
 /// A thread that always stands ready to read the network. Who waits for the events of gRPC's callback
 /// interface (telemetry, health checking) sleeps for 0.1 s after every second without one (gRPC 1.51), and
 /// may be the one whose turn it was to read: a command then took effect up to 0.1 s late, about once a
-/// second. With one more reader, which never sleeps, somebody always takes the turn over.
+/// second. With one more reader, which never sleeps, someone always takes the turn over.
 class StandingPoller {
  public:
   /// Before the server is built.

@@ -10,7 +10,8 @@ namespace hapticd::server {
 
 void fill_vector(const hal::Vector3& vector, v1::Vector3& message);
 
-/// Tells the groups of a record that exist and are asked for (bits of rt::channel). `sample` is empty before.
+/// Reports the groups of a record that exist and are asked for (bits of rt::channel). `sample` is empty
+/// before.
 void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::TelemetrySample& sample);
 
 }  // namespace hapticd::server

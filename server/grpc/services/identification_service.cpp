@@ -18,7 +18,7 @@ namespace {
 /// Bytes of a remark: it may quote a recording, whose lines are as long as they please.
 constexpr std::size_t kMaxRemark = 1000;
 
-/// What a recording can be read as tells how long it is; where it is nothing known, what is missing.
+/// What a recording can be read as says how long it is; where it is nothing known, what is missing.
 void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& response) {
   response.set_recording(recording.id);
   response.set_rows(recording.rows);
@@ -44,7 +44,7 @@ void describe(const ShelvedRecording& recording, v1::UploadRecordingResponse& re
   response.add_remarks(shortened(repaired_utf8("not readable as it is: " + why), kMaxRemark));
 }
 
-/// The client sees CANCELLED, whatever is answered; why, the log tells.
+/// The client sees CANCELLED, whatever is answered; why, the log shows.
 grpc::Status gone_silent(const std::string& name) {
   log_warning(fmt::format("the upload of recording '{}' is given up: nothing came for {} s",
                           repaired_utf8(name),

@@ -80,8 +80,8 @@ class RefusedStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 };
 
 /// Writes a subscription's batches, one at a time. Woken by the hub when a batch is ready and by gRPC when
-/// the last one is on its way; whoever comes first writes. Keeps itself alive until gRPC is done with it; the
-/// hub only knows it weakly, so that it may call at any moment.
+/// the last one is on its way; the first to come writes. Keeps itself alive until gRPC is done with it;
+/// the hub only knows it weakly, so that it may call at any moment.
 class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
                               public std::enable_shared_from_this<TelemetryStream> {
  public:

@@ -5,7 +5,7 @@
 namespace hapticd::rt {
 
 /// Samples kept from a fit, to judge it by: every kFolds-th of kBlocks blocks of neighbouring samples. Whole
-/// blocks, for neighbouring samples have the same error and would tell nothing of each other.
+/// blocks, for neighbouring samples have the same error and would say nothing about each other.
 struct HeldOutBlocks {
   static constexpr std::size_t kBlocks = 20;
   static constexpr std::size_t kFolds = 5;

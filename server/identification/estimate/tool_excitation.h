@@ -11,7 +11,7 @@
 
 namespace hapticd::rt {
 
-/// What gravity and motion do to a gram of the tool at one moment, beside what the sensor says of it, all
+/// What gravity and motion do to a gram of the tool at one moment, next to what the sensor says of it, all
 /// passed through the same low-pass filter. In the tool's frame
 ///   f = m (w - B r),  w = Tᵀ(g - a),  B = [α]ₓ + [ω]ₓ²                                   (4.5)-(4.8)
 /// with a of the tip and r from the tip to the mass's centre; B is not in the dissertation, whose tool turns

@@ -290,7 +290,7 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   Search best;
   for (int round = 0; round < 3; ++round) {
     if (round == 0) {
-      // Where both explain the data alike, the rotation is not told by them: as it was given, then.
+      // Where both explain the data alike, the rotation is not reported by them: as it was given, then.
       best = descend(u, given, weights, turning);
       const Search other = descend(u, own, weights, turning);
       if (other.cost < 0.99 * best.cost) best = other;
@@ -313,7 +313,7 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
   const Vector sizes = usual_sizes(best.theta.mass);
   const Matrix scaled = sizes.asDiagonal() * best.information * sizes.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
-  // Of exact data rounding is all that is left in a direction nothing was told of.
+  // Of exact data rounding is all that is left in a direction that the data do not determine.
   const double rounding = 1e-13 * eigen.eigenvalues().maxCoeff();
   Vector error(kP);
   for (int p = 0; p < kP; ++p) {

@@ -6,7 +6,7 @@
 
 namespace hapticd::rt {
 
-/// Tells a sustained oscillation from one that dies away, within a few cycles: half-cycles of a signal
+/// Reports a sustained oscillation from one that dies away, within a few cycles: half-cycles of a signal
 /// about its slow mean that keep their size, keep their length and are larger than what hand and encoder do
 /// by themselves.
 class UltimateOscillation {
@@ -19,7 +19,7 @@ class UltimateOscillation {
   void reset() noexcept;
 
   bool sustained() const noexcept { return sustained_; }
-  /// It grows beyond anything tolerable; nobody should wait for more cycles.
+  /// It grows beyond anything tolerable; no one should wait for more cycles.
   bool violent() const noexcept { return violent_; }
   /// Half-cycles in a row, whether they keep their size or not.
   std::size_t swings() const noexcept { return count_; }

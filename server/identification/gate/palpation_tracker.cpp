@@ -31,7 +31,7 @@ void PalpationTracker::restart() noexcept {
   residual_.reset();
   onset_.forget();
   motion_.reset();
-  // Where the surface is known, a gap leaves the contact what it was: force and depth tell in the next ticks
+  // Where the surface is known, a gap leaves the contact what it was: force and depth show in the next ticks
   // whether it began or ended meanwhile.
   if (!touched_) contact_.reset();
   ticks_since_restart_ = 0;
@@ -45,7 +45,7 @@ PalpationSample PalpationTracker::update(const hal::RigSample& sample) noexcept 
   const double r = residual_.update(force_n, depth_mm, sample.time_ns, contact_.in_contact());
   onset_.remember(depth_mm, residual_.prompt_force_n());
   contact_.update(r, depth_mm, surface_mm_);
-  // The first touch of the rested object tells where its surface is.
+  // The first touch of the rested object says where its surface is.
   if (contact_.just_declared() && !touched_) {
     surface_mm_ = onset_.place_mm(0.5 * threshold_n_ + residual_.seen_jerk_n());
     touched_ = true;

@@ -16,7 +16,7 @@ namespace hapticd::rt {
 
 /// From the samples of a live rig to those of a palpation along its press axis (-z, tool upright): contact
 /// by what free motion leaves behind (D§3.2), displacement from where the rested object was touched first,
-/// the tool's inertia taken off the force (3.4). A sample in, a sample out, in constant time.
+/// the tool's inertia subtracted the force (3.4). A sample in, a sample out, in constant time.
 class PalpationTracker {
  public:
   /// `tool_mass_g`: beyond the sensor; `threshold_n`: ε_f.
@@ -24,8 +24,8 @@ class PalpationTracker {
                    double rate_hz) noexcept;
 
   PalpationSample update(const hal::RigSample& sample) noexcept;
-  /// After a gap: velocities and filters start anew, the surface stays where it was found and the tool in or
-  /// out of contact. What the next ticks give is told apart by settled().
+  /// After a gap: velocities and filters start again, the surface stays where it was found and the tool in or
+  /// out of contact. What the next ticks give is distinguished by settled().
   void restart() noexcept;
 
   /// False for a while after a restart: velocity and inertia are not known yet.
@@ -50,7 +50,7 @@ class PalpationTracker {
 };
 
 /// From a recording to samples of a palpation: steps may be uneven and long (10 Hz), there is no tool whose
-/// inertia matters, and where the surface is, nobody knows; displacement is the recording's own position, and
+/// inertia matters, and where the surface is, no one knows; displacement is the recording's own position, and
 /// contact is force above the threshold. The velocity is the slope of a local parabola over true times, by
 /// least squares, centred on the sample: each comes out half a window late, and none across a gap.
 class RecordedPalpation {

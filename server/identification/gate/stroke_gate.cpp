@@ -84,7 +84,7 @@ std::vector<std::string> StrokeGate::remarks() const {
     remarks.push_back(counted(disordered_, "samples whose time did not increase left out"));
   if (gaps_ > 0) {
     remarks.push_back(counted(gaps_, "gaps, the longest of ") + std::to_string(longest_gap_s_) +
-                      " s: friction's state was taken up anew after each");
+                      " s: friction's state was taken up again after each");
   }
   return remarks;
 }

@@ -14,7 +14,7 @@ class StrokeGate {
  public:
   enum class Verdict : std::uint8_t {
     kUse,
-    kSkip,     ///< this sample tells nothing
+    kSkip,     ///< this sample says nothing
     kRestart,  ///< fit, but after a gap: what was derived from its predecessors no longer holds
   };
 

@@ -19,7 +19,7 @@ StrokeRow merged(const StrokeRow& a, const StrokeRow& b) {
           count};
 }
 
-/// Passages of one sort tell much the same: force and speed to a factor of two, long or short.
+/// Passages of one sort show much the same: force and speed to a factor of two, long or short.
 using Sort = std::tuple<int, int, bool>;
 Sort sort_of(const StrokePassage& passage) {
   double force_n = 0.0;
@@ -148,7 +148,7 @@ void StrokePassages::close() {
 void StrokePassages::interrupt() {
   if (started_ && current_.heading != 0) {
     const double path_mm = std::abs(farthest_mm_ - current_.begin_mm);
-    // A short one that began nobody knows how tells nothing: a tap, a slip.
+    // A short one that began no one knows how says nothing: a tap, a slip.
     if (current_.start != StrokePassage::Start::kUnknown || path_mm > kSlidingPathMm) {
       current_.rows.add(pending_);
       close();

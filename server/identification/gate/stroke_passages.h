@@ -40,7 +40,7 @@ class StrokeRows {
 /// From one turn of the motion to the next.
 struct StrokePassage {
   enum class Start : std::uint8_t {
-    kUnknown,    ///< nobody knows how far friction had built up
+    kUnknown,    ///< no one knows how far friction had built up
     kFollows,    ///< on the passage before it in the list
     kSaturated,  ///< on a long one that is not kept any more
   };
@@ -51,7 +51,7 @@ struct StrokePassage {
   StrokeRows rows;
 };
 
-/// Sorts the instants of strokes to and fro into passages. Memory is bounded: of more than kMax passages,
+/// Sorts the instants of strokes back and forth into passages. Memory is bounded: of more than kMax passages,
 /// the oldest of the sort (by force, speed and length) there are most of is given up. A few comparisons per
 /// instant.
 ///
@@ -68,7 +68,7 @@ class StrokePassages {
   explicit StrokePassages(double resolution_mm);
 
   void add(const StrokePoint& point);
-  /// The tip lifted off, or nobody knows what happened meanwhile.
+  /// The tip lifted off, or no one knows what happened meanwhile.
   void interrupt();
 
   /// Complete passages so far, also those given up.

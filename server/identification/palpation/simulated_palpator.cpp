@@ -10,7 +10,7 @@ namespace {
 using Kind = sim::HandProgram::Kind;
 using Motion = rt::MotionRequest::Motion;
 
-constexpr double kTravelS = 1.0;        // from wherever the last wish left the hand
+constexpr double kTravelS = 1.0;        // from wherever the last request left the hand
 constexpr double kFreeHeightMm = 80.0;  // where surely no object is
 constexpr double kSwayMmPerS = 150.0;
 constexpr double kSwayHz = 1.2;

@@ -5,13 +5,13 @@
 
 namespace hapticd::server {
 
-/// A wish as the simulated hand does it.
+/// A request as the simulated hand does it.
 struct SimulatedMotion {
   sim::HandProgram program;
   double duration_s = 0.0;  ///< until it is surely over and the tip is free again
 };
 
-/// What of a wish concerns the hand; what the device is to do meanwhile is the caller's to arrange.
+/// What of a request concerns the hand; what the device is to do meanwhile is the caller's to arrange.
 SimulatedMotion simulated_motion(const rt::MotionRequest& request);
 
 }  // namespace hapticd::server

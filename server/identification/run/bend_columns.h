@@ -21,7 +21,7 @@ namespace hapticd::server {
 // "external"). Along the press positions grow into the object or wall, and the force is positive while
 // pressed: against the press by a virtual wall, into the object on a rigid one.
 
-/// Numbers of one row, beside the time: position, device force and external position along three axes, the
+/// Numbers of one row, next to the time: position, device force and external position along three axes, the
 /// three along the press, and the sensor's force ("force_x" …, rigid contact only).
 inline constexpr std::size_t kBendNumbers = 15;
 

@@ -116,7 +116,7 @@ struct IdentificationRunner::Run {
 IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub,
                                            const SensorBiases& biases, ModelStore& store)
     : session_(session), scenes_(scenes), hub_(hub), biases_(biases), store_(store) {
-  // Those of earlier runs of the daemon are told of, and their names not used again.
+  // Those of earlier runs of the daemon are kept, and their names not used again.
   const auto ended = store_.list_identifications(kKept);
   if (!ended) return;
   for (const EndedIdentification& one : *ended) {
@@ -208,7 +208,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     if (auto refusal = check_rig(request.task, session_.rig_info())) return *refusal;
     if (is_held_back(request.task)) {
       return Refusal{RefusalKind::kFailedPrecondition,
-                     {"the guard is latched", "guard", "", "", "mend the cause and clear it first"},
+                     {"the guard is latched", "guard", "", "", "fix the cause and clear it first"},
                      Reason::kGuardLatched};
     }
     if (auto refusal = check_geometry(request.geometry, session_.simulation() != nullptr)) return *refusal;
@@ -376,7 +376,7 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
       last_heard = Clock::now();
     } else {
       if (Clock::now() - last_heard > kMaxSilence) {
-        return {Ending::kFault, hal::Error{"the loop stands still: no tick for 5 s", "loop", "", "",
+        return {Ending::kFault, hal::Error{"the loop is at rest: no tick for 5 s", "loop", "", "",
                                            "see in 'hapticctl doctor' what holds it back"}};
       }
       std::this_thread::sleep_for(kPollInterval);

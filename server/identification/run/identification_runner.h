@@ -53,7 +53,7 @@ struct IdentificationReport {
 };
 
 /// Runs identifications, one at a time, in a thread of its own: listens to the loop, has the simulated hand
-/// do what is wanted or tells the user, and stores what was found. It belongs to the daemon: clients come and
+/// do what is wanted or shows the user, and stores what was found. It belongs to the daemon: clients come and
 /// go. Any thread may call.
 class IdentificationRunner {
  public:
@@ -69,7 +69,7 @@ class IdentificationRunner {
   /// Returns once it runs.
   Outcome<std::string> start(const IdentificationRequest& request);
   /// The report of an identification; empty id = of the one that runs, else the last. With `newer_than`, as
-  /// soon as its version is beyond that, it is over, or the caller's patience is.
+  /// soon as its version is beyond that, it is over, or the caller's timeout is.
   Outcome<IdentificationReport> report(const std::string& id, std::uint64_t newer_than, const Caller& caller);
   /// Ends it and waits until it has.
   Outcome<IdentificationReport> cancel(const std::string& id, const Caller& caller);

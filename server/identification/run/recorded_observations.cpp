@@ -21,7 +21,7 @@ using replay::Quantity;
 
 constexpr double kMaxS = 31.0 * 86400.0;
 constexpr std::size_t kMinRows = 10;
-/// Steps of which the median is taken: those of the first minutes tell it.
+/// Steps of which the median is taken: those of the first minutes show it.
 constexpr std::size_t kStepsLookedAt = 100'000;
 
 struct Role {

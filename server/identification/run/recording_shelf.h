@@ -23,7 +23,7 @@ struct ShelvedRecording {
   std::string id;  ///< "recording-3"
   UnnamedFile file;
   RecordingDescription description;
-  double normal_force_n = 0.0;  ///< where it was constant and not recorded; 0 = not told
+  double normal_force_n = 0.0;  ///< where it was constant and not recorded; 0 = not reported
   std::string sha256;           ///< of its text, hexadecimal
   std::uint64_t rows = 0;       ///< lines that are neither empty nor a comment, less the header
 };

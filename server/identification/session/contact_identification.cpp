@@ -94,7 +94,7 @@ std::string words_of(const ContactLawChoice& choice) {
       words += "creep";
       break;
   }
-  if (choice.power_is_unfit()) words += "; the power law is left out: more than a hand can tell is missing";
+  if (choice.power_is_unfit()) words += "; the power law is left out: more than a hand can feel is missing";
   return words;
 }
 
@@ -594,7 +594,7 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
   if (missing_law || (!contact.hunt_crossley && !contact.creep)) {
     const std::vector<std::string> missing = missing_in_words(fit.needs);
     return hal::Error{
-        "the palpation does not tell the model's parameters", "identification of contact dynamics",
+        "the palpation does not show the model's parameters", "identification of contact dynamics",
         std::to_string(s.kept.added()) + " samples in contact",
         "at least 100, at different depths and speeds",
         missing.empty() || s.recorded ? "press deeper, at several speeds, and for longer" : missing.front()};

@@ -53,7 +53,7 @@ std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const
   if (extent.samples() < kMinJudgedSamples) {
     std::string why = "give it more of them";
     if (gate.judged() >= kMinJudgedSamples) {
-      why = "mend the data first: ";
+      why = "fix the data first: ";
       for (const std::string& remark : gate.remarks()) why += remark + "; ";
       why.resize(why.size() - 2);
     }

@@ -20,7 +20,7 @@ constexpr double kForceRateNPerS = 6.0;
 // worst at its ends.
 constexpr double kScanBeyondMm = 8.0;
 constexpr double kMinReactionN = 0.2;
-/// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
+/// A tip that is held by friction still moves a little against the encoders: at rest they say nothing.
 constexpr double kMinStrokeSpeedMmPerS = 2.0;
 constexpr double kSlidingStrokeMmPerS = 10.0;
 constexpr double kPreslidingMmPerS = 40.0;
@@ -50,7 +50,7 @@ const char* words_of(NormalSource source) {
     case NormalSource::kScan:
       return "normals from a scan of the surface";
     case NormalSource::kMeanDirection:
-      return "normals from the mean direction of the reaction to and fro";
+      return "normals from the mean direction of the reaction back and forth";
     case NormalSource::kFlat:
       break;
   }
@@ -246,7 +246,7 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
   const double moved_mm = most_along_mm_ - least_along_mm_;
   if (gate_.used() < 20) {
     return refuse("too little data", std::to_string(gate_.used()) + " fit samples", "at least 20",
-                  replay_ ? "record strokes to and fro" : next_request().words);
+                  replay_ ? "record strokes back and forth" : next_request().words);
   }
   if (!(moved_mm > kMinMotionMm)) {
     return refuse("the tip did not move along the line", std::to_string(moved_mm) + " mm",
@@ -430,7 +430,7 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
     words.push_back("no stroke slid farther than 3 mm: sliding and presliding were fitted together");
   }
   if (!fit->law.viscous_is_identified)
-    words.push_back("the speed varied too little to tell the viscous part: taken as 0");
+    words.push_back("the speed varied too little to report the viscous part: taken as 0");
   return words;
 }
 

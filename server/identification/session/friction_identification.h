@@ -20,17 +20,18 @@
 namespace hapticd::rt {
 
 /// Friction of a tip on an object (D§4.4.1): first a scan of the surface by light taps along the line, then
-/// strokes to and fro along it at several forces up to 110 mm/s. kRod: Dahl's law by divide and conquer;
+/// strokes back and forth along it at several forces up to 110 mm/s. kRod: Dahl's law by divide and conquer;
 /// kBallBearing: Coulomb-viscous. See fit_friction_law().
 ///
-/// Normals are the scan's where it reaches, else the mean direction of the reaction to and fro; `procedure`
-/// and the remarks say which. Reactions are the sensor's, weight and inertia of the tool taken off.
+/// Normals are the scan's where it reaches, else the mean direction of the reaction back and forth;
+/// `procedure` and the remarks say which. Reactions are the sensor's, weight and inertia of the tool
+/// subtracted.
 ///
 /// A recording (RigKind::kReplay) shows position along x, the friction on the tool as sensor_force_n.x
 /// (against the motion, thus negative while x grows) and the normal force as sensor_force_n.z. Its normals
-/// are up, unless the height varies and strokes are long enough to tell the mean direction. Its friction
+/// are up, unless the height varies and strokes are long enough to report the mean direction. Its friction
 /// channel may have an offset, which is found as well. `normal_force_n` > 0 stands for the normal force;
-/// where there is none at all (sensor_force_n.z = 0 throughout) friction is told in newton as
+/// where there is none at all (sensor_force_n.z = 0 throughout) friction is given in newton as
 /// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.
 ///
 /// finish() chooses the law of a rod by passages held out of the fit (FrictionLawChoice) unless the task says
@@ -95,7 +96,7 @@ class FrictionIdentification final : public Identification {
   std::vector<std::uint32_t> counts_;
   double most_force_n_ = 0.0, most_speed_mm_per_s_ = 0.0;
 
-  // What progress() last found; fitting anew is not worth it before another passage is complete.
+  // What progress() last found; fitting again is not worth it before another passage is complete.
   mutable std::uint64_t fitted_passages_ = 0;
   mutable std::optional<Fit> fitted_;
   mutable std::optional<hal::Error> failed_;

@@ -86,7 +86,7 @@ void GainsIdentification::go_on() {
   choose();
 }
 
-/// The next gains to try; the one gate to what is ever wished.
+/// The next gains to try; the one gate to what is ever requested.
 void GainsIdentification::propose(double gain, double derivative_ms) {
   gain = std::min(gain, kLastGain);
   if (!gains_are_stable({ControlLaw::kClosedLoop, gain, derivative_ms}, rig_.rate_hz)) derivative_ms = 0.0;
@@ -182,7 +182,7 @@ void GainsIdentification::add(const Observation& observation) {
     return;
   }
 
-  // What the hand bears: the object's share of a press may be small beside the device's.
+  // What the hand bears: the object's share of a press may be small next to the device's.
   const hal::Vector3 load_n =
       rotated(unit(sample.tip_orientation), sample.sensor_force_n) + observation.device_command_n;
   const double force_n = norm(load_n);
@@ -241,7 +241,7 @@ void GainsIdentification::add(const Observation& observation) {
     if (pressed_s_ - free_s_ > kWatchS) {
       end_trial(false);
     } else {
-      pressed_ = false;  // too short to tell; asked for again
+      pressed_ = false;  // too short to report; asked for again
     }
   }
 }

@@ -22,11 +22,11 @@ namespace hapticd::rt {
 /// controller's own stable region (Kp > 0, |Kd'| < 1, Kp + 2 Kd' < 2), and where no oscillation comes before
 /// Kp = 2 it says so.
 ///
-/// Safety: an oscillation is told within a few cycles, one that grows earlier; from that tick on wish() asks
-/// for a free hand and no force, and whoever carries out wishes should obey at once. Force that stays exactly
-/// zero under a pressing hand after it had acted is a latched guard, force far beyond the hand's own a target
-/// that this object does not admit: the search ends there. A press that began before the device rendered (a
-/// person does not wait for it) is asked for again, kMaxLostPresses - 1 times.
+/// Safety: an oscillation is reported within a few cycles, one that grows earlier; from that tick on
+/// request() asks for a free hand and no force, and requests should be carried out at once.
+/// Force that stays exactly zero under a pressing hand after it had acted is a latched guard, force far
+/// beyond the hand's own a target that this object does not admit: the search ends there. A press that began
+/// before the device rendered (a person does not wait for it) is asked for again, kMaxLostPresses - 1 times.
 class GainsIdentification final : public Identification {
  public:
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);

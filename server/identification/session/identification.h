@@ -19,7 +19,7 @@ struct MotionRequest {
     kSway,        ///< turn and wave the tool in free air
     kPress,       ///< press to `force_n` at `force_rate_n_per_s`, hold, let go
     kTap,         ///< strike at `speed_mm_per_s`, `repetitions` times
-    kStroke,      ///< slide to and fro under `force_n` at `speed_mm_per_s`
+    kStroke,      ///< slide back and forth under `force_n` at `speed_mm_per_s`
     kLightTaps,   ///< touch lightly along a line, to scan the surface
     kStrikeFree,  ///< strike at `speed_mm_per_s` where nothing is
   };
@@ -38,7 +38,7 @@ struct MotionRequest {
   double length_mm = 0.0;  ///< stroke, light taps: of the line, along x from the place on
   double tilt_deg = 0.0;   ///< sway: amplitude
   int repetitions = 1;
-  hal::Vector3 place_mm{};  ///< beside (x, y) or above (z) the home of the tool, where it is to happen
+  hal::Vector3 place_mm{};  ///< next to (x, y) or above (z) the home of the tool, where it is to happen
   double stiffness_n_per_mm = 0.0;  ///< of the wall or of the target
   double proportional_gain = 0.0;   ///< kModulation
   double derivative_ms = 0.0;
@@ -111,7 +111,7 @@ class Identification {
   /// What should happen next. Asked again once it has been done; ends with kRest when nothing is wanted.
   virtual MotionRequest next_request() const = 0;
   virtual IdentificationProgress progress() const = 0;
-  /// The model as far as the data go, `converged` or not. An error where they do not tell it at all, saying
+  /// The model as far as the data go, `converged` or not. An error where they do not show it at all, saying
   /// what is missing. `device`, `sensor`, `object` and `data_reference` are left for the caller.
   virtual hal::Result<IdentifiedModel> finish() const = 0;
 };

@@ -14,7 +14,7 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kLoadedN = 0.05;      // less is no press: friction and DAC steps are of this size
-constexpr double kFirmN = 0.5;         // a press whose peak is less tells nothing
+constexpr double kFirmN = 0.5;         // a press whose peak is less says nothing
 constexpr double kMovingMmPerS = 3.0;  // below, the sign of friction is anybody's guess
 constexpr double kQuasiStaticNPerS = 80.0;
 constexpr double kWindowS = 0.016;  // of a velocity; recordings may have slower ticks
@@ -354,7 +354,7 @@ StructuralIdentification::Fit StructuralIdentification::fit(int highest_order) c
       determined = eigen.info() == Eigen::Success && std::isfinite(total);
       Vector gains(count);
       for (Eigen::Index i = 0; i < count; ++i) {
-        // Friction and delay may be left alone where the data do not tell them; the compliance may not.
+        // Friction and delay may be left alone where the data do not show them; the compliance may not.
         const double e = eigen.eigenvalues()(i);
         gains(i) = e > kSingular ? 1.0 / e : 0.0;
         if (e <= kSingular &&
@@ -623,7 +623,7 @@ MotionRequest StructuralIdentification::next_request() const {
   }
   if (outside_missing_ > 0 && outside_missing_ == ticks_) {
     MotionRequest request;
-    request.words = "let an instrument from outside tell where the tip is: the encoders cannot see the bend";
+    request.words = "let an instrument from outside say where the tip is: the encoders cannot see the bend";
     return request;
   }
   for (std::size_t i = 0; i < targets_mm_.size(); ++i) {
@@ -668,7 +668,7 @@ IdentificationProgress StructuralIdentification::progress() const {
     ++upward.counts[bin(upward.y, press.force_n) * 3 + bin(upward.x, press.place_mm.z)];
   }
   for (Coverage* coverage : {&sideways, &upward}) {
-    if (rigid) break;  // it stands where it stands: no places to visit
+    if (rigid) break;  // it is where it is: no places to visit
     coverage->update_share();
     progress.coverage.push_back(*coverage);
   }
@@ -701,7 +701,7 @@ IdentificationProgress StructuralIdentification::progress() const {
   progress.completion = completion_;
 
   if (outside_missing_ > 0 && outside_missing_ == ticks_) {
-    progress.missing.push_back("an instrument from outside that tells where the tip is (D§4.6.1: an LVDT)");
+    progress.missing.push_back("an instrument from outside that says where the tip is (D§4.6.1: an LVDT)");
   }
   if (!covered) {
     progress.missing.push_back(
@@ -726,7 +726,7 @@ IdentificationProgress StructuralIdentification::progress() const {
   const auto remark = [&](std::uint64_t count, const char* what) {
     if (count > 0) progress.remarks.push_back(std::to_string(count) + " " + what);
   };
-  remark(unfit_, "samples unfit (device fault, not finite, time standing still)");
+  remark(unfit_, "samples unfit (device fault, not finite, time at rest)");
   remark(gaps_, "gaps longer than 16 ms");
   remark(jumps_, rigid ? "jumps of the encoders by more than 1 mm under force"
                        : "jumps of more than 1 mm between the instruments");
@@ -762,14 +762,14 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
     return hal::Error{"no data", where, "0 samples", "",
                       rigid ? "press a rigid object" : "press virtual walls"};
   }
-  if (pressing_) {  // the data end in a press: it counts as far as it goes
+  if (pressing_) {  // the data end in a press: it counts as far as possible
     StructuralIdentification closed(*this);
     closed.close_press();
     return closed.finish();
   }
   if (outside_missing_ == ticks_) {
-    return hal::Error{"no instrument tells the tip's position from outside", where, "",
-                      "an external displacement reading beside the encoders (4.26)",
+    return hal::Error{"no instrument shows the tip's position from outside", where, "",
+                      "an external displacement reading next to the encoders (4.26)",
                       "the encoders cannot see the device bend: mount one, e.g. an LVDT of 30 µm"};
   }
   const Fit now = fit(task_.constant ? 0 : 2);
@@ -780,7 +780,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
     const std::string check = rigid ? "check the signs and units of force and position"
                                     : "check the signs and units of force and external position";
     return hal::Error{
-        "no press tells the stiffness", where, seen,
+        "no press shows the stiffness", where, seen,
         rigid ? "presses of the device, changing by up to 80 N/s, under which the encoders follow "
                 "the force by more than 1 mm/s"
               : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "

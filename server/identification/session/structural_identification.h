@@ -13,9 +13,9 @@
 namespace hapticd::rt {
 
 /// Structural stiffness of the device from virtual walls pressed at various places while an instrument from
-/// outside tells where the tip really is (D§4.6.1).
+/// outside says where the tip really is (D§4.6.1).
 ///
-/// (4.26) with the sign that a push against the user has: the tip stands at p = p_s - c(p) f_d, so that,
+/// (4.26) with the sign that a push against the user has: the tip is at p = p_s - c(p) f_d, so that,
 /// along each axis that was pressed,
 ///   p - p_s = o - c(p) f + c F sgn(v) + τ df/dt,
 /// with o an offset of each press (the instrument's origin, the device's kinematics), F the dry friction that
@@ -33,7 +33,7 @@ namespace hapticd::rt {
 ///
 /// A press asks more of the motors than they bear for ever (DeviceInfo::max_continuous_force_n). On hardware
 /// their heat is reckoned from the force and the pose, presses are weaker than a simulated device admits, and
-/// a rest is wished for before a device would warn.
+/// a rest is requested before a device would warn.
 class StructuralIdentification final : public Identification {
  public:
   StructuralIdentification(const StructuralStiffnessTask& task, const hal::RigInfo& rig);
@@ -43,11 +43,11 @@ class StructuralIdentification final : public Identification {
   IdentificationProgress progress() const override;
   hal::Result<IdentifiedModel> finish() const override;
 
-  static constexpr double kAsideMm = 80.0;         ///< presses are wished so far beside the home, along x
+  static constexpr double kAsideMm = 80.0;         ///< presses are requested so far from the home, along x
   static constexpr double kAcrossMm = 50.0;        ///< along y
   static constexpr double kMiddleMm = 70.0;        ///< above it: clear of any object on the table
   static constexpr double kUpDownMm = 40.0;        ///< and so far above and below that
-  static constexpr double kStaggerMm = 24.0;       ///< heights vary over that much beside
+  static constexpr double kStaggerMm = 24.0;       ///< heights vary by that much next to
   static constexpr std::size_t kMaxPresses = 128;  ///< kept; later ones take the place of the oldest
   static constexpr std::size_t kRigidPresses = 5;  ///< wanted on a rigid object
 
@@ -141,7 +141,7 @@ class StructuralIdentification final : public Identification {
   int free_rows_ = 0;
   int rows_until_point_ = 0;
   double greatest_force_n_ = 0.0;  ///< seen at all
-  bool rigid_enough_ = false;      ///< as of the last press: wish() is asked while the device renders
+  bool rigid_enough_ = false;      ///< as of the last press: request() is asked while the device renders
 
   std::vector<Press> presses_;
   std::size_t presses_seen_ = 0;

@@ -9,8 +9,8 @@
 namespace hapticd::rt {
 
 /// What is to be identified and how far. Each task is carried out by the Identification of its name, which is
-/// given the rig's properties beside it. A recording is a rig of kind RigKind::kReplay whose `rate_hz` is one
-/// over the median step; nothing can be wished of it, gaps and uneven steps are to be expected, its sensor
+/// given the rig's properties next to it. A recording is a rig of kind RigKind::kReplay whose `rate_hz` is
+/// one over the median step; nothing can be asked of it, gaps and uneven steps are to be expected, its sensor
 /// has no tool mass and its encoders an unknown noise.
 
 enum class ContactFitMethod : std::uint8_t {

@@ -291,16 +291,16 @@ IdentificationProgress ThresholdIdentification::progress() const {
                                       : "free motion a while longer: the largest residual is recent");
   }
   if (alone) {
-    progress.missing.insert(progress.missing.begin(), "start anew, touching nothing");
+    progress.missing.insert(progress.missing.begin(), "start again, touching nothing");
     progress.remarks.push_back("the largest residual, " + fixed_text(1e3 * largest_n_, 0) + " mN after " +
-                               fixed_text(largest_at_s_, 1) + " s, stands alone: was something touched?");
+                               fixed_text(largest_at_s_, 1) + " s, is alone: was something touched?");
   }
   if (progress.converged) progress.missing.clear();
 
   const auto remark = [&](std::uint64_t count, const char* what) {
     if (count > 0) progress.remarks.push_back(std::to_string(count) + " " + what);
   };
-  remark(unfit_, "samples unfit (faults, missing or not finite, time standing still)");
+  remark(unfit_, "samples unfit (faults, missing or not finite, time at rest)");
   remark(saturated_, "samples with the sensor saturated");
   remark(gaps_, "gaps longer than 16 ms");
   if (!(rig_.sensor.tool_mass_g > 0.0)) {

@@ -36,7 +36,7 @@ int tilt_bin(double deg) noexcept {
   return static_cast<int>(std::clamp(std::floor((deg + kTiltRangeDeg) / 30.0), 0.0, 4.0));
 }
 
-/// Orientations without which mass, bias and mounting cannot be told apart.
+/// Orientations without which mass, bias and mounting cannot be distinguished.
 constexpr std::array<std::pair<int, int>, 5> kRequired{{{2, 2}, {1, 2}, {3, 2}, {2, 1}, {2, 3}}};
 
 }  // namespace
@@ -299,10 +299,11 @@ IdentificationProgress ToolIdentification::progress() const {
   remark(gaps_, "gaps");
   remark(now.left_out, "seconds or longer left out that fit four times worse: was something touched?");
   if (fit.good && !fit.has_torque) {
-    progress.remarks.push_back("the sensor gives no torque: the centre of mass cannot be told");
+    progress.remarks.push_back("the sensor gives no torque: the centre of mass cannot be reported");
   }
   if (fit.good && std::isinf(greatest(fit.rotation_error_rad)) && std::isfinite(fit.mass_error_g)) {
-    progress.remarks.push_back("the sensor's rotation is not told by these orientations: taken as unturned");
+    progress.remarks.push_back(
+        "the sensor's rotation is not reported by these orientations: taken as unturned");
   }
   return progress;
 }
@@ -319,13 +320,13 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
   const ToolLoadFit& fit = now.fit;
   if (!fit.good || !std::isfinite(fit.mass_error_g)) {
     const IdentificationProgress so_far = progress();
-    return hal::Error{"the motion does not tell the tool's mass", where, "",
+    return hal::Error{"the motion does not show the tool's mass", where, "",
                       "gravity from several directions, or acceleration",
                       so_far.missing.empty() ? "turn the tool" : so_far.missing.front()};
   }
   if (!(fit.mass_g > 0.0)) {
     return hal::Error{"the mass comes out negative", where, fixed_text(fit.mass_g, 2) + " g", "more than 0 g",
-                      "the sensor's sign is reversed: it must tell the force on the tool"};
+                      "the sensor's sign is reversed: it must show the force on the tool"};
   }
   ToolModel tool;
   tool.mass_g = fit.mass_g;

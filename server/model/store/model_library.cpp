@@ -103,7 +103,7 @@ FoundModel::Origin ModelLibrary::stored(const std::string& kind, const std::stri
   for (const std::string& tag : tags) {
     auto found = store_->tagged(kind, subject, tag);
     if (found) return std::make_shared<const StoredModel>(std::move(*found));
-    // One that is there but cannot be read is told, and the scene goes on with what else there is.
+    // One that is there but cannot be read is reported, and the scene goes on with what else there is.
     if (found.refusal().kind != RefusalKind::kNotFound) log_warning(found.refusal().error.text());
   }
   return nullptr;

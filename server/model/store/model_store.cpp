@@ -172,7 +172,7 @@ struct ModelStore::State {
   }
 
   /// Whether the file that is open is still the one at its path: what is written into another is lost with
-  /// this process, and nobody is told.
+  /// this process, and no one is reported.
   bool was_moved() {
     int moved = 0;
     if (path.empty()) return false;

@@ -31,7 +31,7 @@ struct StoredModel {
   static constexpr std::size_t kShortHash = 12;
 };
 
-/// What a tag is unique among, beside the kind: the object (for friction with its tip, "sponge/rod"), or the
+/// What a tag is unique among, next to the kind: the object (for friction with its tip, "sponge/rod"), or the
 /// device, with its sensor where the model depends on that ("phantom_1_0/nano17_si_25").
 std::string subject_of(const rt::IdentifiedModel& model);
 
@@ -53,7 +53,7 @@ struct EndedIdentification {
   std::int64_t ended_at_unix_s = 0;
   std::string model_hash;  ///< empty where there is none; it may have been deleted since
   std::string problem;
-  std::string progress;  ///< the last one told, opaque
+  std::string progress;  ///< the last one reported, opaque
 };
 
 /// Identified models, kept for good: immutable, by the hash of their content, with tags that move. An SQLite

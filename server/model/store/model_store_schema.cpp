@@ -50,7 +50,8 @@ CREATE TABLE identifications (
   progress BLOB NOT NULL
 ) STRICT;
 )sql",
-    // 2 → 3: the kind of rig of a model, and tags by it. Where a model comes from was told by its data only.
+    // 2 → 3: the kind of rig of a model, and tags by it. Where a model comes from was reported by its data
+    // only.
     R"sql(
 DROP TRIGGER models_are_immutable;
 ALTER TABLE models ADD COLUMN rig_kind TEXT NOT NULL DEFAULT '';
@@ -92,7 +93,7 @@ std::optional<hal::Error> judge(const std::string& path, std::int32_t applicatio
 
 }  // namespace
 
-// The header is read without SQLite, which might write beside the file even when it only reads.
+// The header is read without SQLite, which might write next to the file even when it only reads.
 std::optional<hal::Error> check_header(const std::string& path) {
   constexpr std::size_t kVersionAt = 60;
   constexpr std::size_t kApplicationIdAt = 68;

@@ -22,7 +22,7 @@ struct CyclictestPlace {
   int after_us = -1;  ///< it wakes so long after each full period of CLOCK_MONOTONIC; -1 = whenever it began
 };
 
-/// The yardstick: one thread of cyclictest at the loop's rate, running beside it.
+/// The yardstick: one thread of cyclictest at the loop's rate, running next to it.
 class Cyclictest {
  public:
   Cyclictest(double seconds, std::filesystem::path output, const CyclictestPlace& place = {});

@@ -87,7 +87,7 @@ LiveResult run_case(const LiveCase& live, double seconds, const std::filesystem:
   } else {
     for (const auto& subscriber : subscribers) result.telemetry += subscriber->finish();
     result.cyclictest = cyclictest.finish();
-    if (!result.cyclictest.wakeup && subscribers.empty()) sleep_s(seconds);  // nobody else measured the time
+    if (!result.cyclictest.wakeup && subscribers.empty()) sleep_s(seconds);  // nothing else measured the time
   }
   result.loop = client.rig_state().loop();
   result.daemon_status = daemon.stop();
@@ -133,7 +133,7 @@ class LiveReport {
     report_.add_table("live_telemetry", "Telemetry at the full rate", telemetry_,
                       "Sums over all subscribers that were neither stalled nor killed. A gap is a place "
                       "where the sequence of\n"
-                      "ticks is broken; dropped is what the stream itself told.");
+                      "ticks is broken; dropped is what the stream itself reported.");
   }
 
  private:

@@ -14,12 +14,12 @@ struct SubscriberTally {
   std::uint64_t gaps = 0;                   ///< places where the sequence of ticks is broken
   std::uint64_t missing = 0;                ///< ticks missing there
   std::uint64_t disordered = 0;             ///< ticks repeated or out of order
-  std::uint64_t dropped_by_subscriber = 0;  ///< as told in the stream
+  std::uint64_t dropped_by_subscriber = 0;  ///< as given in the stream
   std::uint64_t dropped_by_server = 0;
   std::uint64_t bytes = 0;  ///< of messages
   double behind_ms = 0.0;   ///< at the end, the newest sample behind the loop; of the slowest
 
-  /// Nothing is missing, whoever lost it.
+  /// Nothing is missing, the one who lost it.
   bool complete() const noexcept {
     return gaps + disordered + dropped_by_subscriber + dropped_by_server == 0;
   }

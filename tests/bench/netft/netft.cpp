@@ -156,7 +156,7 @@ NetFtRun run_netft_case(double seconds, const std::filesystem::path& log) {
 
   NetFtRun run;
   hal::RigSample ignored;
-  (*sensor)->read(ignored);  // what came before the loop runs is nobody's to miss
+  (*sensor)->read(ignored);  // what came before the loop runs is no one's to miss
   const hal::PartReport before = (*sensor)->report();
   const double cpu_before_s = receiver_cpu_s();
   const std::int64_t begin_ns = now_ns();

@@ -143,7 +143,7 @@ void measure_command_latency(report::Report& report, const RealtimeOptions& opti
           "comes after the tick at which the target took effect, so that the way back is counted "
           "too: an upper bound. Echo: the same messages, a server that answers at once.");
   report::SvgPlot plot;
-  plot.title = "From a command to its effect, beside an echo";
+  plot.title = "From a command to its effect, next to an echo";
   plot.x = {"time from call to answer", "µs", true};
   plot.y = {"share of calls"};
   plot.series = {curve("target set, in effect", effect), curve("echo", echo)};

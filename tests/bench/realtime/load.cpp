@@ -21,7 +21,7 @@ namespace {
 constexpr int kStreamsPerProcess = 8;
 constexpr std::chrono::seconds kEnds{20};
 
-/// A program that is told to end by a signal.
+/// A program that is asked to end by a signal.
 class ProgramLoad : public Load {
  public:
   ProgramLoad(std::vector<std::string> command, const std::filesystem::path& log, int ends_by = SIGTERM)

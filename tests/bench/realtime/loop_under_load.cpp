@@ -139,7 +139,7 @@ std::string text_of(const QuantileRatio& ratio) {
 void add_twins(report::Report& report, const Twins& twins) {
   const QuantileRatio ratio = quantile_ratio(twins.a, twins.b, kTail);
   report.add({.figure = "wakeup_p999_of_twins",
-              .conditions = {{"source", "cyclictest beside cyclictest"}},
+              .conditions = {{"source", "cyclictest next to cyclictest"}},
               .value = ratio.value,
               .unit = "1",
               .source = "priority 80 over priority 81, same CPU",
@@ -238,7 +238,7 @@ class LoopReport {
     report_.add_table(
         "realtime_tick", "The loop's other times in the same rounds", ticks_,
         "Jitter: by how much the time from tick to tick differed from a period. A period is missed when "
-        "the machine stood still longer than it, or the tick took longer.");
+        "the machine was at rest longer than it, or the tick took longer.");
     report_.add_plot("realtime_wakeup", wakeup_);
     report_.add_plot("realtime_compute", compute_);
     report_.add_plot("realtime_device", device_);
@@ -267,7 +267,7 @@ class LoopReport {
   report::MarkdownTable ticks_{{"load", "compute 50 % [µs]", "99.9 % [µs]", "device 50 % [µs]", "99.9 % [µs]",
                                 "jitter 50 % [µs]", "99 % [µs]", "99.9 % [µs]",
                                 "99.9 % of the period over idle", "periods missed"}};
-  report::SvgPlot wakeup_ = empty_plot("Lateness of a tick (dashed: cyclictest beside it)", "lateness");
+  report::SvgPlot wakeup_ = empty_plot("Lateness of a tick (dashed: cyclictest next to it)", "lateness");
   report::SvgPlot compute_ = empty_plot("Computation of a tick", "time");
   report::SvgPlot device_ = empty_plot("Time in the drivers (simulated rig) per tick", "time");
 };

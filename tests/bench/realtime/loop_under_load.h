@@ -5,7 +5,7 @@
 
 namespace hapticd::bench {
 
-/// Wake-up, computation and device time of the live loop under each load, beside cyclictest in the same
+/// Wake-up, computation and device time of the live loop under each load, next to cyclictest in the same
 /// seconds. The loads take turns, round by round, so that what the machine does besides meets all of them.
 void measure_loop_under_load(report::Report& report, const RealtimeOptions& options);
 

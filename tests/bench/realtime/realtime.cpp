@@ -27,7 +27,7 @@ std::vector<std::string> realtime_parts() {
 
 int run_realtime(const RealtimeOptions& options) {
   report::Report report(options.folder);
-  report.begin_section("report_realtime", "What the loop costs in real time, under load, beside cyclictest");
+  report.begin_section("report_realtime", "What the loop costs in real time, under load, next to cyclictest");
   for (const Part& part : kParts) {
     const bool wanted = options.only.empty() ||
                         std::find(options.only.begin(), options.only.end(), part.name) != options.only.end();

@@ -228,7 +228,7 @@ int run_scenes(const ScenesOptions& options) {
       "the "
       "loop. Everything: the scene's own stages and those of all other kinds evaluated at every tick, all "
       "groups "
-      "told, as in a loop that composes nothing. Instructions by callgrind, telemetry record and guard "
+      "reported, as in a loop that composes nothing. Instructions by callgrind, telemetry record and guard "
       "included; memory is the heap of the stages and the object that runs and guards them; telemetry is one "
       "subscriber at 1 kHz with all groups the scene has.");
   report.add_plot("scenes_cost", plot);

@@ -92,7 +92,7 @@ int run_tick(const TickOptions& options) {
       "tick", "One tick, its telemetry record included", table,
       "Medians over batches of 32 ticks, 99.9 % over single ticks less the clock's own cost; "
       "instructions as\n"
-      "callgrind counts them. Samples are taps of the simulated hand; in 3D strokes to and fro.");
+      "callgrind counts them. Samples are taps of the simulated hand; in 3D strokes back and forth.");
   if (options.resting_hours > 0.0) measure_rest(report, options.resting_hours);
   return 0;
 }

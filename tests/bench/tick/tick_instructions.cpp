@@ -15,7 +15,7 @@ namespace {
 
 constexpr long kTicks = 4000;  // twice through the recorded samples, as often before it to warm up
 
-/// The total of a callgrind file, which stands on its line "summary:" (or "totals:").
+/// The total of a callgrind file, which is on its line "summary:" (or "totals:").
 std::optional<double> total_of(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string word;

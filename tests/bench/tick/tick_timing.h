@@ -11,7 +11,7 @@ struct TickTimes {
   double free_median_ns = 0.0;     ///< of batches out of contact; NaN if there are none
   double contact_median_ns = 0.0;  ///< of batches in contact; NaN if there are none
   double p999_ns = 0.0;
-  double clock_ns = 0.0;  ///< what was taken off
+  double clock_ns = 0.0;  ///< what was subtracted
 };
 
 /// Spends about `seconds`.

@@ -86,7 +86,7 @@ hal::Result<Scene> scene_named(const std::string& name) {
 }
 
 /// `own` and, behind it, one pipeline of every kind with every option it has: full creep and fusion,
-/// passivity, friction of a rod, published direction and inverse law beside it, structural compensation,
+/// passivity, friction of a rod, published direction and inverse law next to it, structural compensation,
 /// closed loops.
 hal::Result<std::unique_ptr<rt::Pipeline>> with_everything(std::unique_ptr<rt::Pipeline> own,
                                                            const hal::RigInfo& rig) {
@@ -135,7 +135,7 @@ hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::strin
   taps.rate_hz = 2.5;
   taps.repetitions = -1;
   sim::HandProgram hand = taps;
-  if (scene->model) {  // strokes to and fro, with the tool swaying
+  if (scene->model) {  // strokes back and forth, with the tool swaying
     hand = sim::HandProgram{};
     hand.kind = sim::HandProgram::Kind::kStroke;
     hand.force_n = 3.0;

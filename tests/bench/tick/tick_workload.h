@@ -57,7 +57,7 @@ class TickWorkload {
   std::size_t memory_bytes() const noexcept { return memory_bytes_; }
   /// From the scene's text, read, to its first tick: checking and composing.
   double compose_ns() const noexcept { return compose_ns_; }
-  /// What the next tick tells.
+  /// What the next tick shows.
   rt::TickRecord next_record() noexcept;
   /// True as long as the guard lets the scene through; a latched tick would be a cheap one.
   bool renders() const noexcept { return guard_state_ == rt::GuardState::kRendering; }

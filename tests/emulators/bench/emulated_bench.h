@@ -36,14 +36,14 @@ struct BenchTruth {
   std::int64_t time_ns = 0;       ///< of the simulation
   hal::TruthSample truth;
   hal::Vector3 encoder_position_mm;  ///< what the device's peer was shown
-  hal::Vector3 sensor_force_n;       ///< what the sink was told
+  hal::Vector3 sensor_force_n;       ///< what the sink was reported
   hal::Vector3 asked_force_n;        ///< what the device's peer asked for, before the device's own lag
 };
 static_assert(std::is_trivially_copyable_v<BenchTruth>);
 
-/// The simulated physics between emulated peers: on one thread, several times per tick of whoever drives the
-/// peers, the hand, the object, the tool and the sensor move on by the wall clock; the pose goes to the page
-/// of the stand-in library, the sensor's reading to a sink (a Net F/T box, a board), and the force the
+/// The simulated physics between emulated peers: on one thread, several times per tick of the one who drives
+/// the peers, the hand, the object, the tool and the sensor move on by the wall clock; the pose goes to the
+/// page of the stand-in library, the sensor's reading to a sink (a Net F/T box, a board), and the force the
 /// stand-in's device gives comes back. The simulated device adds its own latency of a millisecond.
 class EmulatedBench {
  public:
@@ -70,7 +70,7 @@ class EmulatedBench {
 
   /// The world begins to move; it already shows its first pose.
   void start();
-  /// The world stands still; what was recorded stays.
+  /// The world is at rest; what was recorded stays.
   void stop();
 
   const hal::RigInfo& info() const noexcept;
@@ -78,7 +78,7 @@ class EmulatedBench {
   std::optional<hal::Error> set_program(const sim::HandProgram& program);
   std::optional<hal::Error> set_object(const std::string& name);
   std::optional<hal::Error> happen(const sim::ObjectEvent& event);
-  /// Force asked for where nothing was touched. Call it while the world stands still.
+  /// Force asked for where nothing was touched. Call it while the world is at rest.
   const test::FreeAirJudge& free_air() const noexcept;
 
   // -- any thread, at any time

@@ -7,7 +7,7 @@
 
 namespace hapticd::emulators {
 
-/// A desktop arm's linkage, motors and encoders as somebody else would describe them. Defaults: a Premium
+/// A desktop arm's linkage, motors and encoders as someone else would describe them. Defaults: a Premium
 /// 1.5.
 struct ArmDescription {
   double upper_arm_mm = 215.0;

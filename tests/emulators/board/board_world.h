@@ -14,7 +14,7 @@ namespace hapticd::emulators {
 /// the tip along x, y and z (inputs 6 … 8), an arm with a gimbal (counters 0 … 5, outputs 0 … 2). From one
 /// thread.
 ///
-/// The arm stands still in the pose it was shown first until the counters have been read often enough to be
+/// The arm is at rest in the pose it was shown first until the counters have been read often enough to be
 /// homed there; what is shown until then is not.
 class BoardWorld {
  public:

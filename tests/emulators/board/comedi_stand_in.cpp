@@ -90,7 +90,7 @@ unsigned most_of(unsigned subdevice) {
   return subdevice == 3 ? (1U << 24U) - 1U : 0xffffU;
 }
 
-/// Writes all of it unless told to stop; a full pipe is waited for.
+/// Writes all of it unless asked to stop; a full pipe is waited for.
 bool write_all(comedi_t* device, const unsigned char* bytes, std::size_t size) {
   while (size > 0) {
     if (device->stop.load()) return false;

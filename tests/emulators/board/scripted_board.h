@@ -61,7 +61,7 @@ class ScriptedBoard final : public daq::Board {
 
   // Faults.
   void lose_scans(std::size_t scans);              ///< an overrun of the board's buffer
-  void stop_scans(bool stopped = true);            ///< the acquisition stands still, and says so
+  void stop_scans(bool stopped = true);            ///< the acquisition is at rest, and says so
   void mute_scans(bool muted = true);              ///< no scans any more, though it claims to run
   void put_nan(bool on = true);                    ///< on all gauges
   void put_rail(std::size_t gauge, double volts);  ///< a gauge stuck at a voltage

@@ -30,7 +30,7 @@ class DriveRegisters {
   virtual void clear() = 0;
 };
 
-/// A drive of nobody's make. Input registers: 0-1 position in 0.001 deg (signed), 2-3 velocity in deg/s
+/// A drive of no one's make. Input registers: 0-1 position in 0.001 deg (signed), 2-3 velocity in deg/s
 /// (float), 4 status (enabled, homed, moving, in position, alarm from bit 0), 5 alarm code, 6-7 position in
 /// deg (float). Holding registers: 100-101 target in 0.001 deg, 102-103 speed in deg/s (float), 104-105
 /// acceleration in deg/s² (float), 106 control (enable, start, home, stop, reset; all but the first by their

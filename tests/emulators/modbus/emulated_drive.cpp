@@ -182,7 +182,7 @@ struct EmulatedDrive::State {
       Bytes request(received.begin(), received.begin() + static_cast<std::ptrdiff_t>(*length - 2));
       const unsigned check = received[*length - 2] + received[*length - 1] * 256U;
       if (crc16(request) != check) {
-        received.clear();  // where the next one begins, silence will tell
+        received.clear();  // where the next one begins, silence will show
         return;
       }
       received.erase(received.begin(), received.begin() + static_cast<std::ptrdiff_t>(*length));

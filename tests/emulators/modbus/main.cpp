@@ -13,8 +13,8 @@ int usage() {
   std::fputs(
       "hapticd_emulated_drive - a motor drive behind Modbus\n"
       "  --tcp PORT   listen on 127.0.0.1:PORT (0 = any free port)\n"
-      "  --rtu        open a pty pair and tell the port a master may open\n"
-      "  --unit N     the drive's number, 1 unless told otherwise\n"
+      "  --rtu        open a pty pair and show the port a master may open\n"
+      "  --unit N     the drive's number, 1 unless set otherwise\n"
       "  --az         speak the registers of an Oriental Motor AZ instead of those of map 'plain_drive'\n"
       "Ends with SIGINT or SIGTERM.\n",
       stderr);

@@ -17,12 +17,12 @@ class EmulatedMotor {
   void stop();
   void reset();
 
-  /// The counter is lost: it starts anew where the table stands, and nothing is homed.
+  /// The counter is lost: it starts again where the table stands, and nothing is homed.
   void restart();
   void raise_alarm(std::uint16_t code);
   /// A table that is held fast, whatever the motor does.
   void hold(bool held) { held_ = held; }
-  /// Somebody turns the table by hand.
+  /// Someone turns the table by hand.
   void turn_by_hand(double degrees) { angle_deg_ += degrees; }
 
   double counter_deg() const { return angle_deg_ - counter_zero_deg_; }

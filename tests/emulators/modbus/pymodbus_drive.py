@@ -1,6 +1,6 @@
 """A drive made of a Modbus server of others' making: the registers of map 'plain_drive' over pymodbus.
 
-Prints "tcp PORT" once it listens on 127.0.0.1, and serves until whoever started it is gone.
+Prints "tcp PORT" once it listens on 127.0.0.1, and serves until the one who started it is gone.
 """
 
 import asyncio

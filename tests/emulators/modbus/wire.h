@@ -19,8 +19,8 @@ Bytes refusal(const Bytes& request, int code);
 /// CRC-16 of the serial line, low byte first on the wire.
 std::uint16_t crc16(const Bytes& bytes);
 
-/// How long a request on the serial line is, address and CRC included, as far as its beginning tells; nothing
-/// while it tells too little.
+/// How long a request on the serial line is, address and CRC included, as far as its beginning shows; nothing
+/// while it shows too little.
 std::optional<std::size_t> serial_request_length(const Bytes& received);
 
 }  // namespace hapticd::test

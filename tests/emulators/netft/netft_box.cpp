@@ -71,7 +71,7 @@ int open_udp(int& port) {
 NetFtBox::NetFtBox(const NetFtBoxSettings& settings)
     : settings_(settings), udp_port_(settings.udp_port), random_(settings.seed) {
   socket_ = open_udp(udp_port_);
-  // So that the kernel tells when the client's port is closed.
+  // So that the kernel says when the client's port is closed.
   const int on = 1;
   setsockopt(socket_, IPPROTO_IP, IP_RECVERR, &on, sizeof on);
   int stranger_port = 0;
@@ -95,7 +95,7 @@ NetFtBox::~NetFtBox() {
 
 int NetFtBox::http_port() const noexcept {
   if (page_) return page_->port();
-  return udp_port_;  // nobody listens there with TCP: the kernel gave the number for UDP only
+  return udp_port_;  // no one listens there with TCP: the kernel gave the number for UDP only
 }
 
 std::string NetFtBox::page_text() const {
@@ -442,7 +442,7 @@ void NetFtBox::take_requests(std::int64_t now) {
   }
 }
 
-/// Does what is due and tells when the next is.
+/// Does what is due and says when the next is.
 std::int64_t NetFtBox::work(std::int64_t now) {
   take_requests(now);
   std::int64_t next = now + 1'000'000'000;

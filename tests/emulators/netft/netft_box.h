@@ -40,7 +40,7 @@ struct NetFtBoxSettings {
   int records_per_datagram = 1;
   std::uint32_t first_rdt_sequence = 1;
   std::uint32_t first_ft_sequence = 100'000;
-  bool continue_sequence = false;  ///< a new request does not begin the stream's numbers anew
+  bool continue_sequence = false;  ///< a new request does not begin the stream's numbers again
   std::uint64_t seed = 1;
 };
 
@@ -56,7 +56,7 @@ class NetFtBox {
   NetFtBox& operator=(const NetFtBox&) = delete;
 
   int udp_port() const noexcept { return udp_port_; }
-  int http_port() const noexcept;  ///< a port nobody listens on if there is no page
+  int http_port() const noexcept;  ///< a port no one listens on if there is no page
   HttpPage& page() { return *page_; }
   /// The page as its settings make it.
   std::string page_text() const;
@@ -88,7 +88,7 @@ class NetFtBox {
   void send_from_stranger(int datagrams);  ///< good records from another port
   /// As after a power failure: says nothing for a while, forgets bias, client and numbers.
   void restart(double silence_s);
-  /// As restart(), but goes on sending to its client, as nobody noticed: only the numbers begin anew.
+  /// As restart(), but goes on sending to its client, as no one noticed: only the numbers begin again.
   void restart_numbers();
   /// The next record's number is so much higher, as if the ones between were lost, though no time has passed.
   void skip_numbers(std::uint32_t count);
@@ -100,7 +100,7 @@ class NetFtBox {
   std::uint64_t records_made() const noexcept { return made_.load(); }
   int commands(std::uint16_t command) const;  ///< how often it came
   int invalid_requests() const;
-  bool client_gone() const;  ///< the kernel says that nobody listens at the client's port any more
+  bool client_gone() const;  ///< the kernel says that no one listens at the client's port any more
 
  private:
   using Bytes = std::vector<std::uint8_t>;
@@ -133,7 +133,7 @@ class NetFtBox {
   std::atomic<std::uint64_t> made_{0};
 
   std::optional<sockaddr_in> client_;
-  std::uint32_t remaining_ = 0;  ///< records still wanted; 0 = until told to stop
+  std::uint32_t remaining_ = 0;  ///< records still wanted; 0 = until asked to stop
   std::uint32_t rdt_sequence_ = 0;
   std::uint32_t ft_sequence_ = 0;
   std::int64_t next_record_ns_ = 0;

@@ -83,7 +83,7 @@ void HdPage::set_transform(const std::array<double, 16>& transform, std::size_t 
   HdPageDevice& device = layout_->devices[index];
   const std::uint32_t sequence = device.pose_sequence.load(std::memory_order_relaxed);
   device.pose_sequence.store(sequence + 1, std::memory_order_relaxed);
-  // Each with release: whoever sees one of them also sees the odd number.
+  // Each with release: the one who sees one of them also sees the odd number.
   for (std::size_t i = 0; i < transform.size(); ++i) {
     device.transform[i].store(transform[i], std::memory_order_release);
   }

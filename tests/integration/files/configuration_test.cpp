@@ -132,7 +132,7 @@ TEST(Configuration, EveryValueHasATypeARangeAndAUnit) {
                          "sim, replay, hardware", "did you mean 'sim'?"});
 }
 
-TEST(Configuration, TheFirstOfSeveralMistakesIsTold) {
+TEST(Configuration, TheFirstOfSeveralMistakesIsReported) {
   expect_config_refused("[loop]\nrat_hz = 1\n[rig.sim]\ntool_mass_g = -1\n",
                         {"unknown key 'rat_hz' in [loop]", "hapticd.toml, line 2", "",
                          "rate_hz, fifo_priority, cpu, wake_early_share, lock_memory, keep_cpu_awake",
@@ -330,7 +330,7 @@ TEST(RigText, MistakesAreNamed) {
   EXPECT_EQ(without_path.error().what, "a replayed rig needs a recording");
 }
 
-/// The rig that a file describes, as far as it goes without touching hardware.
+/// The rig that a file describes, as far as possible without touching hardware.
 hal::Result<std::unique_ptr<hal::Rig>> rig_of(const std::string& text) {
   auto config = parse_config(text, "rig.toml");
   if (config) config = override_config(*config, {});
@@ -371,7 +371,7 @@ TEST(RigFile, ReplaysARecordingBesideARealDevice) {
   EXPECT_EQ((*rig)->info().name.find("openhaptics + replay"), 0U) << (*rig)->info().name;
   const auto fast = rig_of(text + "speed = \"fast\"\n");
   ASSERT_FALSE(fast);
-  EXPECT_EQ(fast.error().what, "a recording beside hardware cannot be played as fast as possible");
+  EXPECT_EQ(fast.error().what, "a recording next to hardware cannot be played as fast as possible");
 }
 
 TEST(RigFile, OfHardwareAloneNamesItsParts) {

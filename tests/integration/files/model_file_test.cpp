@@ -187,7 +187,7 @@ TEST(ModelLibrary, TheBuiltInModelsAreSound) {
   }
 }
 
-TEST(ModelLibrary, AFolderAddsAndReplacesAndABrokenFileIsTold) {
+TEST(ModelLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   const test::TemporaryFolder folder;
   folder.write("broken.toml", "oops = 1\n");
   folder.write("mine.toml", "[rod_friction]\nkinetic = 0.5\npresliding_mm = 1\nviscous_n_s_per_mm = 0\n");

@@ -52,7 +52,7 @@ death_s = 2.0
   EXPECT_EQ(write_openhaptics(*again), defaults);
 }
 
-TEST(OpenHapticsSection, WhatIsWrongIsToldByNameAndLine) {
+TEST(OpenHapticsSection, WhatIsWrongIsReportedByNameAndLine) {
   const struct {
     const char *text, *key;
   } cases[] = {

@@ -322,7 +322,7 @@ TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   EXPECT_EQ(library.find("explore_bearing")->tip, rt::Tip::kBallBearing);
 }
 
-TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsTold) {
+TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   std::optional<test::TemporaryFolder> folder(std::in_place);
   folder->write("soft.toml", "description = \"mine\"\n[target]\nstiffness_n_per_mm = 0.1\n");
   folder->write("wall.toml", "kind = \"wall\"\ndescription = \"my own wall\"\n");

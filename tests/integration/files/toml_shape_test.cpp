@@ -66,7 +66,7 @@ TEST(TomlShape, RefusesLinesThatAreTooLongWhereverTheyStand) {
   EXPECT_FALSE(check_toml_shape(repeated("# one of many lines\n", 50000), "rig.toml"));
 }
 
-// 62 kB of one dotted key used up the stack of whoever parsed it.
+// 62 kB of one dotted key used up the stack of the one who parsed it.
 TEST(TomlShape, StandsBeforeScenesAndConfigurations) {
   const std::string deep = repeated("a.", 32171) + "a = 1\n";
   const auto scene = parse_scene("name = \"x\"\n" + deep, "scene text");

@@ -300,7 +300,7 @@ TEST(ServiceIdentification, WhatCannotBeReadIsRefusedWithItsLineAndColumn) {
     description.set_name("bad.csv");
     grpc::Status status = service.upload(csv, &uploaded, description);
     if (!status.ok()) return status;
-    EXPECT_GT(uploaded.remarks_size(), 0) << "the upload tells already";
+    EXPECT_GT(uploaded.remarks_size(), 0) << "the upload shows already";
     v1::StartIdentificationRequest request = contact("mine");
     request.set_recording(uploaded.recording());
     return service.start(request);

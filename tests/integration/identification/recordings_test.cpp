@@ -85,7 +85,7 @@ TEST(ServiceRecordings, ShowContactAndStiffnessFromTheFirstTick) {
   EXPECT_NEAR(state.reaction_force_n() / state.displacement_mm(), 0.5, 0.05);
 }
 
-TEST(ServiceRecordings, AnEndedOneIsToldAndTakesNoCommands) {
+TEST(ServiceRecordings, AnEndedOneIsReportedAndTakesNoCommands) {
   const TemporaryFolder folder;
   server::DaemonConfig config = replay_config(folder.write("run.csv", press_recording(0.5)));
   config.scene = "tap_1d";
@@ -99,7 +99,7 @@ TEST(ServiceRecordings, AnEndedOneIsToldAndTakesNoCommands) {
   request.set_stiffness_n_per_mm(1.0);
   expect_refused(service.set_target(request),
                  {grpc::StatusCode::FAILED_PRECONDITION, "the recording has ended", "rig 'replay:run.csv'",
-                  "", "", "start the daemon anew, or with loop = true in [rig.replay]"});
+                  "", "", "start the daemon again, or with loop = true in [rig.replay]"});
 }
 
 TEST(ServiceRecordings, HaveNoTruth) {

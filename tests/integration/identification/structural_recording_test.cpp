@@ -73,7 +73,7 @@ std::string along_one_axis(const std::string& header) {
   return csv.str();
 }
 
-TEST(ServiceStructuralRecording, WhatTheRigKeptTellsTheSameAsTheRig) {
+TEST(ServiceStructuralRecording, WhatTheRigKeptSaysTheSameAsTheRig) {
   const TemporaryFolder folder;
   server::DaemonConfig config = touching("none");
   config.model_store = folder.path() + "/models.sqlite";
@@ -162,7 +162,7 @@ TEST(ServiceStructuralRecording, OneAxisMayHaveAnyDirectionAndUnits) {
     v1::StoredModel stored;
     ASSERT_TRUE(service.model->GetStoredModel(call_context().get(), get, &stored).ok());
     EXPECT_NEAR(stored.max_force_n(), 5.0, 0.1);
-    EXPECT_EQ(stored.device(), "") << "of which device it is nobody has said";
+    EXPECT_EQ(stored.device(), "") << "of which device it is no one has said";
     ASSERT_GT(end.remarks_size(), 0);
     EXPECT_NE(end.remarks(end.remarks_size() - 1).find("adopt"), std::string::npos);
   }
@@ -217,7 +217,7 @@ TEST(ServiceStructuralRecording, WhatIsMissingIsNamedWithItsUnitAndARemedy) {
           << word << " in " << detail_of(status).ShortDebugString();
     }
   }
-  // Signs cannot be seen in a header: the end tells.
+  // Signs cannot be seen in a header: the end shows.
   v1::RecordingDescription turned;
   (*turned.mutable_columns())["device_force"].set_scale(-1.0);
   const auto end = identified(service, along_one_axis(good), walls, turned);

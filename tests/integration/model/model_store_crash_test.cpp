@@ -16,7 +16,7 @@
 namespace hapticd::server {
 namespace {
 
-/// What a writer told before it was killed.
+/// What a writer reported before it was killed.
 struct Acknowledged {
   std::set<std::string> models;
   std::set<std::string> identifications;
@@ -53,7 +53,7 @@ void expect_sound(const std::string& path, const Acknowledged& acknowledged) {
     for (const EndedIdentification& identification : *ended) ids.insert(identification.id);
     for (const std::string& id : acknowledged.identifications) EXPECT_TRUE(ids.contains(id)) << id;
     if (!acknowledged.last_tagged.empty()) {
-      // The tag is where it was told to be, or where the write that was cut off put it.
+      // The tag is where it was asked to be, or where the write that was cut off put it.
       const auto current = (*store)->tagged("contact", "sponge", "current");
       ASSERT_TRUE(current) << current.refusal().error.text();
       const auto place = [&](const std::string& hash) {

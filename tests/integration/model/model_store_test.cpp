@@ -364,7 +364,7 @@ TEST(ModelStoreFile, ThatIsNoneIsRefusedAndLeftAlone) {
   const TemporaryFolder folder;
   const std::string text = folder.write("notes.txt",
                                         "these are my notes, of more than a hundred bytes, so that they "
-                                        "could be taken for the header of a database if nobody looked");
+                                        "could be taken for the header of a database if no one looked");
   folder.write("short", "x");
   {
     SQLite::Database foreign(folder.path("foreign.sqlite"), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
@@ -416,7 +416,7 @@ TEST(ModelStoreFile, ThatIsDamagedIsRefusedWithARemedyAndLeftAlone) {
   EXPECT_EQ(opened(path)->list()->size(), 40U);
 }
 
-TEST(ModelStoreFile, AModelThatWasAlteredInsideIsToldAndTheOthersGoOn) {
+TEST(ModelStoreFile, AModelThatWasAlteredInsideIsReportedAndTheOthersGoOn) {
   const TemporaryFolder folder;
   const std::string path = folder.path("models.sqlite");
   std::string altered;
@@ -503,7 +503,7 @@ TEST(ModelLibrary, AStoredModelTakesThePlaceOfAFilesPart) {
   std::get<rt::ContactModel>(only_power.content).creep.reset();
   const std::string power = add(*store, only_power);
   EXPECT_EQ(library.find("sponge_cut")->identified_on, file->identified_on)
-      << "stored, but nobody's choice yet";
+      << "stored, but no one's choice yet";
   ASSERT_TRUE(store->tag(power, "current"));
   auto found = library.find_parts("sponge_cut");
   ASSERT_TRUE(found);

@@ -1,4 +1,4 @@
-// Writes models and tags to a store until it is killed, and tells each write once it was acknowledged.
+// Writes models and tags to a store until it is killed, and shows each write once it was acknowledged.
 //
 //   model_store_writer STORE FIRST
 #include <cstdio>

@@ -20,7 +20,7 @@ namespace hapticd::server {
 namespace {
 
 constexpr const char* kObject = "foam_ball_3d";
-/// The law alone tells the displacement: what is rendered shows at once which model is at work.
+/// The law alone shows the displacement: what is rendered shows at once which model is at work.
 constexpr const char* kScene =
     "name = \"swapped\"\nkind = \"explore\"\nobject_model = \"foam_ball_3d\"\n"
     "[tool]\ntip = \"ball_bearing\"\nmass_g = 0\n[contact]\nthreshold_n = 0\n"
@@ -30,7 +30,8 @@ double norm(const hal::Vector3& v) {
   return std::sqrt(dot(v, v));
 }
 
-/// Scenes with a store on a simulated rig in virtual time, without the network, and all that its loop told.
+/// Scenes with a store on a simulated rig in virtual time, without the network, and all that its loop
+/// reported.
 class SwapBench {
  public:
   SwapBench()
@@ -297,7 +298,7 @@ TEST(ModelSwap, WhileLatchedOrFreeItIsAtOnce) {
   bench.add(1.0, "right");
   bench.add(1.6, "wrong");
   ASSERT_TRUE(bench.load("right"));
-  ASSERT_TRUE(bench.load("wrong", std::chrono::seconds(10))) << "nobody touches anything";
+  ASSERT_TRUE(bench.load("wrong", std::chrono::seconds(10))) << "no one touches anything";
   bench.hand(3.0, -1.0, 1);
   bench.await_deep_contact();
   bench.session().engine().stop();
@@ -331,7 +332,7 @@ TEST(ModelSwap, AModelInUseIsKnownAndOneThatWasDeletedMeanwhileIsNotLoaded) {
 
 // -- what was identified of the rig
 
-TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
+TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreReportedOf) {
   SwapBench bench;
   bench.add(1.0, "current");
   const auto put = [&](rt::ModelContent content, bool converged = true) {
@@ -365,7 +366,7 @@ TEST(RigModels, FillWhatASceneLeavesToTheRigAndAreToldOf) {
   EXPECT_EQ(scene->spec.structural_stiffness_n_per_mm, 2.25);
   ASSERT_TRUE(scene->spec.structural_field);
   EXPECT_EQ(scene->spec.structural_field->gradient_per_mm.x, 0.001) << "all of it";
-  EXPECT_FALSE(scene->spec.explore.tip_to_centre_mm) << "the tool was not turned enough to tell";
+  EXPECT_FALSE(scene->spec.explore.tip_to_centre_mm) << "the tool was not turned enough to report";
   EXPECT_EQ(scene->spec.contact.threshold_n, 0.0175);
   EXPECT_EQ(scene->spec.controller.proportional_gain, 0.31);
   EXPECT_EQ(scene->spec.controller.derivative_gain_ms, 0.02);
@@ -452,7 +453,7 @@ TEST(RigModels, AnIdentifiedBallBearingsFrictionIsUsedAndSaid) {
   EXPECT_TRUE(bench.scenes().compose(*scene));
 }
 
-TEST(RigModels, ASceneToldOfItsModelsSaysWhatSpeaksAgainstThem) {
+TEST(RigModels, ASceneReportedOfItsModelsSaysWhatSpeaksAgainstThem) {
   SwapBench bench;
   rt::IdentifiedModel model = test::example_contact(kObject);
   model.device = "phantom_1_0";

@@ -56,7 +56,7 @@ TEST(ServiceModels, AnUnknownNameIsRefusedWithASuggestion) {
                   "../x", "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"});
 }
 
-TEST(ServiceModels, ABrokenFileOfTheFolderIsToldAndRefused) {
+TEST(ServiceModels, ABrokenFileOfTheFolderIsReportedAndRefused) {
   const TemporaryFolder folder;
   const std::string broken = folder.write("broken.toml", "[creep]\nmax_force = 3\n");
   folder.write("slippery.toml", kFriction);

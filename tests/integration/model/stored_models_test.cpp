@@ -155,7 +155,7 @@ TEST(ServiceStoredModels, TheCurrentOneIsWhatScenesGetAndIsNotDeletedWhileInUse)
   load.set_object_model("gel");
   v1::LoadSceneResponse loaded;
   const grpc::Status untagged = service.scene->LoadScene(call_context().get(), load, &loaded);
-  EXPECT_EQ(untagged.error_code(), StatusCode::FAILED_PRECONDITION) << "stored, but nobody's choice yet";
+  EXPECT_EQ(untagged.error_code(), StatusCode::FAILED_PRECONDITION) << "stored, but no one's choice yet";
 
   v1::StoredModel tagged;
   ASSERT_TRUE(tag(stub, contact.substr(0, 10), "current", &tagged).ok());

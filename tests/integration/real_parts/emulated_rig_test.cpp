@@ -199,7 +199,7 @@ TEST_F(EmulatedRigProcess, CheckingTheFileOpensNothing) {
   }
 }
 
-TEST_F(EmulatedRigProcess, PeersEndWhenTheyAreTold) {
+TEST_F(EmulatedRigProcess, PeersEndWhenTheyAreReported) {
   start_peers({"--seconds", "0.1"});
   EXPECT_EQ(peers->wait(), 0) << peers->errors();
   for (const int signal : {SIGINT, SIGTERM}) {

@@ -1,4 +1,4 @@
-// Crashes in the way it is told, with a rig whose "zero" is a line on standard output.
+// Crashes in the way it is reported, with a rig whose "zero" is a line on standard output.
 //
 //   crash_victim segv|bus|fpe|ill|abort|terminate|overflow|overflow_in_thread|killed|crash_in_driver|none
 #include <signal.h>

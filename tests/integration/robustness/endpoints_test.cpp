@@ -101,7 +101,7 @@ TEST(ServiceEndpoints, RefuseASecondDaemonOnThePort) {
   EXPECT_EQ(failure.error.where, service.address());
   EXPECT_EQ(failure.error.value, "Address already in use");
   EXPECT_EQ(failure.error.remedy,
-            "stop whoever listens there (another hapticd?), or choose another port with --listen");
+            "stop the program that listens there (another hapticd?), or choose another port with --listen");
   EXPECT_TRUE(service.load("tap_1d").ok()) << "the first is not disturbed";
 }
 

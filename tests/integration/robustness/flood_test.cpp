@@ -22,7 +22,7 @@
 namespace hapticd::test {
 namespace {
 
-/// Keeps so many calls of one kind under way, each ended one followed by another, until it is told to stop.
+/// Keeps so many calls of one kind under way, each ended one followed by another, until it is asked to stop.
 class Flood {
  public:
   struct Counts {
@@ -108,7 +108,7 @@ void explain(const ServiceClient& client, grpc::CompletionQueue& queue, Flood::C
   call.reader = std::move(reader);
 }
 
-TEST(Flood, OfSlowCallsKeepsNobodyFromStoppingAndClearing) {
+TEST(Flood, OfSlowCallsKeepsNoOneFromStoppingAndClearing) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
   service.press(2.0);
@@ -247,7 +247,7 @@ class IdleConnections {
 class FloodOfConnections : public testing::TestWithParam<int> {};
 
 // A listener of gRPC's own that was once refused a descriptor never accepted again.
-TEST_P(FloodOfConnections, ClosesThePortToNobodyAfterwards) {
+TEST_P(FloodOfConnections, ClosesThePortToNoOneAfterwards) {
   const int max_descriptors = GetParam();
   const int connections = max_descriptors + 76;
   rlimit ours{};

@@ -215,7 +215,7 @@ TEST(ServiceProcess, ChecksAConfigurationAndPrintsAllOfIt) {
   EXPECT_EQ(run({"--version"}).output.rfind("hapticd ", 0), 0U);
 }
 
-/// The CPUs each thread of a process may run on, as the kernel tells them, by the thread's name.
+/// The CPUs each thread of a process may run on, as the kernel shows them, by the thread's name.
 std::multimap<std::string, std::string> cpus_of_threads(pid_t pid) {
   std::multimap<std::string, std::string> cpus;
   for (const auto& thread : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {

@@ -96,7 +96,7 @@ TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {
   EXPECT_EQ(detail_of(status).what(), "the tool is in contact: it cannot be biased");
 }
 
-TEST(ServiceRig, StateTellsContactZeroAndForce) {
+TEST(ServiceRig, StateSaysContactZeroAndForce) {
   const RunningService service;
   v1::RigState state = service.await([](const v1::RigState& now) { return now.bias_serial() == 1; });
   EXPECT_EQ(state.contact_reason(), v1::CONTACT_REASON_UNSPECIFIED) << "no scene looks at contact";
@@ -155,7 +155,7 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   config.turntable.sim.homed = true;
   const RunningService service(config);
   ASSERT_TRUE(service.load("tap_1d").ok());
-  EXPECT_EQ(table_of(service), v1::PART_STATE_IDLE) << "nobody needs it";
+  EXPECT_EQ(table_of(service), v1::PART_STATE_IDLE) << "no one needs it";
 
   const grpc::Status elsewhere = service.load_toml(kAtStation);
   EXPECT_EQ(elsewhere.error_code(), grpc::StatusCode::FAILED_PRECONDITION) << elsewhere.error_message();
@@ -181,7 +181,7 @@ TEST(ServiceRig, ASceneIsLoadedWhereTheTableStandsAndOpensItOnlyIfItMust) {
   }
   const grpc::Status kept = refused->Finish();
   EXPECT_EQ(kept.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(detail_of(kept).what(), "the loaded scene needs the table where it stands");
+  EXPECT_EQ(detail_of(kept).what(), "the loaded scene needs the table where it is");
 }
 
 TEST(ServiceRigState, IsSmallWithoutItsHistograms) {

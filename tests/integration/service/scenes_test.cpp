@@ -43,7 +43,7 @@ TEST(ServiceScenes, LoadExplainListUnload) {
   v1::SceneOutline outline;
   const grpc::Status explained = service.scene->ExplainScene(call_context().get(), request, &outline);
   ASSERT_TRUE(explained.ok()) << explained.error_message();
-  EXPECT_TRUE(outline.has_cost()) << "only told where nothing waits for it";
+  EXPECT_TRUE(outline.has_cost()) << "only reported where nothing waits for it";
   outline.clear_cost();
   EXPECT_EQ(outline.SerializeAsString(), loaded.outline().SerializeAsString());
 

@@ -120,7 +120,7 @@ TEST(ServiceStop, StopsWhateverItsRequestHolds) {
   EXPECT_GT(most_n, 0.1);
 }
 
-// The one request that never arrives here. Its limit stands in the contract.
+// The one request that never arrives here. Its limit is in the contract.
 TEST(ServiceStop, OneLargerThanAMebibyteIsRefusedByTheTransport) {
   const RunningService service;
   const RawAnswer answer = raw_call(service.channel, kStop, with_reason(std::string(2 << 20, 'x')));

@@ -96,7 +96,7 @@ TEST(ServiceTargets, OnASoftObjectThatIsExploredLessIsGrantedThanTheDeviceBears)
   EXPECT_EQ(response.granted_n_per_mm(), 2.0) << "a scene may say more";
 }
 
-TEST(ServiceTargets, AreToldWhereTheyAreSofterThanTheDeviceCanMakeTheObject) {
+TEST(ServiceTargets, AreReportedWhereTheyAreSofterThanTheDeviceCanMakeTheObject) {
   const RunningService service;
   v1::SetTargetResponse response;
   ASSERT_TRUE(service.load_toml("name = \"soft\"\nkind = \"explore\"\nobject_model = \"sponge_cut\"\n").ok());
@@ -455,7 +455,7 @@ TEST(ServiceTargets, AnotherSceneWithdrawsAWaitingTarget) {
   if (!status.ok()) {
     expect_refused(status, {grpc::StatusCode::ABORTED,
                             "another scene was loaded while the target waited; it is withdrawn", "scene",
-                            "tap_1d", "", "set the target anew"});
+                            "tap_1d", "", "set the target again"});
     EXPECT_DOUBLE_EQ(service.state().target_stiffness_n_per_mm(), 0.5);
   }
 }
@@ -484,7 +484,7 @@ TEST(ServiceTargets, OnlySoManyWaitAndOthersStillPass) {
     EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
     EXPECT_EQ(detail_of(status).what(), "too many targets wait for their time");
   }
-  // Nobody else is held up by them.
+  // No one else is held up by them.
   EXPECT_TRUE(service.set_target(target(0.75)).ok());
   v1::StopResponse stopped;
   EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());

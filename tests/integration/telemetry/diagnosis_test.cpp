@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using enum FindingSeverity;
 
-/// A machine as its /proc and /sys tell of it.
+/// A machine as its /proc and /sys show it.
 class Machine {
  public:
   Machine& file(const std::string& path, const std::string& text) {
@@ -156,7 +156,7 @@ TEST(GuardLog, HasALineWhereAFaultLatchesAndNoneWhileItLasts) {
   other.guard_fault = rt::GuardFault::kSensorLost;
   EXPECT_TRUE(latch_line(latched, other)) << "cleared and latched again between two looks";
   other.guard_fault = rt::GuardFault::kStopped;
-  EXPECT_FALSE(latch_line(free, other)) << "whoever stops is named elsewhere";
+  EXPECT_FALSE(latch_line(free, other)) << "the one who stops is named elsewhere";
 }
 
 /// A scene on a simulated rig, in virtual time, and what the doctor sees of its force.

@@ -88,7 +88,7 @@ TEST_F(TelemetryHubTest, DecimationKeepsEveryNthTick) {
   EXPECT_EQ(ticks(batch), (std::vector<std::uint64_t>{10, 20, 30}));
 }
 
-TEST_F(TelemetryHubTest, AStalledSubscriberLosesItsOwnOldestAndNobodyElses) {
+TEST_F(TelemetryHubTest, AStalledSubscriberLosesItsOwnOldestAndNoOneElses) {
   SubscriptionOptions slow;
   slow.queue_samples = 100;
   slow.batch_size = 100;
@@ -133,7 +133,7 @@ class SmallRing : public TelemetryHubTest {
   SmallRing() : TelemetryHubTest(64) {}
 };
 
-TEST_F(SmallRing, WhatTheHubItselfMissesIsToldToEverySubscriberSinceItsOwnBeginning) {
+TEST_F(SmallRing, WhatTheHubItselfMissesIsReportedToEverySubscriberSinceItsOwnBeginning) {
   tick(100);  // 36 lost before anybody subscribed
   hub_.pump(now_);
   SubscriptionOptions options;
@@ -154,7 +154,7 @@ TEST_F(TelemetryHubTest, KeepsTheLastRecord) {
   EXPECT_EQ(hub_.latest().tick, 2999U);
 }
 
-TEST_F(TelemetryHubTest, TheEndHandsOutWhatIsLeftAndIsTold) {
+TEST_F(TelemetryHubTest, TheEndHandsOutWhatIsLeftAndIsReported) {
   bool reported = false;
   SubscriptionOptions options;
   options.on_ready = [&reported] { reported = true; };

@@ -149,7 +149,7 @@ TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
             0U);
 }
 
-TEST(ServiceTelemetry, AStalledSubscriberLosesOnlyItsOwnAndIsToldHowMany) {
+TEST(ServiceTelemetry, AStalledSubscriberLosesOnlyItsOwnAndIsReportedHowMany) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
   v1::SubscribeRequest small;
@@ -178,7 +178,7 @@ TEST(ServiceTelemetry, AStalledSubscriberLosesOnlyItsOwnAndIsToldHowMany) {
   EXPECT_EQ(reading.missing(), 0U);
 }
 
-TEST(ServiceTelemetry, AKilledSubscriberIsForgottenAndNobodyElseNotices) {
+TEST(ServiceTelemetry, AKilledSubscriberIsForgottenAndNoOneElseNotices) {
   const RunningService service;
   ASSERT_TRUE(service.load("tap_1d").ok());
   Reader reading(service.address(), {});

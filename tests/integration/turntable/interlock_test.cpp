@@ -65,13 +65,13 @@ TEST_F(TheInterlock, OneTickWithoutASampleIsNoSilence) {
   record.sample_status = hal::sample_status::kForceMissing;
   EXPECT_EQ(ask(record), "");
   now_ += milliseconds(150);
-  EXPECT_NE(ask(record).find("the force sensor tells nothing"), std::string::npos);
+  EXPECT_NE(ask(record).find("the force sensor says nothing"), std::string::npos);
 }
 
-TEST_F(TheInterlock, ASensorThatNeverSpokeHoldsUnlessToldOtherwise) {
+TEST_F(TheInterlock, ASensorThatNeverSpokeHoldsUnlessReportedOtherwise) {
   rt::TickRecord record;
   record.sample_status = hal::sample_status::kForceLost;
-  EXPECT_NE(ask(record).find("the force sensor tells nothing"), std::string::npos);
+  EXPECT_NE(ask(record).find("the force sensor says nothing"), std::string::npos);
   config_.turn_without_sensor = true;
   Interlock blind(config_);
   EXPECT_FALSE(blind.why_not(record, true, now_));
@@ -84,7 +84,7 @@ TEST_F(TheInterlock, HoldsWhenTheLoopStandsStill) {
   EXPECT_FALSE(interlock_.why_not(record, true, now_ + milliseconds(200)));
   const auto why_not = interlock_.why_not(record, true, now_ + milliseconds(300));
   ASSERT_TRUE(why_not);
-  EXPECT_EQ(why_not->what, "the loop stands still: nobody watches for contact");
+  EXPECT_EQ(why_not->what, "the loop is at rest: no one watches for contact");
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ class HapticctlTurntable : public testing::Test {
   RunningService service{homed_table()};
 };
 
-TEST_F(HapticctlTurntable, TellsTurnsAndTellsAgain) {
+TEST_F(HapticctlTurntable, TellsTurnsAndSaysAgain) {
   Ran ran = run({"status"});
   EXPECT_EQ(ran.code, 0) << ran.errors;
   EXPECT_NE(ran.output.find("idle: its port is not open"), std::string::npos) << ran.output;
@@ -78,7 +78,7 @@ TEST_F(HapticctlTurntable, SpeaksJsonLineByLine) {
   EXPECT_EQ(status["status"]["station"], "rubber");
 }
 
-TEST_F(HapticctlTurntable, ARefusalIsToldWithItsRemedy) {
+TEST_F(HapticctlTurntable, ARefusalIsReportedWithItsRemedy) {
   const Ran ran = run({"goto", "ruber"});
   EXPECT_EQ(ran.code, static_cast<int>(cli::ExitCode::kRefused));
   EXPECT_NE(ran.errors.find("did you mean 'rubber'?"), std::string::npos) << ran.errors;

@@ -138,7 +138,7 @@ TEST_F(AHost, TellsFaultsOfMotions) {
   EXPECT_EQ(reported_faults(), rt::set_of(rt::GuardFault::kTurntableAlarm));
   drive.set_faults({});
   ASSERT_TRUE(move(20.0));
-  EXPECT_EQ(reported_faults(), 0U) << "the next motion begins anew";
+  EXPECT_EQ(reported_faults(), 0U) << "the next motion begins again";
   EXPECT_EQ(hub.latest().guard_state, rt::GuardState::kRendering) << "they are warnings";
 }
 

@@ -44,7 +44,7 @@ class ServiceTurntable : public testing::Test {
     EXPECT_TRUE(status.ok()) << status.error_message();
     return response;
   }
-  /// A motion to its end: its status, and how often it was told of.
+  /// A motion to its end: its status, and how often it was informed of.
   grpc::Status home() const {
     auto context = call_context();
     auto reader = table->Home(context.get(), {});
@@ -248,7 +248,7 @@ TEST_F(ServiceTurntable, DoesNotTurnWhileTheGuardIsLatched) {
 
 TEST_F(ServiceTurntable, ContactOnTheWayStopsItAtOnce) {
   ASSERT_EQ(home().error_message(), "");
-  // The hand is told before: while the table turns it is not to be told anything.
+  // The hand is reported before: while the table turns it is not to be reported anything.
   ASSERT_TRUE(service.load("tap_1d").ok());
   v1::SetHandProgramRequest press;
   press.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_PRESS);

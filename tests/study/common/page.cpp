@@ -48,7 +48,7 @@ std::string error_text(const Json& record) {
   return unit == "1" ? significant(100.0 * value) + " %" : significant(value) + ' ' + unit;
 }
 
-/// Each stage's default beside the most exact and the fastest of the others.
+/// Each stage's default next to the most exact and the fastest of the others.
 void add_defaults(report::Report& report) {
   std::vector<std::string> stages;
   std::map<std::string, std::vector<Json>> of_stage;
@@ -102,7 +102,7 @@ void add_largest_errors(report::Report& report) {
   report.add_table("summary_errors", "The largest errors of what ships", table);
 }
 
-/// Scenes as they ship; what else was mapped stands in its own section.
+/// Scenes as they ship; what else was mapped is in its own section.
 bool is_shipped(const Json& margin) {
   const std::string options = margin["case"].value("options", "");
   return options == "tap_1d" || options == "explore_bearing";

@@ -16,9 +16,9 @@ struct IdentificationResult {
 };
 
 /// Touches a simulated object as a user would and identifies all that a scene may ask for: presses and taps
-/// at several speeds on one spot for the contact laws, strokes to and fro with the rod for its friction. Only
-/// encoders and sensor are read, never the truth; no force is rendered meanwhile. On the high-force device
-/// with its finer encoders. Throws std::runtime_error where a fit fails.
+/// at several speeds on one spot for the contact laws, strokes back and forth with the rod for its friction.
+/// Only encoders and sensor are read, never the truth; no force is rendered meanwhile. On the high-force
+/// device with its finer encoders. Throws std::runtime_error where a fit fails.
 IdentificationResult identify(const std::string& object);
 
 }  // namespace hapticd::study

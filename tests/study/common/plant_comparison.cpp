@@ -89,7 +89,7 @@ void compare_plants(report::Report& report, const std::string& section) {
       "plants", title, table,
       "Least and largest over objects and whatever else was varied by number; relative errors are "
       "fractions. Separable: objects relax as the creep law's exact inverse. General: power law, "
-      "depth- and rate-dependent, hysteresis, Maxwell-slip friction; models are identified anew on "
+      "depth- and rate-dependent, hysteresis, Maxwell-slip friction; models are identified again on "
       "it.");
 }
 

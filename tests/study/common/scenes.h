@@ -27,7 +27,7 @@ inline sim::SimulationConfig explore_rig(const std::string& device, const std::s
   return rig;
 }
 
-/// Two strokes to and fro with a swaying tool, on which estimators are judged.
+/// Two strokes back and forth with a swaying tool, on which estimators are judged.
 inline sim::HandProgram judged_strokes(double force_n, double speed_mm_per_s) {
   sim::HandProgram hand;
   hand.kind = sim::HandProgram::Kind::kStroke;

@@ -11,7 +11,7 @@ namespace hapticd::study {
 struct StudyContext {
   report::Report& report;
   bool quick = false;          ///< fewer cases, the same figures: to see that everything runs
-  const report::Cells& cells;  ///< computes what a cluster can share; the same values whoever does
+  const report::Cells& cells;  ///< computes what a cluster can share; the same values the one who does
 };
 
 /// What the simulated objects have to do with a part.

@@ -3,10 +3,10 @@
 namespace hapticd::study {
 
 /// The limit cycle judges of oscillation are tried on: ẍ = w (m (1 - x²) ẋ - w x), which ends at amplitude 2
-/// from whatever start, inside or outside; scaled to 0.5 mm about -3 mm. Tells `tell` the position once a
+/// from whatever start, inside or outside; scaled to 0.5 mm about -3 mm. Reports `show` the position once a
 /// millisecond.
-template <class Tell>
-void van_der_pol(double start, int ticks, const Tell& fill_record) {
+template <class Report>
+void van_der_pol(double start, int ticks, const Report& fill_record) {
   constexpr double kW = 60.0;
   constexpr double kM = 0.5;
   constexpr double kStepS = 1e-5;

@@ -158,7 +158,7 @@ void plot_stroke(StudyContext& context, const std::string& object, const std::st
   displacement.y = {"displacement", "mm"};
   displacement.y.minimum = 0.0;
   report::SvgPlot direction;
-  direction.title = "Direction error of one stroke to and fro: " + object + ", " + tip;
+  direction.title = "Direction error of one stroke back and forth: " + object + ", " + tip;
   direction.x = {"time", "s"};
   direction.y = {"angle to the true normal", "deg"};
   direction.y.minimum = 0.0;
@@ -279,8 +279,8 @@ void run_estimation(StudyContext& context) {
     }
   }
   context.report.add_table(
-      "direction", "Direction error, strokes to and fro of 50 mm, 50-200 mm/s, 2-6 N, tool swaying by 10°",
-      directions,
+      "direction",
+      "Direction error, strokes back and forth of 50 mm, 50-200 mm/s, 2-6 N, tool swaying by 10°", directions,
       "Sliding: the tip moves faster than 10 mm/s along the surface. With turns: all of pressing, turning "
       "and stroking; "
       "where a stroke turns, friction changes its sign while the encoders rest.");

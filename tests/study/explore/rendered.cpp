@@ -133,7 +133,7 @@ void run_explore_rendered(StudyContext& context) {
                            "Rendered stiffness at the hand, high-force device, ball bearing", table,
                            "A hand presses 4 N. Held: true force over true displacement, mean of one second. "
                            "Stroking: along the true "
-                           "normal, mean of six seconds to and fro at 80 mm/s.");
+                           "normal, mean of six seconds back and forth at 80 mm/s.");
   context.report.add_plot("explore_rendered", plot);
 }
 

@@ -19,7 +19,7 @@ constexpr double kQuickStepRatio = 1.25;
 constexpr double kRampS = 0.3;
 constexpr double kDwellS = 2.0;
 
-/// Strokes to and fro with 3 N; friction and curvature bring the peaks to about 4 N.
+/// Strokes back and forth with 3 N; friction and curvature bring the peaks to about 4 N.
 sim::HandProgram endless_strokes() {
   sim::HandProgram hand;
   hand.kind = sim::HandProgram::Kind::kStroke;
@@ -171,7 +171,8 @@ void run_explore_stability(StudyContext& context) {
   }
   context.report.add_table(
       "explore_stability", "Largest stable target stiffness while stroking, N/mm", table,
-      "A hand strokes to and fro (40 mm, 80 mm/s, 3 N, peaks about 4 N). The target rises by 6 % (quick: 25 "
+      "A hand strokes back and forth (40 mm, 80 mm/s, 3 N, peaks about 4 N). The target rises by 6 % (quick: "
+      "25 "
       "%) every "
       "two seconds until the tip's displacement swings above 10 Hz by 0.5 mm more than twice what it does "
       "unrendered, contact is lost, or "

@@ -299,7 +299,7 @@ ExtremeGroup deformation_extremes() {
           {"tracked direction", "a ridge of 90°", "angle 30 mm later", "°", friction_angle_deg,
            "friction angle", after_ridge},
           {"tracked direction", "reaction reversed every 50 ms, then a new contact", "angle", "rad", 1e-12,
-           "a contact starts anew", after_reversal},
+           "a contact starts again", after_reversal},
           {"tracked direction", "stick-slip, pull up to 0.9 f_n", "mean angle", "°",
            std::atan(0.9) / kRadPerDeg, "no more than the reaction leans", stick_slip},
       }};

@@ -69,7 +69,7 @@ void add_group(report::Report& report, const ExtremeGroup& group, const std::vec
 }
 
 /// Everything at a glance: how much of its bound each case uses. What is zero, or uses less than 1e-12 of it,
-/// stands on the lowest line.
+/// is on the lowest line.
 void plot_margins(report::Report& report, const std::vector<ExtremeGroup>& groups,
                   const std::vector<std::vector<Outcome>>& outcomes) {
   constexpr double kMin = 1e-12;

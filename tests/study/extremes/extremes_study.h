@@ -8,7 +8,7 @@ namespace hapticd::study {
 /// stamps.
 void run_extremes(StudyContext& context);
 
-/// The dissertation's equations that fail as published, beside the forms used here.
+/// The dissertation's equations that fail as published, next to the forms used here.
 void run_traps(StudyContext& context);
 
 }  // namespace hapticd::study

@@ -12,7 +12,7 @@
 
 namespace hapticd::study::extremes {
 
-/// The scene tap_1d as it ships, for a rig that has never been told of limits.
+/// The scene tap_1d as it ships, for a rig that has never been informed of limits.
 rt::SceneSpec tap_scene();
 
 /// A composed scene behind the guard, fed with samples from outside instead of by a rig. On the high-force

@@ -109,7 +109,7 @@ double projection_ill_conditioned(const Effort&) {
   });
 }
 
-/// The same depth for ten hours: nothing tells exponent from stiffness, and nothing may be claimed.
+/// The same depth for ten hours: nothing distinguishes exponent from stiffness, and nothing may be claimed.
 double single_held(const Effort& effort) {
   rt::SingleStageEstimator estimator;
   const long ticks = effort.ticks(10.0);
@@ -189,8 +189,8 @@ rt::ToolExcitation held_tool(const hal::Vector3& turn_rad, sim::Random& random, 
   return e;
 }
 
-/// One posture for ten hours: nothing tells mass from bias. How sure of the mass the fit is, its error over
-/// what it says of it.
+/// One posture for ten hours: nothing distinguishes mass from bias. How sure of the mass the fit is, its
+/// error over what it says of it.
 double tool_in_one_posture(const Effort& effort) {
   sim::Random random(5);
   rt::ToolMoments moments;
@@ -228,7 +228,7 @@ double tool_with_nan(const Effort&) {
 
 // -- friction
 
-/// Strokes of 20 mm to and fro under this load and speed.
+/// Strokes of 20 mm back and forth under this load and speed.
 std::vector<rt::FrictionRow> strokes(const rt::FrictionParameters& friction, double normal_n,
                                      const std::vector<double>& speeds_mm_per_s) {
   std::vector<rt::FrictionRow> rows;
@@ -273,7 +273,7 @@ double friction_of_light_touch(const Effort&) {
 double friction_of_one_speed(const Effort&) {
   const auto fit = rt::fit_friction_law(strokes({0.3, 0.1, 1e-3}, 1.0, {50.0, 50.0, 50.0, 50.0}), {});
   if (!fit) return 0.0;
-  // Nothing told viscosity: it must not be called told, and the sum of both must still be right.
+  // Nothing reported viscosity: it must not be called reported, and the sum of both must still be right.
   const double sum = fit->parameters.kinetic + 50.0 * fit->parameters.viscous_n_s_per_mm;
   return fit->viscous_is_identified ? 1.0 : std::abs(sum / 0.35 - 1.0);
 }
@@ -306,7 +306,7 @@ ExtremeGroup identify_extremes() {
               {"variable projection", "depth varies by 30 % … 1e-9, 3 mN noise", "force error where seen",
                "1", kLinearised, "as above; else no claim", projection_ill_conditioned},
               {"recursive single stage", "one depth for ten hours", "laws claimed", "1", 0.0,
-               "nothing tells m from K", single_held},
+               "nothing distinguishes m from K", single_held},
               {"recursive single stage", "NaN in every field, now and then", "change of K and m", "1", 1e-3,
                "left out with its mean of four",
                [](const Effort&) { return with_nan<rt::SingleStageEstimator>(); }},
@@ -325,8 +325,8 @@ ExtremeGroup identify_extremes() {
               {"tool load fit", "one NaN", "called good", "1", 0.0, "says that it is not", tool_with_nan},
               {"friction fit", "loads 1 µN … 35 N", "error of μ_k", "1", 0.01,
                "load-scaled: the same at any load", friction_of_light_touch},
-              {"friction fit", "one speed only", "viscosity told, or error of the sum", "1", 0.01,
-               "sum is told, shares are not", friction_of_one_speed},
+              {"friction fit", "one speed only", "viscosity reported, or error of the sum", "1", 0.01,
+               "sum is reported, shares are not", friction_of_one_speed},
               {"friction fit", "f_n = 0 throughout", "not finite", "1", 0.0, "refused, or finite",
                friction_without_load},
           }};

@@ -49,8 +49,8 @@ double error_of(const std::optional<rt::HuntCrossleyEstimate>& found) {
 }
 
 /// Palpation, holding still, palpation; flat: all looks, then the error afterwards.
-template <class Add, class Tell>
-report::CellValues course_of(bool quick, const Add& add, const Tell& fill_record) {
+template <class Add, class Report>
+report::CellValues course_of(bool quick, const Add& add, const Report& fill_record) {
   const auto palpate = [&](std::uint64_t seed) {
     for (const rt::PalpationSample& s : palpated(kLaw, kDeepestMm, 20.0, kNoiseN, seed)) add(s);
   };
@@ -267,7 +267,7 @@ void show_information(StudyContext& context, const Information& information) {
   context.report.say(
       "Textbook recursive least squares with forgetting winds up: its covariance grows by 1/λ a tick where "
       "nothing excites it, loses definiteness to rounding, and overflows. What ships cannot: the single "
-      "stage keeps sums instead of a covariance and refuses to answer where they tell nothing, the double "
+      "stage keeps sums instead of a covariance and refuses to answer where they say nothing, the double "
       "stage bounds its covariances, filters of displacement and direction have bounded variances.");
 }
 

@@ -11,7 +11,7 @@ namespace hapticd::study::extremes {
 struct InformationCourse {
   const char* name = "";
   std::vector<double> variance_share;       ///< largest element of its covariance over where that began
-  std::vector<double> smallest_eigenvalue;  ///< of the covariance; empty where it is not told
+  std::vector<double> smallest_eigenvalue;  ///< of the covariance; empty where it is not reported
   std::vector<double> condition;            ///< largest over smallest magnitude of its eigenvalues
   std::vector<double> error;                ///< of the displacement or direction it gives
   double error_afterwards = 0.0;            ///< when something happened again for 20 s

@@ -204,7 +204,7 @@ ExtremeGroup signal_extremes() {
                "4 ε/(ωT)²", butterworth_slowest},
               {"Butterworth filter", "input falls from 1e300 to 0", "output after 20 s", "1",
                std::numeric_limits<double>::min(), "e^(-222 t): gone", butterworth_fades},
-              {"Butterworth filter", "NaN, then seeded anew", "largest error afterwards", "1", 1e-14,
+              {"Butterworth filter", "NaN, then seeded again", "largest error afterwards", "1", 1e-14,
                "seed() settles at once", butterworth_reseeded},
               {"structural deflection", "ten hours at 3.5 N, dither of 7 N across", "drift", "mm", 1e-12,
                "f/k_s, rounding", deflection_ten_hours},

@@ -144,7 +144,7 @@ double friction_level(const Effort& effort) {
   return largest.value();
 }
 
-/// A pull to and fro about a quarter of breakaway: where the tip is at the same phase, early and late.
+/// A pull back and forth about a quarter of breakaway: where the tip is at the same phase, early and late.
 double friction_vibrated(const Effort& effort) {
   sim::Friction friction(sim::FrictionParameters{}, kStepS);
   constexpr double kNormalN = 2.0;
@@ -287,7 +287,7 @@ ExtremeGroup simulator_extremes() {
            "all branches have faded", material_held},
           {"friction", "loads 1e-12 … 35 N, slides to 1 m a step", "force over the most there can be", "1",
            1.0, "breakaway level and bristle damping", friction_level},
-          {"friction", "pulled to and fro below half of breakaway, an hour", "creep", "mm", 0.007,
+          {"friction", "pulled back and forth below half of breakaway, an hour", "creep", "mm", 0.007,
            "finest encoder step", friction_vibrated},
           {"Nano17", "NaN load", "ticks until right again", "ticks", 0.0, "left out, flagged", sensor_nan},
           {"Nano17", "1e6 N", "beyond its range", "N", 0.0, "±25 and ±35 N, flagged", sensor_saturated},

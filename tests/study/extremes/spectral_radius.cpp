@@ -8,7 +8,7 @@
 namespace hapticd::study::extremes {
 
 double spectral_radius(std::span<const double> course) {
-  // What has come down to rounding tells nothing.
+  // What has come down to rounding says nothing.
   double largest = 0.0;
   for (const double y : course) {
     if (std::isfinite(y)) largest = std::max(largest, std::abs(y));

@@ -91,8 +91,8 @@ double compensated_gain(const Effort&) {
   Largest largest;
   for (double share = 0.0; share < 100.0; share += 0.01) {
     const double at = rt::desired_force_compensated(2.0, share * 3.5, 0.0, 3.5).force_n;
-    const double beside = rt::desired_force_compensated(2.001, share * 3.5, 0.0, 3.5).force_n;
-    largest.see((beside - at) / 0.001);
+    const double nearby = rt::desired_force_compensated(2.001, share * 3.5, 0.0, 3.5).force_n;
+    largest.see((nearby - at) / 0.001);
   }
   return largest.value();
 }

@@ -23,7 +23,7 @@ namespace {
 constexpr double kRateHz = 1000.0;
 constexpr std::int64_t kHundredDaysNs = 100LL * 86'400 * 1'000'000'000;
 
-/// Presses of a hand on the foam ball, unrendered, as rig and sensor tell them.
+/// Presses of a hand on the foam ball, unrendered, as rig and sensor show them.
 const std::vector<hal::RigSample>& presses() {
   static const std::vector<hal::RigSample> samples = [] {
     VirtualRun run(explore_rig("phantom_1_5_high_force", "foam_ball_3d", "rod"), tap_scene(), false);
@@ -176,8 +176,8 @@ ExtremeGroup time_extremes() {
                "2^53 ns are 104 days", nanoseconds_in_double},
               {"latency histogram", "16 ns … 1000 s", "error of a quantile", "1", 1.0 / 16.0,
                "16 buckets an octave", histogram_quantile},
-              {"latency histogram", "negative and zero latencies", "largest told", "ns", 0.0, "count as zero",
-               histogram_extremes},
+              {"latency histogram", "negative and zero latencies", "largest reported", "ns", 0.0,
+               "count as zero", histogram_extremes},
           }};
 }
 

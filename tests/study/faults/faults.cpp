@@ -74,7 +74,7 @@ class FaultReport {
   explicit FaultReport(StudyContext& context)
       : context_(context),
         table_({"fault", "peer", "what it does", "action", "ticks to zero", "at the device", "guard",
-                "told as", "all faults told", "refused while it lasts", "N before", "step before N",
+                "reported as", "all faults reported", "refused while it lasts", "N before", "step before N",
                 "recovery step N", "N recovered", "step pressing again N", "attempts",
                 "ages passed on as 1 ms", "verdict"}) {
     for (report::SvgPlot* plot : {&fall_, &recovery_}) {
@@ -159,12 +159,13 @@ class FaultReport {
         "faulty "
         "record or frame was sent; of silence, the first without a sample) to the first with no force "
         "commanded, 0 = the same tick. At the device: the same for the force the stand-in's motors or the "
-        "board's outputs give. Then the latch is tried while the fault lasts, the fault is mended, the force "
+        "board's outputs give. Then the latch is tried while the fault lasts, the fault is fixed, the force "
         "is seen to stay zero, the latch is cleared. Recovery step: largest change of the force from one "
         "tick to "
         "the next, from the clear (or the end of the fault) until 0.2 s after all of it is given; a scene "
         "whose "
-        "filters were reset renders only after the tool was lifted, so the hand then lifts and presses anew: "
+        "filters were reset renders only after the tool was lifted, so the hand then lifts and presses "
+        "again: "
         "step pressing again. Netft and openhaptics are live; the others run in virtual time. Live, but for "
         "the "
         "time of a fault of the box's own, "

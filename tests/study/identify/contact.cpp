@@ -57,7 +57,7 @@ double published_displacement_error(const std::string& object) {
   return object == "rubber_ball_3d" ? 0.1505 : 0.3284;
 }
 
-// --- sessions: an identification gets what it wishes for ---
+// --- sessions: an identification gets what it asks for ---
 
 struct SessionMethod {
   const char* method;
@@ -117,7 +117,7 @@ void study_sessions(StudyContext& context) {
     }
   }
   context.report.add_table(
-      "contact_sessions", "Identification on the simulated rig, doing what it wishes", table,
+      "contact_sessions", "Identification on the simulated rig, doing what it requests", table,
       "On phantom_1_5_high_force, no force rendered. Converged: steady, certain and covered; the "
       "dissertation's procedure takes 10-20 s. Asked after every press, so times are whole presses.");
 }
@@ -240,7 +240,7 @@ void study_errors(StudyContext& context) {
     plot_fit(context, object, validation, shown);
   }
   context.report.add_table("contact_errors", "Contact laws on the simulated objects of D§4", table,
-                           "Fitted to what an identification wished for, judged by another palpation. Force "
+                           "Fitted to what an identification requested, judged by another palpation. Force "
                            "error: mean |error| over mean "
                            "force in contact\n(by sample: mean of |error|/force above 0.2 N). Displacement "
                            "error: against the truth, beyond a "
@@ -317,7 +317,7 @@ void study_coverage(StudyContext& context) {
       cells.push_back(first_of(progress.missing));
       table.add_row(cells);
     };
-    row("as wished for", requested_palpation(object));
+    row("as requested", requested_palpation(object));
     for (const auto& [name, requests] : palpations) row(name, palpate(object, requests, 3));
   }
   context.report.add_table("contact_coverage", "What bad coverage costs (D§4.7.3)", table,
@@ -328,7 +328,7 @@ void study_coverage(StudyContext& context) {
 
 void study_uncertainty(StudyContext& context) {
   report::MarkdownTable table(
-      {"object", "parameter", "mean", "scatter over seeds", "standard error told", "ratio"});
+      {"object", "parameter", "mean", "scatter over seeds", "standard error reported", "ratio"});
   const int seeds = context.quick ? 3 : 8;
   for (const std::string& object : explored_objects()) {
     if (context.quick && object != explored_objects().front()) break;
@@ -356,9 +356,9 @@ void study_uncertainty(StudyContext& context) {
     }
   }
   context.report.add_table(
-      "contact_uncertainty", "Standard errors told, against the scatter over seeds", table,
+      "contact_uncertainty", "Standard errors reported, against the scatter over seeds", table,
       "Most of a residual is what the law lacks; it is the same for every seed, but would not be for "
-      "another mixture of presses. So the errors told are larger than the scatter.");
+      "another mixture of presses. So the errors reported are larger than the scatter.");
 }
 
 }  // namespace

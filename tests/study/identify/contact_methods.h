@@ -47,7 +47,7 @@ FittedLaw fit_recursively(Estimator estimator, const std::vector<rt::PalpationSa
 /// Of a law that was found.
 ContactErrors errors_of(const FittedLaw& fitted, const TruePalpation& palpation);
 
-/// What a default identification of an object wishes for and gets, until it has converged, at most a minute.
+/// What a default identification of an object asks for and gets, until it has converged, at most a minute.
 TruePalpation requested_palpation(const std::string& object);
 
 }  // namespace hapticd::study

@@ -11,18 +11,18 @@
 
 namespace hapticd::study {
 
-/// A palpation of a simulated object as the encoders and the sensor tell it, and the truth to judge by.
+/// A palpation of a simulated object as the encoders and the sensor show it, and the truth to judge by.
 struct TruePalpation {
   std::vector<rt::PalpationSample> samples;
   std::vector<double> true_displacement_mm;
   std::vector<hal::RigSample> recorded;  ///< to be fed to an identification again
 };
 
-/// A wish each, done one after the other on phantom_1_5_high_force without any force of the device.
+/// A request each, done one after the other on phantom_1_5_high_force without any force of the device.
 TruePalpation palpate(const std::string& object, const std::vector<rt::MotionRequest>& requests,
                       std::uint64_t seed);
 
-/// Presses as a hand mixes them, unlike any an identification wishes for: what laws are judged by.
+/// Presses as a hand mixes them, unlike any an identification asks for: what laws are judged by.
 const std::vector<rt::MotionRequest>& validation_requests();
 
 /// What a law makes of a palpation it was not fitted to.

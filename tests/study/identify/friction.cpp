@@ -103,7 +103,7 @@ const char* law_of(const rt::IdentifiedModel& model) {
   return p.maxwell_slip ? "maxwell_slip" : p.exponent == 1.0 ? "dahl" : "dahl_exponent";
 }
 
-/// Error of the law that the data chose, and which it was; beside it that of Dahl's law with exponent 1.
+/// Error of the law that the data chose, and which it was; next to it that of Dahl's law with exponent 1.
 std::string add_chosen(StudyContext& context, const std::string& object, const Identified& found,
                        double dahl_error) {
   if (!found.chosen) return report::kNoNumber;

@@ -27,7 +27,7 @@ std::vector<FrictionInstant> validation_strokes(const std::string& object, const
                                                 double length_mm);
 
 /// How well a model predicts them. The tip counts as moving above 2 mm/s: held by friction at the turns of a
-/// stroke it bends what it stands on without the encoders seeing it, and no law of their motion can tell.
+/// stroke it bends what it is on without the encoders seeing it, and no law of their motion can feel.
 struct FrictionJudgement {
   double error = 0.0;  ///< mean |predicted - true| over mean |true| while it moves, turns included
   double error_at_rest_too = 0.0;  ///< the same over all instants

@@ -46,7 +46,7 @@ double deviation_of(const rt::IdentificationProgress& progress, const std::strin
 // ---- structural stiffness ----
 
 // Devices whose compliance varies by some 15 % either way over the workspace, and by 35 %. Which is the case
-// nobody published; the truth is an exponential, the model a polynomial of second degree.
+// no one published; the truth is an exponential, the model a polynomial of second degree.
 struct Field {
   const char* name;
   hal::Vector3 gradient;
@@ -250,7 +250,7 @@ void tool(StudyContext& context) {
   }
   context.report.add_table(
       "identify_tool", "Tool from free motion", table,
-      "The hand turns the tool by 45° about two axes and waves it at 150 mm/s. The mass hangs beside "
+      "The hand turns the tool by 45° about two axes and waves it at 150 mm/s. The mass hangs next to "
       "the tip, so that turning accelerates it.");
   mass_plot.y.minimum = 1e-5;
   mass_plot.y.maximum = 0.1;

@@ -26,7 +26,7 @@ constexpr double kContactLimitS = 120.0;
 constexpr double kFrictionLimitS = 90.0;
 constexpr double kDeepForceN = 12.0;  // what a firm hand reaches
 
-/// As the service does it: what the identification wishes for, and what it makes of it.
+/// As the service does it: what the identification asks for, and what it makes of it.
 template <class Identification, class Task>
 rt::IdentifiedModel identified(const Task& task, const std::string& object, double limit_s) {
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
@@ -39,7 +39,7 @@ std::string without_power_law(const rt::IdentifiedModel& contact) {
   for (const rt::EstimatedParameter& p : contact.parameters) {
     if (p.name != "held_out_power") continue;
     return "; no Hunt-Crossley law: it misses displacement held out of the fit by " +
-           fixed(100.0 * p.value, 0) + " %, more than a hand can tell";
+           fixed(100.0 * p.value, 0) + " %, more than a hand can feel";
   }
   return "; no Hunt-Crossley law: it could not be fitted";
 }

@@ -7,9 +7,9 @@
 
 namespace hapticd::study {
 
-/// A model that ships in server/model/shipped, made as the service makes one: what its identifications wish
-/// for is done on the simulated rig, and what they find is put together. Minutes of virtual time, seconds of
-/// real.
+/// A model that ships in server/model/shipped, made as the service makes one: what its identifications
+/// request for is done on the simulated rig, and what they find is put together. Minutes of virtual time,
+/// seconds of real.
 struct ShippedModel {
   rt::ObjectModel model;
   rt::IdentifiedModel contact, friction;

@@ -70,7 +70,7 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
     identification.add(observation);
     computation += Clock::now() - before;
     result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns);
-    // What renders on an object may have to end at once: whoever searches a limit finds it.
+    // What renders on an object may have to end at once: the one who searches a limit finds it.
     if (request.device == rt::MotionRequest::Device::kModulation && tick % 5 == 0 &&
         identification.next_request().device == rt::MotionRequest::Device::kNothing) {
       next_request_s = result.duration_s;

@@ -16,9 +16,9 @@ struct SessionResult {
   rt::IdentificationProgress progress;
 };
 
-/// Does what the identification wishes on a simulated rig in virtual time until it has converged, wants
-/// nothing more, or `limit_s` is over. No force is rendered but what a wish asks for. `watch`, where given,
-/// sees every observation with the truth behind it, e.g. to keep a recording for other methods. Throws
+/// Does what the identification requests on a simulated rig in virtual time until it has converged, wants
+/// nothing more, or `limit_s` is over. No force is rendered but what a request asks for. `watch`, where
+/// given, sees every observation with the truth behind it, e.g. to keep a recording for other methods. Throws
 /// std::runtime_error where the rig cannot be made.
 SessionResult run_session(
     rt::Identification& identification, const sim::SimulationConfig& rig, double limit_s,

@@ -122,7 +122,7 @@ void run_loading_error(StudyContext& context) {
   context.report.add_table(
       "loading_error", "Error at the hand while it presses", table,
       "True force of the hand over target stiffness and true displacement, less 1. Loading: mean of its "
-      "magnitude from a tenth of the final displacement on until the hand means to hold; beside it the mean "
+      "magnitude from a tenth of the final displacement on until the hand means to hold; next to it the mean "
       "with its sign. Held: mean of the last second of a three-second hold. Rate: the largest that the hand "
       "means to reach; reached: the largest over 20 ms. Uncompensated: no lead, and the arm's friction is "
       "left to the hand.");

@@ -21,7 +21,7 @@ void take_from_bench(StudyContext& context, const std::string& name) {
   if (context.quick) command.emplace_back("--quick");
   report::Report::note("hapticd_bench " + name + " …");
   const report::ProgramRun run = report::run_program({.command = std::move(command)}, kMax);
-  if (!run.installed) throw std::runtime_error("hapticd_bench is not beside this program; build it");
+  if (!run.installed) throw std::runtime_error("hapticd_bench is not next to this program; build it");
   report::Report::note(run.output);
   if (run.status != 0) {
     throw std::runtime_error("hapticd_bench " + name + " ended with status " + std::to_string(run.status));

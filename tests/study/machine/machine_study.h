@@ -4,9 +4,10 @@
 
 namespace hapticd::study {
 
-/// What only the machine can tell, measured by `hapticd_bench` beside this program and taken into the report.
+/// What only the machine can feel, measured by `hapticd_bench` next to this program and taken into the
+/// report.
 
-/// What each scene composes and costs, beside the same scene with everything forced on.
+/// What each scene composes and costs, next to the same scene with everything forced on.
 void run_scene_economy(StudyContext& context);
 
 /// The live loop under load, from command to effect, telemetry fan-out.

@@ -90,7 +90,8 @@ struct Fitted {
   double stiffness_n_per_mm() const { return dahl.kinetic * mean_normal_n / dahl.presliding_mm; }
 };
 
-/// The Maxwell-slip fit takes all rows that are settled; the others are told what is too slow for encoders.
+/// The Maxwell-slip fit takes all rows that are settled; the others are reported what is too slow for
+/// encoders.
 std::vector<rt::FrictionRow> moving(std::vector<rt::FrictionRow> rows) {
   for (rt::FrictionRow& row : rows) {
     row.settled = row.settled && std::abs(row.speed_mm_per_s) >= kMovesMmPerS;
@@ -270,7 +271,7 @@ void run_friction_precision(StudyContext& context) {
   stage.stage = "friction";
   stage.error_name = "friction error over mean friction";
   stage.remark =
-      "Strokes of a rod to and fro over " + fixed(kJudgedOnMm, 0) +
+      "Strokes of a rod back and forth over " + fixed(kJudgedOnMm, 0) +
       " mm on the objects of D§4 at 2-4 N and up to 120 mm/s (seed 97), high-force device; each law fitted "
       "to "
       "strokes over " +

@@ -87,7 +87,7 @@ struct ObjectData {
   TruePalpation validation;
 };
 
-/// Presses as a hand mixes them, for as long as wanted: the wishes of an identification come in the same
+/// Presses as a hand mixes them, for as long as wanted: the requests of an identification come in the same
 /// order and stop too early to see what length does.
 TruePalpation long_palpation(const std::string& object, double duration_s) {
   std::vector<rt::MotionRequest> requests;
@@ -143,7 +143,7 @@ void study_methods(StudyContext& context, const std::vector<ObjectData>& data) {
   }
   stage.remark =
       "Mean over " + std::to_string(data.size()) +
-      " simulated objects of D§4. Fitted to what a default identification wishes for and gets on "
+      " simulated objects of D§4. Fitted to what a default identification asks for and gets on "
       "phantom_1_5_high_force (seed 1), judged by four other presses up to 5.5 N (seed 7): mean |error| of "
       "the "
       "force over mean force in contact.\nThe simulated objects are no Hunt-Crossley laws, so that law's own "
@@ -215,7 +215,7 @@ void study_length(StudyContext& context, const std::vector<std::string>& objects
       "Every method learns what it can from the first two or three presses (about 5 s), if they differ in "
       "depth "
       "and speed; more of the same teaches next to nothing. Before that no method helps: one press does not "
-      "tell depth from speed.");
+      "distinguish depth from speed.");
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace hapticd::study {
 /// stiffness σ in N/mm as given whatever the load; `coulomb_n` is f_c = μ_k f_n (4.13).
 
 /// (4.14): F⁺ = f_c s + (F - f_c s) exp(-σ |x_i - x| / f_c), x_i the place where the velocity was last zero.
-/// The way since then counts anew in each step although F has grown along it already.
+/// The way since then counts again in each step although F has grown along it already.
 class PublishedDahl {
  public:
   explicit PublishedDahl(double stiffness_n_per_mm) noexcept : stiffness_n_per_mm_(stiffness_n_per_mm) {}

@@ -43,8 +43,8 @@ struct StrokeLog {
   bool counts(std::size_t tick) const { return ticks[tick].touches && tick <= release; }
 };
 
-/// Strokes to and fro over 50 mm with the tool swaying by 10°, on the high-force device, nothing rendered:
-/// those of the explore study. The first of `watching` is the default pipeline.
+/// Strokes back and forth over 50 mm with the tool swaying by 10°, on the high-force device, nothing
+/// rendered: those of the explore study. The first of `watching` is the default pipeline.
 StrokeLog log_strokes(const std::string& object, const std::string& tip, double force_n,
                       double speed_mm_per_s, std::uint64_t seed, const std::vector<Watching>& watching);
 

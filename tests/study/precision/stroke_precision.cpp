@@ -320,7 +320,7 @@ double over_objects(const Data& data, const std::string& tip, Number number) {
 
 std::string strokes_remark(const Data& data) {
   return std::to_string(data.strokes / 2) +
-         " recordings of strokes to and fro over 50 mm with the rod on the objects of D§4 (2-6 N, 50-200 "
+         " recordings of strokes back and forth over 50 mm with the rod on the objects of D§4 (2-6 N, 50-200 "
          "mm/s, "
          "tool swaying by 10°; a seed each), high-force device, nothing rendered; models identified by "
          "palpation of the same simulated objects. ";
@@ -372,7 +372,7 @@ void show_directions(StudyContext& context, const std::vector<DirectionMethod>& 
       "While the rod slides, 95 % of the errors are below " + sliding +
       ". Where a stroke turns, friction changes its side while the encoders rest; with turns and "
       "pressing they are below " +
-      turning + ": what tells the ways apart is the turn, not the filter.");
+      turning + ": what shows the ways apart is the turn, not the filter.");
 }
 
 void show_displacements(StudyContext& context, const Data& data, double seconds) {

@@ -31,7 +31,7 @@ class FileActions {
   posix_spawn_file_actions_t actions_{};
 };
 
-/// A file name nobody else has, removed with this object.
+/// A file name nothing else has, removed with this object.
 class TemporaryFile {
  public:
   TemporaryFile() : path_((std::filesystem::temp_directory_path() / "hapticd_output_XXXXXX").string()) {
@@ -94,7 +94,7 @@ std::optional<int> ChildProcess::wait(std::chrono::milliseconds timeout) noexcep
     if (ended == pid_) {
       status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
     } else if (ended < 0 && errno != EINTR) {
-      status_ = -1;  // somebody else reaped it
+      status_ = -1;  // someone else reaped it
     } else if (std::chrono::steady_clock::now() >= deadline) {
       return std::nullopt;
     } else {

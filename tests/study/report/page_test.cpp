@@ -148,7 +148,7 @@ TEST(Cells, OfOtherRevisionsOrMissingOnesAreRefusedByName) {
   EXPECT_NE(complaint("nowhere").find("nowhere"), std::string::npos) << complaint("nowhere");
 }
 
-TEST(Cells, AnErrorInOneEndsTheSweepAndIsTold) {
+TEST(Cells, AnErrorInOneEndsTheSweepAndIsReported) {
   const test::TemporaryFolder temporary;
   const std::filesystem::path folder = temporary.path();
   const Cells cells(folder, "r1");
@@ -176,7 +176,7 @@ WorkPrecision three(const char* chosen) {
   return stage;
 }
 
-TEST(WorkPrecision, TheFrontIsWhoIsBeatenByNobody) {
+TEST(WorkPrecision, TheFrontIsWhoIsBeatenByNoOne) {
   const WorkPrecision stage = three("fast");
   EXPECT_TRUE(is_on_front(stage, stage.methods[0]));
   EXPECT_TRUE(is_on_front(stage, stage.methods[1]));
@@ -193,7 +193,7 @@ TEST(WorkPrecision, ABeatenDefaultNeedsAReason) {
   const test::TemporaryFolder temporary;
   const std::filesystem::path folder = temporary.path();
   Report report(folder);
-  EXPECT_THROW(add_work_precision(report, three("nobody")), std::logic_error);
+  EXPECT_THROW(add_work_precision(report, three("no one")), std::logic_error);
   Report second(folder / "second");
   EXPECT_THROW(add_work_precision(second, three("poor")), std::logic_error);
   Report third(folder / "third");

@@ -8,7 +8,7 @@
 namespace hapticd::report {
 
 /// A progress bar on the standard error stream: drawn over itself on a terminal, elsewhere a line every tenth
-/// of the way. Several threads may tell it.
+/// of the way. Several threads may show it.
 class Progress {
  public:
   Progress(std::string what, std::size_t steps);

@@ -10,7 +10,7 @@
 
 namespace hapticd::report {
 
-/// The output folder of a study or a benchmark: figures.jsonl beside readable tables and plots; and, for a
+/// The output folder of a study or a benchmark: figures.jsonl next to readable tables and plots; and, for a
 /// page of all of it (html_page.h), what was shown in each section and in what order.
 class Report {
  public:
@@ -22,7 +22,7 @@ class Report {
   /// once for each. Empty name = no condition.
   void set_condition(const std::string& name, const std::string& value, const std::string& suffix);
 
-  /// What is added from now on stands in section `name` of the page, under `title`; an earlier run's section
+  /// What is added from now on is in section `name` of the page, under `title`; an earlier run's section
   /// of that name is replaced.
   void begin_section(const std::string& name, const std::string& title);
   /// A paragraph of the section: what is seen, what follows from it. Printed too.
@@ -31,7 +31,7 @@ class Report {
   const std::filesystem::path& folder() const noexcept { return folder_; }
 
   void add(const Figure& figure) { figures_.add(figure); }
-  /// Writes NAME.md and prints it. `remark` (may be empty) stands under the title: conditions, how to read
+  /// Writes NAME.md and prints it. `remark` (may be empty) is under the title: conditions, how to read
   /// it.
   void add_table(const std::string& name, const std::string& title, const MarkdownTable& table,
                  const std::string& remark = {});

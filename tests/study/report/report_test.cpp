@@ -107,7 +107,7 @@ TEST(FigureWriter, AddsALinePerRecordAtOnce) {
       << "two values for one case";
 }
 
-TEST(FigureWriter, ReplacesOnlyWhatIsMeasuredAnew) {
+TEST(FigureWriter, ReplacesOnlyWhatIsMeasuredAgain) {
   const Folder folder;
   const auto line = [](const char* figure, double value) {
     return to_json_line({.figure = figure, .value = value}) + "\n";

@@ -12,7 +12,7 @@
 namespace hapticd::report {
 namespace {
 
-// Told apart by readers with any colour vision, and in grey (after Okabe and Ito).
+// Reported apart by readers with any colour vision, and in grey (after Okabe and Ito).
 constexpr std::array<std::string_view, 8> kPalette{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                                    "#56B4E9", "#E69F00", "#5A4FCF", "#4D4D4D"};
 constexpr std::array<int, 6> kPointTypes{7, 5, 9, 11, 13, 6};

@@ -34,7 +34,7 @@ struct PlotSeries {
   }
 };
 
-/// A limit, a goal, somebody else's value: a thin line across the plot, labelled at its end.
+/// A limit, a goal, someone else's value: a thin line across the plot, labelled at its end.
 struct PlotReference {
   enum class Axis : unsigned char { kX, kY };
   Axis axis = Axis::kY;

@@ -16,7 +16,7 @@ namespace hapticd::study {
 
 namespace {
 
-/// A detector that only watches a run, beside the scene's own.
+/// A detector that only watches a run, next to the scene's own.
 struct Watcher {
   double threshold_n;
   rt::ContactMethod method;

@@ -8,7 +8,7 @@
 namespace hapticd::study {
 
 namespace {
-/// Processor time of this thread: how fast one core is, whoever else uses the machine.
+/// Processor time of this thread: how fast one core is, the one who else uses the machine.
 double cpu_time_s() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);

@@ -24,7 +24,7 @@ namespace {
 using report::fixed;
 using report::significant;
 
-// A flat object whose law is nearly straight, so that one number tells its stiffness.
+// A flat object whose law is nearly straight, so that one number shows its stiffness.
 constexpr const char* kTapped = "rubber_eraser";
 constexpr const char* kExplored = "rubber_ball_3d";
 constexpr double kStiffestTarget = 1000.0;  // that a scene takes

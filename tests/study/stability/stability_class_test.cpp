@@ -48,7 +48,7 @@ TEST(StabilityJudge, DoesNotTakeASlowModeForAnOscillation) {
 }
 
 TEST(StabilityJudge, DoesNotTakeQuantisedRestForAnOscillation) {
-  // An encoder of 0.03 mm that tells either of two places, and a force that answers with 10 N/mm.
+  // An encoder of 0.03 mm that shows either of two places, and a force that answers with 10 N/mm.
   EXPECT_EQ(class_of([](double t) {
               const double reported = std::round((2.015 + 1e-3 * std::sin(300.0 * t)) / 0.03) * 0.03;
               return Tick{-reported, 4.0 + 10.0 * (reported - 2.0)};

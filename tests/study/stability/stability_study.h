@@ -5,7 +5,8 @@
 namespace hapticd::study {
 
 /// Object stiffness × target stiffness for each device, gain set, loop rate, with and without passivity
-/// control and structural compensation; the boundary beside the analytic bound and the dissertation's ranges.
+/// control and structural compensation; the boundary next to the analytic bound and the dissertation's
+/// ranges.
 void run_stability_maps(StudyContext& context);
 
 /// What each uncertain parameter does to the boundary.

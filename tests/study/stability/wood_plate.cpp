@@ -215,7 +215,7 @@ void run_remedies(StudyContext& context) {
                      " N/mm. What makes a range of a factor of two or more stable: " +
                      (helps.empty() ? "nothing tried" : helps) + ".");
   context.report.say(
-      "Why: delay times stiffness alone does not tell, (b + τf k)/τx is more than the wood's own stiffness "
+      "Why: delay times stiffness alone does not show, (b + τf k)/τx is more than the wood's own stiffness "
       "on " +
       std::to_string(bounds_above) + " of " + std::to_string(devices.size() * used.size()) +
       " lines. The tip hardly moves on wood; the encoders, on the other side of the structure, see the "

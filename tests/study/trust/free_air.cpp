@@ -269,7 +269,7 @@ void run_free_air(StudyContext& context) {
   }
   context.report.add_table("trust_levels", "The same by level, with the worst run", levels);
 
-  // The worst runs, told tick by tick.
+  // The worst runs, reported tick by tick.
   report::SvgPlot traces;
   traces.title = "Worst runs: causes with more than 0.05 N, and the published pipeline";
   traces.x = {"time around the largest force", "ms", false, -100.0, 200.0};

@@ -185,7 +185,7 @@ TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, s
     record = rt::TickRecord{};
     rig->write(renderer.tick(sample, record));
     now_s = 1e-9 * static_cast<double>(sample.time_ns);
-    // What stands at the device until the next tick, beside what it touches by then.
+    // What is at the device until the next tick, next to what it touches by then.
     const double force_n = std::sqrt(dot(record.device_command_n, record.device_command_n));
     judge.add(now_s, truth.in_contact, force_n);
     if (truth.in_contact) touched_s = now_s;

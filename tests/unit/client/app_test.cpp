@@ -38,7 +38,7 @@ TEST(App, EveryCommandHasADescriptionAndAnExample) {
   });
 }
 
-TEST(App, ACommandThatLeadsOnSaysWhereAndTellsItsVersionWhenAsked) {
+TEST(App, ACommandThatLeadsOnSaysWhereAndSaysItsVersionWhenAsked) {
   Built built;
   const CLI::App* target = built.app.get_subcommand("target");
   EXPECT_NE(target->get_footer().find("hapticctl target get --help"), std::string::npos)
@@ -102,7 +102,7 @@ TEST(App, ARangeIsCheckedBeforeAnyCall) {
                CLI::ParseError);
 }
 
-TEST(App, ATargetThatIsNoneIsToldBeforeAnyCall) {
+TEST(App, ATargetThatIsNoneIsReportedBeforeAnyCall) {
   for (const char* line :
        {"target set", "target set --hunt-crossley 1", "target set --position-profile -20:x",
         "target set --position-profile -20:0.3,20:0.8 --axis w"}) {
@@ -111,7 +111,7 @@ TEST(App, ATargetThatIsNoneIsToldBeforeAnyCall) {
   }
 }
 
-TEST(App, TheLibraryTellsWhereNobodyListens) {
+TEST(App, TheLibrarySaysWhereNoOneListens) {
   Built built;
   built.session.timeout_s = 2.0;
   try {

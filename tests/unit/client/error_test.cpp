@@ -63,7 +63,7 @@ TEST(Error, TellsADeadDaemonFromOneThatExplainsItself) {
   EXPECT_EQ(error_from_status(4, "", status_with(sent), "h:1").kind(), ErrorKind::kRefused);
 }
 
-TEST(Error, ADaemonThatIsOlderThanTheCallIsTold) {
+TEST(Error, ADaemonThatIsOlderThanTheCallIsReported) {
   const Error error = error_from_status(12, "", "", "h:1");
   EXPECT_EQ(error.kind(), ErrorKind::kRefused);
   EXPECT_EQ(error.detail().what(), "the daemon does not know this call");

@@ -67,7 +67,7 @@ TEST(Calibration, LoadFromGaugesIsTheLoadThatWasPutOn) {
   }
 }
 
-// A file of version 1.1 holds both forms; told to be 1.0 its axes must lead to the same matrix.
+// A file of version 1.1 holds both forms; asked to be 1.0 its axes must lead to the same matrix.
 TEST(Calibration, AxesScalesAndTransformMakeTheSameMatrix) {
   for (const auto& turn : {std::array<double, 3>{}, std::array<double, 3>{10.0, -25.0, 130.0}}) {
     for (const auto& shift :

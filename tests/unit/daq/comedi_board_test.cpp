@@ -151,7 +151,7 @@ TEST_F(ComediBoard, ScansThatComeInPiecesArePutTogether) {
   }));
 }
 
-TEST_F(ComediBoard, AnOverflowIsSaidOnceAndMended) {
+TEST_F(ComediBoard, AnOverflowIsSaidOnceAndFixed) {
   stand_in.set_inputs_v({1.0});
   const auto board = make();
   ASSERT_FALSE(board->engage(BoardUse::kInputs));
@@ -333,7 +333,7 @@ TEST_F(ComediBoard, InputsAndMotionComeAndGoApart) {
 }
 
 // The whole way: gauges, board, stream, calibration, sensor.
-TEST_F(ComediBoard, ASensorOnItTellsTheLoad) {
+TEST_F(ComediBoard, ASensorOnItSaysTheLoad) {
   const emulators::GaugeEmulator gauges;
   const auto put = [&](const hal::Vector3& force_n, const hal::Vector3& torque_n_mm) {
     std::array<double, 16> inputs{};

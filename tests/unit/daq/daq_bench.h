@@ -12,7 +12,7 @@
 namespace hapticd::test {
 
 /// A sensor on a scripted board, with the board's own calibration in a file. Engaged in real time, from then
-/// on time stands still but for pass_ms().
+/// on time is at rest but for pass_ms().
 class DaqBench {
  public:
   explicit DaqBench(const emulators::ScriptedBoardConfig& board_config = {},

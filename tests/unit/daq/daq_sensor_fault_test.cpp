@@ -28,7 +28,7 @@ class DaqSensorFault : public testing::Test {
     EXPECT_EQ(sample.force_count, 10U);
     EXPECT_NEAR(sample.sensor_force_n.z, 3.0, 0.005);
   }
-  bool finds(const std::string& text) const { return test::tells(bench.sensor->report(), text); }
+  bool finds(const std::string& text) const { return test::shows(bench.sensor->report(), text); }
   double figure(const std::string& name) const { return test::figure_of(bench.sensor->report(), name); }
   DaqBench bench;
 };

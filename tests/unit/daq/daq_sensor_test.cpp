@@ -152,7 +152,7 @@ TEST(DaqSensor, EveryBiasChangesTheSerialNumberWithTheFirstSampleThatUsesIt) {
   EXPECT_EQ(bench.tick().bias_serial, 1U) << "the one taken while engaging";
   bench.board->feed({0.0, 0.0, 5.0}, {});
   for (int k = 0; k < 300; ++k) bench.tick();
-  bench.sensor->bias();  // nobody reads: taken by the next read
+  bench.sensor->bias();  // no one reads: taken by the next read
   const hal::RigSample last_before = bench.tick();
   EXPECT_EQ(last_before.bias_serial, 2U);
   const hal::RigSample after = bench.tick();

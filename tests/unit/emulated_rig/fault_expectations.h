@@ -13,7 +13,7 @@ inline void expect_as_the_table_says(const FaultTrial& trial, rt::GuardFault fau
   const rt::FaultRule& rule = rt::rule_of(fault);
   ASSERT_EQ(trial.spoilt, "");
   for (const std::string& problem : trial.problems) ADD_FAILURE() << problem;
-  EXPECT_NE(trial.present & rt::set_of(fault), 0U) << "it is told";
+  EXPECT_NE(trial.present & rt::set_of(fault), 0U) << "it is reported";
   EXPECT_GT(trial.force_before_n, 0.5) << "there was something to take away";
   EXPECT_GT(trial.force_again_n, 0.5 * trial.force_before_n) << "and it comes back";
   if (rule.action == rt::FaultAction::kWarn) {

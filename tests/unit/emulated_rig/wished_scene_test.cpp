@@ -1,4 +1,4 @@
-// The scene that does what an identification wishes, and when it is the same one as before.
+// The scene that does what an identification requests, and when it is the same one as before.
 
 #include <gtest/gtest.h>
 

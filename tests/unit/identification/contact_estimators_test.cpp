@@ -222,7 +222,7 @@ TEST(ContactUncertainty, IsTheScatterOverSeedsThoughErrorsHangTogether) {
   }
 }
 
-TEST(ContactUncertainty, IsInfiniteWhereNothingIsTold) {
+TEST(ContactUncertainty, IsInfiniteWhereNothingIsReported) {
   const HuntCrossleyEstimate estimate{{0.2, 0.0, 1.5}, 0.0, 1000};
   const std::vector<PalpationSample> held(1000, PalpationSample{3.0, 0.0, 1.0, true});
   EXPECT_TRUE(std::isinf(hunt_crossley_uncertainty(estimate, held, false).exponent));
@@ -256,7 +256,7 @@ PalpationSample creep_sample(CreepLaw& law, int i, double noise_mm) {
   return s;
 }
 
-TEST(ContactCreepFit, FindsTheLawInBoundedMemoryAndTellsItsErrors) {
+TEST(ContactCreepFit, FindsTheLawInBoundedMemoryAndSaysItsErrors) {
   const CreepParameters truth = some_creep();
   CreepLaw law(truth, 1000.0);
   CreepFit fit(truth.time_s, 3, 2048);
@@ -275,7 +275,7 @@ TEST(ContactCreepFit, FindsTheLawInBoundedMemoryAndTellsItsErrors) {
   EXPECT_LT(estimate->residual, 0.02);
 }
 
-// The palpation is forgotten, and one depth tells nothing of an exponent, however rounding falls.
+// The palpation is forgotten, and one depth says nothing about an exponent, however rounding falls.
 TEST(SingleStage, ClaimsNothingOfADepthThatIsHeld) {
   SingleStageEstimator::Options options;
   options.forgetting = 0.9997;

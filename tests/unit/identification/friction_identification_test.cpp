@@ -16,7 +16,7 @@
 namespace hapticd::rt {
 namespace {
 
-/// A recording of strokes to and fro, sample by sample.
+/// A recording of strokes back and forth, sample by sample.
 struct Strokes {
   FrictionParameters truth{0.5, 0.2, 0.0};
   double amplitude_mm = 20.0;
@@ -266,7 +266,7 @@ TEST(FrictionIdentification, StandsGapsOutliersAndSaturation) {
   EXPECT_NE(clipped->procedure.find("to the last bit"), std::string::npos);
 }
 
-TEST(FrictionIdentification, RefusesWhatTellsNothing) {
+TEST(FrictionIdentification, RefusesWhatSaysNothing) {
   const auto refused = [](const Strokes& strokes, const Spoil& spoil, const char* word,
                           double seconds = 20.0) {
     Strokes s = strokes;
@@ -298,7 +298,7 @@ TEST(FrictionIdentification, RefusesWhatTellsNothing) {
       [](std::int64_t tick, Observation& o) {
         o.sample.tip_position_mm.x = 0.01 * static_cast<double>(tick);
       },
-      "to and fro");
+      "back and forth");
 }
 
 TEST(FrictionIdentification, NeverEndingStrokesNeedNoMoreMemory) {
@@ -350,7 +350,7 @@ TEST(StrokeEffort, AsksForLessWhereTheTipSticks) {
   contact_of(effort, 8.0, 4.0, 2.0);
   contact_of(effort, 8.0, 0.3, 0.0);
   EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 5.0) << "it slid, or only tapped";
-  contact_of(effort, 8.0, 4.0, 0.2);
+  contact_of(effort, 8.0, 4.0, 0.1);
   EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 4.0);
   EXPECT_DOUBLE_EQ(effort.asked_n(3.0, 1.2), 3.0);
   contact_of(effort, 2.0, 4.0, 0.0);

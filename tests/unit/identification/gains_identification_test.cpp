@@ -20,7 +20,7 @@ hal::RigInfo rig() {
   return info;
 }
 
-/// Does what is wished, a tick at a time; a press oscillates where its gain is said to.
+/// Does what is requested, a tick at a time; a press oscillates where its gain is said to.
 struct Bench {
   double from = 10.0, to = 10.0;  ///< gains that oscillate at 12 Hz
   double low = 0.0;               ///< gains below it do, too
@@ -28,7 +28,7 @@ struct Bench {
   double latch_from = 10.0;  ///< the guard cuts the force while such a gain is pressed
   double run_away_from = 10.0;
   std::int64_t time_ns = 0;
-  double longest_swing_s = 0.0;  ///< oscillating before it was told to let go
+  double longest_swing_s = 0.0;  ///< oscillating before it was asked to let go
   double highest_gain = 0.0;
 
   bool oscillates(double gain) const { return (gain >= from && gain < to) || gain < low; }

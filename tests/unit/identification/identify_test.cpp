@@ -75,7 +75,7 @@ TEST(Identify, FindsAHuntCrossleyLawUnderNoiseAndQuantisation) {
                 c.law.damping_n_s_per_mm_m1 / c.law.stiffness_n_per_mm_m, 3e-4)
         << "B/K, m " << c.law.exponent;
     EXPECT_LT(displacement_error(c.law, found, c.depth_mm), 0.021) << "m " << c.law.exponent;
-    EXPECT_LT(fit->relative_error, 0.06) << "the error it tells of itself, noise included";
+    EXPECT_LT(fit->relative_error, 0.06) << "the error it shows itself, noise included";
   }
 }
 
@@ -262,10 +262,10 @@ TEST(Identify, RefusesStrokesThatDoNotTellFriction) {
   const auto once = fit_friction(strokes(truth, one_way), {1.0, 0.0, 0.0});
   ASSERT_FALSE(once);
   EXPECT_EQ(once.error().what, "no place was stroked both ways");
-  EXPECT_EQ(once.error().remedy, "stroke to and fro over the same place");
+  EXPECT_EQ(once.error().remedy, "stroke back and forth over the same place");
   EXPECT_FALSE(fit_friction({}, {1.0, 0.0, 0.0}));
 
-  // To and fro at one speed under one force: level and viscosity look alike.
+  // Back and forth at one speed under one force: level and viscosity look alike.
   std::vector<StrokeSample> monotonous;
   for (int i = 0; i < 8000; ++i) {
     const int phase = i % 800;

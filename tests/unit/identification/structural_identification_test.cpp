@@ -24,7 +24,8 @@ hal::RigInfo high_force() {
   return rig;
 }
 
-/// A device of compliance c(p) with dry friction, seen by encoders and from outside; presses walls as wished.
+/// A device of compliance c(p) with dry friction, seen by encoders and from outside; presses walls as
+/// requested.
 struct StructuralBench {
   std::function<double(const Vector3&)> compliance_mm_per_n;
   double friction_n = 0.0;
@@ -91,7 +92,7 @@ TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
   EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest) << "nothing more is wanted";
 }
 
-TEST(StructuralIdentification, DryFrictionOfTheMotorsIsToldFromTheBend) {
+TEST(StructuralIdentification, DryFrictionOfTheMotorsIsReportedFromTheBend) {
   StructuralIdentification identification({.constant = true}, high_force());
   StructuralBench bench{[](const Vector3&) { return 0.4; }, 0.2};
   bench.follow(identification, 8);
@@ -138,7 +139,7 @@ TEST(StructuralIdentification, AConstantModelOfAFieldSaysSo) {
   EXPECT_TRUE(said);
 }
 
-TEST(StructuralIdentification, OnePressTellsNoField) {
+TEST(StructuralIdentification, OnePressSaysNoField) {
   StructuralIdentification identification({}, high_force());
   StructuralBench bench{[](const Vector3&) { return 0.4; }};
   bench.follow(identification, 1);
@@ -189,7 +190,7 @@ TEST(StructuralIdentification, MotorsOfHardwareCoolBetweenPresses) {
       EXPECT_GT(rests, 0);
       EXPECT_LT(bench.hottest, 0.8) << "where a device warns";
     } else {
-      EXPECT_EQ(rests, 0) << "a simulated winding is nobody's";
+      EXPECT_EQ(rests, 0) << "a simulated winding is no one's";
     }
   }
 }
@@ -242,7 +243,7 @@ TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
   StructuralIdentification identification({.constant = true}, high_force());
   StructuralBench bench{[](const Vector3& p) { return 0.4 + 1e-3 * std::sin(p.z); }};
   for (int i = 0; i < 7; ++i) {
-    if (i == 3) {  // somebody leans on the instrument
+    if (i == 3) {  // someone leans on the instrument
       StructuralBench leaning = bench;
       leaning.compliance_mm_per_n = [](const Vector3& p) { return 0.4 + 0.2 * std::sin(0.7 * p.z); };
       leaning.press(identification, {0.0, 0.0, 70.0}, 0.5, 5.0);
@@ -500,7 +501,7 @@ TEST(StructuralIdentification, AnObjectAssumedAsSoftAsTheDeviceIsRefused) {
   EXPECT_NE(model.error().remedy.find("least_object_stiffness_n_per_mm"), std::string::npos);
 }
 
-TEST(StructuralIdentification, ARigidContactThatTellsNothingIsRefused) {
+TEST(StructuralIdentification, ARigidContactThatSaysNothingIsRefused) {
   // Encoders counted the other way.
   StructuralIdentification reversed({.rigid_contact = true}, high_force());
   RigidBench bench{.sign = -1.0};

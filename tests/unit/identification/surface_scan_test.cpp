@@ -78,10 +78,10 @@ TEST(SurfaceSpline, NearestPointOfAPressedTip) {
       EXPECT_NEAR(std::atan2(normal->direction.x, normal->direction.z), angle, 0.01) << depth_mm;
     }
   }
-  EXPECT_FALSE(normal_at(*spline, {30.0, 0.0, -12.0})) << "far beyond the scan nobody knows";
+  EXPECT_FALSE(normal_at(*spline, {30.0, 0.0, -12.0})) << "far beyond the scan no one knows";
 }
 
-TEST(SurfaceSpline, RefusesWhatTellsNoSurface) {
+TEST(SurfaceSpline, RefusesWhatSaysNoSurface) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(SurfaceSpline::fit({}, 0.01));
   EXPECT_FALSE(SurfaceSpline::fit({{0, 0}, {1, 0}, {2, 0}, {3, 0}}, 0.01));

@@ -18,7 +18,7 @@ hal::RigInfo threshold_rig() {
   return info;
 }
 
-/// A tool that is exactly what the rig says, waved at up to `speed`, with a force of `extra` beside it.
+/// A tool that is exactly what the rig says, waved at up to `speed`, with a force of `extra` next to it.
 Observation free_sample(double t, double speed_mm_per_s, double extra_n, double tilt_rad = 0.0) {
   Observation o;
   o.sample.time_ns = std::llround(1e9 * t) + 1'000'000;
@@ -136,7 +136,7 @@ TEST(ThresholdIdentification, TicksWithoutAFreshForceAreBridged) {
   EXPECT_LT(threshold.threshold_n, 0.02);
 }
 
-TEST(ThresholdIdentification, GapsAndNaNStartItAnew) {
+TEST(ThresholdIdentification, GapsAndNaNStartItAgain) {
   ThresholdIdentification identification({}, threshold_rig());
   for (int i = 0; i < 30'000; ++i) {
     Observation o = free_sample(1e-3 * i, 100.0, 1e-3 * std::sin(0.3 * i));

@@ -115,7 +115,7 @@ TEST_P(TurnedSensor, EverythingIsFound) {
   EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
 }
 
-TEST(ToolIdentification, StandingStillTellsNoMass) {
+TEST(ToolIdentification, StandingStillSaysNoMass) {
   ToolIdentification identification({}, rig_at(1000.0));
   run(identification, {}, {0.0, 0.0}, 5.0);
   const auto model = identification.finish();
@@ -129,8 +129,8 @@ TEST(ToolIdentification, StandingStillTellsNoMass) {
 }
 
 TEST(ToolIdentification, UprightWavesTellTheMassButNotTheBiasAlongGravity) {
-  // Waved along x only: mass yes; the bias along z cannot be told from the weight as long as the seat of the
-  // sensor is open, nor can the turn about x.
+  // Waved along x only: mass yes; the bias along z cannot be distinguished from the weight as long as the
+  // seat of the sensor is open, nor can the turn about x.
   struct AlongX {
     static Observation at(double t) {
       Observation o;

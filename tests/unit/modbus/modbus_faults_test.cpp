@@ -76,7 +76,7 @@ TEST_P(ModbusFault, ASlowDriveIsStillADrive) {
   EXPECT_EQ(rig.await_end(rig.table->move_to(90.0, {})).motion.end, MotionEnd::kArrived);
 }
 
-TEST_P(ModbusFault, AnExceptionIsToldByNameAndPlace) {
+TEST_P(ModbusFault, AnExceptionIsReportedByNameAndPlace) {
   DrivenRig rig(GetParam());
   rig.drive.set_faults({.exception = 2});
   const auto error = rig.table->engage();
@@ -115,7 +115,7 @@ TEST_P(ModbusFault, AStuckTableStallsAndIsClearedByHand) {
   EXPECT_EQ(rig.await_end(rig.table->move_to(90.0, {})).motion.end, MotionEnd::kArrived);
 }
 
-TEST_P(ModbusFault, AnAlarmIsToldWithItsTextAndReset) {
+TEST_P(ModbusFault, AnAlarmIsReportedWithItsTextAndReset) {
   DrivenRig rig(GetParam());
   const auto number = rig.set_off();
   rig.drive.raise_alarm(0x30);
@@ -130,7 +130,7 @@ TEST_P(ModbusFault, AnAlarmIsToldWithItsTextAndReset) {
   EXPECT_EQ(rig.await_end(rig.table->move_to(0.0, {})).motion.end, MotionEnd::kArrived);
 }
 
-TEST_P(ModbusFault, AWrongWordOrderIsToldWithTheRightOne) {
+TEST_P(ModbusFault, AWrongWordOrderIsReportedWithTheRightOne) {
   DrivenRig rig(GetParam());
   rig.home();
   ASSERT_EQ(rig.await_end(rig.table->move_to(45.0, {})).motion.end, MotionEnd::kArrived);
@@ -148,7 +148,7 @@ TEST_P(ModbusFault, ANanIsNoPosition) {
                 [](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
                   impatient(config, settings);
                   modbus::Register& position = config.map.registers[config.map.position_actual];
-                  position.address = 6;  // where the drive tells it as a float
+                  position.address = 6;  // where the drive shows it as a float
                   position.format.type = modbus::NumberType::kF32;
                   position.scale = 1.0;
                 });
@@ -165,7 +165,7 @@ TEST_P(ModbusFault, AJumpIsNotBelieved) {
   rig.home();
   rig.drive.turn_by_hand(170.0);
   rig.await([&](const hal::TurntableStatus&) { return rig.figure("implausible_positions") >= 1.0; });
-  // It stays there: it is read anew and believed.
+  // It stays there: it is read again and believed.
   rig.await([](const hal::TurntableStatus& s) {
     return s.state == TurntableState::kStanding && s.position_deg.value_or(0.0) > 169.0;
   });
@@ -184,7 +184,7 @@ TEST(ModbusRestart, HomingIsLostWithTheDrivesPower) {
   EXPECT_EQ(rig.await_end(rig.table->move_to(90.0, {})).motion.end, MotionEnd::kArrived);
 }
 
-TEST(ModbusTcp, AClosedConnectionIsOpenedAnew) {
+TEST(ModbusTcp, AClosedConnectionIsOpenedAgain) {
   DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain, impatient);
   rig.home();
   rig.drive.set_faults({.hang_up = true});
@@ -197,7 +197,7 @@ TEST(ModbusTcp, AClosedConnectionIsOpenedAnew) {
   EXPECT_GT(rig.figure("connection_attempts"), 1.0);
 }
 
-TEST(ModbusTcp, NobodyThereIsToldAtOnceAndLeavesNothingOpen) {
+TEST(ModbusTcp, NobodyThereIsReportedAtOnceAndLeavesNothingOpen) {
   int port = 0;
   {
     const EmulatedDrive gone({EmulatedDrive::Make::kPlain, 1, 0, false});
@@ -215,7 +215,7 @@ TEST(ModbusTcp, NobodyThereIsToldAtOnceAndLeavesNothingOpen) {
   EXPECT_EQ(rig.table->report().state, hal::PartState::kIdle);
 }
 
-TEST(ModbusRtu, APortThatIsNotThereIsTold) {
+TEST(ModbusRtu, APortThatIsNotThereIsReported) {
   DrivenRig rig(Over::kRtu, EmulatedDrive::Make::kPlain,
                 [](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
                   impatient(config, settings);
@@ -237,7 +237,7 @@ TEST(ModbusRtu, AnotherUnitsAnswersAreNotTaken) {
   rig.await_state(TurntableState::kNotHomed);
 }
 
-TEST(ModbusUnbidden, AMotionThatNobodyAskedForIsStopped) {
+TEST(ModbusUnbidden, AMotionThatNoOneAskedForIsStopped) {
   DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain, impatient);
   rig.set_off(30.0);
   // The connection breaks and the drive goes on by itself; found again, it is stopped.

@@ -93,7 +93,7 @@ TEST_F(Supervised, StallsWithoutProgress) {
   run(5.0, [](double) { return at(0.0, false, false); });
   EXPECT_EQ(end(), MotionEnd::kStalled);
   ASSERT_TRUE(supervisor.report().problem);
-  EXPECT_EQ(supervisor.report().problem->what, "the table does not move although it was told to");
+  EXPECT_EQ(supervisor.report().problem->what, "the table does not move although it was asked to");
 }
 
 TEST_F(Supervised, ASlowMotionIsNoStall) {
@@ -165,15 +165,15 @@ TEST_F(Supervised, AStopIsOverWhenTheTableStands) {
   EXPECT_EQ(supervisor.report().problem->what, "contact");
 }
 
-TEST_F(Supervised, ATableThatDoesNotStopIsTold) {
+TEST_F(Supervised, ATableThatDoesNotStopIsReported) {
   supervisor.begin_move(now, 0.0, 90.0, kLimits);
   supervisor.stop(now, MotionEnd::kStopped, std::nullopt);
   run(10.0, [](double t) { return at(30.0 * (t - 100.0), true, false); });
   EXPECT_EQ(end(), MotionEnd::kStopped);
-  EXPECT_EQ(supervisor.report().problem->what, "the table was told to stop but still moves");
+  EXPECT_EQ(supervisor.report().problem->what, "the table was asked to stop but still moves");
 }
 
-TEST_F(Supervised, HomesOnceTheFlagIsSetAnewAndTheTableStands) {
+TEST_F(Supervised, HomesOnceTheFlagIsSetAgainAndTheTableStands) {
   supervisor.begin_home(now, 40.0);
   const double began = now;
   run(5.0, [&](double t) {

@@ -108,13 +108,13 @@ TEST(RegisterMap, RefusesByNameAndLine) {
 
 TEST(RegisterMap, RefusesWhatNoTableShouldBeTurnedWith) {
   EXPECT_EQ(error_of(with(kSmall, "always_homed = true", "")).what,
-            "nothing tells whether the drive is homed");
+            "nothing says whether the drive is homed");
   EXPECT_EQ(error_of(with(kSmall, "stop = [{ register = \"go\", value = -1 }]", "")).what,
             "there is no way to stop the table");
   EXPECT_EQ(error_of(with(kSmall, "{ register = \"target\", write = \"target\" },", "")).what,
             "'start' writes no target");
   EXPECT_EQ(error_of(with(kSmall, "position_actual = \"position\"", "")).what,
-            "the register map tells no position");
+            "the register map says no position");
   EXPECT_EQ(error_of(with(kSmall, "unit = \"step\"", "unit = \"motor_rpm\"")).what,
             "the position has the wrong unit");
   EXPECT_EQ(error_of(with(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\"")).what,

@@ -33,7 +33,7 @@ TEST(SimulatedTurntable, DoesNotKnowWhereItIsBeforeItIsHomed) {
   ASSERT_TRUE(table);
   ASSERT_FALSE((*table)->engage());
   EXPECT_EQ((*table)->status().state, hal::TurntableState::kNotHomed);
-  EXPECT_EQ(*(*table)->status().position_deg, 0.0);  // what its counter says, not where it stands
+  EXPECT_EQ(*(*table)->status().position_deg, 0.0);  // what its counter says, not where it is
   EXPECT_EQ(end_of(**table, (*table)->home()).motion.end, hal::MotionEnd::kArrived);
   EXPECT_EQ((*table)->status().station, "front");
 }

@@ -61,7 +61,7 @@ TEST(TurntableSection, IsReadWholeAndReadsBackAsTheSame) {
   EXPECT_TRUE(again.config.modbus.link == whole.config.modbus.link);
 }
 
-TEST(TurntableSection, AMapMayBeToldInTheFileItself) {
+TEST(TurntableSection, AMapMayBeReportedInTheFileItself) {
   TurntableConfig config = read(kWhole).config;
   config.map.clear();
   const std::string written = write_turntable(config);
@@ -101,16 +101,16 @@ TEST(TurntableSection, RefusesByName) {
   EXPECT_EQ(what("[rig.turntable.modbus]\nmap = \"plain_drve\""), "no such register map");
   EXPECT_EQ(
       what("[rig.turntable.modbus]\nmap = \"plain_drive\"\n[rig.turntable.modbus.inline]\nsource = \"x\""),
-      "the register map is named and told as well");
-  EXPECT_EQ(what("[rig.turntable.modbus.inline]\nsource = \"x\""), "the register map tells no position");
+      "the register map is named and reported as well");
+  EXPECT_EQ(what("[rig.turntable.modbus.inline]\nsource = \"x\""), "the register map says no position");
   EXPECT_EQ(what("[rig.turntable.sim]\nhomed = 1"), "'rig.turntable.sim.homed' has the wrong type");
 }
 
-TEST(TurntableSection, ContradictionsAreToldWhenTheTableIsMade) {
+TEST(TurntableSection, ContradictionsAreReportedWhenTheTableIsMade) {
   TurntableConfig config;
   config.kind = TurntableChoice::kSimulated;
   config.settings.stations = {{"a", 10.0, ""}, {"b", 10.1, ""}};
-  EXPECT_EQ(make_turntable(config).error().what, "two stations cannot be told apart");
+  EXPECT_EQ(make_turntable(config).error().what, "two stations cannot be distinguished");
   config.settings.stations = {{"a", 500.0, ""}};
   EXPECT_EQ(make_turntable(config).error().what, "the station lies beyond the table's range");
   config.settings.stations.clear();

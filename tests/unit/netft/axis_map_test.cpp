@@ -14,7 +14,7 @@ void expect_vector(const Vector3& got, const Vector3& wanted) {
   EXPECT_EQ(got.z, wanted.z);
 }
 
-TEST(AxisMap, IsTheIdentityUnlessTold) {
+TEST(AxisMap, IsTheIdentityUnlessReported) {
   const AxisMap map;
   expect_vector(map.to_tool({1.0, 2.0, 3.0}), {1.0, 2.0, 3.0});
   EXPECT_EQ(map.text(), "+x +y +z");

@@ -14,7 +14,7 @@
 
 namespace hapticd::netft {
 
-/// Waits for a condition, with patience for a machine that others use too.
+/// Waits for a condition, with timeout for a machine that others use too.
 inline bool eventually(const std::function<bool()>& condition) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
   while (!condition()) {
@@ -41,7 +41,7 @@ struct NetFtBench {
     if (!made) return made.error();
     sensor = std::move(*made);
     if (!box_is_fed) return sensor->engage();
-    // Until engaged, the box has to be fed from beside.
+    // Until engaged, the box has to be fed from next to.
     std::atomic<bool> engaged{false};
     std::thread feeder([&] {
       while (!engaged.load()) {
@@ -76,7 +76,7 @@ struct NetFtBench {
            figure("malformed_datagrams") + figure("foreign_datagrams") + figure("faulty_samples") +
            figure("saturated_samples");
   }
-  bool finds(const std::string& words) const { return test::tells(sensor->report(), words); }
+  bool finds(const std::string& words) const { return test::shows(sensor->report(), words); }
   hal::RigSample read() {
     hal::RigSample sample;
     sensor->read(sample);

@@ -150,7 +150,7 @@ TEST(NetFtBias, InSoftwareOutlastsLettingGoOfTheSensor) {
   EXPECT_TRUE(reads(bench, [](const auto& s) { return s.bias_serial == 2; })) << "every bias counts";
 }
 
-TEST(NetFtBias, ItsSerialNumberTellsOfALoss) {
+TEST(NetFtBias, ItsSerialNumberSaysOfALoss) {
   NetFtBench bench;
   bench.config.bias = BiasBy::kBox;
   bench.box.set_offset({0.0, 0.0, 2.0}, {});
@@ -178,7 +178,7 @@ TEST(NetFtBias, IsForgottenWhereTheBoxCountsOtherwise) {
   EXPECT_TRUE(bench.finds("is lost"));
 }
 
-TEST(NetFtBias, ABoxThatRestartsWithOtherCountsIsUnfitUntilEngagedAnew) {
+TEST(NetFtBias, ABoxThatRestartsWithOtherCountsIsUnfitUntilEngagedAgain) {
   emulators::NetFtBoxSettings settings;
   NetFtBench bench(settings);
   bench.box.load({1.0, 0.0, 0.0}, {});

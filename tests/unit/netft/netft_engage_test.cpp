@@ -35,7 +35,7 @@ void expect_refusal(NetFtBench& bench, const std::string& what, const std::strin
   EXPECT_EQ(bench.read().status, hal::sample_status::kForceMissing);
 }
 
-TEST(NetFtEngage, DeliversAndTellsHow) {
+TEST(NetFtEngage, DeliversAndSaysHow) {
   NetFtBench bench;
   const auto error = bench.engage();
   ASSERT_FALSE(error) << error->text();
@@ -52,7 +52,7 @@ TEST(NetFtEngage, DeliversAndTellsHow) {
   EXPECT_EQ(bench.box.commands(kStart), requests);
 }
 
-TEST(NetFtEngage, DisengagingTellsTheBoxAndClosesAll) {
+TEST(NetFtEngage, DisengagingSaysTheBoxAndClosesAll) {
   NetFtBench bench;
   auto made = NetFtSensor::create(bench.config);
   ASSERT_TRUE(made);

@@ -220,7 +220,7 @@ TEST(NetFtFaults, ASilentBoxIsLostAskedAgainAndFoundAgain) {
   EXPECT_TRUE(eventually([&] { return bench.sensor->report().state == hal::PartState::kReady; }));
   EXPECT_GE(bench.figure("silences"), 1.0);
   EXPECT_TRUE(bench.finds("fell silent within the last minute"));
-  // The stream's numbers began anew because it was asked for again: no restart of the box.
+  // The stream's numbers began again because it was asked for again: no restart of the box.
   EXPECT_EQ(bench.figure("box_restarts"), 0.0);
 }
 
@@ -266,7 +266,7 @@ TEST(NetFtFaults, ABoxThatRestartsIsFoundAgain) {
   }));
 }
 
-TEST(NetFtFaults, NumbersThatBeginAnewWithinTheStreamAreARestartToo) {
+TEST(NetFtFaults, NumbersThatBeginAgainWithinTheStreamAreARestartToo) {
   NetFtBench bench;
   ASSERT_FALSE(bench.engage());
   ASSERT_TRUE(eventually([&] { return bench.figure("samples") > 3000.0; }));

@@ -82,7 +82,7 @@ TEST(NetFtReading, TouchesOnlyItsHalfOfTheSample) {
   EXPECT_EQ(sample.status, status::kDeviceWarm);
 }
 
-TEST(NetFtReading, AfterALongPauseOnlyTheNewestSampleTellsOfNow) {
+TEST(NetFtReading, AfterALongPauseOnlyTheNewestSampleSaysOfNow) {
   emulators::NetFtBoxSettings settings;
   settings.continue_sequence = true;  // the silence makes the sensor ask for the stream again
   FedBench bench(settings);

@@ -95,7 +95,7 @@ TEST(RdtSequence, ARestartFromFarIsTakenWithTheSecondRecord) {
   EXPECT_EQ(outcome.lost, 0U);
 }
 
-TEST(RdtSequence, ARestartFromNearIsToldFromReorderingByItsPersistence) {
+TEST(RdtSequence, ARestartFromNearIsReportedFromReorderingByItsPersistence) {
   const Outcome outcome = follow(joined(run(100, 900), run(0, 60)));
   EXPECT_EQ(outcome.restarts, 1);
   EXPECT_EQ(outcome.old, static_cast<int>(RdtSequence::kRestartRun) - 1);
@@ -134,7 +134,7 @@ TEST(RdtSequence, AWildFirstNumberDoesNotShutTheRestOut) {
 TEST(RdtSequence, ALongGapIsCountedInFull) {
   const Outcome outcome = follow(joined(run(0, 10), run(70'010, 10)));
   EXPECT_EQ(outcome.restarts, 0);
-  EXPECT_EQ(outcome.lost, 70'001U);  // the one that told of the jump is dropped
+  EXPECT_EQ(outcome.lost, 70'001U);  // the one that reported of the jump is dropped
   EXPECT_EQ(outcome.used, 19);
 }
 

@@ -59,7 +59,7 @@ TEST(SampleClock, FollowsASourceThatIsNotQuiteAtItsRate) {
   }
 }
 
-TEST(SampleClock, MeasuresARateThatNobodyTellsOrTellsWrongly) {
+TEST(SampleClock, MeasuresARateThatNoOneSaysOrSaysWrongly) {
   for (const double reported_hz : {0.0, 1000.0, 10000.0}) {
     SampleClock clock(reported_hz);
     EXPECT_LT(worst_ns(clock, bunched(7000.0, 20.0), 8.0), 400e3) << reported_hz;

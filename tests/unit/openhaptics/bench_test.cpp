@@ -61,7 +61,7 @@ TEST_F(OnTheBench, APressingHandFeelsTheForceThatIsRendered) {
   hd->start_running();
   ASSERT_TRUE(truly([](const BenchTruth& t) { return t.truth.in_contact && t.truth.normal_force_n > 1.5; }));
 
-  // The sensor tells of the object's reaction, the driver of where the tip is.
+  // The sensor shows the object's reaction, the driver of where the tip is.
   EXPECT_TRUE(eventually([&] {
     return std::abs(sensor_z_n - world->latest()->truth.reaction_force_n.z) < 0.2;
   })) << sensor_z_n
@@ -129,7 +129,7 @@ TEST_F(OnTheBench, PoseAndOrientationComeThroughTheVendorsFrame) {
   }));
 }
 
-TEST_F(OnTheBench, AnObjectVanishesUnderAPressAndForceInFreeAirIsTold) {
+TEST_F(OnTheBench, AnObjectVanishesUnderAPressAndForceInFreeAirIsReported) {
   set_up();
   HandProgram press;
   press.kind = HandProgram::Kind::kPress;

@@ -6,16 +6,16 @@
 namespace hapticd::test {
 namespace {
 
-struct Told {
+struct Reported {
   std::uint32_t code;
   const char* name;
   std::uint32_t bit;
 };
 
-class OpenHapticsErrors : public testing::TestWithParam<Told> {};
+class OpenHapticsErrors : public testing::TestWithParam<Reported> {};
 
 TEST_P(OpenHapticsErrors, ComesWithItsBitItsNameAndItsCount) {
-  const Told& reported = GetParam();
+  const Reported& reported = GetParam();
   HdBench bench;
   ASSERT_TRUE(bench.renders(1.0));
   bench.body->seen();
@@ -29,20 +29,20 @@ TEST_P(OpenHapticsErrors, ComesWithItsBitItsNameAndItsCount) {
   EXPECT_TRUE(bench.feels(1.0));
 }
 
-INSTANTIATE_TEST_SUITE_P(Published, OpenHapticsErrors,
-                         testing::Values(Told{0x0200, "HD_WARM_MOTORS", status::kDeviceWarm},
-                                         Told{0x0201, "HD_EXCEEDED_MAX_FORCE", status::kDeviceOverForce},
-                                         Told{0x0202, "HD_EXCEEDED_MAX_FORCE_IMPULSE",
-                                              status::kDeviceOverForce},
-                                         Told{0x0203, "HD_EXCEEDED_MAX_VELOCITY", status::kDeviceOverSpeed},
-                                         Told{0x0204, "HD_FORCE_ERROR", status::kDeviceFault},
-                                         Told{0x0300, "HD_DEVICE_FAULT", status::kDeviceFault},
-                                         Told{0x0302, "HD_COMM_ERROR", status::kDeviceFault},
-                                         Told{0x0304, "HD_TIMER_ERROR", status::kDeviceFault},
-                                         Told{0x0402, "HD_FRAME_ERROR", status::kDeviceFault},
-                                         Told{0x0104, "HD_BAD_HANDLE", status::kDeviceFault},
-                                         Told{0x7777, "unknown HD error", status::kDeviceFault}),
-                         [](const auto& reported) { return "Code" + std::to_string(reported.param.code); });
+INSTANTIATE_TEST_SUITE_P(
+    Published, OpenHapticsErrors,
+    testing::Values(Reported{0x0200, "HD_WARM_MOTORS", status::kDeviceWarm},
+                    Reported{0x0201, "HD_EXCEEDED_MAX_FORCE", status::kDeviceOverForce},
+                    Reported{0x0202, "HD_EXCEEDED_MAX_FORCE_IMPULSE", status::kDeviceOverForce},
+                    Reported{0x0203, "HD_EXCEEDED_MAX_VELOCITY", status::kDeviceOverSpeed},
+                    Reported{0x0204, "HD_FORCE_ERROR", status::kDeviceFault},
+                    Reported{0x0300, "HD_DEVICE_FAULT", status::kDeviceFault},
+                    Reported{0x0302, "HD_COMM_ERROR", status::kDeviceFault},
+                    Reported{0x0304, "HD_TIMER_ERROR", status::kDeviceFault},
+                    Reported{0x0402, "HD_FRAME_ERROR", status::kDeviceFault},
+                    Reported{0x0104, "HD_BAD_HANDLE", status::kDeviceFault},
+                    Reported{0x7777, "unknown HD error", status::kDeviceFault}),
+    [](const auto& reported) { return "Code" + std::to_string(reported.param.code); });
 
 TEST(OpenHapticsFaults, EveryErrorHasANameABitAndARemedy) {
   for (const openhaptics::HdError& error : openhaptics::hd_errors()) {
@@ -95,7 +95,7 @@ TEST(OpenHapticsFaults, UnpluggedWhileRendering) {
   EXPECT_TRUE(bench.ticks(50));  // the clock ticks on
   bench.stop_running();
 
-  // Plugged in again it is opened anew.
+  // Plugged in again it is opened again.
   bench.page.device().unplugged = false;
   bench.page.forget_events();
   ASSERT_FALSE(bench.device->engage());
@@ -134,7 +134,7 @@ TEST(OpenHapticsFaults, WarmWhenOpenedIsNoReasonNotTo) {
   EXPECT_FALSE(bench.device->engage());
 }
 
-// The library hangs: nobody does with it. These end a process's use of the library, so each is one of its
+// The library hangs: no one does with it. These end a process's use of the library, so each is one of its
 // own.
 class OpenHapticsHang : public testing::Test {
  protected:
@@ -194,7 +194,7 @@ TEST_F(OpenHapticsHang, AFrame) {
     const std::uint64_t calls = bench.body->calls();
     EXPECT_FALSE(bench.page.device().force_enabled);
     EXPECT_TRUE(bench.finds("does not return"));
-    // When it comes back it finds nobody, leaves no force and does not touch who is gone.
+    // When it comes back it finds no one, leaves no force and does not touch who is gone.
     bench.device = nullptr;
     EXPECT_TRUE(eventually([&] { return bench.page.device().force_n[1] == 0.0; }));
     std::this_thread::sleep_for(std::chrono::milliseconds(100));

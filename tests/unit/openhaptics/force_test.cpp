@@ -94,7 +94,7 @@ TEST(OpenHapticsForce, ALimitThatIsNoneGivesWayToTheDataSheet) {
     bench.page.device().max_force_n = nonsense;
     ASSERT_FALSE(bench.device->engage());
     EXPECT_DOUBLE_EQ(bench.device->info().max_force_n, 8.5);
-    EXPECT_TRUE(bench.finds("does not tell its force limits"));
+    EXPECT_TRUE(bench.finds("does not show its force limits"));
   }
 }
 
@@ -178,7 +178,7 @@ TEST(OpenHapticsForce, ADeviceThatRefusesForceIsNotReady) {
   bench.start_running();
   EXPECT_TRUE(bench.feels(1.0));
   EXPECT_TRUE(eventually([&] { return !bench.finds("takes no force"); }))
-      << "told within a tick of the force";
+      << "reported within a tick of the force";
 }
 
 TEST(OpenHapticsForce, AnOutputSwitchedOffWhileRunningStaysOffUntilTheNextRun) {
@@ -195,7 +195,7 @@ TEST(OpenHapticsForce, AnOutputSwitchedOffWhileRunningStaysOffUntilTheNextRun) {
   EXPECT_EQ(bench.body->sample().status, 0U);
 }
 
-TEST(OpenHapticsForce, MotorTemperaturesAreToldAndWarmOnesWarnOf) {
+TEST(OpenHapticsForce, MotorTemperaturesAreReportedAndWarmOnesWarnOf) {
   HdBench bench;
   ASSERT_FALSE(bench.device->engage());
   bench.body->ask({0.0, 0.0, 1.0});

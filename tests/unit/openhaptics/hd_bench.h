@@ -36,7 +36,7 @@ inline bool eventually(const std::function<bool()>& condition) {
   return condition();
 }
 
-/// Reads, keeps what it read, asks for the force it was told to.
+/// Reads, keeps what it read, asks for the force it was asked to.
 class Body final : public hal::ServoBody {
  public:
   explicit Body(hal::HapticDevice& device) : device_(device) {}
@@ -135,9 +135,9 @@ class HdBench {
     return eventually([&] { return std::abs(page.force_n().y - z_n) < 1e-9; });
   }
 
-  /// -1 where the device tells none of that name.
+  /// -1 where the device shows none of that name.
   double figure(const std::string& name) const { return find_figure(device->report(), name).value_or(-1.0); }
-  bool finds(const std::string& words) const { return tells(device->report(), words); }
+  bool finds(const std::string& words) const { return shows(device->report(), words); }
   /// Force off, device closed, library gone, in this order and without a breach of its rules.
   bool left_clean() {
     return !page->loaded && !page->scheduler_running && page->violations == 0 && !page.device().open &&

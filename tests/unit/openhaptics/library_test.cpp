@@ -77,7 +77,7 @@ TEST(OpenHapticsLibrary, IsUnloadedAndLoadedAgain) {
   }
 }
 
-TEST(OpenHapticsLibrary, WhatTheDeviceSaysOfItselfIsToldAndAHighForceModelPointedElsewhere) {
+TEST(OpenHapticsLibrary, WhatTheDeviceSaysOfItselfIsReportedAndAHighForceModelPointedElsewhere) {
   HdBench bench;
   ASSERT_FALSE(bench.device->engage());
   EXPECT_NE(bench.device->report().connection.find("Stand-in PHANTOM 1.5 0815, driver 4.2.0, 1000 Hz"),

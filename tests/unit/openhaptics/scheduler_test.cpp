@@ -170,8 +170,8 @@ TEST(OpenHapticsScheduler, AStallIsAFaultUntilItIsOver) {
   bench.page->stall_ms = 1000;
   EXPECT_TRUE(eventually([&] { return bench.finds("scheduler does not call"); }));
   EXPECT_EQ(bench.device->report().state, hal::PartState::kFaulty);
-  EXPECT_EQ(bench.page.force_n().y, 0.0);  // by the device's own watchdog: nobody else could
-  // When it comes back the first sample tells of it, and no force is given until that is over.
+  EXPECT_EQ(bench.page.force_n().y, 0.0);  // by the device's own watchdog: nothing else could
+  // When it comes back the first sample shows it, and no force is given until that is over.
   EXPECT_TRUE(bench.sees(status::kDeviceFault));
   EXPECT_TRUE(bench.sees_no(status::kDeviceFault));
   EXPECT_TRUE(bench.feels(1.0));
@@ -241,7 +241,7 @@ TEST(OpenHapticsScheduler, ReadingAndWritingTakesNoMemory) {
     hal::HapticDevice& device_;
   } body(*bench.device);
   std::thread runner([&] { bench.device->run(body, bench.stop); });
-  // Nobody else allocates meanwhile: neither this thread, nor the one that watches, nor the stand-in.
+  // No one else allocates meanwhile: neither this thread, nor the one that watches, nor the stand-in.
   while (body.calls.load() <= 1200 && !bench.returned) {
     timespec pause{0, 1'000'000};
     nanosleep(&pause, nullptr);

@@ -16,7 +16,7 @@
 
 namespace hapticd::test {
 
-/// A device on a scripted board, its time standing still but for tick() and pass_ms().
+/// A device on a scripted board, its time at rest but for tick() and pass_ms().
 class DeviceBench {
  public:
   explicit DeviceBench(const phantom::PhantomConfig& config = {},
@@ -82,7 +82,7 @@ class DeviceBench {
   }
 
   double figure(const std::string& name) const { return figure_of(device->report(), name); }
-  bool finds(const std::string& text) const { return tells(device->report(), text); }
+  bool finds(const std::string& text) const { return shows(device->report(), text); }
   bool at_zero_volts() const {
     for (const double v : board->output_volts()) {
       if (v != 0.0) return false;

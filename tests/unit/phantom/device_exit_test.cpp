@@ -50,13 +50,13 @@ TEST(PhantomDeviceExit, ACrashLeavesZeroVoltsAndNoTickAfterItWrites) {
 
 TEST(PhantomDeviceExit, EngagingStartsFromZeroVolts) {
   DeviceBench bench;
-  ASSERT_FALSE(bench.board->engage(daq::BoardUse::kMotion));  // left by somebody else
+  ASSERT_FALSE(bench.board->engage(daq::BoardUse::kMotion));  // left by someone else
   ASSERT_TRUE(bench.board->write_volts(std::array{1.0, 2.0, 3.0}));
   ASSERT_FALSE(bench.device->engage());
   EXPECT_TRUE(bench.at_zero_volts());
 }
 
-/// A board that tells what reaches its outputs, also after main() has ended.
+/// A board that says what reaches its outputs, also after main() has ended.
 class TellingBoard final : public daq::Board {
  public:
   daq::BoardInfo info() const override { return {.outputs = 3, .counters = 3}; }

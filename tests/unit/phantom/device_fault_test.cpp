@@ -1,4 +1,4 @@
-// Everything that may go wrong between encoders, motors and the one who commands, and what it takes to mend.
+// Everything that may go wrong between encoders, motors and the one who commands, and what it takes to fix.
 
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST_F(PhantomDeviceFault, AFrozenEncoderHoldsItsAngleAndNothingBreaks) {
   bench.board->freeze_encoder(0);
   bench.tick();
   const hal::RigSample sample = bench.turn_to({}, {0.05, 0.05, 0.0});
-  EXPECT_EQ(sample.status, 0U) << "an arm may stand still: this cannot be told";
+  EXPECT_EQ(sample.status, 0U) << "an arm may rest: this cannot be reported";
   EXPECT_NEAR(sample.tip_position_mm.y, 0.0, 1e-9);
   EXPECT_NEAR(sample.tip_position_mm.z, 215.0 * std::sin(0.05) - 170.0, 0.05);
   // Set free again it is where no arm can have got to in a tick, if it was held for long.
@@ -180,11 +180,11 @@ TEST_F(PhantomDeviceFault, WithoutACommandTheWatchdogCuts) {
   bench.pass_ms(2.0);
   ASSERT_TRUE(eventually([&] { return bench.at_zero_volts(); }));
   ASSERT_TRUE(eventually([&] { return bench.figure("watchdog_cuts") == 1.0; }));
-  // A late command that knows of nothing changes nothing; only who was told may command again.
+  // A late command that knows of nothing changes nothing; only who was reported may command again.
   bench.device->write({kPush});
   EXPECT_TRUE(bench.at_zero_volts());
   EXPECT_EQ(bench.read().status, status::kCommandStale);
-  EXPECT_EQ(bench.read().status, 0U) << "told once";
+  EXPECT_EQ(bench.read().status, 0U) << "reported once";
   bench.device->write({kPush});
   EXPECT_NEAR(bench.board->tip_force_n().z, kPush.z, 0.01);
 }

@@ -49,7 +49,7 @@ TEST(PhantomDevice, IsHomedOnlyWhenTheArmRests) {
     bench.board->move_joints({0.002 * (k % 50), 0.0, 0.0});
     bench.tick();
   }
-  EXPECT_FALSE(bench.device->homed()) << "somebody is moving it";
+  EXPECT_FALSE(bench.device->homed()) << "someone is moving it";
   EXPECT_TRUE(bench.finds("keep the arm still"));
   bench.board->move_joints({0.0, 0.0, 0.0});
   for (int k = 0; k < 150; ++k) bench.tick();

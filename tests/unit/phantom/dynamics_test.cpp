@@ -24,7 +24,7 @@ TEST(Dynamics, ApparentMassAtTheResetPose) {
       << "length and sense of the direction do not matter";
 }
 
-/// Kinetic energy of the bodies, their centres' speeds by differences: what the inertia matrix must tell.
+/// Kinetic energy of the bodies, their centres' speeds by differences: what the inertia matrix must show.
 double energy_j(const ArmInertia& b, const JointAngles& q, const JointAngles& speed) {
   const double l1 = 1e-3 * kArm.first_link_mm;
   const double l2 = 1e-3 * kArm.second_link_mm;
@@ -61,7 +61,7 @@ double energy_j(const ArmInertia& b, const JointAngles& q, const JointAngles& sp
                 turning(b.first_link, 1) + b.base_yy_kg_m2 * speed[0] * speed[0]);
 }
 
-TEST(Dynamics, InertiaTellsTheBodiesEnergy) {
+TEST(Dynamics, InertiaSaysTheBodiesEnergy) {
   const ArmInertia inertia = premium_1_5_inertia();
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> angle(-1.0, 1.0);

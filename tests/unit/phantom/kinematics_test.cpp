@@ -179,7 +179,7 @@ TEST(Kinematics, SingularPosesAreBounded) {
   }
 }
 
-TEST(Kinematics, StopsAreTold) {
+TEST(Kinematics, StopsAreReported) {
   const ArmGeometry arm = PhantomConfig{}.arm;
   EXPECT_LT(beyond_stops_rad(arm, {0.0, 0.0, 0.0}), 0.0);
   const auto beyond_deg = [&](double q1, double q2, double q3) {

@@ -34,7 +34,7 @@ TEST(MotionCheck, TwoLooksInARowAreNoSprint) {
   EXPECT_FALSE(check.over_speed());
 }
 
-TEST(MotionCheck, TooFastIsToldUntilItIsClearlySlower) {
+TEST(MotionCheck, TooFastIsReportedUntilItIsClearlySlower) {
   MotionCheck check(60.0, kRadPerCount, 1000.0);
   double x = 0.0;
   std::int64_t now = kMs;

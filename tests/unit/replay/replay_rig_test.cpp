@@ -83,7 +83,7 @@ TEST(ReplayRig, TakesTheFirstSecondsAsZeroForceOnlyWhenAsked) {
   EXPECT_NEAR(all_samples(*open(file, {.bias_s = 0.1})).back().sensor_force_n.z, 1.0, 1e-12);
 }
 
-TEST(ReplayRig, EndsAndIsASilentSensorToWhoeverGoesOn) {
+TEST(ReplayRig, EndsAndIsASilentSensorToTheOneWhoGoesOn) {
   const ReplayFile file("time_s,force_N,depth_mm\n0,0,0\n0.01,0.5,1\n");
   const auto rig = open(file);
   EXPECT_DOUBLE_EQ(rig->duration_s(), 0.01);

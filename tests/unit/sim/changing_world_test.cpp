@@ -75,7 +75,7 @@ TEST(ChangingObject, AHandBesideABallIsNotInsideThePlate) {
     rig.tick();
     if (!rig.truth().in_contact) lowest_mm = std::min(lowest_mm, rig.truth().tip_position_mm.z);
   }
-  ASSERT_LT(lowest_mm, -5.0) << "the hand got beside the ball";
+  ASSERT_LT(lowest_mm, -5.0) << "the hand got next to the ball";
   rig.set_object("rubber_eraser");
   double most_n = 0.0;
   rig.run(1.5, [&] { most_n = std::max(most_n, rig.truth().normal_force_n); });

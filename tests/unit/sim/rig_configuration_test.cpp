@@ -58,7 +58,7 @@ TEST(RigConfiguration, ADeviceAndAnObjectOfOnesOwnTakeThePlaceOfThePresets) {
   object.name = "harder wood";
   object.material.stiffness_at_4n_n_per_mm = 500.0;
   const auto rig =
-      SimulatedRig::create({.device = "nobody's", .custom_device = device, .custom_object = object});
+      SimulatedRig::create({.device = "no one's", .custom_device = device, .custom_object = object});
   ASSERT_TRUE(rig) << rig.error().text();
   EXPECT_EQ((*rig)->info().device.model, "stiffened");
   EXPECT_EQ((*rig)->info().device.structural_stiffness_n_per_mm, 35.0);
@@ -145,7 +145,7 @@ TEST(RigConfiguration, DampingAndPoleHaveTheirRanges) {
                "10 … 100000 Hz");
 }
 
-TEST(RigConfiguration, InformationTellsWhatWasMade) {
+TEST(RigConfiguration, InformationSaysWhatWasMade) {
   test::VirtualRig made({.device = "phantom_1_5_high_force",
                          .object = "wood_plate",
                          .rate_hz = 2000.0,

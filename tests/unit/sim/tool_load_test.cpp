@@ -1,4 +1,4 @@
-// What the sensor carries beside the contact: inertia and weight of the tool.
+// What the sensor carries next to the contact: inertia and weight of the tool.
 
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ TEST(ToolLoad, AnAcceleratedToolReadsMinusMassTimesAcceleration) {
       here_mm = after_mm;
       reading_n = rig.sample().sensor_force_n.z;
     });
-    ASSERT_GT(std::sqrt(square / ticks), 1.0) << "shaken hard enough to tell";
+    ASSERT_GT(std::sqrt(square / ticks), 1.0) << "shaken hard enough to report";
     EXPECT_NEAR(1e3 * product / square, -mass_g, 0.02 * mass_g);
   }
 }
@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Tilts, TiltedTool, testing::Values(20.0, 60.0), [](cons
   return std::to_string(std::lround(tested.param)) + "_deg";
 });
 
-TEST_P(TiltedTool, ItsWeightIsToldFromContactByTheGimbal) {
+TEST_P(TiltedTool, ItsWeightIsReportedFromContactByTheGimbal) {
   for (const double mass_g : {9.35, 50.0}) {
     VirtualRig rig({.object = "none", .tool_mass_g = mass_g}, {.tilt_deg = GetParam()});
     const Vector3 weight_n{0.0, 0.0, -1e-3 * mass_g * kGravityNPerKg};

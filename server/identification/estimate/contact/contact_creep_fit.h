@@ -28,7 +28,7 @@ struct CreepEstimate {
 };
 
 /// Retardation times a creep law is given for samples this far apart: its own for a live loop; for slow
-/// recordings four from ten steps to a thousand, beyond what the steps resolve nothing can be told.
+/// recordings four from ten steps to a thousand, beyond what the steps resolve nothing can be reported.
 std::array<double, CreepParameters::kLags> creep_times_s(double step_s) noexcept;
 
 /// Batch fit of the creep law to a palpation from a rested object, fed sample by sample, pauses out of
@@ -77,7 +77,7 @@ class CreepFit {
     /// for predicting forces from displacements.
     bool for_force = false;
   };
-  /// None where fewer than `fewest_samples` tell anything.
+  /// None where fewer than `fewest_samples` show anything.
   std::optional<CreepEstimate> solve(const Options& options) const;
   std::optional<CreepEstimate> solve() const { return solve(Options{}); }
 

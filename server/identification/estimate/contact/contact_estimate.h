@@ -17,7 +17,7 @@ struct HuntCrossleyEstimate {
 };
 
 /// How far a Hunt-Crossley law found by whatever method may be off, from what it leaves of the force.
-/// Infinite where the data do not tell a parameter.
+/// Infinite where the data do not show a parameter.
 ///
 /// Residuals of a palpation are no independent errors: most of them is what the law lacks, and it stays for
 /// as long as a press lasts. So the covariance is J⁺ S J⁺ᵀ with S the long-run covariance of the scores,

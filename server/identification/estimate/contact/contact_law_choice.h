@@ -25,7 +25,7 @@ struct ContactLawChoice {
   /// The curve that the data ask for, whatever the power law is worth: creep where it pays and is determined,
   /// or leaves less than half.
   ContactLawForm curve() const noexcept;
-  /// Off by more than a hand can tell (kNoticeable), and a curve is better: no law to render with.
+  /// Off by more than a hand can feel (kNoticeable), and a curve is better: no law to render with.
   bool power_is_unfit() const noexcept;
 
   /// Just noticeable relative difference of stiffness (Jones and Hunter 1990).

@@ -28,13 +28,13 @@ class SandwichCovariance {
     ++count_;
   }
 
-  /// Infinite on the diagonal where the parameters cannot be told apart.
+  /// Infinite on the diagonal where the parameters cannot be distinguished.
   Matrix covariance() const {
     const Eigen::Index n = normal_.rows();
     const Matrix unknown = Matrix::Identity(n, n) * std::numeric_limits<double>::infinity();
     const auto blocks = static_cast<Eigen::Index>((count_ + per_block_ - 1) / per_block_);
     if (blocks < 2 * n + 2) return unknown;
-    // Scaled to a unit diagonal, so that "cannot be told apart" means the same in all units.
+    // Scaled to a unit diagonal, so that "cannot be distinguished" means the same in all units.
     const Vector scale = normal_.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
     const Matrix scaled = scale.asDiagonal() * normal_ * scale.asDiagonal();
     const Eigen::LDLT<Matrix> factors = scaled.ldlt();

@@ -128,7 +128,7 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
       solution = scale.asDiagonal() * factors.solve(scale.asDiagonal() * right);
     }
     if (!(solution(2) > 0.0)) {
-      // Rates tell nothing, or an object that gives energy: without damping.
+      // Rates say nothing, or an object that gives energy: without damping.
       const Eigen::Matrix2d part = scaled.topLeftCorner<2, 2>();
       const auto two = part.ldlt();
       if (!determines(two, 1e-7)) return std::nullopt;

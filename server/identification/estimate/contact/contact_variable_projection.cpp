@@ -40,7 +40,7 @@ Linear solve(const std::vector<Row>& rows, const std::vector<double>& log_x, dou
   }
   found.stiffness = (gf - found.damping * gh) / gg;
   if (!(found.stiffness > 0.0)) {
-    // At one speed nothing tells damping from stiffness.
+    // At one speed nothing distinguishes damping from stiffness.
     found.damping = 0.0;
     found.stiffness = gf / gg;
   }

@@ -11,7 +11,7 @@ namespace hapticd::rt {
 /// and B ≥ 0 follow by linear least squares, and what they leave is a function of the exponent alone, which
 /// is searched within 1 … 3. Where offsets are allowed, the surface may lie that far before the samples' zero
 /// (or behind it, if negative), and the offset is searched as well. None where fewer than `fewest_samples`
-/// samples tell anything, or all lie at one displacement.
+/// samples show anything, or all lie at one displacement.
 struct VariableProjectionOptions {
   double least_offset_mm = 0.0;
   double most_offset_mm = 0.0;

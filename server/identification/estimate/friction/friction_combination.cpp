@@ -20,7 +20,7 @@ struct Mean {
   bool reported = false;
 };
 
-/// Of the objects that tell the parameter at all.
+/// Of the objects that show the parameter at all.
 Mean mean_of(const std::vector<IdentifiedModel>& models, const std::string& name) {
   std::vector<double> values;
   std::vector<double> variances;

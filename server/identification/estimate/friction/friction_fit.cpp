@@ -17,7 +17,7 @@ constexpr double kSlidingMmPerS = 10.0;
 // Regimes of D§4.4.1.
 constexpr double kSlidingPathMm = 3.0;
 constexpr double kPreslidingPathMm = 0.5;
-/// A tip that is held by friction still moves a little against the encoders: at rest they tell nothing.
+/// A tip that is held by friction still moves a little against the encoders: at rest they say nothing.
 constexpr double kMinSpeedMmPerS = 2.0;
 
 /// Way along the line since the motion last turned.
@@ -67,8 +67,8 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
   const MeanDirectionNormals normals = normals_along(strokes);
   if (normals.empty()) {
     return hal::Error{"no place was stroked both ways", "identification of friction",
-                      std::to_string(strokes.size()) + " samples", "strokes to and fro along one line",
-                      "stroke to and fro over the same place"};
+                      std::to_string(strokes.size()) + " samples", "strokes back and forth along one line",
+                      "stroke back and forth over the same place"};
   }
   std::vector<Row> rows;
   PathSinceTurn way;

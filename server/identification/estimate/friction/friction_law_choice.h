@@ -27,7 +27,7 @@ struct FrictionLawChoice {
 /// What of the options applies to the Maxwell-slip law.
 MaxwellSlipFitOptions maxwell_slip_options(const FrictionFitOptions& options) noexcept;
 
-/// Judges each law on friction, the offset of the channel taken off, over folds of whole strokes both ways:
+/// Judges each law on friction, the offset of the channel subtracted, over folds of whole strokes both ways:
 /// what is left of a passage lasts as long as it does. `options.exponent` does not matter.
 FrictionLawChoice choose_friction_law(const std::vector<FrictionRow>& rows, FrictionFitOptions options);
 

@@ -21,7 +21,7 @@ constexpr double kMaxPreslidingMm = 20.0;
 constexpr double kMaxExponent = 3.0;
 constexpr double kMinInstants = 50.0;
 constexpr int kRounds = 12;
-/// cos² of the angle between the regressors of level and viscosity beyond which they cannot be told apart.
+/// cos² of the angle between the regressors of level and viscosity beyond which they cannot be distinguished.
 constexpr double kAlike = 0.95;
 
 hal::Error cannot_fit(const std::string& what, const std::string& value, const std::string& limit,
@@ -160,7 +160,8 @@ class LawFit {
           return cannot_fit(
               "too little of the strokes is of use",
               std::to_string(std::llround(all.instants())) + " instants after the first full stroke",
-              "at least " + std::to_string(std::llround(kMinInstants)), "stroke to and fro several times");
+              "at least " + std::to_string(std::llround(kMinInstants)),
+              "stroke back and forth several times");
         }
         take(all.solve(options_.viscous, options_.bias));
       }
@@ -451,8 +452,9 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
   bool turned = false;
   for (std::size_t i = 1; i < rows.size() && !turned; ++i) turned = rows[i].passage != rows[0].passage;
   if (!turned) {
-    return cannot_fit("the tip did not slide to and fro", std::to_string(rows.size()) + " moments of sliding",
-                      "strokes both ways", "stroke to and fro over the same place");
+    return cannot_fit("the tip did not slide back and forth",
+                      std::to_string(rows.size()) + " moments of sliding", "strokes both ways",
+                      "stroke back and forth over the same place");
   }
   hal::Result<FrictionLawFit> fit = LawFit(rows, options).run();
   constexpr double kSigmas = 2.0;
@@ -460,7 +462,7 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
                         fit->parameters.viscous_n_s_per_mm > 0.0 &&
                         fit->parameters.viscous_n_s_per_mm < kSigmas * fit->error.viscous_n_s_per_mm;
   if (!doubtful) return fit;
-  // What cannot be told from nothing only makes the level uncertain.
+  // What cannot be distinguished from nothing only makes the level uncertain.
   FrictionFitOptions without = options;
   without.viscous = false;
   hal::Result<FrictionLawFit> simpler = LawFit(rows, without).run();
@@ -490,7 +492,7 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
   for (const FrictionRow& row : rows) longest_mm = std::max(longest_mm, row.path_mm);
   if (!(longest_mm > 0.0)) {
     return cannot_fit("the tip did not slide", std::to_string(rows.size()) + " moments", "strokes both ways",
-                      "stroke to and fro over the same place");
+                      "stroke back and forth over the same place");
   }
   const auto solve = [&](const std::vector<double>& reaches, double& left, double& squared) {
     const auto elements = static_cast<Eigen::Index>(reaches.size());

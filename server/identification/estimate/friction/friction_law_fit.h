@@ -9,17 +9,17 @@
 
 namespace hapticd::rt {
 
-/// What is to be found and what is told already.
+/// What is to be found and what is reported already.
 struct FrictionFitOptions {
   FrictionLaw law = FrictionLaw::kDahl;
   bool exponent = false;  ///< Dahl's exponent is to be found too; else it is 1
   bool bias = false;      ///< the friction channel may have a constant offset
   bool viscous = true;    ///< false: no viscous part
   /// A viscous part within two standard errors of nothing is left out; its standard error stays. For strokes
-  /// that nobody planned, which hardly tell it from the level.
+  /// that no one planned, which hardly distinguish it from the level.
   bool doubt_viscous = false;
-  /// Slower than this the position does not tell whether the tip moves: held by its own dry friction a device
-  /// does not see the tip bend what it stands on. Such rows are left out.
+  /// Slower than this the position does not show whether the tip moves: held by its own dry friction a device
+  /// does not see the tip bend what it is on. Such rows are left out.
   double least_speed_mm_per_s = 0.0;
   /// A turn taken faster bends the device: its encoders run ahead of the tip. Presliding is read below this.
   double presliding_mm_per_s = 1e9;
@@ -34,9 +34,9 @@ struct FrictionLawFit {
   /// of how wrong the law is (cluster-robust, Liang and Zeger 1986). Infinite where undetermined.
   FrictionParameters error;
   double bias_error_n = 0.0;
-  double residual = 0.0;               ///< rms left over rms of the friction, the offset taken off
+  double residual = 0.0;               ///< rms left over rms of the friction, the offset subtracted
   double relative_error = 0.0;         ///< mean |left| over mean |friction|
-  bool divided = false;                ///< sliding and presliding were told apart; false: fitted together
+  bool divided = false;                ///< sliding and presliding were distinguished; false: fitted together
   bool viscous_is_identified = false;  ///< speed varied enough, independently of the force
   int passages = 0;
   double rows = 0.0;  ///< instants used

@@ -13,7 +13,7 @@ struct TrapForm {
   double value = 0.0;
 };
 
-/// An equation or number that fails as published, beside what is done here.
+/// An equation or number that fails as published, next to what is done here.
 struct Trap {
   std::string name;      ///< "unit of K_d (3.6)"
   std::string fails;     ///< what fails, from which value on

@@ -84,9 +84,10 @@ Trap static_sponge_trap() {
   Trap trap;
   trap.name = "9 a static law does not give the sponge's figures";
   trap.fails =
-      "0.18 N/mm at 4 N with m = 2.1 is 8.2 mm deep at 0.5 N (told: 5 mm) and lets 15 mN be felt 16 ms late "
+      "0.18 N/mm at 4 N with m = 2.1 is 8.2 mm deep at 0.5 N (reported: 5 mm) and lets 15 mN be felt 16 ms "
+      "late "
       "at "
-      "100 mm/s (told: below 3 ms)";
+      "100 mm/s (reported: below 3 ms)";
   trap.predicts = "x = (f/K)^(1/m)";
   trap.quantity = "time from touch to 15 mN at 100 mm/s";
   trap.unit = "ms";
@@ -95,7 +96,7 @@ Trap static_sponge_trap() {
   trap.plot = small_plot("Sponge pressed at 100 mm/s", {"displacement", "mm"}, {"force", "N"});
   constexpr double kSpeed = 100.0, kStepS = 1e-4;
   report::PlotSeries law = published("static (4.22)"), object = ours("simulated sponge"),
-                     reported{"told (D§4.6.2)"};
+                     reported{"reported (D§4.6.2)"};
   reported.colour = 2;
   reported.style = report::PlotSeries::Style::kPoints;
   reported.point_size = 1.0;

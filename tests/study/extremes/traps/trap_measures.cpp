@@ -103,7 +103,7 @@ Trap staircase_trap(bool quick) {
 Trap encoder_trap() {
   Trap trap;
   trap.name = "11 encoder resolution (D§4.8)";
-  trap.fails = "0.03 mm is told for both devices; the high-force device's data sheet says 0.007 mm";
+  trap.fails = "0.03 mm is reported for both devices; the high-force device's data sheet says 0.007 mm";
   trap.predicts = "velocity error ≤ Δ/(15 T): 2.0 and 0.47 mm/s";
   trap.quantity = "velocity error at 20 mm/s, rms";
   trap.unit = "mm/s";

@@ -1,4 +1,4 @@
-// Trap of (6.3): the tumour's displacement, explicit beside the exact solution of (6.2).
+// Trap of (6.3): the tumour's displacement, explicit next to the exact solution of (6.2).
 
 #include <algorithm>
 #include <cmath>

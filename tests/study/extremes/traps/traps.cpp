@@ -65,7 +65,7 @@ void run_traps(StudyContext& context) {
                                 encoder_trap()};
   context.report.say(
       "Equations and numbers of the dissertation that fail when taken as printed, each coded as printed "
-      "(orange, dashed) beside what hapticd does (blue), with the closed form that predicts the failure.");
+      "(orange, dashed) next to what hapticd does (blue), with the closed form that predicts the failure.");
   report::MarkdownTable table(
       {"trap", "what fails", "predicted by", "measured", "form", "value", "limit", "unit"});
   for (const Trap& trap : traps) {
@@ -86,7 +86,7 @@ void run_traps(StudyContext& context) {
       first = false;
     }
   }
-  context.report.add_table("traps", "Published beside here", table);
+  context.report.add_table("traps", "Published next to here", table);
   for (const Trap& trap : traps) {
     if (trap.plot_name.empty()) continue;
     context.report.say(trap.name + ": " + trap.fails + " (" + trap.predicts + ").");

@@ -95,7 +95,7 @@ std::optional<Prediction> fit_power(const Loading& loading, const rt::HeldOutBlo
     training.push_back(loading.samples[i]);
     deepest_mm = std::max(deepest_mm, training.back().displacement_mm);
   }
-  // The one loading cannot tell stiffness from damping; its surface may lie a little off.
+  // The one loading cannot distinguish stiffness from damping; its surface may lie a little off.
   rt::VariableProjectionOptions options;
   options.least_offset_mm = -0.1 * deepest_mm;
   options.most_offset_mm = 0.1 * deepest_mm;
@@ -155,7 +155,7 @@ std::optional<Prediction> fit_identified(const Loading& loading, const rt::HeldO
   }
   const auto& creep = std::get<rt::ContactModel>(model->content).creep;
   if (!creep) return std::nullopt;
-  // The curve's zero is where the first loading says the surface is, the power law's beside it.
+  // The curve's zero is where the first loading says the surface is, the power law's next to it.
   return [law = creep->parameters, surface = parameter(*model, "curve_surface_mm")](const Loading& judged) {
     return forces_of(law, std::isfinite(surface) ? surface : 0.0, judged);
   };

@@ -33,7 +33,7 @@ hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& rec
                                                     const rt::FrictionTask& task);
 
 /// Every instant as a row of its own, the position through a median of three. `settled` from the second turn
-/// on: where the state was when the part began nobody knows.
+/// on: where the state was when the part began no one knows.
 std::vector<rt::FrictionRow> rows_of(const FrictionRecording& recording);
 
 /// How much later than the position the force is, model-free: after each rest the tip starts at once, and the

@@ -75,7 +75,7 @@ FittedLaw fit_law(const std::string& law, const FrictionRecording& part) {
   return fitted;
 }
 
-/// Sums that make rms left over rms of the friction, the law's offset taken off.
+/// Sums that make rms left over rms of the friction, the law's offset subtracted.
 struct Residual {
   double left = 0.0;
   double whole = 0.0;
@@ -236,7 +236,7 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
       FrictionRecording other = halves[1 - h];
       const FittedLaw fitted = fit_law("dahl", trained);
       for (FrictionRecording* part : {&trained, &other}) {
-        for (RecordedFriction& r : *part) r.normal_n = 10.0;  // what the coefficients are told for
+        for (RecordedFriction& r : *part) r.normal_n = 10.0;  // what the coefficients are reported for
       }
       within.add(fitted, trained);
       across.add(fitted, other);

@@ -49,8 +49,8 @@ hal::Vector3 past_acceleration(const std::vector<hal::RigSample>& samples, std::
   return (moment - sum * (square / n)) * (2.0 / (fourth - square * square / n));
 }
 
-/// The middle one of the last three, component by component: the recording has single samples beside the rest
-/// ten times a second, and one sample ends no free motion.
+/// The middle one of the last three, component by component: the recording has single samples next to the
+/// rest ten times a second, and one sample ends no free motion.
 class MedianOfThree {
  public:
   hal::Vector3 update(const hal::Vector3& v) {
@@ -140,9 +140,9 @@ double rms_n(const std::vector<hal::RigSample>& samples, const std::vector<doubl
   return std::sqrt(square / count);
 }
 
-/// When the raw force left what it does in free motion for good, told with hindsight and without any model:
-/// the last sample before the grip's height whose distance from the mean of the fitted part is no greater
-/// than the greatest one there.
+/// When the raw force left what it does in free motion for good, reported with hindsight and without any
+/// model: the last sample before the grip's height whose distance from the mean of the fitted part is no
+/// greater than the greatest one there.
 std::size_t left_for_good(const std::vector<hal::RigSample>& samples) {
   hal::Vector3 mean;
   double count = 0.0;
@@ -200,7 +200,7 @@ void run_identify_handover(StudyContext& context) {
       if (time_s(sample) < kFittedUntilS) fitted.add(*excitation);
       if (time_s(sample) >= kFittedUntilS && time_s(sample) < 3.05) rest.add(*excitation);
     }
-    // Two seconds of slow turns tell no arm.
+    // Two seconds of slow turns say no arm.
     const rt::ToolLoadFit tool = rt::fit_tool_load(fitted, {.turning = false, .start = {}});
     const double angle_deg = 2.0 * std::acos(std::min(1.0, tool.sensor_to_tool.w)) * 57.29577951308232;
     readings.add_row({reading.name, fixed(tool.mass_g, 1), fixed(tool.mass_error_g * std::sqrt(10.0), 1),
@@ -265,7 +265,7 @@ void run_identify_handover(StudyContext& context) {
                              {"extrapolated to ten minutes", false, true},
                              {"extrapolated, median of three samples", true, true}}};
   report::MarkdownTable thresholds({"rule", "threshold N", "largest 2.2-3.1 s N", "alarms before 3.1 s",
-                                    "grip told s", "samples after 3.1 s"});
+                                    "grip reported s", "samples after 3.1 s"});
   for (Rule& rule : rules) {
     const std::vector<double> r = residuals_n(samples, best->tool, window, rule.smoothed);
     const std::vector<double> greatest = greatest_n(samples, r);
@@ -295,7 +295,7 @@ void run_identify_handover(StudyContext& context) {
   if (rule.reported != 0) {
     detection_figure.value = static_cast<double>(rule.reported - start);
   } else {
-    detection_figure.failed = "the grip is never told";
+    detection_figure.failed = "the grip is never reported";
   }
   detection_figure.source = "first sample at or after 3.1 s, as the recording is described";
   context.report.add(detection_figure);
@@ -315,7 +315,7 @@ void run_identify_handover(StudyContext& context) {
   result.add_row({"grip starts, as described", fixed(time_s(samples[start]), 4) + " s"});
   result.add_row({"raw force left for good (hindsight)", fixed(time_s(samples[hindsight]), 4) + " s"});
   result.add_row(
-      {"grip told", rule.reported != 0 ? fixed(time_s(samples[rule.reported]), 4) + " s" : "never"});
+      {"grip reported", rule.reported != 0 ? fixed(time_s(samples[rule.reported]), 4) + " s" : "never"});
   context.report.add_table("handover", "Hand-over: tool and threshold from the free part alone", result,
                            "The grip's start is that of the recording's description; with hindsight the raw "
                            "force leaves its free range for "

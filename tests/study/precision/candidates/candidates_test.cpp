@@ -1,4 +1,4 @@
-// The candidates that estimators of hapticd are weighed against, beside their closed forms.
+// The candidates that estimators of hapticd are weighed against, next to their closed forms.
 
 #include <gtest/gtest.h>
 

@@ -93,8 +93,8 @@ struct Delays {
     return ms.empty() ? std::nan("") : sum / static_cast<double>(ms.size());
   }
   double largest_ms() const { return ms.empty() ? std::nan("") : *std::max_element(ms.begin(), ms.end()); }
-  /// Whether most strikes have a delay: where alarms are the rule, the rest tells nothing.
-  bool tells() const { return ms.size() > static_cast<std::size_t>(2 * early); }
+  /// Whether most strikes have a delay: where alarms are the rule, the rest says nothing.
+  bool shows() const { return ms.size() > static_cast<std::size_t>(2 * early); }
 };
 
 template <class Signal>
@@ -160,7 +160,7 @@ MethodResult measured(const std::string& name, const Signal& signal, const Data&
     const double threshold = multiple * result.quiet_threshold;
     const Delays delays = delays_of(signal, data, threshold);
     if (multiple == 1.0) result.delays = delays;
-    if (!delays.tells()) continue;
+    if (!delays.shows()) continue;
     result.curve.push_back({delays.mean_ms(), static_cast<double>(peaks.alarms(threshold)) / data.minutes()});
   }
   for (const TappedTrace& trace : data.taps) {
@@ -311,7 +311,7 @@ void run_detection_precision(StudyContext& context) {
   for (const MethodResult& method : all) {
     stage.methods.push_back(
         {method.name, method.delays.mean_ms(), method.run_time_ns, method.is_default, {}});
-    if (!method.delays.tells()) {
+    if (!method.delays.shows()) {
       stage.methods.back().failed = "declares contact in flight: most taps have no delay";
     }
   }

@@ -15,7 +15,7 @@ namespace {
 using test::demand;
 using test::value_of;
 
-/// A rig nobody commands.
+/// A rig no one commands.
 class WatchedRig {
  public:
   WatchedRig(const std::string& object, const sim::HandProgram& hand, std::uint64_t seed) {

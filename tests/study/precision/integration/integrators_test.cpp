@@ -1,4 +1,4 @@
-// The candidates beside the simulator's scheme: closed forms, orders, and that all solve the same equations.
+// The candidates next to the simulator's scheme: closed forms, orders, and that all solve the same equations.
 
 #include <gtest/gtest.h>
 

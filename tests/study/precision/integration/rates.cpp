@@ -323,7 +323,7 @@ void study_loop_rate(StudyContext& context) {
 
 // --- rate of the telemetry ---
 
-/// Reaction force as the loop tells it, once a tick.
+/// Reaction force as the loop shows it, once a tick.
 std::vector<double> forces_of(const sim::HandProgram& hand, double duration_s) {
   sim::SimulationConfig rig;
   rig.object = "rubber_ball";
@@ -423,15 +423,16 @@ void study_telemetry(StudyContext& context) {
                    fixed(1e-3 * kShippedHz / n * sizeof(rt::TickRecord), 0)});
   }
   add_stage(context.report, stage);
-  context.report.add_table("telemetry_decimation", "What a decimated subscriber misses", table,
-                           "Missed of a peak: 1 - largest force told/largest force, by tap; worst: over taps "
-                           "and phases. Power: of "
-                           "the force less its mean, at frequencies beyond half the telemetry's rate; it "
-                           "does not vanish but folds "
-                           "down to lower ones.\nkB/s: records as they lie in memory, " +
-                               std::to_string(sizeof(rt::TickRecord)) +
-                               " bytes each; messages on the network are smaller or larger "
-                               "by the groups asked for.");
+  context.report.add_table(
+      "telemetry_decimation", "What a decimated subscriber misses", table,
+      "Missed of a peak: 1 - largest force reported/largest force, by tap; worst: over taps "
+      "and phases. Power: of "
+      "the force less its mean, at frequencies beyond half the telemetry's rate; it "
+      "does not vanish but folds "
+      "down to lower ones.\nkB/s: records as they lie in memory, " +
+          std::to_string(sizeof(rt::TickRecord)) +
+          " bytes each; messages on the network are smaller or larger "
+          "by the groups asked for.");
   context.report.say(
       "Presses survive a decimation of 20 within a per cent; a tap lasts some tens of milliseconds, so 1 in "
       "10 "

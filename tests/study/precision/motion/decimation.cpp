@@ -11,15 +11,15 @@ namespace hapticd::study {
 
 namespace {
 
-/// What is told: value and where it belongs.
-struct Told {
+/// What is reported: value and where it belongs.
+struct Reported {
   double at;
   double value;
 };
 
-std::vector<Told> reported_of(const std::vector<double>& signal, std::size_t n, std::size_t phase,
-                              Decimation how) {
-  std::vector<Told> reported;
+std::vector<Reported> reported_of(const std::vector<double>& signal, std::size_t n, std::size_t phase,
+                                  Decimation how) {
+  std::vector<Reported> reported;
   if (how == Decimation::kPicks) {
     for (std::size_t i = phase; i < signal.size(); i += n)
       reported.push_back({static_cast<double>(i), signal[i]});
@@ -59,7 +59,7 @@ DecimationLoss decimation_loss(const std::vector<double>& signal, std::size_t n,
   double squares = 0.0;
   std::size_t peaks = 0;
   for (std::size_t phase = 0; phase < n; ++phase) {
-    const std::vector<Told> reported = reported_of(signal, n, phase, how);
+    const std::vector<Reported> reported = reported_of(signal, n, phase, how);
     for (std::size_t k = 0; k + 1 < reported.size(); ++k) {
       const auto from = static_cast<std::size_t>(std::ceil(reported[k].at));
       for (std::size_t i = from; static_cast<double>(i) < reported[k + 1].at; ++i) {

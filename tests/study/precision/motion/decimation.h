@@ -7,13 +7,13 @@ namespace hapticd::study {
 
 enum class Decimation : unsigned char {
   kPicks,  ///< every n-th value, as the telemetry does
-  kMeans,  ///< means of n values, told at the middle of their time
+  kMeans,  ///< means of n values, reported at the middle of their time
 };
 
-/// What is lost of a signal of which only every n-th value is told.
+/// What is lost of a signal of which only every n-th value is reported.
 struct DecimationLoss {
   double rms_share = 0.0;         ///< rms of rebuilt less true, over rms of true
-  double peak_share = 0.0;        ///< mean over bursts and phases of 1 - largest told/largest
+  double peak_share = 0.0;        ///< mean over bursts and phases of 1 - largest reported/largest
   double worst_peak_share = 0.0;  ///< the largest of these
 };
 

@@ -17,7 +17,7 @@ std::vector<double> wave(double cycles_per_value, double amplitude, std::size_t 
   return values;
 }
 
-TEST(DecimationLoss, IsNothingWhereEveryValueIsTold) {
+TEST(DecimationLoss, IsNothingWhereEveryValueIsReported) {
   const DecimationLoss loss = decimation_loss(wave(0.01, 2.0), 1, Decimation::kPicks, 0.5);
   EXPECT_EQ(loss.rms_share, 0.0);
   EXPECT_EQ(loss.peak_share, 0.0);

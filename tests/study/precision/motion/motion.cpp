@@ -246,7 +246,7 @@ void plot_lag(StudyContext& context, const std::vector<MethodResult>& results) {
   plot.title = "Velocity: lag against what is left without it, encoder of 0.03 mm";
   plot.x = {"lag, mean over the motions", "ms"};
   plot.x.minimum = 0.0;
-  plot.y = {"error with the lag taken off, rms over the motions", "%", true};
+  plot.y = {"error with the lag subtracted, rms over the motions", "%", true};
   int colour = 0;
   for (const MethodResult& result : results) {
     double lag_ms = 0.0;
@@ -327,7 +327,7 @@ std::string verdict_on_others(const std::vector<MethodResult>& results,
                   "in the scenes that explore, it moved their errors of displacement and direction "
                   "both up and down by less than they differ between objects, so what needs no "
                   "assumption on how the hand moves is kept."
-                : "a filter has to be told how the hand will move, the default only the encoder's "
+                : "a filter has to be reported how the hand will move, the default only the encoder's "
                   "step, and it is kept.");
 }
 

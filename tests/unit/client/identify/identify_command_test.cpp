@@ -77,7 +77,7 @@ TEST(IdentifyCommand, TheRigsOwnModelsTakeNoObject) {
   EXPECT_EQ(started_by("tool").object(), "");
 }
 
-TEST(IdentifyCommand, WhatCannotBeIsToldBeforeAnyCall) {
+TEST(IdentifyCommand, WhatCannotBeIsReportedBeforeAnyCall) {
   for (const char* line : {"contact",
                            "contact --object sponge --law dahl",
                            "contact --object sponge --method guess",
@@ -129,7 +129,7 @@ TEST(IdentifyCommand, ColumnsCarryUnitAndScale) {
   EXPECT_EQ(description.columns().at("normal_force").scale(), 2.5);
 }
 
-TEST(IdentifyCommand, AColumnThatIsNoneIsTold) {
+TEST(IdentifyCommand, AColumnThatIsNoneIsReported) {
   for (const char* text : {"Fz", "=Fz", "force=", "force=Fz:N:much", "force=Fz:N:0", "force=Fz:N:1:2",
                            "force=Fz:N:nan", "force=Fz:N:inf", "force=Fz:N:1e999"}) {
     IdentifyTask task;

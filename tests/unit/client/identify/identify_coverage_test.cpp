@@ -40,7 +40,7 @@ v1::CoverageMap map_of(std::uint32_t columns, std::uint32_t rows, const std::vec
   return map;
 }
 
-TEST(IdentifyCoverage, EachCellTellsWhetherItIsWantedAndHasEnough) {
+TEST(IdentifyCoverage, EachCellSaysWhetherItIsWantedAndHasEnough) {
   const auto map = map_of(3, 2, {100, 2, 0, 0, 7, 90}, {true, true, true, false, false, true}, 50);
   const auto grid = coverage_grid(map, 10, 10);
   ASSERT_TRUE(grid);
@@ -67,7 +67,7 @@ TEST(IdentifyCoverage, TheMapIsDrawnWithAxesShadesAndBracketsAroundWhatIsWanted)
 }
 
 TEST(IdentifyCoverage, NeighboursArePutTogetherAndHaveEnoughOnlyIfAllHave) {
-  // Two columns into one: enough beside nothing that is wanted, enough beside few.
+  // Two columns into one: enough next to nothing that is wanted, enough next to few.
   const auto map = map_of(4, 1, {50, 3, 50, 1}, {true, false, true, true}, 50);
   const auto grid = coverage_grid(map, 2, 1);
   ASSERT_TRUE(grid);
@@ -97,7 +97,7 @@ TEST(IdentifyCoverage, AMapOverOneQuantityHasOneRow) {
   const auto lines = draw_coverage(map, 48, 8, kAscii);
   ASSERT_EQ(lines.size(), 4U);
   EXPECT_EQ(lines[1], "      |[#][#][ ][ ]");
-  // Where the name of the quantity would hide its edges, it stands below them.
+  // Where the name of the quantity would hide its edges, it is below them.
   const auto narrow = draw_coverage(map, 30, 8, kAscii);
   ASSERT_EQ(narrow.size(), 5U);
   EXPECT_TRUE(narrow[3].starts_with("       0  1  2  3  4")) << narrow[3];

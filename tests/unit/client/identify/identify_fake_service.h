@@ -15,21 +15,21 @@
 
 namespace hapticd::test {
 
-/// A daemon that only identifies, by a script: what watching tells, when streams break, what is refused. It
+/// A daemon that only identifies, by a script: what watching shows, when streams break, what is refused. It
 /// listens on a unix socket of its own and can go away and come back there.
 class IdentifyFakeService final : public v1::IdentificationService::Service {
  public:
   struct Script {
-    /// Told one after the other, at the same pace to all who watch; the last one is told again and again
-    /// while it is not over.
+    /// Reported one after the other, at the same pace to all who watch; the last one is reported again and
+    /// again while it is not over.
     std::vector<v1::IdentificationProgress> progress{};
     std::chrono::milliseconds pace{5};
     /// Streams end with `break_status` after so many messages each; 0 = they hold. The last of `progress` is
-    /// not told before all of them did, however slow the machine is.
+    /// not reported before all of them did, however slow the machine is.
     int break_after = 0;
     grpc::Status break_status = grpc::Status(grpc::StatusCode::UNAVAILABLE, "Socket closed");
     int streams_that_break = 1;
-    /// Streams tell nothing any more after so many messages; 0 = they go on.
+    /// Streams say nothing any more after so many messages; 0 = they go on.
     int silent_after = 0;
     int streams_that_fall_silent = 1;
     std::optional<grpc::Status> start_refusal{};
@@ -81,7 +81,7 @@ class IdentifyFakeService final : public v1::IdentificationService::Service {
                                grpc::ServerReader<v1::UploadRecordingRequest>* reader,
                                v1::UploadRecordingResponse* response) override;
 
-  /// What is told now. `mutex_` held.
+  /// What is reported now. `mutex_` held.
   bool streams_to_break() const;
   v1::IdentificationProgress now() const;
 

@@ -37,7 +37,7 @@ struct Outcome {
   std::string output;
 };
 
-/// What `act` prints and how it exits; nobody presses Ctrl-C unless the options say so.
+/// What `act` prints and how it exits; no one presses Ctrl-C unless the options say so.
 Outcome outcome_of(const IdentifyFakeService& fake, const std::function<void(IdentifySession&)>& act,
                    IdentifyOptions options = {}, bool json = false) {
   Session session{.server = fake.address(), .json = json};
@@ -76,7 +76,7 @@ TEST(IdentifySession, LeadsToTheModel) {
   EXPECT_EQ(fake.cancelled(), 0);
 }
 
-TEST(IdentifySession, TheExitCodeTellsHowItEnded) {
+TEST(IdentifySession, TheExitCodeSaysHowItEnded) {
   const std::pair<v1::IdentificationState, ExitCode> cases[] = {
       {v1::IDENTIFICATION_STATE_PARTIAL, ExitCode::kNotConverged},
       {v1::IDENTIFICATION_STATE_CANCELLED, ExitCode::kNotConverged},
@@ -87,7 +87,7 @@ TEST(IdentifySession, TheExitCodeTellsHowItEnded) {
   }
 }
 
-TEST(IdentifySession, CtrlCCancelsAndTellsWhatWasKept) {
+TEST(IdentifySession, CtrlCCancelsAndSaysWhatWasKept) {
   const IdentifyFakeService fake({.progress = endless()});
   IdentifyOptions options;
   options.user_request = [&fake] { return fake.watched() > 0 ? UserRequest::kCancel : UserRequest::kGoOn; };
@@ -187,7 +187,7 @@ TEST(IdentifySession, ADaemonThatIsAwayForAWhileIsWaitedFor) {
   EXPECT_EQ(outcome.exit_code, ExitCode::kOk);
   EXPECT_TRUE(holds(outcome.output, "converged")) << outcome.output;
   EXPECT_GE(fake.watched(), 2);
-  EXPECT_EQ(fake.started().size(), 1U);  // taken up again, not begun anew
+  EXPECT_EQ(fake.started().size(), 1U);  // taken up again, not begun again
 }
 
 TEST(IdentifySession, ADaemonThatStaysAwayIsGivenUp) {
@@ -252,7 +252,7 @@ TEST(IdentifySession, WhatMayNotStartIsRefused) {
   EXPECT_EQ(fake.watched(), 0);
 }
 
-TEST(IdentifySession, JsonIsALineAProgressAndTheLastOneTellsTheEnd) {
+TEST(IdentifySession, JsonIsALineAProgressAndTheLastOneSaysTheEnd) {
   const IdentifyFakeService fake({.progress = run_to(v1::IDENTIFICATION_STATE_PARTIAL)});
   const Outcome outcome = outcome_of(fake, start, {}, true);
   EXPECT_EQ(outcome.exit_code, ExitCode::kNotConverged);
@@ -306,7 +306,7 @@ TEST(IdentifySession, CancelEndsWhatRunsAndIsDone) {
   EXPECT_TRUE(holds(outcome.output, "cancelled after")) << outcome.output;
 }
 
-TEST(IdentifySession, ListTellsWhatThereWas) {
+TEST(IdentifySession, ListSaysWhatThereWas) {
   const IdentifyFakeService fake(
       {.progress = {contact_progress(0.5), contact_end(v1::IDENTIFICATION_STATE_CONVERGED)}});
   const Outcome outcome = outcome_of(fake, [](IdentifySession& identify) { identify.list(); });

@@ -80,7 +80,7 @@ TEST(IdentifyUpload, WhatHasNoLengthIsSentToo) {
   EXPECT_EQ(fake.uploaded_checksum(), IdentifyFakeService::checksum_of(text));
 }
 
-TEST(IdentifyUpload, ARefusalInTheMiddleIsToldWithLineAndColumn) {
+TEST(IdentifyUpload, ARefusalInTheMiddleIsReportedWithLineAndColumn) {
   v1::ErrorDetail detail;
   detail.set_what("not a number");
   detail.set_where("cycle.csv, line 4711, column 'force_n'");
@@ -123,7 +123,7 @@ TEST(IdentifyUpload, TheUserCanGiveItUp) {
   EXPECT_THROW(upload_file(client, path, description(), {.interrupted = [] { return true; }}), LocalError);
 }
 
-TEST(IdentifyUpload, WhatCannotBeReadIsToldBeforeAnythingIsSent) {
+TEST(IdentifyUpload, WhatCannotBeReadIsReportedBeforeAnythingIsSent) {
   IdentifyFakeService fake({});
   client::Client client = connect(fake);
   const test::TemporaryFolder folder;

@@ -26,7 +26,7 @@ void expect_holds(const std::string& text, std::initializer_list<const char*> wo
   for (const char* word : words) EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
 }
 
-TEST(IdentifyView, AFrameTellsAllThatTheProgressTells) {
+TEST(IdentifyView, AFrameSaysAllThatTheProgressTells) {
   const std::string text = joined(identify_frame(contact_progress(0.6), "", kWideUnicode));
   expect_holds(text, {"contact-7", "contact of sponge", "running", "Press deeper than 6 mm, slowly", "60 %",
                       "12.0 of 60 s", "7200 samples", "0.0791  ±   0.0012  N/mm^m", "1.634", "✘ steady",
@@ -114,7 +114,7 @@ TEST(IdentifyView, ALargeRelativeErrorIsWrittenOut) {
   expect_holds(joined(identify_report(progress, false, kWideAscii)), {"(190 %)", "(100 %)", "(> 1000 %)"});
 }
 
-TEST(IdentifyView, APlainLineTellsTheSameWithoutEscapes) {
+TEST(IdentifyView, APlainLineSaysTheSameWithoutEscapes) {
   const std::string line = identify_line(contact_progress(0.6), kWideAscii);
   expect_holds(line, {"12.0 s", "running", " 60 %", "stiffness 0.0791 +- 0.0012 N/mm^m",
                       "exponent 1.634 +- 0.021", "residual 4.1 %", "covered", "> Press deeper than 6 mm"});

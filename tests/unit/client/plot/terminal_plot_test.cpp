@@ -125,7 +125,7 @@ TEST(TerminalPlot, ShowsUnitsLegendAndTicks) {
 }
 
 TEST(TerminalPlot, SideBySide) {
-  EXPECT_EQ(beside({"ab", "c"}, {"x"}, 2), (std::vector<std::string>{"ab  x", "c   "}));
+  EXPECT_EQ(side_by_side({"ab", "c"}, {"x"}, 2), (std::vector<std::string>{"ab  x", "c   "}));
 }
 
 }  // namespace

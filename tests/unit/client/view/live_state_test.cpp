@@ -1,4 +1,4 @@
-// What a person is told of the tool's state, from either message.
+// What a person is informed of the tool's state, from either message.
 
 #include "client/cli/view/live_state.h"
 

@@ -84,7 +84,7 @@ TEST(ContactStage, AToolThatFoundTheObjectWithinAGapWaitsUntilItIsFree) {
   Line line;
   for (int i = 0; i < 100; ++i) line.tick(0.0, 0.0);
   for (int i = 0; i < 200; ++i) line.tick(5.0, 2.0, 0.0, i == 0 ? 0.1 : 0.0);
-  EXPECT_EQ(line.detector().count(), 0U) << "nobody saw where it began";
+  EXPECT_EQ(line.detector().count(), 0U) << "no one saw where it began";
   EXPECT_EQ(line.detector().reason(), ContactReason::kAwaitingFree);
   for (int i = 0; i < 200; ++i) line.tick(-5.0, 0.0);
   for (int i = 0; i < 100; ++i) line.tick(-5.0 + 0.1 * i, std::max(0.0, 0.4 * (-5.0 + 0.1 * i)));

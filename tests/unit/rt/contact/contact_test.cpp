@@ -125,7 +125,7 @@ TEST(ContactDetector, WhatItCountsLastsAsLongAtAnyRate) {
       ;
     EXPECT_NEAR(ticks * tick_ms, parameters.release_time_ms, 0.51 * tick_ms);
 
-    // Force that does not end, away from the last surface: for a second it is nothing, then nobody knows.
+    // Force that does not end, away from the last surface: for a second it is nothing, then no one knows.
     for (ticks = 0; detector.reason() != ContactReason::kAwaitingFree && ticks < 20'000; ++ticks) {
       EXPECT_FALSE(detector.update(0.1, 5.0, 10.0));
     }

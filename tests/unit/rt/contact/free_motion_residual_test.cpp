@@ -48,7 +48,7 @@ TEST(FreeMotionResidual, ForceAtRestIsSeenWithinTheFiltersDelay) {
   for (int i = 100; i < 200 && seen_after < 0; ++i) {
     if (std::abs(residual.update(0.02, 5.0, i * kTickNs, false)) > 0.015) seen_after = i - 100;
   }
-  EXPECT_GT(seen_after, 5) << "20 mN may be a brisk start: the encoders must have had time to tell";
+  EXPECT_GT(seen_after, 5) << "20 mN may be a brisk start: the encoders must have had time to report";
   EXPECT_LT(seen_after, 20);
 }
 

@@ -74,7 +74,7 @@ TEST(ForceController, PublishedGainsPerSecondWouldDiverge) {
   }
 }
 
-TEST(DefaultGains, AreTheDevicesWhoeverDrivesIt) {
+TEST(DefaultGains, AreTheDevicesTheOneWhoDrivesIt) {
   EXPECT_EQ(default_gains("phantom_premium_1_5_high_force").proportional_gain,
             default_gains("phantom_1_5_high_force").proportional_gain);
   EXPECT_EQ(default_gains("phantom_premium_1_0").proportional_gain,

@@ -54,7 +54,8 @@ struct Shaken {
   int damped_ticks = 0;
 };
 
-/// A hand that moves to and fro in a spring that is rendered with a delay: each cycle gains π k a² sin(ωτ).
+/// A hand that moves back and forth in a spring that is rendered with a delay: each cycle gains π k a²
+/// sin(ωτ).
 Shaken shake_a_delayed_spring(int delay_ticks, bool controlled) {
   constexpr double kStiffness = 0.5;
   HandPortPassivity port(1000.0);

@@ -130,8 +130,8 @@ TEST(TargetBlend, AChangeTheTickAContactBeginsStartsFromNothing) {
   EXPECT_NEAR(before, 0.7 * 1.99, 1e-12);
 }
 
-TEST(TargetBlend, TheToldStiffnessIsForceOverDisplacement) {
-  // Told is the mixture in force, also where one change interrupts another.
+TEST(TargetBlend, TheReportedStiffnessIsForceOverDisplacement) {
+  // Reported is the mixture in force, also where one change interrupts another.
   TargetBlend blend(linear_target(0.5), 1000.0);
   blend.update(4.0, 0.0, {});
   blend.set(linear_target(1.0), 0.1);
@@ -141,7 +141,7 @@ TEST(TargetBlend, TheToldStiffnessIsForceOverDisplacement) {
   }
 }
 
-TEST(TargetBlend, TheToldStiffnessDoesNotJumpWhereAChangeInterruptsAnother) {
+TEST(TargetBlend, TheReportedStiffnessDoesNotJumpWhereAChangeInterruptsAnother) {
   TargetBlend blend(linear_target(0.5), 1000.0);
   blend.update(4.0, 0.0, {});
   blend.set(linear_target(1.0), 0.1);

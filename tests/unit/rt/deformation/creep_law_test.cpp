@@ -179,7 +179,7 @@ TEST(CreepLaw, UnderAHeldForceEveryRateGivesTheSame) {
   }
 }
 
-TEST(CreepLaw, TheToldSensitivityIsWhatANewtonOfThisTickDoes) {
+TEST(CreepLaw, TheReportedSensitivityIsWhatANewtonOfThisTickDoes) {
   CreepLaw law(sponge(), 1000.0);
   for (int i = 0; i < 2000; ++i) {
     const double f = 1.5 + std::sin(0.01 * i);

@@ -29,7 +29,7 @@ struct Errors {
   double largest_friction_n = 0.0;
 };
 
-/// Strokes to and fro over a sphere (radius 0: a plane), from 0.2 s on counted.
+/// Strokes back and forth over a sphere (radius 0: a plane), from 0.2 s on counted.
 template <class Direction>
 Errors stroke(Direction direction, double radius_mm, double noise_n, const FrictionParameters& friction) {
   std::mt19937_64 random(20);
@@ -181,7 +181,7 @@ TEST(Direction, AStraightPressWithASlantedStartDoesNotRunAway) {
   }
 }
 
-TEST(Direction, TheToldDeviationCoversTheErrorAndShrinksWithForce) {
+TEST(Direction, TheReportedDeviationCoversTheErrorAndShrinksWithForce) {
   // Sliding: what the filter believes is of the size of what is wrong.
   std::mt19937_64 random(23);
   StrokedSurface surface(kRod);

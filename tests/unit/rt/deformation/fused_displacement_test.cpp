@@ -62,7 +62,7 @@ TEST(FusedDisplacement, APressIsMeasuredByTheWayWithinItsOnset) {
 }
 
 TEST(FusedDisplacement, WhatSlidingDriftsTheLawCorrects) {
-  // The direction is 4° off: of 300 mm of stroking to and fro 21 mm would be taken for displacement.
+  // The direction is 4° off: of 300 mm of stroking back and forth 21 mm would be taken for displacement.
   FusedDisplacement fused(kLawError, kNoiseN, 1000.0);
   const double true_mm = 4.0;
   fused.begin(true_mm, 0.03);

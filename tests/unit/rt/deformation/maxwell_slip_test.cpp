@@ -84,8 +84,8 @@ struct MaxwellErrors {
   double mean_friction = 0.0;  ///< over the normal force
 };
 
-/// Strokes to and fro over a plane whose friction is `truth`, by a direction that takes it for `known`, at
-/// 0.25 N … 1.3 N. From the third turn on.
+/// Strokes back and forth over a plane whose friction is `truth`, by a direction that takes it for `known`,
+/// at 0.25 N … 1.3 N. From the third turn on.
 template <class Direction>
 MaxwellErrors stroke_errors(Direction direction, const FrictionParameters& truth) {
   std::mt19937_64 random(20);

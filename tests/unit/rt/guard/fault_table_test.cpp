@@ -117,7 +117,7 @@ TEST_P(EveryFault, EndsAsTheTableSays) {
     if (!Bench::raised_only(rule.fault)) {
       EXPECT_FALSE(bench.guard().clear()) << "while its cause lasts";
     }
-    for (int i = 0; i < 1000; ++i) ASSERT_EQ(bench.tick(), 0.0) << "nobody has cleared";
+    for (int i = 0; i < 1000; ++i) ASSERT_EQ(bench.tick(), 0.0) << "no one has cleared";
     EXPECT_EQ(bench.record().guard_state, GuardState::kLatched);
     EXPECT_EQ(bench.record().faults_present, 0U);
     EXPECT_TRUE(bench.guard().clear());
@@ -145,7 +145,7 @@ TEST_P(EveryFault, OfTheSensorConcernsOnlyScenesThatListenToIt) {
   EXPECT_EQ(bench.record().faults_present, concerns ? set_of(rule.fault) : 0U);
 }
 
-TEST(FaultTable, TheFirstLatchingCauseIsTheOneTold) {
+TEST(FaultTable, TheFirstLatchingCauseIsTheOneReported) {
   Bench bench;
   bench.tick(GuardFault::kSensorFault);
   bench.tick(GuardFault::kDeviceFault);
@@ -170,7 +170,8 @@ TEST(FaultTable, ALatchOvertakesASuspension) {
 }
 
 TEST(FaultTable, EveryDriversStatusBitHasALine) {
-  std::uint32_t covered = hal::sample_status::kForceMissing;  // one tick without a sample is told by its age
+  std::uint32_t covered =
+      hal::sample_status::kForceMissing;  // one tick without a sample is reported by its age
   for (const FaultRule& rule : kFaultTable) {
     EXPECT_EQ(covered & rule.sample_status, 0U) << rule.name << ": a bit means one fault";
     covered |= rule.sample_status;

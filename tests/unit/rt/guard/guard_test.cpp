@@ -102,7 +102,7 @@ TEST(Guard, RendersWeakerWhereTheArmGivesLessInItsPose) {
   EXPECT_EQ(bench.record.guard_state, GuardState::kRendering);
   EXPECT_EQ(bench.record.faults_present, 0U);
   EXPECT_TRUE(bench.record.guard_limits & guard_limit::kForce);
-  EXPECT_TRUE(bench.record.guard_limits & guard_limit::kPose) << "and it is told why";
+  EXPECT_TRUE(bench.record.guard_limits & guard_limit::kPose) << "and it is reported why";
   EXPECT_NEAR(bench.tick({0.0, 0.0, 5.0}).z, 5.0, 1e-12);
   EXPECT_EQ(bench.record.guard_limits, 0);
   bench.sample.max_force_n = 20.0;  // the pose gives more than the scene allows

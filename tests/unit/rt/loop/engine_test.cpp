@@ -89,7 +89,7 @@ class Fading final : public Pipeline {
 };
 
 TEST(Engine, NoDenormalNumberLeavesATickOrStaysInIt) {
-  if (!FlushDenormals::works()) GTEST_SKIP() << "this processor is not told to flush them";
+  if (!FlushDenormals::works()) GTEST_SKIP() << "this processor is not asked to flush them";
   FakeRig rig;
   Engine engine(rig);
   Fading pipeline;
@@ -172,7 +172,7 @@ TEST(Engine, ATimedOutCommandIsWithdrawnForGood) {
   Engine engine(rig);
   SceneSpec scene;
   const std::unique_ptr<Pipeline> pipeline = tap(rig, scene);
-  EXPECT_EQ(engine.execute(load(pipeline.get(), scene), 1ms).status, Status::kTimedOut) << "nobody ticks";
+  EXPECT_EQ(engine.execute(load(pipeline.get(), scene), 1ms).status, Status::kTimedOut) << "no one ticks";
   hal::RigSample sample;
   TickRecord record;
   for (int i = 0; i < 10; ++i) {

@@ -6,7 +6,7 @@
 
 namespace hapticd::rt {
 
-/// A rig for tests of the loop: free tool, scripted misbehaviour, remembers what it was told.
+/// A rig for tests of the loop: free tool, scripted misbehaviour, remembers what it was reported.
 class FakeRig final : public hal::Rig {
  public:
   explicit FakeRig(bool owns_clock = false) : owns_clock_(owns_clock) {

@@ -41,7 +41,7 @@ TEST(ExplorePipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
     EXPECT_NEAR(record.reaction_force_n, 32.0, 0.05) << spec.name;
     EXPECT_NEAR(record.desired_force_n, 24.5, 1e-6) << spec.name << ": 0.7 of the sensor's 35 N";
     EXPECT_NEAR(record.device_command_n.z, -24.5, 0.05) << spec.name;
-    EXPECT_TRUE(record.guard_limits & guard_limit::kForce) << "and it is told";
+    EXPECT_TRUE(record.guard_limits & guard_limit::kForce) << "and it is reported";
     EXPECT_NEAR(record.feasible_min_n_per_mm,
                 record.reaction_force_n / record.displacement_mm * 7.5 / (7.5 + 24.5), 0.01)
         << spec.name;

@@ -86,7 +86,7 @@ TEST(TapPipeline, PullsWithNoMoreThanLeavesTheHandItsShareOfTheSensor) {
   EXPECT_NEAR(record.desired_force_n, 24.5, 1e-9) << "not 29.7 N: 0.7 of the sensor's 35 N";
   EXPECT_NEAR(record.device_command_n.z, -24.5, 1e-6);
   EXPECT_NEAR(record.hand_force_n, 5.5, 0.01);
-  EXPECT_TRUE(record.guard_limits & guard_limit::kForce) << "and it is told";
+  EXPECT_TRUE(record.guard_limits & guard_limit::kForce) << "and it is reported";
   EXPECT_NEAR(record.feasible_min_n_per_mm, 10.0 * 5.5 / (5.5 + 24.5), 0.05);
   // Against the hand it may do all it can.
   SceneSpec stiff = rigid(1.2);
@@ -145,7 +145,7 @@ TEST(TapPipeline, LoadedUnderPressureWaitsForTheToolToComeFree) {
   TickRecord record = bench.press(5.0, 5.0, 0.4, 500);
   EXPECT_FALSE(record.in_contact);
   EXPECT_EQ(record.contact_reason, ContactReason::kAwaitingFree);
-  EXPECT_EQ(record.device_command_n.z, 0.0) << "no jolt: where the surface is, nobody knows yet";
+  EXPECT_EQ(record.device_command_n.z, 0.0) << "no jolt: where the surface is, no one knows yet";
   bench.press(5.0, -2.0, 0.4, 1000);
   bench.press(-2.0, -2.0, 0.4, 200);
   record = bench.press(-2.0, 3.0, 0.4, 1000);
@@ -294,7 +294,7 @@ TEST(WallPipeline, AWallThatAppearsAroundTheToolDoesNotThrowItOut) {
   EXPECT_GT(bench.press(-1.0, 2.0, 0.0, 200).device_command_n.z, 0.8);
 }
 
-TEST(Renderer, WithoutASceneTheForceIsZeroAndOnlySampleAndGuardAreTold) {
+TEST(Renderer, WithoutASceneTheForceIsZeroAndOnlySampleAndGuardAreReported) {
   Bench bench(rigid(0.7));
   bench.renderer().exchange(nullptr, bench.scene().guard);
   const TickRecord record = bench.press(-5.0, 5.0, 0.4, 100);

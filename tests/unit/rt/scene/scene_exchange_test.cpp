@@ -70,7 +70,7 @@ TEST_F(SceneExchange, HandsTheForceOverInFiftyMilliseconds) {
     const double force_n = tick();
     EXPECT_LE(force_n, last_n);
     EXPECT_LT(last_n - force_n, 2.0 / 50 + 1e-9);
-    EXPECT_EQ(after.applied_n, force_n) << "what the device is given, whoever wanted it";
+    EXPECT_EQ(after.applied_n, force_n) << "what the device is given, the one who wanted it";
     last_n = force_n;
   }
   EXPECT_NEAR(last_n, 1.0, 1e-9);

@@ -172,7 +172,7 @@ TEST(Scene, IsComposedOfWhatItNeedsAndNothingElse) {
   EXPECT_EQ(outline(*tap).hardware, (std::vector<std::string>{"haptic device", "force sensor"}));
   EXPECT_EQ(outline(*wall).hardware, std::vector<std::string>{"haptic device"});
   EXPECT_TRUE(outline(*tap).channels & channel::kMotion);
-  EXPECT_FALSE(outline(*wall).channels & channel::kMotion) << "a wall needs no velocity and tells none";
+  EXPECT_FALSE(outline(*wall).channels & channel::kMotion) << "a wall needs no velocity and shows none";
   EXPECT_EQ(wall->guard.sensor_stale_after_ms, 0.0);
 
   hal::RigInfo blind = rig();

@@ -83,7 +83,7 @@ TEST(Friction, BristlesBendElasticallyBelowBreakaway) {
 
 TEST(Friction, VibrationUnderLoadDoesNotDrift) {
   // A tip on its bristles, pulled with half of what breaks it away and shaken: after any number of whole
-  // cycles it is where it was. Massless, so that the bristles' balance alone tells where it stands.
+  // cycles it is where it was. Massless, so that the bristles' balance alone says where it is.
   Friction friction(plain(), kStepS);
   constexpr double kNormalN = 2.0, kBiasMm = 0.03, kShakeMm = 0.02;
   double position_mm = 0.0;
@@ -208,7 +208,7 @@ TEST(FrictionRipple, TheLevelFollowsTheWaySlipped) {
   EXPECT_NEAR(most, 0.55, 1e-3);
 }
 
-TEST(FrictionRipple, ContactBeginsTheWayAnew) {
+TEST(FrictionRipple, ContactBeginsTheWayAgain) {
   Friction used(rippled(), kStepS), fresh(rippled(), kStepS);
   for (int i = 0; i < 300; ++i) used.advance({0.01, 0.003, 0.0}, 0.0, 2.0);
   used.release();

@@ -149,7 +149,7 @@ TEST_P(GeneralMatter, SurfaceComesBackAfterTheTipHasLeft) {
   for (int i = 0; i < 100'000; ++i) {
     EXPECT_EQ(tip.move_to(-1.0).force_n, 0.0);
     ASSERT_LE(tip.material().depression_mm(), last_mm + 1e-9) << i;
-    ASSERT_LE(tip.material().stored_n_mm(), last_n_mm * (1.0 + 1e-9) + 1e-12) << "nobody works on it";
+    ASSERT_LE(tip.material().stored_n_mm(), last_n_mm * (1.0 + 1e-9) + 1e-12) << "no one works on it";
     last_mm = tip.material().depression_mm();
     last_n_mm = tip.material().stored_n_mm();
   }

@@ -88,7 +88,7 @@ TEST_P(Truth, DisplacementIsTheDepthOfTheTip) {
     } else {
       ASSERT_NEAR(t.displacement_mm, project(shape, tip).depth_mm, 1e-4);
     }
-    ASSERT_GE(t.surface_depression_mm, t.displacement_mm - 1e-6) << "the tip stands in its own dent";
+    ASSERT_GE(t.surface_depression_mm, t.displacement_mm - 1e-6) << "the tip is in its own dent";
   });
 }
 

@@ -110,7 +110,7 @@ TEST(ObjectEvent, WhatCannotHappenIsRefused) {
   EXPECT_TRUE(rig.rig().happen({.kind = Kind::kTilt, .tilt_deg = std::nan("")}));
   int taken = 0;
   while (!rig.rig().happen({.kind = Kind::kVanish}) && taken < 1000) ++taken;
-  EXPECT_EQ(taken, 32) << "a full queue is told, not overwritten";
+  EXPECT_EQ(taken, 32) << "a full queue is reported, not overwritten";
   rig.tick();
   EXPECT_FALSE(rig.rig().happen({.kind = Kind::kVanish}));
   SimulationConfig many;

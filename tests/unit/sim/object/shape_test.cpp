@@ -183,7 +183,7 @@ TEST(Ridge, NothingIsNearerThanTheNearestPoint) {
     EXPECT_NEAR(length(nearest.outward_normal), 1.0, 1e-12);
     EXPECT_EQ(nearest.point_mm.y, p.y);
     EXPECT_LT(length(p + nearest.outward_normal * nearest.depth_mm - nearest.point_mm), 1e-9);
-    // The surface as a height over x tells inside from outside.
+    // The surface as a height over x distinguishes inside from outside.
     const double x = std::abs(p.x), edge = 3.0 * std::sqrt(0.5);
     const double height = x < edge ? std::sqrt(9.0 - x * x) - 3.0 : 2.0 * edge - 3.0 - x;
     EXPECT_EQ(nearest.depth_mm > 0.0, p.z < height) << p.x << " " << p.z;
