@@ -9,7 +9,7 @@ namespace hapticd::hal {
 
 /// When samples were taken that are numbered and evenly spaced, but arrive late and in bunches: the instant
 /// of sample n is base + n · period. Arrivals say only that a sample was taken before; so the earliest
-/// arrivals of each tenth of a second carry the line, and the others are late. The smallest delay of the way
+/// arrivals of each tenth of a second carry the line, and the others are late. The smallest delay on the path
 /// is not seen and counts as none.
 ///
 /// The period starts at what the source says of itself and is corrected by the line's own drift. Where the

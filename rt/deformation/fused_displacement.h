@@ -4,7 +4,7 @@
 
 namespace hapticd::rt {
 
-/// Displacement from two sources that fail at opposite ends. The way of the tip along the normal is exact
+/// Displacement from two sources that fail at opposite ends. The path of the tip along the normal is exact
 /// from the contact instant and drifts as soon as the tip slides, by the error of the direction; a contact
 /// law does not drift, but is noisy at small force ((4.23): k~x/(m f) newtons per newton) and wrong by a few
 /// per cent always. Both variances are known at each tick, so a scalar Kalman filter weighs them:

@@ -12,7 +12,7 @@ namespace hapticd::rt {
 ///
 /// One reaction cannot know a turned surface from a changed friction: f_r = f_n (u - φ) - μ_b v_t, with φ the
 /// friction coefficient as a vector in the tangent plane. But they change on different occasions. The normal
-/// turns only where the tip moves on, by its way over the radius of the surface. Friction follows its law
+/// turns only where the tip moves on, by its path over the radius of the surface. Friction follows its law
 /// (Dahl's, or that of Maxwell-slip elements: see FrictionFilter) while the tip slides, and is anybody's
 /// guess while it sticks: held by its own dry friction, the device does not see the tip bend the asperities,
 /// and φ may pass from one side to the other with the encoders at rest. So a Kalman filter carries both,

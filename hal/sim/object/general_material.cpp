@@ -244,7 +244,7 @@ GeneralMaterial::Answer GeneralMaterial::end_memory(double change) const noexcep
   return all;
 }
 
-/// Work of all that is elastic over the way of the step, over that way.
+/// Work of all that is elastic over the path of the step, over that path.
 GeneralMaterial::Answer GeneralMaterial::mean_force_n(double to_mm) const noexcept {
   const double u = to_mm / depth_at_4n_mm_;
   const double middle = mean_strain_slope(u);

@@ -1,6 +1,5 @@
 #include "server/identification/session/structural_identification.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,10 +23,9 @@ constexpr double kFreeAfterS = 0.15;
 constexpr double kSettledN = 0.3;
 constexpr double kBendingMmPerS = 1.0;
 // Soft enough that the device presses with 2 … 3 times the hand's force, stiff enough to stay steady.
-constexpr double kRigidTarget = 1.0;    // N/mm
-constexpr double kRigidHandN = 2.0;     // the device adds k_s / kRigidTarget times as much
-constexpr double kRigidDeviceN = 5.0;   // of the device; a press counts from half of this on
-constexpr double kIndependentS = 0.25;  // residuals closer than this resemble each other
+constexpr double kRigidTarget = 1.0;   // N/mm
+constexpr double kRigidHandN = 2.0;    // the device adds k_s / kRigidTarget times as much
+constexpr double kRigidDeviceN = 5.0;  // of the device; a press counts from half of this on
 // Soft enough that a press runs through 10 mm and more: an instrument's calibration error averages out on the
 // way.
 constexpr double kStiffWall = 0.45;  // N/mm
@@ -44,41 +42,16 @@ constexpr double kRestS = 1.0;
 constexpr double kPressOverContinuous = 3.0;  // force of a press on a wall, against what is borne for ever
 constexpr double kRigidOverContinuous = 2.5;
 constexpr std::size_t kMaxRounds = 8;
-constexpr double kOutlierPress = 4.0;  // times the median press's residual
 
 double component(const hal::Vector3& v, std::size_t i) noexcept {
   return i == 0 ? v.x : i == 1 ? v.y : v.z;
-}
-constexpr int columns_of_order(int order) noexcept {
-  return order == 0 ? 1 : order == 1 ? 4 : 10;
-}
-std::size_t packed(std::size_t row, std::size_t column) noexcept {  // row >= column
-  return row * (row + 1) / 2 + column;
 }
 /// 4 … 16: beyond 1 kHz a window of 17 ticks does.
 std::size_t ticks_in(double duration_s, double rate_hz) noexcept {
   return static_cast<std::size_t>(std::clamp(std::round(duration_s * rate_hz), 4.0, 16.0));
 }
 
-/// c(p)/c at the origin of the fit as a row of the field's polynomial.
-std::array<double, 10> polynomial(const hal::Vector3& q) noexcept {
-  return {
-      1.0, q.x, q.y, q.z, q.x * q.x, q.y * q.y, q.z * q.z, 2.0 * q.x * q.y, 2.0 * q.x * q.z, 2.0 * q.y * q.z};
-}
-
-// Sums are taken about a fixed origin and in units that keep them of the same order.
-constexpr hal::Vector3 kOriginMm{0.0, 0.0, StructuralIdentification::kMiddleMm};
-constexpr double kScaleMm = 50.0;
-
 }  // namespace
-
-void StructuralIdentification::Sums::add(const std::array<double, kRegressors + 1>& row) noexcept {
-  for (std::size_t i = 0; i <= kRegressors; ++i) {
-    sum[i] += row[i];
-    for (std::size_t j = 0; j <= i; ++j) product[packed(i, j)] += row[i] * row[j];
-  }
-  rows += 1.0;
-}
 
 StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask& task,
                                                    const hal::RigInfo& rig)
@@ -235,7 +208,6 @@ void StructuralIdentification::take(const Row& row) {
 }
 
 void StructuralIdentification::accumulate(Press& press, const Row& row) const noexcept {
-  const std::array<double, 10> field = polynomial((row.place_mm - kOriginMm) * (1.0 / kScaleMm));
   for (std::size_t i = 0; i < 3; ++i) {
     const double speed = component(row.velocity_mm_per_s, i);
     const double force = component(row.force_n, i);
@@ -244,18 +216,13 @@ void StructuralIdentification::accumulate(Press& press, const Row& row) const no
     if (std::abs(rate) > kQuasiStaticNPerS) continue;
     if (std::abs(speed) < (task_.rigid_contact ? kBendingMmPerS : kMovingMmPerS)) continue;
     if (std::abs(deflection) > 1e4) continue;  // sums of absurd numbers would drown the rest
-    std::array<double, kRegressors + 1> entry{};
-    for (std::size_t j = 0; j < 10; ++j) entry[j] = -force * field[j];
-    entry[10] = std::copysign(0.1, speed);
-    entry[11] = 1e-2 * rate;
-    entry[12] = deflection;
-    press.axes[i].add(entry);
+    press.axes[i].add({row.place_mm, force, speed, rate, deflection});
   }
 }
 
 void StructuralIdentification::close_press() {
   pressing_ = false;
-  const Sums& sums = press_.axes[static_cast<std::size_t>(press_.axis)];
+  const StructuralSums& sums = press_.axes[static_cast<std::size_t>(press_.axis)];
   if (press_.force_n < kFirmN || sums.rows < 20.0) return;
   rows_used_ += static_cast<std::uint64_t>(sums.rows);
   if (presses_.size() < kMaxPresses) {
@@ -264,7 +231,7 @@ void StructuralIdentification::close_press() {
     presses_[presses_seen_ % kMaxPresses] = press_;
   }
   ++presses_seen_;
-  const Fit now = fit(0);
+  const StructuralFit now = fit(0);
   if (now.good) {
     if (history_.size() >= 64) history_.erase(history_.begin());
     history_.push_back(now.model.stiffness_n_per_mm);
@@ -279,248 +246,10 @@ bool StructuralIdentification::visited(std::size_t target) const noexcept {
   });
 }
 
-StructuralIdentification::Fit StructuralIdentification::fit(int highest_order) const {
-  using Matrix = Eigen::MatrixXd;
-  using Vector = Eigen::VectorXd;
-  Fit result;
-  if (presses_.empty()) return result;
-
-  // Within each press about its own mean: the offsets drop out.
-  constexpr auto kAll = static_cast<Eigen::Index>(kRegressors + 1);
-  struct Within {
-    Matrix products;
-    double rows;
-    const Press* press;
-  };
-  std::vector<Within> within;
-  hal::Vector3 from = presses_.front().place_mm, to = from;
-  for (const Press& press : presses_) {
-    const Sums& sums = press.axes[static_cast<std::size_t>(press.axis)];
-    Matrix products(kAll, kAll);
-    for (std::size_t i = 0; i <= kRegressors; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) {
-        const double value = sums.product[packed(i, j)] - sums.sum[i] * sums.sum[j] / sums.rows;
-        products(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = value;
-        products(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(i)) = value;
-      }
-    }
-    within.push_back({std::move(products), sums.rows, &press});
-    from = {std::min(from.x, press.place_mm.x), std::min(from.y, press.place_mm.y),
-            std::min(from.z, press.place_mm.z)};
-    to = {std::max(to.x, press.place_mm.x), std::max(to.y, press.place_mm.y),
-          std::max(to.z, press.place_mm.z)};
-  }
-
-  for (int order = highest_order; order >= 0; --order) {
-    std::vector<Eigen::Index> columns;
-    for (int i = 0; i < columns_of_order(order); ++i) columns.push_back(i);
-    columns.push_back(10);
-    columns.push_back(11);
-    const auto count = static_cast<Eigen::Index>(columns.size());
-    if (static_cast<int>(presses_.size()) < columns_of_order(order)) continue;
-
-    std::vector<bool> kept(within.size(), true);
-    Vector theta;
-    Matrix normal(count, count);
-    double rows = 0.0, square = 0.0, explained = 0.0;
-    Eigen::VectorXd scale(count);
-    Matrix inverse;
-    bool determined = true;
-    std::size_t left_out = 0;
-    for (int round = 0; round < 2; ++round) {
-      normal.setZero();
-      Vector right = Vector::Zero(count);
-      rows = square = explained = 0.0;
-      double total = 0.0;
-      for (std::size_t p = 0; p < within.size(); ++p) {
-        if (!kept[p]) continue;
-        for (Eigen::Index i = 0; i < count; ++i) {
-          right(i) += within[p].products(columns[static_cast<std::size_t>(i)], kAll - 1);
-          for (Eigen::Index j = 0; j < count; ++j) {
-            normal(i, j) += within[p].products(columns[static_cast<std::size_t>(i)],
-                                               columns[static_cast<std::size_t>(j)]);
-          }
-        }
-        total += within[p].products(kAll - 1, kAll - 1);
-        rows += within[p].rows - 1.0;
-      }
-      scale = normal.diagonal().cwiseMax(0.0).cwiseSqrt();
-      for (Eigen::Index i = 0; i < count; ++i) {
-        if (!(scale(i) > 0.0)) scale(i) = 1.0;
-      }
-      const Matrix scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-      const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
-      constexpr double kSingular = 1e-7;
-      determined = eigen.info() == Eigen::Success && std::isfinite(total);
-      Vector gains(count);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        // Friction and delay may be left alone where the data do not show them; the compliance may not.
-        const double e = eigen.eigenvalues()(i);
-        gains(i) = e > kSingular ? 1.0 / e : 0.0;
-        if (e <= kSingular &&
-            eigen.eigenvectors().col(i).head(columns_of_order(order)).cwiseAbs().maxCoeff() > 1e-3) {
-          determined = false;
-        }
-      }
-      if (!determined) break;
-      inverse = scale.cwiseInverse().asDiagonal() * eigen.eigenvectors() * gains.asDiagonal() *
-                eigen.eigenvectors().transpose() * scale.cwiseInverse().asDiagonal();
-      theta = inverse * right;
-      square = std::max(0.0, total - 2.0 * theta.dot(right) + theta.dot(normal * theta));
-      explained = total;
-
-      std::vector<double> rms(within.size());
-      for (std::size_t p = 0; p < within.size(); ++p) {
-        const auto& products = within[p].products;
-        double own = products(kAll - 1, kAll - 1);
-        for (Eigen::Index i = 0; i < count; ++i) {
-          const Eigen::Index a = columns[static_cast<std::size_t>(i)];
-          own -= 2.0 * theta(i) * products(a, kAll - 1);
-          for (Eigen::Index j = 0; j < count; ++j) {
-            own += theta(i) * theta(j) * products(a, columns[static_cast<std::size_t>(j)]);
-          }
-        }
-        rms[p] = std::sqrt(std::max(0.0, own) / within[p].rows);
-      }
-      std::vector<double> sorted = rms;
-      std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                       sorted.end());
-      const double median = sorted[sorted.size() / 2];
-      left_out = 0;
-      if (round == 1 || within.size() < 5) break;
-      for (std::size_t p = 0; p < within.size(); ++p) {
-        kept[p] = rms[p] <= kOutlierPress * median + 1e-9;
-        if (!kept[p]) ++left_out;
-      }
-      // A fifth of the presses may be wrong; more than that, and it is the model that is.
-      if (left_out == 0 || 5 * left_out > within.size()) {
-        kept.assign(within.size(), true);
-        break;
-      }
-    }
-    if (!determined || theta.size() == 0) continue;
-    left_out = static_cast<std::size_t>(std::count(kept.begin(), kept.end(), false));
-
-    // Covariance, by the number of independent residuals and by how much presses disagree (scores of presses,
-    // Liang and Zeger 1986): the greater.
-    const double independent = std::max(1.0, rows / (kIndependentS * rig_.rate_hz));
-    const double degrees = std::max(1.0, independent - static_cast<double>(count));
-    const Matrix plain = inverse * (square / rows * independent / degrees) * (rows / independent);
-    Matrix scores = Matrix::Zero(count, count);
-    double groups = 0.0;
-    for (std::size_t p = 0; p < within.size(); ++p) {
-      if (!kept[p]) continue;
-      Vector score(count);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const Eigen::Index a = columns[static_cast<std::size_t>(i)];
-        score(i) = within[p].products(a, kAll - 1);
-        for (Eigen::Index j = 0; j < count; ++j) {
-          score(i) -= within[p].products(a, columns[static_cast<std::size_t>(j)]) * theta(j);
-        }
-      }
-      scores += score * score.transpose();
-      groups += 1.0;
-    }
-    Matrix grouped = Matrix::Zero(count, count);
-    const double spare = groups - columns_of_order(order);
-    if (spare >= 1.0) grouped = inverse * scores * inverse * (groups / spare);
-    const auto variance_of = [&](const Vector& direction) {
-      return std::max(direction.dot(plain * direction), direction.dot(grouped * direction));
-    };
-
-    const hal::Vector3 centre = (from + to) * 0.5;
-    const hal::Vector3 shift = (centre - kOriginMm) * (1.0 / kScaleMm);
-    const auto compliance = [&](const hal::Vector3& place, double& variance) {
-      const std::array<double, 10> field = polynomial((place - kOriginMm) * (1.0 / kScaleMm));
-      Vector direction = Vector::Zero(count);
-      for (int i = 0; i < columns_of_order(order); ++i) direction(i) = field[static_cast<std::size_t>(i)];
-      variance = variance_of(direction);
-      return direction.dot(theta);
-    };
-    double variance = 0.0;
-    const double c0 = compliance(centre, variance);
-    if (!(c0 > 0.0) || !std::isfinite(c0) || !std::isfinite(variance)) continue;
-
-    StructuralModel& model = result.model;
-    model = StructuralModel{};
-    model.stiffness_n_per_mm = 1.0 / c0;
-    model.centre_mm = centre;
-    model.covered_from_mm = from;
-    model.covered_to_mm = to;
-    result.centre_error = std::sqrt(variance) / c0;
-    result.worst_error = 0.0;
-    for (const Press& press : presses_) {
-      double there = 0.0;
-      const double c = compliance(press.place_mm, there);
-      result.worst_error = std::max(result.worst_error, std::sqrt(there) / std::abs(c));
-    }
-    result.parameters.clear();
-    result.parameters.push_back(
-        {"structural_stiffness_n_per_mm", "N/mm", 1.0 / c0, result.centre_error / c0});
-
-    // The polynomial about the centre of what was covered, from that about the fixed origin.
-    const auto at = [&](Eigen::Index i) { return i < columns_of_order(order) ? theta(i) : 0.0; };
-    const std::array<std::array<Eigen::Index, 3>, 3> second{{{4, 7, 8}, {7, 5, 9}, {8, 9, 6}}};
-    std::array<double, 3> gradient{};
-    const char* axes[] = {"x", "y", "z"};
-    for (std::size_t i = 0; i < 3; ++i) {
-      Vector direction = Vector::Zero(count);
-      if (order >= 1) direction(static_cast<Eigen::Index>(i) + 1) = 1.0;
-      if (order == 2) {
-        for (std::size_t j = 0; j < 3; ++j) direction(second[i][j]) += 2.0 * component(shift, j);
-      }
-      gradient[i] = direction.dot(theta) / (c0 * kScaleMm);
-      if (order >= 1) {
-        result.parameters.push_back({std::string("gradient_") + axes[i] + "_per_mm", "1/mm", gradient[i],
-                                     std::sqrt(variance_of(direction)) / (c0 * kScaleMm)});
-      }
-    }
-    model.gradient_per_mm = {gradient[0], gradient[1], gradient[2]};
-    if (order == 2) {
-      const char* names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-      for (std::size_t i = 0; i < 6; ++i) {
-        const auto column = static_cast<Eigen::Index>(i) + 4;
-        Vector direction = Vector::Zero(count);
-        direction(column) = 1.0;
-        model.curvature_per_mm2[i] = at(column) / (c0 * kScaleMm * kScaleMm);
-        result.parameters.push_back({std::string("curvature_") + names[i] + "_per_mm2", "1/mm²",
-                                     model.curvature_per_mm2[i],
-                                     std::sqrt(variance_of(direction)) / (c0 * kScaleMm * kScaleMm)});
-      }
-    }
-    Vector friction = Vector::Zero(count);
-    friction(count - 2) = 1.0;
-    const double friction_error = std::sqrt(variance_of(friction)) * 0.1 / c0;
-    result.parameters.push_back({"back_drive_friction_n", "N", 0.1 * theta(count - 2) / c0,
-                                 friction_error > 0.0 ? friction_error : HUGE_VAL});
-
-    // How much single presses differ from what they have in common.
-    double differ = 0.0, weight = 0.0;
-    for (std::size_t p = 0; p < within.size(); ++p) {
-      if (!kept[p]) continue;
-      const auto& products = within[p].products;
-      double forced = 0.0, square_of_force = 0.0;
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const Eigen::Index a = columns[static_cast<std::size_t>(i)];
-        forced -= theta(i) * products(a, 0);
-      }
-      forced += products(0, kAll - 1);
-      square_of_force = products(0, 0);
-      if (!(square_of_force > 0.0)) continue;
-      const double relative = forced / square_of_force / c0;
-      differ += relative * relative;
-      weight += 1.0;
-    }
-    result.spread = weight > 0.0 ? std::sqrt(differ / weight) : 0.0;
-
-    result.residual = explained > 0.0 ? std::sqrt(square / explained) : 0.0;
-    result.residual_mm = std::sqrt(square / rows);
-    result.left_out = left_out;
-    result.order = order;
-    result.good = true;
-    return result;
-  }
-  return result;
+StructuralFit StructuralIdentification::fit(int highest_order) const {
+  std::vector<const StructuralPress*> presses;
+  for (const Press& press : presses_) presses.push_back(&press);
+  return fit_structural(presses, highest_order, rig_.rate_hz);
 }
 
 StructuralIdentification::RigidBounds StructuralIdentification::bounds_of(
@@ -540,7 +269,7 @@ StructuralIdentification::RigidBounds StructuralIdentification::bounds_of(
   return bounds;
 }
 
-std::vector<EstimatedParameter> StructuralIdentification::parameters_of(const Fit& fit) const {
+std::vector<EstimatedParameter> StructuralIdentification::parameters_of(const StructuralFit& fit) const {
   std::vector<EstimatedParameter> parameters = fit.parameters;
   if (!task_.rigid_contact) return parameters;
   const RigidBounds bounds = bounds_of(fit.model);
@@ -640,7 +369,7 @@ IdentificationProgress StructuralIdentification::progress() const {
   progress.samples = rows_used_;
   progress.duration_s = last_s_ - first_s_;
   progress.residual = std::numeric_limits<double>::quiet_NaN();
-  const Fit now = fit(task_.constant ? 0 : 2);
+  const StructuralFit now = fit(task_.constant ? 0 : 2);
   const std::size_t done = pressed_enough();
   const std::size_t wanted = wanted_presses();
   const bool rigid = task_.rigid_contact;
@@ -772,7 +501,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
                       "an external displacement reading next to the encoders (4.26)",
                       "the encoders cannot see the device bend: mount one, e.g. an LVDT of 30 µm"};
   }
-  const Fit now = fit(task_.constant ? 0 : 2);
+  const StructuralFit now = fit(task_.constant ? 0 : 2);
   if (!now.good) {
     const std::string seen = std::to_string(presses_.size()) +
                              " presses beyond 0.5 N; the greatest force is " +

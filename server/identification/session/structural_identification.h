@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/rig.h"
+#include "server/identification/estimate/structural/structural_fit.h"
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
@@ -52,9 +53,8 @@ class StructuralIdentification final : public Identification {
   static constexpr std::size_t kRigidPresses = 5;  ///< wanted on a rigid object
 
  private:
-  static constexpr std::size_t kRegressors = 12;  ///< 10 of the field, friction, delay
-  static constexpr std::size_t kWindow = 17;      ///< most ticks of a velocity's window
-  static constexpr std::size_t kBefore = 150;     ///< free ticks kept from before a press
+  static constexpr std::size_t kWindow = 17;   ///< most ticks of a velocity's window
+  static constexpr std::size_t kBefore = 150;  ///< free ticks kept from before a press
 
   /// One tick, centred in the window.
   struct Row {
@@ -65,19 +65,9 @@ class StructuralIdentification final : public Identification {
     hal::Vector3 velocity_mm_per_s;
     hal::Vector3 place_mm;
   };
-  /// Sums over the rows of one press along one axis: regressors and deflection last.
-  struct Sums {
-    std::array<double, (kRegressors + 1) * (kRegressors + 2) / 2> product{};
-    std::array<double, kRegressors + 1> sum{};
-    double rows = 0.0;
-    void add(const std::array<double, kRegressors + 1>& row) noexcept;
-  };
-  struct Press {
-    std::array<Sums, 3> axes;
-    hal::Vector3 place_mm;             ///< where the force was greatest
+  struct Press : StructuralPress {
     double force_n = 0.0;              ///< greatest
     double reaction_n = 0.0;           ///< at the same time
-    int axis = 2;                      ///< along which
     std::array<FitPoint, 4> points{};  ///< force, deflection against it; model is filled in later
     std::size_t point_count = 0;
     hal::Vector3 points_zero_mm;  ///< deflection before the press; rigid contact: at its beginning
@@ -94,33 +84,19 @@ class StructuralIdentification final : public Identification {
     double upper_n_per_mm = HUGE_VAL;  ///< infinite where the assumed object is as soft as what was found
     double relative_error = 0.0;       ///< of the lower bound, as a standard error
   };
-  struct Fit {
-    bool good = false;
-    int order = -1;  ///< 0 constant, 1 linear, 2 quadratic
-    StructuralModel model;
-    std::vector<EstimatedParameter> parameters;
-    double centre_error = 0.0;  ///< relative standard error of c at the centre
-    double worst_error = 0.0;   ///< and the greatest at any of the presses
-    double residual = 0.0;
-    double residual_mm = 0.0;
-    double spread = 0.0;  ///< constant: presses differ by so much in their own stiffness, relative
-    std::size_t left_out = 0;
-    std::vector<double> coefficients;
-  };
-
   void warm_up(const Observation& observation) noexcept;
   bool must_cool() const noexcept { return cooling_; }
   void take(const Row& row);
   void accumulate(Press& press, const Row& row) const noexcept;
   void close_press();
-  Fit fit(int highest_order) const;
+  StructuralFit fit(int highest_order) const;
   MotionRequest press_at(std::size_t target, const char* why) const;
   MotionRequest press_rigid() const;
   bool visited(std::size_t target) const noexcept;
   std::size_t wanted_presses() const noexcept;
   std::size_t pressed_enough() const noexcept;
   RigidBounds bounds_of(const StructuralModel& model) const noexcept;
-  std::vector<EstimatedParameter> parameters_of(const Fit& fit) const;
+  std::vector<EstimatedParameter> parameters_of(const StructuralFit& fit) const;
 
   StructuralStiffnessTask task_;
   hal::RigInfo rig_;
