@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "rt/signal/motion_estimator.h"
-#include "server/identification/estimate/contact/contact_fit.h"
-#include "server/identification/estimate/friction/friction_fit.h"
 #include "server/identification/gate/palpation_tracker.h"
+#include "tests/reference/contact_fit.h"
+#include "tests/reference/friction_fit.h"
 #include "tests/study/common/plant.h"
 #include "tests/study/common/scenes.h"
 #include "tests/study/common/virtual_run.h"

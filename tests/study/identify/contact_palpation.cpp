@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "hal/sim/simulated_rig.h"
-#include "rt/deformation/creep_force.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "server/identification/palpation/simulated_palpator.h"
+#include "tests/reference/creep_force.h"
 #include "tests/study/common/plant.h"
 #include "tests/study/common/scenes.h"
 #include "tests/support/value_of.h"

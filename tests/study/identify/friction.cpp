@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "server/identification/estimate/contact/surface_scan.h"
-#include "server/identification/estimate/friction/friction_combination.h"
 #include "server/identification/session/friction_identification.h"
+#include "tests/reference/friction_combination.h"
 #include "tests/study/common/plant.h"
 #include "tests/study/common/scenes.h"
 #include "tests/study/identify/friction_rendered.h"

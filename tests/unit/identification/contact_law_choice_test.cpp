@@ -10,8 +10,8 @@
 #include <string>
 
 #include "hal/replay/recording.h"
-#include "rt/deformation/creep_force.h"
 #include "server/identification/session/contact_identification.h"
+#include "tests/reference/creep_force.h"
 
 namespace hapticd::rt {
 namespace {

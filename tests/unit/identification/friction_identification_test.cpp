@@ -9,9 +9,9 @@
 
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"
-#include "server/identification/estimate/friction/friction_combination.h"
 #include "server/identification/gate/stroke_effort.h"
 #include "server/identification/gate/stroke_gate.h"
+#include "tests/reference/friction_combination.h"
 
 namespace hapticd::rt {
 namespace {

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <random>
 
-#include "server/identification/estimate/contact/contact_fit.h"
-#include "server/identification/estimate/friction/friction_fit.h"
+#include "tests/reference/contact_fit.h"
+#include "tests/reference/friction_fit.h"
 #include "tests/unit/rt/deformation/directions.h"
 #include "tests/unit/rt/deformation/stroked_surface.h"
 

@@ -1,6 +1,6 @@
 // The arm as rigid bodies, against the figures known of a Premium 1.5 and against energy.
 
-#include "hal/phantom/dynamics.h"
+#include "tests/reference/dynamics.h"
 
 #include <gtest/gtest.h>
 

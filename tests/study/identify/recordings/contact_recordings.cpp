@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "hal/replay/recording.h"
-#include "rt/deformation/creep_force.h"
 #include "server/identification/estimate/contact/contact_creep_fit.h"
-#include "server/identification/estimate/contact/contact_point.h"
 #include "server/identification/estimate/contact/contact_surface.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "server/identification/session/contact_identification.h"
+#include "tests/reference/contact_point.h"
+#include "tests/reference/creep_force.h"
 #include "tests/study/common/recording_set.h"
 #include "tests/study/identify/identify_study.h"
 

@@ -1,4 +1,4 @@
-#include "rt/deformation/creep_force.h"
+#include "tests/reference/creep_force.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/identification/estimate/contact/contact_point.h"
+#include "tests/reference/contact_point.h"
 
 #include <algorithm>
 #include <cmath>

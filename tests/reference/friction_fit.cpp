@@ -1,4 +1,4 @@
-#include "server/identification/estimate/friction/friction_fit.h"
+#include "tests/reference/friction_fit.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "server/identification/estimate/friction/friction_combination.h"
+#include "tests/reference/friction_combination.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "hal/phantom/dynamics.h"
+#include "tests/reference/dynamics.h"
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "server/identification/estimate/contact/contact_fit.h"
+#include "tests/reference/contact_fit.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
