@@ -1,6 +1,6 @@
-// A test rig without a person: has the simulated hand press an object rendered at several targets, compares
-// what is felt with what was granted, and ends with 1 where they differ by more than 10 %: automated_rig
-// ADDRESS
+// A test rig without a person: the simulated hand presses an object at several targets, and the stiffness
+// felt is compared with the one granted.
+//   automated_rig [ADDRESS]      exit code 0: all within 10 %; 1: one is not, or an error
 #include <chrono>
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,6 @@
-// Writes ten seconds of telemetry as CSV: record_telemetry ADDRESS FILE. Says how many samples were lost.
+// Writes ten seconds of telemetry as CSV, and says how many samples were lost.
+//   record_telemetry ADDRESS FILE      exit code 0: complete; 1: samples were lost, or an error; 2: wrong
+//   usage
 #include <chrono>
 #include <cstdio>
 #include <fstream>

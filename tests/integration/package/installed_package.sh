@@ -12,6 +12,10 @@ cleanup() {
   rm -rf "$work"
 }
 trap cleanup EXIT
+fail() {
+  echo "installed_package.sh: $*" >&2
+  exit 1
+}
 
 cmake --install "$build" --prefix "$work/usr" >"$work/install.log" || { cat "$work/install.log" >&2; exit 1; }
 # Only what was installed: a copy of the examples, far from the sources.
@@ -19,6 +23,25 @@ cp -r "$work"/usr/share/doc/*/examples/cpp "$work/examples"
 cmake -S "$work/examples" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/usr" -DCMAKE_BUILD_TYPE=Debug >"$work/configure.log" 2>&1 ||
   { cat "$work/configure.log" >&2; exit 1; }
 cmake --build "$work/build"
+
+# What is no target: the contract, completion, and files to start from.
+share=$work/usr/share
+for file in hapticd/proto/hapticd/v1/telemetry.proto hapticd/proto/google/rpc/status.proto \
+  doc/hapticd/examples/scenes/tap_1d.toml doc/hapticd/examples/models/sponge_cut.toml \
+  doc/hapticd/examples/turntable_maps/plain_drive.toml doc/hapticd/docs/tutorial_client.md doc/hapticd/LICENSE; do
+  [[ -s $share/$file ]] || fail "not installed: share/$file"
+done
+bash -n "$share/bash-completion/completions/hapticctl"
+"$work/usr/bin/hapticd" --config "$share/doc/hapticd/examples/hapticd.toml" --check-config >/dev/null
+# Headers that are internal to the library stay inside.
+internal=$(find "$work/usr/include" -name '*_state.h' -o -name server_stream.h)
+[[ -z $internal ]] || fail "installed, but internal: $internal"
+
+# Where no daemon is, a program says so and fails.
+for program in first_client automated_rig; do
+  if "$work/build/$program" "unix:$work/no.sock" 2>"$work/errors"; then fail "$program succeeds without a daemon"; fi
+  grep -q "no daemon answers" "$work/errors" || fail "$program does not say that no daemon answers"
+done
 
 address=unix:$work/hapticd.sock
 "$work/usr/bin/hapticd" --rig sim --listen 127.0.0.1:0 --unix "$work/hapticd.sock" --model-store :memory: \
@@ -33,3 +56,4 @@ done
 "$work/build/automated_rig" "$address"
 "$work/build/record_telemetry" "$address" "$work/run.csv"
 test "$(wc -l <"$work/run.csv")" -gt 1000
+if "$work/build/record_telemetry" "$address" "$work/no_folder/run.csv" 2>/dev/null; then fail "wrote into no folder"; fi
