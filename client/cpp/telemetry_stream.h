@@ -26,8 +26,7 @@ class TelemetryStream {
   /// connection broke (kUnreachable) or the subscription was refused: OUT_OF_RANGE, INVALID, TOO_MANY, and
   /// UNAVAILABLE when the daemon ends.
   Event next(v1::TelemetryBatch& batch, std::chrono::milliseconds wait);
-  /// Ends the subscription at once; next() then returns kEnded. The one function that another thread may
-  /// call.
+  /// Ends the subscription at once; next() then returns kEnded.
   void cancel();
 
   /// What came and what is missing so far.

@@ -68,7 +68,7 @@ TEST(App, ThePagesOfTheCommandsHaveEveryCommand) {
   }
 }
 
-TEST(App, ThePageOfTheCommandsHasNoCommandThatIsNotThere) {
+TEST(App, ThePageOfTheCommandsHasNoOtherCommand) {
   Built built;
   const std::string text = page("commands.md");
   const std::size_t begin = text.find("| command | what it does |");
@@ -89,7 +89,7 @@ TEST(App, ThePageOfTheCommandsHasNoCommandThatIsNotThere) {
   }
 }
 
-TEST(App, ACommandThatLeadsOnSaysWhereAndSaysItsVersionWhenAsked) {
+TEST(App, ACommandWithCommandsBelowItListsThemAndVersionPrintsTheVersion) {
   Built built;
   const CLI::App* target = built.app.get_subcommand("target");
   EXPECT_NE(target->get_footer().find("hapticctl target get --help"), std::string::npos)
@@ -98,7 +98,7 @@ TEST(App, ACommandThatLeadsOnSaysWhereAndSaysItsVersionWhenAsked) {
   EXPECT_THROW(built.app.parse("--version"), CLI::CallForVersion);
 }
 
-TEST(App, EveryOptionIsCompletedWhereItStands) {
+TEST(App, EveryOptionIsCompletedAfterItsCommand) {
   Built built;
   const std::string script = bash_completion(built.app);
   EXPECT_NE(script.find("'target set') words='"), std::string::npos);
@@ -153,7 +153,7 @@ TEST(App, ARangeIsCheckedBeforeAnyCall) {
                CLI::ParseError);
 }
 
-TEST(App, ATargetThatIsNoneIsReportedBeforeAnyCall) {
+TEST(App, AnUnusableTargetIsReportedBeforeAnyCall) {
   for (const char* line :
        {"target set", "target set --hunt-crossley 1", "target set --position-profile -20:x",
         "target set --position-profile -20:0.3,20:0.8 --axis w"}) {
@@ -162,7 +162,7 @@ TEST(App, ATargetThatIsNoneIsReportedBeforeAnyCall) {
   }
 }
 
-TEST(App, TheLibrarySaysWhereNoOneListens) {
+TEST(App, AnAddressWithoutADaemonIsReported) {
   Built built;
   built.session.timeout_s = 2.0;
   try {
