@@ -2,7 +2,7 @@
 # Configures and builds one preset.
 #
 #   bash deploy/build.sh PRESET [TARGET ...]     no target = all
-#   bash deploy/build.sh PRESET measure          all, and what measures: hapticd_study, hapticd_bench, their tests
+#   bash deploy/build.sh PRESET measure          all, and hapticd_study, hapticd_bench and their tests
 #
 # On a terminal the build shows its progress; elsewhere only a failure is shown.
 set -euo pipefail

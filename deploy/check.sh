@@ -4,9 +4,9 @@
 #
 #   bash deploy/check.sh [PRESET]     release, or one of the sanitizers' (asan, asan-network, tsan)
 #
-# What measures (hapticd_study, hapticd_bench) is not among them: bash deploy/build.sh release measure.
+# Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh release measure.
 # A test that fails while others run next to it is run once more by itself, and reported: on a busy machine one that
-# lives in wall-clock time may starve. What fails twice has failed.
+# runs in wall-clock time may get too little of it. A test that fails twice has failed.
 #
 # HAPTICD_RECORDINGS may name a folder with real recordings; the tests that need them skip without it, and say so.
 set -euo pipefail

@@ -78,7 +78,7 @@ def numbers_before(text, position):
 
 
 class Definition:
-    """What one mark stands for. Complaint where it is malformed."""
+    """The meaning of one mark. Complaint where it is malformed."""
 
     def __init__(self, name, table):
         if not isinstance(table, dict):
@@ -124,7 +124,7 @@ class Definition:
         )
 
     def printed(self, records, whole=True):
-        """What must stand in the text, one number or two. Complaint where the records do not give it; `whole`: or
+        """What the text must have, one number or two. Complaint where the records do not give it; `whole`: or
         where a condition that is listed, or more values than are said to be, are missing."""
         ours = [record for record in records if self.matches(record)]
         values = [self.factor * record["value"] for record in ours if record["value"] is not None]
@@ -231,7 +231,7 @@ def check_static(marks, definitions, sources, complaints):
         used.add(mark.name)
         definition = definitions.get(mark.name)
         if not mark.numbers:
-            complaints.append(f"{mark.where}: no number stands directly before the mark '{mark.name}'")
+            complaints.append(f"{mark.where}: there is no number directly before the mark '{mark.name}'")
         elif definition is None:
             complaints.append(f"{mark.where}: nothing defines the mark '{mark.name}'")
         else:
@@ -243,7 +243,7 @@ def check_static(marks, definitions, sources, complaints):
 
 def check_form(mark, definition, complaints):
     if definition.aggregate == "range" and len(mark.numbers) != 2:
-        complaints.append(f"{mark.where}: '{mark.name}' is a range, before it stands {mark.numbers[-1]} only")
+        complaints.append(f"{mark.where}: '{mark.name}' is a range, but there is only {mark.numbers[-1]} before it")
     numbers = mark.numbers if definition.aggregate == "range" else mark.numbers[-1:]
     decimals = definition.decimals()
     for number in numbers:
@@ -272,7 +272,7 @@ def check_figures(marks, definitions, records, options, complaints, remarks):
 
 
 def typeset(number):
-    """As numbers stand in the text: a real minus, thousands apart."""
+    """As numbers are written in the text: a real minus, thousands apart."""
     whole, point, rest = number.partition(".")
     if re.fullmatch(r"[+-]?\d{5,}", whole):
         whole = f"{int(whole):+,}" if whole.startswith("+") else f"{int(whole):,}"

@@ -5,7 +5,7 @@
     python3 deploy/check_links.py --targets   prints what the pages link to and is no page itself (pictures, sources)
 
 A relative link names a file of the repository, never a folder: only a file has a page when the documentation is built
-as HTML. An anchor is the heading as GitHub and as mkdocs spell it, so both must agree, and the heading stands once in
+as HTML. An anchor is the heading as GitHub and as mkdocs spell it, so both must agree, and the heading is there once in
 its page.
 
 Exit status: 0 all is well, 1 a link is wrong. Python's own library only.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # hapticd from nothing to a sponge that feels softer and harder than it is: installs what is missing, builds, starts the
-# daemon on the simulated rig, and leads the client session (hapticctl demo). Needs Debian 12, and root or sudo where
+# daemon on the simulated rig, and runs the client session (hapticctl demo). Needs Debian 12, and root or sudo where
 # packages are missing. Runs without a terminal, too.
 #
 #   bash deploy/demo.sh [--out DIR] [--keep]
@@ -26,7 +26,7 @@ bash "$here/deploy/build.sh" release hapticd hapticctl
 cd "$here"
 bin=build/release/bin
 
-# The daemon runs in a folder of its own and listens where there is room.
+# The daemon runs in a folder of its own and listens on a free port.
 work=$(mktemp -d)
 daemon=
 stop_daemon() {

@@ -2,7 +2,7 @@
 # Builds the documentation as HTML: the Markdown pages by mkdocs, the reference of the C++ headers by doxygen. A warning
 # of either is an error. Uses no network.
 #
-#   bash deploy/docs.sh [OUT]     into OUT, build/docs unless it says otherwise; begin at OUT/index.html
+#   bash deploy/docs.sh [OUT]     into OUT (default build/docs); begin at OUT/index.html
 #
 # Needs mkdocs and doxygen: bash deploy/install_packages.sh docs
 set -euo pipefail

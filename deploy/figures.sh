@@ -3,13 +3,13 @@
 #
 #   bash deploy/figures.sh [--quick] OUT
 #
-# Builds what measures, runs every study and benchmark (half an hour and more on two cores; --quick: fewer cases, less
+# Builds and runs every study and benchmark (half an hour and more on two cores; --quick: fewer cases, less
 # than ten minutes), collects OUT/RUN/figures.jsonl as OUT/figures.jsonl with the run's name in each record, and calls
-# deploy/check_figures.py, whose status it ends with. A run that ends with an error twice ends it at once. OUT/times.txt
+# deploy/check_figures.py, whose status it ends with. A run that fails twice ends the script. OUT/times.txt
 # says what each run took; OUT/RUN.log is what it printed.
 #
 # HAPTICD_RECORDINGS names the folder of real recordings; without it their figures are missing, and reported as such.
-# Not among them is what takes a rig of its own for half an hour: tests/study/trust/live.sh.
+# Not included: tests/study/trust/live.sh, which needs a rig of its own for half an hour.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -36,7 +36,7 @@ readonly bin=build/release/bin
 mkdir -p "$out"
 rm -f "$out/times.txt" "$out/figures.jsonl" "$out"/*/figures.jsonl
 
-# measure RUN PROGRAM COMMAND OPTION...: into OUT/RUN, from nothing; once more where a busy machine spoilt it.
+# measure RUN PROGRAM COMMAND OPTION...: into OUT/RUN, from nothing; once more where a busy machine disturbed it.
 measure() {
   once "$@" || { echo "figures.sh: $1 is run once more" >&2; once "$@"; } || exit 1
 }

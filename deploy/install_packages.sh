@@ -16,7 +16,7 @@ declare -A packages=(
                libgtest-dev libbenchmark-dev libceres-dev"
   # hapticctl plot and demo draw with it.
   [run]="gnuplot-nox"
-  # Instruction counts, the latency tool the loop is compared with, and peers of others' making for the drivers.
+  # Instruction counts, the latency tool the loop is compared with, and independent peers for the drivers.
   [tests]="valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
   # The compiler that fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"

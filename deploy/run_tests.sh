@@ -8,6 +8,6 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=$1
 shift
 if ! ctest --preset "$preset" -j2 "$@"; then
-  echo "run_tests.sh: what failed is run once more, one at a time" >&2
+  echo "run_tests.sh: failed tests are run once more, one at a time" >&2
   exec ctest --preset "$preset" --rerun-failed
 fi

@@ -7,8 +7,8 @@ namespace hapticd::cli {
 
 namespace {
 
-/// A command that only leads on to others takes over the footer of the whole program: its own says where to
-/// look.
+/// A command that only has commands below it inherits the footer of the whole program. Its own footer lists
+/// them.
 void add_footers(CLI::App& app) {
   const std::string whole = app.get_footer();
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
@@ -32,8 +32,8 @@ void build_app(CLI::App& app, Session& session) {
                          "  hapticctl telemetry watch\n\n") +
              kExitCodeHelp);
   app.require_subcommand(1);
-  app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION, "Print the version and leave");
-  // Global options may stand behind the command as well.
+  app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION, "Print the version and exit");
+  // Global options may follow the command as well.
   app.fallthrough();
   app.add_option("-s,--server", session.server, "Where hapticd listens: host:port or unix:/path")
       ->envname("HAPTICD_SERVER")

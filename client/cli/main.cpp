@@ -5,7 +5,7 @@
 
 int main(int argc, char** argv) {
   using namespace hapticd::cli;
-  // Its log would stand between the lines of a frame; every failure is reported by hapticctl itself.
+  // gRPC's log would break the frames on the terminal; hapticctl reports every failure itself.
   setenv("GRPC_VERBOSITY", "NONE", 0);
 
   Session session;

@@ -30,7 +30,7 @@ constexpr std::chrono::seconds kSlowDrive{30};
 
 std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
   grpc::ChannelArguments arguments;
-  // A proxy meant for web traffic must not stand between a client and a device.
+  // A proxy for web traffic must not be used between a client and a device.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   // A client that connects again after a loss must not wait out the pauses between the attempts of another
   // connection.
@@ -38,7 +38,7 @@ std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
   auto channel = grpc::CreateCustomChannel(channel_target(options.address),
                                            grpc::InsecureChannelCredentials(), arguments);
 
-  // Waits until connected, but not for a second attempt once the first was turned away.
+  // Waits until connected, but not for a second attempt once the first was refused.
   const auto deadline = std::chrono::system_clock::now() + options.timeout;
   auto state = channel->GetState(true);
   while (state != GRPC_CHANNEL_READY) {
@@ -227,8 +227,8 @@ v1::SetTargetResponse Client::set_target(const v1::SetTargetRequest& request) {
   std::chrono::nanoseconds lead{0};
   if (request.at_time_ns() > 0) {
     const std::chrono::nanoseconds ahead{request.at_time_ns() - rig_state().time_ns()};
-    // No daemon takes a target further ahead than a minute: one that is absurd is refused at once, not waited
-    // for.
+    // No daemon takes a target further ahead than a minute: an absurd one is refused at once instead of
+    // being waited for.
     lead = std::clamp(ahead, std::chrono::nanoseconds{0}, std::chrono::nanoseconds{std::chrono::minutes(1)});
   }
   return state_->call(*state_->rendering, &v1::RenderingService::Stub::SetTarget, request, lead);

@@ -22,14 +22,15 @@
 
 namespace hapticd::client {
 
+/// Where the daemon is, and how long to wait for it.
 struct ClientOptions {
   /// "host:port", "[v6]:port" or "unix:/path".
   std::string address = kDefaultAddress;
-  /// For connecting, and for each call; a target set for later is given its lead on top.
+  /// For connecting, and for each call. Calls that may take longer say by how much.
   std::chrono::milliseconds timeout{5000};
 };
 
-/// Whether the loop's state comes with its histograms: 25 kB that who asks often can do without.
+/// Whether rig_state() comes with the loop's histograms. They are 25 kB; leave them out where you ask often.
 enum class Histograms { kWith, kWithout };
 
 /// A scene: by the name the daemon knows it by, or as the text of a scene file. One of the two.
@@ -39,13 +40,18 @@ struct SceneSource {
   std::string object_model = {};  ///< in the place of the scene's own; empty = the scene's own
 };
 
-/// A connection to a daemon: one function for each call of the contract, whose messages are described in
-/// proto/hapticd/v1 with units and ranges. Any thread may call; calls of several threads do not wait for one
-/// another.
+/// A connection to a daemon: one function for each call of the contract. docs/contract.md describes the
+/// messages with units and ranges of every field.
 ///
-/// Every function throws Error: kUnreachable and kTimedOut where no answer came (ClientOptions::timeout),
-/// kRefused with the daemon's reason (Error::detail().reason(), see v1.ErrorReason) otherwise. Which reasons
-/// to expect is said at each call, besides UNAVAILABLE while the daemon starts or ends.
+/// Threads: any thread may call; calls of several threads do not wait for one another. Nothing here belongs
+/// into a real-time thread.
+///
+/// Errors: every function that calls the daemon throws Error.
+///  - kUnreachable: no daemon answers, or the connection broke. kTimedOut: no answer within
+///  ClientOptions::timeout.
+///  - kRefused: the daemon says no. "Refused:" below lists the reasons, without their prefix ERROR_REASON_
+///    (Error::detail().reason()). Any call can also be refused with UNAVAILABLE while the daemon starts or
+///    ends, TOO_MANY where too many calls are under way, and INVALID where a text is not UTF-8.
 ///
 ///     hapticd::client::Client client({.address = "127.0.0.1:50051"});
 ///     client.load_scene({.name = "tap_1d"});
@@ -54,108 +60,153 @@ struct SceneSource {
 ///     const auto answer = client.set_target(request);  // answer.granted_n_per_mm()
 class Client {
  public:
-  /// Connects; throws Error when the address is none or no one answers within the timeout.
+  /// Connects. Throws Error: kBadAddress where the address is none, kUnreachable where no daemon answers
+  /// within the timeout.
   explicit Client(ClientOptions options);
   Client(Client&&) noexcept;
   Client& operator=(Client&&) noexcept;
   ~Client();
 
+  /// As given in the options.
   const std::string& address() const noexcept;
 
   // The rig.
-  /// Device, sensor, rate and limits; the same from the daemon's start to its end.
+
+  /// Device, sensor, loop rate (Hz) and limits; the same from the daemon's start to its end.
   v1::RigInfo rig_info();
-  /// A snapshot of now: guard, scene, contact, forces in N, loop statistics in ns.
+  /// A snapshot of now: guard, scene, contact, forces in N, loop statistics in µs.
   v1::RigState rig_state(Histograms histograms = Histograms::kWith);
-  /// Waits ten seconds beyond the timeout: hardware may take its time.
+  /// What is wrong with kernel, rights, loop, devices and force, each with its remedy. Takes a second.
+  /// `probe`: also opens hardware that no scene uses, to see whether it answers. Waits up to 10 s beyond the
+  /// timeout.
   v1::Diagnosis diagnose(bool probe);
-  /// Takes the sensor's present load as zero: tool free, upright, at rest. Takes 0.25 s. Refused: IN_CONTACT,
-  /// NO_HARDWARE, BUSY (an identification or a motion of the table), WRONG_STATE where no sample comes.
+  /// Takes the sensor's present load as zero: tool free, upright and at rest. Takes 0.25 s, waits up to 10 s
+  /// beyond the timeout. Refused: IN_CONTACT, BUSY (an identification or a motion of the table), WRONG_STATE
+  /// (no sensor that needs it, or nothing comes from it), TIMED_OUT (biased, but no sample since).
   v1::SensorBias bias_force_sensor();
-  /// Takes the pose in which the device rests as its reset pose; returns at once. Refused: IN_CONTACT,
-  /// WRONG_STATE.
+  /// Takes the pose in which the device rests as its reset pose. Returns at once; done when the part's state
+  /// in rig_state() is READY. Refused: IN_CONTACT, WRONG_STATE (nothing to home).
   void home_device();
 
-  // Scenes.
+  // Scenes. BUSY: an identification or a motion of the table is under way.
+
+  /// All that load_scene() finds by name, and which one is loaded.
   v1::ListScenesResponse scenes();
-  /// Waits ten seconds beyond the timeout: the hardware of the scene may have to be opened. Refused:
-  /// NOT_FOUND, INVALID, OUT_OF_RANGE, BUSY, WRONG_STATE (a model or a part is missing).
+  /// Replaces the loaded scene at a tick boundary. Waits up to 10 s beyond the timeout: hardware of the scene
+  /// may have to be opened. Refused: NOT_FOUND (no such scene), INVALID (the text, by line), OUT_OF_RANGE (a
+  /// ceiling of the daemon), WRONG_STATE (a model, a part or a station is missing), BUSY, STATE_CHANGED (a
+  /// model was deleted meanwhile), TIMED_OUT (another scene is being loaded, or the tip stays in contact),
+  /// RECORDING_ENDED.
   v1::LoadSceneResponse load_scene(const SceneSource& source);
-  /// The force goes to zero as fast as the guard lets it. Refused: BUSY.
+  /// Zero force, nothing runs. Succeeds also where nothing is loaded. Refused: BUSY.
   v1::UnloadSceneResponse unload_scene();
-  /// What a scene is composed of, needs and costs, without loading it. Refused: NOT_FOUND, INVALID.
+  /// What a scene is made of, needs and costs (ns for each tick), without loading it. Answers also where
+  /// something is missing, and names it. Refused: NOT_FOUND, INVALID, OUT_OF_RANGE.
   v1::SceneOutline explain_scene(const SceneSource& source);
 
-  // Models of objects.
+  // Models of objects and of the rig. A hash is whole, or an unambiguous beginning of at least 6 hexadecimal
+  // digits: else refused with INVALID, or with NOT_FOUND where no model has it. All of the store: BUSY
+  // (locked by another process; try again), INTERNAL (damaged).
+
+  /// What scenes get by name: displacements to mm, forces to N, errors as fractions.
   v1::ListModelsResponse models();
-  /// Refused: NOT_FOUND.
+  /// One of them as a model file (TOML): NAME or NAME@TAG. Refused: NOT_FOUND, INVALID (its file cannot be
+  /// used).
   v1::GetModelResponse model(const std::string& name);
+  /// Identified models, newest first; an empty field of the request is no condition.
   v1::ListStoredModelsResponse stored_models(const v1::ListStoredModelsRequest& request);
-  /// Hashes are whole, or any unambiguous beginning of at least 6 digits.
+  /// Parameters with units and standard errors.
   v1::StoredModel stored_model(const std::string& hash);
+  /// Parameter by parameter, with the distance in standard errors. Refused: INVALID (models of different
+  /// kinds).
   v1::DiffStoredModelsResponse diff_stored_models(const std::string& hash_a, const std::string& hash_b);
-  /// Tags are names that move: a scene finds a model as object@tag. Refused: NOT_FOUND, INVALID, DISK_FULL,
-  /// STORE_LOST.
+  /// Gives a tag, 1 … 64 of a-z A-Z 0-9 _ -. One model per kind and object has it: the one before loses it.
+  /// Scenes use "current" from their next load on. Refused: INVALID, DISK_FULL, STORE_LOST.
   v1::StoredModel tag_stored_model(const std::string& hash, const std::string& tag);
+  /// Refused: NOT_FOUND (it has no such tag), DISK_FULL, STORE_LOST.
   v1::StoredModel untag_stored_model(const std::string& hash, const std::string& tag);
-  /// Refused: NOT_FOUND, IN_USE by the loaded scene.
+  /// Refused: IN_USE (by the loaded scene), STORE_LOST.
   v1::DeleteStoredModelResponse delete_stored_model(const std::string& hash);
   /// The model as JSON, for import_stored_model() of any daemon.
   v1::ExportStoredModelResponse export_stored_model(const std::string& hash);
+  /// Stores it under the same hash; changes nothing where it is there already. Refused: INVALID, DISK_FULL,
+  /// STORE_LOST.
   v1::StoredModel import_stored_model(const std::string& json);
 
   // Rendering.
-  /// Target stiffness in N/mm, or a law; the answer says what was granted, and from which tick on. Refused:
-  /// NO_SCENE, OUT_OF_RANGE, NOT_IN_THIS_SCENE, STATE_CHANGED, TOO_MANY. Returns when the target took effect;
-  /// waits out `at_time_ns`, if that is given, beyond the timeout.
+
+  /// Target stiffness, 0 … 1000 N/mm, or a law; ramp 0 … 60 s. The answer says what was granted, why not all,
+  /// and the tick from which it is in force. Returns then: with `at_time_ns` (rig's clock, up to 60 s ahead)
+  /// it waits so much longer than the timeout. Refused: NO_SCENE, INVALID (no target, two, or not finite),
+  /// OUT_OF_RANGE, NOT_IN_THIS_SCENE (the law), BUSY, STATE_CHANGED (another scene was loaded while it
+  /// waited), TIMED_OUT (withdrawn), RECORDING_ENDED.
   v1::SetTargetResponse set_target(const v1::SetTargetRequest& request);
-  /// Which target stiffnesses in N/mm can be rendered at a reaction in N and a displacement in mm (3.8);
-  /// without them, of the present contact. Refused: NO_SCENE, NOT_IN_CONTACT, OUT_OF_RANGE.
+  /// Which stiffnesses, N/mm, the device can render at a hand force (N) on an object of a stiffness (N/mm),
+  /// (3.8). What the request leaves out is taken from the present contact. Refused: NO_SCENE, NOT_IN_CONTACT,
+  /// OUT_OF_RANGE.
   v1::FeasibleRange feasible_range(const v1::GetFeasibleRangeRequest& request);
 
   // Safety.
-  /// The force is cut with the next tick, in every state; returns when it was. `reason`: for the log.
+
+  /// Zero force from the second tick at the latest, until clear(); any client may, in every state. Returns
+  /// without waiting for it. `reason`: for the log, the first 256 bytes.
   v1::StopResponse stop(const std::string& reason);
-  /// Leaves the latch; force rises from zero over half a second. Refused: FAULT_PERSISTS.
+  /// Leaves the latch; the force comes back from zero over the scene's guard.resume_ramp_s. Succeeds also
+  /// where nothing was latched. Refused: FAULT_PERSISTS (the detail names fault and remedy).
   v1::ClearResponse clear();
-  /// The table of faults: what follows from each, and the remedy.
+  /// The table of faults: what each does to the force, who ends it, the remedy.
   v1::ListFaultsResponse faults();
 
-  // The simulated rig only; else refused: NOT_SIMULATED.
+  // The simulated hand and object. Refused on other rigs: NOT_SIMULATED.
+
+  /// Object in place, its stiffness in N/mm, and all objects there are.
   v1::SimulationInfo simulation();
-  /// What the simulated hand does from now on. Refused: OUT_OF_RANGE, INVALID.
+  /// What the hand does from now on: forces 0 … 30 N, depths 0 … 50 mm, speeds up to 1500 mm/s. Refused:
+  /// INVALID (kind or range), BUSY (the hand identifies).
   void set_hand_program(const v1::HandProgram& program);
-  /// Puts another simulated object in place. Refused: NOT_FOUND.
+  /// Puts a new object under the tool; a hand that presses lifts off first. Refused: NOT_FOUND, BUSY.
   v1::SimulationInfo set_object(const std::string& name);
 
-  // Identification.
-  /// Starts one and returns its id; watch_identification() follows it. Refused: BUSY, GUARD_LATCHED,
-  /// NO_HARDWARE, NOT_FOUND, INVALID.
+  // Identification. It belongs to the daemon, not to the client that started it.
+
+  /// Starts one and returns its id at once. Time limit 1 … 3600 s. Refused: BUSY, GUARD_LATCHED, NO_HARDWARE
+  /// (the rig lacks a part), NOT_FOUND (the recording), INVALID, OUT_OF_RANGE.
   v1::StartIdentificationResponse start_identification(const v1::StartIdentificationRequest& request);
-  /// Returns when it is over, half a minute beyond the timeout at the latest: the last fit takes its time.
-  /// Empty = the one that runs.
+  /// Ends one; empty = the one that runs. Returns its last progress when it is over, up to 30 s beyond the
+  /// timeout: the last fit takes its time. Succeeds also where it was over. Refused: NOT_FOUND, TIMED_OUT (it
+  /// ends, but has not yet).
   v1::IdentificationProgress cancel_identification(const std::string& identification);
+  /// The last 64, newest first.
   v1::ListIdentificationsResponse identifications();
-  /// Empty = the one that runs, else the last one. Refusals are reported by the stream's first next().
+  /// Empty = the one that runs, else the last one. Refusals come with the stream's first next(): NOT_FOUND.
   IdentificationStream watch_identification(const std::string& identification);
-  /// Refusals are reported while it is sent.
+  /// Refusals come while it is sent, see there.
   RecordingUpload upload_recording(const v1::RecordingDescription& description);
 
-  // The turntable; refused where the rig has none: NO_HARDWARE.
+  // The turntable. Refused where the rig has none: NO_HARDWARE.
+
+  /// Angles in degrees, speeds in deg/s; stations, state, and why it must not turn now. Opens nothing.
   v1::Turntable turntable();
-  /// Refusals are reported by the stream's first next().
+  /// Finds the table's zero. Refusals come with the stream's first next().
   TurntableStream home_turntable();
+  /// To an angle (deg) or a station. Refusals come with the stream's first next().
   TurntableStream move_turntable(const v1::MoveToRequest& request);
-  /// As fast as the drive can, whichever client began the motion.
+  /// As fast as the drive can; any client may. Returns without waiting.
   v1::TurntableStatus stop_turntable();
-  /// Clears an alarm of the drive.
+  /// Leaves a stall or an alarm of the drive; waits up to 30 s beyond the timeout. Refused: WRONG_STATE (the
+  /// cause is still there).
   v1::TurntableStatus clear_turntable();
-  /// Waits until the drive has reported its position, up to half a minute beyond the timeout.
+  /// Opens the port and waits until the drive has reported its position, up to 30 s beyond the timeout.
+  /// Refused: UNAVAILABLE (the detail says why it does not).
   v1::TurntableStatus engage_turntable();
+  /// Stops the table if it moves, and closes the port.
   v1::TurntableStatus disengage_turntable();
 
   // Telemetry.
-  /// Refusals are reported by the stream's first next().
+
+  /// The loop's records, live: groups, every n-th tick (1 … 10000), samples in a batch (1 … 1000), samples
+  /// kept for this client (100 … 60000); 0 = the default. Refusals come with the stream's first next():
+  /// OUT_OF_RANGE, INVALID (unknown group).
   TelemetryStream subscribe(const v1::SubscribeRequest& request);
 
  private:

@@ -18,8 +18,8 @@ constexpr int kUnavailable = 14;
 constexpr int kStatusDetailsField =
     3;  // google.rpc.Status { int32 code = 1; string message = 2; repeated Any details = 3; }
 
-/// google.rpc.Status is not installed with Debian's protobuf, and one field of it is all that is wanted: it
-/// is read as a message without known fields.
+/// google.rpc.Status is not installed with Debian's protobuf, and only one field of it is needed: it is read
+/// as a message without known fields.
 std::optional<v1::ErrorDetail> find_detail(const std::string& serialized_status) {
   google::protobuf::Empty status;
   if (serialized_status.empty() || !status.ParseFromString(serialized_status)) return std::nullopt;

@@ -8,7 +8,7 @@
 
 namespace hapticd::client {
 
-/// Why a call brought no answer.
+/// Why a call did not succeed.
 enum class ErrorKind {
   kBadAddress,   ///< the address given cannot be one
   kUnreachable,  ///< no daemon answers there, or the connection broke
@@ -16,15 +16,17 @@ enum class ErrorKind {
   kRefused,      ///< it answered with a refusal; the detail says what, where, the limit and the remedy
 };
 
-/// Thrown by every call of the library that gets no answer. what() is one line with all that is known.
+/// Thrown by every call of the library that does not succeed. what() is one line with all that is known:
+/// place, complaint, value, what is accepted, remedy. A program branches on kind() and detail().reason().
 class Error : public std::runtime_error {
  public:
   /// `code`: name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty where no call was made.
   Error(ErrorKind kind, std::string code, v1::ErrorDetail detail);
 
   ErrorKind kind() const noexcept { return kind_; }
+  /// Name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty where no call was made.
   const std::string& code() const noexcept { return code_; }
-  /// `what` is always filled; the rest as far as the daemon reported.
+  /// `what` is always filled, the rest where the daemon gave it; `reason` only where the daemon refused.
   const v1::ErrorDetail& detail() const noexcept { return detail_; }
 
  private:

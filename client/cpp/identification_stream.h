@@ -21,8 +21,9 @@ class IdentificationStream {
   IdentificationStream& operator=(IdentificationStream&&) noexcept;
   ~IdentificationStream();
 
-  /// Waits up to `wait` for the next progress. Throws Error when the daemon knows no such identification or
-  /// the connection broke.
+  /// Waits up to `wait` for the next progress; one comes ten times a second. Throws Error when the connection
+  /// broke (kUnreachable), when the daemon knows no such identification (NOT_FOUND), and TOO_MANY where 16
+  /// clients watch already.
   Event next(v1::IdentificationProgress& progress, std::chrono::milliseconds wait);
 
  private:

@@ -10,10 +10,10 @@ namespace hapticd::client {
 
 namespace {
 
-/// The daemon itself ends a call without a word: the destructor of an upload reports nothing of this end.
+/// The daemon ends such a call without a reason; this one is added here.
 Error given_up_by_daemon(const std::string& address) {
   v1::ErrorDetail detail;
-  detail.set_what("the daemon gave the upload up");
+  detail.set_what("the daemon ended the upload");
   detail.set_where(address);
   detail.set_limit("a piece at least every 30 s");
   detail.set_remedy("send it without pauses, e.g. from a file; see also the daemon's log");

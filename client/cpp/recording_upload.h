@@ -10,8 +10,8 @@
 
 namespace hapticd::client {
 
-/// A recording on its way to the daemon, piece by piece, as fast as the daemon takes it: no more than one
-/// piece is held here. Destroying it before the answer gives the upload up. Use it from one thread.
+/// Sends a recording (CSV text, up to 2 GiB) piece by piece, as fast as the daemon takes it. Only one piece
+/// is held here. Destroying it before the answer gives the upload up. Use it from one thread.
 ///
 ///     auto upload = client.upload_recording(description);
 ///     while (read(piece)) {
@@ -31,12 +31,15 @@ class RecordingUpload {
 
   /// The next piece of the text, at most kMaxPiece, once the last one was taken.
   void send(std::string csv);
-  /// Waits up to `wait` until the last piece was taken. Throws Error when the daemon refused the recording
-  /// (it need not wait for the end), gave it up because no piece came for 30 s, or the connection broke.
+  /// Waits up to `wait` until the last piece was taken; false where it was not yet. Throws Error when the
+  /// connection broke (kUnreachable) or the daemon refuses the recording, which it may do before the end:
+  /// INVALID, TOO_MANY (too large, no space, or 4 uploads already), and with code() CANCELLED where no piece
+  /// came for 30 s.
   bool taken(std::chrono::milliseconds wait);
-  /// That was all. Nothing may be sent any more.
+  /// Call it after the last piece. Nothing may be sent after it.
   void finish();
-  /// Waits up to `wait` for what the daemon made of it; throws like taken().
+  /// Waits up to `wait` for the daemon's answer: the recording's id, rows and duration. Empty where none came
+  /// yet; throws like taken().
   std::optional<v1::UploadRecordingResponse> answer(std::chrono::milliseconds wait);
 
  private:

@@ -19,12 +19,12 @@ struct RecordingUpload::State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  /// What is under way. One operation at a time, so the completion queue needs no tags.
+  /// The operation in progress. One at a time, so the completion queue needs no tags.
   enum class Phase {
     kStarting,   ///< the call, then the piece that waits for it
     kIdle,       ///< ready for a piece
     kWriting,    ///< a piece
-    kClosing,    ///< the word that there are no more
+    kClosing,    ///< the end of the pieces
     kFinishing,  ///< the answer
     kDone,
   };

@@ -13,7 +13,7 @@ namespace hapticd::client {
 class TelemetryStream {
  public:
   enum class Event {
-    kBatch,    ///< `batch` was filled and booked
+    kBatch,    ///< `batch` has new samples; account() has counted them
     kNothing,  ///< nothing came within the wait; try again
     kEnded,    ///< the daemon closed the stream in good order, or cancel() was called
   };
@@ -22,11 +22,14 @@ class TelemetryStream {
   TelemetryStream& operator=(TelemetryStream&&) noexcept;
   ~TelemetryStream();
 
-  /// Waits up to `wait` for the next batch. Throws Error when the subscription was refused or the connection
-  /// broke.
+  /// Waits up to `wait` for the next batch. Where none came `batch` keeps what it had. Throws Error when the
+  /// connection broke (kUnreachable) or the subscription was refused: OUT_OF_RANGE, INVALID, TOO_MANY, and
+  /// UNAVAILABLE when the daemon ends.
   Event next(v1::TelemetryBatch& batch, std::chrono::milliseconds wait);
+  /// Ends the subscription at once; next() then returns kEnded.
   void cancel();
 
+  /// What came and what is missing so far.
   const StreamAccount& account() const noexcept;
 
  private:

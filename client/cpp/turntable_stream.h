@@ -21,10 +21,12 @@ class TurntableStream {
   TurntableStream& operator=(TurntableStream&&) noexcept;
   ~TurntableStream();
 
-  /// Waits up to `wait` for the next status. Throws Error when the motion was refused, when it ended anywhere
-  /// but at its target, and when the connection broke.
+  /// Waits up to `wait` for the next status; one comes ten times a second. Throws Error when the connection
+  /// broke (kUnreachable), when the motion was refused (BUSY, WRONG_STATE: contact, force, a latched guard,
+  /// not homed; NOT_FOUND: no such station; OUT_OF_RANGE; NO_HARDWARE), and when it ended anywhere but at its
+  /// target (STATE_CHANGED: stopped, stalled, alarm, lost).
   Event next(v1::TurntableStatus& status, std::chrono::milliseconds wait);
-  /// Has the daemon stop the table; next() then shows kEnded.
+  /// Has the daemon stop the table; next() then returns kEnded.
   void cancel();
 
  private:

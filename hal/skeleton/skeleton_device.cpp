@@ -123,7 +123,7 @@ void SkeletonDevice::write_zero_in_crash() noexcept {
   if (engaged_) link_->write_force({});
 }
 
-// A thread of its own, because the loop that should send commands may be the one that is at rest.
+// A thread of its own, because the loop that should send commands may be the one that hangs.
 void SkeletonDevice::watch() noexcept {
   const std::chrono::nanoseconds poll_interval(std::min<std::int64_t>(watchdog_ns_ / 4, 5'000'000));
   while (engaged_) {

@@ -37,7 +37,7 @@ struct StreamOptions {
 };
 void add_stream_options(CLI::App& command, StreamOptions& options);
 
-/// "no" or "3.2 N" …: the value with its unit, `decimals` behind the point.
+/// "no" or "3.2 N" …: the value with its unit, with so many `decimals`.
 std::string quantity(double value, int decimals, const char* unit);
 
 }  // namespace hapticd::cli

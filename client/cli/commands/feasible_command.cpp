@@ -20,8 +20,8 @@ struct FeasibleOptions {
   double wait_s = 3.0;
 };
 
-/// The daemon's answer; where it has to take a value from a contact that is not there, that of the next one
-/// within `wait_s`: a hand that presses again and again is off the object for a second or two.
+/// The daemon's answer. Where it needs a contact and there is none, waits up to `wait_s` for the next one: a
+/// hand that presses repeatedly is off the object for a second or two.
 v1::FeasibleRange feasible_range(client::Client& client, const v1::GetFeasibleRangeRequest& request,
                                  double wait_s) {
   constexpr std::chrono::milliseconds kRound{50};

@@ -25,7 +25,7 @@ void add_plot_command(CLI::App& app, Session& session) {
       "displacement,\n"
       "the truth of a simulated rig over the true one: an object that has not yet recovered from the press "
       "before\n"
-      "begins deeper, and its true curve stands aside by that; the plot says by how much.\n\n"
+      "begins deeper, and its true curve is shifted; the plot says by how much.\n\n"
       "Example:\n  hapticctl plot press.csv --out press.svg");
   command->add_option("RECORDING.csv", options->recording, "Written by hapticctl telemetry record")
       ->required();

@@ -39,7 +39,7 @@ void add_doctor(CLI::App& app, Session& session) {
   const auto no_probe = std::make_shared<bool>(false);
   CLI::App* command = app.add_subcommand(
       "doctor",
-      "Kernel, rights, loop, devices and force under a press: what is amiss, and what to do about it");
+      "Kernel, rights, loop, devices and force under a press: what is wrong, and what to do about it");
   command->add_flag("--no-probe", *no_probe, "Leave hardware that no scene uses closed");
   command->footer(
       "Examples:\n  hapticctl doctor\n  hapticctl doctor --json | jq '.findings[] | select(.severity == "

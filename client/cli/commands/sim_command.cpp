@@ -89,7 +89,7 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--speed", &P::set_speed_mm_per_s, "At the surface, in mm/s (up to 1500)")
       .option("--rate", &P::set_rate_hz, "Taps a second")
       .option("--slant", &P::set_tap_slant_deg, "Path from the vertical, in degrees (0 to 60)")
-      .direction(&P::mutable_stroke_direction, "Which way a slanted path leads, rig frame: x y z")
+      .direction(&P::mutable_stroke_direction, "Direction of a slanted path, rig frame: x y z")
       .repetitions();
   ProgramCommand(
       *hand, session, v1::HAND_PROGRAM_KIND_PRESS, "Slow approach, press, hold, release",
@@ -105,7 +105,7 @@ void add_hand_programs(CLI::App& sim, Session& session) {
                  "  hapticctl sim hand stroke --force 1.5 --speed 100 --length 40 --direction 0 1 0")
       .option("--force", &P::set_force_n, "Normal force, in N (0 to 30)")
       .option("--speed", &P::set_speed_mm_per_s, "Along the surface, in mm/s (up to 1500)")
-      .option("--length", &P::set_stroke_length_mm, "There, in mm; and back again")
+      .option("--length", &P::set_stroke_length_mm, "Length of a stroke, in mm; then back")
       .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)")
       .direction(&P::mutable_stroke_direction, "Along the surface, rig frame: x y z")
       .repetitions();

@@ -33,7 +33,7 @@ CLI::App* add_command(CLI::App& model, const char* name, const char* description
   return command;
 }
 
-/// Next to it first and then in its place: a file of that name is whole, the old one or the new.
+/// Writes a temporary file first and renames it: a file of that name is always whole, the old one or the new.
 void write_file(const std::string& path, const std::string& text) {
   const std::string temporary = path + ".part";
   std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
@@ -64,8 +64,9 @@ std::string read_input(const std::string& file) {
 }
 
 void add_tag_commands(CLI::App& model, Session& session, const std::shared_ptr<Words>& words) {
-  CLI::App* tag = add_command(model, "tag", "Gives a stored model a tag; \"current\" is what scenes use",
-                              "hapticctl model tag 1a2b3c4d5e6f current", words);
+  CLI::App* tag =
+      add_command(model, "tag", "Gives a stored model a tag; scenes use the one tagged \"current\"",
+                  "hapticctl model tag 1a2b3c4d5e6f current", words);
   tag->add_option("TAG", words->other,
                   "1 to 64 of a-z A-Z 0-9 _ -; taken from the model of the same kind and object that had it")
       ->required();

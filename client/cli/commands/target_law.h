@@ -6,8 +6,8 @@
 
 namespace hapticd::cli {
 
-// Target laws as they are written on the command line. Each throws LocalError naming the option and what it
-// takes; whether the numbers make sense is the daemon's to say.
+// Target laws as they are written on the command line. Each throws LocalError with the option and what it
+// takes. The daemon checks the numbers.
 
 /// "K,B,M": stiffness in N/mm^m, damping in N·s/mm^(m+1), exponent.
 v1::HuntCrossleyLaw parse_hunt_crossley(const std::string& text);

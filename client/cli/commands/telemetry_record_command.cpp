@@ -11,7 +11,7 @@
 namespace hapticd::cli {
 namespace {
 
-/// Rides out a disk that stalls: 60 s at 1 kHz.
+/// Enough for a disk that stalls: 60 s at 1 kHz.
 constexpr std::uint32_t kRecorderQueue = 60000;
 
 struct RecordOptions {
@@ -90,7 +90,7 @@ void add_telemetry_record_command(CLI::App& telemetry, Session& session) {
   CLI::App* command = telemetry.add_subcommand("record", "Writes telemetry to a CSV file");
   command->footer(
       "The columns carry their units; the head shows rig and scene, the last line what is missing.\n"
-      "An existing file is replaced. Ctrl-C ends the recording in good order.\n\n"
+      "An existing file is replaced. Ctrl-C ends the recording; the file is complete.\n\n"
       "Examples:\n  hapticctl telemetry record press.csv --seconds 10\n"
       "  hapticctl telemetry record all.csv --samples 60000 --groups contact,deformation,truth");
   command->add_option("FILE.csv", options->path, "Where to write")->required();

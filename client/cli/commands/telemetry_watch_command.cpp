@@ -29,7 +29,7 @@ void watch(const WatchOptions& options, Session& session) {
       options.stream.groups.empty() ? groups_of(client.rig_info()) : parse_groups(options.stream.groups);
   for (const auto group : chosen) request.add_groups(group);
   request.set_decimation(options.stream.decimation);
-  // Small batches: a picture that is late is a wrong picture.
+  // Small batches: the picture must not be late.
   request.set_batch_size(std::clamp(50U / options.stream.decimation, 1U, 50U));
 
   client::TelemetryStream stream = client.subscribe(request);

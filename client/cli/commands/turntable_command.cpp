@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kWait{50};
 
-/// Follows a motion to its end; Ctrl-C stops the table and waits until it stands.
+/// Follows a motion to its end; Ctrl-C stops the table and waits until it is at rest.
 class MotionWatch {
  public:
   explicit MotionWatch(Session& session)
@@ -41,7 +41,7 @@ class MotionWatch {
       }
     } catch (const client::Error& error) {
       screen_.keep();
-      // It ended as it was asked to; whatever else ended it is reported.
+      // It ended as the user asked; any other end is reported.
       if (!stopped_ || error.code() != "ABORTED") throw;
       session_.exit_code = ExitCode::kNotConverged;
     }

@@ -50,7 +50,7 @@ CLI::App& add_kind(CLI::App& identify, Session& session, const std::shared_ptr<L
       ->check(CLI::Range(1.0, 3600.0));
   command->add_flag("--adopt", line->task.adopt,
                     "Once converged, tag the model current, so that scenes use it");
-  CLI::Option* detach = command->add_flag("--detach", line->options.detach, "Start it and leave");
+  CLI::Option* detach = command->add_flag("--detach", line->options.detach, "Start it and exit");
   add_watch_options(*command, *line);
   detach->excludes("--svg");
   command->callback([&session, line, kind] {
@@ -153,11 +153,12 @@ void add_structural(CLI::App& identify, Session& session) {
       "recording with the columns position_x_mm, device_force_x_N, external_x_mm (and y, z; rig frame), or\n"
       "position_mm, device_force_N, external_mm along the press. Without an instrument, --rigid: the device "
       "presses\n"
-      "on an object that hardly gives way; the figure is then a lower bound. The device renders force.\n\n"
+      "on an object that hardly yields; the result is then a lower bound. The device renders force.\n\n"
       "Examples:\n  hapticctl identify structural --adopt\n  hapticctl identify structural --constant\n"
       "  hapticctl identify structural --recording walls_with_lvdt.csv --column external=lvdt:um\n"
       "  hapticctl identify structural --rigid --least-object-stiffness 2000");
-  command.add_flag("--constant", line->task.constant, "One value for everywhere, instead of a field");
+  command.add_flag("--constant", line->task.constant,
+                   "One value for the whole workspace, instead of a field");
   CLI::Option* rigid = command.add_flag(
       "--rigid", line->task.rigid_contact,
       "Without an instrument: pressed on a rigid object; one value, where it is, a lower bound");

@@ -37,8 +37,7 @@ struct CoverageGrid {
 
 /// The map's cells, neighbours put together until there are no more than so many columns and rows; a cell put
 /// together has enough once all that is asked for in it has. Nothing for a map whose parts do not fit
-/// together. How many samples are enough is not reported by the contract: as many required cells as `share`
-/// says, those with the most samples, are taken to have them.
+/// together, or of an older daemon that does not report which cells have enough.
 std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t most_columns,
                                           std::size_t most_rows);
 

@@ -18,21 +18,21 @@ struct IdentifyFollow {
   std::function<void(const std::string& notice)> on_idle{};
   /// Asked as often: true ends the watching.
   std::function<bool()> leave{};
-  /// A stream that brings nothing for so long is taken for lost.
+  /// A stream without a message for so long counts as lost.
   std::chrono::milliseconds silence{5000};
-  /// So long without a connection, and it is given up.
+  /// The watching ends after so long without a connection.
   std::chrono::milliseconds timeout{30000};
   /// Between two attempts.
   std::chrono::milliseconds pause{250};
 };
 
 enum class IdentifyEnd {
-  kOver,  ///< the identification is; the last progress reported how
-  kLeft,  ///< the watching is, by `leave`
+  kOver,  ///< the identification ended; the last progress says how
+  kLeft,  ///< `leave` ended the watching
 };
 
 /// Watches `identification` (empty = the one that runs, else the last one) to its end. When the stream breaks
-/// or falls silent, it connects again, as often as it takes, and goes on with the same identification;
+/// or falls silent, it connects again, repeatedly, and goes on with the same identification;
 /// `client` is then the new connection. Throws client::Error when the daemon refuses, or stays away for
 /// `timeout`.
 IdentifyEnd follow_identification(client::Client& client, std::string identification,

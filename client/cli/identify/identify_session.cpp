@@ -20,7 +20,7 @@ namespace {
 constexpr std::chrono::seconds kLinePeriod{1};
 constexpr double kMegabyte = 1e6;
 
-/// A refusal stands for everything the session was to lead to; what is merely not whole is distinguished.
+/// A refusal counts for the whole session; an incomplete result has its own code.
 ExitCode exit_code_of(const v1::IdentificationProgress& progress) {
   switch (progress.state()) {
     case v1::IDENTIFICATION_STATE_CONVERGED:
@@ -130,13 +130,13 @@ void IdentifySession::watch(const std::string& identification) {
 void IdentifySession::cancel(const std::string& identification) {
   const v1::IdentificationProgress progress = client_.cancel_identification(identification);
   conclude(progress);
-  // Whatever had come of it: it is over, as was asked.
+  // It is over as the user asked, with or without a result.
   session_.exit_code = ExitCode::kOk;
 }
 
 v1::IdentificationProgress IdentifySession::cancel_now(const std::string& identification) {
   if (live_) {
-    show_frame("cancelling: what was gathered is kept (Ctrl-C again leaves at once)");
+    show_frame("cancelling: what was gathered is kept (Ctrl-C again exits at once)");
   } else {
     say("cancelling: what was gathered is kept");
   }
@@ -172,7 +172,7 @@ void IdentifySession::show(const v1::IdentificationProgress& progress) {
     return;
   }
   const auto now = std::chrono::steady_clock::now();
-  // How it ended is reported by the report.
+  // The report says how it ended.
   if (live_ || now < next_line_ || is_over(progress)) return;
   next_line_ = now + kLinePeriod;
   say(identify_line(progress, Terminal::detect()));
@@ -187,12 +187,12 @@ void IdentifySession::show_frame(const std::string& notice) {
 void IdentifySession::conclude(const v1::IdentificationProgress& progress) {
   session_.exit_code = exit_code_of(progress);
   if (session_.json) {
-    // A watched one has reported itself to the end already.
+    // One that was watched has been reported already.
     const bool reported = last_ && is_over(*last_);
     if (!reported) print_json_line(to_json(progress));
   } else {
     const Terminal terminal = Terminal::detect();
-    // The last frame keeps the plots; what came of it is below.
+    // The last frame keeps the plots; the result is below.
     if (live_ && last_) screen_.show(identify_frame(progress, "", terminal), terminal);
     screen_.keep();
     if (live_) say("");

@@ -15,19 +15,19 @@ namespace hapticd::cli {
 enum class UserRequest {
   kGoOn,
   kCancel,  ///< Ctrl-C
-  kLeave,   ///< SIGTERM: the client is to go, what runs is not
+  kLeave,   ///< SIGTERM: the client ends, the identification goes on
 };
 
 struct IdentifyOptions {
-  bool adopt = false;   ///< as the start asked for; the report says what follows
-  bool detach = false;  ///< start and leave
+  bool adopt = false;   ///< as requested at the start; the report says what follows
+  bool detach = false;  ///< start and exit
   std::string svg{};    ///< where to draw fit and coverage at the end; empty = nowhere
   std::chrono::milliseconds timeout{30000};
   std::function<UserRequest()> user_request{};  ///< none = by the signals that came
 };
 
-/// The commands that lead, watch and end identifications. They show, and leave the exit code in the session;
-/// they throw client::Error and LocalError.
+/// The commands that run, watch and end identifications. They print, and set the exit code of the session.
+/// They throw client::Error and LocalError.
 class IdentifySession {
  public:
   IdentifySession(Session& session, IdentifyOptions options);

@@ -19,7 +19,7 @@ namespace {
 std::pair<std::string, v1::RecordingColumn> parse_column(const std::string& text) {
   const auto equals = text.find('=');
   if (equals == std::string::npos || equals == 0)
-    refuse_column(text, "it is not said which quantity is in the column");
+    refuse_column(text, "the quantity of the column is missing");
   v1::RecordingColumn column;
   std::string rest = text.substr(equals + 1);
   if (rest.empty()) refuse_column(text, "the column is missing");

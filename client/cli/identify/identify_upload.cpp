@@ -44,7 +44,7 @@ client::Error stalled(const std::string& address) {
   return {client::ErrorKind::kTimedOut, "", detail};
 }
 
-/// Asks `done` until it is true; gives up when interrupted, or after `at_most`.
+/// Asks `done` until it is true; stops when interrupted, or after `at_most`.
 template <class Done>
 void wait_for(Done done, std::chrono::milliseconds at_most, const UploadState& state,
               const UploadOptions& options, const std::string& address) {

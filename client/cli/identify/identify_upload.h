@@ -14,7 +14,7 @@ namespace hapticd::cli {
 struct UploadState {
   std::uint64_t sent_bytes = 0;
   std::optional<std::uint64_t> total_bytes;  ///< absent for what has no length, e.g. a pipe
-  bool sent = false;                         ///< all of it; the daemon makes something of it
+  bool sent = false;                         ///< all of it; the daemon reads it
   std::chrono::duration<double> elapsed{};   ///< since its beginning; of what was sent, until all was
 
   /// Mean so far; 0 before there is one.
@@ -22,22 +22,23 @@ struct UploadState {
 };
 
 struct UploadOptions {
-  /// Without a sign of life for so long it is given up; reading what was sent may take longer by a second for
-  /// each 4 MiB.
+  /// The upload ends where the daemon takes nothing for so long. Reading what was sent may take a second
+  /// longer for each 4 MiB.
   std::chrono::milliseconds timeout{5000};
   /// At least ten times a second.
   std::function<void(const UploadState&)> on_progress{};
-  /// Asked as often: true gives it up.
+  /// Asked as often: true ends the upload.
   std::function<bool()> interrupted{};
 };
 
-/// Sends a file, of whatever size, piece by piece. Throws LocalError when it cannot be read, is empty or was
+/// Sends a file of any size, piece by piece. Throws LocalError when it cannot be read, is empty or was
 /// interrupted, client::Error when the daemon refuses it (naming line and column) or is lost.
 v1::UploadRecordingResponse upload_file(client::Client& client, const std::string& path,
                                         const v1::RecordingDescription& description,
                                         const UploadOptions& options);
 
-/// What a recording is called after the name of its file: at most 200 characters, without what is no text.
+/// What a recording is called after the name of its file: at most 200 characters, without bytes that are no
+/// text.
 std::string recording_name(const std::string& path);
 
 }  // namespace hapticd::cli

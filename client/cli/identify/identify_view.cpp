@@ -91,7 +91,7 @@ std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
   return lines;
 }
 
-/// A text that is not to be overlooked, in a box as wide as it is to be.
+/// An important text, in a box of the given width.
 std::vector<std::string> banner(const std::string& text, std::size_t width, Color color,
                                 const Terminal& terminal) {
   const std::size_t inside = width > 8 ? width - 6 : 2;

@@ -17,8 +17,8 @@ std::vector<std::string> identify_frame(const v1::IdentificationProgress& progre
 /// The same as one plain line.
 std::string identify_line(const v1::IdentificationProgress& progress, const Terminal& terminal);
 
-/// What came of it, once it is over: result, parameters, what is missing, why it failed, and how to go on
-/// with the model. `adopted`: it was asked to be taken over if it converged.
+/// The outcome: result, parameters, what is missing, why it failed, and how to go on
+/// with the model. `adopted`: the user asked to adopt it if it converges.
 std::vector<std::string> identify_report(const v1::IdentificationProgress& progress, bool adopted,
                                          const Terminal& terminal);
 

@@ -206,7 +206,7 @@ void write_svg(const Figure& figure, const std::string& svg_path) {
                      "apt-get install gnuplot-nox");
   }
   const std::string script = gnuplot_script(figure, svg_path);
-  // A gnuplot that gives up early must not take this program with it.
+  // A gnuplot that ends early must not end this program.
   const auto before = std::signal(SIGPIPE, SIG_IGN);
   // Under another locale gnuplot complains of every sign that is not ASCII.
   std::FILE* pipe = popen("LC_ALL=C.UTF-8 gnuplot -", "w");

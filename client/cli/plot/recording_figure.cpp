@@ -109,7 +109,7 @@ std::vector<std::string> notes_on(const Contacts& seen) {
   std::vector<std::string> notes;
   if (seen.true_deeper_mm > kNoticedShiftMm) {
     notes.push_back(
-        fmt::format("True curves stand up to {:.1f} mm to the right: the object had not recovered from the "
+        fmt::format("True curves are up to {:.1f} mm to the right: the object had not recovered from the "
                     "press before (it creeps), and the estimate begins at 0 where it is touched.",
                     seen.true_deeper_mm));
   }

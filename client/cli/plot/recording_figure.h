@@ -7,7 +7,7 @@ namespace hapticd::cli {
 
 /// A recording of telemetry as a figure: force over displacement while something is touched, and forces,
 /// displacements and the target over time. Estimates are drawn over the estimated displacement, the truth of
-/// a simulated rig over the true one; where the two lie apart a note says by how much and why. Throws
+/// a simulated rig over the true one; where the two differ a note says by how much and why. Throws
 /// LocalError when the recording has nothing to draw.
 Figure recording_figure(const CsvTable& table);
 

@@ -14,7 +14,7 @@ struct Point {
   double y = 0.0;
 };
 
-/// A point that is none: a series is interrupted there.
+/// Not a point: interrupts a series.
 inline constexpr Point kBreak{std::numeric_limits<double>::quiet_NaN(),
                               std::numeric_limits<double>::quiet_NaN()};
 
@@ -42,7 +42,7 @@ std::vector<std::string> draw(const TerminalPlotFrame& frame, const std::vector<
                               const Terminal& terminal);
 
 /// Two drawings side by side, as high as the higher one; `gap` blanks between.
-std::vector<std::string> side_by_side(const std::vector<std::string>& left, const std::vector<std::string>& right,
-                                 int gap);
+std::vector<std::string> side_by_side(const std::vector<std::string>& left,
+                                      const std::vector<std::string>& right, int gap);
 
 }  // namespace hapticd::cli

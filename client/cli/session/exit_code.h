@@ -5,10 +5,10 @@ namespace hapticd::cli {
 /// What hapticctl shows the shell.
 enum class ExitCode : int {
   kOk = 0,
-  kRefused = 1,       ///< the daemon refused, or the session it was to lead failed
+  kRefused = 1,       ///< the daemon refused, or an identification failed
   kUsage = 2,         ///< the command line, or something on this machine: a file, a missing program
   kUnreachable = 3,   ///< no daemon there, or no answer in time
-  kGaps = 4,          ///< the stream came, but not whole
+  kGaps = 4,          ///< the stream came with gaps
   kNotConverged = 5,  ///< an identification is over and has not converged: time, coverage, or cancelled;
                       ///< or a motion of the turntable was stopped by the user
 };

@@ -12,7 +12,7 @@ namespace hapticd::cli {
 struct FollowLimits {
   double seconds = 0.0;  ///< of the rig's clock, from the first sample
   std::uint64_t samples = 0;
-  /// Without any sample for so long the stream is given up.
+  /// The following ends after so long without a sample.
   std::chrono::milliseconds silence{5000};
   /// Asked after each batch: true ends it.
   std::function<bool()> enough{};
@@ -22,11 +22,11 @@ enum class StreamEnd { kLimitReached, kInterrupted, kClosedByDaemon, kSilent };
 
 struct FollowResult {
   StreamEnd end = StreamEnd::kLimitReached;
-  /// Of the samples that were handed on.
+  /// Of the samples that were passed on.
   client::StreamAccount account;
 };
 
-/// Hands every sample of the stream to `on_sample` until a limit is reached, the user interrupts or the
+/// Passes every sample of the stream to `on_sample` until a limit is reached, the user interrupts or the
 /// stream ends; `on_idle` is called after each batch and at least ten times a second. Throws what the stream
 /// throws.
 FollowResult follow(client::TelemetryStream& stream, std::uint32_t decimation, const FollowLimits& limits,

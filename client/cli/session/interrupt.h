@@ -6,7 +6,7 @@ namespace hapticd::cli {
 void catch_interrupts();
 /// True once one of them came.
 bool interrupted() noexcept;
-/// True where it was SIGTERM: someone wants the program gone, not what it does ended.
+/// True where it was SIGTERM: the program is to end, what runs in the daemon is not.
 bool terminated() noexcept;
 
 }  // namespace hapticd::cli

@@ -23,7 +23,7 @@ v1::ErrorDetail make_detail(const std::string& what, const std::string& where, c
   return detail;
 }
 
-void fill_record(const char* kind, const std::string& code, const v1::ErrorDetail& detail, bool json) {
+void print_error(const char* kind, const std::string& code, const v1::ErrorDetail& detail, bool json) {
   if (json) {
     print_json({{"error",
                  {{"kind", kind},
@@ -69,23 +69,23 @@ void print_json_line(const Json& document) {
 ExitCode report(const client::Error& error, const Session& session) {
   switch (error.kind()) {
     case client::ErrorKind::kRefused:
-      fill_record("refused", error.code(), error.detail(), session.json);
+      print_error("refused", error.code(), error.detail(), session.json);
       return ExitCode::kRefused;
     case client::ErrorKind::kBadAddress:
-      fill_record("usage", error.code(), error.detail(), session.json);
+      print_error("usage", error.code(), error.detail(), session.json);
       return ExitCode::kUsage;
     case client::ErrorKind::kUnreachable:
-      fill_record("unreachable", error.code(), error.detail(), session.json);
+      print_error("unreachable", error.code(), error.detail(), session.json);
       return ExitCode::kUnreachable;
     case client::ErrorKind::kTimedOut:
-      fill_record("no answer", error.code(), error.detail(), session.json);
+      print_error("no answer", error.code(), error.detail(), session.json);
       return ExitCode::kUnreachable;
   }
   return ExitCode::kUsage;
 }
 
 ExitCode report(const LocalError& error, const Session& session) {
-  fill_record("error", "", error.detail(), session.json);
+  print_error("error", "", error.detail(), session.json);
   return ExitCode::kUsage;
 }
 

@@ -12,7 +12,7 @@ namespace hapticd::cli {
 
 using Json = nlohmann::ordered_json;
 
-/// What every command is given: the global options, and where it leaves its exit code.
+/// Shared by all commands: the global options and the exit code.
 struct Session {
   std::string server;
   double timeout_s = 5.0;
@@ -23,7 +23,7 @@ struct Session {
   client::Client connect() const;
 };
 
-/// Something on this machine, before or next to any call: a file, a missing program, an argument.
+/// A problem on this machine, not of a call: a file, a missing program, an argument.
 class LocalError : public std::runtime_error {
  public:
   LocalError(const std::string& what, const std::string& where = "", const std::string& value = "",

@@ -15,8 +15,8 @@ std::string environment(const char* name) {
   return value == nullptr ? std::string() : std::string(value);
 }
 
-/// An unset locale says nothing about the terminal, and nearly all of them show UTF-8; one that is set is
-/// believed.
+/// An unset locale says nothing about the terminal, and nearly all of them show UTF-8; one that is set
+/// is respected.
 bool locale_shows_unicode() {
   for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
     std::string value = environment(name);

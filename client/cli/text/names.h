@@ -26,7 +26,8 @@ std::string spaced(std::string text);
 /// Words for the bits of a field such as "status_bits" or "limited_bits"; empty when no bit is set.
 std::vector<std::string> bit_words(std::string_view field, std::uint32_t bits);
 
-/// "contact,truth" → groups, in the order given, each once. Throws LocalError naming the word that is none.
+/// "contact,truth" → groups, in the order given, each once. Throws LocalError with the word that is not a
+/// group.
 std::vector<v1::FieldGroup> parse_groups(const std::string& comma_separated);
 /// "sample, motion, …": all that there are.
 std::string group_list();

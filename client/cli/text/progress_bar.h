@@ -7,7 +7,7 @@
 namespace hapticd::cli {
 
 /// A bar of exactly `width` columns, `fraction` of it filled (to an eighth of a column where the terminal has
-/// the signs for it). Full only at 1; what is not a number counts as 0, what lies outside as its nearer end.
+/// the signs for it). Full only at 1; NaN counts as 0, a value outside as the nearer end.
 std::string progress_bar(double fraction, int width, const Terminal& terminal);
 
 /// The same in whole percent, not 100 before all is done: " 63 %", "100 %".

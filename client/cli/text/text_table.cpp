@@ -8,7 +8,7 @@
 namespace hapticd::cli {
 namespace {
 
-/// A last column narrower than this is not broken: no one reads such a one.
+/// A last column narrower than this is not broken: it would be unreadable.
 constexpr std::size_t kMinBrokenColumns = 20;
 
 }  // namespace

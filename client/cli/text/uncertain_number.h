@@ -12,8 +12,8 @@ struct UncertainText {
 };
 
 /// 0.07912, 0.00118 → {"0.0791", "0.0012"}. Very large and very small ones share a power of ten: {"7.91e-07",
-/// "0.12e-07"}. An infinite error (the data do not determine it) is "inf" or "∞", one that is none "?"; a
-/// number that is none is "-".
+/// "0.12e-07"}. An infinite error (the data do not determine it) is "inf" or "∞", NaN or a
+/// negative error "?"; a number that is NaN is "-".
 UncertainText uncertain_parts(double value, double standard_error, bool unicode);
 
 /// "0.0791 ± 0.0012", "+-" without Unicode.

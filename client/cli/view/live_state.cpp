@@ -12,10 +12,10 @@
 namespace hapticd::cli {
 namespace {
 
-/// With any of these the force is not to be had, the worst first.
+/// Each of these makes the force unusable; the worst first.
 constexpr std::array kSensorFaults{v1::GUARD_FAULT_SENSOR_LOST, v1::GUARD_FAULT_SENSOR_STALE,
                                    v1::GUARD_FAULT_SENSOR_FAULT, v1::GUARD_FAULT_SENSOR_SATURATED};
-/// What is older never came.
+/// An older force counts as never received.
 constexpr double kNeverMs = 1e9;
 
 /// As in GuardGroup.faults_present_bits.
@@ -49,7 +49,7 @@ std::string contact_words(const LiveState& state) {
   switch (state.reason) {
     case v1::CONTACT_REASON_AWAITING_FREE:
       if (state.uses_sensor == false) return "waiting until the tool is outside the wall";
-      return fmt::format("waiting until nothing touches the tool: {:.2f} N at rest", state.detection_force_n);
+      return fmt::format("waiting until nothing touches the tool: {:.2f} N remain", state.detection_force_n);
     case v1::CONTACT_REASON_WITHDRAWN:
       return fmt::format("what was felt was no object; waiting until {:.2f} N are gone",
                          state.detection_force_n);

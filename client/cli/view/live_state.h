@@ -9,9 +9,8 @@
 
 namespace hapticd::cli {
 
-/// What one tick lets a person know of the tool: whether force is there to be felt, whether the sensor can be
-/// trusted, whether something is touched. Made from either message that carries it; what a message does not
-/// carry is not known.
+/// The state of the tool in one tick: whether force is rendered, whether the sensor can be trusted, whether
+/// something is touched. Made from either message that has it; what a message does not have is unknown.
 struct LiveState {
   bool runs = true;  ///< the loop
   bool has_scene = false;
@@ -30,12 +29,12 @@ struct LiveState {
 LiveState live_state(const v1::RigState& state);
 LiveState live_state(const v1::TelemetrySample& sample);
 
-/// The one thing to know first, in plain words: what keeps the force away before what is touched, e.g. "no
+/// The most important fact, as text: first what keeps the force away, then what is touched, e.g. "no
 /// fresh force: the newest is 35 ms old (sensor stale)", "waiting until nothing touches the tool: 0.12 N at
-/// rest", "in contact". Empty where the message carries nothing of it.
+/// rest", "in contact". Empty where the message has none of it.
 std::string words(const LiveState& state);
 
-/// How far the sensor's zero was followed since its bias, of how much, and what that calls for.
+/// How far the sensor's zero was followed since its bias, the limit, and what to do.
 std::string sensor_zero_words(const v1::RigState& state);
 
 }  // namespace hapticd::cli

@@ -50,7 +50,7 @@ std::string guard_text(const v1::RigState& state, const Terminal& terminal) {
   }
 }
 
-/// What to know first; the estimates where the scene has them now.
+/// The most important fact, then the estimates of the scene.
 std::string now_text(const v1::RigState& state) {
   const std::string text = words(live_state(state));
   if (state.contact_reason() == v1::CONTACT_REASON_UNSPECIFIED) return text;
@@ -60,7 +60,7 @@ std::string now_text(const v1::RigState& state) {
 
 using Lines = std::vector<std::string>;
 
-/// Broken between words where a terminal shows it; what follows the first line stands two columns in.
+/// Broken between words where a terminal shows it; further lines are indented by two columns.
 void append(Lines& lines, const std::string& text, const Terminal& terminal) {
   constexpr std::size_t kIndent = 2;
   if (!terminal.live) return lines.push_back(text);
@@ -75,8 +75,7 @@ void append(Lines& lines, const TextTable& table, const Terminal& terminal, std:
   for (std::string& line : table.lines(terminal, indent)) lines.push_back(std::move(line));
 }
 
-/// What has hardware behind it, and what speaks against it; with `detail` how it is reached and what it
-/// counts.
+/// Parts with hardware, and their findings; with `detail` their connection and counts.
 void append_parts(Lines& lines, const v1::RigState& state, bool detail, const Terminal& terminal) {
   if (state.parts().empty()) return;
   lines.emplace_back();
@@ -139,7 +138,7 @@ void append_uncertain(Lines& lines, const v1::RigInfo& rig, const Terminal& term
   append(lines, table, terminal, 2);
 }
 
-/// What else there is to see, by the option that shows it.
+/// Options that show more.
 std::string more_text(const v1::RigInfo& rig, const StatusDetail& detail) {
   std::string more;
   if (!detail.parts) more += " --parts";

@@ -25,7 +25,7 @@ class WatchView {
   std::string line() const;
 
  private:
-  std::string when() const;                 ///< time, and what to know first
+  std::string when() const;                 ///< time, and the most important fact
   std::vector<std::string> values() const;  ///< all quantities with their units
 
   double window_s_;

@@ -14,7 +14,7 @@ TEST(Address, KnowsHostsAndUnixSockets) {
   EXPECT_EQ(channel_target("unix:/run/hapticd.sock"), "unix:/run/hapticd.sock");
 }
 
-TEST(Address, RefusesWhatIsNone) {
+TEST(Address, RefusesWhatIsNotAnAddress) {
   for (const char* address : {"", "localhost", "localhost:", "localhost:0", "localhost:65536", "localhost:5o",
                               ":50051", "unix:", "::1:50051", "http://host:1"}) {
     try {

@@ -1,7 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <regex>
 #include <string>
+#include <vector>
 
 #include "client/cli/commands/bash_completion.h"
 #include "client/cli/commands/commands.h"
@@ -38,7 +43,53 @@ TEST(App, EveryCommandHasADescriptionAndAnExample) {
   });
 }
 
-TEST(App, ACommandThatLeadsOnSaysWhereAndSaysItsVersionWhenAsked) {
+/// Every command that does something, as it is typed: "target set".
+std::vector<std::string> commands_of(const CLI::App& app, const std::string& above = {}) {
+  std::vector<std::string> commands;
+  for (const CLI::App* sub : app.get_subcommands(nullptr)) {
+    const std::string typed = above.empty() ? sub->get_name() : above + " " + sub->get_name();
+    const std::vector<std::string> below = commands_of(*sub, typed);
+    if (below.empty()) commands.push_back(typed);
+    commands.insert(commands.end(), below.begin(), below.end());
+  }
+  return commands;
+}
+
+std::string page(const char* name) {
+  std::ifstream file(std::string(SOURCE_FOLDER "/docs/") + name);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(App, ThePagesOfTheCommandsHaveEveryCommand) {
+  Built built;
+  const std::string pages = page("commands.md") + page("identification.md");
+  for (const std::string& command : commands_of(built.app)) {
+    EXPECT_TRUE(std::regex_search(pages, std::regex("(`|hapticctl )" + command + "\\b"))) << command;
+  }
+}
+
+TEST(App, ThePageOfTheCommandsHasNoOtherCommand) {
+  Built built;
+  const std::string text = page("commands.md");
+  const std::size_t begin = text.find("| command | what it does |");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string table = text.substr(begin, text.find("\n\n", begin) - begin);
+  const std::vector<std::string> commands = commands_of(built.app);
+  const auto is_there = [&commands](const std::string& words) {
+    return std::any_of(commands.begin(), commands.end(),
+                       [&words](const std::string& c) { return (c + " ").starts_with(words + " "); });
+  };
+  const std::regex row("\n\\| ([^|]*)");
+  const std::regex named("`([a-z]+( [a-z]+)*)");
+  for (std::sregex_iterator cell(table.begin(), table.end(), row), last; cell != last; ++cell) {
+    const std::string first_cell = (*cell)[1];
+    for (std::sregex_iterator word(first_cell.begin(), first_cell.end(), named); word != last; ++word) {
+      EXPECT_TRUE(is_there((*word)[1])) << (*word)[1];
+    }
+  }
+}
+
+TEST(App, ACommandWithCommandsBelowItListsThemAndVersionPrintsTheVersion) {
   Built built;
   const CLI::App* target = built.app.get_subcommand("target");
   EXPECT_NE(target->get_footer().find("hapticctl target get --help"), std::string::npos)
@@ -47,7 +98,7 @@ TEST(App, ACommandThatLeadsOnSaysWhereAndSaysItsVersionWhenAsked) {
   EXPECT_THROW(built.app.parse("--version"), CLI::CallForVersion);
 }
 
-TEST(App, EveryOptionIsCompletedWhereItStands) {
+TEST(App, EveryOptionIsCompletedAfterItsCommand) {
   Built built;
   const std::string script = bash_completion(built.app);
   EXPECT_NE(script.find("'target set') words='"), std::string::npos);
@@ -102,7 +153,7 @@ TEST(App, ARangeIsCheckedBeforeAnyCall) {
                CLI::ParseError);
 }
 
-TEST(App, ATargetThatIsNoneIsReportedBeforeAnyCall) {
+TEST(App, AnUnusableTargetIsReportedBeforeAnyCall) {
   for (const char* line :
        {"target set", "target set --hunt-crossley 1", "target set --position-profile -20:x",
         "target set --position-profile -20:0.3,20:0.8 --axis w"}) {
@@ -111,7 +162,7 @@ TEST(App, ATargetThatIsNoneIsReportedBeforeAnyCall) {
   }
 }
 
-TEST(App, TheLibrarySaysWhereNoOneListens) {
+TEST(App, AnAddressWithoutADaemonIsReported) {
   Built built;
   built.session.timeout_s = 2.0;
   try {

@@ -47,14 +47,14 @@ TEST(Error, KeepsTheMessageOfARefusalWithoutDetail) {
   EXPECT_EQ(error.detail().what(), "no scene is loaded");
 }
 
-TEST(Error, SurvivesDetailsThatAreNone) {
+TEST(Error, SurvivesMalformedDetails) {
   v1::Vector3 foreign;
   foreign.set_x(1.0);
   EXPECT_EQ(error_from_status(3, "message", status_with(foreign), "").detail().what(), "message");
   EXPECT_EQ(error_from_status(3, "message", "\xff\xff not protobuf", "").detail().what(), "message");
 }
 
-TEST(Error, TellsADeadDaemonFromOneThatExplainsItself) {
+TEST(Error, DistinguishesADeadDaemonFromOneThatExplainsItself) {
   EXPECT_EQ(error_from_status(14, "Socket closed", "", "h:1").kind(), ErrorKind::kUnreachable);
   EXPECT_EQ(error_from_status(4, "Deadline Exceeded", "", "h:1").kind(), ErrorKind::kTimedOut);
   EXPECT_EQ(error_from_status(14, "Socket closed", "", "h:1").detail().where(), "h:1");

@@ -21,7 +21,7 @@ TEST(TargetLaw, IsReadFromTheCommandLine) {
   EXPECT_EQ(parse_axis("1,-2,0.5").y(), -2.0);
 }
 
-TEST(TargetLaw, WhatIsNoneIsReportedWithTheForm) {
+TEST(TargetLaw, AMalformedLawIsReportedWithItsForm) {
   for (const char* text : {"", "1,2", "1,2,3,4", "1,2,x", "1,,2", "1,2,3 "}) {
     EXPECT_THROW(parse_hunt_crossley(text), LocalError) << text;
   }

@@ -86,7 +86,7 @@ class Static(Checked):
 
     def test_wants_a_number_before_the_mark(self):
         self.write("README.md", TEXT + "many <!--worst-->\n")
-        self.complains(self.check("--static"), "README.md:5: no number stands directly before the mark 'worst'")
+        self.complains(self.check("--static"), "README.md:5: there is no number directly before the mark 'worst'")
 
     def test_wants_both_ends_of_a_range(self):
         self.write("README.md", TEXT.replace("−1.2 … ", ""))

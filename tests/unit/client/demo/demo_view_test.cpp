@@ -32,7 +32,7 @@ DemoPress press(std::optional<double> target_n_per_mm) {
   return done;
 }
 
-TEST(ReleasePoint, IsWhereTheTipFirstComesFreeOnTheWayUp) {
+TEST(ReleasePoint, IsWhereTheLiftedTipFirstComesFree) {
   const auto release = release_point(press({}).trace.points());
   ASSERT_TRUE(release);
   EXPECT_NEAR(release->displacement_mm, 5.0, 1e-9);

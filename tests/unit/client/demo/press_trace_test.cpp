@@ -29,7 +29,7 @@ TEST(SettledHold, IsTheMeanOfTheSecondHalf) {
   EXPECT_NEAR(hold->duration_s, 0.85, 0.1);
 }
 
-TEST(SettledHold, AnOvershootIsNoHold) {
+TEST(SettledHold, AnOvershootIsNotAHold) {
   const auto hold = settled_hold(press(0.5, 2.0, 2.0, 0.5));
   ASSERT_TRUE(hold);
   EXPECT_NEAR(hold->hand_force_n, 2.0, 2e-3);
@@ -49,7 +49,7 @@ v1::TelemetrySample truth(double time_s, bool in_contact) {
   return sample;
 }
 
-TEST(PressTrace, IsOverAWhileAfterTheRelease) {
+TEST(PressTrace, IsOverSomeTimeAfterTheRelease) {
   PressTrace trace;
   trace.add({});  // no truth in it
   EXPECT_TRUE(trace.points().empty());

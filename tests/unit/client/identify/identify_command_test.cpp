@@ -45,7 +45,7 @@ TEST(IdentifyCommand, ContactTakesItsLawMethodAndLimits) {
   EXPECT_TRUE(request.adopt());
 }
 
-TEST(IdentifyCommand, WhatIsNotSaidIsLeftToTheDaemon) {
+TEST(IdentifyCommand, OptionsThatAreNotGivenAreLeftToTheDaemon) {
   const auto request = started_by("contact --object sponge");
   EXPECT_EQ(request.contact().law(), v1::CONTACT_LAW_UNSPECIFIED);
   EXPECT_EQ(request.contact().method(), v1::CONTACT_METHOD_UNSPECIFIED);
@@ -77,7 +77,7 @@ TEST(IdentifyCommand, TheRigsOwnModelsTakeNoObject) {
   EXPECT_EQ(started_by("tool").object(), "");
 }
 
-TEST(IdentifyCommand, WhatCannotBeIsReportedBeforeAnyCall) {
+TEST(IdentifyCommand, ImpossibleOptionsAreReportedBeforeAnyCall) {
   for (const char* line : {"contact",
                            "contact --object sponge --law dahl",
                            "contact --object sponge --method guess",
@@ -129,7 +129,7 @@ TEST(IdentifyCommand, ColumnsCarryUnitAndScale) {
   EXPECT_EQ(description.columns().at("normal_force").scale(), 2.5);
 }
 
-TEST(IdentifyCommand, AColumnThatIsNoneIsReported) {
+TEST(IdentifyCommand, AMalformedColumnIsReported) {
   for (const char* text : {"Fz", "=Fz", "force=", "force=Fz:N:much", "force=Fz:N:0", "force=Fz:N:1:2",
                            "force=Fz:N:nan", "force=Fz:N:inf", "force=Fz:N:1e999"}) {
     IdentifyTask task;
@@ -152,7 +152,7 @@ TEST(IdentifyCommand, ARecordingsNameIsTextOfBoundedLength) {
   EXPECT_EQ(recording_name("a\xff"
                            "b\x01.csv"),
             "a?b?.csv");
-  EXPECT_EQ(recording_name("\xe0\x80\x80.csv"), "???.csv");  // written longer than need be
+  EXPECT_EQ(recording_name("\xe0\x80\x80.csv"), "???.csv");  // an overlong encoding
   std::string longest;
   for (int i = 0; i < 300; ++i) longest += "ü";
   EXPECT_EQ(recording_name(longest).size(), 400U);  // 200 characters

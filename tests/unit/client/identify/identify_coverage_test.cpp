@@ -129,7 +129,7 @@ TEST(IdentifyFigure, ShowsTheFitAndTheCoverage) {
   }
 }
 
-TEST(IdentifyFigure, HasNoPanelsForWhatIsNotThere) {
+TEST(IdentifyFigure, HasNoPanelsWithoutData) {
   EXPECT_TRUE(identify_figure({}).panels.empty());
   v1::IdentificationProgress progress;
   progress.add_fit()->set_x(std::numeric_limits<double>::quiet_NaN());

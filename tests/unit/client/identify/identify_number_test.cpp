@@ -43,7 +43,7 @@ TEST(UncertainNumber, VeryLargeAndVerySmallOnesShareAPowerOfTen) {
   EXPECT_EQ(text(1e-320, 1e-321), "1e-320 ± 1e-321");  // below what is normal, still no division by zero
 }
 
-TEST(UncertainNumber, WhatIsNotKnownIsSaid) {
+TEST(UncertainNumber, UnknownValuesAreMarked) {
   EXPECT_EQ(text(0.0791, kInfinity), "0.0791 ± ∞");
   EXPECT_EQ(uncertain_text(0.0791, kInfinity, false), "0.0791 +- inf");
   EXPECT_EQ(text(0.0791, kNone), "0.0791 ± ?");
@@ -54,7 +54,7 @@ TEST(UncertainNumber, WhatIsNotKnownIsSaid) {
   EXPECT_EQ(text(0.0, 0.0), "0");
 }
 
-TEST(UncertainNumber, AnErrorOfArithmeticDoesNotMakeEndlessDigits) {
+TEST(UncertainNumber, ARoundingErrorDoesNotMakeEndlessDigits) {
   EXPECT_EQ(text(1.0 / 3.0, 1e-14), "0.333333333 ± 1e-14");
 }
 

@@ -63,7 +63,7 @@ bool holds(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(IdentifySession, LeadsToTheModel) {
+TEST(IdentifySession, EndsWithAModel) {
   const IdentifyFakeService fake({.progress = run_to(v1::IDENTIFICATION_STATE_CONVERGED)});
   const Outcome outcome = outcome_of(fake, start);
   EXPECT_EQ(outcome.exit_code, ExitCode::kOk);
@@ -114,7 +114,7 @@ TEST(IdentifySession, TheSignalItselfCancels) {
   EXPECT_EQ(session.exit_code, ExitCode::kNotConverged);
 }
 
-TEST(IdentifySession, AClientThatIsToGoLeavesItRunning) {
+TEST(IdentifySession, AClientThatIsTerminatedLeavesItRunning) {
   const IdentifyFakeService fake({.progress = endless()});
   IdentifyOptions options;
   options.user_request = [&fake] { return fake.watched() > 0 ? UserRequest::kLeave : UserRequest::kGoOn; };
@@ -149,7 +149,7 @@ struct BreakCase {
 };
 class IdentifyBreak : public testing::TestWithParam<BreakCase> {};
 
-TEST_P(IdentifyBreak, IsTakenUpAgain) {
+TEST_P(IdentifyBreak, IsResumed) {
   const IdentifyFakeService fake({.progress = run_to(v1::IDENTIFICATION_STATE_CONVERGED, 60),
                                   .break_after = 3,
                                   .break_status = GetParam().status,
@@ -187,10 +187,10 @@ TEST(IdentifySession, ADaemonThatIsAwayForAWhileIsWaitedFor) {
   EXPECT_EQ(outcome.exit_code, ExitCode::kOk);
   EXPECT_TRUE(holds(outcome.output, "converged")) << outcome.output;
   EXPECT_GE(fake.watched(), 2);
-  EXPECT_EQ(fake.started().size(), 1U);  // taken up again, not begun again
+  EXPECT_EQ(fake.started().size(), 1U);  // resumed, not begun again
 }
 
-TEST(IdentifySession, ADaemonThatStaysAwayIsGivenUp) {
+TEST(IdentifySession, ADaemonThatStaysAwayEndsTheSession) {
   IdentifyFakeService fake({.progress = endless()});
   std::thread network([&fake] {
     while (fake.watched() == 0) std::this_thread::sleep_for(milliseconds(2));
@@ -209,7 +209,7 @@ TEST(IdentifySession, ADaemonThatStaysAwayIsGivenUp) {
   testing::internal::GetCapturedStderr();
 }
 
-TEST(IdentifyFollow, AStreamThatFallsSilentIsTakenUpAgain) {
+TEST(IdentifyFollow, AStreamThatFallsSilentIsResumed) {
   const IdentifyFakeService fake(
       {.progress = run_to(v1::IDENTIFICATION_STATE_CONVERGED, 80), .silent_after = 3});
   client::Client client({.address = fake.address()});
@@ -243,7 +243,7 @@ TEST(IdentifySession, ARefusalIsNotTriedAgain) {
   EXPECT_EQ(fake.watched(), 1);
 }
 
-TEST(IdentifySession, WhatMayNotStartIsRefused) {
+TEST(IdentifySession, ARefusedStartIsReported) {
   v1::ErrorDetail detail;
   detail.set_what("another identification runs");
   const IdentifyFakeService fake(
@@ -306,7 +306,7 @@ TEST(IdentifySession, CancelEndsWhatRunsAndIsDone) {
   EXPECT_TRUE(holds(outcome.output, "cancelled after")) << outcome.output;
 }
 
-TEST(IdentifySession, ListSaysWhatThereWas) {
+TEST(IdentifySession, ListShowsTheLastOnes) {
   const IdentifyFakeService fake(
       {.progress = {contact_progress(0.5), contact_end(v1::IDENTIFICATION_STATE_CONVERGED)}});
   const Outcome outcome = outcome_of(fake, [](IdentifySession& identify) { identify.list(); });

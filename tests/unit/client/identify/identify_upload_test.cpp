@@ -34,7 +34,7 @@ v1::RecordingDescription description() {
   return result;
 }
 
-TEST(IdentifyUpload, AFileGoesInPiecesWellBelowWhatAMessageMayHave) {
+TEST(IdentifyUpload, AFileIsSentInPiecesWellBelowTheSizeOfAMessage) {
   static_assert(2 * client::RecordingUpload::kMaxPiece <= kMebibyte);
   const test::TemporaryFolder folder;
   for (const std::size_t bytes :
@@ -63,7 +63,7 @@ TEST(IdentifyUpload, AFileGoesInPiecesWellBelowWhatAMessageMayHave) {
   }
 }
 
-TEST(IdentifyUpload, WhatHasNoLengthIsSentToo) {
+TEST(IdentifyUpload, APipeIsSentToo) {
   const test::TemporaryFolder folder;
   const std::string pipe = folder.path("pipe");
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
@@ -102,7 +102,7 @@ TEST(IdentifyUpload, ARefusalInTheMiddleIsReportedWithLineAndColumn) {
   EXPECT_LT(fake.uploaded_bytes(), 20 * kMebibyte);
 }
 
-TEST(IdentifyUpload, ADaemonThatStopsReadingIsGivenUp) {
+TEST(IdentifyUpload, ADaemonThatStopsReadingEndsTheUpload) {
   IdentifyFakeService fake({.upload_stalls_after = 1});
   client::Client client = connect(fake);
   const test::TemporaryFolder folder;
@@ -115,7 +115,7 @@ TEST(IdentifyUpload, ADaemonThatStopsReadingIsGivenUp) {
   }
 }
 
-TEST(IdentifyUpload, TheUserCanGiveItUp) {
+TEST(IdentifyUpload, TheUserCanEndIt) {
   IdentifyFakeService fake({.upload_stalls_after = 1});
   client::Client client = connect(fake);
   const test::TemporaryFolder folder;
@@ -123,7 +123,7 @@ TEST(IdentifyUpload, TheUserCanGiveItUp) {
   EXPECT_THROW(upload_file(client, path, description(), {.interrupted = [] { return true; }}), LocalError);
 }
 
-TEST(IdentifyUpload, WhatCannotBeReadIsReportedBeforeAnythingIsSent) {
+TEST(IdentifyUpload, AnUnreadableFileIsReportedBeforeAnythingIsSent) {
   IdentifyFakeService fake({});
   client::Client client = connect(fake);
   const test::TemporaryFolder folder;

@@ -26,7 +26,7 @@ void expect_holds(const std::string& text, std::initializer_list<const char*> wo
   for (const char* word : words) EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
 }
 
-TEST(IdentifyView, AFrameSaysAllThatTheProgressTells) {
+TEST(IdentifyView, AFrameShowsAllOfTheProgress) {
   const std::string text = joined(identify_frame(contact_progress(0.6), "", kWideUnicode));
   expect_holds(text, {"contact-7", "contact of sponge", "running", "Press deeper than 6 mm, slowly", "60 %",
                       "12.0 of 60 s", "7200 samples", "0.0791  ±   0.0012  N/mm^m", "1.634", "✘ steady",
@@ -77,7 +77,7 @@ TEST(IdentifyView, ALostConnectionTakesThePlaceOfTheInstruction) {
   EXPECT_EQ(text.find("Press deeper"), std::string::npos);
 }
 
-TEST(IdentifyView, TheCoverageAndTheFitStandSideBySideWhereThereIsRoom) {
+TEST(IdentifyView, TheCoverageAndTheFitAreSideBySideWhereThereIsRoom) {
   const auto rows_with = [](const std::vector<std::string>& lines) {
     return std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
       return line.find("speed / (mm/s)") != std::string::npos && line.find("force / N") != std::string::npos;
@@ -88,7 +88,7 @@ TEST(IdentifyView, TheCoverageAndTheFitStandSideBySideWhereThereIsRoom) {
       rows_with(identify_frame(contact_progress(0.6), "", {.unicode = true, .width = 60, .height = 50})), 0);
 }
 
-TEST(IdentifyView, TheFitIsDrawnWithoutWhatIsNoNumber) {
+TEST(IdentifyView, TheFitIsDrawnWithoutNaN) {
   v1::IdentificationProgress progress = contact_progress(0.6);
   progress.mutable_fit(3)->set_measured(std::numeric_limits<double>::quiet_NaN());
   progress.mutable_fit(4)->set_x(std::numeric_limits<double>::infinity());
@@ -121,7 +121,7 @@ TEST(IdentifyView, APlainLineSaysTheSameWithoutEscapes) {
   EXPECT_EQ(line.find('\x1b'), std::string::npos);
 }
 
-TEST(IdentifyView, WhatOthersWroteCannotMoveTheCursor) {
+TEST(IdentifyView, ATextOfTheDaemonCannotMoveTheCursor) {
   v1::IdentificationProgress progress = contact_progress(0.5);
   progress.set_instruction("press\x1b[2J now\nplease");
   progress.add_remarks("a\r\nb");
@@ -156,7 +156,7 @@ TEST(IdentifyView, TheReportOfAFailureSaysWhy) {
   expect_holds(text, {"failed", "the guard stopped the device", "hapticctl clear", "none was kept"});
 }
 
-TEST(IdentifyView, WhatIsUndeterminedIsNotHidden) {
+TEST(IdentifyView, AnUndeterminedParameterIsShown) {
   v1::IdentificationProgress progress = contact_end(v1::IDENTIFICATION_STATE_PARTIAL);
   progress.mutable_parameters(1)->set_standard_error(std::numeric_limits<double>::infinity());
   expect_holds(joined(identify_report(progress, false, kWideAscii)), {"inf"});

@@ -16,7 +16,7 @@ CsvTable table_of(const std::string& text) {
   return CsvTable::read(folder.write("table.csv", text));
 }
 
-TEST(CsvTable, ReadsNumbersAndPassesOverComments) {
+TEST(CsvTable, ReadsNumbersAndSkipsComments) {
   const auto table = table_of("# a comment\ntime_s,reason,force_n\n0.5,free,-1.5e-3\r\n# more\n1,held,\n");
   EXPECT_EQ(table.rows(), 2U);
   EXPECT_EQ(table.column("time_s"), (std::vector<double>{0.5, 1.0}));
@@ -36,7 +36,7 @@ TEST(CsvTable, NamesTheLineThatIsWrong) {
   }
 }
 
-TEST(CsvTable, RefusesWhatIsNoRecording) {
+TEST(CsvTable, RefusesAFileThatIsNotARecording) {
   EXPECT_THROW(CsvTable::read("/nonexistent.csv"), LocalError);
   EXPECT_THROW(CsvTable::read(test::TemporaryFolder().path()), LocalError);
   EXPECT_THROW(table_of(""), LocalError);

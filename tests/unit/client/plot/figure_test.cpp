@@ -36,7 +36,7 @@ TEST(Figure, NotesHaveTheirOwnLinesBelowAllPanels) {
   const std::string script = gnuplot_script(figure, "x.svg");
   EXPECT_NE(script.find("set label 1 \"first\" at screen 0.012,0.0480"), std::string::npos) << script;
   EXPECT_NE(script.find("set label 2 \"second\" at screen 0.012,0.0180"), std::string::npos) << script;
-  EXPECT_NE(script.find("set origin 0,0.06\nset size 1,0.94"), std::string::npos) << "panels stand above";
+  EXPECT_NE(script.find("set origin 0,0.06\nset size 1,0.94"), std::string::npos) << "panels are above";
   EXPECT_EQ(script.find("set label", script.find("unset label") + 5), std::string::npos) << "drawn once";
 }
 
@@ -49,7 +49,7 @@ TEST(Figure, ANoteIsBrokenIntoLinesThatFit) {
   EXPECT_NE(script.find("set label 2 \"bbb"), std::string::npos) << script;
 }
 
-TEST(Figure, LabelsOfALowPanelLieApart) {
+TEST(Figure, LabelsOfALowPanelDoNotOverlap) {
   Figure figure{.height_px = 700};
   figure.panels.push_back({.x_label = "t", .height = 0.33});
   figure.panels[0].series.push_back({.points = {{0.0, 0.3}, {1.0, 0.7}}});
@@ -70,14 +70,14 @@ TEST(Figure, WithoutNamesThereIsNoLegend) {
   EXPECT_EQ(gnuplot_script(figure, "x.svg").find("unset key"), std::string::npos);
 }
 
-TEST(Figure, ARangeThatIsGivenIsTaken) {
+TEST(Figure, AGivenRangeIsUsed) {
   Figure figure;
   figure.panels.push_back({.x_label = "t", .x_range = Range{0.0, 9.0}});
   figure.panels[0].series.push_back({.points = {{4.0, 3.0}, {5.0, 4.0}}});
   EXPECT_NE(gnuplot_script(figure, "x.svg").find("set xrange [0:9]"), std::string::npos);
 }
 
-TEST(Figure, WhatHoldsZeroHidesNothingBelowIt) {
+TEST(Figure, ARangeFromZeroHidesNothingBelowZero) {
   Figure figure;
   figure.panels.push_back({.x_label = "t", .from_zero = true});
   figure.panels[0].series.push_back({.points = {{1.0, -0.4}, {2.0, 4.0}}});

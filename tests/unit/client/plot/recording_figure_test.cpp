@@ -44,8 +44,8 @@ const FigureSeries& series(const FigurePanel& panel, const std::string& name) {
   return panel.series.front();
 }
 
-TEST(RecordingFigure, SaysWhyTheTruthStandsAside) {
-  EXPECT_TRUE(figure_of(press(0.0, 0.0)).notes.empty()) << "nothing stands aside";
+TEST(RecordingFigure, SaysWhyTheTruthIsShifted) {
+  EXPECT_TRUE(figure_of(press(0.0, 0.0)).notes.empty()) << "nothing is shifted";
   const Figure crept = figure_of(press(0.0, 0.0) + press(2.0, 0.8));
   ASSERT_EQ(crept.notes.size(), 1U);
   EXPECT_NE(crept.notes[0].find("0.8 mm to the right"), std::string::npos) << crept.notes[0];
@@ -76,11 +76,11 @@ TEST(RecordingFigure, DrawsForceOverDisplacementOnlyWhileTouching) {
     EXPECT_TRUE(std::isnan(points[4].x)) << "no line from where it was let go to where it is touched again";
     EXPECT_EQ(points[3].x, 3.0);
   }
-  EXPECT_EQ(series(curve, "hand, true").stroke, FigureSeries::Stroke::kLine) << "as firm as the others";
+  EXPECT_EQ(series(curve, "hand, true").stroke, FigureSeries::Stroke::kLine) << "drawn like the others";
   EXPECT_FALSE(curve.title.empty());
 }
 
-TEST(RecordingFigure, AllTimesAreOneAxis) {
+TEST(RecordingFigure, AllPanelsShareOneTimeAxis) {
   const Figure figure = figure_of(press(1.0, 0.0));
   ASSERT_EQ(figure.panels.size(), 4U);
   for (std::size_t i = 1; i < 4; ++i) {
@@ -101,7 +101,7 @@ TEST(RecordingFigure, ALegendLiesOnNoCurve) {
   }
 }
 
-TEST(RecordingFigure, WhatIsNoNumberOrAbsurdIsLeftOut) {
+TEST(RecordingFigure, NaNAndAbsurdValuesAreLeftOut) {
   const Figure figure = figure_of("0,1,1,0,0,-1,1,0.5\n1,1,1,1,1,nan,1e308,0.5\n2,1,1,2,2,-2,-1e308,0.5\n");
   for (const FigurePanel& panel : figure.panels) {
     for (const FigureSeries& one : panel.series) {

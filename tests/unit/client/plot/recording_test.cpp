@@ -79,7 +79,7 @@ TEST(TelemetryColumns, ARowHasACellForEachColumn) {
   EXPECT_EQ(static_cast<std::size_t>(std::count(row.begin(), row.end(), ',')), columns.names().size() - 1);
 }
 
-TEST(Recording, TellsRigSceneAndWhatIsMissing) {
+TEST(Recording, NamesRigSceneAndMissingSamples) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path("new_folder/deeper/recording.csv");
   v1::RigState state;

@@ -5,7 +5,7 @@
 namespace hapticd::cli {
 namespace {
 
-TEST(TextTable, AlignsByWhatIsSeen) {
+TEST(TextTable, AlignsByVisibleColumns) {
   TextTable table({"µs", "max"}, {TextTable::Align::kLeft, TextTable::Align::kRight});
   table.add({"wake-up", "4.5"});
   table.add({"\x1b[91mred\x1b[0m", "1234.5"});

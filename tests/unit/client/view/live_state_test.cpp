@@ -1,4 +1,4 @@
-// What a person is informed of the tool's state, from either message.
+// The tool's state as text, from either message.
 
 #include "client/cli/view/live_state.h"
 
@@ -7,7 +7,7 @@
 namespace hapticd::cli {
 namespace {
 
-/// A scene that uses the sensor, nothing amiss, the tool free.
+/// A scene that uses the sensor, nothing wrong, the tool free.
 v1::RigState healthy() {
   v1::RigState state;
   state.mutable_loop()->set_running(true);
@@ -53,12 +53,12 @@ TEST(LiveState, WaitsUntilTheToolIsFree) {
   v1::RigState state = healthy();
   state.set_detection_force_n(0.1234);
   state.set_contact_reason(v1::CONTACT_REASON_AWAITING_FREE);
-  EXPECT_EQ(reported(state), "waiting until nothing touches the tool: 0.12 N at rest");
+  EXPECT_EQ(reported(state), "waiting until nothing touches the tool: 0.12 N remain");
   state.set_contact_reason(v1::CONTACT_REASON_WITHDRAWN);
   EXPECT_EQ(reported(state), "what was felt was no object; waiting until 0.12 N are gone");
 }
 
-TEST(LiveState, AWallWaitsForAPlaceNotForAForce) {
+TEST(LiveState, AWallWaitsForAPositionNotForAForce) {
   v1::RigState state = healthy();
   state.set_scene("wall");
   state.set_zero_bound_n(0.0);
@@ -124,7 +124,7 @@ TEST(LiveState, ATelemetrySampleSaysTheSame) {
   v1::TelemetrySample sample;
   EXPECT_EQ(reported(sample), "no scene");
   sample.set_scene_generation(1);
-  EXPECT_EQ(reported(sample), "") << "no group that knows was asked for";
+  EXPECT_EQ(reported(sample), "") << "no group with this was asked for";
   sample.mutable_truth()->set_in_contact(true);
   EXPECT_EQ(reported(sample), "in contact");
 
@@ -133,7 +133,7 @@ TEST(LiveState, ATelemetrySampleSaysTheSame) {
   EXPECT_EQ(reported(sample), "free");
   contact.set_reason(v1::CONTACT_REASON_AWAITING_FREE);
   contact.set_detection_force_n(0.5);
-  EXPECT_EQ(reported(sample), "waiting until nothing touches the tool: 0.50 N at rest");
+  EXPECT_EQ(reported(sample), "waiting until nothing touches the tool: 0.50 N remain");
   contact.set_reason(v1::CONTACT_REASON_ABOVE_THRESHOLD);
   contact.set_in_contact(true);
   contact.set_authority(0.0);
@@ -149,7 +149,7 @@ TEST(LiveState, ATelemetrySampleSaysTheSame) {
   EXPECT_EQ(reported(sample), "no fresh force: the newest is 12 ms old (sensor stale)");
 }
 
-TEST(SensorZeroWords, HowFarAndWhatItCallsFor) {
+TEST(SensorZeroText, SaysHowFarAndWhatToDo) {
   v1::RigState state = healthy();
   const std::string followed = "followed by 0.050 N of at most 0.25 N since bias 2";
   EXPECT_EQ(sensor_zero_words(state), followed);

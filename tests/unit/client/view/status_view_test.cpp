@@ -71,7 +71,7 @@ TEST(StatusView, FitsASmallTerminalWithGuardAndContactInView) {
   EXPECT_NE(all.find("--rough (1 figures known only roughly)"), std::string::npos) << all;
 }
 
-TEST(StatusView, WhatPartsCountIsBrokenBetweenWords) {
+TEST(StatusView, CountsOfPartsAreBrokenBetweenWords) {
   const auto lines =
       status_lines(status_rig(), status_state(), {.parts = true, .rough = true}, kSmallTerminal);
   const std::string all = status_text(lines);

@@ -67,7 +67,7 @@ TEST(WatchView, ATargetThatChangesWithTheDepthIsNoStraightLine) {
 }
 
 /// The secant of now would be at 2.8 N in 4 mm, where the profile asks for 1.2 N.
-TEST(WatchView, ABentTargetIsDrawnAsItWasPassed) {
+TEST(WatchView, ACurvedTargetIsDrawnAlongThePress) {
   const WatchView view = pressed(profile);
   const Terminal terminal{.live = true, .unicode = true, .width = 80, .height = 60};
   const auto lines = view.frame(client::StreamAccount(1), terminal);
