@@ -16,7 +16,7 @@ namespace hapticd::rt {
 
 /// From the samples of a live rig to those of a palpation along its press axis (-z, tool upright): contact
 /// by what free motion leaves behind (D§3.2), displacement from where the rested object was touched first,
-/// the tool's inertia subtracted the force (3.4). A sample in, a sample out, in constant time.
+/// the tool's inertia subtracted from the force (3.4). A sample in, a sample out, in constant time.
 class PalpationTracker {
  public:
   /// `tool_mass_g`: beyond the sensor; `threshold_n`: ε_f.

@@ -57,7 +57,7 @@ Excess anything(const Effort& effort) {
     const hal::Vector3 force = guard.release(guard.admit(sample), {any(), any(), any()}, 0, record);
     excess.force_n.see(std::max(0.0, rt::norm(force) - limits().max_force_n));
     const double most = 1e-3 * limits().max_force_rate_n_per_s;
-    // A bound comes before the rate: what the power subtracts a force it takes at once.
+    // A bound comes before the rate: what the bound on power takes from a force it takes at once.
     const bool cut = rt::norm(force) == 0.0;
     const bool weakened =
         (record.guard_limits & rt::guard_limit::kPower) != 0 && rt::norm(force) < rt::norm(before);
