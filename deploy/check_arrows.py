@@ -13,7 +13,7 @@ import sys
 
 TOPS = ("hal", "rt", "server", "client", "tests")
 
-# What a folder must never include from, besides what a cycle forbids.
+# What a folder must never include from; cycles are forbidden anyway.
 FORBIDDEN = [
     ("hal", ("rt", "server", "client", "tests")),
     ("hal/sim", ("hal/netft", "hal/daq", "hal/phantom", "hal/openhaptics", "hal/replay")),

@@ -32,7 +32,7 @@ Result<AxisMap> AxisMap::parse(std::string_view text, std::string_view where) {
     if (has_sign) ++i;
     const std::size_t letter = i < text.size() ? kLetters.find(text[i]) : std::string_view::npos;
     if (letter == std::string_view::npos || found == 3) {
-      return refusal("the axes cannot be read", text, where, "write them like \"+x +y +z\"");
+      return refusal("the axes cannot be read", text, where, "write them as in \"+x +y +z\"");
     }
     if (used[letter]) return refusal("an axis appears twice", text, where, "name each axis once");
     used[letter] = true;
@@ -46,7 +46,7 @@ Result<AxisMap> AxisMap::parse(std::string_view text, std::string_view where) {
   const bool cyclic = (map.axis_[0] + 1) % 3 == map.axis_[1];
   if ((cyclic ? 1.0 : -1.0) * map.sign_[0] * map.sign_[1] * map.sign_[2] < 0.0) {
     return refusal("the axes are left-handed: no mounting turns a sensor into its mirror image", text, where,
-                   "turn one sign round");
+                   "reverse one sign");
   }
   return map;
 }

@@ -9,18 +9,19 @@
 
 namespace hapticd::hal {
 
-/// How a sensor sits on the tool, in quarter turns: which of its axes, with which sign, is each axis of the
-/// tool. Written as three signed letters, the tool's x, y and z in order: "+y -x +z" says that the tool's x
-/// is the sensor's y, the tool's y the sensor's -x. Right-handed by construction, since a mirrored mounting
-/// does not exist: such a text is a mistake and is refused.
+/// How a sensor is mounted on the tool, in quarter turns: for each axis of the tool, the sensor axis and
+/// its sign. Written as three signed letters for the tool's x, y and z: "+y -x +z" means that the tool's x
+/// is the sensor's y and the tool's y is the sensor's -x. Always right-handed: a mirrored mounting does not
+/// exist, so a left-handed text is refused as a mistake.
 class AxisMap {
  public:
   /// The sensor's axes are the tool's.
   AxisMap() = default;
-  /// Refuses what is not three different axes, or is left-handed. `where` is the place for the error.
+  /// Error: the text does not name three different axes, or is left-handed. `where` is the place for the
+  /// error.
   static Result<AxisMap> parse(std::string_view text, std::string_view where);
 
-  /// From the sensor's axes to the tool's. Holds for torques as for forces, as no mirror is involved.
+  /// From the sensor's axes to the tool's. Valid for forces and torques, as no mirror is involved.
   constexpr Vector3 to_tool(const Vector3& sensor) const noexcept {
     const std::array<double, 3> v{sensor.x, sensor.y, sensor.z};
     return {sign_[0] * v[axis_[0]], sign_[1] * v[axis_[1]], sign_[2] * v[axis_[2]]};

@@ -23,7 +23,7 @@ RigInfo describe(const RigParts& parts, double rate_hz) {
   info.kind = RigKind::kHardware;
   info.rate_hz = rate_hz;
   info.renders_force = parts.device != nullptr || (parts.base && parts.base->info().renders_force);
-  // What the base knows of its own world is not the truth about a part that is elsewhere.
+  // The ground truth of the base says nothing about a part that is not in the base.
   info.has_truth = false;
   info.has_external_position = parts.instrument != nullptr;
   if (parts.device) {
@@ -42,8 +42,8 @@ RigInfo describe(const RigParts& parts, double rate_hz) {
 
 }  // namespace
 
-// The clock's thread says that it reads, then looks whether it may; here it is the other way round. So one of
-// the two sees the other (both orders sequentially consistent).
+// The clock's thread sets in_use_ and then reads open_; close() clears open_ and then reads in_use_. So at
+// least one of the two sees the other (all sequentially consistent).
 void ComposedRig::Access::close() noexcept {
   open_.store(false);
   while (in_use_.load()) std::this_thread::sleep_for(std::chrono::microseconds(50));
@@ -127,7 +127,7 @@ void ComposedRig::read(RigSample& sample) noexcept {
     }
     last_ = sample;
   }
-  // The instant in which the device was read; ages count from here. A base has a clock of its own.
+  // Time at which the device was read; ages count from here. A base has its own clock.
   if (!parts_.base) {
     const Clock::time_point now = Clock::now();
     if (sample.tick == 0) started_ = now;

@@ -11,16 +11,16 @@
 
 namespace hapticd::hal {
 
-/// What a rig is put together of. A part that is not given is the base's; without a base there is none.
+/// The parts of a rig. A missing part is taken from the base; without a base it is absent.
 struct RigParts {
   std::unique_ptr<Rig> base;  ///< simulated or replayed in real time; may be null
   std::unique_ptr<HapticDevice> device;
   std::unique_ptr<ForceSensor> sensor;
-  std::unique_ptr<TipInstrument> instrument{};  ///< where there is one; of the device's own tip
+  std::unique_ptr<TipInstrument> instrument{};  ///< optional; measures the tip of `device`
 };
 
-/// Any real device and any real sensor, with what is missing taken from a simulated or replayed rig. Force
-/// goes to the real device if there is one, and then nowhere else.
+/// A real device and/or a real sensor; a missing part is taken from a simulated or replayed rig. If there
+/// is a real device, the force goes to it only.
 class ComposedRig final : public Rig, public InstrumentedRig {
  public:
   /// `rate_hz` of the tick. Opens nothing. The base must not own its clock.
@@ -30,7 +30,7 @@ class ComposedRig final : public Rig, public InstrumentedRig {
   const RigInfo& info() const noexcept override { return info_; }
   bool owns_clock() const noexcept override { return false; }
   ServoClock* clock() noexcept override { return parts_.device ? parts_.device->clock() : nullptr; }
-  /// The device is engaged for the first time before anybody else holds info(), which it may change.
+  /// Engage the device for the first time before any other thread reads info(): this call may change it.
   std::optional<Error> engage(RigPartKind part) override;
   void disengage(RigPartKind part) noexcept override;
   std::vector<PartReport> reports() const override;
@@ -43,7 +43,7 @@ class ComposedRig final : public Rig, public InstrumentedRig {
 
   std::optional<Error> engage_instrument() override;
   void disengage_instrument() noexcept override;
-  /// The instrument's reading at the last sample; what it does not measure is the encoders'.
+  /// The instrument's reading at the last sample, mm; axes that it does not measure come from the encoders.
   bool external_position(Vector3& position_mm) const noexcept override;
 
   Rig* base() noexcept { return parts_.base.get(); }
@@ -51,11 +51,11 @@ class ComposedRig final : public Rig, public InstrumentedRig {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// Whether a part may be read by the clock's thread. Letting go of the hardware waits for a read under way.
+  /// Whether the clock's thread may read a part. Releasing the hardware waits for a read in progress.
   class Access {
    public:
     void open() noexcept { open_.store(true); }
-    /// Returns when no read is under way any more.
+    /// Returns when no read is in progress.
     void close() noexcept;
     /// Runs `use` unless closed; on the clock's thread.
     template <class Use>
@@ -74,7 +74,7 @@ class ComposedRig final : public Rig, public InstrumentedRig {
 
   RigParts parts_;
   RigInfo info_;
-  bool device_reported_ = false;  ///< info_ is read by others from then on
+  bool device_reported_ = false;  ///< from then on other threads read info_
   Access device_access_;
   Access sensor_access_;
   Access instrument_access_;
@@ -83,7 +83,7 @@ class ComposedRig final : public Rig, public InstrumentedRig {
   std::uint64_t ticks_ = 0;
   Clock::time_point started_{};
   std::uint32_t bias_serial_ = 0;  ///< of the sensor, last reported
-  RigSample last_;                 ///< what an absent device keeps saying of its pose
+  RigSample last_;                 ///< an absent device keeps this pose
 };
 
 }  // namespace hapticd::hal

@@ -25,7 +25,8 @@ struct Error {
   }
 };
 
-/// A value or the reason there is none. Never used in the tick: errors belong to set-up and to the network.
+/// A value, or the reason why there is none. Never used in the tick: errors belong to set-up and to the
+/// network.
 template <class T>
 class [[nodiscard]] Result {
  public:

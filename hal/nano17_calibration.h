@@ -10,8 +10,8 @@ namespace hapticd::hal {
 
 /// One of the calibrations a Nano17 is sold with (data sheet; resolution of a 16-bit system).
 struct Nano17Calibration {
-  std::string_view model;    ///< as `SensorInfo::model` says it, e.g. "nano17_si_25"
-  std::string_view name;     ///< as the manufacturer says it, e.g. "SI-25-0.25"
+  std::string_view model;    ///< as in `SensorInfo::model`, e.g. "nano17_si_25"
+  std::string_view name;     ///< as the manufacturer names it, e.g. "SI-25-0.25"
   double range_across_n;     ///< Fx and Fy
   double range_along_n;      ///< Fz
   double range_torque_n_mm;  ///< each of Tx, Ty, Tz

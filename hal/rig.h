@@ -12,13 +12,13 @@
 
 namespace hapticd::hal {
 
-/// A parameter that is known only roughly. Rigs list theirs, so that every figure measured on them can be
-/// read together with what it rests on.
+/// A parameter that is known only roughly. Rigs list theirs, so that each figure measured on them can be
+/// read together with its assumptions.
 struct UncertainParameter {
   std::string name;  ///< e.g. "structural_mode_hz"
   double value = 0.0;
   std::string unit;
-  std::string source;  ///< where the value comes from and how far it may be trusted
+  std::string source;  ///< origin of the value and how far it can be trusted
 };
 
 /// Limits and properties of a force-feedback device, along any one axis at the tool tip.
@@ -43,29 +43,29 @@ struct SensorInfo {
 
 enum class RigKind : std::uint8_t { kSimulated, kReplay, kHardware };
 
-/// What a rig is, fixed from its start to its end.
+/// Properties of a rig; fixed while it exists.
 struct RigInfo {
   RigKind kind = RigKind::kSimulated;
   std::string name;  ///< e.g. "sim:phantom_1_0"
   double rate_hz = 1000.0;
   DeviceInfo device;
   SensorInfo sensor;
-  bool renders_force = true;           ///< false where commands reach no one (a recording)
-  bool has_truth = false;              ///< true where truth() answers
-  bool has_external_position = false;  ///< true where external_position() does
+  bool renders_force = true;           ///< false where commands have no effect (a recording)
+  bool has_truth = false;              ///< true if truth() returns data
+  bool has_external_position = false;  ///< true if external_position() returns data
   std::vector<UncertainParameter> uncertain;
 };
 
-/// What the two halves of a rig have in common: hardware that is opened when it is needed.
+/// Common base of device and sensor: hardware that is opened when it is needed.
 class RigPart {
  public:
   virtual ~RigPart() = default;
-  /// Opens the hardware and returns once it delivers, or says why it does not. Engaged already: nothing
-  /// happens. Any thread but the clock's; may take seconds, never for ever.
+  /// Opens the hardware and returns when it delivers data, or returns why it does not. Does nothing if
+  /// already engaged. Any thread but the clock's; may take seconds, but always returns.
   virtual std::optional<Error> engage() { return std::nullopt; }
-  /// Lets go of the hardware: no socket, port or device node stays open. Never while the clock runs on it.
+  /// Releases the hardware: no socket, port or device node stays open. Not while the clock runs on it.
   virtual void disengage() noexcept {}
-  /// How the part fares. Any thread; takes no lock the clock's thread takes.
+  /// State of the part. Any thread; takes no lock that the clock's thread takes.
   virtual PartReport report() const = 0;
 };
 
@@ -76,38 +76,38 @@ class ServoBody {
   virtual void on_servo() noexcept = 0;
 };
 
-/// A device's own scheduler, where it insists on one.
+/// The scheduler of a device that has its own.
 class ServoClock {
  public:
   virtual ~ServoClock() = default;
-  /// Calls the body once a period, on a thread of the scheduler's, until `stop` is set or the scheduler has
-  /// died or cannot be started; the device is to be engaged again then. Returns when no call is under way any
-  /// more.
+  /// Calls the body once a period, on a thread of the scheduler, until `stop` is set, or the scheduler has
+  /// died or cannot be started; then the device has to be engaged again. Returns when no call is in
+  /// progress.
   virtual void run(ServoBody& body, const std::atomic<bool>& stop) noexcept = 0;
 };
 
-/// Device half of a sample and the way force takes. Implementations neither block nor allocate in read and
-/// write.
+/// Device half of a sample, and output of force. Implementations neither block nor allocate in read() and
+/// write().
 class HapticDevice : public RigPart {
  public:
   virtual const DeviceInfo& info() const noexcept = 0;
-  /// Fills position, orientation and the device's status bits; touches nothing else. Not engaged: the last
-  /// position known and kDeviceNotReady.
+  /// Fills position, orientation and the device's status bits; changes nothing else. Not engaged: the last
+  /// known position and kDeviceNotReady.
   virtual void read(RigSample& sample) noexcept = 0;
-  /// Takes effect no earlier than the device's own latency allows.
+  /// Force on the tip from now on; takes effect after the device's own latency.
   virtual void write(const DeviceCommand& command) noexcept = 0;
-  /// The process crashes: zero force to the device, and nothing else from now on. Called in a signal handler
-  /// while other threads go on; async-signal-safe but for what the device itself takes, bounded to some tens
-  /// of milliseconds. Does nothing where there is no way.
+  /// The process crashes: writes zero force, and only zero from now on. Called in a signal handler while
+  /// other threads run; async-signal-safe except for the calls of the device itself, bounded to some tens
+  /// of milliseconds. Does nothing if the device does not support it.
   virtual void write_zero_in_crash() noexcept {}
-  /// Takes the pose it rests in as the reset pose, once it has rested while it is read; does not wait for
-  /// that. The error of a device that needs no such thing. Any thread but the clock's.
+  /// Takes the present pose as the reset pose, once the device has rested while it is read; does not wait
+  /// for that. Error: the device needs no homing. Any thread but the clock's.
   virtual std::optional<Error> home() {
     return Error{"the device homes itself", "haptic device", "", "", "there is nothing to do"};
   }
-  /// What its figures rest on.
+  /// Its uncertain parameters.
   virtual std::vector<UncertainParameter> uncertain() const { return {}; }
-  /// Null where a periodic thread may read and write the device.
+  /// Null if a periodic thread may read and write the device.
   virtual ServoClock* clock() noexcept { return nullptr; }
 };
 
@@ -115,11 +115,12 @@ class HapticDevice : public RigPart {
 class ForceSensor : public RigPart {
  public:
   virtual const SensorInfo& info() const noexcept = 0;
-  /// Fills force, torque, count, age and the sensor's status bits with the mean since the last call; touches
-  /// nothing else. Neither blocks nor allocates. Not engaged: kForceMissing and an age beyond any limit.
+  /// Fills force, torque, count, age and the sensor's status bits with the mean since the last call;
+  /// changes nothing else. Neither blocks nor allocates. Not engaged: kForceMissing and an age beyond any
+  /// limit.
   virtual void read(RigSample& sample) noexcept = 0;
-  /// Takes the present reading as zero. Call it only with the tool free and at rest. Any thread but the
-  /// clock's; waits for what it averages, and says why where nothing comes.
+  /// Takes the present reading as zero. Call it only with the tool out of contact and at rest. Any thread
+  /// but the clock's; waits for the samples that it averages. Error: no samples arrive.
   virtual std::optional<Error> bias() = 0;
 };
 
@@ -130,12 +131,12 @@ class TickHandler {
   virtual DeviceCommand on_tick(const RigSample& sample) noexcept = 0;
 };
 
-/// The parts that hardware can be behind.
+/// The parts that can have hardware.
 enum class RigPartKind : std::uint8_t { kDevice, kForceSensor };
 
 /// Device, sensor and clock. Three kinds:
-/// - a *paced* rig has no clock of its own: a periodic thread calls read() and write() once a period;
-/// - a rig whose device brings a scheduler (`clock()` is not null): that calls read() and write();
+/// - a *paced* rig has no clock: a periodic thread calls read() and write() once a period;
+/// - a rig whose device has a scheduler (`clock()` is not null): the scheduler calls read() and write();
 /// - a rig that owns its time (`owns_clock()`: virtual time, a file) is given the handler by run() and calls
 ///   it itself.
 class Rig {
@@ -146,17 +147,18 @@ class Rig {
   virtual bool owns_clock() const noexcept = 0;
   virtual ServoClock* clock() noexcept { return nullptr; }
 
-  /// Opens the hardware behind a part and returns once it delivers, or says why it does not. Any thread;
-  /// never in a tick. The clock may be running: until then, and after disengage(), the part's half of the
-  /// samples says that it is not there. Where there is no hardware there is nothing to do.
+  /// Opens the hardware of a part and returns when it delivers data, or returns why it does not. Any
+  /// thread; never in a tick. The clock may be running: before this, and after disengage(), the samples
+  /// mark the part as absent. Does nothing without hardware.
   virtual std::optional<Error> engage(RigPartKind /*part*/) { return std::nullopt; }
-  /// Lets go of it again; no other thread than engage()'s.
+  /// Releases it again; on the same thread as engage().
   virtual void disengage(RigPartKind /*part*/) noexcept {}
-  /// How the parts with hardware behind them fare. Any thread.
+  /// Reports of the parts with hardware. Any thread.
   virtual std::vector<PartReport> reports() const { return {}; }
-  /// Takes the present load of the sensor as zero: the tool free and at rest. Waits for what it averages.
+  /// Takes the present load of the sensor as zero: the tool must be out of contact and at rest. Waits for
+  /// the samples that it averages.
   virtual std::optional<Error> bias_force_sensor() { return nothing_to("bias", "force sensor"); }
-  /// Takes the pose the device rests in as its reset pose; does not wait for it.
+  /// Takes the present pose of the device as its reset pose; does not wait until it rests.
   virtual std::optional<Error> home_device() { return nothing_to("home", "haptic device"); }
 
   /// Next measurement. Bounded time, no allocation.
@@ -166,15 +168,15 @@ class Rig {
   virtual void write_zero_in_crash() noexcept {}
   /// True when there is nothing more to read (a recording has ended).
   virtual bool exhausted() const noexcept { return false; }
-  /// The truth behind the last sample; false where there is none.
+  /// The ground truth of the last sample; false if there is none.
   virtual bool truth(TruthSample&) const noexcept { return false; }
 
-  /// The tip's position by an instrument from outside (an LVDT, a laser), rig frame, at the last sample;
-  /// false where there is none. Unlike the encoders it sees the device bend.
+  /// The tip's position measured by an external instrument (an LVDT, a laser), rig frame, at the last
+  /// sample; false if there is none. Unlike the encoders it sees the device bend.
   virtual bool external_position(Vector3& /*position_mm*/) const noexcept { return false; }
 
-  /// Drives the handler until the rig is exhausted or `stop` is set, as fast as it can, which is what virtual
-  /// time means. A zero force is written before it returns, whatever the cause.
+  /// Drives the handler until the rig is exhausted or `stop` is set, as fast as possible (virtual time).
+  /// Always writes a zero force before it returns.
   virtual void run(TickHandler& handler, const std::atomic<bool>& stop) noexcept {
     RigSample sample;
     while (!stop.load(std::memory_order_relaxed) && !exhausted()) {

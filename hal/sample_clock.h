@@ -12,14 +12,14 @@ namespace hapticd::hal {
 /// arrivals of each tenth of a second carry the line, and the others are late. The smallest delay on the path
 /// is not seen and counts as none.
 ///
-/// The period starts at what the source says of itself and is corrected by the line's own drift. Where the
-/// two disagree by more than 2 % at the beginning, or nothing is said (0 Hz), it is measured: until then
-/// samples count as taken when they arrive. No allocation, no lock; one thread.
+/// The period starts at the rate reported by the source and is corrected by the drift of the line. If the
+/// two differ by more than 2 % at the beginning, or no rate is reported (0 Hz), the period is measured:
+/// until then the arrival counts as the capture time. No allocation, no lock; one thread.
 class SampleClock {
  public:
   explicit SampleClock(double rate_hz = 0.0) noexcept : period_ns_(rate_hz > 0.0 ? 1e9 / rate_hz : 0.0) {}
 
-  /// The instant of sample `number`, never after its arrival. Numbers only rise (modulo 2^32) between two
+  /// Capture time of sample `number`, never after its arrival. Numbers only rise (modulo 2^32) between two
   /// restarts.
   std::int64_t instant_ns(std::uint32_t number, std::int64_t arrival_ns) noexcept {
     ahead_ns_ = 0.0;
@@ -34,7 +34,7 @@ class SampleClock {
     const auto arrival = static_cast<double>(arrival_ns - base_ns_);
     time_ns_ = period_ns_ > 0.0 ? time_ns_ + steps * period_ns_ : arrival;
     number_ = number;
-    if (time_ns_ > arrival) {  // nothing arrives before it was taken
+    if (time_ns_ > arrival) {  // no sample arrives before its capture
       if (settled_) ahead_ns_ = time_ns_ - arrival;
       drift_ns_ -= time_ns_ - arrival;
       time_ns_ = arrival;
@@ -44,12 +44,12 @@ class SampleClock {
     return base_ns_ + static_cast<std::int64_t>(time_ns_);
   }
 
-  /// By how much the last sample's number was ahead of time, ns: more came than can have been taken. Zero
-  /// while the period is not sure.
+  /// How far the last sample's number was ahead of time, ns: more samples came than can have been captured.
+  /// Zero while the period is not confirmed.
   double ahead_ns() const noexcept { return ahead_ns_; }
 
-  /// Numbers began again, or samples are missing that were not counted: the next one counts as taken when it
-  /// arrives.
+  /// Call it when numbers restart, or uncounted samples are missing: the arrival of the next sample counts
+  /// as its capture time.
   void restart() noexcept { anchored_ = false; }
 
  private:
@@ -92,7 +92,7 @@ class SampleClock {
   double time_ns_ = 0.0;  ///< of the newest sample, since base_ns_
   std::uint32_t number_ = 0;
   double ahead_ns_ = 0.0;
-  // Of the tenth of a second under way:
+  // Of the present tenth of a second:
   double block_begin_ns_ = 0.0;
   std::uint32_t block_number_ = 0;
   double least_delay_ns_ = std::numeric_limits<double>::infinity();

@@ -28,7 +28,7 @@ namespace {
 constexpr std::chrono::milliseconds kShutdownTimeout{1000};
 }
 
-// In the order in which they are put up; taken down in reverse.
+// In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
   Parts(std::unique_ptr<hal::Rig> rig, std::unique_ptr<hal::Turntable> table,
         std::shared_ptr<ModelStore> models, const DaemonConfig& config)
@@ -64,7 +64,7 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 namespace {
 
-/// What models are kept by. Whose rig a recording shows is not known: any model may serve it.
+/// The kind of rig under which models are stored. The rig of a recording is not known: any model may be used.
 std::string rig_kind_of_models(hal::RigKind kind) {
   switch (kind) {
     case hal::RigKind::kSimulated:
@@ -77,8 +77,8 @@ std::string rig_kind_of_models(hal::RigKind kind) {
   return {};
 }
 
-/// All that can be wrong before anybody listens: loop, scenes, models, rig, scene to start with. A dry one
-/// makes no file: it looks whether the store could be opened, and works with an empty one.
+/// Everything that can fail before the service listens: loop, scenes, models, rig, first scene. A dry one
+/// creates no file: it checks whether the store could be opened, and uses an empty one.
 template <class Parts>
 std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailure& failure) {
   const auto fail = [&failure](ExitCode code, const hal::Error& error) {
@@ -100,7 +100,7 @@ std::unique_ptr<Parts> prepare(const DaemonConfig& config, bool dry, StartFailur
   const bool opens = !dry || std::filesystem::exists(store_path);
   auto store = ModelStore::open(opens ? store_path : std::string(), rig_kind_of_models((*rig)->info().kind));
   if (!store) return fail(ExitCode::kBadConfiguration, store.error());
-  // Before anybody asks for its limits: the device itself may know them better than its data sheet.
+  // Before its limits are read: the device itself may know them better than its data sheet.
   if (!dry) {
     if (const auto error = (*rig)->engage(hal::RigPartKind::kDevice))
       return fail(ExitCode::kCannotOpenRig, *error);
@@ -128,7 +128,7 @@ std::unique_ptr<StartFailure> Daemon::check(const DaemonConfig& config) {
 
 std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& failure) {
   set_log_level(config.log_level);
-  // A second daemon must not reach for the hardware of the first.
+  // A second daemon must not open the hardware of the first.
   std::unique_ptr<InstanceLock> lock;
   if (!config.unix_socket.empty()) {
     auto acquired = InstanceLock::acquire(config.unix_socket);
@@ -145,8 +145,8 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   auto parts = prepare<Parts>(config, false, failure);
   if (!parts) return nullptr;
   parts->lock = std::move(lock);
-  // The network comes up before the loop's thread raises itself: threads inherit how their creator is
-  // scheduled.
+  // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
+  // creator.
   auto network = GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
                                     parts->biases, parts->identifications, parts->turntable},
                                    config.listen, config.unix_socket);
@@ -185,7 +185,7 @@ std::uint16_t Daemon::port() const {
 
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
-  // Before anything that may take its time: force to zero. First by the guard, so that the last records show
+  // Before anything that may take long: force to zero. First by the guard, so that the last records show
   // it, then the loop ends.
   parts_->session.refuse_commands();
   parts_->latch.end_rendering();

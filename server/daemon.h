@@ -12,7 +12,7 @@ namespace hapticd::server {
 enum class ExitCode : int {
   kClean = 0,
   kBadConfiguration = 2,  ///< command line, configuration file, or the scene to start with
-  kCannotListen = 3,      ///< among other reasons because another daemon does
+  kCannotListen = 3,      ///< e.g. because another daemon does
   kCannotOpenRig = 4,
 };
 
@@ -21,7 +21,7 @@ struct StartFailure {
   hal::Error error;
 };
 
-/// The whole service in one object: rig, loop, fan-out and network, put up in that order and taken down force
+/// The whole service in one object: rig, loop, fan-out and network. Started in that order, stopped force
 /// first.
 class Daemon {
  public:
@@ -32,11 +32,11 @@ class Daemon {
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 
-  /// Opens the rig and resolves the scene the way start() would, without serving.
+  /// Opens the rig and resolves the scene as start() would, without serving.
   static std::unique_ptr<StartFailure> check(const DaemonConfig& config);
 
   std::uint16_t port() const;
-  /// Zero force first; then streams end, waiting calls are let go, and the sockets close.
+  /// Zero force first; then streams end, waiting calls are ended, and the sockets close.
   void shutdown();
 
  private:

@@ -24,7 +24,7 @@ int fail(ExitCode code, const hal::Error& error) {
   return static_cast<int>(code);
 }
 
-/// One descriptor a connection: as many as the system lets us have.
+/// One descriptor for each connection: as many as the system allows.
 void raise_descriptor_limit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == limit.rlim_max) return;
@@ -33,8 +33,8 @@ void raise_descriptor_limit() {
     server::log_warning("the limit of open files could not be raised");
 }
 
-/// The stacks of all threads that calls may take, and what the allocator keeps for each: address space, not
-/// memory. With less a thread cannot begin, and gRPC ends the process over that, in contact too.
+/// The stacks of all threads that calls may use, and the reserve of the allocator for each: address space,
+/// not memory. With less a thread cannot start, and then gRPC aborts the process, even in contact.
 constexpr rlim_t kMinAddressSpace = rlim_t{2048} << 20U;
 
 std::optional<hal::Error> check_address_space() {

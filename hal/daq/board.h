@@ -29,18 +29,18 @@ struct Scan {
   std::array<double, kMaxInputs> volts{};
 };
 
-/// What read_scans() found.
+/// Result of read_scans().
 struct ScanReading {
   std::size_t count = 0;       ///< scans written, oldest first
   bool overrun = false;        ///< the board's own buffer overflowed since the last call: scans are missing
   bool running = false;        ///< false: the acquisition has stopped, or the board is gone
-  std::int64_t newest_ns = 0;  ///< arrival of the newest scan ever, also when there is none now
+  std::int64_t newest_ns = 0;  ///< arrival of the newest scan so far, even when `count` is 0
 };
 
-/// What a board is; certain once it is engaged.
+/// Properties of a board; final once it is engaged.
 struct BoardInfo {
   std::string driver{};  ///< e.g. "comedi"
-  std::string model{};   ///< as the board calls itself, e.g. "pci-6251"
+  std::string model{};   ///< reported by the board, e.g. "pci-6251"
   std::size_t inputs = 0;
   double input_low_v = -10.0;  ///< ends of the converter's range
   double input_high_v = 10.0;
@@ -54,27 +54,27 @@ struct BoardInfo {
   int counter_bits = 32;  ///< a reading is in [0, 2^bits)
 };
 
-/// The two halves of a board, opened apart: a scene that needs only the sensor drives no motor.
+/// The two halves of a board, opened separately: a scene that needs only the sensor drives no motor.
 enum class BoardUse : std::uint8_t {
   kInputs,  ///< streaming analog inputs
   kMotion,  ///< analog outputs and encoder counters
 };
 
 /// An analog and digital board: streaming analog inputs, analog outputs, encoder counters. One board may
-/// serve a sensor, an instrument and a device at once. read_scans(), read_spare_inputs(), read_counters() and
-/// write_volts() neither block, allocate nor take a lock; read_counters() has one caller, write_volts() may
-/// have several (the tick and its watchdog), scans are read by one thread at a time, and another one that
-/// comes meanwhile finds none. What is common to all boards is done here: users are counted, what goes out is
-/// checked, counters are unwrapped, and the spare inputs of scans are kept for whom they are.
+/// serve a sensor, an instrument and a device at once. read_scans(), read_spare_inputs(), read_counters()
+/// and write_volts() neither block, allocate nor take a lock; read_counters() has one caller, write_volts()
+/// may have several (the tick and its watchdog), scans are read by one thread at a time; a second thread
+/// that reads meanwhile gets none. This class does what is common to all boards: it counts users, checks
+/// outputs, unwraps counters and keeps the spare inputs for the instrument.
 class Board {
  public:
   virtual ~Board() = default;
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
 
-  /// Opens what `use` needs, or says why it cannot. Each engage() has its release().
+  /// Opens the half `use`, or returns why it cannot. Each engage() needs one release().
   std::optional<hal::Error> engage(BoardUse use);
-  /// The last user of a half closes it; outputs are at zero volts then.
+  /// The last user of a half closes it; its outputs are then at zero volts.
   void release(BoardUse use) noexcept;
 
   virtual BoardInfo info() const = 0;
@@ -83,14 +83,15 @@ class Board {
 
   /// All scans since the last call, or the newest that fit. Not engaged: none, not running.
   ScanReading read_scans(std::span<Scan> scans) noexcept;
-  /// Mean of the spare inputs, in the order of their channels, over the scans read since the last call; reads
-  /// them itself where nothing else has the inputs engaged. Zero when there was none that is finite.
+  /// Mean of the spare inputs, in the order of their channels, over the scans read since the last call;
+  /// reads the scans itself if no other part has engaged the inputs. Returns the number of scans in the
+  /// mean; 0 when none was finite.
   std::size_t read_spare_inputs(std::array<double, kSpareInputs>& mean_v) noexcept;
-  /// Counters 0 … n-1 since they were engaged, unwrapped to 64 bits (right as long as none moves by half its
+  /// Counters 0 … n-1 since they were engaged, unwrapped to 64 bits (correct while none moves by half its
   /// range between two calls). False: nothing was read.
   bool read_counters(std::span<std::int64_t> counts) noexcept;
-  /// Volts to outputs 0 … n-1, held within the range. Anything not finite makes all of them zero and the
-  /// answer false, as does a board that does not take them.
+  /// Writes volts to outputs 0 … n-1, clamped to the range. If any value is not finite, all outputs become
+  /// zero and the result is false; also false when the board refuses them.
   bool write_volts(std::span<const double> volts) noexcept;
 
   /// Adds connection, findings and figures to the report of the part that uses the board. Any thread.
@@ -104,7 +105,7 @@ class Board {
   virtual void close(BoardUse use) noexcept = 0;
   /// read_scans() of this board; by one thread at a time.
   virtual ScanReading take_scans(std::span<Scan> scans) noexcept = 0;
-  /// Counters as they stand, each in [0, 2^counter_bits).
+  /// Present counts, each in [0, 2^counter_bits).
   virtual bool read_raw_counters(std::span<std::uint64_t> raw) noexcept = 0;
   /// Finite and within the range.
   virtual bool put_volts(std::span<const double> volts) noexcept = 0;
@@ -118,7 +119,7 @@ class Board {
   std::array<int, 2> users_{};
   std::atomic<int> input_users_{0};  ///< users_ of the inputs
 
-  std::atomic_flag reading_ = ATOMIC_FLAG_INIT;  ///< scans are being read; guards what follows
+  std::atomic_flag reading_ = ATOMIC_FLAG_INIT;  ///< set while scans are being read; guards the members below
   std::array<double, kSpareInputs> spare_sum_v_{};
   std::size_t spare_scans_ = 0;
   std::atomic<std::int64_t> newest_ns_{0};

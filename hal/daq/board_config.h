@@ -9,7 +9,7 @@ namespace hapticd::daq {
 
 /// How the counters of a comedi board become encoder counters.
 enum class CounterSetup : std::uint8_t {
-  kAsIs,  ///< the driver or a script has set them up (e.g. s626, whose counters are born for encoders)
+  kAsIs,  ///< already set up by the driver or a script (e.g. s626, whose counters are made for encoders)
   kNiQuadrature,  ///< general-purpose counters of a National Instruments board, four counts a line
 };
 
@@ -20,7 +20,7 @@ struct ComediConfig {
 
   int input_subdevice = -1;  ///< -1 = the first that can stream
   std::array<double, 6> input_channels{0.0, 1.0, 2.0, 3.0, 4.0, 5.0};
-  double input_low_v = -10.0;  ///< the narrowest range of the board that holds both ends is taken
+  double input_low_v = -10.0;  ///< the narrowest range of the board that contains both ends is used
   double input_high_v = 10.0;
   InputReference input_reference = InputReference::kDifferential;
 
@@ -34,7 +34,7 @@ struct ComediConfig {
   CounterSetup counter_setup = CounterSetup::kAsIs;
 
   /// True: a board that is calibrated by software must have its calibration file. False: the nominal ranges
-  /// are taken, a few parts in a thousand off.
+  /// are used, which are wrong by a few parts in a thousand.
   bool calibrated = true;
   std::string calibration_file{};  ///< empty = where comedi keeps it
   int fifo_priority = 0;           ///< of the acquisition's thread; 0 = an ordinary one
@@ -45,7 +45,7 @@ struct BoardConfig {
   std::string driver = "comedi";
   double scan_rate_hz = 10000.0;  ///< of all gauges together
   ComediConfig comedi{};
-  /// Inputs that are scanned after the gauges': an instrument's. At most kSpareInputs.
+  /// Inputs of an instrument, scanned after the gauges. At most kSpareInputs.
   std::vector<double> spare_channels{};
 };
 

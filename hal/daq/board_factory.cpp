@@ -31,21 +31,21 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
   const ComediConfig& comedi = config.comedi;
   for (const double channel : comedi.input_channels) {
     if (!is_index(channel, kMaxChannel)) {
-      return bad("an input channel is no channel", fmt::format("{}", channel), "0 … 255");
+      return bad("an input channel is not valid", fmt::format("{}", channel), "0 … 255");
     }
   }
   if (config.spare_channels.size() > kSpareInputs) {
-    return bad("too many inputs after the gauges'", fmt::format("{}", config.spare_channels.size()),
+    return bad("too many inputs in addition to the gauges", fmt::format("{}", config.spare_channels.size()),
                fmt::format("at most {}", kSpareInputs));
   }
   for (const double channel : config.spare_channels) {
     if (!is_index(channel, kMaxChannel)) {
-      return bad("an input channel is no channel", fmt::format("{}", channel), "0 … 255");
+      return bad("an input channel is not valid", fmt::format("{}", channel), "0 … 255");
     }
   }
   for (const double channel : comedi.output_channels) {
     if (!is_index(channel, kMaxChannel)) {
-      return bad("an output channel is no channel", fmt::format("{}", channel), "0 … 255");
+      return bad("an output channel is not valid", fmt::format("{}", channel), "0 … 255");
     }
   }
   if (comedi.counters.size() > kMaxCounters) {
@@ -54,7 +54,7 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
   }
   for (const auto& [subdevice, channel] : comedi.counters) {
     if (!is_index(subdevice, kMaxChannel) || !is_index(channel, kMaxChannel)) {
-      return bad("a counter is no counter", fmt::format("[{}, {}]", subdevice, channel),
+      return bad("a counter is not valid", fmt::format("[{}, {}]", subdevice, channel),
                  "[subdevice, channel], each 0 … 255");
     }
   }
@@ -62,7 +62,7 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
     return bad("a range of voltages is empty",
                fmt::format("{} … {} V in, {} … {} V out", comedi.input_low_v, comedi.input_high_v,
                            comedi.output_low_v, comedi.output_high_v),
-               "low below high");
+               "low less than high");
   }
   return create_comedi_board(config);
 }

@@ -15,7 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kPart = "instrument from outside";
+constexpr const char* kPart = "external instrument";
 constexpr const char* kTipAxes[] = {"x", "y", "z"};
 constexpr double kMaxInstrumentChannel = 255.0;
 constexpr double kMaxMmPerV = 1000.0;
@@ -34,13 +34,13 @@ std::optional<hal::Error> check(const BoardInstrumentConfig& config) {
     if (channel == -1.0) continue;
     const std::string name = kTipAxes[axis];
     if (!(channel >= 0.0 && channel <= kMaxInstrumentChannel) || channel != std::floor(channel)) {
-      return refused("the channel along " + name + " is no channel", fmt::format("{}", channel),
-                     "0 … 255, or -1 for none", "name the board's input that the instrument is wired to");
+      return refused("the channel along " + name + " is not valid", fmt::format("{}", channel),
+                     "0 … 255, or -1 for none", "use the board's input that the instrument is wired to");
     }
     for (std::size_t other = 0; other < axis; ++other) {
       if (config.channels[other] != channel) continue;
-      return refused("one channel cannot see two axes", fmt::format("{}", channel),
-                     "a channel of its own for each axis", "correct 'channels'");
+      return refused("one channel cannot measure two axes", fmt::format("{}", channel),
+                     "a separate channel for each axis", "correct 'channels'");
     }
     const double scale = config.mm_per_v[axis];
     if (!std::isfinite(scale) || scale == 0.0 || std::abs(scale) > kMaxMmPerV) {
@@ -49,8 +49,8 @@ std::optional<hal::Error> check(const BoardInstrumentConfig& config) {
     }
   }
   if (config.channels[2] < 0.0) {
-    return refused("no channel sees the tip along z", "", "a channel along z at least",
-                   "walls are pressed along z: mount the instrument along it, channels = [-1, -1, 6]");
+    return refused("no channel measures the tip along z", "", "a channel along z at least",
+                   "walls are pressed along z: mount the instrument along z, e.g. channels = [-1, -1, 6]");
   }
   if (!(config.engage_timeout_s >= 0.1 && config.engage_timeout_s <= 60.0)) {
     return refused("engage_timeout_s is out of range", fmt::format("{} s", config.engage_timeout_s),

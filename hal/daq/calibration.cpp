@@ -21,12 +21,13 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 constexpr std::string_view kAxisNames[] = {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"};
-/// Of the rows scaled to length one: a real sensor's is above 0.1, a copied row's is zero.
+/// Smallest singular value of the rows scaled to length one: above 0.1 for a real sensor, zero for a
+/// repeated row.
 constexpr double kMinSingularValue = 1e-4;
-/// No gauge amplifier and no sensor is beyond these; they keep sums and products finite.
+/// Beyond any real gauge amplifier or sensor; these bounds keep sums and products finite.
 constexpr double kMaxNumber = 1e12;
 
-/// A file and how errors speak of it.
+/// Makes errors that name the file.
 class Reader {
  public:
   explicit Reader(std::string source) : source_(std::move(source)) {}
@@ -43,7 +44,7 @@ class Reader {
     return std::string(attribute.value());
   }
 
-  /// One number; `otherwise` where the attribute is absent.
+  /// One number; `otherwise` if the attribute is absent.
   hal::Result<double> number(const pugi::xml_node& node, const char* name, std::string_view element,
                              std::optional<double> otherwise) const {
     const pugi::xml_attribute attribute = node.attribute(name);
@@ -85,8 +86,7 @@ class Reader {
       known += known.empty() ? "" : ", ";
       known += unit.name;
     }
-    return error(fmt::format("attribute {} is a unit that is not known", name), element, shortened(value),
-                 known);
+    return error(fmt::format("attribute {} is an unknown unit", name), element, shortened(value), known);
   }
 
   static std::string shortened(std::string_view text) {
@@ -135,8 +135,8 @@ hal::Result<Axes6> read_axes(const Reader& reader, const pugi::xml_node& calibra
     std::size_t i = 0;
     while (i < 6 && kAxisNames[i] != *name) ++i;
     const std::string place = fmt::format("{} {}", element, Reader::shortened(*name));
-    if (i == 6) return reader.error("an axis that is not known", place, "", "Fx, Fy, Fz, Tx, Ty, Tz");
-    if (found[i]) return reader.error("an axis stands twice", place, "", "each once");
+    if (i == 6) return reader.error("unknown axis", place, "", "Fx, Fy, Fz, Tx, Ty, Tz");
+    if (found[i]) return reader.error("an axis appears twice", place, "", "each once");
     found[i] = true;
     auto row = reader.row(node, place);
     if (!row) return row.error();
@@ -225,8 +225,9 @@ hal::Result<pugi::xml_node> choose(const Reader& reader, const pugi::xml_node& r
     return reader.error("no calibration of that part number", "Calibration", std::string(part_number), known);
   }
   if (part_number.empty() && count > 1) {
-    hal::Error error = reader.error("the file holds several calibrations", "Calibration", known, "one named");
-    error.remedy = "say which with part_number";
+    hal::Error error =
+        reader.error("the file holds several calibrations", "Calibration", known, "one of them");
+    error.remedy = "select one with part_number";
     return error;
   }
   return chosen;
@@ -272,7 +273,7 @@ hal::Result<Calibration> parse_calibration(std::string_view text, const std::str
   auto version = reader.text(root, "CalFileVersion", "FTSensor");
   if (!version) return version.error();
   if (*version != "1.0" && *version != "1.1") {
-    return reader.error("CalFileVersion is not known", "FTSensor", Reader::shortened(*version), "1.0, 1.1");
+    return reader.error("CalFileVersion is unknown", "FTSensor", Reader::shortened(*version), "1.0, 1.1");
   }
 
   auto chosen = choose(reader, root, part_number);
@@ -292,7 +293,7 @@ hal::Result<Calibration> parse_calibration(std::string_view text, const std::str
   if (!bipolar) return bipolar.error();
   const bool is_bipolar = *bipolar == "True" || *bipolar == "true" || *bipolar == "1";
   if (!is_bipolar && *bipolar != "False" && *bipolar != "false" && *bipolar != "0") {
-    return reader.error("OutputBipolar is neither", "Calibration", Reader::shortened(*bipolar),
+    return reader.error("OutputBipolar is neither True nor False", "Calibration", Reader::shortened(*bipolar),
                         "True, False");
   }
 
@@ -325,7 +326,8 @@ hal::Result<Calibration> parse_calibration(std::string_view text, const std::str
   }
   if (node.child("BiasSlope") || node.child("GainSlope") || node.child("Thermistor")) {
     calibration.notes.emplace_back(
-        "the calibration describes temperature compensation in software, which is not done; bias the sensor "
+        "the calibration describes temperature compensation in software, which is not applied; bias the "
+        "sensor "
         "when it has warmed up");
   }
   return calibration;

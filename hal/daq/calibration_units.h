@@ -5,7 +5,7 @@
 
 namespace hapticd::daq {
 
-/// A unit's name in a calibration file and what one of it is in ours.
+/// Name of a unit in a calibration file, and its factor to our unit.
 struct CalibrationUnit {
   std::string_view name;
   double factor;

@@ -4,7 +4,7 @@
 namespace hapticd::daq {
 
 hal::Result<std::shared_ptr<Board>> create_comedi_board(const BoardConfig& config) {
-  return hal::Error{"this build cannot drive boards: it was made without libcomedi", "board",
+  return hal::Error{"this build cannot drive boards: it was built without libcomedi", "board",
                     config.comedi.device, "",
                     "install libcomedi-dev and build again, or use a Net F/T box and the vendor's library"};
 }

@@ -58,7 +58,7 @@ std::optional<hal::Error> ComediAcquisition::start() {
   if (!stream) return stream.error();
   std::array<Scan, 1> none{};
   std::size_t dropped = 0;
-  ring_.take(none, dropped);  // what an earlier engagement left
+  ring_.take(none, dropped);  // remains of an earlier engagement
   newest_ns_.store(0, std::memory_order_relaxed);
   overrun_.store(false, std::memory_order_relaxed);
   {
@@ -107,7 +107,7 @@ hal::Result<ComediAcquisition::Stream> ComediAcquisition::open_stream() const {
   if (comedi_get_read_subdevice(device) != static_cast<int>(where) &&
       comedi_set_read_subdevice(device, where) < 0) {
     return comedi_error(comedi.device, fmt::format("subdevice {} cannot stream", where),
-                        "take the one that comedi_board_info calls the default read subdevice");
+                        "use the default read subdevice of comedi_board_info");
   }
   const int flags = comedi_get_subdevice_flags(device, where);
   stream.wide = flags >= 0 && (static_cast<unsigned>(flags) & SDF_LSAMPL) != 0;
@@ -116,7 +116,7 @@ hal::Result<ComediAcquisition::Stream> ComediAcquisition::open_stream() const {
   const auto count = static_cast<unsigned>(stream.channels.size());
   const auto period_ns = static_cast<unsigned>(std::lround(kNsPerS / config_.scan_rate_hz));
   if (comedi_get_cmd_generic_timed(device, where, &command, count, period_ns) < 0) {
-    return comedi_error(comedi.device, "the board cannot scan its inputs by a clock",
+    return comedi_error(comedi.device, "the board cannot scan its inputs with a hardware clock",
                         "use a board with a streaming analog input");
   }
   command.chanlist = stream.channel_list.data();
@@ -124,8 +124,8 @@ hal::Result<ComediAcquisition::Stream> ComediAcquisition::open_stream() const {
   command.scan_end_arg = count;
   command.stop_src = TRIG_NONE;
   command.stop_arg = 0;
-  command.flags |= CMDF_WAKE_EOS;  // each scan at once: its age is part of the loop's delay
-  // The driver corrects what it cannot do, one kind of argument a pass.
+  command.flags |= CMDF_WAKE_EOS;  // deliver each scan at once: its age is part of the loop's delay
+  // The driver corrects arguments it cannot honour, one kind per pass.
   int verdict = 0;
   for (int pass = 0; pass < 5; ++pass) {
     verdict = comedi_command_test(device, &command);

@@ -50,7 +50,7 @@ class ComediAcquisition {
 
   hal::Result<Stream> open_stream() const;
   void run(Stream stream) noexcept;
-  /// Takes what is there, waiting for a little while at most.
+  /// Takes the available scans; waits for a short, bounded time.
   Outcome take(Stream& stream) noexcept;
   void convert(const Stream& stream, std::size_t scans, std::int64_t now_ns) noexcept;
   void adopt(const Stream& stream) noexcept;

@@ -14,9 +14,9 @@ namespace hapticd::daq {
 
 namespace {
 
-/// A board behind comedi. Inputs and motion have handles of their own, so that the acquisition may reopen its
-/// one while the tick goes on with the other. Outputs and counters are moved by one instruction list, one
-/// system call, each.
+/// A board behind comedi. Inputs and motion have separate handles, so that the acquisition can reopen its
+/// handle while the tick uses the other. Writing all outputs, or reading all counters, is one instruction
+/// list: one system call.
 class ComediBoard final : public Board {
  public:
   explicit ComediBoard(const BoardConfig& config) : config_(config), acquisition_(config) {}
@@ -137,14 +137,14 @@ class ComediBoard final : public Board {
                                 : 0;
       const int width = bits_of(most);
       if (most == 0 || (bits != 0 && width != bits)) {
-        return hal::Error{most == 0 ? "the board has no such counter" : "the counters differ in width",
+        return hal::Error{most == 0 ? "the board has no such counter" : "the counters have different widths",
                           comedi.device, fmt::format("subdevice {}, channel {}", where, which),
-                          "counters of one kind", "see comedi_board_info for the board's counters"};
+                          "counters of the same width", "see comedi_board_info for the board's counters"};
       }
       bits = width;
       if (comedi.counter_setup == CounterSetup::kNiQuadrature && !set_up_ni_quadrature(device, where)) {
-        return comedi_error(comedi.device, "cannot set a counter up for an encoder",
-                            "take counter_setup = \"as_is\" if the board's counters need none");
+        return comedi_error(comedi.device, "cannot set up a counter for an encoder",
+                            "use counter_setup = \"as_is\" if the board's counters need no setup");
       }
     }
     const char* const name = comedi_get_board_name(device);
@@ -160,7 +160,8 @@ class ComediBoard final : public Board {
     return std::nullopt;
   }
 
-  /// A general-purpose counter as an encoder's, four counts a line, up and down by the two signals' phase.
+  /// Sets up a general-purpose counter for an encoder: four counts a line, direction from the phase of the
+  /// two signals.
   static bool set_up_ni_quadrature(comedi_t* device, unsigned subdevice) {
     bool fit = comedi_reset(device, subdevice) >= 0;
     // The start value and the two values it can be loaded with.

@@ -29,7 +29,7 @@ hal::Result<comedi_polynomial_t> find_converter(comedi_t* device, const ComediCo
   if (!soft || !config.calibrated) {
     if (comedi_get_hardcal_converter(device, channel.subdevice, channel.channel, channel.range, direction,
                                      &converter) < 0) {
-      return comedi_error(config.device, "the board does not say what its counts mean",
+      return comedi_error(config.device, "the board does not report the meaning of its counts",
                           "calibrate it with comedi_calibrate");
     }
     return converter;
@@ -42,7 +42,7 @@ hal::Result<comedi_polynomial_t> find_converter(comedi_t* device, const ComediCo
   }
   const std::string remedy = "run comedi_soft_calibrate -f " + config.device +
                              ", or accept the nominal ranges with calibrated = false";
-  // Looked at first: the library loses memory over a file that is not there.
+  // Checked first: the library leaks memory when the file does not exist.
   const bool readable = access(path.c_str(), R_OK) == 0;
   const std::unique_ptr<comedi_calibration_t, CalibrationCleaner> calibration(
       readable ? comedi_parse_calibration_file(path.c_str()) : nullptr);
@@ -52,7 +52,7 @@ hal::Result<comedi_polynomial_t> find_converter(comedi_t* device, const ComediCo
   }
   if (comedi_get_softcal_converter(channel.subdevice, channel.channel, channel.range, direction,
                                    calibration.get(), &converter) < 0) {
-    return hal::Error{"the board's calibration file does not know a channel", config.device,
+    return hal::Error{"the board's calibration file has no entry for a channel", config.device,
                       fmt::format("{}: subdevice {}, channel {}, range {}", path, channel.subdevice,
                                   channel.channel, channel.range),
                       "", remedy};
@@ -77,7 +77,7 @@ hal::Result<ComediHandle> open_comedi(const std::string& path) {
   if (!handle) {
     const bool forbidden = errno == EACCES || comedi_errno() == EACCES;
     return comedi_error(path, "cannot open the board",
-                        forbidden ? "let the user of the service into the group of the device node (iocard)"
+                        forbidden ? "add the user of the service to the group of the device node (iocard)"
                                   : "check that the node belongs to a comedi board (comedi_board_info)");
   }
   return handle;
@@ -90,7 +90,7 @@ hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& con
   const int subdevice =
       request.subdevice >= 0 ? request.subdevice : comedi_find_subdevice_by_type(device, type, 0);
   if (subdevice < 0 || comedi_get_subdevice_type(device, static_cast<unsigned>(subdevice)) != type) {
-    return hal::Error{fmt::format("the board has no {} there", kind), config.device,
+    return hal::Error{fmt::format("this subdevice is no {}", kind), config.device,
                       fmt::format("subdevice {}", subdevice), "",
                       "see comedi_board_info for the board's subdevices"};
   }
@@ -119,7 +119,8 @@ hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& con
   channel.high_v = ends->max;
   channel.most = comedi_get_maxdata(device, channel.subdevice, channel.channel);
   if (channel.most == 0) {
-    return comedi_error(config.device, fmt::format("the board does not say how fine its {} is", kind),
+    return comedi_error(config.device,
+                        fmt::format("the board does not report the resolution of its {}", kind),
                         "check the comedi driver");
   }
   auto converter = find_converter(device, config, channel, request.output);

@@ -10,7 +10,7 @@
 #include "hal/daq/board_config.h"
 #include "hal/error.h"
 
-// Private to the comedi board: what comedi's subdevices, ranges and converters are to it.
+// Private to the comedi board: comedi's subdevices, ranges and converters.
 namespace hapticd::daq {
 
 struct ComediCloser {
@@ -21,10 +21,10 @@ using ComediHandle = std::unique_ptr<comedi_t, ComediCloser>;
 /// Opens the board's node. Errors say whether it is missing, forbidden, or has no board behind it.
 hal::Result<ComediHandle> open_comedi(const std::string& path);
 
-/// An error with comedi's own words for the last failure.
+/// An error with comedi's own text for the last failure.
 hal::Error comedi_error(const std::string& path, std::string what, std::string remedy);
 
-/// One analog channel: where it is and what its counts mean.
+/// One analog channel: its place and the meaning of its counts.
 struct AnalogChannel {
   unsigned subdevice = 0;
   unsigned channel = 0;
@@ -49,15 +49,15 @@ struct AnalogRequest {
 hal::Result<AnalogChannel> find_analog(comedi_t* device, const ComediConfig& config,
                                        const AnalogRequest& request);
 
-/// How many bits a largest count has.
+/// Number of bits of a largest count.
 constexpr int bits_of(lsampl_t most) noexcept {
   int bits = 0;
   for (; most != 0; most >>= 1U) ++bits;
   return bits;
 }
 
-/// Volts to the nearest count of the channel, held within what it has: comedi's own conversion does not, and
-/// a calibrated channel's end lies a little outside.
+/// Volts to the nearest count of the channel, clamped to its counts: comedi's own conversion does not
+/// clamp, and the end of a calibrated channel lies slightly outside.
 lsampl_t to_count(const AnalogChannel& channel, double volts) noexcept;
 
 }  // namespace hapticd::daq

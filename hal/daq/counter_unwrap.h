@@ -4,8 +4,8 @@
 
 namespace hapticd::daq {
 
-/// A counter of limited width as one that never wraps: every step is taken the short way round. The first
-/// reading is taken as the signed number it stands for.
+/// Extends a counter of limited width to one that never wraps: of the two possible steps the shorter is
+/// taken. The first reading is taken as a signed number.
 class CounterUnwrap {
  public:
   void restart() noexcept { has_last_ = false; }

@@ -22,7 +22,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr std::size_t kScansATick = 128;  // 10 kHz at 500 Hz is twenty; more means the tick was away
+constexpr std::size_t kScansATick = 128;  // 10 kHz at 500 Hz is twenty; more means that the tick paused
 constexpr std::int64_t kBeyondAnyLimitNs = std::numeric_limits<std::int64_t>::max();
 constexpr milliseconds kPollInterval{1};
 constexpr milliseconds kBiasTimeout{1000};
@@ -48,7 +48,7 @@ hal::SensorInfo describe(const DaqSensorConfig& config, const Calibration& calib
   hal::SensorInfo info;
   info.model = model_name(calibration);
   info.range_n = std::max({calibration.max_load[0], calibration.max_load[1], calibration.max_load[2]});
-  // A step of one gauge's converter, along the sensor's axis: the largest single contribution.
+  // One converter step of one gauge along the sensor's axis: the largest contribution of a gauge.
   const double step_v = (board.input_high_v - board.input_low_v) / std::exp2(board.input_bits);
   for (const double n_per_v : calibration.matrix[2]) {
     info.resolution_n = std::max(info.resolution_n, std::abs(n_per_v) * step_v);
@@ -77,7 +77,7 @@ struct DaqSensor::State {
   const std::shared_ptr<Board> board;
   const hal::SensorInfo info;
 
-  // The tick's alone.
+  // Used by the tick only.
   std::array<Scan, kScansATick> scans{};
   hal::ForceMean mean;
   GaugeBias window;
@@ -89,8 +89,8 @@ struct DaqSensor::State {
   std::uint32_t scan_number = 0;
   std::uint32_t bias_serial = 0;
 
-  // Between threads.
-  std::mutex engage_mutex;  ///< between those that engage; the tick never takes it
+  // Shared between threads.
+  std::mutex engage_mutex;  ///< for engage() and disengage(); the tick never takes it
   bool wants_first_bias = true;
   std::atomic<bool> engaged{false};
   std::atomic<std::uint64_t> engagement{0};
@@ -111,7 +111,7 @@ struct DaqSensor::State {
 
   std::optional<hal::Error> await_scans();
   void restart() noexcept;
-  /// Adds a scan taken at an instant to the mean. False: it holds what is no number.
+  /// Adds a scan with its capture time to the mean. False: a value is not finite.
   bool use(const Scan& scan, std::int64_t instant_ns, bool& saturated) noexcept;
   hal::Vector3 row(std::size_t first, const GaugeBias::Volts& volts) const noexcept;
 };
@@ -184,7 +184,7 @@ std::optional<hal::Error> DaqSensor::State::await_scans() {
   }
   return hal::Error{fit + unfit == 0 ? "the board delivers no scans" : "the board delivers too few scans",
                     "force sensor",
-                    fmt::format("{} fit, {} unfit in {} s", fit, unfit, config.engage_timeout_s),
+                    fmt::format("{} good, {} bad in {} s", fit, unfit, config.engage_timeout_s),
                     fmt::format("{} a second", info.sample_rate_hz),
                     "check the board's wiring and whether another program holds its analog inputs"};
 }
@@ -192,7 +192,7 @@ std::optional<hal::Error> DaqSensor::State::await_scans() {
 hal::Result<std::unique_ptr<DaqSensor>> DaqSensor::create(const DaqSensorConfig& config,
                                                           std::shared_ptr<Board> board) {
   const std::string where = "force sensor";
-  if (!board) return hal::Error{"no board", where, "", "", "configure the board the sensor is wired to"};
+  if (!board) return hal::Error{"no board", where, "", "", "configure the board that the sensor is wired to"};
   if (config.calibration_file.empty()) {
     return hal::Error{"no calibration file", where, "", "the .cal file that came with the sensor",
                       "name it with calibration_file"};
@@ -239,8 +239,8 @@ std::optional<hal::Error> DaqSensor::engage() {
   const double low_v = std::max(board.input_low_v, state.calibration.output_low_v);
   const double high_v = std::min(board.input_high_v, state.calibration.output_high_v);
   const double margin_v = 0.5 * (1.0 - state.config.saturation_share) * (high_v - low_v);
-  // A unipolar gauge's zero is an end like any other; a fully used share must still leave the ends' own
-  // codes.
+  // Zero volts of a unipolar gauge is an end of its range too. Even with a share of 1 the end codes count
+  // as saturated.
   const double step_v = (board.input_high_v - board.input_low_v) / std::exp2(board.input_bits);
   state.limit_low_v.store(low_v + std::max(margin_v, step_v), std::memory_order_relaxed);
   state.limit_high_v.store(high_v - std::max(margin_v, step_v), std::memory_order_relaxed);
@@ -267,7 +267,7 @@ std::optional<hal::Error> DaqSensor::bias() {
   while (state.bias_taken.load(std::memory_order_acquire) < number) {
     if (Clock::now() >= deadline) {
       return hal::Error{"no bias was taken yet", "force sensor on the board", "",
-                        "a quarter of a second of scans", "it is taken as soon as they have come"};
+                        "a quarter of a second of scans", "it is taken as soon as they have arrived"};
     }
     std::this_thread::sleep_for(kPollInterval);
   }
@@ -295,7 +295,7 @@ void DaqSensor::read(hal::RigSample& sample) noexcept {
   }
   bool saturated = false;
   std::size_t unfit = 0;
-  if (reading.count == state.scans.size()) state.clock.restart();  // older ones may have been left out
+  if (reading.count == state.scans.size()) state.clock.restart();  // older ones may have been skipped
   for (std::size_t k = 0; k < reading.count; ++k) {
     const Scan& scan = state.scans[k];
     const std::int64_t instant_ns = state.clock.instant_ns(state.scan_number++, scan.time_ns);
@@ -353,20 +353,20 @@ hal::PartReport DaqSensor::report() const {
     report.findings.emplace_back("no scans arrive: the acquisition is being restarted; check the board");
   }
   if (is(hal::sample_status::kForceFault)) {
-    report.findings.emplace_back("the gauges' voltages are no numbers; check the board's calibration file");
+    report.findings.emplace_back("the gauges' voltages are not finite; check the board's calibration file");
   }
   if (is(hal::sample_status::kForceSaturated)) {
     report.findings.emplace_back(
-        "a gauge is at the end of its range; take the load off, and if it stays check the sensor's cable");
+        "a gauge is at the end of its range; remove the load; if it stays, check the sensor's cable");
   }
   if (is(hal::sample_status::kForceWarning)) {
-    report.findings.emplace_back("scans were lost; let nothing else burden the machine, raise the priority");
+    report.findings.emplace_back("scans were lost; reduce the load on the machine, raise the priority");
   }
   const std::uint64_t biases_wanted = state.bias_wanted.load(std::memory_order_acquire);
   const std::uint64_t biases_taken = state.bias_taken.load(std::memory_order_acquire);
   if (biases_taken < biases_wanted) {
     report.findings.emplace_back(
-        "a bias is wanted and not taken yet; it needs a quarter of a second of scans");
+        "a requested bias is not taken yet; it needs a quarter of a second of scans");
   }
   report.findings.insert(report.findings.end(), state.calibration.notes.begin(),
                          state.calibration.notes.end());
@@ -382,7 +382,7 @@ hal::PartReport DaqSensor::report() const {
   if (engaged && newest_ns != 0) {
     report.figures.push_back({"age_ms", 1e-6 * static_cast<double>(age_ns), "ms"});
     if (age_ns > kSilentNs && !is(hal::sample_status::kForceLost)) {
-      report.findings.emplace_back("no one reads the sensor at present");
+      report.findings.emplace_back("nothing reads the sensor at present");
     }
   }
   state.board->describe(report);

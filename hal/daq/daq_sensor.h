@@ -10,25 +10,25 @@
 namespace hapticd::daq {
 
 struct DaqSensorConfig {
-  std::string calibration_file{};  ///< the .cal file of this very sensor
+  std::string calibration_file{};  ///< the .cal file of this sensor
   std::string part_number{};       ///< which calibration of the file; empty = the only one
-  std::string axes = "+x +y +z";   ///< what the tool's axes are in the sensor's
+  std::string axes = "+x +y +z";   ///< the tool's axes in the sensor's
   /// Share of the converter's or the gauges' range, whichever ends first, beyond which a gauge counts as
   /// saturated.
   double saturation_share = 0.98;
   bool bias_on_engage = true;     ///< take the load as zero when engaged for the first time
-  double engage_timeout_s = 3.0;  ///< for the first scans to come
+  double engage_timeout_s = 3.0;  ///< for the first scans
   double tool_mass_g = 0.0;       ///< beyond the sensor; 0 = unknown
 };
 
-/// A six-gauge ATI sensor on an analog board: load = matrix · (V - V_bias), mean of the scans since the last
-/// tick. Status: kForceMissing when no scan came, kForceSaturated when a gauge was near an end in any scan,
-/// kForceWarning when the board lost scans or gave some that are no numbers, kForceFault when it gave no
-/// others, kForceLost when the acquisition has stopped or the board is gone.
+/// A six-gauge ATI sensor on an analog board: load = matrix · (V - V_bias), mean of the scans since the
+/// last tick. Status: kForceMissing when no scan came, kForceSaturated when a gauge was near an end in any
+/// scan, kForceWarning when the board lost scans or some were not finite, kForceFault when none was finite,
+/// kForceLost when the acquisition has stopped or the board is gone.
 class DaqSensor final : public hal::ForceSensor {
  public:
-  /// Reads and checks the calibration; opens nothing. Errors: those of load_calibration(), axes that are no
-  /// permutation, a board without six inputs.
+  /// Reads and checks the calibration; opens nothing. Errors: those of load_calibration(), axes that are
+  /// not a permutation, a board without six inputs.
   static hal::Result<std::unique_ptr<DaqSensor>> create(const DaqSensorConfig& config,
                                                         std::shared_ptr<Board> board);
   ~DaqSensor() override;
@@ -38,8 +38,8 @@ class DaqSensor final : public hal::ForceSensor {
   hal::PartReport report() const override;
   const hal::SensorInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;
-  /// The mean of the last quarter of a second becomes zero; taken by the next read() that has one. An error
-  /// when none had within a second: it is taken nevertheless as soon as one has.
+  /// The mean of the last 0.25 s becomes zero; the next read() that has this mean applies it. Error: no
+  /// read() had one within a second; the bias is still applied as soon as one has.
   std::optional<hal::Error> bias() override;
 
   const Calibration& calibration() const noexcept;

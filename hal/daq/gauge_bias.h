@@ -8,8 +8,8 @@
 
 namespace hapticd::daq {
 
-/// What the gauges read over the last quarter of a second and a little more, so that a bias can be taken at
-/// any moment without a wait. Sums of tenths of that time: bounded work, no memory of single scans.
+/// Gauge readings over slightly more than the last 0.25 s, so that a bias can be taken at any time without
+/// waiting. Keeps sums over tenths of that time: bounded work, no single scans.
 class GaugeBias {
  public:
   using Volts = std::array<double, kGauges>;
@@ -27,13 +27,13 @@ class GaugeBias {
     if (complete_ < kBlocks) ++complete_;
   }
 
-  /// What was before is not what is now: a gap in the acquisition.
+  /// Forgets all readings, after a gap in the acquisition.
   void restart() noexcept {
     blocks_ = {};
     complete_ = 0;
   }
 
-  /// The mean; nothing until the window has been filled.
+  /// The mean, V; nothing until the window is full.
   std::optional<Volts> mean_v() const noexcept {
     if (complete_ < kBlocks) return std::nullopt;
     Volts mean{};

@@ -10,8 +10,8 @@
 
 namespace hapticd::daq {
 
-/// Scans from the acquisition's thread to the tick's, wait-free on both ends. A reader that was away gets the
-/// newest scans, not a mean of its absence.
+/// Scans from the acquisition's thread to the tick's, wait-free on both ends. A reader that paused gets the
+/// newest scans, not the mean over its pause.
 class ScanRing {
  public:
   explicit ScanRing(std::size_t capacity)

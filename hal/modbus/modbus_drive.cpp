@@ -95,8 +95,8 @@ std::optional<hal::Error> ModbusDrive::start_move(double target_deg, const hal::
 
 std::optional<hal::Error> ModbusDrive::start_home() {
   if (config_.map.home.empty()) {
-    return hal::Error{"the register map has no order to home", "register map '" + config_.map.name + "'", "",
-                      "", "add 'home' to the map, or home the drive by its own means"};
+    return hal::Error{"the register map has no command to home", "register map '" + config_.map.name + "'",
+                      "", "", "add 'home' to the map, or home the drive with its own tools"};
   }
   return perform(config_.map.home);
 }
@@ -107,9 +107,9 @@ std::optional<hal::Error> ModbusDrive::stop() {
 
 std::optional<hal::Error> ModbusDrive::reset_alarm() {
   if (config_.map.reset.empty()) {
-    return hal::Error{"the register map has no order to reset an alarm",
+    return hal::Error{"the register map has no command to reset an alarm",
                       "register map '" + config_.map.name + "'", "", "",
-                      "add 'reset' to the map, or reset the drive by its own means"};
+                      "add 'reset' to the map, or reset the drive with its own tools"};
   }
   return perform(config_.map.reset);
 }

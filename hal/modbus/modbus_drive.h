@@ -9,10 +9,10 @@
 
 namespace hapticd::modbus {
 
-/// A drive as its register map describes it.
+/// A drive described by its register map.
 class ModbusDrive final : public turntable::Drive {
  public:
-  /// The range is for hints only.
+  /// The range (deg) is used for hints in errors only.
   ModbusDrive(const ModbusConfig& config, double min_deg, double max_deg);
 
   std::optional<hal::Error> open() override;
@@ -44,8 +44,8 @@ class ModbusDrive final : public turntable::Drive {
   const double max_deg_;
   const std::vector<ReadBlock> plan_;
   ModbusLink link_;
-  BlockWords words_;                                    ///< of the last reading
-  std::vector<std::uint32_t> written_;                  ///< by register: what it was last set to from here
+  BlockWords words_;                    ///< of the last reading
+  std::vector<std::uint32_t> written_;  ///< by register: the value last written by this object
   std::array<std::atomic<std::uint64_t>, 5> counts_{};  ///< of the link, for other threads
 };
 

@@ -15,11 +15,11 @@ namespace hapticd::modbus {
 
 namespace {
 
-/// Others are taken by the library for 9600 without a word.
+/// The library silently uses 9600 for any other.
 constexpr std::array kBauds{1200,   2400,   4800,   9600,   19200,  38400,  57600,
                             115200, 230400, 460800, 500000, 921600, 1000000};
 
-/// After a frame that makes no sense, the rest of it comes within this time.
+/// After an invalid frame, the rest of it arrives within this time.
 constexpr double kFrameEndS = 0.02;
 
 /// The drive understood, and refused.
@@ -59,7 +59,7 @@ std::string remedy_for_exception(int code) {
     case MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE:
       return "the drive does not take this value now: check limits, unit and scale in the map";
     case MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY:
-      return "it is asked again; poll less often if it stays so";
+      return "the request is repeated; poll less often if it persists";
     default:
       return "look at the drive's own display and alarm";
   }
@@ -97,13 +97,13 @@ std::string exception_name(int code) {
 std::optional<hal::Error> check(const LinkConfig& config) {
   if (config.transport == Transport::kRtu) {
     if (std::find(kBauds.begin(), kBauds.end(), config.baud) == kBauds.end()) {
-      return hal::Error{"no such speed of a serial port", "[rig.turntable.modbus] baud",
-                        std::to_string(config.baud), "1200 … 1000000, one of the usual",
-                        "use the drive's own"};
+      return hal::Error{"not a baud rate of a serial port", "[rig.turntable.modbus] baud",
+                        std::to_string(config.baud), "1200 … 1000000, a standard rate",
+                        "use the drive's setting"};
     }
     if (config.unit < 1 || config.unit > 247) {
       return hal::Error{"no such unit on a serial line", "[rig.turntable.modbus] unit",
-                        std::to_string(config.unit), "1 … 247", "use the drive's own"};
+                        std::to_string(config.unit), "1 … 247", "use the drive's setting"};
     }
     if (config.device.empty()) {
       return hal::Error{"no serial port is named", "[rig.turntable.modbus] device", "", "e.g. /dev/ttyUSB0",
@@ -150,7 +150,7 @@ struct ModbusLink::State {
       reported.limit = limit;
       reported.remedy = config.transport == Transport::kRtu
                             ? "check wiring, speed, parity and unit"
-                            : "check that the drive is alive, or allow more time";
+                            : "check that the drive is on, or allow more time";
     } else if (is_exception(error)) {
       const int code = error - MODBUS_ENOBASE;
       ++counts.exceptions;
@@ -160,11 +160,10 @@ struct ModbusLink::State {
     } else if (error == EMBBADCRC || error == EMBBADDATA || error == EMBBADEXC || error == EMBMDATA ||
                error == EMBUNKEXC || error == EMBBADSLAVE) {
       ++counts.bad_frames;
-      reported.what = "the drive's answer makes no sense";
+      reported.what = "the drive's answer is not valid";
       reported.value = modbus_strerror(error);
-      reported.remedy = config.transport == Transport::kRtu
-                            ? "check shielding, termination, speed and parity"
-                            : "check that it is a Modbus server that listens there";
+      reported.remedy = config.transport == Transport::kRtu ? "check shielding, termination, speed and parity"
+                                                            : "check that a Modbus server listens there";
     } else {
       ++counts.broken;
       connected = false;
@@ -234,11 +233,11 @@ std::optional<hal::Error> ModbusLink::open() {
     return hal::Error{"cannot connect to the drive", s.place, std::strerror(error), "",
                       config.transport == Transport::kRtu
                           ? "check that the port exists, may be read and written, and is used by nothing else"
-                          : "check address, port and power of the drive; many serve one client only"};
+                          : "check address, port and power of the drive; many drives serve one client only"};
   }
   s.connected = true;
   set_timeout(context, config.response_timeout_s);
-  // Without a time between bytes the response time holds for the answer as a whole.
+  // Without a timeout between bytes the response timeout holds for the whole answer.
   modbus_set_byte_timeout(context, 0, 0);
   if (config.transport == Transport::kRtu && config.rs485 &&
       modbus_rtu_set_serial_mode(context, MODBUS_RTU_RS485) != 0) {

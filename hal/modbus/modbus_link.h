@@ -14,7 +14,7 @@ namespace hapticd::modbus {
 
 enum class Transport : std::uint8_t { kTcp, kRtu };
 
-/// Where the drive is to be found and how long it is waited for.
+/// Address of the drive and timeouts.
 struct LinkConfig {
   Transport transport = Transport::kTcp;
   std::string host = "192.168.1.20";  ///< name or address, IPv4 or IPv6
@@ -25,7 +25,7 @@ struct LinkConfig {
   int data_bits = 8;
   int stop_bits = 1;
   bool rs485 = false;               ///< have the kernel switch the direction of an RS-485 port
-  int unit = 1;                     ///< the drive's number on the line; over TCP usually of no account
+  int unit = 1;                     ///< the drive's number on the line; over TCP usually ignored
   double response_timeout_s = 0.2;  ///< for a whole answer, from its request
   double connect_timeout_s = 1.0;
   friend bool operator==(const LinkConfig&, const LinkConfig&) = default;
@@ -39,13 +39,13 @@ std::string to_text(const LinkConfig& config);
 struct LinkCounts {
   std::uint64_t requests = 0;
   std::uint64_t timeouts = 0;
-  std::uint64_t exceptions = 0;  ///< the drive answered that it will not
+  std::uint64_t exceptions = 0;  ///< the drive refused a request
   std::uint64_t bad_frames = 0;  ///< CRC, transaction, length or unit wrong
   std::uint64_t broken = 0;      ///< connections that broke or could not be made
 };
 
-/// Requests and answers over libmodbus. One thread; a call takes at most its timeout, however slowly bytes
-/// drip in. What is left over of a failed exchange is thrown away before the next.
+/// Requests and answers over libmodbus. For one thread; a call takes at most its timeout, however slowly
+/// bytes arrive. The rest of a failed exchange is discarded before the next.
 class ModbusLink {
  public:
   explicit ModbusLink(const LinkConfig& config);

@@ -8,7 +8,7 @@
 
 namespace hapticd::modbus {
 
-/// How a drive writes a number into one register or two.
+/// How a drive stores a number in one or two registers.
 enum class NumberType : std::uint8_t { kBit, kU16, kS16, kU32, kS32, kF32 };
 /// Which half comes first, of a pair of registers or of the two bytes within one.
 enum class Order : std::uint8_t { kBigFirst, kLittleFirst };
@@ -16,7 +16,7 @@ enum class Order : std::uint8_t { kBigFirst, kLittleFirst };
 struct NumberFormat {
   NumberType type = NumberType::kU16;
   Order word_order = Order::kBigFirst;  ///< of the two registers of a 32-bit number
-  Order byte_order = Order::kBigFirst;  ///< within each register; big is what the protocol means
+  Order byte_order = Order::kBigFirst;  ///< within each register; the protocol's order is big
   friend bool operator==(const NumberFormat&, const NumberFormat&) = default;
 };
 
@@ -30,9 +30,9 @@ double decode(const NumberFormat& format, std::span<const std::uint16_t> words) 
 /// The same bits as an unsigned number, for status words.
 std::uint32_t decode_bits(const NumberFormat& format, std::span<const std::uint16_t> words) noexcept;
 
-/// Words as they go on the wire; only the first words_of(type) count.
+/// Words as sent on the wire; only the first words_of(type) count.
 using Words = std::array<std::uint16_t, 2>;
-/// Rounded to the nearest whole number where the type has none between. Nothing when the type cannot hold it.
+/// Rounded to the nearest whole number for integer types. Nothing when the type cannot hold the value.
 std::optional<Words> encode(const NumberFormat& format, double value) noexcept;
 Words encode_bits(const NumberFormat& format, std::uint32_t bits) noexcept;
 

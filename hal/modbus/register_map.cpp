@@ -9,7 +9,7 @@ namespace hapticd::modbus {
 
 namespace {
 
-/// The protocol's most: 125 registers, 2000 bits.
+/// The protocol's maximum: 125 registers, 2000 bits.
 constexpr unsigned kMaxRegisters = 125;
 constexpr unsigned kMaxBits = 2000;
 
@@ -28,17 +28,16 @@ hal::Error complaint(const RegisterMap& map, std::string what, std::string value
 
 std::optional<hal::Error> check_register(const RegisterMap& map, const Register& one) {
   if ((one.format.type == NumberType::kBit) != is_bit(one.table)) {
-    return complaint(map, "coils and discrete inputs hold bits, and registers hold none of their own",
-                     one.name, "type \"bit\" for both, another for registers",
-                     "give the register a number's type; its bits are named where they are used");
+    return complaint(map, "coils and discrete inputs hold bits; registers hold numbers", one.name,
+                     "type \"bit\" for both, another for registers",
+                     "give the register a number type; name its bits where they are used");
   }
   if (one.address + words_of(one.format.type) > 0x10000U) {
     return complaint(map, "the register lies beyond the last address", one.name, "0 … 65535",
                      "correct the address");
   }
   if (!std::isfinite(one.scale) || !std::isfinite(one.offset) || one.scale == 0.0) {
-    return complaint(map, "the scale of a register is no number to multiply with", one.name,
-                     "finite and not 0", "correct it");
+    return complaint(map, "the scale of a register is not valid", one.name, "finite and not 0", "correct it");
   }
   return std::nullopt;
 }
@@ -47,13 +46,13 @@ std::optional<hal::Error> check_quantity(const RegisterMap& map, std::size_t ind
                                          const char* what, const char* units) {
   const Register& one = map.registers[index];
   if (dimension_of(one.unit) == wanted) return std::nullopt;
-  return complaint(map, std::string(what) + " has the wrong unit", one.name, units, "give it one of those");
+  return complaint(map, std::string(what) + " has the wrong unit", one.name, units, "use one of those");
 }
 
 std::optional<hal::Error> check_sequence(const RegisterMap& map, const Sequence& sequence, const char* name) {
   for (const Step& step : sequence) {
     if (step.register_index >= map.registers.size()) {
-      return complaint(map, std::string("'") + name + "' writes a register that is none", "", "", "name it");
+      return complaint(map, std::string("'") + name + "' writes an unknown register", "", "", "name it");
     }
     const Register& one = map.registers[step.register_index];
     if (!is_writable(one.table)) {
@@ -93,7 +92,7 @@ std::optional<bool> holds(const RegisterMap& map, const std::optional<Condition>
   return equal != condition->negated;
 }
 
-/// A float of two registers in the wrong order is a tiny number more often than a large one.
+/// A two-register float in the wrong order is more often tiny than large.
 constexpr double kTiniest = 1e-20;
 
 double quantity(const Register& one, const Gear& gear, std::span<const std::uint16_t> words) {
@@ -117,11 +116,11 @@ std::optional<hal::Error> check(const RegisterMap& map) {
     if (!*condition) continue;
     all_known = all_known && known((*condition)->register_index);
     if (((*condition)->equals & ~(*condition)->mask) != 0) {
-      return complaint(map, "a condition wants bits that its mask leaves out", "", "equals within mask",
+      return complaint(map, "a condition tests bits outside its mask", "", "equals within mask",
                        "correct it");
     }
   }
-  if (!all_known) return complaint(map, "a register is used that is none", "", "", "name it");
+  if (!all_known) return complaint(map, "an unknown register is used", "", "", "name it");
   if (auto error =
           check_quantity(map, map.position_actual, Dimension::kAngle, "the position", "a unit of angle")) {
     return error;
@@ -134,7 +133,7 @@ std::optional<hal::Error> check(const RegisterMap& map) {
   }
   if (!map.homed && !map.always_homed) {
     return complaint(map, "nothing says whether the drive is homed", "", "'homed' or always_homed = true",
-                     "name the bit; say always_homed only of an absolute encoder");
+                     "name the bit; use always_homed only for an absolute encoder");
   }
   const auto starts_with = [&map](Step::Kind kind) {
     return std::any_of(map.start.begin(), map.start.end(),
@@ -144,7 +143,7 @@ std::optional<hal::Error> check(const RegisterMap& map) {
     return complaint(map, "'start' writes no target", "", "a step with write = \"target\"", "add it");
   }
   if (map.stop.empty()) {
-    return complaint(map, "there is no way to stop the table", "", "at least one step of 'stop'",
+    return complaint(map, "there is no command to stop the table", "", "at least one step of 'stop'",
                      "a table that cannot be stopped is not to be turned");
   }
   struct Named {

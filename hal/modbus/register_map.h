@@ -15,14 +15,14 @@
 
 namespace hapticd::modbus {
 
-/// The four tables of the protocol. The first and the third may be written.
+/// The four tables of the protocol. Coils and holding registers can be written.
 enum class Table : std::uint8_t { kCoil, kDiscreteInput, kHolding, kInput };
 
 /// One number of the drive.
 struct Register {
-  std::string name;  ///< by which status, figures and orders refer to it
+  std::string name;  ///< used by conditions, figures and commands
   Table table = Table::kHolding;
-  std::uint16_t address = 0;  ///< as it goes on the wire, counted from 0
+  std::uint16_t address = 0;  ///< as sent on the wire, counted from 0
   NumberFormat format;
   Unit unit = Unit::kNone;
   double scale = 1.0;  ///< quantity = number × scale + offset, in the unit
@@ -30,7 +30,7 @@ struct Register {
   friend bool operator==(const Register&, const Register&) = default;
 };
 
-/// A statement about a register: of the masked bits, all those of `equals` are set and no others.
+/// A condition on a register: of the masked bits, exactly those of `equals` are set.
 struct Condition {
   std::size_t register_index = 0;
   std::uint32_t mask = 1;
@@ -39,11 +39,11 @@ struct Condition {
   friend bool operator==(const Condition&, const Condition&) = default;
 };
 
-/// One write of an order.
+/// One write of a command.
 struct Step {
   enum class Kind : std::uint8_t {
     kValue,   ///< the register becomes `value`
-    kSet,     ///< the bits of `value` are set; the others stay as last written here
+    kSet,     ///< the bits of `value` are set; the others stay as last written by us
     kClear,   ///< the bits of `value` are cleared
     kTarget,  ///< the motion's target angle
     kSpeed,   ///< its limits
@@ -57,7 +57,7 @@ struct Step {
 };
 using Sequence = std::vector<Step>;
 
-/// Which register of a drive means what. Says all that is special about a make of drive; a new one needs no
+/// The registers of a drive and their meaning: everything specific to a make of drive. A new make needs no
 /// code.
 struct RegisterMap {
   std::string name;    ///< e.g. "oriental_az"
@@ -71,43 +71,44 @@ struct RegisterMap {
   std::optional<Condition> moving;
   std::optional<Condition> in_position;
   std::optional<Condition> alarm;  ///< absent: an alarm code other than 0
-  bool always_homed = false;       ///< an absolute encoder: there is nothing to be homed
+  bool always_homed = false;       ///< an absolute encoder, which needs no homing
 
   Sequence setup;  ///< once after connecting: mode, enable
   Sequence start;  ///< to the target, within the limits
   Sequence home;
   Sequence stop;
-  Sequence reset;    ///< an alarm
-  Sequence release;  ///< before the connection is closed; usually nothing, so that the table holds its place
+  Sequence reset;  ///< an alarm
+  Sequence
+      release;  ///< before the connection is closed; usually nothing, so that the table holds its position
   std::map<std::uint32_t, std::string> alarm_texts;
 
   friend bool operator==(const RegisterMap&, const RegisterMap&) = default;
 };
 
-/// An error where the map contradicts itself or lacks what no turntable can do without.
+/// An error if the map contradicts itself or lacks something that every turntable needs.
 std::optional<hal::Error> check(const RegisterMap& map);
 
-/// So many words of one table in one request.
+/// Adjacent words of one table, read in one request.
 struct ReadBlock {
   Table table = Table::kHolding;
   std::uint16_t address = 0;
   std::uint16_t count = 0;
   friend bool operator==(const ReadBlock&, const ReadBlock&) = default;
 };
-/// What has to be read to know position and status: what lies side by side in one request, nothing that was
-/// not asked for.
+/// The blocks to read for position and status: adjacent registers in one request, and no other registers.
 std::vector<ReadBlock> read_plan(const RegisterMap& map);
 
 /// The answers to a plan, block by block.
 using BlockWords = std::vector<std::vector<std::uint16_t>>;
-/// The words of a register among them; empty where they are not.
+/// The words of register `wanted` among the answers; empty if they are not there.
 std::span<const std::uint16_t> words_in(const Register& wanted, std::span<const ReadBlock> plan,
                                         const BlockWords& words);
-/// What the answers mean. A position or velocity that is not finite stays so: the caller judges.
+/// Converts the answers, in deg and deg/s. A position or velocity that is not finite is passed on: the
+/// caller checks it.
 turntable::DriveReading interpret(const RegisterMap& map, const Gear& gear, std::span<const ReadBlock> plan,
                                   const BlockWords& words);
-/// A remark on another word or byte order in which the position would be within the range; empty when none
-/// is.
+/// Names another word or byte order in which the position would be within the range (deg); empty if there
+/// is none.
 std::string hint_of_order(const RegisterMap& map, const Gear& gear, std::span<const ReadBlock> plan,
                           const BlockWords& words, double min_deg, double max_deg);
 

@@ -9,10 +9,10 @@ namespace {
 constexpr double kDegPerTurn = 360.0;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kSecondsPerMinute = 60.0;
-/// 1000 rpm in a millisecond are a million rpm in a second.
+/// 1000 rpm in a millisecond is a million rpm in a second.
 constexpr double kReciprocal = 1e6;
 
-/// Degrees (per s, per s²) of the table in one of the unit.
+/// Degrees (per s, per s²) of the table per one of the unit.
 double factor(Unit unit, const Gear& gear) noexcept {
   const double motor_turn = kDegPerTurn / gear.motor_turns_per_turn;
   switch (unit) {
@@ -85,7 +85,7 @@ double to_drive(double value, Unit unit, const Gear& gear) noexcept {
     case Dimension::kAngle:
       return sense * (value - gear.zero_deg) / factor(unit, gear);
     case Dimension::kSpeed:
-      return value / factor(unit, gear);  // a limit: without a sense
+      return value / factor(unit, gear);  // a limit: without a direction
     case Dimension::kAcceleration: {
       const double of_drive = value / factor(unit, gear);
       return unit == Unit::kMsTo1000Rpm ? kReciprocal / of_drive : of_drive;

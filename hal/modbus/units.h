@@ -26,18 +26,18 @@ enum class Unit : std::uint8_t {
 enum class Dimension : std::uint8_t { kNone, kAngle, kSpeed, kAcceleration };
 Dimension dimension_of(Unit unit) noexcept;
 
-/// Between the drive's counts and the table.
+/// Conversion between the drive's counts and the table.
 struct Gear {
   double steps_per_motor_turn = 10000.0;
   double motor_turns_per_turn = 1.0;  ///< of the table
-  bool reversed = false;              ///< the drive counts the other way round
+  bool reversed = false;              ///< the drive counts in the opposite direction
   double zero_deg = 0.0;              ///< the table's angle where the drive says 0
 };
 
-/// A quantity in a drive's unit at the table: deg, deg/s or deg/s². Angles with the gear's sense and zero,
-/// speeds with its sense, accelerations without.
+/// A quantity in a drive's unit at the table: deg, deg/s or deg/s². Angles with the gear's direction and
+/// zero, speeds with its direction, accelerations with neither.
 double to_table(double value, Unit unit, const Gear& gear) noexcept;
-/// And back.
+/// The inverse of to_table().
 double to_drive(double value, Unit unit, const Gear& gear) noexcept;
 
 }  // namespace hapticd::modbus

@@ -28,7 +28,7 @@ std::array<double, 6> ranges_of(const hal::Nano17Calibration& c) {
 std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtConfig& config) {
   const std::string where = "Net F/T box " + config.address;
   if (!config.serial.empty() && box.calibration_serial != config.serial) {
-    return hal::Error{.what = "another calibration is active on the box than the one expected",
+    return hal::Error{.what = "the active calibration of the box is not the expected one",
                       .where = where + ", cfgcalsn",
                       .value = "'" + box.calibration_serial.substr(0, 40) + "'",
                       .limit = "'" + config.serial + "'",
@@ -46,7 +46,7 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
       if (range == 0.0) continue;  // not reported
       if (range < expected[i] * kSameRange && range > expected[i] / kSameRange) continue;
       const char* unit = i < 3 ? " N" : " N·mm";
-      return hal::Error{.what = std::string("the box has another calibration than a ") +
+      return hal::Error{.what = std::string("the calibration of the box is not that of a ") +
                                 std::string(calibration->name) + ": the range of " + kAxes[i] + " differs",
                         .where = where + ", cfgmr",
                         .value = number_text(range) + unit,
@@ -75,7 +75,7 @@ std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtCon
 std::vector<std::string> findings_of(const BoxConfiguration& box, const NetFtConfig& config) {
   std::vector<std::string> findings;
   if (box.rdt_rate_hz && *box.rdt_rate_hz < config.rate_hz) {
-    findings.push_back("the box is set to " + number_text(*box.rdt_rate_hz) + " Hz, wanted are " +
+    findings.push_back("the box is set to " + number_text(*box.rdt_rate_hz) + " Hz, expected are " +
                        number_text(config.rate_hz) +
                        " Hz: set the RDT output rate on its communication page");
   }

@@ -9,12 +9,12 @@
 
 namespace hapticd::netft {
 
-/// What makes a box unfit for this configuration: another calibration than the expected, its stream switched
-/// off or too slow. Nothing when it will do.
+/// The reason to refuse this box: an unexpected calibration, its stream switched off or too slow. Nothing
+/// if the box is usable.
 std::optional<hal::Error> refuse_box(const BoxConfiguration& box, const NetFtConfig& config);
 
-/// What could be better, each with its remedy: a rate below the one wanted, another filter than expected or
-/// one that delays, a transformation of its own.
+/// Findings about the settings, each with its remedy: a rate below the expected one, an unexpected filter
+/// or one that delays, a tool transformation in the box.
 std::vector<std::string> findings_of(const BoxConfiguration& box, const NetFtConfig& config);
 
 }  // namespace hapticd::netft

@@ -54,7 +54,7 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
     }
   }
   if (config.lowest_rate_hz > config.rate_hz) {
-    return hal::Error{.what = "the lowest rate is above the one that is wanted",
+    return hal::Error{.what = "the lowest rate is above the expected rate",
                       .where = place("lowest_rate_hz"),
                       .value = number_text(config.lowest_rate_hz, 9) + " Hz",
                       .limit = "at most rate_hz, " + number_text(config.rate_hz, 9) + " Hz",
@@ -67,22 +67,22 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
                       .limit = "at most retry_longest_ms, " + number_text(config.retry_longest_ms, 9) + " ms",
                       .remedy = "lower it"};
   }
-  // The address goes into an HTTP request: nothing that could end the line or begin a path.
+  // The address goes into an HTTP request: it must not end the line or begin a path.
   constexpr std::string_view kInNames = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:";
   if (config.address.empty() || config.address.size() > 253 ||
       config.address.find_first_not_of(kInNames) != std::string::npos) {
-    return hal::Error{.what = "the address is no name or number of a host",
+    return hal::Error{.what = "the address is not a host name or number",
                       .where = place("address"),
                       .value = "'" + config.address.substr(0, 60) + "'",
                       .limit = "e.g. \"192.168.1.1\"",
-                      .remedy = "give the box's address alone, without http:// and port"};
+                      .remedy = "give the box's address only, without http:// and port"};
   }
   const bool clean_path = config.http_path.starts_with('/') && config.http_path.size() <= 1024 &&
                           std::none_of(config.http_path.begin(), config.http_path.end(), [](char c) {
                             return static_cast<unsigned char>(c) <= 0x20 || c == 0x7f;
                           });
   if (!clean_path) {
-    return hal::Error{.what = "the path is none of a page",
+    return hal::Error{.what = "the path is not valid",
                       .where = place("http_path"),
                       .value = "'" + config.http_path.substr(0, 60) + "'",
                       .limit = "begins with '/', no blanks, at most 1024 bytes",

@@ -16,7 +16,7 @@ namespace {
 constexpr double kMaxCounts = 1e12;
 constexpr double kFastestHz = 100'000.0;
 constexpr double kMaxReading = 1e9;
-/// The units by the numbers that cfgfu and cfgtu have for them, for firmwares without their names.
+/// Units by their numbers in cfgfu and cfgtu, for firmware that does not give names.
 constexpr std::array<std::string_view, 6> kForceUnitByCode{"lbf", "N", "klbf", "kN", "kgf", "gf"};
 constexpr std::array<std::string_view, 6> kTorqueUnitByCode{"lbf-in", "lbf-ft", "Nm", "Nmm", "kgf-cm", "kNm"};
 
@@ -27,7 +27,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-/// A value as it may be shown on a terminal: short, and without control characters.
+/// A value for display on a terminal: short, without control characters.
 std::string shown(std::string_view text) {
   constexpr std::size_t kMax = 60;
   std::string clean(text.substr(0, kMax));
@@ -42,7 +42,7 @@ bool read_number(std::string_view text, double& number) {
   return code == std::errc() && end == text.data() + text.size() && std::isfinite(number);
 }
 
-/// The page's elements by name, with one error kept: the first.
+/// The page's elements by name; keeps the first error.
 class Page {
  public:
   Page(const pugi::xml_document& document, std::string_view where) : document_(document), where_(where) {}
@@ -72,7 +72,7 @@ class Page {
     return counts.value_or(1.0);
   }
 
-  /// Six numbers between semicolons, commas or blanks, as firmwares differ in it.
+  /// Six numbers separated by semicolons, commas or blanks: firmware versions differ.
   std::optional<std::array<double, 6>> six(const char* name) {
     const auto value = text(name);
     if (!value) return std::nullopt;
@@ -100,7 +100,7 @@ class Page {
     return read;
   }
 
-  /// A unit by its name, or by its number where the firmware gives only that.
+  /// A unit by its name, or by its number if the firmware gives only that.
   std::string unit(const char* name, const char* code_name, const std::array<std::string_view, 6>& by_code) {
     if (const auto value = text(name)) return std::string(*value);
     const auto code = number(code_name, 1.0, 6.0, "1 … 6");
@@ -129,7 +129,7 @@ class Page {
           .value = {},
           .limit = "a page with cfgcpf, cfgcpt, scfgfu and scfgtu",
           .remedy = "check that the address is that of a Net F/T box, or set read_configuration = false and "
-                    "give counts and units by hand"});
+                    "set counts and units by hand"});
   }
   pugi::xml_node find(const char* name) {
     return document_.find_node([name](const pugi::xml_node& node) {
@@ -191,7 +191,7 @@ hal::Result<BoxConfiguration> parse_netft_configuration(std::string_view xml, st
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(xml.data(), xml.size());
   if (!parsed) {
-    return hal::Error{.what = std::string("the page is no XML: ") + parsed.description(),
+    return hal::Error{.what = std::string("the page is not XML: ") + parsed.description(),
                       .where = std::string(where) + ", byte " + std::to_string(parsed.offset),
                       .value = shown(xml.substr(0, 60)),
                       .limit = "the XML page /netftapi2.xml of a Net F/T box",

@@ -10,8 +10,8 @@
 
 namespace hapticd::netft {
 
-/// What a Net F/T box says of its active configuration on /netftapi2.xml. Optional where a firmware, or a
-/// peer that speaks the protocol, may leave it out.
+/// Active configuration of a Net F/T box, from /netftapi2.xml. Optional members may be missing in some
+/// firmware or in another peer of the protocol.
 struct BoxConfiguration {
   std::string product;                          ///< prodname
   std::string firmware;                         ///< mfgdigver
@@ -22,7 +22,7 @@ struct BoxConfiguration {
   double newton_millimetres_per_count = 0.0;    ///< from cfgcpt and the unit
   std::optional<std::array<double, 6>> ranges;  ///< cfgmr: Fx Fy Fz [N], Tx Ty Tz [N·mm]
   std::optional<std::array<double, 6>> bias;    ///< setbias: offsets of the six gages, gage counts
-  /// cfgtfx: translation and rotation the box applies to its readings, in its own units.
+  /// cfgtfx: translation and rotation that the box applies to its readings, in its own units.
   std::optional<std::array<double, 6>> tool_transformation;
   std::optional<double> low_pass_hz;        ///< setuserfilter; 0 = no filter
   std::optional<bool> rdt_enabled;          ///< comrdte
@@ -31,11 +31,11 @@ struct BoxConfiguration {
   std::optional<std::uint32_t> status;      ///< runstat, bits of rdt_status.h
 };
 
-/// Reads the page. Counts and units are required; whatever else is there must be readable. Errors name the
-/// element, its value and what would be accepted. `where` is what errors call the page.
+/// Reads the page. Counts and units are required; every other known element, if present, must be valid.
+/// Errors name the element, its value and the accepted values. `where` names the page in errors.
 hal::Result<BoxConfiguration> parse_netft_configuration(std::string_view xml, std::string_view where);
 
-/// Cut-off frequencies the box can be set to, by the number it has for them; 0 Hz = no filter.
+/// Cut-off frequencies of the box, by their number in the box; 0 Hz = no filter.
 inline constexpr std::array<double, 13> kLowPassHz{0.0, 838.0, 326.0,  152.0,  73.0,   35.0,  18.0,
                                                    8.0, 5.0,   1500.0, 2000.0, 2500.0, 3000.0};
 

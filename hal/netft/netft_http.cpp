@@ -64,19 +64,19 @@ hal::Result<std::string> fetch_page(const std::string& address, int port, const 
                       .limit = {},
                       .remedy =
                           "check the box's power, cable and address (open this address in a browser), or "
-                          "set read_configuration = false and give counts and units by hand"};
+                          "set read_configuration = false and set counts and units by hand"};
   };
   const auto left = std::chrono::duration_cast<std::chrono::microseconds>(deadline - Clock::now());
-  if (left.count() <= 0) return refusal("there was no time left to ask the box", "");
+  if (left.count() <= 0) return refusal("no time was left to ask the box", "");
 
   httplib::Client client(address, port);
   client.set_connection_timeout(left);
-  // Later than the watchdog, which is the one to end it.
+  // Later than the deadline of the watchdog, which ends the request.
   client.set_read_timeout(left + std::chrono::seconds(1));
   client.set_write_timeout(left + std::chrono::seconds(1));
   client.set_follow_location(false);
   client.set_keep_alive(false);
-  // No compressed content: its true length could not be bounded.
+  // No compressed content: its length could not be bounded.
   const httplib::Headers headers{{"Accept-Encoding", "identity"}};
 
   std::string body;

@@ -8,9 +8,9 @@
 
 namespace hapticd::netft {
 
-/// The text of a page, by HTTP GET. Returns by the deadline, whatever the server does: refuses, is silent,
-/// drips, or sends without end (at most `most_bytes` are taken). `address` is a number, so that nothing waits
-/// for a name server. Redirections are not followed: a box has none.
+/// The text of a page, by HTTP GET. Returns by the deadline, whatever the server does: refuse, stay silent,
+/// send slowly, or send without end (at most `most_bytes` are read). `address` is a number, so that no name
+/// server is needed. Redirections are not followed: a box has none.
 hal::Result<std::string> fetch_page(const std::string& address, int port, const std::string& path,
                                     std::chrono::steady_clock::time_point deadline, std::size_t most_bytes,
                                     const std::stop_token& cancel);

@@ -24,9 +24,9 @@ constexpr std::chrono::milliseconds kBiasTime{250};
 constexpr std::chrono::milliseconds kBiasTimeout{2000};
 constexpr std::chrono::milliseconds kBiasSettling{50};
 constexpr int kBiasAttempts = 3;
-/// Of the samples that come in this time at the lowest rate allowed.
+/// As many samples as arrive in this time at the lowest allowed rate.
 constexpr double kMinBiasShare = 0.5;
-/// A box that has biased itself reads zero to within this share of its range.
+/// After a bias on the box its readings are zero to within this share of the range.
 constexpr double kBiasedShare = 0.005;
 constexpr double kNoticeableLoss = 0.01;
 constexpr std::int64_t kRecentlyNs = 60'000'000'000;
@@ -47,7 +47,7 @@ hal::SensorInfo info_of(const NetFtConfig& config) {
   return info;
 }
 
-/// Readings at which each axis is at its end of range, N and N·mm.
+/// Readings at the end of range of each axis, N and N·mm.
 SixAxes<double> ranges_of(const std::string& model) {
   SixAxes<double> ranges{};
   if (const auto c = hal::find_nano17_calibration(model, "")) {
@@ -68,7 +68,7 @@ hal::Result<std::string> numeric_address(const std::string& address, const std::
                     .where = place,
                     .value = address,
                     .limit = {},
-                    .remedy = "give the number, e.g. \"192.168.1.1\", or make the name known"};
+                    .remedy = "use the number, e.g. \"192.168.1.1\", or add the name to the name service"};
 }
 
 }  // namespace
@@ -211,7 +211,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
 }
 
 std::optional<hal::Error> NetFtSensor::await_sample(Clock::time_point deadline) {
-  // At least once is asked, even if the page took all the time there was.
+  // Try at least once, even if the page used up all the time.
   const auto last = std::max(deadline, Clock::now() + std::chrono::milliseconds(100));
   RdtTotals totals = stream_.totals();
   while (totals.good == 0 && Clock::now() < last) {
@@ -224,21 +224,21 @@ std::optional<hal::Error> NetFtSensor::await_sample(Clock::time_point deadline) 
                    .value = {},
                    .limit = {},
                    .remedy =
-                       "check that nothing between blocks UDP, that no other client takes the stream, and "
+                       "check that no firewall blocks UDP, that no other client takes the stream, and "
                        "the box's status page"};
   if (totals.faulty > 0) {
-    error.what = "the box sends, but reports itself unfit";
+    error.what = "the box sends, but reports a fault";
     std::string status;
     for (const std::string& line : describe_rdt_status(counters_.recent_status.load())) {
       status += (status.empty() ? "" : "; ") + line;
     }
     error.value = status;
-    error.remedy = "see to what it reports";
+    error.remedy = "correct the reported faults";
   } else if (totals.saturated > 0) {
     error.what = "the box sends, but the sensor is saturated";
     error.remedy = "unload the sensor; if it stays, the transducer is overloaded or its cable is broken";
   } else if (counters_.malformed.load() > 0) {
-    error.value = std::to_string(counters_.malformed.load()) + " datagrams that are no RDT records";
+    error.value = std::to_string(counters_.malformed.load()) + " datagrams that are not RDT records";
   }
   return error;
 }
@@ -327,7 +327,7 @@ std::optional<hal::Error> NetFtSensor::bias() {
                         .where = "[rig.netft] bias",
                         .value = "none",
                         .limit = "software, box",
-                        .remedy = "choose who is to subtract the reading of the unloaded sensor"};
+                        .remedy = "choose what subtracts the reading of the unloaded sensor"};
     case BiasBy::kSoftware:
       error = bias_in_software();
       break;
@@ -337,7 +337,7 @@ std::optional<hal::Error> NetFtSensor::bias() {
   }
   if (error) return error;
 
-  // What a restarted box must still have for this bias to hold.
+  // The bias stays valid only while the box keeps these values after a restart.
   std::optional<std::array<double, 6>> box_bias;
   if (config_.read_configuration) {
     if (const auto box = read_box(Clock::now() + std::chrono::seconds(1))) box_bias = box->bias;
@@ -369,11 +369,11 @@ hal::Result<SixAxes<double>> NetFtSensor::measure_mean() {
   const std::uint64_t samples = after.good - before.good;
   if (samples < fewest) {
     return refusal("too few samples came for a bias", std::to_string(samples),
-                   "at least " + std::to_string(fewest), "see to the connection, then bias again");
+                   "at least " + std::to_string(fewest), "check the connection, then bias again");
   }
   if (after.saturated != before.saturated || after.faulty != before.faulty) {
-    return refusal("the sensor was saturated or unfit while the bias was taken", "", "",
-                   "free the tool, see to what the box reports, then bias again");
+    return refusal("the sensor was saturated or faulty while the bias was taken", "", "",
+                   "take the tool out of contact, correct what the box reports, then bias again");
   }
   SixAxes<double> mean{};
   for (std::size_t i = 0; i < mean.size(); ++i) {
@@ -399,7 +399,7 @@ bool NetFtSensor::zero_holds(const std::optional<BoxConfiguration>& box) {
   if (!zero_) return true;
   const bool same_units = zero_->newtons_per_count == newtons_per_count_ &&
                           zero_->newton_millimetres_per_count == newton_millimetres_per_count_;
-  bool same_box_bias = true;  // where nothing is said
+  bool same_box_bias = true;  // if the page does not say
   {
     const std::lock_guard reported(reported_);
     if (box && box->bias && box_bias_) same_box_bias = *box->bias == *box_bias_;
@@ -413,7 +413,7 @@ bool NetFtSensor::zero_holds(const std::optional<BoxConfiguration>& box) {
 std::optional<hal::Error> NetFtSensor::bias_on_box() {
   const SixAxes<double> ranges = ranges_of(config_.model);
   double worst = 0.0;
-  // The command is one datagram, which may be lost: whether it had its effect is seen in the readings.
+  // The command is one datagram, which may be lost: the readings show whether it had an effect.
   for (int attempt = 0; attempt < kBiasAttempts; ++attempt) {
     stream_.send(RdtCommand::kSetSoftwareBias);
     std::this_thread::sleep_for(kBiasSettling);
@@ -429,11 +429,11 @@ std::optional<hal::Error> NetFtSensor::bias_on_box() {
       return std::nullopt;
     }
   }
-  return hal::Error{.what = "the box did not take the bias: its readings are not zero",
+  return hal::Error{.what = "the box did not apply the bias: its readings are not zero",
                     .where = place(),
                     .value = number_text(100.0 * worst) + " % of the range",
                     .limit = "below " + number_text(100.0 * kBiasedShare) + " %",
-                    .remedy = "keep the tool free and at rest, or set bias = \"software\""};
+                    .remedy = "keep the tool out of contact and at rest, or set bias = \"software\""};
 }
 
 std::optional<hal::Error> NetFtSensor::reset_condition_latch() {
@@ -450,7 +450,7 @@ void NetFtSensor::check_after_restarts(const std::stop_token& stop) {
       if (!restarted_.wait(lock, stop, [this] { return restart_seen_; })) return;
       restart_seen_ = false;
     }
-    // Until it is known better.
+    // Until the page is read.
     bias_lost_.store(true);
     check_restarted_box(stop);
     if (bias_lost_.load() && !stop.stop_requested()) {
@@ -465,7 +465,7 @@ void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
     bias_lost_.store(config_.bias == BiasBy::kBox);
     return;
   }
-  // A box answers over HTTP a while after its stream begins: ask more than once.
+  // A box answers over HTTP some time after its stream begins: ask more than once.
   const auto give_up = Clock::now() + seconds(config_.connect_timeout_s);
   std::optional<BoxConfiguration> box;
   while (!box && !stop.stop_requested() && Clock::now() < give_up) {
@@ -528,32 +528,34 @@ hal::PartReport NetFtSensor::report() const {
     findings.insert(findings.end(), described.begin(), described.end());
     if (bias_lost_.load()) {
       findings.emplace_back(
-          "the box restarted, and a bias set on it before is lost: free the tool and bias again (never done "
-          "by itself: under load it would hide the load)");
+          "the box restarted, and its earlier bias is lost: take the tool out of contact and bias again "
+          "(never "
+          "automatic: under load it would hide the load)");
     }
     const double rate_set = box_rate_hz();
     const double rate = counters_.rate_hz.load();
     if (silent) {
       findings.emplace_back(
-          "nothing comes from the box: check its power and cable, and that no other client takes the stream");
+          "no data come from the box: check its power and cable, and that no other client takes the stream");
     } else if (rate > 0.0 && rate_set > 0.0 && rate < 0.9 * rate_set) {
-      findings.push_back("only " + number_text(std::round(rate)) + " samples a second come of the " +
+      findings.push_back("only " + number_text(std::round(rate)) + " samples a second arrive of the " +
                          number_text(rate_set) + " the box is set to: check network and load of the machine");
     }
     if (counters_.loss_share.load() > kNoticeableLoss) {
-      findings.push_back(number_text(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
-                         " % of the samples are lost on the way: connect the box directly, check the cable");
+      findings.push_back(
+          number_text(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
+          " % of the samples are lost in the network: connect the box directly, check the cable");
     }
     const std::int64_t last_implausible_ns = counters_.last_implausible_ns.load();
     if (last_implausible_ns != 0 && monotonic_ns() - last_implausible_ns < kRecentlyNs) {
       findings.emplace_back(
-          "the stream's numbers ran ahead of time or began again twice within 10 s: the box fails, or "
+          "the stream's numbers ran ahead of time or restarted twice within 10 s: the box fails, or another "
           "someone "
-          "else sends in its name; give the box a network of its own");
+          "else sends in its name; give the box its own network");
     }
     const std::int64_t last_silence_ns = counters_.last_silence_ns.load();
     if (!silent && last_silence_ns != 0 && monotonic_ns() - last_silence_ns < kRecentlyNs) {
-      findings.push_back("the stream fell silent within the last minute (" +
+      findings.push_back("the stream stopped within the last minute (" +
                          std::to_string(counters_.silences.load()) +
                          " times since the start): check the cable; a box serves one client at a time, so "
                          "close any other");

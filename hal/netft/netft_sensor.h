@@ -40,13 +40,13 @@ class NetFtSensor final : public hal::ForceSensor {
   std::optional<hal::Error> engage() override;
   void disengage() noexcept override;
   hal::PartReport report() const override;
-  /// From the configuration alone.
+  /// From the configuration only.
   const hal::SensorInfo& info() const noexcept override { return info_; }
   void read(hal::RigSample& sample) noexcept override;
-  /// Takes the mean of a quarter of a second as zero, or has the box do so and checks that it did. Waits for
-  /// it, at most 3 s.
+  /// Takes the mean of 0.25 s as zero, or commands the box to do so and checks the result. Waits for at
+  /// most 3 s.
   std::optional<hal::Error> bias() override;
-  /// Resets the latch of the box's threshold conditions, which it reports as a warning until then.
+  /// Resets the latch of the box's threshold conditions; the box reports the latch as a warning.
   std::optional<hal::Error> reset_condition_latch();
 
  private:
@@ -58,8 +58,8 @@ class NetFtSensor final : public hal::ForceSensor {
   std::optional<hal::Error> bias_in_software();
   std::optional<hal::Error> bias_on_box();
   void keep_zero(const SixAxes<double>& bias_counts);
-  /// Whether what an earlier bias found still holds for the box as it is now; if not, it is forgotten where
-  /// it has no meaning any more, and the serial number changes.
+  /// Whether an earlier bias is still valid for the present box. If not, a bias without meaning is dropped,
+  /// and the serial number changes.
   bool zero_holds(const std::optional<BoxConfiguration>& box);
   /// Mean counts of good samples over at least kBiasTime.
   hal::Result<SixAxes<double>> measure_mean();
@@ -67,7 +67,7 @@ class NetFtSensor final : public hal::ForceSensor {
   void check_restarted_box(const std::stop_token& stop);
   hal::Error not_engaged(const char* what) const;
   std::string place() const;
-  /// As its page said; 0 when it said nothing.
+  /// From the box's page; 0 if unknown.
   double box_rate_hz() const;
 
   const NetFtConfig config_;
@@ -75,7 +75,7 @@ class NetFtSensor final : public hal::ForceSensor {
   const hal::SensorInfo info_;
   const std::int64_t stale_after_ns_;
 
-  // The tick's end.
+  // Used by the tick.
   LatestValue<RdtTotals> latest_;
   RdtTotals seen_;
   std::int64_t last_read_ns_ = 0;
@@ -86,13 +86,13 @@ class NetFtSensor final : public hal::ForceSensor {
   std::atomic<std::uint32_t> bias_serial_{0};  ///< of the zero; see hal::RigSample
   std::atomic<std::uint64_t> skipped_{0};      ///< samples too old to be part of a mean
 
-  mutable std::mutex control_;  ///< one at a time opens, closes, biases
+  mutable std::mutex control_;  ///< serialises engage, disengage and bias
   RdtCounters counters_;
   RdtStream stream_{latest_, counters_};
   std::string numeric_address_;
   double newtons_per_count_ = 0.0;
   double newton_millimetres_per_count_ = 0.0;
-  /// What a bias has found; outlasts disengage(). Counts mean a load only together with their units.
+  /// Result of a bias; survives disengage(). Counts are a load only together with their units.
   struct Zero {
     SixAxes<double> bias_counts{};
     double newtons_per_count = 0.0;
@@ -100,19 +100,19 @@ class NetFtSensor final : public hal::ForceSensor {
   };
   std::optional<Zero> zero_;
 
-  mutable std::mutex reported_;  ///< guards what follows; held briefly only
+  mutable std::mutex reported_;  ///< guards the members below; held briefly
   std::optional<BoxConfiguration> box_;
   std::string connection_;
   std::string refusal_;  ///< why engage() failed last
   std::string change_;   ///< how a restarted box differs
   std::string shortcoming_;
-  /// Offsets of the gages the box had when it was biased last or engaged; empty = not known.
+  /// The box's gage offsets at its last bias or engagement; empty = unknown.
   std::optional<std::array<double, 6>> box_bias_;
 
   std::mutex restart_mutex_;
   std::condition_variable_any restarted_;
   bool restart_seen_ = false;
-  std::jthread checker_;  ///< looks after a box that restarted
+  std::jthread checker_;  ///< checks a box that restarted
 };
 
 }  // namespace hapticd::netft

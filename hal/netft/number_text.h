@@ -5,7 +5,7 @@
 
 namespace hapticd::netft {
 
-/// A number in messages, to so many significant digits.
+/// A number for messages, to `digits` significant digits.
 inline std::string number_text(double value, int digits = 6) {
   char text[40];
   std::snprintf(text, sizeof text, "%.*g", digits, value);

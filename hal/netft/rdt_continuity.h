@@ -7,10 +7,9 @@ namespace hapticd::netft {
 
 /// Whether the numbers of a stream can be those of one box. A box restarts once in a while, and records get
 /// lost: both are reported elsewhere and forgiven. Not forgiven are
-/// - numbers ahead of time: more records than can have been measured. Their sum counts, forgotten at a tenth
-/// of a
-///   second each second; more than one second is a fault. A gap as long as the time it took (a cable, a
-///   stalled machine) is none;
+/// - numbers ahead of time: more records than can have been measured. Their sum, which decays by 0.1 s per
+/// second, must not exceed one second. A gap whose length fits the elapsed time (a cable, a stalled machine)
+/// does not count;
 /// - a second restart within ten seconds that no one asked for.
 /// Both mean that someone else sends in the box's name, or that the box fails.
 class RdtContinuity {
@@ -19,7 +18,7 @@ class RdtContinuity {
   static constexpr double kForgottenShare = 0.1;
   static constexpr std::int64_t kRestartsApartNs = 10'000'000'000;
 
-  /// A record was `ahead_ns` ahead of time. True: the stream is not to be believed.
+  /// A record was `ahead_ns` ahead of time. True: the stream cannot be trusted.
   bool note_ahead(double ahead_ns, std::int64_t now_ns) noexcept {
     const double passed_ns = static_cast<double>(std::max<std::int64_t>(0, now_ns - ahead_at_ns_));
     ahead_ns_ = std::max(0.0, ahead_ns_ - kForgottenShare * passed_ns) + ahead_ns;
@@ -29,10 +28,10 @@ class RdtContinuity {
     return true;
   }
 
-  /// The stream was asked for (again): its numbers may begin again once.
+  /// The stream was requested (again): its numbers may restart once.
   void note_request() noexcept { may_restart_ = true; }
 
-  /// The numbers began again. True: the stream is not to be believed.
+  /// The numbers restarted. True: the stream cannot be trusted.
   bool note_restart(std::int64_t now_ns) noexcept {
     if (may_restart_) {
       may_restart_ = false;

@@ -8,22 +8,23 @@
 
 namespace hapticd::netft {
 
-/// One measurement as the box sends it in the raw data transfer (RDT) protocol.
+/// One measurement in the box's raw data transfer (RDT) protocol.
 struct RdtRecord {
-  std::uint32_t rdt_sequence = 0;              ///< position in the stream; wraps round
-  std::uint32_t ft_sequence = 0;               ///< the box's own count of measurements; wraps round
-  std::uint32_t status = 0;                    ///< bits of rdt_status.h
-  std::array<std::int32_t, 3> force_counts{};  ///< over counts per force: in the box's unit of force
+  std::uint32_t rdt_sequence = 0;  ///< position in the stream; wraps round
+  std::uint32_t ft_sequence = 0;   ///< the box's own count of measurements; wraps round
+  std::uint32_t status = 0;        ///< bits of rdt_status.h
+  std::array<std::int32_t, 3>
+      force_counts{};  ///< divided by the counts per force: in the box's unit of force
   std::array<std::int32_t, 3> torque_counts{};
 };
 static_assert(std::is_trivially_copyable_v<RdtRecord>);
 
 inline constexpr std::size_t kRdtRecordBytes = 36;
-/// As many as the box puts into one datagram in buffered mode.
+/// Maximum number of records in a datagram, in buffered mode.
 inline constexpr std::size_t kRdtMostRecords = 40;
 
-/// Reads the records of a datagram and returns their number: one in real-time mode, up to kRdtMostRecords in
-/// buffered mode. 0 when the length is that of no whole number of records, or of more than fit.
+/// Reads the records of a datagram and returns their number: one in real-time mode, up to kRdtMostRecords
+/// in buffered mode. 0 when the length is not a whole number of records, or there are more than fit.
 std::size_t parse_rdt_datagram(std::span<const std::uint8_t> bytes,
                                std::span<RdtRecord, kRdtMostRecords> records) noexcept;
 

@@ -8,7 +8,7 @@ RdtOrderVerdict RdtSequence::judge(std::uint32_t number, bool after_silence) noe
     newest_ = number;
     return {RdtOrder::kInOrder, 0};
   }
-  // Differences of unsigned numbers are right across the wrap.
+  // Differences of unsigned numbers are correct across the wrap.
   const std::uint32_t ahead = number - newest_;
   const std::uint32_t behind = newest_ - number;
   if (ahead == 0) return {RdtOrder::kDuplicate, 0};
@@ -31,7 +31,7 @@ RdtOrderVerdict RdtSequence::judge(std::uint32_t number, bool after_silence) noe
   const bool near = behind <= kWindow;
   const std::uint32_t needed = near && !after_silence ? kRestartRun : 2;
   if (run_ < needed) return {near ? RdtOrder::kOld : RdtOrder::kUnconfirmed, 0};
-  // Half the circle ahead of what was expected is a long gap, the other half a new beginning.
+  // Up to half the number range ahead is a long gap; the other half is a restart.
   const std::uint32_t gap = run_begin_ - newest_;
   newest_ = number;
   run_ = 0;

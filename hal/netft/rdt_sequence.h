@@ -4,10 +4,10 @@
 
 namespace hapticd::netft {
 
-/// What the number of a record says about it.
+/// Order of a record, from its sequence number.
 enum class RdtOrder : std::uint8_t {
-  kInOrder,      ///< newer than all before: use it; `lost` of them went missing in between
-  kDuplicate,    ///< was there already: drop it
+  kInOrder,      ///< newer than all before: use it; `lost` records are missing before it
+  kDuplicate,    ///< received before: drop it
   kOld,          ///< overtaken by a newer one: drop it
   kUnconfirmed,  ///< out of all order; the next one will say whether the numbers jumped: drop it
   kRestart,      ///< the numbers began again: use it
@@ -21,10 +21,10 @@ struct RdtOrderVerdict {
 /// Follows the sequence numbers of a stream through gaps, duplicates, reordering, restarts and the wrap from
 /// 2^32 - 1 to 0.
 ///
-/// One number alone never moves the expectation far: a lone damaged record must not make all good ones look
-/// old. A number further away than kWindow must be confirmed by its successor. A step back within kWindow is
-/// reordering, until kRestartRun records in a row have gone back and then forward again, which no network
-/// does; after a silence, when nothing can be on its way any more, two in a row suffice.
+/// One number never moves the expectation far: a single damaged record must not make all good ones look
+/// old. A number further away than kWindow must be confirmed by its successor. A step back within kWindow
+/// is reordering, until kRestartRun records in a row have gone back and then forward, which no network
+/// causes; after a silence, when no record can still be in transit, two in a row are enough.
 class RdtSequence {
  public:
   RdtOrderVerdict judge(std::uint32_t number, bool after_silence) noexcept;
@@ -36,7 +36,7 @@ class RdtSequence {
  private:
   bool started_ = false;
   std::uint32_t newest_ = 0;
-  std::uint32_t run_ = 0;  ///< records in a row that follow each other, but not newest_
+  std::uint32_t run_ = 0;  ///< consecutive records that follow each other, but not newest_
   std::uint32_t run_begin_ = 0;
   std::uint32_t run_newest_ = 0;
 };

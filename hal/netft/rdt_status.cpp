@@ -40,7 +40,7 @@ constexpr std::array<RdtStatusBit, 17> kBits{{
     {6, "supply voltage too high", kSupply},
     {5, "supply voltage too low", kSupply},
     {4, "no data on the link to the transducer", "check the transducer cable"},
-    {2, "temperature out of range", "bring box and transducer into their range of temperature"},
+    {2, "temperature out of range", "keep box and transducer within their temperature range"},
 }};
 
 }  // namespace

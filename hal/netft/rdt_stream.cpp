@@ -67,7 +67,7 @@ class RdtStream::Receiver {
                         .limit = {},
                         .remedy = "check the address, and the limits of the system on open files"};
     }
-    // The kernel gives what it allows; too small a buffer shows as gaps.
+    // The kernel may allow less; too small a buffer shows as gaps.
     asio::error_code ignored;
     socket_.set_option(asio::socket_base::receive_buffer_size(kReceiveBufferBytes), ignored);
     return std::nullopt;
@@ -83,7 +83,7 @@ class RdtStream::Receiver {
         try {
           context_.run();
           done = true;
-        } catch (const std::exception&) {  // out of memory: what was to be done next is done later
+        } catch (const std::exception&) {  // out of memory: the next step is tried later
           count(counters_.exceptions);
         }
       }
@@ -200,7 +200,7 @@ class RdtStream::Receiver {
         note_restart(record, now_ns);
         break;
       case RdtOrder::kInOrder:
-        // A box that restarted soon after it had started may happen to go on with the right number.
+        // A box that restarted soon after its start may by chance continue with the right number.
         if (after_silence_ && !counts_on(record)) note_restart(record, now_ns);
         if (verdict.lost > 0) {
           count(counters_.gaps);
@@ -235,7 +235,7 @@ class RdtStream::Receiver {
     return record.ft_sequence - newest_ft_sequence_ < 0x8000'0000U;
   }
 
-  /// A stream that was asked for again may begin at 0 again while the box itself counts on.
+  /// A stream requested again may restart at 0 while the box's own count continues.
   void note_restart(const RdtRecord& record, std::int64_t now_ns) noexcept {
     clock_.restart();
     if (continuity_.note_restart(now_ns)) note_implausible(now_ns);
@@ -260,7 +260,7 @@ class RdtStream::Receiver {
       counts[i + 3] = record.torque_counts[i];
     }
     bool saturated = fitness.saturated;
-    bool meaningless = false;  // the end of the numbers, not of the range
+    bool meaningless = false;  // the limit of the number type, not of the range
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const bool at_end = counts[i] == std::numeric_limits<std::int32_t>::min() ||
                           counts[i] == std::numeric_limits<std::int32_t>::max();

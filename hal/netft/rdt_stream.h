@@ -19,49 +19,49 @@ namespace hapticd::netft {
 template <class T>
 using SixAxes = std::array<T, 6>;
 
-/// What the stream has brought so far, as running totals: a tick takes the difference to the totals it saw
-/// last, so that it misses no sample however late it comes and no queue can overflow. Sums wrap round, their
-/// differences are right.
+/// Running totals of the stream. A tick takes the difference from the totals it saw last, so it misses no
+/// sample however late it comes, and no queue can overflow. Sums may wrap; their differences are correct.
 struct RdtTotals {
-  std::uint32_t session = 0;  ///< which start() they count from; 0 = none yet
-  std::uint64_t good = 0;     ///< records fit for use
+  std::uint32_t session = 0;  ///< number of the start() they count from; 0 = none yet
+  std::uint64_t good = 0;     ///< usable records
   SixAxes<std::uint64_t> sum_counts{};
   SixAxes<std::int32_t> newest_counts{};  ///< of the newest good one
   std::uint64_t saturated = 0;            ///< records with a channel at its end of range
   std::uint64_t warned = 0;
-  std::uint64_t faulty = 0;         ///< records the box itself calls unfit: in no sum
-  std::uint64_t implausible = 0;    ///< times the numbers jumped or began again too often (RdtContinuity)
+  std::uint64_t faulty = 0;         ///< records that the box reports as faulty: in no sum
+  std::uint64_t implausible = 0;    ///< how often the numbers jumped or restarted too often (RdtContinuity)
   std::int64_t newest_good_ns = 0;  ///< arrival, monotonic clock
-  std::int64_t newest_ns = 0;       ///< arrival of the newest of any fitness
-  /// Instants at which the good records were measured, by their numbers at the box's rate: since `base_ns`.
+  std::int64_t newest_ns = 0;       ///< arrival of the newest record, usable or not
+  /// Capture times of the good records, from their numbers at the box's rate; sums are relative to
+  /// `base_ns`.
   std::int64_t base_ns = 0;
   std::uint64_t sum_since_base_ns = 0;
   std::int64_t newest_instant_ns = 0;  ///< of the newest good one
   SixAxes<double> bias_counts{};       ///< to be subtracted from a mean
-  std::uint32_t bias_serial = 0;       ///< of the zero that bias_counts stands for
+  std::uint32_t bias_serial = 0;       ///< of the zero given by bias_counts
   double newtons_per_count = 0.0;
   double newton_millimetres_per_count = 0.0;
 };
 
-/// Everything that is counted, for reports. Written by the receiving thread, read by any.
+/// Counters for reports. Written by the receiving thread, read by any.
 struct RdtCounters {
   std::atomic<std::uint64_t> good{0};
   std::atomic<std::uint64_t> gaps{0};
   std::atomic<std::uint64_t> lost{0};
   std::atomic<std::uint64_t> duplicates{0};
   std::atomic<std::uint64_t> old{0};          ///< overtaken by newer ones
-  std::atomic<std::uint64_t> unconfirmed{0};  ///< out of all order
+  std::atomic<std::uint64_t> unconfirmed{0};  ///< far out of order
   std::atomic<std::uint64_t> box_restarts{0};
   std::atomic<std::uint64_t> stream_restarts{0};  ///< numbers began again since we asked for the stream again
   std::atomic<std::uint64_t> implausible{0};      ///< see RdtTotals
   std::atomic<std::int64_t> last_implausible_ns{0};
-  std::atomic<std::uint64_t> malformed{0};  ///< datagrams of no whole number of records
+  std::atomic<std::uint64_t> malformed{0};  ///< datagrams that are not a whole number of records
   std::atomic<std::uint64_t> foreign{0};    ///< datagrams from someone else
   std::atomic<std::uint64_t> saturated{0};
   std::atomic<std::uint64_t> warned{0};
   std::atomic<std::uint64_t> faulty{0};
   std::atomic<std::uint64_t> silences{0};
-  std::atomic<std::uint64_t> requests{0};  ///< for the stream, the first included
+  std::atomic<std::uint64_t> requests{0};  ///< for the stream, including the first
   std::atomic<std::uint64_t> send_errors{0};
   std::atomic<std::uint64_t> exceptions{0};  ///< of the receiving thread, survived
   std::atomic<std::int64_t> last_silence_ns{0};
@@ -76,8 +76,8 @@ struct RdtStreamSettings {
   int port = 0;
   double newtons_per_count = 1.0;
   double newton_millimetres_per_count = 1.0;
-  double rate_hz = 0.0;           ///< records a second as the box says; 0 = unknown
-  SixAxes<double> bias_counts{};  ///< of an earlier bias that still holds
+  double rate_hz = 0.0;           ///< records a second, as set in the box; 0 = unknown
+  SixAxes<double> bias_counts{};  ///< of an earlier bias that is still valid
   std::uint32_t bias_serial = 0;
   SixAxes<double> range_counts{};  ///< a reading that reaches this is at its end of range
   std::chrono::nanoseconds stale_after{};
@@ -97,21 +97,21 @@ class RdtStream {
   RdtStream(const RdtStream&) = delete;
   RdtStream& operator=(const RdtStream&) = delete;
 
-  /// Opens the socket, starts the thread, asks for the stream. Only while stopped.
+  /// Opens the socket, starts the thread, requests the stream. Only while stopped.
   std::optional<hal::Error> start(const RdtStreamSettings& settings);
   /// Reports the box to stop, ends the thread, closes the socket.
   void stop() noexcept;
 
   // While started, not on the receiving thread:
   RdtTotals totals();
-  /// Zero is from now on what reads `bias_counts`; the serial number changes with the first sample that uses
-  /// it.
+  /// From now on a reading of `bias_counts` is zero; the serial number changes with the first sample that
+  /// uses it.
   void set_bias(const SixAxes<double>& bias_counts, std::uint32_t serial);
-  /// The zero was lost: nothing is known but that it is another one.
+  /// The zero was lost: only the serial number changes.
   void set_bias_serial(std::uint32_t serial);
   void send(RdtCommand command);
 
-  /// What was asked of the system but not granted, with its remedy; empty when all was.
+  /// A refused system request (priority), with its remedy; empty if all were granted.
   const std::string& shortcoming() const noexcept { return shortcoming_; }
 
  private:
@@ -123,7 +123,7 @@ class RdtStream {
   std::unique_ptr<Receiver> receiver_;
 };
 
-/// The monotonic clock that arrivals are measured with.
+/// The monotonic clock used for arrival times.
 inline std::int64_t monotonic_ns() noexcept {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::steady_clock::now().time_since_epoch())

@@ -7,8 +7,9 @@ namespace hapticd::openhaptics {
 
 namespace {
 
-// SensAble's and 3D Systems' data sheets; the back-drive friction of the Premium 1.0 is from memory of the
-// literature. Where a sheet gives a figure for each axis (stiffness of the two desktop devices) the lowest.
+// SensAble's and 3D Systems' data sheets; the back-drive friction of the Premium 1.0 is from the
+// literature, not checked. If a sheet gives a figure for each axis (stiffness of the two desktop devices),
+// the lowest is used.
 const std::vector<DeviceFigures>& figures() {
   static const std::vector<DeviceFigures> all = {
       {{"phantom_premium_1_0", 8.5, 1.4, 0.03, 3.5, 75.0, 0.06}},

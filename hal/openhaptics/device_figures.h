@@ -8,7 +8,7 @@
 
 namespace hapticd::openhaptics {
 
-/// What is known of a model without asking the device, from its data sheet.
+/// Data sheet of a model, used without asking the device.
 struct DeviceFigures {
   hal::DeviceInfo info;
   bool supported_on_linux = true;  ///< by the vendor's library
@@ -17,8 +17,8 @@ struct DeviceFigures {
 std::optional<DeviceFigures> device_figures(const std::string& model);
 std::vector<std::string> device_models();
 
-/// Whether a device that calls itself so is one of the High Force models, which the vendor's Linux library
-/// does not support.
+/// Whether the device's own model name is a High Force model, which the vendor's Linux library does not
+/// support.
 bool names_high_force(const std::string& model_type);
 
 }  // namespace hapticd::openhaptics

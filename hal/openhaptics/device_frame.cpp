@@ -17,7 +17,7 @@ constexpr Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// A rotation matrix's columns as a quaternion, by whichever component is largest (Shepperd).
+/// Quaternion of a rotation matrix (columns), computed from its largest component (Shepperd).
 Quaternion from_axes(const Vector3& x, const Vector3& y, const Vector3& z) noexcept {
   const double trace = x.x + y.y + z.z;
   Quaternion q;
@@ -44,14 +44,14 @@ std::optional<Quaternion> orientation_in_rig(const Transform& t) noexcept {
   Vector3 axes[3] = {{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}};
   for (Vector3& axis : axes) {
     const double length = std::sqrt(dot(axis, axis));
-    if (!(length >= kShortestAxis && length <= kMaxAxis)) return std::nullopt;  // NaN ends here too
+    if (!(length >= kShortestAxis && length <= kMaxAxis)) return std::nullopt;  // also for NaN
     axis = axis * (1.0 / length);
   }
   if (std::abs(dot(axes[0], axes[1])) > kMaxSkew || std::abs(dot(axes[1], axes[2])) > kMaxSkew ||
       std::abs(dot(axes[2], axes[0])) > kMaxSkew || !(dot(cross(axes[0], axes[1]), axes[2]) > 0.0)) {
     return std::nullopt;
   }
-  // The stylus axis is what matters most: it stays, the others are straightened to it.
+  // The stylus axis matters most: it is kept, the others are made orthogonal to it.
   const Vector3 z = axes[2];
   Vector3 x = axes[0] - z * dot(axes[0], z);
   x = x * (1.0 / std::sqrt(dot(x, x)));

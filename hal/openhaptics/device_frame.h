@@ -10,7 +10,7 @@ namespace hapticd::openhaptics {
 /// The vendor's frame has x to the right, y up and z towards the user; the rig's has z up and y away from
 /// the user. Both are right-handed:
 ///   x = x_hd,  y = -z_hd,  z = y_hd
-/// which is a rotation, so that forces, velocities and positions turn alike and f·v stays what it is.
+/// which is a rotation: forces, velocities and positions turn alike, and f·v is preserved.
 constexpr hal::Vector3 rig_from_device(const hal::Vector3& v) noexcept {
   return {v.x, -v.z, v.y};
 }
@@ -21,10 +21,10 @@ constexpr hal::Vector3 device_from_rig(const hal::Vector3& v) noexcept {
 /// The vendor's 4×4 transform, column by column.
 using Transform = std::array<double, 16>;
 
-/// How the tool is turned in the rig frame, from the rotation in a transform that may be a little scaled or
-/// skewed. The tool's axes are the vendor's: z along the stylus, from its tip to its end, so that a stylus
-/// held upright has a z that points up. Nothing where the transform is not a rotation: not finite, mirrored,
-/// or with axes shorter than a half, longer than two or askew by more than 30°.
+/// Orientation of the tool in the rig frame, from a transform that may be slightly scaled or skewed. The
+/// tool's axes are the vendor's: z along the stylus, from its tip to its end, so that a stylus held upright
+/// has a z that points up. Nothing if the transform is not a rotation: not finite, mirrored, or with axes
+/// shorter than 0.5, longer than 2 or skewed by more than 30°.
 std::optional<hal::Quaternion> orientation_in_rig(const Transform& transform) noexcept;
 
 hal::Quaternion product(const hal::Quaternion& a, const hal::Quaternion& b) noexcept;

@@ -55,7 +55,7 @@ void find_of_facts(const OpenHapticsConfig& config, const DeviceFacts& facts,
   }
   if (facts.max_force_n > 0.0 && config.max_force_n && *config.max_force_n > facts.max_force_n) {
     findings.push_back("max_force_n = " + text_of(*config.max_force_n) + " N is beyond the device's " +
-                       text_of(facts.max_force_n) + " N, which hold; lower it");
+                       text_of(facts.max_force_n) + " N, which are used; lower it");
   }
   if (!facts.calibration_known) {
     findings.push_back(
@@ -70,13 +70,13 @@ void find_of_servo(const OpenHapticsConfig& config, const DeviceView& view,
   if (!servo.calibrated) findings.push_back("the device is not calibrated: " + how_to_calibrate(view.facts));
   if (servo.force_off || (!view.running && view.facts.output_stays_off)) {
     findings.push_back(
-        "the device takes no force, its output stays off: check its power and its emergency switch, then "
+        "the device accepts no force, its output stays off: check its power and its emergency switch, then "
         "start "
         "again");
   }
   if (servo.wants_calibration_update) {
     findings.push_back(
-        "the device asks for its calibration to be updated, which moves its position: done when it is "
+        "the device requests an update of its calibration, which moves its position: done when it is "
         "engaged "
         "again");
   }
@@ -84,12 +84,12 @@ void find_of_servo(const OpenHapticsConfig& config, const DeviceView& view,
     const double share = servo.temperatures[static_cast<std::size_t>(motor)];
     if (share < config.warm_share) continue;
     findings.push_back("motor " + std::to_string(motor + 1) + " is at " + text_of(100.0 * share) +
-                       " % of what it bears: let the motors cool down without force");
+                       " % of its rated temperature: let the motors cool down without force");
   }
   if (view.running && view.rate_hz > 0.0 && std::abs(view.rate_hz / config.rate_hz - 1.0) > kRateTolerance) {
     findings.push_back("the scheduler runs at " + text_of(view.rate_hz) + " Hz instead of " +
                        text_of(config.rate_hz) +
-                       ": give the service real-time priority, or set a rate the connection knows");
+                       ": give the service real-time priority, or set a rate that the connection supports");
   }
 }
 
@@ -137,7 +137,8 @@ void figures_of(const ServoReport& servo, std::vector<hal::PartFigure>& figures)
   for (int motor = 0; motor < servo.motors; ++motor) {
     const double share = servo.temperatures[static_cast<std::size_t>(motor)];
     if (share < 0.0) continue;
-    figures.push_back({"motor_" + std::to_string(motor + 1) + "_temperature", share, "of what it bears"});
+    figures.push_back(
+        {"motor_" + std::to_string(motor + 1) + "_temperature", share, "of the rated temperature"});
   }
 }
 
@@ -153,11 +154,11 @@ hal::PartReport report_on(const OpenHapticsConfig& config, const DeviceView& vie
     find_of_facts(config, view.facts, report.findings);
     if (view.stalled) {
       report.findings.push_back(
-          "the vendor's scheduler does not call: the device gives no force it is asked for; "
+          "the vendor's scheduler does not call: the device does not render the commanded force; "
           "check its connection");
     }
     if (view.lost) {
-      report.findings.push_back("the vendor's scheduler is given up: engage the device again");
+      report.findings.push_back("the vendor's scheduler was abandoned: engage the device again");
     }
     find_of_servo(config, view, report.findings);
     unfit = find_of_errors(*view.seat, report.findings);

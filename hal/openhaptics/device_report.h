@@ -9,16 +9,16 @@
 
 namespace hapticd::openhaptics {
 
-/// All that a report is made of; read outside the callback.
+/// The input of a report; read outside the callback.
 struct DeviceView {
   bool engaged = false;
   bool running = false;
   bool stalled = false;
-  bool lost = false;     ///< given up; to be engaged again
+  bool lost = false;     ///< abandoned; has to be engaged again
   std::string refusal;   ///< why it was not engaged or the run did not start; empty if all went well
   double rate_hz = 0.0;  ///< measured; 0 = not known yet
   DeviceFacts facts;
-  std::shared_ptr<ServoReport> servo;  ///< of the last time it was engaged
+  std::shared_ptr<ServoReport> servo;  ///< of the last engagement
   std::shared_ptr<ErrorSeat> seat;
 };
 

@@ -33,7 +33,7 @@ std::optional<hal::Error> DeviceSession::failure(const std::string& what, const 
 }
 
 std::optional<double> DeviceSession::number(hd::Enum what) {
-  double values[ServoReport::kMaxMotors];  // more than any of these parameters fills
+  double values[ServoReport::kMaxMotors];  // more than any of these parameters writes
   std::fill(std::begin(values), std::end(values), std::numeric_limits<double>::quiet_NaN());
   library_->api().get_doublev(what, values);
   if (library_->last_error(device_).code != hd::kSuccess || !std::isfinite(values[0])) return std::nullopt;
@@ -82,7 +82,7 @@ std::optional<hal::Error> DeviceSession::init() {
   if (device_ == hd::kInvalidHandle) {
     return hal::Error{"the device cannot be opened: the library returns no handle and no reason",
                       "OpenHaptics device", name, "",
-                      "try it with the vendor's diagnostic tool; name it as set up there"};
+                      "try the vendor's diagnostic tool; use the name set up there"};
   }
   seat_ = library_->take_seat(device_);
   if (seat_ == nullptr) {
@@ -98,7 +98,7 @@ std::optional<hal::Error> DeviceSession::prepare() {
   const bool calibrated = calibrate();
   library_->api().set_scheduler_rate(static_cast<unsigned long>(std::lround(config_.rate_hz)));
   if (auto error = failure("the scheduler refuses its rate", std::to_string(std::lround(config_.rate_hz)))) {
-    error->limit = "what the device's connection knows, 500 or 1000 Hz on any";
+    error->limit = "a rate that the device's connection supports; 500 and 1000 Hz always";
     error->remedy = "set rate_hz = 1000";
     return error;
   }
@@ -115,7 +115,7 @@ std::optional<hal::Error> DeviceSession::prepare() {
   setup.motors =
       std::clamp(integer(hd::kOutputDof).value_or(3), 1, static_cast<int>(ServoReport::kMaxMotors));
   setup.calibrated = calibrated;
-  // Encoders are reset where the operator put the device, never in the middle of a run.
+  // Encoders are reset only where the operator placed the device, never during a run.
   for (const int style : {hd::kCalibrationAuto, hd::kCalibrationInkwell}) {
     if (setup.calibration_style == 0) setup.calibration_style = facts_.calibration_styles & style;
   }
@@ -145,8 +145,8 @@ void DeviceSession::read_facts() {
   if (config_.max_force_n) facts_.force_limit_n = std::min(facts_.force_limit_n, *config_.max_force_n);
 }
 
-/// Whether the device knows where it is. What takes the operator's hand is left for later; it is asked for in
-/// the report.
+/// Whether the device knows its position. Steps that need the operator are not done here; the report asks
+/// for them.
 bool DeviceSession::calibrate() {
   const hd::Api& api = library_->api();
   if (api.check_calibration == nullptr) {
@@ -173,15 +173,15 @@ bool DeviceSession::calibrate() {
     if (state != hd::kCalibrationNeedsUpdate || std::chrono::steady_clock::now() >= until) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  library_->last_error(device_);  // an update that fails shows in the state
+  library_->last_error(device_);  // a failed update shows in the state
   return state == hd::kCalibrationOk;
 }
 
-/// Switched on for a moment, while nothing runs that could ask for force.
+/// Switched on briefly, while nothing runs that could command a force.
 std::optional<hal::Error> DeviceSession::try_force() {
   const hd::Api& api = library_->api();
   api.enable(hd::kForceOutput);
-  auto error = failure("the device takes no force", config_.device_name);
+  auto error = failure("the device accepts no force", config_.device_name);
   facts_.output_stays_off = !enabled(hd::kForceOutput).value_or(true);
   api.disable(hd::kForceOutput);
   library_->last_error(device_);
@@ -193,15 +193,15 @@ std::optional<hal::Error> DeviceSession::start() {
   make_current();
   library_->last_error(device_);
   api.enable(hd::kForceOutput);
-  if (auto error = failure("the device takes no force", config_.device_name)) return error;
+  if (auto error = failure("the device accepts no force", config_.device_name)) return error;
   scheduled_ = api.schedule_asynchronous(&Servo::callback, servo_.get(), hd::kMaxPriority);
-  if (auto error = failure("the scheduler takes no callback", "")) {
+  if (auto error = failure("the scheduler accepts no callback", "")) {
     api.disable(hd::kForceOutput);
     return error;
   }
   is_scheduled_ = true;
   library_->start_scheduler();
-  // From here on the callback takes the errors: those of the start show up in its samples.
+  // From here on the callback reads the errors: errors of the start appear in its samples.
   return std::nullopt;
 }
 

@@ -13,7 +13,7 @@
 
 namespace hapticd::openhaptics {
 
-/// What the device says of itself once it is open.
+/// Properties reported by the open device.
 struct DeviceFacts {
   std::string loaded_library;
   std::string model_type, vendor, serial_number, driver_version;
@@ -22,11 +22,11 @@ struct DeviceFacts {
   double max_stiffness_n_per_mm = 0.0;  ///< as read: the stiffest wall the vendor recommends
   double force_ramping_rate_n_per_s = 0.0;
   std::optional<bool> force_ramping, max_force_clamping, software_force_limit;  ///< as the vendor set them
-  bool output_stays_off = false;                                                ///< when it was tried
-  int calibration_styles = 0;                                                   ///< bits, as read
+  bool output_stays_off = false;  ///< when switching on was tried
+  int calibration_styles = 0;     ///< bits, as read
   bool calibration_known = true;
-  double force_limit_n = 0.0;  ///< what the driver holds to
-  std::string lacking;         ///< optional functions the library does not have
+  double force_limit_n = 0.0;  ///< limit used by the driver
+  std::string lacking;         ///< optional functions that the library does not have
 };
 
 /// A device from hdInitDevice to hdDisableDevice. Every function may be kept waiting by the vendor's library
@@ -39,14 +39,14 @@ class DeviceSession {
   DeviceSession(const DeviceSession&) = delete;
   DeviceSession& operator=(const DeviceSession&) = delete;
 
-  /// Loads the library, opens the device, reads its limits, sees to its calibration and tries whether it
-  /// takes force. Undone as a whole if anything fails.
+  /// Loads the library, opens the device, reads its limits, calibrates it if possible and tests the force
+  /// output. If any step fails, everything is undone.
   std::optional<hal::Error> open();
-  /// Force off, callback in the scheduler, scheduler on.
+  /// Force off, callback scheduled, scheduler started.
   std::optional<hal::Error> start();
   /// After the callback's last turn.
   void stop();
-  /// The same where the callback did not have one: a frame without force is tried from here.
+  /// The same if the callback had no last turn: tries a frame without force from this thread.
   void stop_dead(bool frame_is_ours);
   /// Force off, device closed, library unloaded if nothing else uses it.
   void close();

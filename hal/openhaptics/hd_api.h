@@ -3,8 +3,8 @@
 #include <cstdint>
 
 /// The part of the OpenHaptics HD interface this driver uses, declared here because the vendor's library is
-/// only met at run time. Types, values and call order follow the vendor's published API reference (3.0 to
-/// 3.5); the values were compared one by one with public listings of its constants.
+/// only loaded at run time. Types, values and call order follow the vendor's published API reference (3.0
+/// to 3.5); the values were compared one by one with public listings.
 namespace hapticd::openhaptics::hd {
 
 using Enum = unsigned int;
@@ -19,7 +19,7 @@ using Callback = CallbackCode (*)(void* user);
 struct ErrorInfo {
   ErrorCode code;
   int internal_code;  ///< the device driver's own
-  Handle device;      ///< which was current when it happened
+  Handle device;      ///< current when the error occurred
 };
 static_assert(sizeof(ErrorInfo) == 12);
 
@@ -52,7 +52,7 @@ inline constexpr ErrorCode kInvalidPriority = 0x0500;
 inline constexpr ErrorCode kSchedulerFull = 0x0501;
 inline constexpr ErrorCode kInvalidLicense = 0x0600;
 
-// -- what can be read and set
+// -- parameters that can be read and set
 inline constexpr Enum kCurrentPosition = 0x2050;   ///< 3 doubles, mm
 inline constexpr Enum kCurrentTransform = 0x2052;  ///< 16 doubles, column by column
 inline constexpr Enum kDeviceModelType = 0x2501;   ///< string
@@ -64,11 +64,11 @@ inline constexpr Enum kCalibrationStyle = 0x2555;           ///< integer, bits b
 inline constexpr Enum kNominalMaxStiffness = 0x2602;        ///< double, N/mm
 inline constexpr Enum kNominalMaxForce = 0x2603;            ///< double, N
 inline constexpr Enum kNominalMaxContinuousForce = 0x2604;  ///< double, N
-inline constexpr Enum kMotorTemperature = 0x2605;           ///< one double a motor, 0 … 1 of what it bears
-inline constexpr Enum kForceRampingRate = 0x2608;           ///< double, N/s
-inline constexpr Enum kCurrentForce = 0x2700;               ///< 3 doubles, N
+inline constexpr Enum kMotorTemperature = 0x2605;  ///< one double per motor, 0 … 1 of the rated temperature
+inline constexpr Enum kForceRampingRate = 0x2608;  ///< double, N/s
+inline constexpr Enum kCurrentForce = 0x2700;      ///< 3 doubles, N
 
-// -- what can be switched
+// -- capabilities that can be switched
 inline constexpr Enum kForceOutput = 0x4000;
 inline constexpr Enum kMaxForceClamping = 0x4001;
 inline constexpr Enum kForceRamping = 0x4002;

@@ -34,7 +34,8 @@ constexpr std::array<HdError, kHdErrorCount> kErrors = {{
     {hd::kIllegalEnd, "HD_ILLEGAL_END", kDeviceFault, kReport},
     {hd::kFrameError, "HD_FRAME_ERROR", kDeviceFault, kReport},
     {hd::kInvalidPriority, "HD_INVALID_PRIORITY", kDeviceFault, kReport},
-    {hd::kSchedulerFull, "HD_SCHEDULER_FULL", kDeviceFault, "close what else uses the vendor's scheduler"},
+    {hd::kSchedulerFull, "HD_SCHEDULER_FULL", kDeviceFault,
+     "close other programs that use the vendor's scheduler"},
     {hd::kInvalidLicense, "HD_INVALID_LICENSE", kDeviceFault, "renew the vendor's licence"},
     {0xFFFFFFFF, "unknown HD error", kDeviceFault, kReport},
 }};

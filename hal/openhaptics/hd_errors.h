@@ -8,7 +8,7 @@
 
 namespace hapticd::openhaptics {
 
-/// One error of the vendor's library: its public name, what it does to a sample, what to do about it.
+/// One error of the vendor's library: its public name, its effect on a sample, its remedy.
 struct HdError {
   hd::ErrorCode code = 0;
   std::string_view name;
@@ -18,9 +18,9 @@ struct HdError {
 
 inline constexpr std::size_t kHdErrorCount = 22;
 
-/// All that are published, the last one standing for any other code.
+/// All published errors; the last entry is used for any other code.
 const std::array<HdError, kHdErrorCount>& hd_errors() noexcept;
-/// Place in hd_errors(); never fails.
+/// Index in hd_errors(); never fails.
 std::size_t hd_error_index(hd::ErrorCode code) noexcept;
 inline const HdError& hd_error(hd::ErrorCode code) noexcept {
   return hd_errors()[hd_error_index(code)];

@@ -13,15 +13,15 @@ namespace hapticd::openhaptics {
 
 namespace {
 
-/// What is loaded, by the loader's handle: the same file always has the same one.
+/// The loaded libraries, by the loader's handle: the same file always has the same handle.
 struct Registry {
-  /// Loading and unloading are one at a time; a library that will not do is unloaded while others are tried.
+  /// Serialises loading and unloading; an unusable library is unloaded while others are tried.
   std::recursive_mutex mutex;
   std::map<void*, std::weak_ptr<HdLibrary>> loaded;
   std::vector<std::shared_ptr<HdLibrary>> abandoned;
 };
 Registry& registry() {
-  static auto* all = new Registry;  // outlives whatever thread hangs in a library
+  static auto* all = new Registry;  // outlives any thread that hangs in a library
   return *all;
 }
 
@@ -58,8 +58,8 @@ hal::Result<std::shared_ptr<HdLibrary>> HdLibrary::load(const std::vector<std::s
   if (defect) return *defect;
   return hal::Error{"the vendor's library cannot be loaded: " + reasons, "OpenHaptics", joined(names),
                     "a shared library that exports the HD interface",
-                    "install OpenHaptics and its device driver (libPhantomIOLib42.so), run ldconfig, or name "
-                    "the file as 'library'"};
+                    "install OpenHaptics and its device driver (libPhantomIOLib42.so), run ldconfig, or set "
+                    "'library' to the file"};
 }
 
 HdLibrary::~HdLibrary() {
@@ -99,7 +99,7 @@ std::optional<hal::Error> HdLibrary::bind() {
   if (missing.empty()) return std::nullopt;
   return hal::Error{"the library lacks " + joined(missing), "OpenHaptics library '" + name_ + "'",
                     missing.front(), "a library with the whole HD interface",
-                    "install OpenHaptics 3.0 or later, or name another file as 'library'"};
+                    "install OpenHaptics 3.0 or later, or set 'library' to another file"};
 }
 
 void HdLibrary::start_scheduler() {

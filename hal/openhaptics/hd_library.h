@@ -20,11 +20,11 @@ namespace hapticd::openhaptics {
 class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
  public:
   static constexpr std::size_t kSeats = 4;
-  /// What hdGetError may hold at once, at most; more is taken for a library that invents errors.
+  /// Maximum number of errors on the stack of hdGetError; more is treated as a fault of the library.
   static constexpr int kDeepestStack = 32;
 
-  /// The first of the names (or paths) that can be loaded and has all it needs. Blocks as long as the
-  /// library's own initialisation does.
+  /// Loads the first of the names (or paths) that has all required functions. Blocks as long as the
+  /// library's own initialisation.
   static hal::Result<std::shared_ptr<HdLibrary>> load(const std::vector<std::string>& names);
   /// Unloads, unless it was abandoned.
   ~HdLibrary();
@@ -33,29 +33,30 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
 
   const hd::Api& api() const noexcept { return api_; }
   const std::string& name() const noexcept { return name_; }
-  /// Names of the optional functions it lacks.
+  /// Names of the missing optional functions.
   const std::vector<std::string>& lacking() const noexcept { return lacking_; }
 
-  /// The scheduler runs while at least one device wants it to. Blocks as long as the vendor does.
+  /// The scheduler runs while at least one device uses it. Blocks as long as the vendor's call.
   void start_scheduler();
   void stop_scheduler();
 
-  /// Null when all are taken. Outlives the library, so that its counts can still be read.
+  /// The error slot of a device; null when all are in use. Outlives the library, so that its counts can
+  /// still be read.
   std::shared_ptr<ErrorSeat> take_seat(hd::Handle device) noexcept;
   static void leave_seat(ErrorSeat& seat) noexcept { seat.device.store(hd::kInvalidHandle); }
   /// Takes all errors off the stack, each to the seat of its device; those of no known device go to `mine`.
   /// Wait-free but for the library's own doing. Returns how many there were; kDeepestStack means that there
   /// may be more.
   int drain(ErrorSeat& mine) noexcept;
-  /// One error to the seat of its device.
+  /// Stores one error in the slot of its device.
   void deliver(const hd::ErrorInfo& error, ErrorSeat& mine) noexcept;
-  /// As drain() outside the callback: the most recent one that is not another device's, kSuccess if there is
-  /// none; the rest is dropped.
+  /// Like drain(), for use outside the callback: the most recent error that does not belong to another
+  /// device, or kSuccess; the others are dropped.
   hd::ErrorInfo last_error(hd::Handle mine) noexcept;
   /// "HD_COMM_ERROR (0x302, internal 5): what the library says".
   std::string describe(const hd::ErrorInfo& error) const;
 
-  /// A thread of it hangs: it is never unloaded and never used again.
+  /// A thread hangs in the library: it is never unloaded and never used again.
   void abandon();
   bool abandoned() const noexcept { return abandoned_.load(); }
 

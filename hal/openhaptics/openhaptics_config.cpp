@@ -27,11 +27,11 @@ std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   const std::string where = "OpenHaptics device";
   if (config.libraries().empty()) {
     return hal::Error{"no library is named", where + ", library", config.vendor_library_names,
-                      "names or paths, separated by commas", "remove the key to have the usual names tried"};
+                      "names or paths, separated by commas", "remove the key to try the usual names"};
   }
   if (!device_figures(config.model)) {
     return hal::Error{"unknown model", where + ", model", config.model, joined(device_models()),
-                      "name the one whose data sheet is closest"};
+                      "choose the one whose data sheet is closest"};
   }
   struct Bound {
     const char* key;
@@ -54,7 +54,7 @@ std::optional<hal::Error> check(const OpenHapticsConfig& config) {
       {"tip_offset_mm.x", offset.x, -500.0, 500.0, "mm"},
       {"tip_offset_mm.y", offset.y, -500.0, 500.0, "mm"},
       {"tip_offset_mm.z", offset.z, -500.0, 500.0, "mm"},
-      {"warm_share", config.warm_share, 0.1, 1.0, "of what the motor bears"},
+      {"warm_share", config.warm_share, 0.1, 1.0, "of the rated temperature"},
       {"calibration_wait_s", config.calibration_wait_s, 0.0, 60.0, "s"},
       {"patience_s", config.timeout_s, 0.1, 120.0, "s"},
       {"stall_s", config.stall_s, 0.005, 10.0, "s"},

@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPoll{1};
-/// For the last frame, and for a turn under way to come back.
+/// For the last frame, and for a turn in progress to return.
 constexpr milliseconds kLeave{250};
 /// For one call that ends a run: someone waits for it.
 constexpr milliseconds kStopTimeout{2000};
@@ -43,7 +43,8 @@ hal::DeviceInfo described(const OpenHapticsConfig& config) {
   return info;
 }
 
-/// Sessions in which a thread of the vendor's still is, or may be. Kept for ever: it may come back any time.
+/// Sessions in which a vendor thread is, or may be, still running. Kept for ever: it may return at any
+/// time.
 void bury(std::shared_ptr<DeviceSession> session) {
   static std::mutex mutex;
   static auto* graves = new std::vector<std::shared_ptr<DeviceSession>>;
@@ -65,10 +66,10 @@ struct OpenHapticsDevice::State {
   std::weak_ptr<HdLibrary> library;        ///< the session's
   std::unique_ptr<VendorThread> vendor;
   bool running = false;
-  std::atomic<bool> quit{false};  ///< ends a run under way
+  std::atomic<bool> quit{false};  ///< ends a run in progress
 
   std::atomic<Servo*> servo{nullptr};  ///< while engaged; for read and write
-  hal::Vector3 last_tip_mm;            ///< while not
+  hal::Vector3 last_tip_mm;            ///< while not engaged
   hal::Quaternion last_orientation;
 
   mutable std::mutex view_mutex;
@@ -88,7 +89,7 @@ struct OpenHapticsDevice::State {
   void abandon(const std::string& call);
 };
 
-/// The library did not come back from a call. `control` is held.
+/// The library did not return from a call. `control` is held.
 void OpenHapticsDevice::State::abandon(const std::string& call) {
   servo = nullptr;
   if (const auto hanging = library.lock()) hanging->abandon();
@@ -107,7 +108,7 @@ std::optional<hal::Error> OpenHapticsDevice::State::open() {
   vendor = std::make_unique<VendorThread>();
   const auto outcome = std::make_shared<std::optional<hal::Error>>();
   if (!vendor->call([opening = session, outcome] { *outcome = opening->open(); }, in_ms(config.timeout_s))) {
-    session = nullptr;  // the thread that hangs has it to itself, and closes it if it ever comes back
+    session = nullptr;  // the hanging thread owns it alone, and closes it if it ever returns
     vendor = nullptr;
     return hal::Error{"the vendor's library does not return from opening the device", "OpenHaptics device",
                       config.device_name, "within " + text_of(config.timeout_s) + " s",
@@ -178,7 +179,7 @@ bool OpenHapticsDevice::State::begin_run(hal::ServoBody& body) {
   return true;
 }
 
-/// Until it is time to stop. False when the scheduler has died.
+/// Waits until the run has to stop. False when the scheduler has died.
 bool OpenHapticsDevice::State::watch(const Servo& turning, const std::atomic<bool>& stop) {
   const ServoReport& reported = *turning.report();
   std::uint64_t frames = reported.frames;
@@ -228,7 +229,7 @@ void OpenHapticsDevice::State::end_run(Servo& turning) {
       },
       kStopTimeout);
   if (!back_in_time) return abandon("stopping the scheduler");
-  if (leaving == Servo::Leaving::kStuck) return abandon("a frame of the scheduler's");
+  if (leaving == Servo::Leaving::kStuck) return abandon("a frame of the scheduler");
 }
 
 hal::Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::create(const OpenHapticsConfig& config) {
@@ -305,7 +306,7 @@ void OpenHapticsDevice::write_zero_in_crash() noexcept {
 
 void OpenHapticsDevice::run(hal::ServoBody& body, const std::atomic<bool>& stop) noexcept {
   State& s = *state_;
-  std::shared_ptr<DeviceSession> session;  // keeps the servo while it is watched
+  std::shared_ptr<DeviceSession> session;  // keeps the servo alive while it is watched
   {
     const std::lock_guard lock(s.control);
     if (s.running || s.session == nullptr || s.quit) return;
@@ -323,7 +324,7 @@ void OpenHapticsDevice::run(hal::ServoBody& body, const std::atomic<bool>& stop)
       v.stalled = false;
       v.lost = !alive;
     });
-    s.run_ended.notify_all();  // under the lock: who waits may be about to destroy all this
+    s.run_ended.notify_all();  // under the lock: the waiting thread may then destroy this object
   }
 }
 

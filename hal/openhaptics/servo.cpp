@@ -13,10 +13,11 @@ namespace {
 
 using namespace hal::sample_status;
 
-/// A fault stays visible for this long after it was last reported, so that one that flickers is one fault.
+/// A fault stays visible for this long after it was last reported, so that a flickering fault counts as
+/// one.
 constexpr std::int64_t kFaultHoldNs = 100'000'000;
 constexpr double kSlowPeriodS = 0.1;
-/// No device reaches farther; what claims to is not a position.
+/// No device reaches farther; a position beyond this is rejected.
 constexpr double kFarthestMm = 2000.0;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -62,7 +63,7 @@ Servo::Leaving Servo::give_up(std::chrono::milliseconds timeout) noexcept {
       status_ = kDeviceNotReady;
       return Leaving::kClean;
     }
-    // A turn in our own code comes back by itself, however long it takes; one in the vendor's may not.
+    // A turn in our own code always returns, however long it takes; one in the vendor's code may not.
     if (std::chrono::steady_clock::now() >= until && move(kInFrame, kOver)) return Leaving::kStuck;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -76,7 +77,7 @@ void Servo::write_zero_in_crash() noexcept {
     if (state == kInBody) render({});
     return;
   }
-  // Two turns that begin: the first of them, at the latest, has ended after the flag was set.
+  // After two more turns have begun, at least one has ended after the flag was set.
   constexpr timespec kMillisecond{0, 1'000'000};
   const std::uint64_t frames = reported_->frames.load(std::memory_order_relaxed);
   for (int waited_ms = 0; waited_ms < kCrashTimeoutMs; ++waited_ms) {
@@ -102,8 +103,8 @@ hd::CallbackCode Servo::turn() noexcept {
   feel_motors();
   check_output();
   measure();
-  command_n_ = {};                 // a body that writes nothing asks for nothing
-  if (!move(kInFrame, kInBody)) {  // given up while the library kept us
+  command_n_ = {};                 // a body that writes nothing commands no force
+  if (!move(kInFrame, kInBody)) {  // abandoned while we were in the library
     render({});
     api_.disable(hd::kForceOutput);
     return hd::kCallbackDone;
@@ -207,7 +208,7 @@ void Servo::measure() noexcept {
 
 void Servo::take_pose() noexcept {
   Transform transform;
-  transform.fill(kNan);  // what the library leaves alone must not pass for a measurement
+  transform.fill(kNan);  // values that the library does not write must not count as measured
   double position_mm[3] = {kNan, kNan, kNan};
   api_.get_doublev(hd::kCurrentTransform, transform.data());
   api_.get_doublev(hd::kCurrentPosition, position_mm);
@@ -230,8 +231,8 @@ void Servo::take_pose() noexcept {
   tip_mm_ = rig_from_device(position - setup_.origin_mm) + rotated(orientation_, setup_.tip_offset_mm);
 }
 
-/// Whether the last question was one the library understands; a device that lacks what was asked for is not
-/// at fault. The stack was empty before.
+/// Whether the library supports the last query; a device without that value is not faulty. The error stack
+/// was empty before.
 bool Servo::knows_what_was_asked() noexcept {
   bool known = true;
   for (int taken = 0; taken < HdLibrary::kDeepestStack; ++taken) {
@@ -246,7 +247,7 @@ bool Servo::knows_what_was_asked() noexcept {
   return known;
 }
 
-/// The library may switch the output off by itself. It is not switched on again behind the user's back.
+/// The library may switch the output off by itself. It is not switched on again without the user.
 void Servo::check_output() noexcept {
   if (!output_known_ || api_.is_enabled == nullptr) return;
   const bool on = api_.is_enabled(hd::kForceOutput) != 0;

@@ -15,7 +15,7 @@
 
 namespace hapticd::openhaptics {
 
-/// What a servo needs to know of its device.
+/// Settings of a servo.
 struct ServoSetup {
   double rate_hz = 1000.0;
   double force_limit_n = 0.0;
@@ -26,12 +26,12 @@ struct ServoSetup {
   hal::Quaternion tool_to_stylus;
   int motors = 3;
   bool calibrated = false;
-  int calibration_style = 0;  ///< to be asked for while the servo runs; 0 = none
+  int calibration_style = 0;  ///< requested while the servo runs; 0 = none
 };
 
 /// What a servo shows any thread. Outlives it, so that it can be read after the device was closed.
 struct ServoReport {
-  static constexpr std::size_t kMaxMotors = 32;  ///< room for more than any device has
+  static constexpr std::size_t kMaxMotors = 32;  ///< more than any device has
   ServoReport() {
     for (auto& share : temperatures) share.store(-1.0, std::memory_order_relaxed);
   }
@@ -49,12 +49,12 @@ struct ServoReport {
   std::atomic<bool> wants_calibration_update{false};
   std::atomic<bool> force_off{false};  ///< the library says that the output is off while it should be on
   int motors = 0;
-  /// 0 … 1 of what each motor bears; negative: not known.
+  /// Motor temperatures, 0 … 1 of the rated one; negative: unknown.
   std::array<std::atomic<double>, kMaxMotors> temperatures;
 };
 
-/// One device in the vendor's scheduler: all that happens in its callback. Nothing in there locks, allocates
-/// or waits but the vendor's own functions.
+/// One device in the vendor's scheduler: everything that happens in its callback. Only the vendor's own
+/// functions may lock, allocate or wait in there.
 class Servo {
  public:
   Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_ptr<ErrorSeat> seat,
@@ -66,15 +66,15 @@ class Servo {
   static hd::CallbackCode callback(void* servo) noexcept { return static_cast<Servo*>(servo)->turn(); }
   hd::Handle device() const noexcept { return device_; }
 
-  // -- the thread that runs the clock, while one is
-  /// The next turn writes zero force in a frame of its own, switches the force off and is the last one.
+  // -- the thread that runs the clock, while a callback is scheduled
+  /// The next turn writes zero force in a separate frame, switches the force off and is the last one.
   void finish() noexcept { finishing_.store(true, std::memory_order_release); }
   bool finished() const noexcept { return finished_.load(std::memory_order_acquire); }
   enum class Leaving {
-    kClean,  ///< no turn is under way and none will do anything any more
-    kStuck,  ///< one is inside the vendor's library and will do nothing more if it ever returns
+    kClean,  ///< no turn is in progress and none will act any more
+    kStuck,  ///< a turn is inside the vendor's library and will not act if it ever returns
   };
-  /// Keeps the callback from doing anything from now on; waits for a turn under way.
+  /// Stops the callback from acting from now on; waits for a turn in progress.
   Leaving give_up(std::chrono::milliseconds timeout) noexcept;
 
   // -- inside the callback (from on_servo), or when no run is under way
@@ -82,9 +82,9 @@ class Servo {
   void write(const hal::DeviceCommand& command) noexcept;
 
   // -- any thread, in a signal handler
-  /// No turn gives force from now on. Waits until one has ended without, for kCrashTimeoutMs at most; where
-  /// the crash is in our own part of a turn, ends that one without force. In the vendor's library nothing can
-  /// be done.
+  /// No turn gives force from now on. Waits until a turn without force has ended, for kCrashTimeoutMs at
+  /// most. If the crash is in our own part of a turn, ends that turn without force. For a crash in the
+  /// vendor's library nothing can be done.
   void write_zero_in_crash() noexcept;
 
   // -- any thread
@@ -115,7 +115,7 @@ class Servo {
   const hd::Handle device_;
   const std::shared_ptr<ErrorSeat> seat_;
   const ServoSetup setup_;
-  const std::uint64_t slow_every_;  ///< turns between two updates of a calibration that needs some
+  const std::uint64_t slow_every_;  ///< turns between two updates of a calibration
 
   // Shared between the callback and the thread that runs the clock.
   std::atomic<int> state_{kOver};
@@ -125,18 +125,18 @@ class Servo {
   std::atomic<pthread_t> turner_{};  ///< the scheduler's thread, once a turn has begun
   hal::ServoBody* body_ = nullptr;
 
-  // The callback's own.
+  // Used by the callback only.
   hal::Vector3 tip_mm_;
   hal::Quaternion orientation_;
   std::uint32_t status_ = 0;
   bool pose_fault_ = false;
   bool limited_ = false;
-  bool temperature_known_ = true;  ///< false once the library says that the device has no such thing
+  bool temperature_known_ = true;  ///< false once the library reports that the device has none
   bool output_known_ = true;
   hal::Vector3 command_n_;
   std::uint64_t turns_ = 0;
   Nanoseconds now_ns_ = 0;
-  Nanoseconds frame_ns_ = 0;  ///< when the frame under way began: the library reads the device then
+  Nanoseconds frame_ns_ = 0;  ///< start of the present frame, when the library reads the device
   Nanoseconds tip_ns_ = 0;    ///< of tip_mm_
   Nanoseconds last_turn_ns_ = 0;
   Nanoseconds fault_until_ns_ = 0;

@@ -16,8 +16,8 @@ class VendorThread {
   VendorThread(const VendorThread&) = delete;
   VendorThread& operator=(const VendorThread&) = delete;
 
-  /// Does the job and returns true; false when it has not returned in time. It then goes on by itself, must
-  /// own all it uses, and every later call is refused at once.
+  /// Runs the job and returns true; false if the job did not return within the timeout. Then it continues
+  /// in the background, must own all it uses, and every later call is refused at once.
   bool call(std::function<void()> job, std::chrono::milliseconds timeout);
   bool stuck() const;
 

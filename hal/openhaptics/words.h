@@ -13,7 +13,7 @@ inline std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
-/// A number as people read it.
+/// A number for messages, five significant digits.
 inline std::string text_of(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.5g", value);

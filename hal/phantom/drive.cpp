@@ -70,7 +70,7 @@ double tip_resolution_mm(const PhantomConfig& config, const JointAngles& q) noex
 
 namespace {
 
-/// How often the force fits into what the currents can hold: the joint that gives in first decides.
+/// Ratio of the force that the currents can hold to this force: the weakest joint decides.
 double times_it_fits(const PhantomConfig& config, const JointAngles& q, const Currents& current_a,
                      const hal::Vector3& force_n) noexcept {
   const Currents needed_a = Drive(config).currents_for(torques_for_n_mm(config.arm, q, force_n));

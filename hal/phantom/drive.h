@@ -8,17 +8,17 @@
 
 namespace hapticd::phantom {
 
-/// Currents of the three motors, A, positive where the torque turns the joint on.
+/// Currents of the three motors, A, positive if the torque turns the joint forward.
 using Currents = std::array<double, 3>;
 using Volts = std::array<double, 3>;
 
-/// Between joints and board: cable transmission, encoders, motors, amplifiers. One way drives the device, the
-/// other checks it.
+/// Between joints and board: cable transmission, encoders, motors, amplifiers. Torque → volts drives the
+/// device, volts → torque checks it.
 class Drive {
  public:
   explicit Drive(const PhantomConfig& config) noexcept;
 
-  /// Turn of the joints since the counts were at `zero`.
+  /// Rotation of the joints since the counts were `zero`, rad.
   JointAngles turn_rad(const std::array<std::int64_t, 3>& counts,
                        const std::array<std::int64_t, 3>& zero) const noexcept;
   const std::array<double, 3>& rad_per_count() const noexcept { return rad_per_count_; }
@@ -35,24 +35,24 @@ class Drive {
   std::array<double, 3> signed_gain_a_per_v_{};
 };
 
-/// Volts that make a force of the device on the tip, without any limit.
+/// Volts for a force of the device on the tip, without any limit.
 Volts volts_for_force(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
                       const hal::Vector3& force_n) noexcept;
-/// What those volts make; see force_of_n() for singular poses.
+/// Force on the tip for those volts; see force_of_n() for singular poses.
 hal::Vector3 force_of_volts_n(const ArmGeometry& arm, const Drive& drive, const JointAngles& q,
                               const Volts& volts) noexcept;
 
-/// How far one count of any encoder moves the tip at most, mm.
+/// Largest motion of the tip for one count of any encoder, mm.
 double tip_resolution_mm(const PhantomConfig& config, const JointAngles& q) noexcept;
 
-/// The force along x, y, z that the joint currents can hold there, each alone, N.
+/// The force along x, y and z, each alone, that the currents can hold in this pose, N.
 std::array<double, 3> axis_forces_n(const PhantomConfig& config, const JointAngles& q,
                                     const Currents& current_a) noexcept;
 
-/// The force that the currents can hold there whatever its direction, N.
+/// The force that the currents can hold in this pose in every direction, N.
 double force_in_any_direction_n(const PhantomConfig& config, const JointAngles& q,
                                 const Currents& current_a) noexcept;
-/// The same with the drive of that configuration at hand, in a tick.
+/// The same with an existing drive of that configuration; for the tick.
 double force_in_any_direction_n(const PhantomConfig& config, const Drive& drive, const JointAngles& q,
                                 const Currents& current_a) noexcept;
 

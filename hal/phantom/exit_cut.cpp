@@ -13,7 +13,7 @@ struct Registry {
   std::array<CutAtExit*, 8> entries{};
 };
 
-// Never destroyed: it must outlive all that std::exit() takes down.
+// Never destroyed: it must outlive everything that std::exit() destroys.
 Registry& registry() {
   static Registry* const the_one = new Registry;
   return *the_one;

@@ -2,7 +2,7 @@
 
 namespace hapticd::phantom {
 
-/// Something that must be cut before the process is gone, also when it ends by std::exit() and no destructor
+/// An output that must be cut before the process ends, also when it ends by std::exit() and no destructor
 /// runs.
 class CutAtExit {
  public:
@@ -12,7 +12,7 @@ class CutAtExit {
   ~CutAtExit() = default;
 };
 
-/// Registered ones are cut by std::exit(); a few at a time. False when there is no room.
+/// std::exit() cuts all that are registered. False when the few slots are full.
 bool register_cut(CutAtExit& what) noexcept;
 void forget_cut(CutAtExit& what) noexcept;
 

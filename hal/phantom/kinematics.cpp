@@ -55,7 +55,7 @@ std::optional<JointAngles> inverse(const ArmGeometry& arm, const hal::Vector3& t
     r = tip_mm.x >= 0.0 ? distance_mm : -distance_mm;
     q1 = tip_mm.x >= 0.0 ? std::atan2(tip_mm.y, tip_mm.x) : std::atan2(-tip_mm.y, -tip_mm.x);
   }
-  // The stops keep q3 - q2 within a quarter turn, which leaves one elbow.
+  // The stops keep q3 - q2 within a quarter turn, which allows only one elbow.
   const double sine = (r * r + tip_mm.z * tip_mm.z - l1 * l1 - l2 * l2) / (2.0 * l1 * l2);
   constexpr double kRounding = 1e-12;
   if (!(std::abs(sine) <= 1.0 + kRounding)) return std::nullopt;
@@ -97,7 +97,7 @@ std::array<double, 3> torques_for_n_mm(const ArmGeometry& arm, const JointAngles
   return torque;
 }
 
-// In the vertical plane of the arm the problem falls apart: q1 alone pushes sideways, q2 and q3 push within.
+// The problem separates: q1 alone pushes sideways, q2 and q3 push within the vertical plane of the arm.
 hal::Vector3 force_of_n(const ArmGeometry& arm, const JointAngles& q,
                         const std::array<double, 3>& torque_n_mm) noexcept {
   const double l1 = arm.first_link_mm;

@@ -27,8 +27,8 @@ struct ArmGeometry {
 /// Tip in the device's own frame: origin where the first two axes cross, z up, x forward at q1 = 0, y left.
 hal::Vector3 forward_mm(const ArmGeometry& arm, const JointAngles& q) noexcept;
 
-/// The angles that put the tip there, on the branch that the stops allow. On the vertical axis q1 says
-/// nothing and `near_q1_rad` is taken. Nothing when the place is out of the arm's reach.
+/// The joint angles for a tip position, on the branch that the stops allow. On the vertical axis q1 is
+/// undefined and `near_q1_rad` is used. Nothing if the position is out of reach.
 std::optional<JointAngles> inverse(const ArmGeometry& arm, const hal::Vector3& tip_mm,
                                    double near_q1_rad = 0.0) noexcept;
 
@@ -37,7 +37,7 @@ Jacobian jacobian(const ArmGeometry& arm, const JointAngles& q) noexcept;
 /// By how much the angles are beyond a stop, rad; zero or negative inside.
 double beyond_stops_rad(const ArmGeometry& arm, const JointAngles& q) noexcept;
 
-/// Torques of the joints that a force of the device on the tip takes, N·mm: Jᵀ f.
+/// Joint torques for a force of the device on the tip, N·mm: Jᵀ f.
 std::array<double, 3> torques_for_n_mm(const ArmGeometry& arm, const JointAngles& q,
                                        const hal::Vector3& force_n) noexcept;
 

@@ -7,7 +7,7 @@ namespace hapticd::phantom {
 
 namespace {
 constexpr double kShortestStepS = 1e-3;
-constexpr double kMaxStepS = 0.1;  // after a longer absence the arm may be anywhere it could reach in this
+constexpr double kMaxStepS = 0.1;  // after a longer pause the arm may have moved as far as in this time
 constexpr double kCountsToSpare = 4.0;
 constexpr std::int64_t kSpeedSpanNs = 2'000'000;
 constexpr double kSlowAgainShare = 0.9;

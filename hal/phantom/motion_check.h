@@ -20,11 +20,11 @@ class MotionCheck {
 
   void restart() noexcept;
 
-  /// False when a joint cannot have got there since the last call; then the joint is jumped_joint().
+  /// False when a joint cannot have moved so far since the last call; jumped_joint() is then its index.
   bool plausible(const JointAngles& q, std::int64_t now_ns) noexcept;
   int jumped_joint() const noexcept { return jumped_joint_; }
 
-  /// Speed of the tip over at least two milliseconds, so that one count is not taken for a sprint.
+  /// Speed of the tip over at least two milliseconds, so that one count does not look like a high speed.
   void follow(const hal::Vector3& tip_mm, std::int64_t now_ns) noexcept;
   bool over_speed() const noexcept { return over_speed_; }
 

@@ -9,10 +9,10 @@ namespace hapticd::phantom {
 
 namespace {
 
-// What no data sheet says. 1.0: shorter arm and, with the 1.5's motors and encoders, the transmission that
-// makes the sheet's 8.5 N at stall (it then resolves 0.023 mm where the sheet says "0.03 nominal"). High
-// force: the 1.5's arm and transmissions; encoders that make the sheet's 0.007 mm; motors and amplifiers that
-// make its 37.5 N and 6.2 N at the reset pose.
+// Values not in the data sheets. 1.0: shorter arm and, with the 1.5's motors and encoders, the transmission
+// that gives the sheet's 8.5 N at stall (it then resolves 0.023 mm where the sheet says "0.03 nominal").
+// High force: the 1.5's arm and transmissions; encoders that give the sheet's 0.007 mm; motors and
+// amplifiers that give its 37.5 N and 6.2 N at the reset pose.
 const std::vector<PhantomConfig>& presets() {
   static const std::vector<PhantomConfig> all = [] {
     PhantomConfig p10;
@@ -43,9 +43,9 @@ const std::vector<PhantomConfig>& presets() {
   return all;
 }
 
-/// A parameter that is reported, where it applies and why it is not certain.
+/// A reported parameter, the models it applies to and why it is uncertain.
 struct Uncertain {
-  std::string_view models;  ///< "0", "5" and "H": the presets' last letters it concerns
+  std::string_view models;  ///< "0", "5" and "H": the presets it applies to
   const char* name;
   double (*value)(const PhantomConfig&);
   const char* unit;
@@ -81,7 +81,7 @@ constexpr Uncertain kUncertain[] = {
     {"05H", "gimbal_axes", [](const PhantomConfig& c) { return c.gimbal ? 1.0 : 0.0; }, "1",
      "assumed order: about the second link, across, along the stylus"},
     {"05H", "max_speed_mm_per_s", [](const PhantomConfig& c) { return c.max_speed_mm_per_s; }, "mm/s",
-     "chosen: no purposeful stroke is faster"},
+     "chosen: no intended stroke is faster"},
     {"05H", "coulomb_friction_n", [](const PhantomConfig& c) { return c.coulomb_friction_n; }, "N",
      "back-drive friction of the data sheet or, for the 1.0, of the literature"},
 };

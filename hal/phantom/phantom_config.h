@@ -14,8 +14,8 @@ namespace hapticd::phantom {
 
 inline constexpr double kRadPerDegree = std::numbers::pi / 180.0;
 
-/// Everything the driver must know of one device. The defaults are a Premium 1.5; phantom_preset() has the
-/// others. What no data sheet says is listed, with its source, by uncertain_parameters().
+/// Parameters of one device. The defaults are a Premium 1.5; phantom_preset() has the others.
+/// uncertain_parameters() lists the values that no data sheet gives, with their source.
 struct PhantomConfig {
   std::string model = "phantom_premium_1_5";
 
@@ -27,15 +27,16 @@ struct PhantomConfig {
       .most_q2_over_q3_rad = 65.0 * kRadPerDegree,
       .most_q3_over_q2_rad = 55.0 * kRadPerDegree,
   };
-  double stop_tolerance_rad = 0.05;  ///< beyond a stop by more than this, the counts do not belong to the arm
-  JointAngles reset_pose_rad{0.0, 0.0, 0.0};  ///< first link level, second hanging: where home() finds it
+  double stop_tolerance_rad = 0.05;           ///< beyond a stop by more than this, the counts are wrong
+  JointAngles reset_pose_rad{0.0, 0.0, 0.0};  ///< first link level, second hanging: the pose for home()
   hal::Vector3 origin_mm{};                   ///< of the device's frame, in the rig's
 
   std::array<double, 3> transmission{13.3, 11.2, 11.2};  ///< turns of the motor a turn of the joint
   std::array<double, 3> encoder_counts_per_turn{4096.0, 4096.0, 4096.0};  ///< of the motor, four a line
   std::array<double, 3> encoder_sign{1.0, 1.0, 1.0};
 
-  bool gimbal = false;  ///< three encoders more, after the joints'; none: the orientation is the identity
+  bool gimbal =
+      false;  ///< three more encoders, after those of the joints; false: the orientation is the identity
   std::array<double, 3> gimbal_counts_per_turn{4096.0, 4096.0, 4096.0};  ///< of the gimbal's axis; signed
   std::array<double, 3> gimbal_reset_rad{0.0, 0.0, 0.0};
 
@@ -55,19 +56,19 @@ struct PhantomConfig {
   double max_speed_mm_per_s = 1500.0;       ///< of the tip; faster is kDeviceOverSpeed and no force
   double max_joint_speed_rad_per_s = 60.0;  ///< faster than an arm can be: the encoder has jumped
   double watchdog_ms = 20.0;                ///< without a command: zero volts
-  double home_still_ms = 100.0;             ///< how long the arm must rest to be taken as in its reset pose
-  bool home_on_engage = false;              ///< the arm is put in its reset pose before every start
+  double home_still_ms = 100.0;             ///< how long the arm must rest in its reset pose for home()
+  bool home_on_engage = false;              ///< the arm is in its reset pose before every start
 };
 
 /// The presets: "phantom_premium_1_0", "phantom_premium_1_5", "phantom_premium_1_5_high_force".
 std::optional<PhantomConfig> phantom_preset(const std::string& model);
 std::vector<std::string> phantom_presets();
 
-/// What the figures of that device rest on, as far as no data sheet or measurement gives them. A value that
-/// differs from the preset's is said to come from the configuration.
+/// The parameters that no data sheet or measurement gives, with their source. A value that differs from the
+/// preset's has the source "configuration".
 std::vector<hal::UncertainParameter> uncertain_parameters(const PhantomConfig& config);
 
-/// The first value that makes no sense, by name.
+/// An error that names the first invalid value.
 std::optional<hal::Error> check(const PhantomConfig& config);
 
 }  // namespace hapticd::phantom

@@ -24,11 +24,12 @@ using Counts = std::array<std::int64_t, 3>;
 
 constexpr Volts kZeroVolts{};
 constexpr std::int64_t kStillCounts = 3;
-/// Motors warm up between the reading that says what they can give and the command: so much less is as asked.
+/// Motors warm up between the reading of their limit and the command: a shortfall up to this share is not
+/// reported.
 constexpr double kAsAsked = 0.99;
 constexpr double kRadPerTurn = 2.0 * std::numbers::pi;
 
-/// Why the device gives no force although it is engaged; several may hold at once.
+/// Why the engaged device gives no force; several reasons may apply at once.
 enum Trouble : std::uint32_t {
   kCountersFail = 1U << 0,
   kOutputsFail = 1U << 1,
@@ -64,7 +65,7 @@ struct PhantomDevice::State final : CutAtExit {
   const std::size_t encoders;
   hal::DeviceInfo info;
 
-  // The tick's alone.
+  // Used by the tick only.
   MotionCheck motion;
   std::array<WindingHeat, 3> heat{};
   std::int64_t heat_ns = 0;
@@ -84,8 +85,8 @@ struct PhantomDevice::State final : CutAtExit {
   bool outputs_fail = false;
   bool over_force = false;
 
-  // Between threads.
-  std::mutex engage_mutex;  ///< between those that engage; the tick never takes it
+  // Shared between threads.
+  std::mutex engage_mutex;  ///< for engage() and disengage(); the tick never takes it
   Watchdog watchdog;
   std::atomic<bool> engaged{false};
   std::atomic<std::uint64_t> engagement{0};
@@ -109,9 +110,9 @@ struct PhantomDevice::State final : CutAtExit {
   void follow(std::int64_t now_ns) noexcept;
   std::uint32_t troubles() const noexcept;
   void warm_up(std::int64_t now_ns) noexcept;
-  /// What the motors can give now in this pose in any direction, N.
+  /// Force that the motors can now give in this pose in every direction, N.
   double force_now_n() const noexcept;
-  /// The force's currents, all of them scaled so that none is beyond what its motor may have now.
+  /// Currents for the force, scaled together so that none exceeds the present limit of its motor.
   Currents currents_within(const hal::Vector3& force_n) noexcept;
   void put(const Currents& current_a) noexcept;
   void cut_at_exit() noexcept override;
@@ -227,7 +228,7 @@ void PhantomDevice::State::cut_at_exit() noexcept {
 hal::Result<std::unique_ptr<PhantomDevice>> PhantomDevice::create(const PhantomConfig& config,
                                                                   std::shared_ptr<daq::Board> board) {
   const std::string where = "haptic device";
-  if (!board) return hal::Error{"no board", where, "", "", "configure the board the device is wired to"};
+  if (!board) return hal::Error{"no board", where, "", "", "configure the board that the device is wired to"};
   if (auto error = check(config)) return *error;
   const daq::BoardInfo info = board->info();
   const std::size_t counters = config.gimbal ? 6 : 3;
@@ -265,7 +266,7 @@ std::optional<hal::Error> PhantomDevice::engage() {
   const bool reads = state.board->read_counters(std::span(first).first(state.encoders));
   if (!reads || !state.board->write_volts(kZeroVolts)) {
     state.board->release(daq::BoardUse::kMotion);
-    return hal::Error{reads ? "the board does not take volts for the motors"
+    return hal::Error{reads ? "the board does not accept volts for the motors"
                             : "the board does not give the encoders' counts",
                       "haptic device", "", "", "check the board and its section in the configuration"};
   }
@@ -284,7 +285,7 @@ std::optional<hal::Error> PhantomDevice::engage() {
 void PhantomDevice::disengage() noexcept {
   State& state = *state_;
   const std::lock_guard lock(state.engage_mutex);
-  // Also after a cut at exit, which leaves the rest to be put away.
+  // Also after a cut at exit, which does not release the rest.
   forget_cut(state);
   state.watchdog.stop();
   const bool was_engaged = state.engaged.exchange(false, std::memory_order_acq_rel);
@@ -347,7 +348,7 @@ void PhantomDevice::write(const hal::DeviceCommand& command) noexcept {
   const hal::Vector3& force_n = command.force_n;
   const bool finite = std::isfinite(force_n.x) && std::isfinite(force_n.y) && std::isfinite(force_n.z);
   if (!finite) state.unfit_commands.fetch_add(1, std::memory_order_relaxed);
-  // A failing output is no reason to withhold: each command is a new attempt at it, but at zero force.
+  // A failed output does not block commands: each command tries again, but with zero force.
   const bool allowed =
       state.is_home && state.troubles() == 0 && !state.motion.over_speed() && !state.watchdog.cut() && finite;
   state.over_force = false;
@@ -361,7 +362,8 @@ void PhantomDevice::write(const hal::DeviceCommand& command) noexcept {
   state.watchdog.fed(state.board->now_ns());
 }
 
-// Once more after a moment: a tick under way in another thread may still put its volts after the first zero.
+// Once more after a short time: a tick running in another thread may still write its volts after the first
+// zero.
 void PhantomDevice::write_zero_in_crash() noexcept {
   State& state = *state_;
   if (!state.engaged.load(std::memory_order_acquire)) return;
@@ -394,7 +396,7 @@ hal::PartReport PhantomDevice::report() const {
   find(engaged && !homed && !homing, "not homed: put the arm in its reset pose and home it");
   find((trouble & kCountersFail) != 0, "the encoders' counts cannot be read: check the board");
   find((trouble & kOutputsFail) != 0,
-       "the board does not take the motors' volts: switch the amplifiers off and check the board");
+       "the board does not accept the motors' volts: switch the amplifiers off and check the board");
   find((trouble & kEncoderJumped) != 0,
        fmt::format("the encoder of joint {} has jumped: check its cable, then home the arm again",
                    state.jumped_joint.load(std::memory_order_relaxed) + 1));
@@ -402,8 +404,8 @@ hal::PartReport PhantomDevice::report() const {
        "the arm seems beyond its stops: it was not in its reset pose when homed; home it again");
   find((trouble & kTooHot) != 0, "a motor is too hot: no force until it has cooled");
   find((status & status_bit::kDeviceWarm) != 0, "a motor is warm: its force is being reduced");
-  find((status & status_bit::kDeviceOverSpeed) != 0, "the tip is faster than it may be: no force");
-  find((status & status_bit::kDeviceOverForce) != 0, "more force is asked for than the motors may give");
+  find((status & status_bit::kDeviceOverSpeed) != 0, "the tip is faster than allowed: no force");
+  find((status & status_bit::kDeviceOverForce) != 0, "more force was commanded than the motors may give");
 
   const auto count = [&](const char* name, std::uint64_t value) {
     report.figures.push_back({name, static_cast<double>(value), ""});

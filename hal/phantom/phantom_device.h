@@ -17,12 +17,12 @@ namespace hapticd::phantom {
 /// kDeviceOverSpeed, and after the watchdog cut it until a read() has reported so (kCommandStale).
 ///
 /// kDeviceFault: counters or outputs of the board fail; an encoder has jumped (until home()); the arm is
-/// beyond its stops, so the counts are not its own; a winding is hotter than it may be (until it has cooled).
-/// kDeviceWarm: a winding is past 0.8 of what it bears for ever; the current allowed falls from here on.
-/// kDeviceOverForce: the last command was more than the currents allow and was scaled, direction kept.
+/// beyond its stops, so the counts are wrong; a winding is too hot (until it has cooled). kDeviceWarm: a
+/// winding is above 0.8 of its permanent limit; from here on the allowed current falls. kDeviceOverForce:
+/// the last command exceeded the allowed currents and was scaled down in the same direction.
 class PhantomDevice final : public hal::HapticDevice {
  public:
-  /// Opens nothing. Errors: values that make no sense, a board without three outputs or enough counters.
+  /// Opens nothing. Errors: invalid values, a board without three outputs or enough counters.
   static hal::Result<std::unique_ptr<PhantomDevice>> create(const PhantomConfig& config,
                                                             std::shared_ptr<daq::Board> board);
   ~PhantomDevice() override;
@@ -35,11 +35,11 @@ class PhantomDevice final : public hal::HapticDevice {
   void write(const hal::DeviceCommand& command) noexcept override;
   void write_zero_in_crash() noexcept override;
 
-  /// Takes the pose the arm rests in for its reset pose, as soon as it has rested for home_still_ms while
-  /// read() is called. Any thread; does not wait. Error: not engaged.
+  /// Takes the present pose as the reset pose, as soon as the arm has rested for home_still_ms while read()
+  /// is called. Any thread; does not wait. Error: not engaged.
   std::optional<hal::Error> home() override;
   bool homed() const noexcept;
-  /// What the figures of this device rest on.
+  /// The uncertain parameters of this device.
   std::vector<hal::UncertainParameter> uncertain() const override;
 
  private:

@@ -36,7 +36,7 @@ void Watchdog::fed(std::int64_t now_ns) noexcept {
   armed_.store(true, std::memory_order_release);
 }
 
-// A command that was under way when the cut came arms the dog again and is cut in its turn.
+// A command in progress during the cut arms the watchdog again and is cut later.
 void Watchdog::run() noexcept {
   constexpr std::array<double, daq::kMaxOutputs> kZero{};
   const std::chrono::nanoseconds nap(std::clamp<std::int64_t>(timeout_ns_ / 4, 500'000, 5'000'000));
@@ -49,7 +49,7 @@ void Watchdog::run() noexcept {
     cut_.store(true, std::memory_order_release);
     cuts_.fetch_add(1, std::memory_order_relaxed);
     const bool done = board_.write_volts(std::span(kZero).first(outputs_));
-    if (!done) armed_.store(true, std::memory_order_release);  // tried again until the board takes it
+    if (!done) armed_.store(true, std::memory_order_release);  // tried again until the board accepts it
   }
 }
 

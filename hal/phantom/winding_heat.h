@@ -4,12 +4,12 @@
 
 namespace hapticd::phantom {
 
-/// How warm a motor's winding is, first order: 0 at rest, 1 where the continuous current ends up,
-/// d(heat)/dt = ((i / i_continuous)² - heat) / τ; exact for a current held over the step.
+/// Heat of a motor winding, first order: 0 at rest, 1 in the end at the continuous current, d(heat)/dt =
+/// ((i / i_continuous)² - heat) / τ; exact for a current held over the step.
 ///
-/// From kWarm on the current that is allowed falls in a straight line from the peak to the continuous one at
-/// heat 1, so that no demand, however long, takes the winding beyond what it bears for ever. Beyond kOver
-/// (the current was not what was asked for) nothing is allowed until it has cooled below kWarm.
+/// From kWarm on the allowed current falls linearly from the peak to the continuous one at heat 1, so that
+/// no command, however long, takes the winding beyond its permanent limit. Beyond kOver (a current that was
+/// not commanded) no current is allowed until it has cooled below kWarm.
 class WindingHeat {
  public:
   static constexpr double kWarm = 0.8;

@@ -17,7 +17,7 @@ struct Unit {
   double factor;  ///< to s, N or mm
 };
 
-// "n" is how this project's own field names spell newton.
+// "n" is newton in this project's own field names.
 constexpr std::array kTimeUnits{Unit{"s", 1.0}, Unit{"ms", 1e-3}, Unit{"us", 1e-6}, Unit{"µs", 1e-6},
                                 Unit{"ns", 1e-9}};
 constexpr std::array kForceUnits{Unit{"N", 1.0},   Unit{"mN", 1e-3}, Unit{"uN", 1e-6},
@@ -66,8 +66,8 @@ std::string listed(const Names& names) {
   return text;
 }
 
-/// Columns that go by one of the role's names. Without a mapped name, the unit may come from the suffix or
-/// from the mapping.
+/// Columns with one of the role's names. Without a mapped name, the unit may come from the suffix or from
+/// the mapping.
 std::vector<std::size_t> alike(const ColumnMapping& mapping, const ColumnRole& role,
                                const std::vector<std::string>& columns) {
   const auto is_stem = [&role](std::string_view name) {
@@ -99,7 +99,7 @@ hal::Result<std::size_t> find_column(const ColumnMapping& mapping, const ColumnR
   if (hits.size() == 1) return hits.front();
 
   if (hits.empty()) {
-    return hal::Error{.what = by_name ? "there is no column of that name for the " + role.name
+    return hal::Error{.what = by_name ? "no column has that name, for the " + role.name
                                       : "no column could be recognised as the " + role.name,
                       .where = place,
                       .value = by_name ? "'" + mapping.column + "'" : "",
@@ -173,17 +173,17 @@ hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, const C
                                            const std::vector<std::string>& columns,
                                            const std::string& place) {
   if (!std::isfinite(mapping.scale) || mapping.scale == 0.0) {
-    return hal::Error{.what = "the scale of the " + role.name + " is of no use",
+    return hal::Error{.what = "the scale of the " + role.name + " is not valid",
                       .where = place,
                       .value = number_text(mapping.scale),
-                      .limit = "finite and not zero; negative turns the sign",
+                      .limit = "finite and not zero; negative reverses the sign",
                       .remedy = {}};
   }
   const auto index = find_column(mapping, role, columns, place);
   if (!index) return index.error();
 
   const std::string& column = columns[*index];
-  // A pure number's name has no unit to end in: what follows its last _ belongs to the name.
+  // A pure number has no unit: the text after its last _ belongs to the name.
   const bool pure = role.quantity == Quantity::kPure;
   const std::string unit_name =
       mapping.unit.empty() && !pure ? std::string(stem_and_suffix(column).second) : mapping.unit;

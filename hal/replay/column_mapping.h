@@ -9,16 +9,16 @@
 
 namespace hapticd::replay {
 
-/// Which column of a recording holds what, in which unit. An empty column name means: find it by its name and
-/// unit suffix ("time_s", "force_N", "indentation_mm", "position_mm").
+/// The column of a quantity in a recording, and its unit. With an empty column name, the column is found by
+/// its name and unit suffix ("time_s", "force_N", "indentation_mm", "position_mm").
 struct ColumnMapping {
   std::string column{};
   std::string
       unit{};  ///< "s", "ms"; "N", "mN", "uN"; "mm", "um", "m"; empty = the suffix of the column's name
-  double scale = 1.0;  ///< applied after the unit: how a µN recording is shown to a service that thinks in N
+  double scale = 1.0;  ///< applied after the unit, e.g. 1e3 to show mN as N
 };
 
-/// What a column may measure.
+/// Quantity of a column.
 enum class Quantity : std::uint8_t {
   kTime,
   kForce,
@@ -32,17 +32,17 @@ const char* name_of(Quantity quantity) noexcept;
 /// The units a mapping of this quantity may name, for messages: "s, ms, us, ns".
 std::string accepted_units(Quantity quantity);
 
-/// A mapping that was found in a header.
+/// A column that was found in a header.
 struct ColumnSelection {
   std::size_t index = 0;
   double factor = 1.0;  ///< cell × factor = s, N, mm or N·mm
 };
 
-/// A column that is looked for.
+/// A column to be found.
 struct ColumnRole {
-  std::string name;  ///< what errors call it, e.g. "force_x"
+  std::string name;  ///< name in errors, e.g. "force_x"
   Quantity quantity = Quantity::kPure;
-  std::vector<std::string> stems;  ///< what it may be called, before its unit, where none is mapped
+  std::vector<std::string> stems;  ///< possible names, without the unit, if no column is mapped
 };
 
 /// The one column of a one-dimensional recording that measures this quantity.
@@ -58,7 +58,7 @@ inline hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, 
                                                   const std::string& place) {
   return select_column(mapping, role_of(quantity), columns, place);
 }
-/// Whether a role's column could be recognised by its name alone; for what a recording may have or not.
+/// Whether a role's column can be found by its name alone; for optional columns.
 bool is_recognised(const ColumnRole& role, const std::vector<std::string>& columns);
 
 }  // namespace hapticd::replay

@@ -20,7 +20,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-/// The cell as it may be shown on a terminal: short, and without control characters.
+/// A cell for display on a terminal: short, without control characters.
 std::string shown(std::string_view text) {
   constexpr std::size_t kMax = 40;
   std::string clean(text.substr(0, kMax));
@@ -58,15 +58,15 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
         .where = file.place(),
         .value = {},
         .limit = {},
-        .remedy = "check the path; a relative one counts from the folder the daemon was started in"};
+        .remedy = "check the path; a relative path starts at the folder in which the daemon was started"};
   }
-  // A folder opens and then reads nothing; a pipe would wait for ever.
+  // A folder opens but cannot be read; a pipe would block for ever.
   if (!std::filesystem::is_regular_file(status)) {
     return hal::Error{.what = "this is not a regular file",
                       .where = file.place(),
                       .value = {},
                       .limit = {},
-                      .remedy = "name a CSV file"};
+                      .remedy = "give a CSV file"};
   }
   file.stream_.open(path, std::ios::binary);
   if (!file.stream_) {
@@ -149,7 +149,7 @@ std::optional<hal::Error> CsvFile::parse_cell(std::string_view text, std::size_t
   };
   if (text.empty()) return refuse("the cell is empty", "remove the row, or fill the gap before replaying");
   if (text.front() == '"') return refuse("quoted fields are not read", "write the numbers without quotes");
-  // from_chars() takes a minus sign but no plus.
+  // from_chars() accepts a minus sign but no plus.
   const std::string_view digits = text.front() == '+' ? text.substr(1) : text;
   const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   if (code == std::errc::invalid_argument || end != digits.data() + digits.size()) {
@@ -181,7 +181,7 @@ std::optional<hal::Error> CsvFile::read_rows(std::span<const std::size_t> column
                         .where = place(line_),
                         .value = {},
                         .limit = "up to " + std::to_string(kMaxRows) + " rows",
-                        .remedy = "cut it into parts"};
+                        .remedy = "split it"};
     }
     const std::size_t count = split(text, [&cells](std::size_t index, std::string_view cell) {
       if (index < cells.size()) cells[index] = cell;

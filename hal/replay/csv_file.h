@@ -13,16 +13,16 @@
 namespace hapticd::replay {
 
 /// A numeric CSV file, read once from front to back: one header line with the column names, then rows of
-/// numbers separated by commas. Empty lines and lines that begin with '#' are skipped wherever they stand;
-/// blanks around a cell, CRLF line ends and a UTF-8 byte order mark are accepted. Everything else is refused
-/// with the line and the column: quoted fields, empty cells, NaN, infinities, rows longer or shorter than the
-/// header. Memory is one line's buffer, whatever the size of the file.
+/// numbers separated by commas. Empty lines and lines that begin with '#' are skipped anywhere; blanks
+/// around a cell, CRLF line ends and a UTF-8 byte order mark are accepted. Everything else is refused with
+/// the line and the column: quoted fields, empty cells, NaN, infinities, rows longer or shorter than the
+/// header. Needs memory for one line only, whatever the size of the file.
 class CsvFile {
  public:
   static constexpr std::size_t kMaxLineBytes = 65'536;
   static constexpr std::size_t kMaxRows = 10'000'000;
 
-  /// Called for each row with its line in the file (from 1) and the cells asked for. An error ends the
+  /// Called for each row with its line in the file (from 1) and the requested cells. An error ends the
   /// reading.
   using RowVisitor =
       std::function<std::optional<hal::Error>(std::size_t line, std::span<const double> cells)>;
@@ -34,8 +34,8 @@ class CsvFile {
   /// "recording 'PATH'", with the line where one is given; for errors.
   std::string place(std::size_t line = 0) const;
 
-  /// Reads all rows. Only the cells of `columns` (indices into columns(), in any order) are parsed and handed
-  /// on; the others may hold text. Call it once.
+  /// Reads all rows. Only the cells of `columns` (indices into columns(), in any order) are parsed and
+  /// passed on; the others may hold text. Call it once.
   std::optional<hal::Error> read_rows(std::span<const std::size_t> columns, const RowVisitor& visit);
 
  private:

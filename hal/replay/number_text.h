@@ -6,7 +6,7 @@
 
 namespace hapticd::replay {
 
-/// A number as a person would write it, for messages.
+/// A number for messages, nine significant digits.
 inline std::string number_text(double number) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.9g", number);

@@ -55,7 +55,7 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
           .where = file->place(line),
           .value = in_seconds(now_s) + " after " + in_seconds(recording.time_s.back() + start_s),
           .limit = "each row later than the one before",
-          .remedy = "sort the rows and remove those that stand twice"};
+          .remedy = "sort the rows and remove repeated ones"};
     }
     if (since_start_s > kMaxS) {
       return hal::Error{.what = "the recording is too long",
@@ -78,7 +78,7 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
   };
   if (const auto error = file->read_rows(indices, take); error) return *error;
   if (recording.time_s.size() < 2) {
-    return hal::Error{.what = "there is nothing to play between fewer than two rows",
+    return hal::Error{.what = "the recording has fewer than two rows",
                       .where = file->place(),
                       .value = std::to_string(recording.time_s.size()),
                       .limit = "at least 2 rows of numbers under the header",
@@ -90,7 +90,7 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
 
 std::optional<hal::Error> remove_bias(Recording& recording, double seconds, const std::string& place) {
   if (!(seconds >= 0.0 && seconds <= recording.duration_s())) {
-    return hal::Error{.what = "the span whose mean is to be zero force lies outside the recording",
+    return hal::Error{.what = "the time span for the zero force is outside the recording",
                       .where = place + ", bias_s",
                       .value = in_seconds(seconds),
                       .limit = "0 … " + in_seconds(recording.duration_s()),

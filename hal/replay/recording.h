@@ -9,14 +9,14 @@
 
 namespace hapticd::replay {
 
-/// Where the three quantities of a one-dimensional recording stand.
+/// Columns of the three quantities of a one-dimensional recording.
 struct RecordingColumns {
   ColumnMapping time{};
   ColumnMapping force{};
   ColumnMapping position{};
 };
 
-/// A recording in the house's units: all rows of a file, checked. Time begins at 0 and increases.
+/// A recording in s, N and mm: all rows of a file, checked. Time begins at 0 and increases.
 struct Recording {
   std::vector<double> time_s;
   std::vector<double> force_n;
@@ -24,14 +24,14 @@ struct Recording {
   double median_step_s = 0.0;
 
   double duration_s() const noexcept { return time_s.back(); }
-  /// A step longer than this is a gap: the sensor was silent there, and nothing may be made up in between.
+  /// A step longer than this is a gap: the sensor sent nothing there, so values are not interpolated.
   double longest_step_s() const noexcept { return kGapSteps * median_step_s; }
 
   static constexpr double kGapSteps = 5.0;
 };
 
-/// Reads the whole file. Beyond the faults of CsvFile and select_column() it refuses time that does not
-/// increase (with the line) and fewer than two rows.
+/// Reads the whole file. Errors: those of CsvFile and select_column(), time that does not increase (with
+/// the line), fewer than two rows.
 hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns);
 
 /// Takes the mean force of the first `seconds` as zero force. Refuses a span that is negative, not finite or

@@ -16,8 +16,7 @@ constexpr double kMinRateHz = 1.0;
 constexpr double kMaxRateHz = 100'000.0;
 constexpr double kPauseBetweenPassesS = 0.5;
 
-// A recording has no device, yet the guard needs a bound on what would have been rendered: that of the device
-// whose figures are best known.
+// A recording has no device, but the guard needs a force limit: that of the best known device.
 constexpr double kNominalMaxForceN = 8.5;
 constexpr double kNominalContinuousForceN = 1.4;
 
@@ -29,7 +28,7 @@ hal::RigInfo describe(const ReplayConfig& config, const Recording& recording) {
   info.device.model = "recording";
   info.device.max_force_n = kNominalMaxForceN;
   info.device.max_continuous_force_n = kNominalContinuousForceN;
-  info.device.structural_stiffness_n_per_mm = 0.0;  // rigid: what was recorded is the true displacement
+  info.device.structural_stiffness_n_per_mm = 0.0;  // rigid: the recorded position is the true displacement
   info.sensor.model = "recording";
   for (const double force_n : recording.force_n)
     info.sensor.range_n = std::max(info.sensor.range_n, std::abs(force_n));
@@ -38,7 +37,7 @@ hal::RigInfo describe(const ReplayConfig& config, const Recording& recording) {
   info.uncertain.push_back({.name = "max_force_n",
                             .value = kNominalMaxForceN,
                             .unit = "N",
-                            .source = "nominal, a PHANToM 1.0's: a recording has no device of its own"});
+                            .source = "nominal, of a PHANToM 1.0: a recording has no device"});
   return info;
 }
 
@@ -53,7 +52,7 @@ struct ReplayRig::State {
   hal::RigInfo info;
   bool owns_clock = true;
   bool loop = false;
-  std::uint64_t ticks_per_pass = 0;   ///< those that fall on the recording
+  std::uint64_t ticks_per_pass = 0;   ///< ticks within the recording
   std::uint64_t ticks_per_pause = 0;  ///< between two passes, when looping
 
   std::uint64_t tick = 0;  ///< the next to be read
@@ -61,7 +60,7 @@ struct ReplayRig::State {
 
   /// The recording at a tick counted from the start of the pass.
   void play(std::uint64_t pass_tick, hal::RigSample& sample) noexcept;
-  /// Between two passes: the tool free, on its way from the last position to the first.
+  /// Between two passes: no contact, the tool moves from the last position to the first.
   void pause(double fraction, hal::RigSample& sample) const noexcept;
 };
 
@@ -111,7 +110,7 @@ hal::Result<std::unique_ptr<ReplayRig>> ReplayRig::open(const ReplayConfig& conf
   state->info = describe(config, *recording);
   state->owns_clock = config.as_fast_as_possible;
   state->loop = config.loop;
-  // The small share lets a last row that lies on a tick be played in spite of rounding.
+  // The small share keeps a last row that lies on a tick, in spite of rounding.
   state->ticks_per_pass = static_cast<std::uint64_t>(recording->duration_s() * config.rate_hz + 1e-6) + 1;
   state->ticks_per_pause = static_cast<std::uint64_t>(std::ceil(kPauseBetweenPassesS * config.rate_hz));
   state->recording = std::move(*recording);
@@ -139,7 +138,7 @@ void ReplayRig::read(hal::RigSample& sample) noexcept {
   sample = hal::RigSample{};
   sample.tick = state.tick;
   sample.time_ns = in_ns(static_cast<double>(state.tick) / state.info.rate_hz);
-  sample.bias_serial = 1;  // the zero the recording has, or was given as it was opened
+  sample.bias_serial = 1;  // the recording's zero, as recorded or as set by bias_s
 
   std::uint64_t pass_tick = state.tick++;
   if (state.loop) pass_tick %= state.ticks_per_pass + state.ticks_per_pause;

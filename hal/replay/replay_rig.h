@@ -17,15 +17,16 @@ struct ReplayConfig {
   double rate_hz = 1000.0;
   /// True: as fast as possible (the file is the clock). False: at recorded speed, paced by the loop.
   bool as_fast_as_possible = true;
-  bool loop = false;  ///< start over at the end (with the tool taken as free for half a second in between)
-  /// The mean force of the first so many seconds is taken as zero force, as one biases a sensor before
-  /// touching anything. 0 = the force as recorded.
+  bool loop = false;  ///< start again at the end (without contact for half a second in between)
+  /// The mean force over this first time span becomes zero force, like a sensor bias before contact. 0 =
+  /// the force as recorded.
   double bias_s = 0.0;
 };
 
-/// A recording as a rig: position and force of a CSV file, resampled to the loop rate by linear interpolation
-/// (which invents no overshoot). Commands go nowhere: the recording shows what would have been rendered, not
-/// what the user would have felt. The press axis is -z: depth d is presented as tip position z = -d.
+/// A recording as a rig: position and force of a CSV file, resampled to the loop rate by linear
+/// interpolation (which adds no overshoot). Commands have no effect: the replay shows what would have been
+/// rendered, not what the user would have felt. The press axis is -z: depth d is presented as tip position
+/// z = -d.
 ///
 /// A step in time of more than five times the median step is a gap: through it the last force is held, every
 /// tick carries sample_status::kForceMissing and a growing force_age_ns, exactly as when a sensor falls

@@ -20,7 +20,7 @@ namespace hapticd::rt {
 ///   r = L[f_s - m a_raw] + dead_zone(f_s - L[f_s]; γ m (j + j_0) τ)
 ///
 /// A slow contact is seen through L, τ = 11 ms late; an impact rises above what jerk can do within a tick or
-/// two. j_0 is the jerk with which a motion may begin before the encoders can feel: without it every brisk
+/// two. j_0 is the jerk with which a motion may begin before the encoders see it: without it every brisk
 /// start would be taken for a contact.
 ///
 /// Force and position are measured at instants of their own; r is taken at the latest instant both reach, by

@@ -51,7 +51,7 @@ void TrackedDirection::correct(const hal::Vector3& reaction_n, const hal::Vector
   const hal::Vector3 sliding_mm_per_s = across(velocity_mm_per_s, normal_);
   const double speed_mm_per_s = norm(sliding_mm_per_s);
   const double kinetic = friction_.kinetic;
-  // Slower than the encoders can feel, a count is as likely their rounding as a slide.
+  // Slower than the encoders resolve, a count is as likely their rounding as a slide.
   const double stuck = std::max(0.0, 1.0 - speed_mm_per_s * (1.0 / kStuckMmPerS));
   const FrictionSlide slide{slide_mm, std::max(0.0, norm(slide_mm) - kSlantOfPressing * press_mm),
                             1.0 - stuck};

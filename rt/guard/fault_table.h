@@ -88,7 +88,7 @@ inline constexpr auto kFaultTable = [] {
               "lift the tool; look why the table turned"},
     FaultRule{kTurntableLost, "turntable_lost", "no word from the table while it turns", kCut, kAnyClient, false, true, false, 0,
               "check the link, then home the table"},
-    FaultRule{kTurntableStalled, "turntable_stalled", "asked to move, the table does not", kWarn, kItself, false, false, false, 0,
+    FaultRule{kTurntableStalled, "turntable_stalled", "commanded to move, the table does not", kWarn, kItself, false, false, false, 0,
               "free the table, then hapticctl turntable clear"},
     FaultRule{kTurntableTimedOut, "turntable_timed_out", "a motion of the table did not end in time, or not where it should", kWarn, kItself, false, false, false, 0,
               "check load and speed limit, then hapticctl turntable clear"},

@@ -54,7 +54,7 @@ class [[nodiscard]] Admission {
 ///
 /// Times are the samples': a tick that comes late counts for as long as it was late where force falls, and
 /// for kMaxRampStepS at most where it rises. A step of force is bounded as for one period at most. A time
-/// that is at rest counts as one period.
+/// that does not advance counts as one period.
 class Guard {
  public:
   /// A component below this is exactly zero: nothing decays to denormal numbers.
@@ -105,7 +105,7 @@ class Guard {
   hal::Vector3 within_bounds(hal::Vector3 force_n, double max_force_n, std::uint8_t& limited) const noexcept;
 
   GuardLimits limits_;
-  std::int64_t stale_after_ns_ = 0;  ///< of limits_, as samples show it; 0 = no one listens to a sensor
+  std::int64_t stale_after_ns_ = 0;  ///< of limits_, in the unit of samples; 0 = no sensor is needed
   std::int64_t gap_ns_ = 0;          ///< of limits_; 0 = none is too long
   double period_s_;
   double interval_s_;  ///< see interval_s()

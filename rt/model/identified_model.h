@@ -38,7 +38,7 @@ struct ToolModel {
   /// Identity of the sensor's zero that force_bias_n and torque_bias_n_mm were found under; none = unknown.
   /// Under any other zero they mean nothing.
   std::optional<std::string> found_under_bias{};
-  /// Of that mass from the tip, tool frame; none where the tool was not turned enough to report.
+  /// Of that mass from the tip, tool frame; none where the tool was not turned enough to determine it.
   std::optional<hal::Vector3> tip_to_centre_mm{};
 };
 

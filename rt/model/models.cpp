@@ -103,7 +103,7 @@ std::optional<hal::Error> check(const ObjectModel& model) {
   if (model.bearing_friction && model.bearing_friction->maxwell_slip && !error) {
     error = hal::Error{"a ball bearing's friction has no Maxwell-slip elements", "model '" + model.name + "'",
                        "bearing_friction.maxwell_slip", "elements under rod_friction only",
-                       "leave them out, or say them of the rod"};
+                       "leave them out, or give them for the rod"};
   }
   return error;
 }

@@ -23,7 +23,7 @@ enum class GuardFault : std::uint8_t {
   kLoopGap,            ///< too long between two ticks: the last force stood meanwhile
   kTurntableMoving,    ///< the table turns while the tool touches or the device renders
   kTurntableLost,      ///< no word from the table while it turns
-  kTurntableStalled,   ///< asked to move, it does not
+  kTurntableStalled,   ///< commanded to move, it does not
   kTurntableTimedOut,  ///< a motion did not end in time
   kTurntableAlarm,     ///< its drive reports an alarm
   kOscillation,        ///< the command goes back and forth faster than a hand can and gives energy

@@ -95,7 +95,7 @@ struct TickRecord {
   double contact_authority = 0.0;     ///< 0 … 1: share of the desired force the contact's evidence allows
   double contact_force_n = 0.0;       ///< magnitude of what the threshold is compared with
   // channel::kZero
-  SensorZero zero;  ///< subtracted what the sensor reads, its frame
+  SensorZero zero;  ///< subtracted from what the sensor reads, its frame
   // channel::kDeformation
   double displacement_mm = 0.0;  ///< x_r
   // channel::kTarget

@@ -107,7 +107,7 @@ void ExplorePipeline::set_target(const TargetLaw& target, double ramp_s) noexcep
 }
 
 void ExplorePipeline::applied(const hal::Vector3& force_n) noexcept {
-  // The rest moves the motors. What the guard subtracted, it subtracted both.
+  // The rest moves the motors. What the guard held back, it held back of both.
   const double wanted = dot(command_n_, command_n_);
   const double passed = wanted > 0.0 ? std::clamp(dot(force_n, command_n_) / wanted, 0.0, 1.0) : 0.0;
   controller_.applied(force_n - back_drive_n_ * passed);

@@ -52,7 +52,7 @@ void TapPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
 }
 
 void TapPipeline::applied(const hal::Vector3& force_n) noexcept {
-  // The rest moves the arm. What the guard subtracted, it subtracted both.
+  // The rest moves the arm. What the guard held back, it held back of both.
   const double passed_n = axis_.along_axis_n(force_n);
   const double share = command_n_ != 0.0 ? std::clamp(passed_n / command_n_, 0.0, 1.0) : 0.0;
   controller_.applied(passed_n - back_drive_n_ * share);

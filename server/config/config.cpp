@@ -27,7 +27,7 @@ constexpr Range kWakeEarlyShare{0.0, 0.5, ""};
 constexpr Range kScale{-1e9, 1e9, ""};
 constexpr Range kBiasS{0.0, 3600.0, "s"};
 
-// Of [guard]. Zero, where it is allowed, is the device's own.
+// For [guard]. Zero, where it is allowed, means the device's own.
 constexpr Range kCeilingN{0.0, 100.0, "N"};
 constexpr Range kCeilingNPerS{0.0, 1e6, "N/s"};
 constexpr Range kCeilingW{0.01, 100.0, "W"};
@@ -148,7 +148,7 @@ std::string write_guard(const GuardCeilings& guard) {
       number(guard.max_loop_gap_ms));
 }
 
-/// One "key=value" of a replay's query.
+/// Reads one "key=value" of a replay's query.
 std::optional<hal::Error> apply_query(std::string_view key, std::string_view value,
                                       replay::ReplayConfig& replay, std::string_view where) {
   struct Column {
@@ -182,7 +182,7 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
                     std::string(key), comma_separated(known), did_you_mean(key, known, "remove it")};
 }
 
-/// What no single value shows.
+/// Checks of several values together.
 std::optional<hal::Error> check_together(const DaemonConfig& config) {
   if (config.rig == RigChoice::kReplay && config.replay.path.empty()) {
     return hal::Error{"a replayed rig needs a recording", "[rig.replay] path", "", "a CSV file",

@@ -22,7 +22,7 @@
 
 namespace hapticd::server {
 
-/// What stands in for the parts of the rig that are not named; kHardware: nothing does.
+/// What replaces the parts of the rig that are not named; kHardware: nothing.
 enum class RigChoice : std::uint8_t { kSimulated, kReplay, kHardware };
 enum class DeviceChoice : std::uint8_t { kOfKind, kOpenHaptics, kPhantom };
 enum class SensorChoice : std::uint8_t { kOfKind, kNetFt, kDaq };
@@ -54,8 +54,8 @@ struct DaemonConfig {
   std::string scene;         ///< [scene] load; empty = none
   std::string scene_folder;  ///< [scene] folder; empty = built-in scenes only
   std::string model_folder;  ///< [models] folder; empty = built-in models of objects only
-  /// [models] store; empty or ":memory:" = in memory. Not said: in memory too, but hapticd itself asks
-  /// default_model_store().
+  /// [models] store; empty or ":memory:" = in memory. Absent: in memory too, but hapticd itself
+  /// uses default_model_store().
   std::optional<std::string> model_store;
 
   GuardCeilings guard;  ///< [guard]
@@ -83,11 +83,11 @@ struct ConfigOverrides {
 
 /// Reads a configuration file. Unknown keys are errors, by name and line.
 hal::Result<DaemonConfig> read_config(const std::string& path);
-/// The same from text; `source` is what errors call it.
+/// The same from text; `source` names it in errors.
 hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source);
-/// The command line over the file over the defaults, then all of it checked against each other.
+/// The command line goes before the file, the file before the defaults; then all values are checked together.
 hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverrides& overrides);
-/// The whole configuration as TOML, every default written out; reads back as the same.
+/// The whole configuration as TOML, with every default; reads back as the same.
 std::string write_config(const DaemonConfig& config);
 
 /// Reads "sim", "sim:PRESET", "sim:PRESET:lab" or "replay:PATH?force=load_uN&position=tip_um&speed=recorded"

@@ -13,15 +13,15 @@ namespace {
 
 constexpr double kFullScaleTimeS = 0.005;  // as rt::resolve(): from zero to full force
 
-/// One value of a scene and the limit of the daemon's on it.
+/// One value of a scene and the daemon's limit of it.
 struct Bound {
   const char* scene_key;
   const char* daemon_key;  ///< of [guard]
   const char* unit;
   double* value;
   double limit;
-  bool is_floor;     ///< `limit` is the least, else the most
-  bool zero_is_off;  ///< zero switches the check off: refused as well
+  bool is_floor;     ///< `limit` is the minimum, else the maximum
+  bool zero_is_off;  ///< zero would switch the check off: refused, too
   double not_said;   ///< the value of a scene that says nothing
   double then;       ///< what such a scene gets without the ceilings; 0 = `not_said`
 };

@@ -11,16 +11,16 @@
 namespace hapticd::server {
 
 /// [guard] of the daemon's configuration: the hardest limits any scene or target may ask for, so that no
-/// client can lift them. The defaults are what the shipped scenes use, with a little room; whoever may
+/// client can lift them. The defaults are what the shipped scenes use, with a little room; a person who may
 /// edit the daemon's configuration may choose others.
 struct GuardCeilings {
   double max_force_n = 0.0;             ///< 0 = the device's own
-  double max_force_rate_n_per_s = 0.0;  ///< 0 = the device's force in 5 ms, as scenes have that do not say
+  double max_force_rate_n_per_s = 0.0;  ///< 0 = the device's force in 5 ms, as in scenes that do not set it
   double max_power_w = 2.5;
   double max_target_stiffness_n_per_mm = 0.0;  ///< 0 = rt::kMaxTargetNPerMm
   double max_wall_stiffness_n_per_mm = 0.0;    ///< 0 = rt::default_largest_wall_n_per_mm() of the device
-  double min_target_ramp_s = 0.1;              ///< of any change of the target
-  /// How fast the force may change by a change of the target.
+  double min_target_ramp_s = 0.1;              ///< for any change of the target
+  /// How fast a change of the target may change the force.
   double max_target_change_n_per_s = 10.0;
   double min_resume_ramp_s = 0.25;
   double max_fall_ramp_s = 0.2;
@@ -42,7 +42,7 @@ void fill_from_ceilings(const GuardCeilings& ceilings, const hal::DeviceInfo& de
 std::optional<hal::Error> check_ceilings(const GuardCeilings& ceilings, const hal::DeviceInfo& device,
                                          const rt::SceneSpec& resolved);
 
-/// Of limits that no scene asked for: the daemon's own, cut to the ceilings.
+/// Limits that no scene asked for: the daemon's own, reduced to the ceilings.
 rt::GuardLimits within_ceilings(const GuardCeilings& ceilings, const hal::DeviceInfo& device,
                                 rt::GuardLimits limits);
 

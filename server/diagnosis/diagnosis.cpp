@@ -22,10 +22,10 @@ namespace {
 using enum FindingSeverity;
 using Clock = std::chrono::steady_clock;
 
-/// How long the loop and the force are looked at.
+/// How long the loop and the force are observed.
 constexpr std::chrono::milliseconds kWatched{500};
 constexpr double kTolerableRateError = 0.01;
-/// Ticks later than this share of a period are felt as jitter.
+/// Ticks that are later than this share of a period can be felt as jitter.
 constexpr double kTolerableLateness = 0.25;
 
 Findings examine_loop(Session& session) {
@@ -149,7 +149,7 @@ Findings examine_guard(const rt::TickRecord& newest) {
   if (newest.guard_state != rt::GuardState::kLatched || newest.guard_fault == rt::GuardFault::kNone)
     return {};
   const rt::FaultRule& rule = rt::rule_of(newest.guard_fault);
-  // A stop is what someone wanted; all else keeps the device from working.
+  // A stop is intended; all other faults keep the device from working.
   const bool wanted = newest.guard_fault == rt::GuardFault::kStopped;
   return {{wanted ? kWarning : kProblem, "guard",
            fmt::format("latched, {}: {}; no force until it is cleared", rule.name, rule.cause),

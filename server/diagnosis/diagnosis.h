@@ -11,13 +11,13 @@ class Session;
 class TelemetryHub;
 class TurntableHost;
 
-/// What a report of a part of the rig means.
+/// The findings of a report on a part of the rig.
 Findings examine_part(const hal::PartReport& report);
 
-/// Whether the guard lets force through, as the newest record has it; nothing where it does.
+/// Why the guard withholds force, by the newest record; nothing where it does not.
 Findings examine_guard(const rt::TickRecord& newest);
 
-/// What to look at.
+/// What to examine.
 struct Diagnosed {
   Session& session;
   const SceneHost& scenes;

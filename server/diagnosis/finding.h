@@ -8,12 +8,12 @@ namespace hapticd::server {
 
 enum class FindingSeverity : std::uint8_t {
   kGood,
-  kNote,     ///< worth knowing; nothing to do
+  kNote,     ///< for information; nothing to do
   kWarning,  ///< works, but worse than it could
   kProblem,  ///< does not work
 };
 
-/// One thing the doctor looked at.
+/// One result of the doctor.
 struct Finding {
   FindingSeverity severity = FindingSeverity::kGood;
   std::string topic;  ///< "kernel", "loop", "force sensor" …

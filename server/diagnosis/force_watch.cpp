@@ -94,7 +94,7 @@ void ForceWatch::add_zero_findings(Findings& findings) const {
 Finding ForceWatch::of_press() const {
   const hal::Vector3 mean_n = pressed_sum_n_ * (1.0 / std::max(1U, pressed_ticks_));
   const double size_n = norm(mean_n);
-  // What comes and goes in all directions is the inertia of a heavy tool.
+  // A force that varies in all directions is the inertia of a heavy tool.
   if (pressed_ticks_ < kMinPressedTicks || size_n < kPressedN) {
     return {kNote, kTopic, "whether its force follows the press axis was not seen: the tool is not pressed",
             fmt::format("press onto an object until the sensor reads more than {:g} N, straight down the "

@@ -9,17 +9,17 @@
 
 namespace hapticd::server {
 
-/// What a while of ticks shows of the force sensor under a scene that uses it: whether it was biased, how far
-/// its zero went, whether contacts are taken back, and, in one-dimensional scenes, whether its force follows
-/// the press axis. A sensor whose axes are wrong shows no other sign than a scene that feels nothing.
+/// Judges the force sensor over some ticks of a scene that uses it: whether it was biased, how far its zero
+/// drifted, whether contacts are withdrawn, and, in one-dimensional scenes, whether its force follows the
+/// press axis. The only sign of a sensor with wrong axes is a scene without force.
 class ForceWatch {
  public:
   static constexpr double kPressedN = 0.5;    ///< the tool counts as pressed beyond that
-  static constexpr double kMaxOffDeg = 45.0;  ///< friction and a slanted surface stay below it
+  static constexpr double kMaxOffDeg = 45.0;  ///< friction and an inclined surface stay below it
 
   explicit ForceWatch(const rt::SceneSpec& resolved);
 
-  /// In the order of the ticks. Those of another scene than the last one's do not count.
+  /// Call it in the order of the ticks. A change of the scene starts over.
   void add(const rt::TickRecord& record);
   Findings findings() const;
 

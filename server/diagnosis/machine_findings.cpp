@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using enum FindingSeverity;
 
-/// The first line; nothing where the file is not there.
+/// The first line; nothing if the file does not exist.
 std::optional<std::string> first_line(const fs::path& file) {
   std::ifstream stream(file);
   std::string line;
@@ -113,7 +113,7 @@ Finding priority(const rt::LoopConfig& loop) {
           "LimitRTPRIO=99 in the service's unit, or setcap cap_sys_nice,cap_ipc_lock+ep on the binary"};
 }
 
-/// Of this process, "VmLck:     1234 kB" → 1234; 0 where the line is not there.
+/// Of this process, "VmLck:     1234 kB" → 1234; 0 if there is no such line.
 long status_kb(const fs::path& root, std::string_view key) {
   std::ifstream status(root / "proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -123,7 +123,7 @@ long status_kb(const fs::path& root, std::string_view key) {
 }
 
 Finding memory(const rt::LoopConfig& loop, const fs::path& root) {
-  // What the kernel counts as locked is address space: mostly stacks and reserves that no page is behind.
+  // The kernel counts locked address space: mostly stacks and reserves without pages.
   if (status_kb(root, "VmLck:") > 0) {
     return {kGood, "memory",
             fmt::format("locked: the {} MB in use stay in memory", status_kb(root, "VmRSS:") / 1024), ""};

@@ -7,9 +7,9 @@
 
 namespace hapticd::server {
 
-/// What the kernel and the rights of this process mean for a loop of that configuration: real-time kernel,
+/// How the kernel and the rights of this process suit a loop of that configuration: real-time kernel,
 /// isolated CPUs, frequency governor, throttling of real-time threads, limits on priority and locked memory,
-/// clock source. `root` is where /proc and /sys are found.
+/// clock source. `root` is the folder of /proc and /sys.
 Findings examine_machine(const rt::LoopConfig& loop, const std::filesystem::path& root = "/");
 
 }  // namespace hapticd::server

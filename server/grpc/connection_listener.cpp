@@ -23,7 +23,8 @@ namespace hapticd::server {
 
 namespace {
 
-/// Descriptors that no connection gets: store, recordings, hardware, what threads open for a moment.
+/// Descriptors that no connection gets: for the store, recordings, hardware, and files that threads open
+/// briefly.
 constexpr rlim_t kReserve = 128;
 constexpr int kMaxRetryMs = 10;
 constexpr std::uint64_t kRefusalsBetweenWarnings = 1000;
@@ -142,7 +143,7 @@ hal::Result<bool> ConnectionListener::open_tcp(const ListenAddress& listen) {
     reason = std::strerror(errno);
     if (errno == EADDRINUSE) return cannot_listen(listen.text(), reason);
   }
-  // A host whose second family this machine lacks is served by the first.
+  // If this machine lacks the second address family of a host, the first is used.
   if (listening_.empty()) return cannot_listen(listen.text(), reason);
   return true;
 }
@@ -215,7 +216,7 @@ void ConnectionListener::accept_all(int listening) {
     if (errno == EINTR || errno == ECONNABORTED) continue;
     if (errno == EAGAIN) return;
     if ((errno == EMFILE || errno == ENFILE) && turn_away(listening)) continue;
-    // Nothing to be had just now: not even the memory. The connection waits in the queue.
+    // No descriptor, or not even memory, at present. The connection waits in the queue.
     poll(nullptr, 0, kMaxRetryMs);
     return;
   }

@@ -13,17 +13,17 @@
 
 namespace hapticd::server {
 
-/// Accepts the connections of the service, over TCP and a unix socket, and hands them on. It is not left to
-/// gRPC: a listener of gRPC 1.51's that once finds no free descriptor never accepts again. Of the descriptors
-/// that the system allows this process, the last are kept for files; a connection that would take one of them
-/// is closed at once, and the next is served as soon as there is room.
+/// Accepts the connections of the service, over TCP and a unix socket, and hands them on. gRPC's own listener
+/// is not used: in gRPC 1.51, once it finds no free descriptor, it never accepts again. Of the descriptors
+/// that the system allows this process, the last are kept for files. A connection that would take one of them
+/// is closed at once; the next is served as soon as a descriptor is free.
 class ConnectionListener {
  public:
   /// Takes over a connection's descriptor. Called in the listener's thread.
   using Take = std::function<void(int descriptor)>;
 
   /// Binds and listens, on all addresses of the host; connections wait until start(). An error names the
-  /// address and what the system says. An empty path: no unix socket; one that is there must be free.
+  /// address and the system's message. An empty path: no unix socket. A path that exists must be free.
   static hal::Result<std::unique_ptr<ConnectionListener>> open(const ListenAddress& listen,
                                                                const std::string& unix_socket = {});
   /// Accepts no more; removes the unix socket.
@@ -32,7 +32,7 @@ class ConnectionListener {
   ConnectionListener& operator=(const ConnectionListener&) = delete;
 
   void start(Take take);
-  /// Accepts no more. What was handed on goes on.
+  /// Accepts no more. Connections that were handed on stay open.
   void stop();
   /// The TCP port in use.
   std::uint16_t port() const { return port_; }
@@ -43,7 +43,7 @@ class ConnectionListener {
   hal::Result<bool> open_unix(const std::string& path);
   void run();
   void accept_all(int listening);
-  /// Accepts and closes one for which there is no descriptor, with the one that was kept for this.
+  /// Accepts and closes a connection for which there is no descriptor, using the reserved one.
   bool turn_away(int listening);
   void note_refused();
 

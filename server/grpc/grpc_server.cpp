@@ -33,24 +33,24 @@ namespace hapticd::server {
 namespace {
 
 constexpr int kMaxRequest = 1 << 20;
-/// More than all targets that may wait for their time, with room for the calls of everyone else.
+/// More than the targets that may wait for their time, plus the calls of other clients.
 constexpr int kMaxThreads = 64;
-/// Calls under way on one connection; more wait at the client. A call costs some 25 kB here before anything
-/// is done for it.
+/// Calls at once on one connection; more wait at the client. A call takes some 25 kB here before it is
+/// handled.
 constexpr int kMaxStreams = 100;
-/// Of the buffers of all calls and connections together; what calls take that were given up at once is the
-/// matter of the MemoryWatch.
+/// Of the buffers of all calls and connections together. The MemoryWatch limits the memory of calls that were
+/// cancelled at once.
 constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
 /// Bytes read of a connection at once. gRPC makes of all it has read what it takes for a call, 30 kB for 40
 /// bytes, before the MemoryWatch can end the connection; of the 4 MB it reads else that would be gigabytes.
 constexpr int kMaxRead = 16'384;
-/// A connection that has not said within this time that it speaks HTTP/2 is closed.
+/// A connection that does not start HTTP/2 within this time is closed.
 constexpr int kMaxHandshakeMs = 10'000;
-/// One without a call for so long is closed in good order; a client that calls again connects again.
+/// A connection without a call for so long is closed in an orderly way; the next call connects again.
 constexpr int kMaxIdleMs = 600'000;
 
 /// Gives every thread that serves calls a stack for crash handlers, once, before the call is read: parsers of
-/// what clients send are where a stack could be used up. It watches calls only for requests that are none.
+/// requests could use up a stack. Intercepts calls only to find requests that cannot be read.
 class CrashStackForCallers final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
   /// gRPC owns what it gets.
@@ -91,7 +91,7 @@ struct GrpcServer::State {
   std::optional<StandingPoller> poller;  // ends after the server
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
   std::unique_ptr<grpc::Server> server;          // ends before the services it calls
-  std::unique_ptr<ConnectionListener> listener;  // last: hands on to the server
+  std::unique_ptr<ConnectionListener> listener;  // last: hands connections to the server
 };
 
 std::optional<hal::Error> GrpcServer::check(const ListenAddress& listen) {
@@ -141,7 +141,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   }
   state->poller.emplace(builder);
   gpr_set_log_function(pass_on);
-  // It writes a line for each text that is not UTF-8; the client gets the error, and must not fill the log.
+  // protobuf logs each text that is not UTF-8. The client gets the error and must not fill the log.
   google::protobuf::SetLogHandler(nullptr);
   state->server = builder.BuildAndStart();
   if (state->server == nullptr) return hal::Error{"gRPC does not start", listen.text(), "", "", ""};
@@ -161,7 +161,7 @@ std::uint16_t GrpcServer::port() const {
 }
 
 void GrpcServer::set_serving(bool serving) {
-  // Only now is all the memory there that the daemon takes for itself.
+  // Only now has the daemon all the memory that it needs for itself.
   if (serving && !state_->memory) state_->memory.emplace(port());
   if (auto* health = state_->server->GetHealthCheckService()) health->SetServingStatus(serving);
 }

@@ -20,7 +20,7 @@ class TargetControl;
 class TelemetryHub;
 class TurntableHost;
 
-/// The network's end of the daemon: all services, health checking and reflection on loopback TCP and a unix
+/// The network side of the daemon: all services, health checking and reflection, on loopback TCP and a unix
 /// socket.
 class GrpcServer {
  public:

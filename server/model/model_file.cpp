@@ -29,10 +29,10 @@ constexpr Range kDahlExponent{0.0, 3.0, ""};
 constexpr Range kReachMm{0.0, 1e3, "mm"};
 constexpr Range kSlipStiffness{0.0, 1e4, "1/mm"};
 
-/// Reads one section and notes which of its keys are not there.
+/// Reads one section and collects the keys that are missing.
 class Section {
  public:
-  /// `name`: dotted, as errors call the section.
+  /// `name`: dotted; names the section in errors.
   Section(TomlTable table, std::string name) : table_(std::move(table)), name_(std::move(name)) {}
 
   template <class Value>

@@ -8,12 +8,12 @@
 
 namespace hapticd::server {
 
-/// Reads an object's model from TOML text. What was identified is a section: [hunt_crossley], [creep],
-/// [rod_friction], [bearing_friction]; a part that was not is left out, but a section that is there says all
-/// of its keys (but a friction's `exponent` and `maxwell_slip = { reach_mm = […], stiffness_per_mm = […] }`,
-/// eight numbers each, which stand in the place of Dahl's law). Unknown keys, wrong types and values out of
-/// range are errors by name and line. `source` is what errors call the text, e.g. a path. The model must
-/// carry its name unless `name` gives one; both given, they must agree.
+/// Reads an object's model from TOML text. Each identified part is a section: [hunt_crossley], [creep],
+/// [rod_friction], [bearing_friction]; other parts are left out. A section has all of its keys, except a
+/// friction's `exponent` and `maxwell_slip = { reach_mm = […], stiffness_per_mm = […] }`, eight numbers each,
+/// which replace Dahl's law. Unknown keys, wrong types and values out of
+/// range are errors by name and line. `source` names the text in errors, e.g. a path. The model must
+/// contain its name unless `name` gives one; if both are given they must agree.
 hal::Result<rt::ObjectModel> parse_model(std::string_view text, const std::string& source,
                                          const std::string& name = {});
 

@@ -42,7 +42,7 @@ std::string number_text(double value) {
   return {text.data(), end};
 }
 
-/// Not Json::dump(): its numbers are those of its version, and not always the shortest.
+/// Json::dump() is not used: its numbers depend on its version and are not always the shortest.
 void write_canonical(const Json& json, std::string& text) {
   if (json.is_object()) {
     char mark = '{';
@@ -85,7 +85,7 @@ hal::Result<Json> parse(std::string_view text, const std::string& where) {
 }
 
 // -- one description of every part, read and written by the two archives below. A field that is added to a
-// part does not compile until it is stored, too: the bindings in describe() name all there are.
+// part does not compile until it is stored, too: the bindings in describe() name all fields.
 
 /// Fills a JSON object.
 class Writer {
@@ -130,7 +130,7 @@ class Writer {
   Json json = Json::object();
 };
 
-/// Takes an object apart; the first thing that is missing, of another type or unknown is its error.
+/// Reads an object; the first key that is missing, of another type or unknown is its error.
 class Reader {
  public:
   static constexpr bool kReads = true;
@@ -355,7 +355,7 @@ void describe(A& archive, rt::ValidityRange& validity) {
   archive("max_force_n", force_n);
 }
 
-/// Content of the kind that `name` says; none when there is no such kind.
+/// Content of the kind `name`; none when there is no such kind.
 template <std::size_t I = 0>
 std::optional<rt::ModelContent> content_of(const std::string& name) {
   if constexpr (I < std::variant_size_v<rt::ModelContent>) {
@@ -400,7 +400,7 @@ bool touches_an_object(const rt::IdentifiedModel& model) {
          std::holds_alternative<rt::FrictionModel>(model.content);
 }
 
-/// What rt::check() does not look at: texts and names.
+/// Checks what rt::check() does not: texts and names.
 std::optional<hal::Error> check_texts(const rt::IdentifiedModel& model, const std::string& where) {
   if (touches_an_object(model)) {
     if (auto error = check_name("model", model.object, where + ", object")) return error;
@@ -526,7 +526,7 @@ hal::Result<ImportedModel> import_json(std::string_view json) {
   }
   auto model = read_model(*content, where);
   if (!model) return model.error();
-  // What reads as a model but writes otherwise would be stored under a hash of its own.
+  // A text that is read as a model but written differently would be stored under another hash.
   const auto again = canonical_json(*model);
   if (!again) return again.error();
   if (*again != imported.canonical) return not_a_model("not in canonical form", where);

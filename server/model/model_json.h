@@ -8,13 +8,13 @@
 
 namespace hapticd::server {
 
-/// The one text of a model's content: JSON without blanks, keys sorted, numbers the shortest that read back
-/// as the same (std::to_chars), -0 as 0, an infinite standard error as "Infinity". An error where a text is
-/// not UTF-8 or too long, or where rt::check() has something against the model. Two models have the same text
-/// if and only if they are the same.
+/// The canonical text of a model's content: JSON without blanks, keys sorted, numbers the shortest that read
+/// back as the same (std::to_chars), -0 as 0, an infinite standard error as "Infinity". An error where a text
+/// is not UTF-8 or too long, or where rt::check() refuses the model. Two models have the same text if and
+/// only if they are the same.
 hal::Result<std::string> canonical_json(const rt::IdentifiedModel& model);
-/// Reads a canonical text back, strictly: every key there, none unknown, everything in range. `where` is what
-/// errors call it.
+/// Reads a canonical text back, strictly: all keys, no unknown ones, all values in range. `where` names it
+/// in errors.
 hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, const std::string& where);
 /// The same, and its hash must be `hash`.
 hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, const std::string& hash,
@@ -31,7 +31,7 @@ struct ImportedModel {
   std::string canonical;
   std::string hash;
 };
-/// Reads what export_json() wrote. Refused where it is no such text, its schema is not known here, the
+/// Reads what export_json() wrote. Refused where it is not such a text, its schema is unknown, the
 /// content does not fit the hash, or a value is out of range.
 hal::Result<ImportedModel> import_json(std::string_view json);
 

@@ -18,7 +18,7 @@ constexpr std::size_t kStackBytes = std::size_t{1} << 16U;
 
 std::atomic<hal::Rig*> the_rig{nullptr};
 static_assert(std::atomic<hal::Rig*>::is_always_lock_free);
-/// This thread is in the handler: a second crash in it is one of the handler's own.
+/// This thread is in the handler: a second crash in it is in the handler itself.
 thread_local volatile sig_atomic_t is_handling = 0;
 
 void take_default_action() noexcept {
@@ -27,7 +27,7 @@ void take_default_action() noexcept {
   for (const int number : kCrashes) sigaction(number, &ends, nullptr);
 }
 
-/// Async-signal-safe, but for what a driver does to get its zero out.
+/// Async-signal-safe, except for the driver's own way of sending its zero.
 void on_crash(int number, siginfo_t* info, void*) noexcept {
   if (is_handling == 0) {
     is_handling = 1;
@@ -36,8 +36,8 @@ void on_crash(int number, siginfo_t* info, void*) noexcept {
     [[maybe_unused]] const auto written = write(STDERR_FILENO, kLine, sizeof kLine - 1);
   }
   take_default_action();
-  // A fault comes again when its instruction is repeated, and abort() sends its signal again; what was sent
-  // by kill() does not.
+  // A fault occurs again when its instruction is repeated, and abort() sends its signal again; a signal from
+  // kill() does not come again.
   if (info == nullptr || info->si_code <= 0) raise(number);
 }
 

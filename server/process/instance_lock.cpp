@@ -31,7 +31,7 @@ bool is_served(const std::string& socket_path) {
   return !refused;
 }
 
-/// The process id a holder wrote into its lock file; "?" if it has not yet.
+/// The process id in the lock file; "?" if the holder has not written it yet.
 std::string holder(int descriptor) {
   std::array<char, 32> text{};
   const ssize_t length = pread(descriptor, text.data(), text.size(), 0);

@@ -12,8 +12,7 @@ namespace hapticd::server {
 /// the file stays, for removing it would let two daemons each lock a file of their own.
 class InstanceLock {
  public:
-  /// Locks, and removes a socket that a daemon now gone left behind. A path that holds something else is
-  /// refused.
+  /// Locks, and removes a socket that an earlier daemon left. Refused where the path is not a socket.
   static hal::Result<std::unique_ptr<InstanceLock>> acquire(const std::string& socket_path);
   ~InstanceLock();
   InstanceLock(const InstanceLock&) = delete;

@@ -14,8 +14,8 @@ constexpr std::size_t kMaxLines = 2048;
 
 spdlog::logger& logger() {
   static const auto instance = [] {
-    // Written by a thread of its own: a reader that is at rest (a terminal, a pipe) must hold up no call,
-    // least of all a stop. Where lines come faster than they are read, the oldest are given up.
+    // Written by a thread of its own: a reader that does not read (a terminal, a pipe) must hold up no call,
+    // least of all a stop. If lines come faster than they are read, the oldest are dropped.
     static const auto writer = std::make_shared<spdlog::details::thread_pool>(kMaxLines, 1);
     auto created = std::make_shared<spdlog::async_logger>(
         "hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), writer,

@@ -6,7 +6,7 @@
 
 namespace hapticd::server {
 
-/// One line to standard error each. Never called by the loop.
+/// Each writes one line to standard error. Never called by the loop.
 void set_log_level(LogLevel level);
 void log_debug(std::string_view line);
 void log_info(std::string_view line);

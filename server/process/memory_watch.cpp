@@ -99,7 +99,7 @@ std::vector<Connection> connections_on(std::uint16_t port) {
   return found;
 }
 
-/// What each connection sent lately, by its peer.
+/// How much each connection sent recently, by its peer.
 class Traffic {
  public:
   /// Once a look; `connections` as they are, `interval_s` after the last look.
@@ -129,7 +129,7 @@ class Traffic {
   std::map<std::string, Account> accounts_;
 };
 
-/// What waits in the kernel, megabytes perhaps, would be read to its end before the connection is seen to be
+/// Otherwise the data in the kernel, perhaps megabytes, would all be read before the connection is seen to be
 /// closed.
 void discard_what_came(int descriptor) {
   constexpr std::size_t kAtOnce = std::size_t{1} << 20U;
@@ -141,7 +141,7 @@ void discard_what_came(int descriptor) {
 }
 
 /// Closes the connection that sends the most and those that send half as much, if they flood. How many. A
-/// descriptor may by now be another connection's: its peer is looked at again just before.
+/// descriptor may by now be another connection's: its peer is checked again just before.
 int close_floods(const std::vector<Connection>& connections, const Traffic& traffic,
                  std::size_t max_growth_bytes) {
   std::uint64_t most = 0;

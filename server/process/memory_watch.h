@@ -17,10 +17,10 @@ namespace hapticd::server {
 class MemoryWatch {
  public:
   static constexpr std::size_t kMaxGrowth = std::size_t{256} << 20U;  ///< bytes
-  /// A connection that sends less than this in a second is none that floods.
+  /// A connection that sends less than this in a second is not flooding.
   static constexpr std::uint64_t kMinFlood = 200'000;  ///< bytes
 
-  /// Watches the connections to this port, from now on.
+  /// From now on the connections to this port are watched.
   explicit MemoryWatch(std::uint16_t port, std::size_t max_growth_bytes = kMaxGrowth);
   ~MemoryWatch();
   MemoryWatch(const MemoryWatch&) = delete;

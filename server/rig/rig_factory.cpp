@@ -26,7 +26,7 @@ hal::Result<std::unique_ptr<hal::Rig>> as_rig(hal::Result<std::unique_ptr<R>> op
   return std::unique_ptr<hal::Rig>(std::move(*opened));
 }
 
-/// The names that a simulated rig knows are its own; a near one is suggested here.
+/// A simulated rig knows its own names; here a similar one is suggested.
 std::optional<hal::Error> unknown(const std::string& what, const std::string& name,
                                   std::vector<std::string> known) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return std::nullopt;
@@ -53,7 +53,7 @@ hal::Result<std::unique_ptr<hal::Rig>> open_replay(replay::ReplayConfig config) 
   return as_rig(replay::ReplayRig::open(config));
 }
 
-/// What stands in for the parts that are not named; null where nothing does.
+/// The rig that replaces the parts that are not named; null where there is none.
 hal::Result<std::unique_ptr<hal::Rig>> open_base(const DaemonConfig& config) {
   switch (config.rig) {
     case RigChoice::kSimulated:
@@ -75,7 +75,7 @@ std::optional<hal::Error> take(hal::Result<std::unique_ptr<Driver>> made, std::u
 }
 
 std::optional<hal::Error> make_parts(const DaemonConfig& config, hal::RigParts& parts) {
-  // One board for all that is wired to it.
+  // One board for all parts that are connected to it.
   std::shared_ptr<daq::Board> board;
   const bool has_instrument = config.instrument == InstrumentChoice::kBoard;
   if (config.device == DeviceChoice::kPhantom || config.sensor == SensorChoice::kDaq || has_instrument) {

@@ -18,7 +18,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// A sample under the new zero comes within a tick or two.
+/// A sample with the new zero arrives within a tick or two.
 constexpr std::chrono::seconds kTimeout{2};
 constexpr std::chrono::milliseconds kPollInterval{1};
 
@@ -63,7 +63,7 @@ std::optional<std::string> SensorBiases::lost() const {
 
 Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
   if (auto refusal = scenes_.reserved()) return *refusal;
-  // Held open until a sample has come under the new zero.
+  // Kept open until a sample with the new zero has arrived.
   const auto sensor = session_.claim_sensor();
   if (!sensor) return Refusal{RefusalKind::kFailedPrecondition, sensor.error()};
   const std::uint32_t before = hub_.latest().bias_serial;

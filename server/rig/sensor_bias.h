@@ -22,25 +22,25 @@ struct SensorBias {
   std::uint32_t serial = 0;  ///< hal::RigSample::bias_serial of the samples under it
   std::int64_t taken_unix_s = 0;  ///< when
   hal::Vector3 tip_mm;            ///< where the tool was, rig frame
-  hal::Quaternion orientation;    ///< and how it was held: its weight then reads as nothing
+  hal::Quaternion orientation;    ///< how it was held: its weight is part of the zero
 };
 
-/// Which zero the force sensor's samples are under, for as long as the daemon runs. A zero outlasts scenes,
-/// identifications and motions of the table; it ends with the next bias, and where the driver lost it (a box
-/// restarted, or has another calibration). Any thread.
+/// The present zero of the force sensor's samples, for as long as the daemon runs. A zero holds over scenes,
+/// identifications and motions of the table. It ends with the next bias, or when the driver loses it (the box
+/// restarted, or its calibration changed). Any thread.
 class SensorBiases {
  public:
-  /// Those that are taken are appended to `file`, one line each; empty = nowhere.
+  /// Each new zero is appended to `file` as a line; empty = none.
   SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file);
 
   /// Takes the present load as zero. Out of contact, and not while an identification or a motion of the table
-  /// is under way. Returns once samples come under the new zero.
+  /// is under way. Returns when samples with the new zero arrive.
   Outcome<SensorBias> take(const Caller& caller);
-  /// The one in force; nothing where none was taken since the start, or the driver lost it.
+  /// The present one; nothing where none was taken since the start, or the driver lost it.
   std::optional<SensorBias> current() const;
-  /// Where the last one that was taken is not in force any more: its id.
+  /// The id of the last one, if the driver lost it.
   std::optional<std::string> lost() const;
-  /// As scenes and identifications ask for it.
+  /// In the form that scenes and identifications need.
   ZeroInForce zero_in_force() const;
 
  private:

@@ -31,14 +31,14 @@ std::string text_of(E value, const Word<E> (&words)[N]) {
   return toml_quoted(words[0].text);
 }
 
-/// The nearest thing to a check of two values that stand apart: the reader sees one at a time.
+/// Checks two values together: the reader checks only one at a time.
 void read_range(TomlTable& table, const char* low_key, const char* high_key, double& low_v, double& high_v) {
   table.read(low_key, low_v, kVolts);
   table.read(high_key, high_v, kVolts);
   if (low_v < high_v) return;
   table.refuse(table.has(high_key) ? high_key : low_key,
                {fmt::format("'{}' is not below '{}'", low_key, high_key), "",
-                fmt::format("{} … {} V", low_v, high_v), "low below high", "correct one of them"});
+                fmt::format("{} … {} V", low_v, high_v), "low less than high", "correct one of them"});
 }
 
 }  // namespace

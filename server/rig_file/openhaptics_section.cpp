@@ -36,16 +36,15 @@ std::string vector_text(const hal::Vector3& v) {
 void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
   table.read("library", config.vendor_library_names, 4096);
   if (config.libraries().empty()) {
-    table.refuse("library",
-                 {"no library is named", "", config.vendor_library_names,
-                  "names or paths, separated by commas", "remove the key to have the usual names tried"});
+    table.refuse("library", {"no library is named", "", config.vendor_library_names,
+                             "names or paths, separated by commas", "remove the key to try the usual names"});
   }
   table.read("device_name", config.device_name, 256);
   table.read("model", config.model, 64);
   if (!openhaptics::device_figures(config.model)) {
     const auto models = openhaptics::device_models();
     table.refuse("model", {"unknown model of a PHANToM", "", config.model, comma_separated(models),
-                           did_you_mean(config.model, models, "name the one whose data sheet is closest")});
+                           did_you_mean(config.model, models, "choose the one whose data sheet is closest")});
   }
   table.read("rate_hz", config.rate_hz, kRateHz);
 

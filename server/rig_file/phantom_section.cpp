@@ -12,7 +12,7 @@ namespace {
 
 using phantom::PhantomConfig;
 
-/// A key of one number.
+/// A key with one number.
 struct Single {
   const char* key = nullptr;
   double& (*of)(PhantomConfig&) = nullptr;
@@ -56,7 +56,7 @@ constexpr Single kSingles[] = {
     {"home_still_ms", [](PhantomConfig& c) -> double& { return c.home_still_ms; }, {0.0, 10'000.0, "ms"}},
 };
 
-/// A key of one number a joint, or of the gimbal an axis.
+/// A key with one number for each joint, or for each axis of the gimbal.
 struct Triple {
   const char* key = nullptr;
   std::array<double, 3>& (*of)(PhantomConfig&) = nullptr;

@@ -7,7 +7,7 @@
 
 namespace hapticd::server {
 
-/// A PHANToM on [rig.board]. `model` names the preset the other keys start from.
+/// A PHANToM on [rig.board]. `model` names the preset that the other keys change.
 void read_phantom(TomlTable table, phantom::PhantomConfig& config);
 /// Every key with its value, without the table's header; reads back as the same.
 std::string write_phantom(const phantom::PhantomConfig& config);

@@ -115,7 +115,7 @@ class MapReader {
     read_alarms(table.table("alarms"));
     if (!position) {
       if (refused_) return std::nullopt;  // reported by its line already
-      return hal::Error{"the register map says no position", "register map '" + map_.name + "'", "",
+      return hal::Error{"position_actual is missing", "register map '" + map_.name + "'", "",
                         "position_actual = the name of a register", "add it"};
     }
     map_.position_actual = *position;
@@ -158,7 +158,7 @@ class MapReader {
     return names;
   }
 
-  /// The register named under `key`; nothing where there is none, which is refused when something else is.
+  /// The register named under `key`; nothing where the key is absent. An unknown name is refused.
   void read_reference(TomlTable& table, std::string_view key, std::optional<std::size_t>& index) {
     std::string name;
     table.read(key, name, kMaxName);

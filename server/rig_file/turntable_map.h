@@ -11,11 +11,11 @@
 
 namespace hapticd::server {
 
-/// A register map from TOML text; `source` is what errors call it. Unknown keys, unknown registers and
+/// A register map from TOML text; `source` names it in errors. Unknown keys, unknown registers and
 /// contradictions are errors.
 hal::Result<modbus::RegisterMap> parse_turntable_map(std::string_view text, std::string name,
                                                      std::string source);
-/// By the name of a built-in map, or by the path of a file (whatever holds a '/' or ends in .toml).
+/// By the name of a built-in map, or by the path of a file (with a '/' in it, or ending in .toml).
 hal::Result<modbus::RegisterMap> find_turntable_map(const std::string& name_or_path);
 /// Names of the built-in maps, sorted.
 std::vector<std::string> turntable_map_names();

@@ -29,7 +29,7 @@ constexpr double kStrokeMm = 20.0;
 constexpr double kFriction = 0.3;
 constexpr double kGravityMmPerS2 = 9807.0;
 
-/// From 0 to 1 while `tick` goes from `begin` on for `count`, without a corner.
+/// From 0 to 1, smoothly, for `count` ticks from `begin` on.
 double eased(std::uint32_t tick, std::uint32_t begin, std::uint32_t count) {
   if (tick <= begin) return 0.0;
   if (tick >= begin + count) return 1.0;
@@ -47,7 +47,7 @@ Vector3 across(const Vector3& unit) {
   return rest * (1.0 / length(rest));
 }
 
-/// Approach, press, stroke, release: what the sensors would say, the device taken as absent.
+/// Samples of an approach, a press, a stroke and a release, without a device.
 class SyntheticTouch {
  public:
   SyntheticTouch(const rt::SceneSpec& spec, const hal::RigInfo& rig)
@@ -108,7 +108,7 @@ double quantile(std::vector<std::int64_t>& values, double share) {
   return static_cast<double>(values[static_cast<std::size_t>(rank)]);
 }
 
-/// What looking at the clock twice takes by itself.
+/// The time that two readings of the clock take.
 double clock_cost_ns() {
   std::vector<std::int64_t> costs;
   for (int i = 0; i < 101; ++i) costs.push_back(since(Clock::now()));

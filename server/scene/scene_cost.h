@@ -9,11 +9,11 @@
 
 namespace hapticd::server {
 
-/// What a tick of a scene takes on this machine.
+/// How long a tick of a scene takes on this machine.
 struct SceneCost {
   double median_ns = 0.0;
   double p999_ns = 0.0;
-  std::uint32_t ticks = 0;  ///< that were measured
+  std::uint32_t ticks = 0;  ///< measured ticks
   std::string remark;       ///< how it was measured
 };
 

@@ -93,7 +93,7 @@ bool explores(const rt::SceneSpec& spec) {
   return spec.kind == rt::SceneKind::kExplore;
 }
 
-/// A key that means something only in scenes of another kind.
+/// Refuses a key that only scenes of another kind use.
 void refuse_foreign(TomlTable& table, std::string_view key, const std::string& shown,
                     const rt::SceneSpec& spec, std::string_view kinds) {
   table.refuse(
@@ -125,7 +125,7 @@ void read_contact(TomlTable& root, rt::SceneSpec& spec) {
   }
 }
 
-/// What is added so that the hand gets the force while it moves.
+/// The compensations that keep the force at the hand correct while it moves.
 void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
   rt::CompensationParameters& c = spec.compensation;
   if (spec.kind == rt::SceneKind::kWall) {
@@ -140,7 +140,7 @@ void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
   control.read("back_drive_compensation", c.back_drive);
 }
 
-/// What only scenes of kind "explore" have, section by section.
+/// The sections that only scenes of kind "explore" have.
 void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   if (!explores(spec)) {
     for (const char* section : {"direction", "friction", "displacement", "release", "passivity"}) {
@@ -158,7 +158,7 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   root.table("passivity").read("control", explore.passivity);
 }
 
-/// Of the stiffness at its centre, which is structure.stiffness_n_per_mm.
+/// The field about its centre, whose stiffness is structure.stiffness_n_per_mm.
 void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
   if (!structure.has("field")) return;
   TomlTable table = structure.table("field");

@@ -8,14 +8,14 @@
 
 namespace hapticd::server {
 
-/// Reads a scene from TOML text; what it does not say keeps SceneSpec's default. Unknown keys, wrong types
-/// values out of range, and keys that a scene of its kind has no use for, are errors by name and line.
-/// `source` is what errors call the text, e.g. "scene 'tap_1d'". The scene must carry its name unless `name`
-/// gives one; both given, they must agree.
+/// Reads a scene from TOML text; keys that are absent keep SceneSpec's default. Unknown keys, wrong types,
+/// values out of range, and keys that a scene of this kind does not use are errors by name and line. `source`
+/// names the text in errors, e.g. "scene 'tap_1d'". The scene must contain its name unless `name` gives one;
+/// if both are given they must agree.
 hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string& source,
                                        const std::string& name = {});
 
-/// The scene as TOML, every value that its kind has written out; parse_scene() reads it back as the same.
+/// The scene as TOML, with every value of its kind; parse_scene() reads it back as the same.
 std::string write_scene(const rt::SceneSpec& spec);
 
 /// "linear", "hunt_crossley", …: the word of a scene file.

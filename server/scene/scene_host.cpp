@@ -38,15 +38,14 @@ bool uses_sensor(const ResolvedScene* scene) {
   return std::find(hardware.begin(), hardware.end(), "force sensor") != hardware.end();
 }
 
-/// How long before the caller's deadline an exchange that waits is given up, so that the reason still
-/// arrives.
+/// A waiting exchange ends this long before the caller's deadline, so that the reason still arrives.
 constexpr std::chrono::milliseconds kReplyTime{200};
 constexpr std::chrono::seconds kMaxWaitForFree{60};
-/// An exchange is handed to the loop for so long; in between targets may pass.
+/// An exchange is handed to the loop for this time; targets may pass in between.
 constexpr std::chrono::milliseconds kSlice{100};
 constexpr std::chrono::milliseconds kPollInterval{2};
 
-/// How far a part may be trusted: its fit where it has one, where it comes from, and what speaks against it.
+/// How reliable a part is: its fit if it has one, its source, and warnings.
 std::string remark_on(const std::string& need, const FoundModel& found, const rt::SceneSpec& scene,
                       const hal::RigInfo& rig) {
   const rt::ObjectModel& model = found.model;
@@ -72,8 +71,8 @@ std::string remark_on(const std::string& need, const FoundModel& found, const rt
   return fmt::format("{}", fmt::join(said, "; "));
 }
 
-/// What is granted where the scene does not say: on a soft object less than the device would bear. What the
-/// scene itself starts with is its own word.
+/// The default limit of targets: on a soft object less than the device could hold. The stiffness with which
+/// the scene itself starts is always allowed.
 void limit_to_object(ResolvedScene& scene) {
   const auto own_n_per_mm = rt::stiffness_n_per_mm(scene.model->model, rt::kFirmPressN);
   if (!own_n_per_mm) return;
@@ -108,7 +107,7 @@ SceneHost::SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models,
                      const GuardCeilings& ceilings)
     : session_(session), ceilings_(ceilings), library_(std::move(scenes)), models_(std::move(models)) {}
 
-/// Bounds while no scene is loaded: nothing is wanted of the device, and a force still standing may fall.
+/// Limits while no scene is loaded: no force is requested, and a remaining force may fall.
 rt::GuardLimits SceneHost::idle_limits() const {
   const hal::DeviceInfo& device = session_.rig_info().device;
   rt::GuardLimits limits;
@@ -200,7 +199,7 @@ void SceneHost::find_model(ResolvedScene& scene) const {
     scene.needs.push_back({name, available, std::move(remark)});
   }
   if (!scene.model) return;
-  // Only what the scene works with; the other laws of the object are free to be deleted.
+  // Only the parts that the scene uses; the other laws of the object may be deleted.
   const auto uses = [&](const FoundModel::Origin& origin, std::string_view part) {
     const bool needed = std::any_of(scene.outline.models.begin(), scene.outline.models.end(),
                                     [part](const std::string& name) { return name.starts_with(part); });
@@ -303,7 +302,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
                                                const rt::GuardLimits& guard,
                                                std::shared_ptr<const ResolvedScene> scene,
                                                const Caller& caller, Right right) {
-  // Hardware may take seconds to answer: it is opened before anybody has to wait for it.
+  // Hardware may take seconds to answer: it is opened before other calls have to wait for it.
   auto hardware = claim_hardware(scene.get());
   if (!hardware) return hardware.refusal();
   const auto until = caller.until(kDefaultTimeout);
@@ -314,7 +313,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
   command.guard = guard;
   for (;;) {
     if (auto refusal = session_.unavailable()) return *refusal;
-    // Contact may last: it is waited for without the gate, so that targets pass.
+    // Contact may last long: the gate is not held while waiting, so that targets pass.
     if (differs_in_models_only(scene.get())) {
       if (auto refusal = await_free(free_until, caller)) return *refusal;
     }

@@ -24,75 +24,77 @@
 
 namespace hapticd::server {
 
-/// Where a scene comes from: a name the library knows, or the text of a scene file.
+/// A scene: a name that the library knows, or the text of a scene file.
 struct SceneSource {
   enum class Kind : std::uint8_t { kName, kToml };
   Kind kind = Kind::kName;
   std::string text;
-  std::string object_model;  ///< in the place of the scene's own; empty = the scene's own
+  std::string object_model;  ///< instead of the scene's own; empty = the scene's own
 };
 
-/// A part of the object's model that a scene works with.
+/// A part of the object's model that a scene uses.
 struct ModelNeed {
-  std::string name;  ///< in words, as in SceneOutline::models
+  std::string name;  ///< as in SceneOutline::models
   bool available = false;
-  std::string remark;  ///< how well it fits and where it was identified; where there is none, why
+  std::string remark;  ///< how well it fits and where it was identified; or why there is none
 };
 
-/// A scene resolved against the rig, and what the library has of its object.
+/// A scene resolved for the rig, with the model of its object.
 struct ResolvedScene {
   rt::SceneSpec spec;
   rt::SceneOutline outline;  ///< with the channels that every tick has on this rig
   std::vector<ModelNeed> needs;
   std::optional<FoundModel> model;          ///< of spec.object_model, where the scene needs one
   std::optional<hal::Error> model_problem;  ///< why there is none
-  std::vector<std::string> stored;          ///< hashes of the stored models it works with, sorted
-  std::vector<std::string> remarks;         ///< what it got from the rig's own models
-  /// The scene as it was written, without the object's model: two that agree in it differ in models only.
+  std::vector<std::string> stored;          ///< hashes of the stored models that it uses, sorted
+  std::vector<std::string> remarks;         ///< which values come from the rig's own models
+  /// The scene as it was written, without the object's model: two scenes with the same text differ in models
+  /// only.
   std::string written;
 
   const rt::ObjectModel* object_model() const { return model ? &model->model : nullptr; }
 };
 
-/// Keeps the one scene that is loaded: resolves, composes, exchanges pipelines at a tick boundary, and
+/// Holds the loaded scene: resolves, composes, exchanges pipelines at a tick boundary, and
 /// deletes the retired ones outside the loop. Any thread.
 class SceneHost {
  public:
   SceneHost(Session& session, SceneLibrary scenes, ModelLibrary models, const GuardCeilings& ceilings = {});
 
-  /// Loaded before the loop runs, so that not a tick of a recording is missed.
+  /// Loads a scene before the loop runs, so that no tick of a recording is missed.
   std::optional<hal::Error> preload(const std::string& name);
-  /// Asked before a scene is loaded that names a station of the turntable. Set before anybody loads.
+  /// Called before a scene is loaded that names a station of the turntable. Set it before the first load.
   using StationCheck = std::function<std::optional<Refusal>(const std::string& station)>;
   void check_stations_with(StationCheck check) { check_station_ = std::move(check); }
-  /// Asked when a scene is resolved: which zero the force sensor is under. Set before anybody loads.
+  /// Called when a scene is resolved, for the present zero of the force sensor. Set it before the first load.
   using ZeroSource = std::function<ZeroInForce()>;
   void know_zero_by(ZeroSource source) { zero_in_force_ = std::move(source); }
-  /// Opens the hardware that the scene in force needs, before the loop runs; load() does it by itself.
+  /// Opens the hardware that the loaded scene needs, before the loop runs. load() does it by itself.
   std::optional<hal::Error> open_hardware();
 
   struct Loaded {
     std::shared_ptr<const ResolvedScene> scene;  ///< null after an unload
     std::uint64_t effective_tick = 0;
   };
-  /// A scene that differs from the loaded one in models only takes its place out of contact: until then this
-  /// waits, to the caller's deadline at the latest. Any other takes it at once.
+  /// A scene that differs from the loaded one in models only replaces it out of contact: the call waits for
+  /// that, to the caller's deadline at the latest. Any other scene replaces it at once.
   Outcome<Loaded> load(const SceneSource& source, const Caller& caller);
   Outcome<Loaded> unload(const Caller& caller);
-  /// What a scene would be made of, whether or not all of it is there.
+  /// The scene for this rig, even if some of its parts are missing.
   Outcome<ResolvedScene> resolve(const SceneSource& source) const;
-  /// Its stages, for the caller. Refused where the rig or the object's model lack what it needs, by name.
+  /// Its stages, owned by the caller. Refused where the rig or the object's model lacks a part; the error
+  /// names it.
   Outcome<std::unique_ptr<rt::Pipeline>> compose(const ResolvedScene& scene) const;
 
   /// Null when none is loaded.
   std::shared_ptr<const ResolvedScene> current() const;
-  /// Whether the loaded scene works with this stored model.
+  /// Whether the loaded scene uses this stored model.
   bool uses(const std::string& hash) const;
   const SceneLibrary& catalogue() const { return library_; }
   const ModelLibrary& models() const { return models_; }
   const hal::RigInfo& rig_info() const { return session_.rig_info(); }
 
-  /// While held, the scene is not exchanged: what was validated against it is still valid when it takes
+  /// While held, the scene is not exchanged: a command that was validated for it is still valid when it takes
   /// effect.
   class Hold {
    public:
@@ -104,11 +106,11 @@ class SceneHost {
   };
   Hold hold(Caller::Clock::time_point until);
 
-  /// The target that was set since the scene was loaded. Call while it is held.
+  /// The target that was set since the scene was loaded. Call it while the scene is held.
   void note_target(const rt::TargetLaw& law);
 
-  /// Sole right to the scene: while it lives, load() and unload() are refused to everyone else, and so are
-  /// targets. Starts with the scene that was loaded; restore() gives that back.
+  /// Exclusive control of the scene: while it lives, load(), unload() and targets of other callers are
+  /// refused. Starts with the scene that was loaded; restore() loads it again.
   class Reservation {
    public:
     Reservation(Reservation&& other) noexcept
@@ -119,8 +121,7 @@ class SceneHost {
     ~Reservation();
     Outcome<Loaded> load(const rt::SceneSpec& spec, const Caller& caller);
     Outcome<Loaded> unload(const Caller& caller);
-    /// Loads what was loaded before, again and with the target it had: it knows nothing of a contact that is
-    /// under way.
+    /// Loads the previous scene again, with the target it had. It starts without any present contact.
     Outcome<Loaded> restore(const Caller& caller);
 
    private:
@@ -130,9 +131,9 @@ class SceneHost {
     std::shared_ptr<const ResolvedScene> before_;
     std::optional<rt::TargetLaw> target_;
   };
-  /// `by`: who, for those who are refused meanwhile, e.g. "identification 'contact-3'".
+  /// `by`: named in refusals meanwhile, e.g. "identification 'contact-3'".
   Outcome<Reservation> reserve(const std::string& by);
-  /// Why the scene and its target are not to be touched now; nothing when they are.
+  /// Why the scene and its target cannot be changed now; nothing when they can.
   std::optional<Refusal> reserved() const;
 
  private:
@@ -142,9 +143,9 @@ class SceneHost {
   rt::GuardLimits idle_limits() const;
   void find_model(ResolvedScene& scene) const;
   bool differs_in_models_only(const ResolvedScene* next) const;
-  /// An error where a stored model that the scene was resolved with is not there any more.
+  /// An error where a stored model that the scene was resolved with was deleted.
   std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
-  /// What a scene (null: none) needs, open: for as long as it is loaded.
+  /// Opens the hardware that a scene (null: none) needs, for as long as it is loaded.
   Outcome<SensorClaim> claim_hardware(const ResolvedScene* scene) const;
   std::optional<Refusal> await_free(Caller::Clock::time_point until, const Caller& caller) const;
   enum class Right : std::uint8_t { kAnyones, kReserved };
@@ -153,13 +154,13 @@ class SceneHost {
                            std::shared_ptr<const ResolvedScene> scene, const Caller& caller, Right right);
 
   Session& session_;
-  const GuardCeilings ceilings_;  ///< what no scene may exceed, wherever it comes from
+  const GuardCeilings ceilings_;  ///< limits of every scene
   StationCheck check_station_;
   ZeroSource zero_in_force_;
   SceneLibrary library_;
   ModelLibrary models_;
 
-  // Taken in this order. The gate lets an exchange pass a steady stream of holders.
+  // Locked in this order. The gate lets an exchange pass a steady stream of holders.
   std::timed_mutex gate_;
   std::shared_timed_mutex exchange_;
 
@@ -167,8 +168,8 @@ class SceneHost {
   std::shared_ptr<const ResolvedScene> current_;
   std::optional<rt::TargetLaw> target_;  ///< see note_target()
   std::string reserved_by_;              ///< empty: no one
-  std::unique_ptr<rt::Pipeline> live_;   ///< what the loop works with; owned here, changed under exchange_
-  SensorClaim sensor_;                   ///< of the scene in force, changed under exchange_
+  std::unique_ptr<rt::Pipeline> live_;   ///< the pipeline in the loop; owned here, changed under exchange_
+  SensorClaim sensor_;                   ///< of the loaded scene, changed under exchange_
 };
 
 }  // namespace hapticd::server

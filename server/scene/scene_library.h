@@ -11,7 +11,7 @@
 
 namespace hapticd::server {
 
-/// The scenes the daemon knows by name; see TextLibrary.
+/// The scenes that the daemon knows by name; see TextLibrary.
 class SceneLibrary {
  public:
   struct Entry {

@@ -19,7 +19,7 @@ bool is_under(const rt::ToolModel& tool, const ZeroInForce& zero) {
   return !zero.identity.empty() && tool.found_under_bias == zero.identity;
 }
 
-/// The deepest place a target says something about; 0 where it says the same everywhere.
+/// The greatest depth at which a target changes; 0 where it is the same everywhere.
 double deepest_mm(const rt::TargetLaw& target) {
   if (target.kind != rt::TargetLaw::Kind::kDisplacementProfile) return 0.0;
   double deepest = 0.0;
@@ -27,7 +27,7 @@ double deepest_mm(const rt::TargetLaw& target) {
   return deepest;
 }
 
-/// " ± 0.05", where it is known.
+/// " ± 0.05", if it is known.
 std::string error_text(const StoredModel& stored, std::string_view parameter) {
   for (const rt::EstimatedParameter& p : stored.model.parameters) {
     if (p.name == parameter && std::isfinite(p.standard_error)) {
@@ -37,7 +37,7 @@ std::string error_text(const StoredModel& stored, std::string_view parameter) {
   return {};
 }
 
-/// How far a field's compliance strays from that of its centre at the corners of the box it was tapped in.
+/// Greatest deviation of a field's compliance from that of its centre, at the corners of the identified box.
 double spread(const rt::StructuralModel& structure) {
   double largest = 0.0;
   for (const hal::Vector3& at : structure.corners_mm()) {
@@ -46,13 +46,13 @@ double spread(const rt::StructuralModel& structure) {
   return largest;
 }
 
-/// One value after the other, and what there is to say of it.
+/// Fills in the values one by one, with a remark on each.
 class Filling {
  public:
   Filling(rt::SceneSpec& scene, const hal::RigInfo& rig, const ZeroInForce& zero, RigModelUse& use)
       : scene_(scene), rig_(rig), zero_(zero), use_(use) {}
 
-  /// How the tool was held when the sensor was biased, unless the scene says so itself.
+  /// How the tool was held when the sensor was biased, unless the scene sets it itself.
   void gravity_at_bias() {
     const rt::ExploreParameters defaults;
     const hal::Vector3& said = scene_.explore.gravity_at_bias;
@@ -166,7 +166,7 @@ rt::SensorMounting mounting_of(const rt::ToolModel& tool, const hal::Vector3& gr
                                const ZeroInForce& zero) {
   rt::SensorMounting mounting{rt::turn_deg_of(tool.sensor_to_tool), tool.force_bias_n};
   if (is_under(tool, zero)) return mounting;
-  // Nothing is read where the tool hangs as it was biased: turn (0 - bias) is its weight there.
+  // In the orientation of the bias the reading is zero: turn (0 - bias) is its weight there.
   const hal::Vector3 weight_n =
       gravity_at_bias * rt::inertial_force_n(tool.mass_g, rt::ToolLoad::kGravityMmPerS2);
   mounting.force_bias_n = rt::rotated(rt::conjugate(rt::unit(tool.sensor_to_tool)), weight_n) * -1.0;

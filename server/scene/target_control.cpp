@@ -23,8 +23,8 @@ constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
 constexpr Range kRampS{0.0, 60.0, "s"};
 constexpr Range kHandForceN{-100.0, 100.0, "N"};
 constexpr nanoseconds kFurthestAhead = std::chrono::seconds{60};
-/// How long before its time a target is handed to the loop. Until then it waits outside, where it can be
-/// withdrawn at once and uses up nothing; longer than any stall of this thread is to be expected.
+/// How long before its time a target is handed to the loop: longer than any expected stall of this thread.
+/// Until then it waits outside, where it can be withdrawn at once and uses no slot of the loop.
 constexpr milliseconds kHandOver{100};
 constexpr milliseconds kPollInterval{20};
 
@@ -32,7 +32,7 @@ Refusal refuse(const hal::Error& error, double value) {
   return {std::isfinite(value) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, error};
 }
 
-/// A sum that no number of the law can be infinite or NaN in without showing.
+/// A sum over all numbers of the law: finite only if all of them are.
 double sum_of(const rt::TargetLaw& law) {
   double sum = law.hunt_crossley.stiffness_n_per_mm_m + law.hunt_crossley.damping_n_s_per_mm_m1 +
                law.hunt_crossley.exponent + law.axis.x + law.axis.y + law.axis.z;
@@ -40,7 +40,7 @@ double sum_of(const rt::TargetLaw& law) {
   return sum;
 }
 
-/// The law normalised, where it is one.
+/// Checks the law and normalises it.
 std::optional<Refusal> validate(rt::TargetLaw& law) {
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
     if (auto error = check(law.stiffness_n_per_mm, kStiffness, "target stiffness",
@@ -54,7 +54,7 @@ std::optional<Refusal> validate(rt::TargetLaw& law) {
   return std::nullopt;
 }
 
-/// What of a law a scene serves.
+/// The part of a law that a scene grants.
 Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scene, const hal::RigInfo& rig) {
   const rt::SceneSpec& resolved = scene.spec;
   TargetSet set;
@@ -108,7 +108,7 @@ std::optional<Refusal> validate(const TargetRequest& request, std::int64_t now_n
   return std::nullopt;
 }
 
-/// Counts one among the waiting for as long as it lives.
+/// One waiting call; counted for as long as this object lives.
 class Waiting {
  public:
   explicit Waiting(std::atomic<int>& count) : count_(count), position_(count.fetch_add(1) + 1) {}
@@ -174,8 +174,7 @@ void add_too_soft_note(TargetGrant& grant, const rt::ObjectModel& object, const 
 
 std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Caller::Clock::time_point until,
                                                       const Caller& caller) {
-  // A rig with a clock of its own may pass any time between two naps; the loop itself waits for the tick
-  // then.
+  // A rig with its own clock may pass any time between two polls; there the loop itself waits for the tick.
   while (!session_.rig_owns_clock() && time_ns - session_.now_ns() > nanoseconds(kHandOver).count()) {
     if (auto refusal = session_.unavailable()) return refusal;
     if (caller.cancelled()) {
@@ -200,7 +199,7 @@ void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec&
   const rt::TickRecord now = hub_.latest();
   constexpr std::uint32_t kNeeded = rt::channel::kDeformation | rt::channel::kTarget;
   if ((now.channels & kNeeded) == kNeeded && now.displacement_mm > 0.0) {
-    // Of a law that is not linear the whole force is taken for the change: it is no more than that.
+    // For a law that is not linear the whole force counts as the change, its upper bound.
     const double now_n_per_mm = now.target_stiffness_n_per_mm;
     const double change_n_per_mm =
         law.kind == rt::TargetLaw::Kind::kLinear
@@ -289,7 +288,7 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
     }
     result.hand_force_n = *hand_force_n;
   } else {
-    if (!scene) return no_scene();  // and so there is no contact, however firmly it is pressed
+    if (!scene) return no_scene();  // without a scene there is no contact, however firmly it is pressed
     if (!in_contact) return not_in_contact("hand_force_n");
     result.hand_force_n = last.hand_force_n;
   }
@@ -309,8 +308,8 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
 
   const rt::DeviceReach reach = rt::device_reach(result.device_max_force_n, session_.rig_info());
   rt::FeasibleRange range = rt::feasible_range(result.object_stiffness_n_per_mm, result.hand_force_n, reach);
-  // What a client says of an object counts as it stands; of one that is there the law is better known than
-  // by the depth it is pressed to right now.
+  // A client's value for the object is used as given. For the object under the tip its law is more exact than
+  // the present depth.
   if (const rt::ObjectModel* object = scene ? scene->object_model() : nullptr;
       object != nullptr && !object_stiffness_n_per_mm) {
     range = rt::feasible_range(*object, result.hand_force_n, reach).value_or(range);

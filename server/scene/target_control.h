@@ -16,28 +16,28 @@
 
 namespace hapticd::server {
 
-/// What kept a request from being granted in full.
+/// Why a request was not granted in full.
 enum class LimitingReason : std::uint8_t { kNone, kSceneMaximum, kStructuralStiffness, kDeviceForce };
 
-/// As much of a requested stiffness as a scene can serve.
+/// The part of a requested stiffness that a scene can render.
 struct TargetGrant {
   double granted_n_per_mm = 0.0;
   LimitingReason reason = LimitingReason::kNone;
-  std::string explanation;  ///< in words, with the numbers; empty when nothing limited
+  std::string explanation;  ///< as text, with the numbers; empty when nothing was limited
 };
 
-/// min(requested, the scene's maximum, the compensable part of the structural stiffness). The last bounds
+/// min(requested, the scene's maximum, the compensable part of the structural stiffness). The last limits
 /// only scenes that solve the compensation for the device force: those along one axis.
 TargetGrant grant_target(double requested_n_per_mm, const rt::SceneSpec& resolved);
 
-/// Says so where the granted stiffness is softer than (3.8) leaves feasible on this object under a firm press
-/// (kFirmPressN), by its identified law, the device pulling with no more than it has and the sensor bears. It
-/// stays granted: pressed less firmly it is feasible further down, and pressed more firmly than that the
-/// device gives steadily all it may and the object feels stiffer than asked.
+/// Adds a note where the granted stiffness is softer than feasible, (3.8), on this object under a firm press
+/// (kFirmPressN), by its identified law and with the greatest pull that the device has and the sensor bears.
+/// It stays granted: under a lighter press softer targets are feasible; under a firmer one the device
+/// constantly gives its greatest force and the object feels stiffer than requested.
 void add_too_soft_note(TargetGrant& grant, const rt::ObjectModel& object, const rt::SceneSpec& resolved,
                        const hal::RigInfo& rig);
 
-/// Range of (3.8), cut to what the loaded scene would grant.
+/// Range of (3.8), limited to what the loaded scene would grant.
 struct Feasibility {
   double hand_force_n = 0.0;
   double object_stiffness_n_per_mm = 0.0;
@@ -54,7 +54,7 @@ struct TargetRequest {
 };
 
 struct TargetSet {
-  double requested_n_per_mm = 0.0;  ///< of a law that is not linear: the greatest it asks for
+  double requested_n_per_mm = 0.0;  ///< for a law that is not linear: its greatest stiffness
   TargetGrant grant;
   std::uint64_t effective_tick = 0;
   std::int64_t effective_time_ns = 0;
@@ -64,15 +64,15 @@ struct TargetSet {
 /// Sets targets, now or at a given time, and says what could be rendered.
 class TargetControl {
  public:
-  /// Targets that may wait for their time together; more are refused, so that waiting ones never use up what
-  /// the loop needs for a clear or a scene.
+  /// Targets that may wait for their time at once. More are refused, so that waiting targets never use up the
+  /// slots that a clear or a scene needs.
   static constexpr int kMaxWaiting = 16;
 
   TargetControl(Session& session, SceneHost& scenes, TelemetryHub& hub, const GuardCeilings& ceilings)
       : session_(session), scenes_(scenes), hub_(hub), ceilings_(ceilings) {}
 
-  /// Returns once it took effect. A caller that leaves, a deadline or another scene in the meantime withdraw
-  /// it.
+  /// Returns when it has taken effect. It is withdrawn when the caller leaves, its deadline passes, or
+  /// another scene is loaded meanwhile.
   Outcome<TargetSet> set(const TargetRequest& request, const Caller& caller);
 
   /// Absent values are taken from `last`, which must then be in contact.

@@ -6,14 +6,14 @@
 
 namespace hapticd::server {
 
-/// Who waits for a call, and for how long.
+/// The caller of a call, and how long it waits.
 struct Caller {
   using Clock = std::chrono::steady_clock;
 
   Clock::time_point deadline = Clock::time_point::max();   ///< the caller's own
   std::function<bool()> cancelled = [] { return false; };  ///< true once no one waits any more
 
-  /// Until when to wait: the caller's deadline, but no longer than `allowance` from now.
+  /// The end of the wait: the caller's deadline, but at most `allowance` from now.
   Clock::time_point until(std::chrono::nanoseconds allowance) const {
     return std::min(deadline, Clock::now() + allowance);
   }

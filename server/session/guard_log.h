@@ -12,12 +12,12 @@ namespace hapticd::server {
 
 class TelemetryHub;
 
-/// The line for the log where the guard came to be latched between two looks at its newest record; nothing
-/// where it was so already, or by a stop: the client that stops is in the log by name.
+/// The log line if a fault latched the guard between two looks at its newest record. Nothing if it was
+/// latched before, or by a stop: a stop has its own line with the client.
 std::optional<std::string> latch_line(const rt::TickRecord& before, const rt::TickRecord& now);
 
-/// Writes into the log when a fault latches the guard, so that one can look up afterwards why there was no
-/// force. Looks five times a second, in a thread of its own: a log that takes no lines holds up nothing else.
+/// Writes into the log when a fault latches the guard, so that the log explains why there was no force. Looks
+/// five times a second, in a thread of its own: a log that blocks delays nothing else.
 class GuardLog {
  public:
   explicit GuardLog(TelemetryHub& hub) : hub_(hub) {}

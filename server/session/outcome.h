@@ -8,8 +8,8 @@
 
 namespace hapticd::server {
 
-/// Kind of a refusal. One to one with the status code a caller sees, so that it is decided where the reason
-/// is known and not guessed at the network.
+/// Kind of a refusal, one for each status code. It is chosen where the cause is known, not derived at the
+/// network.
 enum class RefusalKind : std::uint8_t {
   kInvalidArgument,     ///< wrong whatever the state of the service
   kOutOfRange,          ///< a number outside its range
@@ -18,7 +18,7 @@ enum class RefusalKind : std::uint8_t {
   kAborted,             ///< the state changed while the call waited
   kResourceExhausted,   ///< too many at once
   kDeadlineExceeded,    ///< withdrawn: it will not take effect later
-  kCancelled,           ///< the caller went away
+  kCancelled,           ///< the caller left
   kUnavailable,         ///< starting or shutting down
   kInternal,
 };
@@ -48,7 +48,7 @@ struct Refusal {
   Reason reason = Reason::kOfKind;
 };
 
-/// What a call yields: a value, or the reason there is none.
+/// Result of a call: a value, or the reason why there is none.
 template <class T>
 class [[nodiscard]] Outcome {
  public:

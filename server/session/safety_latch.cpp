@@ -22,7 +22,7 @@ std::string_view name_of(rt::GuardFault fault) {
 std::uint64_t SafetyLatch::stop() noexcept {
   session_.engine().stop();
   const std::uint64_t last_tick = session_.engine().last_tick();
-  // A tick under way may have looked already; the one after the next has seen it for certain.
+  // The present tick may have checked before the stop; the second one after it has certainly seen it.
   stopped_by_.store(last_tick + 3);
   stopped_.store(true);
   return last_tick;

@@ -12,7 +12,7 @@
 
 namespace hapticd::server {
 
-/// Stop and clear. Anyone may stop, at any time, without waiting.
+/// Stop and clear. Any client may stop, at any time, without waiting.
 class SafetyLatch {
  public:
   SafetyLatch(Session& session, TelemetryHub& hub) : session_(session), hub_(hub) {}
@@ -22,8 +22,8 @@ class SafetyLatch {
   std::uint64_t stop() noexcept;
   /// The fault the guard is latched by after a stop: an earlier one stays the one reported.
   rt::GuardFault fault_after_stop();
-  /// The same before the loop ends: returns once the zero was commanded, or after a moment where no tick
-  /// comes.
+  /// The same before the loop ends: returns when the zero force was commanded, or after a short time without
+  /// a tick.
   void end_rendering();
 
   struct Cleared {
@@ -38,7 +38,7 @@ class SafetyLatch {
   Session& session_;
   TelemetryHub& hub_;
   std::atomic<bool> stopped_{false};          ///< since the last clear
-  std::atomic<std::uint64_t> stopped_by_{0};  ///< the tick at which the loop knows of it at the latest
+  std::atomic<std::uint64_t> stopped_by_{0};  ///< the loop knows of it by this tick
 };
 
 }  // namespace hapticd::server

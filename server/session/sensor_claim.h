@@ -6,8 +6,8 @@ namespace hapticd::server {
 
 class Session;
 
-/// Keeps the force sensor open for as long as it lives: of a scene that listens to it, of a motion of the
-/// table, of an identification. The sensor is closed with the last one. No longer than its session.
+/// Keeps the force sensor open for as long as it lives: for a scene that uses it, a motion of the table, or
+/// an identification. The sensor closes with the last claim. Must not outlive its session.
 class SensorClaim {
  public:
   SensorClaim() = default;  ///< of nothing

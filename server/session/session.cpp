@@ -10,7 +10,7 @@ namespace hapticd::server {
 
 namespace {
 
-// A command waits in slices this long, so that a caller who leaves or a service that ends is noticed.
+// A command waits in slices this long, so that the end of the caller or of the service is noticed.
 constexpr std::chrono::milliseconds kSlice{250};
 
 sim::SimulatedRig* simulated_part(hal::Rig* rig) {

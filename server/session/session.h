@@ -22,8 +22,8 @@ class SimulatedRig;
 
 namespace hapticd::server {
 
-/// One rig, its engine and its loop, from the daemon's start to its end. Everything that is asked of the loop
-/// passes through execute(); nothing here is ever waited for by the loop.
+/// One rig, its engine and its loop, from the daemon's start to its end. All commands to the loop pass
+/// through execute(). The loop never waits for anything here.
 class Session {
  public:
   Session(std::unique_ptr<hal::Rig> rig, const rt::LoopConfig& loop);
@@ -32,16 +32,16 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Ticks from now on. Where the rig has a device with hardware behind it, that is engaged already.
+  /// Starts the ticks. A device that is hardware has been engaged before.
   void start();
   /// From now on calls that wait for the loop end with kUnavailable.
   void refuse_commands();
-  /// Zero force, then no more ticks, then the hardware is let go; calls that wait for the loop end with
+  /// Zero force, then no more ticks, then the hardware is released; calls that wait for the loop end with
   /// kUnavailable.
   void stop();
 
-  /// Opens the force sensor unless it is open, and returns once it delivers; it stays open for as long as
-  /// anybody holds a claim.
+  /// Opens the force sensor unless it is open, and returns when it sends samples. It stays open while
+  /// there is a claim.
   hal::Result<SensorClaim> claim_sensor();
   std::vector<hal::PartReport> part_reports() const { return rig_->reports(); }
   struct Probe {
@@ -57,18 +57,18 @@ class Session {
   hal::Rig& rig() { return *rig_; }
   const hal::RigInfo& rig_info() const { return rig_->info(); }
   const rt::LoopConfig& loop_config() const { return loop_config_; }
-  /// True where the rig keeps its own time: seconds of it pass in less or more than a second.
+  /// True where the rig has a time of its own, which may run faster or slower than real time.
   bool rig_owns_clock() const { return rig_->owns_clock(); }
   /// Null on a rig of which nothing is simulated.
   sim::SimulatedRig* simulation() const { return simulation_; }
   rt::Engine& engine() { return engine_; }
 
   bool running() const { return loop_.running(); }
-  /// True when the rig had nothing more to read, so that the loop ended by itself.
+  /// True when the rig has no more data and the loop has ended by itself.
   bool exhausted() const { return started_.load() && !stopping_.load() && !loop_.running(); }
   bool stopping() const { return stopping_.load(); }
   rt::LoopStatistics statistics() const { return loop_.statistics(); }
-  /// What the loop's thread was not granted; empty before start() has returned.
+  /// What the system did not grant to the loop's thread; empty before start() has returned.
   std::vector<std::string> realtime_shortcomings() const;
 
   /// The rig's time of the last tick.
@@ -77,8 +77,8 @@ class Session {
 
   /// Nothing, or why the loop takes no commands now.
   std::optional<Refusal> unavailable() const;
-  /// Has the loop perform a command. When the time is over, or the caller gone, it is withdrawn and will not
-  /// take effect later.
+  /// Hands a command to the loop and waits for it. When the time is over or the caller has left, it is
+  /// withdrawn and will not take effect later.
   Outcome<rt::EngineOutcome> execute(const rt::EngineCommand& command, const Caller& caller,
                                      std::chrono::nanoseconds allowance);
 
@@ -92,7 +92,7 @@ class Session {
   rt::Engine engine_;
   rt::LoopConfig loop_config_;
   rt::PeriodicLoop loop_;
-  std::mutex hardware_;  ///< among those who open and close the sensor
+  std::mutex hardware_;  ///< of opening and closing the sensor
   int sensor_claims_ = 0;
   bool sensor_is_shut_ = false;  ///< stopped: no one opens or closes it any more
   std::atomic<bool> started_{false};

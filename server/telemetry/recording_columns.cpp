@@ -14,7 +14,7 @@ struct OwnColumn {
   double scale = 1.0;
 };
 
-// Telemetry first, then what identifications keep. That file's "force_x_N" goes by its name already.
+// Telemetry first, then the data of identifications. "force_x_N" of the latter is found by its name anyway.
 constexpr std::array kOwnColumns{
     OwnColumn{"force", "sample_sensor_force_z_n"},
     OwnColumn{"position", "sample_tip_position_z_mm", -1.0},

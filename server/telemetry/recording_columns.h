@@ -7,11 +7,11 @@
 
 namespace hapticd::server {
 
-/// Fills in the column of a quantity that nothing names, where the file is one of hapticd's own: written by
-/// `hapticctl telemetry record`, or kept by an identification. `mapping` as its owner gave it; it stays as it
-/// is where it says anything, where a column goes by one of the role's names, and in files of others. A press
-/// is along -z, as everywhere in recordings of one dimension: the position is turned. True where a column was
-/// filled in.
+/// Fills in the column of a quantity that no one named, if hapticd wrote the file: `hapticctl telemetry
+/// record`, or an identification that kept its data. `mapping` is as the user gave it. It is not changed
+/// where it names a column or unit, where a column has one of the role's names, and in files of other
+/// programs. A press is along -z, as in all one-dimensional recordings, so the sign of the position is
+/// changed. True where a column was filled in.
 bool fill_own_column(replay::ColumnMapping& mapping, const replay::ColumnRole& role,
                      const std::vector<std::string>& columns);
 

@@ -9,7 +9,7 @@ namespace hapticd::server {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{2};
-/// Records taken in one go: bounds a chunk's size when a recording runs as fast as it can.
+/// Records taken at once: limits a chunk's size when a recording is played as fast as possible.
 constexpr std::size_t kMaxChunk = 1024;
 
 }  // namespace
@@ -141,7 +141,7 @@ std::shared_ptr<const TelemetryHub::Subscribers> TelemetryHub::subscribers() con
 }
 
 std::shared_ptr<Subscription> TelemetryHub::subscribe(SubscriptionOptions options) {
-  pump(Subscription::Clock::now());  // what is older than the subscription belongs to others
+  pump(Subscription::Clock::now());  // older records are not for this subscription
   auto subscription = std::make_shared<Subscription>(std::move(options), engine_.records_dropped());
   const std::lock_guard lock(mutex_);
   if (closed_) subscription->close();

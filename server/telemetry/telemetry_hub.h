@@ -18,7 +18,7 @@
 
 namespace hapticd::server {
 
-/// What one subscriber wants.
+/// What one subscriber asks for.
 struct SubscriptionOptions {
   std::uint32_t decimation = 1;
   std::uint32_t batch_size = 20;
@@ -27,7 +27,7 @@ struct SubscriptionOptions {
   std::function<void()> on_ready;  ///< a batch is ready; called by the hub's thread, must not block
 };
 
-/// Records that came out of the loop together; shared by all subscribers, changed by none.
+/// Records that were taken from the loop together; shared by all subscribers, never changed.
 struct RecordChunk {
   std::vector<rt::TickRecord> records;
   std::chrono::steady_clock::time_point received;
@@ -43,7 +43,7 @@ struct RecordChunk {
   mutable std::map<std::uint32_t, std::vector<std::string>> encoded_;  ///< by channels
 };
 
-/// One subscriber's own bounded queue. The oldest samples go first when it is full, and are counted.
+/// One subscriber's own bounded queue. When it is full the oldest samples are dropped and counted.
 class Subscription {
  public:
   using Clock = std::chrono::steady_clock;
@@ -96,7 +96,7 @@ class TelemetryHub {
   TelemetryHub& operator=(const TelemetryHub&) = delete;
 
   void start();
-  /// Hands out what is left, then ends all subscriptions.
+  /// Hands out the remaining records, then ends all subscriptions.
   void stop();
 
   std::shared_ptr<Subscription> subscribe(SubscriptionOptions options);
@@ -106,7 +106,7 @@ class TelemetryHub {
   /// so that a client that got a tick finds it here.
   rt::TickRecord latest();
   std::uint32_t subscriber_count() const;
-  /// Records no subscriber saw because the loop's ring was full.
+  /// Records that no subscriber saw because the loop's ring was full.
   std::uint64_t records_dropped() const { return engine_.records_dropped(); }
 
   /// One round: takes what the loop has written and says those whose batch is ready. What the thread does
@@ -120,8 +120,8 @@ class TelemetryHub {
 
   rt::Engine& engine_;
 
-  std::mutex pump_mutex_;     ///< makes its holder the one reader of the ring
-  mutable std::mutex mutex_;  ///< of the three below, held for moments only
+  std::mutex pump_mutex_;     ///< its holder is the only reader of the ring
+  mutable std::mutex mutex_;  ///< of the three below, held only briefly
   std::shared_ptr<const Subscribers> subscribers_ = std::make_shared<const Subscribers>();
   rt::TickRecord last_;
   bool closed_ = false;

@@ -40,7 +40,7 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
   std::size_t best_distance = tolerated + 1;
   for (const std::string& candidate : candidates) {
     std::size_t distance = edit_distance(word, candidate);
-    if (word.size() >= 4) {  // shorter ones would be the beginning of too much
+    if (word.size() >= 4) {  // shorter words are the beginning of too many
       for (const std::size_t length : {word.size() - 1, word.size(), word.size() + 1}) {
         if (length < candidate.size()) {
           distance = std::min(distance, edit_distance(word, std::string_view(candidate).substr(0, length)));

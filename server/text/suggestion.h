@@ -6,8 +6,8 @@
 
 namespace hapticd::server {
 
-/// The candidate a mistyped word most probably meant, empty when none is near. A word counts as near a
-/// candidate's beginning too, so that "stifness" finds "stiffness_n_per_mm".
+/// The candidate that a mistyped word most probably means; empty when none is near. A word may also be near
+/// the beginning of a candidate, so that "stifness" finds "stiffness_n_per_mm".
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 /// "did you mean 'x'?", or the remedy given when nothing is near.

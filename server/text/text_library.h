@@ -12,7 +12,7 @@
 
 namespace hapticd::server {
 
-/// Names are file names too: 1 … 64 of a-z A-Z 0-9 _ -. `kind` is what errors call the named thing, e.g.
+/// Names are file names too: 1 … 64 of a-z A-Z 0-9 _ -. `kind` is the word for it in errors, e.g.
 /// "scene".
 std::optional<hal::Error> check_name(std::string_view kind, std::string_view name, std::string_view where);
 
@@ -26,13 +26,13 @@ class TextLibrary {
 
   struct Text {
     std::string toml;
-    std::string source;  ///< what errors call it: a path, or "built-in scene 'tap_1d'"
+    std::string source;  ///< its name in errors: a path, or "built-in scene 'tap_1d'"
   };
 
-  /// Sorted, each once.
+  /// Sorted, without duplicates.
   std::vector<std::string> names() const;
   bool contains(const std::string& name) const;
-  /// Unknown names are an error with a suggestion. A name is looked up and never becomes a path by itself.
+  /// Unknown names are an error with a suggestion. A name is looked up; it is never used as a path.
   hal::Result<Text> find(const std::string& name) const;
   /// An error when there is a folder, but it cannot be read.
   std::optional<hal::Error> check_folder() const;

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 // Two things the library takes for granted of a text from outside. It asserts, and lets clang assume, that a
-// key follows '['; its parser shows it as an error all the same. And it holds certain characters (U+FEBF, for
-// one) impossible where it looks for white space: they are none.
+// key follows '['; its parser reports it as an error all the same. And it holds certain characters (U+FEBF,
+// for one) impossible where it looks for white space: they are none.
 // clang-format off
 #define TOML_ASSERT(expr) static_assert(true)
 #pragma push_macro("NDEBUG")
@@ -63,7 +63,7 @@ std::string indexed(const std::string& path, std::size_t i) {
   return fmt::format("{}[{}]", path, i);
 }
 
-/// An array of exactly so many numbers.
+/// Whether it is an array of exactly `count` numbers.
 bool holds_numbers(const toml::array* array, std::size_t count) {
   return array != nullptr && array->size() == count &&
          std::all_of(array->begin(), array->end(), [](const toml::node& node) { return node.is_number(); });
@@ -78,7 +78,7 @@ double number_at(const toml::array& array, std::size_t i) {
 struct TomlTable::State {
   std::string source;
   toml::table root;
-  std::map<std::string, std::vector<std::string>> known;  ///< keys that were asked for, by table
+  std::map<std::string, std::vector<std::string>> known;  ///< keys that were read, by table
   std::multimap<std::int64_t, hal::Error> errors;         ///< by line
 
   const toml::table* table(const std::string& path) const {
@@ -130,7 +130,7 @@ struct TomlTable::State {
 TomlTable TomlTable::table(std::string_view key) {
   const toml::node* node = state_->find(path_, key);
   TomlTable inner(state_, dotted(path_, key));
-  state_->known[inner.path_];  // known even if no key of it is ever asked for
+  state_->known[inner.path_];  // known even if no key of it is ever read
   if (node != nullptr && !node->is_table()) {
     state_->wrong_type(*node, inner.path_, fmt::format("a table [{}]", inner.path_));
   }

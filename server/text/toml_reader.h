@@ -15,7 +15,7 @@
 
 namespace hapticd::server {
 
-/// A word of a file and what it stands for.
+/// A word of a file and its value.
 template <class E>
 struct Word {
   std::string_view text;
@@ -32,13 +32,13 @@ class TomlTable {
   /// The tables of an array [[key]], or key = [{…}, {…}], at most `most`; empty when there is none.
   std::vector<TomlTable> tables(std::string_view key, std::size_t most);
   bool has(std::string_view key) const;
-  /// All keys that are there, sorted; for tables whose keys are names of the user's own. Each still has to be
+  /// All keys of the table, sorted; for tables whose keys are the user's own names. Each still has to be
   /// read.
   std::vector<std::string> keys() const;
-  /// The same for a key that is optional as a whole: it counts as known even if nothing of it is read.
+  /// Like has(), and the key counts as known even if it is not read.
   bool wants(std::string_view key);
   std::int64_t line_of(std::string_view key) const;
-  /// What is said under `key`, if anything is, counts as an error; its place is filled in here.
+  /// If `key` is there, its value is an error; the place is filled in here.
   void refuse(std::string_view key, hal::Error error);
 
   void read(std::string_view key, double& value, const Range& range);
@@ -48,9 +48,9 @@ class TomlTable {
   void read(std::string_view key, std::uint64_t& value, const Range& range);
   void read(std::string_view key, bool& value);
   void read(std::string_view key, std::string& value, std::size_t longest = 1024);
-  /// Three numbers.
+  /// An array of three numbers.
   void read(std::string_view key, hal::Vector3& value, const Range& range);
-  /// As many numbers as the array holds.
+  /// An array of N numbers.
   template <std::size_t N>
   void read(std::string_view key, std::array<double, N>& values, const Range& range) {
     numbers(key, values, range);
@@ -80,16 +80,16 @@ class TomlTable {
   std::string path_;  ///< dotted, empty at the root
 };
 
-/// A parsed document and what was found wrong with it while it was read.
+/// A parsed document and the errors found while it was read.
 class TomlDocument {
  public:
-  /// `source` is how errors call the document, e.g. a path or "scene 'tap_1d'".
+  /// `source` names the document in errors, e.g. a path or "scene 'tap_1d'".
   static hal::Result<TomlDocument> parse(std::string_view text, std::string source);
-  /// Files beyond 1 MiB are refused.
+  /// Files larger than 1 MiB are refused.
   static hal::Result<TomlDocument> open(const std::string& path);
 
   TomlTable root() const;
-  /// The first error by line, unknown keys included. Call it when all known keys were read.
+  /// The first error by line, unknown keys included. Call it after all known keys were read.
   std::optional<hal::Error> error() const;
   const std::string& source() const;
 

@@ -6,7 +6,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// Walks over a text once, past strings and comments.
+/// Reads a text once and skips strings and comments.
 class Walk {
  public:
   explicit Walk(std::string_view text) : text_(text) {}
@@ -24,8 +24,8 @@ class Walk {
   void skip_comment() {
     while (!done() && look() != '\n' && bytes_in_line() <= kMaxTomlLine) step();
   }
-  /// At its opening quote. A string of one line ends with the line at the latest: what is wrong there is the
-  /// parser's.
+  /// At its opening quote. A string of one line ends with the line at the latest: errors in it are left
+  /// to the parser.
   void skip_string() {
     const char quote = look();
     const bool has_escapes = quote == '"';

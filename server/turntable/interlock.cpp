@@ -35,7 +35,7 @@ std::optional<hal::Error> Interlock::why_not(const rt::TickRecord& last, bool fr
 
   using Seconds = std::chrono::duration<double>;
   if (now - tick_seen_ > Seconds(config_.loop_silence_s)) {
-    return refuse("the loop is at rest: no one watches for contact", fmt::format("tick {}", last.tick), "",
+    return refuse("the loop has stopped: contact would not be noticed", fmt::format("tick {}", last.tick), "",
                   "see in 'hapticctl status' how the loop fares");
   }
   if (last.guard_state == rt::GuardState::kLatched) {

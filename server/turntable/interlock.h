@@ -11,7 +11,7 @@
 
 namespace hapticd::server {
 
-/// Whether the table may turn, judged by what the loop says of the tool. Any thread; never waits.
+/// Whether the table may turn, by the loop's last record. Any thread; never waits.
 class Interlock {
  public:
   using Clock = std::chrono::steady_clock;
@@ -19,7 +19,7 @@ class Interlock {
   explicit Interlock(const InterlockConfig& config) : config_(config) {}
 
   /// Nothing, or why the table must not turn at `now`. `free`: no scene sees a contact (rt::Engine::free());
-  /// `last`: the loop's last record. A loop that has completed no tick for too long watches nothing.
+  /// `last`: the loop's last record. A loop without a tick for too long does not count as watching.
   std::optional<hal::Error> why_not(const rt::TickRecord& last, bool free, Clock::time_point now);
 
  private:

@@ -219,7 +219,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   auto reservation = scenes_.reserve(kWho);
   if (!reservation) return reservation.refusal();
   if (auto refusal = needed_where_it_is()) return *refusal;
-  // While the table turns the force sensor is watched, also where no scene has it open.
+  // While the table turns the force sensor is watched, even if no scene uses it.
   const auto sensor = session_.claim_sensor();
   if (!sensor && !config_.turn_without_sensor) return Refusal{RefusalKind::kUnavailable, sensor.error()};
   // A tick without a sample, or the very first one, is no reason to refuse.
@@ -230,7 +230,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   forget_faults();
   log_info(fmt::format("turntable: motion {} begins", *number));
 
-  std::optional<Refusal> left;  // why the caller waits no more
+  std::optional<Refusal> left;  // why the caller no longer waits
   auto next_progress = Caller::Clock::now();
   for (;;) {
     const hal::TurntableStatus now = table_->status();

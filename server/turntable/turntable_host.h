@@ -20,17 +20,17 @@ class SceneHost;
 class Session;
 class TelemetryHub;
 
-/// Where a motion is to lead.
+/// The destination of a motion.
 struct TurntableDestination {
   std::optional<double> angle_deg;
-  std::string station;  ///< where there is no angle
+  std::string station;  ///< if there is no angle
 };
 
-/// The rig's turntable, if it has one, and the rules it turns by: only while the tool is free, never
-/// without a fresh position, one motion at a time, and no scene or target meanwhile. Any thread.
+/// The rig's turntable, if it has one, and its rules: it turns only while the tool is out of contact and the
+/// position is fresh, one motion at a time, without scenes or targets meanwhile. Any thread.
 class TurntableHost {
  public:
-  /// Called as the motion goes on, in the thread of the call; false stops the table.
+  /// Called during the motion, in the thread of the call; false stops the table.
   using Progress = std::function<bool(const hal::TurntableStatus&)>;
 
   /// `table` may be null.
@@ -41,16 +41,16 @@ class TurntableHost {
   TurntableHost(const TurntableHost&) = delete;
   TurntableHost& operator=(const TurntableHost&) = delete;
 
-  /// Stops the table and lets go of the port; motions end, and no other begins.
+  /// Stops the table and closes the port; motions end, and no other begins.
   void shutdown();
 
-  /// Null where there is none.
+  /// Null on a rig without one.
   const hal::Turntable* table() const { return table_.get(); }
   /// Why it must not turn now.
   std::optional<hal::Error> interlock();
 
-  /// Both return once the table stands again, or contact with it is lost; the port is opened if need be. A
-  /// caller that goes away, or whose deadline passes, stops the table.
+  /// Both return when the table is at rest again, or its connection is lost; they open the port if it is
+  /// closed. The table stops when the caller leaves or its deadline passes.
   Outcome<hal::TurntableStatus> home(const Caller& caller, const Progress& progress);
   Outcome<hal::TurntableStatus> move_to(const TurntableDestination& destination,
                                         const hal::MotionLimits& limits, const Caller& caller,

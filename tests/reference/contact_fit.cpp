@@ -21,7 +21,7 @@ double deepest_mm(const std::vector<PalpationSample>& palpation) {
 }
 
 hal::Error too_little(std::size_t samples) {
-  return {"the palpation does not show the model's parameters", "identification of the contact law",
+  return {"the palpation does not determine the model's parameters", "identification of the contact law",
           std::to_string(samples) + " usable samples",
           "at least " + std::to_string(kMinSamples) + ", at different depths and speeds",
           "press deeper, at several speeds, and for longer"};

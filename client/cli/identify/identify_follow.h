@@ -14,7 +14,7 @@ struct IdentifyFollow {
   std::function<client::Client()> connect{};
   /// Each progress as it comes.
   std::function<void(const v1::IdentificationProgress&)> on_progress{};
-  /// At least ten times a second; the text shows a lost connection, empty while all is well.
+  /// At least ten times a second; the text names a lost connection, empty while all is well.
   std::function<void(const std::string& notice)> on_idle{};
   /// Asked as often: true ends the watching.
   std::function<bool()> leave{};

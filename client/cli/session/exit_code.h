@@ -2,7 +2,7 @@
 
 namespace hapticd::cli {
 
-/// What hapticctl shows the shell.
+/// Exit codes of hapticctl.
 enum class ExitCode : int {
   kOk = 0,
   kRefused = 1,       ///< the daemon refused, or an identification failed

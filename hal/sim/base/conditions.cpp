@@ -9,15 +9,16 @@ namespace {
 
 using C = Conditions;
 
-// The lab's values: what a careful laboratory has to expect on an ordinary day. Where no source is known they
-// are assumed, and every figure that rests on them is to be read so.
+// The lab's values: what a careful laboratory has to expect on an ordinary day. Values without a known
+// source are assumed, and so are the figures that depend on them.
 constexpr std::array kFields{
     ConditionField{"sensor_drift_n_per_s", &C::sensor_drift_n_per_s, 0.0, 0.01, "N/s", 1e-3,
-                   "assumed: a Nano17 that warms up in a hand; seen on such sensors within minutes"},
+                   "assumed: a Nano17 that warms up in a hand; observed on such sensors within minutes"},
     ConditionField{"sensor_drift_bound_n", &C::sensor_drift_bound_n, 0.0, 1.0, "N", 0.05, "assumed"},
     ConditionField{"sensor_drift_wanders", &C::sensor_drift_wanders, 0.0, 1.0, "1", 1.0,
                    "1: random walk, 0: ramp"},
-    ConditionField{"sensor_step_n", &C::sensor_step_n, 0.0, 1.0, "N", 0.0, "assumed: a cable that is pulled"},
+    ConditionField{"sensor_step_n", &C::sensor_step_n, 0.0, 1.0, "N", 0.0,
+                   "assumed: someone pulls the cable"},
     ConditionField{"sensor_step_interval_s", &C::sensor_step_interval_s, 0.01, 3600.0, "s", 5.0, "assumed"},
     ConditionField{"sensor_crosstalk_share", &C::sensor_crosstalk_share, 0.0, 0.1, "1", 0.01,
                    "data sheet: error within 1 … 1.75 % of full scale"},
@@ -39,7 +40,7 @@ constexpr std::array kFields{
     ConditionField{"sensor_late_share", &C::sensor_late_share, 0.0, 1.0, "1", 1e-3,
                    "recorded: 0.3 … 0.9 per thousand of the ticks found no sensor record"},
     ConditionField{"sensor_lost_share", &C::sensor_lost_share, 0.0, 1.0, "1", 0.0,
-                   "assumed: a cable does not lose"},
+                   "assumed: a cable loses nothing"},
     ConditionField{"vibration_m_per_s2", &C::vibration_m_per_s2, 0.0, 10.0, "m/s²", 0.2,
                    "assumed: steps and doors"},
     ConditionField{"vibration_low_hz", &C::vibration_low_hz, 1.0, 200.0, "Hz", 5.0, "assumed: a table"},
@@ -107,7 +108,7 @@ std::vector<hal::UncertainParameter> uncertain(const Conditions& conditions) {
   for (const ConditionField& field : kFields) {
     const double value = conditions.*field.value;
     if (value == clean.*field.value && value == 0.0) continue;
-    // What only shapes something that is off says nothing.
+    // A parameter of a disturbance that is off is not reported.
     const auto shapes = [&](std::string_view prefix, double of) {
       return of == 0.0 && field.name.starts_with(prefix);
     };

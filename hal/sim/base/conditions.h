@@ -12,44 +12,43 @@
 
 namespace hapticd::sim {
 
-/// What real life adds to a clean rig: a sensor that drifts, a table that shakes, ticks that come late. Each
-/// parameter is off at zero; all of them are reported, and each can be set by its name (see
-/// condition_fields()).
+/// Disturbances of a real laboratory: a sensor that drifts, a table that shakes, late ticks. Each parameter
+/// is off at zero; all of them are reported, and each can be set by its name (see condition_fields()).
 struct Conditions {
   // Sensor. Each axis of the zero moves at this rate, back and forth within the bound; torque with it.
   double sensor_drift_n_per_s = 0.0;
   double sensor_drift_bound_n = 0.05;
   double sensor_drift_wanders = 0.0;  ///< 1: random walk of that typical rate instead of a ramp
-  double sensor_step_n = 0.0;         ///< the zero jumps by so much …
+  double sensor_step_n = 0.0;         ///< the zero jumps by this …
   double sensor_step_interval_s = 5.0;
   double sensor_crosstalk_share = 0.0;  ///< of each axis in the two others
-  double bias_error_x_n = 0.0;          ///< load that lay on the sensor when it was biased
+  double bias_error_x_n = 0.0;          ///< load on the sensor when it was biased
   double bias_error_y_n = 0.0;
   double bias_error_z_n = 0.0;
   double sensor_delay_ms = 0.0;   ///< age of the newest sensor sample
   double encoder_delay_ms = 0.0;  ///< age of the encoders' reading
   double delays_reported = 0.0;   ///< 1: the samples' ages contain the delays; 0: the rig does not know them
-  // Ticks; in virtual time only: in real time they are late by themselves.
+  // Ticks; in virtual time only: real ticks have their own delays.
   double late_tick_share = 0.0;    ///< of all ticks …
-  double late_tick_ms = 0.5;       ///< … are late by so much on average (exponential)
-  double stall_interval_s = 0.0;   ///< now and then, so far apart on average, …
-  double stall_ms = 20.0;          ///< … the caller is away for so long
+  double late_tick_ms = 0.5;       ///< … are late by this on average (exponential)
+  double stall_interval_s = 0.0;   ///< at this mean interval …
+  double stall_ms = 20.0;          ///< … the loop pauses for this long
   double sensor_late_share = 0.0;  ///< of all ticks find no new sensor sample; they come with the next
   double sensor_lost_share = 0.0;  ///< of all ticks: the samples that were due are lost
   // Table.
   double vibration_m_per_s2 = 0.0;  ///< peak acceleration of the base
-  double vibration_low_hz = 5.0;    ///< each knock has a frequency of its own between these
+  double vibration_low_hz = 5.0;    ///< each knock has its own frequency between these
   double vibration_high_hz = 60.0;
-  double vibration_interval_s = 3.0;  ///< between knocks; 0 = it never rests
+  double vibration_interval_s = 3.0;  ///< between knocks; 0 = continuous vibration
   // Device. 1 + anisotropy along x, 1 - anisotropy along z; and a smooth variation over the workspace.
   double mass_anisotropy_share = 0.0;
   double mass_pose_share = 0.0;
   double friction_anisotropy_share = 0.0;
   double friction_pose_share = 0.0;
   // Tool.
-  double tool_mass_error_share = 0.0;  ///< true mass over the reported one, less 1
-  double tool_tilt_deg = 0.0;          ///< by which the tool is turned after biasing, about x …
-  double tool_tilt_at_s = 0.0;         ///< … from here on
+  double tool_mass_error_share = 0.0;  ///< true mass divided by the reported one, minus 1
+  double tool_tilt_deg = 0.0;          ///< rotation of the tool after biasing, about x …
+  double tool_tilt_at_s = 0.0;         ///< … from this time on
   double orientation_error_deg = 0.0;  ///< of the orientation reading, about x
 
   /// No tick and no sensor sample is late.
@@ -71,13 +70,13 @@ struct ConditionField {
 
 std::span<const ConditionField> condition_fields();
 
-/// "clean" or "lab", with single parameters set by name over it. Unknown names and values out of range are
+/// "clean" or "lab", with single parameters overridden by name. Unknown names and values out of range are
 /// refused.
 hal::Result<Conditions> conditions_of(const std::string& preset,
                                       const std::map<std::string, double>& values = {});
 std::vector<std::string> condition_preset_names();
 
-/// Those that are not off, as a rig reports them.
+/// The active ones, for the report of a rig.
 std::vector<hal::UncertainParameter> uncertain(const Conditions& conditions);
 
 }  // namespace hapticd::sim

@@ -6,8 +6,8 @@
 
 namespace hapticd::sim {
 
-/// xoshiro256++ (Blackman, Vigna) seeded by splitmix64: the same stream on every machine, which the standard
-/// library's distributions do not promise.
+/// xoshiro256++ (Blackman, Vigna) seeded by splitmix64: the same stream on every machine, which the
+/// standard library's distributions do not guarantee.
 class Random {
  public:
   explicit Random(std::uint64_t seed) noexcept {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::array<double, 3> kAlong{1.0, 0.0, -1.0};  // x heavier, z lighter
 
-/// A wave through the workspace for each axis, each along a direction of its own; between -1 and 1.
+/// A wave through the workspace for each axis, each along its own direction; between -1 and 1.
 double wave(std::size_t axis, const hal::Vector3& p, double wavelength_mm) noexcept {
   constexpr std::array<hal::Vector3, 3> kDirections{hal::Vector3{0.8, 0.6, 0.0}, hal::Vector3{0.0, 0.8, 0.6},
                                                     hal::Vector3{0.6, 0.0, 0.8}};

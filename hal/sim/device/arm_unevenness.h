@@ -10,9 +10,9 @@
 
 namespace hapticd::sim {
 
-/// Mass and dry friction of an arm that differ by direction and pose: factors on the nominal values, smooth,
-/// within 1 ± (anisotropy + pose). What a mass that changes with the pose does to velocity (Coriolis terms)
-/// is left out: at 0.4 m/s it is below a hundredth of the friction.
+/// Mass and dry friction of an arm that differ by direction and pose: factors on the nominal values,
+/// smooth, within 1 ± (anisotropy + pose). Coriolis terms (velocity effects of a pose-dependent mass) are
+/// neglected: at 0.4 m/s they are below a hundredth of the friction.
 class ArmUnevenness {
  public:
   explicit ArmUnevenness(const Conditions& conditions) noexcept;

@@ -8,7 +8,7 @@ namespace hapticd::sim {
 /// on the tip side. Masses in kg, stiffness N/mm, damping N·s/mm.
 struct AxisParameters {
   double motor_mass_kg = 0.0;
-  double tip_mass_kg = 0.0;  ///< tip, sensor, tool and whatever of the hand moves with it
+  double tip_mass_kg = 0.0;  ///< tip, sensor, tool and the part of the hand that moves with them
   double structural_stiffness_n_per_mm = 0.0;
   double structural_damping_n_s_per_mm = 0.0;
   double motor_viscosity_n_s_per_mm = 0.0;
@@ -31,7 +31,7 @@ class AxisDynamics {
   AxisDynamics() = default;
   AxisDynamics(const AxisParameters& parameters, double step_s);
 
-  /// The hand's pull towards where it means to be counts as a force on the tip.
+  /// The hand's pull towards its intended position counts as a force on the tip.
   AxisState advance(const AxisState& s, double motor_force_n, double tip_force_n) const noexcept {
     const std::array<double, 6> in{s.motor_mm,     s.motor_mm_per_s, s.tip_mm,
                                    s.tip_mm_per_s, motor_force_n,    tip_force_n};

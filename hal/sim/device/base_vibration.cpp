@@ -8,7 +8,7 @@ namespace hapticd::sim {
 
 namespace {
 
-/// A factor and its first two derivatives by time.
+/// A factor and its first two time derivatives.
 struct Envelope {
   double value = 1.0;
   double first = 0.0;
@@ -43,7 +43,7 @@ BaseVibration::BaseVibration(const Conditions& conditions, std::uint64_t seed) n
 }
 
 BaseVibration::Tone BaseVibration::tone(double acceleration_m_per_s2, double phase) noexcept {
-  // Frequencies even on a logarithmic scale.
+  // Frequencies uniform on a logarithmic scale.
   const double hz = conditions_.vibration_low_hz *
                     std::pow(conditions_.vibration_high_hz / conditions_.vibration_low_hz, random_.uniform());
   hal::Vector3 direction{random_.normal(), random_.normal(), random_.normal()};
@@ -75,7 +75,7 @@ BaseMotion BaseVibration::at(double time_s) noexcept {
     knock_ = tone(conditions_.vibration_m_per_s2, 0.0);
   }
   if (knock_.amplitude_mm == 0.0) return motion;
-  // Rings for a few of its periods; what is left when the next knock comes is below a millionth.
+  // Rings for a few of its periods; at the next knock less than a millionth is left.
   const double since_s = time_s - knock_at_s_;
   const double tau_s = std::min(std::max(0.06, 4.0 * std::numbers::pi / knock_.rad_per_s),
                                 0.08 * conditions_.vibration_interval_s);

@@ -9,22 +9,22 @@
 
 namespace hapticd::sim {
 
-/// Motion of the table on which device and object stand, in a room that is at rest.
+/// Motion of the table with device and object, in a room at rest.
 struct BaseMotion {
   hal::Vector3 position_mm;
   hal::Vector3 velocity_mm_per_s;
   hal::Vector3 acceleration_mm_per_s2;
 };
 
-/// A table that is knocked now and then and rings, or that never rests: closed forms, so that position,
-/// velocity and acceleration belong to each other. One knock rings at a time, with a frequency and direction
-/// of its own.
+/// A table that rings after occasional knocks, or vibrates continuously: closed forms, so that position,
+/// velocity and acceleration are consistent. One knock rings at a time, with its own frequency and
+/// direction.
 class BaseVibration {
  public:
   BaseVibration(const Conditions& conditions, std::uint64_t seed) noexcept;
 
   bool active() const noexcept { return conditions_.vibration_m_per_s2 > 0.0; }
-  /// Instants that do not fall.
+  /// Motion at a time; times must not decrease.
   BaseMotion at(double time_s) noexcept;
 
  private:
@@ -38,7 +38,7 @@ class BaseVibration {
 
   Conditions conditions_;
   Random random_;
-  std::array<Tone, 3> hum_{};  ///< where it never rests
+  std::array<Tone, 3> hum_{};  ///< continuous vibration
   Tone knock_;
   double knock_at_s_ = 0.0;
   double next_knock_s_ = 0.0;

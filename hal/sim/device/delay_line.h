@@ -5,7 +5,8 @@
 
 namespace hapticd::sim {
 
-/// Values of the last `Capacity` steps; what was pushed `delay` pushes ago, or the oldest there is.
+/// Values of the last `Capacity` steps; delayed(n) is the value pushed n pushes ago, or the oldest
+/// available.
 template <class Value, std::size_t Capacity>
 class DelayLine {
  public:

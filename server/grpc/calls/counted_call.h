@@ -6,11 +6,11 @@
 
 namespace hapticd::server {
 
-/// How many calls of one kind that take long are served at once. More are refused, so that no client uses up
-/// the threads that the calls of all others need.
+/// Limits how many long calls of one kind are served at once. More are refused, so that no client uses up the
+/// threads that other calls need.
 inline constexpr int kMaxSlowCalls = 4;
 
-/// Counts one among the calls of a kind for as long as it lives.
+/// One call of a kind; counted for as long as this object lives.
 class CountedCall {
  public:
   CountedCall(std::atomic<int>& count, int max)
@@ -20,7 +20,7 @@ class CountedCall {
   CountedCall& operator=(const CountedCall&) = delete;
 
   bool admitted() const { return admitted_; }
-  /// What a call that is not admitted answers: RESOURCE_EXHAUSTED with the limit. `what`: in the plural.
+  /// The answer to a call that is not admitted: RESOURCE_EXHAUSTED with the limit. `what`: in the plural.
   grpc::Status refusal(const char* what, const char* where) const;
 
  private:

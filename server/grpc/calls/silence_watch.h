@@ -8,8 +8,8 @@
 
 namespace hapticd::server {
 
-/// Ends a wait for a client's next message that takes too long: gRPC's own has no deadline. What is done
-/// between two messages counts for nothing.
+/// Ends a wait for a client's next message that takes too long: gRPC's own wait has no deadline. The time
+/// between two waits does not count.
 class SilenceWatch {
  public:
   /// `on_silence`: called once, in another thread, when one wait has lasted `limit`.
@@ -38,7 +38,7 @@ class SilenceWatch {
   const std::function<void()> on_silence_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  Clock::time_point until_ = Clock::time_point::max();  ///< of the wait; none = for ever
+  Clock::time_point until_ = Clock::time_point::max();  ///< of the wait; max() = without end
   bool was_silent_ = false;
   bool ending_ = false;
   std::thread thread_;  // last: uses all of the above

@@ -7,16 +7,16 @@
 
 namespace hapticd::server {
 
-/// What could be read of a StopRequest.
+/// The readable part of a StopRequest.
 struct StopReason {
   std::string text;                  ///< one line of UTF-8, at most kMaxStopReason bytes
-  std::vector<std::string> repairs;  ///< what was wrong with the request, in words
+  std::vector<std::string> repairs;  ///< what was wrong with the request, as text
 };
 
 inline constexpr std::size_t kMaxStopReason = 256;  ///< bytes that are kept of a reason
 
-/// Reads a StopRequest whatever its bytes are: cut short, of another message, with a reason that is not
-/// UTF-8.
+/// Reads a StopRequest from any bytes: cut short, of another message, or with a reason that is not UTF-8.
+/// Never fails.
 StopReason read_stop_request(const grpc::ByteBuffer& request);
 /// The same from the bytes.
 StopReason read_stop_request(std::string_view bytes);

@@ -7,12 +7,12 @@
 
 namespace hapticd::server {
 
-/// Who set which target, in the log: each time another client does, and else once a second at most, with how
-/// many there were in between. Targets may come a hundred times a second.
+/// Log lines of targets: one whenever another client sets a target, otherwise at most one a second, with the
+/// count of those in between. Targets may come a hundred times a second.
 class TargetLog {
  public:
   using Clock = std::chrono::steady_clock;
-  /// What to write now; empty: nothing. `target`: in words. Any thread.
+  /// The line to write now; empty: none. `target`: as text. Any thread.
   std::string line(const std::string& target, const std::string& peer, Clock::time_point now);
 
  private:

@@ -50,7 +50,7 @@ std::unique_ptr<grpc::experimental::Interceptor> watch_for_unreadable_request(co
   const std::string_view method = call.method();
   const bool one_request =
       call.type() == ServerRpcInfo::Type::UNARY || call.type() == ServerRpcInfo::Type::SERVER_STREAMING;
-  // Telemetry would be looked at batch by batch.
+  // For telemetry each batch would be intercepted.
   if (!one_request || !method.starts_with("/hapticd.") || method.ends_with("/Subscribe")) return nullptr;
   return std::make_unique<UnreadableRequest>(readable_name(method));
 }

@@ -6,11 +6,10 @@
 
 namespace hapticd::server {
 
-/// The answer to a request whose bytes are no message of its method: INVALID_ARGUMENT with the method, the
-/// limit and the remedy, in place of gRPC's own INTERNAL without a word. A handler of the service never
-/// answers INTERNAL without a text, so that these two are the sign. For calls of one request; where the
-/// request is taken as bytes (Stop, Subscribe) its service answers itself. nullptr where nothing is to be
-/// watched.
+/// Answers a request whose bytes are not a message of its method with INVALID_ARGUMENT, the method, the limit
+/// and the remedy, instead of gRPC's own INTERNAL without a text. A handler of the service never answers
+/// INTERNAL without a text, so the two together identify the case. For calls with one request; a service that
+/// takes its request as bytes (Stop, Subscribe) answers itself. nullptr for calls that are not watched.
 std::unique_ptr<grpc::experimental::Interceptor> watch_for_unreadable_request(
     const grpc::experimental::ServerRpcInfo& call);
 

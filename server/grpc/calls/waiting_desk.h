@@ -9,10 +9,10 @@
 namespace hapticd::server {
 
 /// One thread that waits for the loop on behalf of calls of the callback interface, which may not wait
-/// themselves. What is handed to it is served however many calls have used up the pool of threads.
+/// themselves. It serves them even when other calls have used up the pool of threads.
 class WaitingDesk {
  public:
-  /// What may wait at once.
+  /// Calls that may wait at once.
   static constexpr std::size_t kMaxWaiting = 64;
 
   /// `name`: of its thread, at most 15 characters.

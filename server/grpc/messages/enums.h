@@ -8,7 +8,7 @@
 
 namespace hapticd::server {
 
-// The contract's enumerations begin with an unspecified zero and then follow the tick's, one for one.
+// The contract's enums begin with an unspecified 0; then they have the values of the tick's enums, plus one.
 
 constexpr v1::GuardState to_proto(rt::GuardState state) {
   return static_cast<v1::GuardState>(static_cast<int>(state) + 1);

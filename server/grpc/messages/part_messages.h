@@ -6,10 +6,10 @@
 
 namespace hapticd::server {
 
-/// A drive's text may hold any bytes: as UTF-8, and no control character goes to a terminal.
+/// A drive's text may hold any bytes: this makes it UTF-8 without control characters.
 std::string printable(const std::string& text);
 
-/// What a driver reports of itself, into the fields that PartReport and Turntable both have.
+/// Fills a driver's own report into the fields that PartReport and Turntable share.
 template <class Message>
 void fill_report(const hal::PartReport& report, Message& message) {
   message.set_driver(report.driver);

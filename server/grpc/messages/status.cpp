@@ -119,8 +119,8 @@ std::string serialise_rpc_status(grpc::StatusCode code, const std::string& messa
 
 namespace {
 
-// The parts that may hold text of the client's are kept short: a status travels three times in the trailers
-// of a call (as its message, in the google.rpc.Status and in its detail), and trailers beyond 8 KiB do not
+// The parts that may contain text of the client are kept short: a status is three times in the trailers of a
+// call (as its message, in the google.rpc.Status and in its detail), and trailers larger than 8 KiB do not
 // arrive.
 constexpr std::size_t kMaxPart = 200;
 constexpr std::size_t kMaxLimit = 600;  // lists of accepted words

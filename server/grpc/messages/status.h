@@ -7,8 +7,8 @@
 
 namespace hapticd::server {
 
-/// The one place where a refusal becomes a gRPC status: code and one line of text, and as structured details
-/// a google.rpc.Status that holds a hapticd.v1.ErrorDetail.
+/// Makes a gRPC status of a refusal, for all services: code, one line of text, and as details a
+/// google.rpc.Status with a hapticd.v1.ErrorDetail.
 grpc::Status to_status(const Refusal& refusal);
 /// The error's five parts.
 v1::ErrorDetail to_detail(const hal::Error& error);

@@ -8,7 +8,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// A batch of nothing but this sample. Encoded messages may be put one behind the other: their repeated
+/// A batch of only this sample. Encoded messages may be concatenated: their repeated
 /// fields add up.
 std::string encode_sample(const rt::TickRecord& record, std::uint32_t channels) {
   v1::TelemetryBatch alone;

@@ -8,8 +8,8 @@
 
 namespace hapticd::server {
 
-/// A batch as it goes over the wire, a v1::TelemetryBatch with the groups that exist and are asked for (bits
-/// of rt::channel). Samples that several subscribers share are encoded once and copied.
+/// A batch as bytes: a v1::TelemetryBatch with the groups that exist and were asked for (bits of
+/// rt::channel). Samples that several subscribers share are encoded once and copied.
 grpc::ByteBuffer encode(const Subscription::Batch& batch, std::uint32_t channels);
 
 }  // namespace hapticd::server

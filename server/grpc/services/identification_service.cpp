@@ -15,7 +15,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// Bytes of a remark: it may quote a recording, whose lines are as long as they please.
+/// Bytes of a remark: it may quote a recording, whose lines may have any length.
 constexpr std::size_t kMaxRemark = 1000;
 
 /// What a recording can be read as says how long it is; where it is nothing known, what is missing.
@@ -126,7 +126,7 @@ grpc::Status IdentificationService::UploadRecording(grpc::ServerContext* context
     if (auto refusal = (*upload)->append(piece.csv())) return to_status(*refusal);
   } while (next_piece());
   if (watch.was_silent()) return gone_silent(description->name);
-  if (context->IsCancelled()) return grpc::Status::CANCELLED;  // its end never came
+  if (context->IsCancelled()) return grpc::Status::CANCELLED;  // the end of the recording never arrived
   const auto recording = runner_.recordings().finish(std::move(*upload));
   if (!recording) return to_status(recording.refusal());
   describe(**recording, *response);

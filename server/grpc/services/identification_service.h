@@ -11,11 +11,11 @@ class IdentificationRunner;
 
 class IdentificationService final : public v1::IdentificationService::Service {
  public:
-  /// Streams of progress at once, each of which holds one of the server's threads; more are refused.
+  /// Streams of progress at once; more are refused, since each holds one of the server's threads.
   static constexpr int kMaxWatchers = 16;
-  /// The same for recordings on their way.
+  /// The same for uploads of recordings.
   static constexpr int kMaxUploads = 4;
-  /// An upload of which nothing came for so long is given up.
+  /// An upload that sends nothing for so long is ended.
   static constexpr std::chrono::seconds kMaxUploadPause{30};
 
   explicit IdentificationService(IdentificationRunner& runner) : runner_(runner) {}

@@ -8,7 +8,7 @@ class ModelLibrary;
 class ModelStore;
 class SceneHost;
 
-/// The models that scenes can ask for, and the store of those identified.
+/// The models that scenes can ask for, and the store of identified ones.
 class ModelService final : public v1::ModelService::Service {
  public:
   explicit ModelService(const SceneHost& scenes) : scenes_(scenes) {}

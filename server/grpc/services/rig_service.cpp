@@ -58,7 +58,7 @@ void summarise(const rt::LatencySnapshot& latency, bool with_histogram, v1::Late
   }
 }
 
-/// Whether the scene looks at the force sensor, and so follows its zero.
+/// Whether the scene uses the force sensor, and so follows its zero.
 bool uses_sensor(const ResolvedScene& scene) {
   return (scene.outline.channels & rt::channel::kZero) != 0;
 }
@@ -74,7 +74,7 @@ void fill_bias(const SensorBias& bias, v1::SensorBias& reported) {
   orientation.set_z(bias.orientation.z);
 }
 
-/// Contact and the sensor's zero as the last tick left them.
+/// Contact and the sensor's zero in the last tick.
 void fill_contact_state(const rt::TickRecord& record, v1::RigState& state) {
   state.set_force_age_ms(static_cast<double>(record.force_age_ns) * 1e-6);
   state.set_bias_serial(record.bias_serial);
@@ -142,7 +142,7 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   loop.set_overruns_by_wakeup(statistics.overruns_by_wakeup);
   loop.set_overruns_by_compute(statistics.overruns_by_compute);
   loop.set_overruns_by_device(statistics.overruns_by_device);
-  const bool running = session_.running();  // asked once: it may end while this is written
+  const bool running = session_.running();  // read once: it may end meanwhile
   loop.set_running(running);
   loop.set_clock_losses(statistics.clock_losses);
 

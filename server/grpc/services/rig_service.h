@@ -12,7 +12,7 @@ class SensorBiases;
 class TelemetryHub;
 class TurntableHost;
 
-/// What the rig is and how it fares, from copies; and what only hardware needs.
+/// Properties and state of the rig, from copies; bias and homing of hardware.
 class RigService final : public v1::RigService::Service {
  public:
   RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, SensorBiases& biases,

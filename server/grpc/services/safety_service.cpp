@@ -13,7 +13,7 @@ namespace hapticd::server {
 
 grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* context,
                                               const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
-  const std::uint64_t last_tick = latch_.stop();  // before anything that could fail or take its time
+  const std::uint64_t last_tick = latch_.stop();  // before anything that could fail or take long
   const StopReason reason = read_stop_request(*request);
   std::string line = fmt::format("stopped by {}: {}", context->peer(),
                                  reason.text.empty() ? "no reason given" : reason.text);

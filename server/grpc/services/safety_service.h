@@ -7,8 +7,8 @@ namespace hapticd::server {
 
 class SafetyLatch;
 
-/// Stop and Clear are served by the callback interface: they need no thread of the pool that calls which wait
-/// may have used up. Stop is raw, so that it is carried out before its request is looked at.
+/// Stop and Clear use the callback interface: they need no thread of the pool, which waiting calls may have
+/// used up. Stop is raw, so that it takes effect before its request is read.
 class SafetyService final : public v1::SafetyService::WithRawCallbackMethod_Stop<
                                 v1::SafetyService::WithCallbackMethod_Clear<v1::SafetyService::Service>> {
  public:

@@ -17,7 +17,7 @@ namespace hapticd::server {
 
 namespace {
 
-/// Short, but for those that wait until the tool is out of contact.
+/// Short, except for loads that wait until the tool is out of contact.
 constexpr int kMaxLoads = 8;
 
 struct ChannelName {
@@ -91,7 +91,7 @@ grpc::Status SceneService::ListScenes(grpc::ServerContext*, const v1::ListScenes
     scene.set_loaded(current && current->spec.name == entry.name);
     listed = listed || scene.loaded();
   }
-  if (current && !listed) {  // one that came as text
+  if (current && !listed) {  // loaded as text
     v1::SceneSummary& scene = *response->add_scenes();
     scene.set_name(current->spec.name);
     scene.set_description(current->spec.description);

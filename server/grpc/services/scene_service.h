@@ -26,7 +26,7 @@ class SceneService final : public v1::SceneService::Service {
   SceneHost& scenes_;
   std::atomic<int> loads_{0};
   std::atomic<int> explanations_{0};
-  std::mutex measuring_;  ///< one cost at a time: side by side they would measure each other
+  std::mutex measuring_;  ///< one cost at a time: two at once would disturb each other
 };
 
 }  // namespace hapticd::server

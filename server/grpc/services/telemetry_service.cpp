@@ -19,13 +19,13 @@ namespace hapticd::server {
 
 namespace {
 
-/// What a request asks for, checked.
+/// A checked request.
 struct Wanted {
   std::uint32_t channels = ~0U;
   SubscriptionOptions options;
 };
 
-/// Where no size of a batch is asked for: samples of an undecimated stream, and how old they may become.
+/// Default size of a batch: samples of an undecimated stream, and their greatest age.
 constexpr std::uint32_t kDefaultBatch = 20;
 constexpr std::chrono::milliseconds kDefaultAge{20};
 
@@ -67,7 +67,8 @@ Outcome<Wanted> read_request(const v1::SubscribeRequest& request) {
     options.longest_wait = kDefaultAge;
   }
   if (request.queue_samples() != 0) options.queue_samples = request.queue_samples();
-  // While one batch is written the next one gathers: with less room a prompt reader would lose samples too.
+  // While one batch is written the next one is collected: with a shorter queue a fast reader would lose
+  // samples too.
   options.queue_samples = std::max(options.queue_samples, 2 * options.batch_size);
   return wanted;
 }
@@ -92,7 +93,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
       if (const auto alive = weak.lock()) alive->write_next();
     };
     stream->subscription_ = hub.subscribe(std::move(wanted.options));
-    // First of all, and before any write: a buffered first write without it would wait for ever.
+    // Before any write: a buffered first write without it would wait without end.
     stream->StartSendInitialMetadata();
     return stream.get();
   }
@@ -119,12 +120,12 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   void OnCancel() override {
     const std::lock_guard lock(mutex_);
     cancelled_ = true;
-    if (!writing_) finish_locked(grpc::Status::CANCELLED);  // else when the write under way has failed
+    if (!writing_) finish_locked(grpc::Status::CANCELLED);  // otherwise when the present write has failed
   }
 
   void OnDone() override {
     hub_.unsubscribe(subscription_);
-    self_.reset();  // the last owner, unless the hub is just calling
+    self_.reset();  // the last owner, unless the hub is calling at this moment
   }
 
  private:
@@ -158,7 +159,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::mutex mutex_;  ///< between the hub's thread and gRPC's; never of another stream
   Subscription::Batch batch_;
   grpc::ByteBuffer message_;
-  bool writing_ = true;  ///< the metadata are under way
+  bool writing_ = true;  ///< the metadata are being sent
   bool cancelled_ = false;
   bool finished_ = false;
 };

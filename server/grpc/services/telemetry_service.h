@@ -6,8 +6,8 @@ namespace hapticd::server {
 
 class TelemetryHub;
 
-/// One stream per subscriber, by the callback interface: a waiting stream holds no thread. Raw, so that what
-/// several subscribers get is encoded once.
+/// One stream per subscriber, by the callback interface: a waiting stream holds no thread. Raw, so that
+/// samples for several subscribers are encoded once.
 class TelemetryService final
     : public v1::TelemetryService::WithRawCallbackMethod_Subscribe<v1::TelemetryService::Service> {
  public:

@@ -13,7 +13,7 @@ namespace hapticd::server {
 
 namespace {
 
-// The contract's enumerations begin with an unspecified zero and then follow the turntable's, one for one.
+// The contract's enums begin with an unspecified 0; then they have the values of the turntable's, plus one.
 v1::TurntableState to_proto(hal::TurntableState state) {
   return static_cast<v1::TurntableState>(static_cast<int>(state) + 1);
 }

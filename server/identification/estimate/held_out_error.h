@@ -19,8 +19,8 @@ struct SquaredError {
   double relative() const noexcept { return std::sqrt(left / whole); }
 };
 
-/// How wrong a law is where it was not fitted: rms left over rms of what it is to report, each fold judged by
-/// a fit to the others.
+/// How wrong a law is where it was not fitted: rms left over rms of what it is to predict, each fold judged
+/// by a fit to the others.
 struct HeldOutError {
   double relative = std::numeric_limits<double>::infinity();  ///< infinite: it could not be fitted
   double deviation = 0.0;                                     ///< standard error, from the folds' scatter

@@ -19,7 +19,7 @@ class UltimateOscillation {
   void reset() noexcept;
 
   bool sustained() const noexcept { return sustained_; }
-  /// It grows beyond anything tolerable; no one should wait for more cycles.
+  /// It grows beyond anything tolerable: do not wait for more cycles.
   bool violent() const noexcept { return violent_; }
   /// Half-cycles in a row, whether they keep their size or not.
   std::size_t swings() const noexcept { return count_; }

@@ -16,7 +16,7 @@ namespace hapticd::rt {
 
 /// From the samples of a live rig to those of a palpation along its press axis (-z, tool upright): contact
 /// by what free motion leaves behind (D§3.2), displacement from where the rested object was touched first,
-/// the tool's inertia subtracted from the force (3.4). A sample in, a sample out, in constant time.
+/// the tool's inertia is subtracted from the force (3.4). A sample in, a sample out, in constant time.
 class PalpationTracker {
  public:
   /// `tool_mass_g`: beyond the sensor; `threshold_n`: ε_f.
@@ -50,7 +50,7 @@ class PalpationTracker {
 };
 
 /// From a recording to samples of a palpation: steps may be uneven and long (10 Hz), there is no tool whose
-/// inertia matters, and where the surface is, no one knows; displacement is the recording's own position, and
+/// inertia matters, and where the surface is, is unknown; displacement is the recording's own position, and
 /// contact is force above the threshold. The velocity is the slope of a local parabola over true times, by
 /// least squares, centred on the sample: each comes out half a window late, and none across a gap.
 class RecordedPalpation {

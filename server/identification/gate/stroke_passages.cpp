@@ -148,7 +148,7 @@ void StrokePassages::close() {
 void StrokePassages::interrupt() {
   if (started_ && current_.heading != 0) {
     const double path_mm = std::abs(farthest_mm_ - current_.begin_mm);
-    // A short one that began no one knows how says nothing: a tap, a slip.
+    // A short one with an unknown beginning says nothing: a tap, a slip.
     if (current_.start != StrokePassage::Start::kUnknown || path_mm > kSlidingPathMm) {
       current_.rows.add(pending_);
       close();

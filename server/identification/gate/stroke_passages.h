@@ -40,7 +40,7 @@ class StrokeRows {
 /// From one turn of the motion to the next.
 struct StrokePassage {
   enum class Start : std::uint8_t {
-    kUnknown,    ///< no one knows how far friction had built up
+    kUnknown,    ///< unknown how far friction had built up
     kFollows,    ///< on the passage before it in the list
     kSaturated,  ///< on a long one that is not kept any more
   };
@@ -68,7 +68,7 @@ class StrokePassages {
   explicit StrokePassages(double resolution_mm);
 
   void add(const StrokePoint& point);
-  /// The tip lifted off, or no one knows what happened meanwhile.
+  /// The tip lifted off, or what happened meanwhile is unknown.
   void interrupt();
 
   /// Complete passages so far, also those given up.

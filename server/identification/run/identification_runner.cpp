@@ -376,7 +376,7 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
       last_heard = Clock::now();
     } else {
       if (Clock::now() - last_heard > kMaxSilence) {
-        return {Ending::kFault, hal::Error{"the loop is at rest: no tick for 5 s", "loop", "", "",
+        return {Ending::kFault, hal::Error{"the loop has stopped: no tick for 5 s", "loop", "", "",
                                            "see in 'hapticctl doctor' what holds it back"}};
       }
       std::this_thread::sleep_for(kPollInterval);

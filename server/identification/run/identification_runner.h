@@ -53,8 +53,8 @@ struct IdentificationReport {
 };
 
 /// Runs identifications, one at a time, in a thread of its own: listens to the loop, has the simulated hand
-/// do what is wanted or shows the user, and stores what was found. It belongs to the daemon: clients come and
-/// go. Any thread may call.
+/// do what is wanted or instructs the user, and stores what was found. It belongs to the daemon: clients come
+/// and go. Any thread may call.
 class IdentificationRunner {
  public:
   static constexpr std::size_t kKept = 64;

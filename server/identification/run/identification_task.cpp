@@ -106,7 +106,7 @@ std::optional<Refusal> check_rig(const IdentificationTask& task, const hal::RigI
     return lacks("no force sensor", "identify on a recording, or on a rig that has one");
   }
   if (rig.kind == hal::RigKind::kReplay) {
-    return lacks("no one who could touch anything", "upload the recording and identify from it");
+    return lacks("no hand that could touch anything", "upload the recording and identify from it");
   }
   if (by_instrument && !rig.has_external_position) {
     return lacks(

@@ -21,7 +21,7 @@ class ObservationFile {
   /// Makes folder and file; an error says why there is none.
   static hal::Result<ObservationFile> create(const std::filesystem::path& path, bool has_external_position);
 
-  /// A sample whose time is at rest, to the microsecond, is left out: no recording can be read that has
+  /// A sample whose time does not advance by a microsecond is left out: no recording can be read that has
   /// one.
   void add(const rt::Observation& observation);
   /// "PATH, sha256 HASH"; an error where not all of it is on the disk.

@@ -248,9 +248,9 @@ std::optional<hal::Error> RecordedObservations::read(
     if (first) start_s = row[0];
     row[0] -= start_s;
     if (!first && !(row[0] > last_s)) {
-      return hal::Error{
-          "time does not increase", place(line), fmt::format("{:g} s after {:g} s", row[0], last_s),
-          "each row later than the one before", "sort the rows and remove those that stand twice"};
+      return hal::Error{"time does not increase", place(line),
+                        fmt::format("{:g} s after {:g} s", row[0], last_s),
+                        "each row later than the one before", "sort the rows and remove repeated ones"};
     }
     if (row[0] > kMaxS) {
       return hal::Error{"the recording is too long", place(line), fmt::format("{:g} s", row[0]),

@@ -594,7 +594,7 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
   if (missing_law || (!contact.hunt_crossley && !contact.creep)) {
     const std::vector<std::string> missing = missing_in_words(fit.needs);
     return hal::Error{
-        "the palpation does not show the model's parameters", "identification of contact dynamics",
+        "the palpation does not determine the model's parameters", "identification of contact dynamics",
         std::to_string(s.kept.added()) + " samples in contact",
         "at least 100, at different depths and speeds",
         missing.empty() || s.recorded ? "press deeper, at several speeds, and for longer" : missing.front()};

@@ -15,7 +15,7 @@ namespace hapticd::rt {
 struct ContactDomain {
   double displacement_mm = 1.0;     ///< down to here
   double speed_mm_per_s = 10.0;     ///< up to here, going in
-  bool speeds_required = true;      ///< false where no one can be asked to go faster (a recording)
+  bool speeds_required = true;      ///< false for a recording, which cannot be asked to go faster
   std::size_t enough_samples = 20;  ///< per cell
 };
 

@@ -430,7 +430,7 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
     words.push_back("no stroke slid farther than 3 mm: sliding and presliding were fitted together");
   }
   if (!fit->law.viscous_is_identified)
-    words.push_back("the speed varied too little to report the viscous part: taken as 0");
+    words.push_back("the speed varied too little to determine the viscous part: taken as 0");
   return words;
 }
 

@@ -29,7 +29,7 @@ namespace hapticd::rt {
 ///
 /// A recording (RigKind::kReplay) shows position along x, the friction on the tool as sensor_force_n.x
 /// (against the motion, thus negative while x grows) and the normal force as sensor_force_n.z. Its normals
-/// are up, unless the height varies and strokes are long enough to report the mean direction. Its friction
+/// are up, unless the height varies and strokes are long enough to determine the mean direction. Its friction
 /// channel may have an offset, which is found as well. `normal_force_n` > 0 stands for the normal force;
 /// where there is none at all (sensor_force_n.z = 0 throughout) friction is given in newton as
 /// `coulomb_force_n`, and the coefficients refer to a nominal normal force of kNominalNormalN.

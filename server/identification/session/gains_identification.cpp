@@ -241,7 +241,7 @@ void GainsIdentification::add(const Observation& observation) {
     if (pressed_s_ - free_s_ > kWatchS) {
       end_trial(false);
     } else {
-      pressed_ = false;  // too short to report; asked for again
+      pressed_ = false;  // too short to judge; asked for again
     }
   }
 }

@@ -497,7 +497,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
     return closed.finish();
   }
   if (outside_missing_ == ticks_) {
-    return hal::Error{"no instrument shows the tip's position from outside", where, "",
+    return hal::Error{"no external instrument measures the tip's position", where, "",
                       "an external displacement reading next to the encoders (4.26)",
                       "the encoders cannot see the device bend: mount one, e.g. an LVDT of 30 µm"};
   }
@@ -509,7 +509,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
     const std::string check = rigid ? "check the signs and units of force and position"
                                     : "check the signs and units of force and external position";
     return hal::Error{
-        "no press shows the stiffness", where, seen,
+        "no press determines the stiffness", where, seen,
         rigid ? "presses of the device, changing by up to 80 N/s, under which the encoders follow "
                 "the force by more than 1 mm/s"
               : "presses on virtual walls, moving by more than 3 mm/s and changing by up to 80 "

@@ -320,7 +320,7 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
   const ToolLoadFit& fit = now.fit;
   if (!fit.good || !std::isfinite(fit.mass_error_g)) {
     const IdentificationProgress so_far = progress();
-    return hal::Error{"the motion does not show the tool's mass", where, "",
+    return hal::Error{"the motion does not determine the tool's mass", where, "",
                       "gravity from several directions, or acceleration",
                       so_far.missing.empty() ? "turn the tool" : so_far.missing.front()};
   }

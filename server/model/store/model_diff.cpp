@@ -21,7 +21,7 @@ ParameterDifference compare(const rt::EstimatedParameter* a, const rt::Estimated
   result.unit = (a != nullptr ? a : b)->unit;
   if (a != nullptr) result.value_a = a->value;
   if (b != nullptr) result.value_b = b->value;
-  // In other units they say nothing about each other.
+  // In different units they cannot be compared.
   if (a == nullptr || b == nullptr || a->unit != b->unit) return result;
   const double apart = b->value - a->value;
   if (a->value != 0.0) result.relative = apart / a->value;

@@ -20,8 +20,8 @@ struct ParameterDifference {
 };
 
 struct ModelDifference {
-  std::vector<ParameterDifference> parameters;  ///< in the order of a, then what only b has
-  std::vector<std::string> remarks;             ///< what else is different, in words
+  std::vector<ParameterDifference> parameters;  ///< in the order of a, then those that only b has
+  std::vector<std::string> remarks;             ///< other differences, as text
 };
 
 /// kInvalidArgument for models of different kinds.

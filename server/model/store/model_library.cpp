@@ -17,7 +17,7 @@ void sort_uniquely(std::vector<std::string>& words) {
   words.erase(std::unique(words.begin(), words.end()), words.end());
 }
 
-/// Zero stands for unknown: what is known bounds both.
+/// Zero means unknown; the known one of two limits is used.
 double narrower(double a, double b) {
   if (a == 0.0 || b == 0.0) return std::max(a, b);
   return std::min(a, b);
@@ -31,7 +31,7 @@ std::string said_of(const StoredModel& stored) {
   return text;
 }
 
-/// Puts the stored models in the place of a file's parts.
+/// Replaces a file's parts by those of the stored models.
 void put_together(FoundModel& found, const FoundModel::Origin& contact, const FoundModel::Origin& friction,
                   const FoundModel::Origin& bearing) {
   rt::ObjectModel& model = found.model;
@@ -46,7 +46,7 @@ void put_together(FoundModel& found, const FoundModel::Origin& contact, const Fo
       model.creep = laws.creep;
       found.creep = contact;
     }
-    // Covered is what all laws that remain have in common.
+    // The validity is the range that all remaining laws share.
     const bool law_of_file = (model.hunt_crossley && !found.hunt_crossley) || (model.creep && !found.creep);
     const rt::ValidityRange& covered = contact->model.validity;
     model.max_displacement_mm = law_of_file ? narrower(model.max_displacement_mm, covered.max_displacement_mm)

@@ -14,12 +14,13 @@
 
 namespace hapticd::server {
 
-/// How a scene calls a model: "NAME", or "NAME@TAG" for the stored models with another tag than "current".
+/// The name of a model in a scene: "NAME", or "NAME@TAG" for the stored models with another tag than
+/// "current".
 struct ModelName {
   std::string object;
-  std::string tag;  ///< empty = not said
+  std::string tag;  ///< empty = not given
 
-  /// Splits and checks both. `where` is what errors call the place.
+  /// Splits and checks both. `where` is the place that errors name.
   static hal::Result<ModelName> parse(std::string_view text, std::string_view where);
 };
 
@@ -38,7 +39,7 @@ struct FoundModel {
   std::vector<std::string> stored() const;
 };
 
-/// What was identified of the rig itself and is tagged "current" for it. Null = nothing.
+/// Models of the rig itself that are tagged "current" for it. Null = none.
 struct RigModels {
   using Model = std::shared_ptr<const StoredModel>;
   Model structure;
@@ -47,9 +48,9 @@ struct RigModels {
   Model gains;
 };
 
-/// The models that scenes can ask for by name. Of an object, part by part: the stored model tagged "current",
-/// else the part of the model file of its name (see TextLibrary). With a tag: the stored model that has it,
-/// else as without.
+/// The models that scenes can ask for by name. Each part of an object's model comes from the stored model
+/// tagged "current", else from the model file of its name (see TextLibrary). With a tag: from the stored
+/// model that has it, else as without.
 class ModelLibrary {
  public:
   struct Entry {
@@ -63,19 +64,18 @@ class ModelLibrary {
   explicit ModelLibrary(std::string folder = {}, std::shared_ptr<ModelStore> store = nullptr)
       : texts_("model", builtin_models(), std::move(folder)), store_(std::move(store)) {}
 
-  /// By name; of stored models those that are tagged "current".
+  /// Sorted by name; of the stored models those that are tagged "current".
   std::vector<Entry> list() const;
   std::vector<std::string> names() const;
-  /// Whether anything is known of the object, a file or a tagged model; also where it cannot be used or lacks
-  /// the tag.
+  /// Whether there is a file or a tagged model of the object, even if it cannot be used or lacks the tag.
   bool contains(const std::string& name) const;
   /// Unknown names and tags are an error with a suggestion.
   hal::Result<rt::ObjectModel> find(const std::string& name) const;
   /// The same with the origins. kNotFound where there is none, kInvalidArgument where it cannot be used.
   Outcome<FoundModel> find_parts(const std::string& name) const;
-  /// Whether the only friction known of an object is of the other tip.
+  /// Whether the object's friction is known for the other tip only.
   bool has_friction_of_bearing(const std::string& name) const;
-  /// What there is for this device and sensor.
+  /// The models for this device and sensor.
   RigModels of_rig(const hal::RigInfo& rig) const;
   /// An error when there is a folder, but it cannot be read.
   std::optional<hal::Error> check_folder() const { return texts_.check_folder(); }
@@ -84,13 +84,14 @@ class ModelLibrary {
   const std::shared_ptr<ModelStore>& store() const { return store_; }
 
  private:
-  /// The stored model with one of the tags, the first that there is.
+  /// The stored model with the first of the tags that one has.
   FoundModel::Origin stored(const std::string& kind, const std::string& subject,
                             const std::vector<std::string>& tags) const;
   /// Of all its models that scenes can use.
   std::vector<std::string> tags_of(const std::string& object) const;
   hal::Error unknown(const std::string& object) const;
-  /// The kind of rig that stored models of the object are of and this rig is not; empty where there are none.
+  /// The kind of rig of the object's stored models that are of another kind than this rig; empty where there
+  /// are none.
   std::string other_rig_kind(const std::string& object) const;
   hal::Error unknown_tag(const ModelName& name) const;
   /// Objects that have stored models tagged "current".

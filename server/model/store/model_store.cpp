@@ -25,7 +25,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// SQLite itself never waits for another process: it would under our lock.
+/// SQLite itself never waits for another process: it would do so under our lock.
 constexpr int kBusyMs = 0;
 constexpr std::chrono::seconds kOpenTimeout{5};
 constexpr std::chrono::milliseconds kRetryEvery{5};
@@ -68,11 +68,11 @@ Refusal moved_away(const std::string& path) {
           Reason::kStoreLost};
 }
 
-/// What SQLite has to complain, for people. `system_error`: errno of the call that failed.
+/// SQLite's error as a refusal. `system_error`: errno of the call that failed.
 Refusal refusal_of(const SQLite::Exception& failure, const std::string& path, int system_error) {
   const std::string where = path.empty() ? "store of models in memory" : path;
   if (failure.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED) return moved_away(where);
-  // Without room for its shared memory SQLite speaks of an input/output error.
+  // When there is no space for its shared memory, SQLite reports an input/output error.
   if ((failure.getErrorCode() & 0xFF) == SQLITE_IOERR && system_error == ENOSPC) return disk_full(where);
   switch (failure.getErrorCode() & 0xFF) {
     case SQLITE_BUSY:
@@ -101,7 +101,7 @@ Refusal invalid(hal::Error error) {
   return {RefusalKind::kInvalidArgument, std::move(error)};
 }
 
-/// In lower case; an error where it is no beginning of a hash.
+/// In lower case; an error where it is not the beginning of a hash.
 hal::Result<std::string> as_prefix(std::string_view hash) {
   std::string prefix(hash);
   std::transform(prefix.begin(), prefix.end(), prefix.begin(),
@@ -134,7 +134,7 @@ struct ModelStore::State {
         database(path.empty() ? kMemory : path.c_str(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                  kBusyMs) {}
 
-  /// Looks before it writes: a file that is refused stays as it is. Throws SQLite::Exception.
+  /// Reads before it writes: a file that is refused is not changed. Throws SQLite::Exception.
   std::optional<hal::Error> set_up() {
     sqlite3_db_config(database.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
     if (auto error = store_schema::check(database, path)) return error;
@@ -144,14 +144,14 @@ struct ModelStore::State {
     sqlite3_db_config(database.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
     if (!path.empty()) {
       database.exec("PRAGMA journal_mode = WAL");
-      database.exec("PRAGMA synchronous = FULL");  // what was acknowledged outlasts a power cut too
+      database.exec("PRAGMA synchronous = FULL");  // acknowledged changes survive a power cut, too
     }
     database.exec("PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF");
     return store_schema::migrate(database, path);
   }
 
-  /// Runs one call: alone in this process, and with what SQLite throws as a refusal. Where another process
-  /// keeps the file locked it is tried again until `until`, and others have their turn in between.
+  /// Runs one call, alone in this process; an exception of SQLite becomes a refusal. While another process
+  /// keeps the file locked it is tried again until `until`; other calls run in between.
   template <class Call>
   auto guarded(Clock::time_point until, Call call) -> decltype(call()) {
     for (;;) {
@@ -160,7 +160,7 @@ struct ModelStore::State {
         try {
           return call();
         } catch (const SQLite::Exception& failure) {
-          // Of a file that was moved SQLite fails in many ways.
+          // If the file was moved SQLite fails in many ways.
           if (was_moved()) return moved_away(path);
           if (!is_busy(failure) || Clock::now() >= until) {
             return refusal_of(failure, path, sqlite3_system_errno(database.getHandle()));
@@ -172,25 +172,25 @@ struct ModelStore::State {
   }
 
   /// Whether the file that is open is still the one at its path: what is written into another is lost with
-  /// this process, and no one is reported.
+  /// this process, without a report.
   bool was_moved() {
     int moved = 0;
     if (path.empty()) return false;
     sqlite3_file_control(database.getHandle(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
     return moved != 0;
   }
-  /// Every change ends here.
+  /// Every change ends with this.
   std::optional<Refusal> commit(SQLite::Transaction& transaction) {
     if (was_moved()) return moved_away(path);  // rolled back by its owner
     transaction.commit();
     return std::nullopt;
   }
 
-  /// The whole hash that begins so.
+  /// The whole hash with this beginning.
   Outcome<std::string> resolve(std::string_view hash) {
     const auto prefix = as_prefix(hash);
     if (!prefix) return invalid(prefix.error());
-    // Hashes are digits and letters below 'g', so this is the range of those that begin so.
+    // Hashes are digits and letters below 'g', so this is the range of hashes with this beginning.
     SQLite::Statement query(
         database, "SELECT hash FROM models WHERE hash >= ?1 AND hash < ?1 || 'g' ORDER BY hash LIMIT 5");
     query.bind(1, *prefix);
@@ -228,7 +228,7 @@ struct ModelStore::State {
     return stored;
   }
 
-  /// By its whole hash, which is there.
+  /// By its whole hash, which exists.
   Outcome<StoredModel> read(const std::string& hash) {
     SQLite::Statement query(database, "SELECT hash, content, stored_at, rig_kind FROM models WHERE hash = ?");
     query.bind(1, hash);
@@ -263,7 +263,7 @@ struct ModelStore::State {
   }
 
   std::string path;      ///< empty = in memory
-  std::string rig_kind;  ///< of the rig that is served; empty = any
+  std::string rig_kind;  ///< of the served rig; empty = any
   mutable std::mutex mutex;
   SQLite::Database database;
 };
@@ -322,7 +322,7 @@ Outcome<StoredModel> ModelStore::add(const rt::IdentifiedModel& model, Until unt
   const auto canonical = canonical_json(model);
   if (!canonical) return invalid(canonical.error());
   return state_->guarded(until, [&]() -> Outcome<StoredModel> {
-    // Of what came from a recording no device is known.
+    // The device of a recording is not known.
     const std::string identified_on = model.device.empty() ? std::string() : state_->rig_kind;
     return state_->insert(model, *canonical, sha256_hex(*canonical), identified_on);
   });

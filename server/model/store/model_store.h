@@ -15,18 +15,18 @@
 
 namespace hapticd::server {
 
-/// A model as it was put away. Everything but `stored_at_unix_s` and `tags` is under the hash and never
+/// A model as it was stored. Everything but `stored_at_unix_s` and `tags` is under the hash and never
 /// changes.
 struct StoredModel {
   std::string hash;  ///< SHA-256 of the canonical text, see model_json.h
   rt::IdentifiedModel model;
   std::int64_t stored_at_unix_s = 0;
   std::vector<std::string> tags;  ///< sorted
-  /// "simulated" or "hardware": the rig it was identified on; empty where that is not known, of recordings
+  /// "simulated" or "hardware": the rig it was identified on; empty where that is not known, for recordings
   /// and imports.
   std::string rig_kind;
 
-  /// The beginning by which people call it.
+  /// Its first digits, as shown to people.
   std::string short_hash() const { return hash.substr(0, kShortHash); }
   static constexpr std::size_t kShortHash = 12;
 };
@@ -35,7 +35,7 @@ struct StoredModel {
 /// device, with its sensor where the model depends on that ("phantom_1_0/nano17_si_25").
 std::string subject_of(const rt::IdentifiedModel& model);
 
-/// The tag that scenes ask for where they name none.
+/// The tag that scenes ask for when they name none.
 inline constexpr const char* kCurrentTag = "current";
 
 struct ModelFilter {  ///< empty = all
@@ -56,31 +56,31 @@ struct EndedIdentification {
   std::string progress;  ///< the last one reported, opaque
 };
 
-/// Identified models, kept for good: immutable, by the hash of their content, with tags that move. An SQLite
-/// database; several processes may have it open at once. A call either is done, and then survives the end of
-/// the process and of the machine, or has changed nothing. Any thread; a call waits for the disk, and for
-/// another process that keeps the file locked until `until`, without keeping other calls from being served.
+/// Identified models, kept permanently: immutable, under the hash of their content, with tags that can move.
+/// An SQLite database; several processes may have it open at once. A call either succeeds, and its result
+/// survives a crash of the process or the machine, or it changes nothing. Any thread. A call waits for the
+/// disk, and until `until` for another process that keeps the file locked; other calls are served meanwhile.
 ///
-/// Refused calls: kNotFound for what is not there, kInvalidArgument for what is no hash, name or model,
-/// kFailedPrecondition for what is in use and where the file was moved or deleted, kUnavailable while another
+/// Refusals: kNotFound if it does not exist, kInvalidArgument if it is not a hash, name or model,
+/// kFailedPrecondition if it is in use or the file was moved or deleted, kUnavailable while another
 /// process keeps the file locked, kResourceExhausted where the disk is full, kInternal where the disk or the
 /// file fails.
 class ModelStore {
  public:
   using Until = std::chrono::steady_clock::time_point;
-  /// Another process is not waited for: what scenes ask of the store on their way.
+  /// Does not wait for another process. For what scenes ask of the store while they are loaded.
   static constexpr Until kNow{};
 
   /// Makes the file and its folder where there are none, and brings an older file up to date. Refused, and
-  /// left as it is: a file that is no such database, one of a newer version, a damaged one. An empty path or
+  /// not changed: a file that is not such a database, is of a newer version, or is damaged. An empty path or
   /// ":memory:": in memory, lost at the end.
   ///
-  /// `rig_kind`: of the rig that is served, as StoredModel::rig_kind. What is identified on it is put away as
-  /// of this kind, and its "current" models are of this kind or of none: what was found on a simulated rig is
-  /// not taken for a rig of hardware unless a tag of its own asks for it. Empty: models of every kind serve.
+  /// `rig_kind`: of the served rig, as StoredModel::rig_kind. Models identified on it are stored with this
+  /// kind, and its "current" models are of this kind or of none: a model of a simulated rig is not used on
+  /// hardware unless another tag asks for it. Empty: models of every kind are used.
   static hal::Result<std::unique_ptr<ModelStore>> open(const std::string& path,
                                                        const std::string& rig_kind = {});
-  /// Whether open() would accept what is there, without making or changing anything.
+  /// Whether open() would accept the file. Creates and changes nothing.
   static std::optional<hal::Error> check(const std::string& path);
   ~ModelStore();
   ModelStore(const ModelStore&) = delete;
@@ -89,25 +89,25 @@ class ModelStore {
   bool in_memory() const;
   /// Empty when in memory.
   const std::string& path() const;
-  /// Whether a model may serve the rig as the "current" one.
+  /// Whether a model may be the "current" one of the rig.
   bool serves(const StoredModel& stored) const;
 
-  /// Puts a model away. One that is there already stays as it is, with its time and tags.
+  /// Stores a model. One that is stored already stays as it is, with its time and tags.
   Outcome<StoredModel> add(const rt::IdentifiedModel& model, Until until = kNow);
   /// By any unambiguous beginning of its hash of at least 6 digits.
   Outcome<StoredModel> get(std::string_view hash, Until until = kNow) const;
-  /// By its whole hash. True also where the file cannot be read just now.
+  /// By its whole hash. True also while the file cannot be read.
   bool contains(const std::string& hash, Until until = kNow) const;
-  /// Newest first. What cannot be read is logged and left out.
+  /// Newest first. Models that cannot be read are logged and left out.
   Outcome<std::vector<StoredModel>> list(const ModelFilter& filter = {}, Until until = kNow) const;
-  /// The one that has the tag; of the rig's own kind before one of no kind.
+  /// The one that has the tag; one of the rig's own kind is preferred to one of no kind.
   Outcome<StoredModel> tagged(const std::string& kind, const std::string& subject, const std::string& tag,
                               Until until = kNow) const;
   /// Tags of models of this subject, sorted, each once.
   Outcome<std::vector<std::string>> tags_of(const std::string& kind, const std::string& subject,
                                             Until until = kNow) const;
 
-  /// Gives it the tag, and takes it from the one of the same kind, subject and kind of rig that had it.
+  /// Sets the tag, and removes it from the model of the same kind, subject and kind of rig that had it.
   Outcome<StoredModel> tag(std::string_view hash, const std::string& tag, Until until = kNow);
   /// kNotFound where it has no such tag.
   Outcome<StoredModel> untag(std::string_view hash, const std::string& tag, Until until = kNow);
@@ -119,7 +119,7 @@ class ModelStore {
   /// Refusals as of import_json() in model_json.h, kInvalidArgument.
   Outcome<StoredModel> import_json(std::string_view json, Until until = kNow);
 
-  /// Remembers one; the oldest beyond 1000 are forgotten.
+  /// Stores one; of more than 1000 the oldest are deleted.
   Outcome<std::uint64_t> record_identification(const EndedIdentification& ended, Until until = kNow);
   /// Newest first.
   Outcome<std::vector<EndedIdentification>> list_identifications(std::size_t limit, Until until = kNow) const;

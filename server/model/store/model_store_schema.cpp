@@ -11,7 +11,7 @@ namespace hapticd::server::store_schema {
 
 namespace {
 
-/// What leads from each version to the next; never changed once released, only added to.
+/// The steps from each version to the next. A released step never changes; new ones are appended.
 constexpr const char* kSteps[kVersion] = {
     // 0 → 1: models and their tags.
     R"sql(
@@ -111,7 +111,7 @@ std::optional<hal::Error> check_header(const std::string& path) {
     for (std::size_t i = at; i < at + 4; ++i) value = value << 8U | static_cast<unsigned char>(header[i]);
     return static_cast<std::int32_t>(value);
   };
-  // A store whose making was cut off is still without a name; migrate() looks what is in it.
+  // A store whose creation was interrupted has no id yet; migrate() examines its content.
   if (big_endian(kApplicationIdAt) == 0 && big_endian(kVersionAt) == 0) return std::nullopt;
   return judge(path, big_endian(kApplicationIdAt), big_endian(kVersionAt));
 }
@@ -122,7 +122,7 @@ int number(SQLite::Database& database, const char* query) {
   return database.execAndGet(query).getInt();
 }
 
-/// Inside a transaction, so that all of it is of one moment.
+/// Inside a transaction, so that all values are of the same moment.
 std::optional<hal::Error> check_now(SQLite::Database& database, const std::string& path) {
   const int application_id = number(database, "PRAGMA application_id");
   const int version = number(database, "PRAGMA user_version");

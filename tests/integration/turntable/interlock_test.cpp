@@ -84,7 +84,7 @@ TEST_F(TheInterlock, HoldsWhenTheLoopStandsStill) {
   EXPECT_FALSE(interlock_.why_not(record, true, now_ + milliseconds(200)));
   const auto why_not = interlock_.why_not(record, true, now_ + milliseconds(300));
   ASSERT_TRUE(why_not);
-  EXPECT_EQ(why_not->what, "the loop is at rest: no one watches for contact");
+  EXPECT_EQ(why_not->what, "the loop has stopped: contact would not be noticed");
 }
 
 }  // namespace

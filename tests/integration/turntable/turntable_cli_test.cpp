@@ -43,7 +43,7 @@ class HapticctlTurntable : public testing::Test {
   RunningService service{homed_table()};
 };
 
-TEST_F(HapticctlTurntable, TellsTurnsAndSaysAgain) {
+TEST_F(HapticctlTurntable, ShowsTurnsAndShowsAgain) {
   Ran ran = run({"status"});
   EXPECT_EQ(ran.code, 0) << ran.errors;
   EXPECT_NE(ran.output.find("idle: its port is not open"), std::string::npos) << ran.output;

@@ -84,8 +84,8 @@ TEST(InstrumentSection, ReadsBackAsWrittenAndIsCheckedOnLoad) {
     if (config) config = override_config(*config, {});
     return config ? "none" : config.error().text();
   };
-  EXPECT_NE(wrong("").find("no channel sees the tip along z"), std::string::npos) << wrong("");
-  EXPECT_NE(wrong("channels = [6, 6, 7]").find("one channel cannot see two axes"), std::string::npos);
+  EXPECT_NE(wrong("").find("no channel measures the tip along z"), std::string::npos) << wrong("");
+  EXPECT_NE(wrong("channels = [6, 6, 7]").find("one channel cannot measure two axes"), std::string::npos);
   EXPECT_NE(wrong("channels = [-1, -1, 5]").find("a gauge's"), std::string::npos);
   EXPECT_NE(wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 0]").find("scale along z"), std::string::npos);
   EXPECT_NE(wrong("channels = [-1, -1, 6]\nmm_per_v = [1, 1, 5000]").find("line 10"), std::string::npos)

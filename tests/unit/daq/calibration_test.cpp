@@ -198,7 +198,7 @@ INSTANTIATE_TEST_SUITE_P(
              "Perhaps"},
         Flaw{"MissingAxis", "<UserAxis Name=\"Ty\"", "<Axes Name=\"Ty\"", "missing", "UserAxis Ty"},
         Flaw{"DoubledAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Tx\"", "twice", "UserAxis Tx"},
-        Flaw{"UnknownAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Qy\"", "not known", "UserAxis Qy"},
+        Flaw{"UnknownAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Qy\"", "unknown axis", "UserAxis Qy"},
         Flaw{"NamelessAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Title=\"Ty\"", "Name", "UserAxis"},
         Flaw{"NoValues", "<UserAxis Name=\"Fz\" values=", "<UserAxis Name=\"Fz\" numbers=", "values",
              "UserAxis Fz"},

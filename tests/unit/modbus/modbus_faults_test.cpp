@@ -197,7 +197,7 @@ TEST(ModbusTcp, AClosedConnectionIsOpenedAgain) {
   EXPECT_GT(rig.figure("connection_attempts"), 1.0);
 }
 
-TEST(ModbusTcp, NobodyThereIsReportedAtOnceAndLeavesNothingOpen) {
+TEST(ModbusTcp, NothingThereIsReportedAtOnceAndLeavesNothingOpen) {
   int port = 0;
   {
     const EmulatedDrive gone({EmulatedDrive::Make::kPlain, 1, 0, false});

@@ -110,11 +110,10 @@ TEST(RegisterMap, RefusesWhatNoTableShouldBeTurnedWith) {
   EXPECT_EQ(error_of(with(kSmall, "always_homed = true", "")).what,
             "nothing says whether the drive is homed");
   EXPECT_EQ(error_of(with(kSmall, "stop = [{ register = \"go\", value = -1 }]", "")).what,
-            "there is no way to stop the table");
+            "there is no command to stop the table");
   EXPECT_EQ(error_of(with(kSmall, "{ register = \"target\", write = \"target\" },", "")).what,
             "'start' writes no target");
-  EXPECT_EQ(error_of(with(kSmall, "position_actual = \"position\"", "")).what,
-            "the register map says no position");
+  EXPECT_EQ(error_of(with(kSmall, "position_actual = \"position\"", "")).what, "position_actual is missing");
   EXPECT_EQ(error_of(with(kSmall, "unit = \"step\"", "unit = \"motor_rpm\"")).what,
             "the position has the wrong unit");
   EXPECT_EQ(error_of(with(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\"")).what,
@@ -122,7 +121,7 @@ TEST(RegisterMap, RefusesWhatNoTableShouldBeTurnedWith) {
   EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 65535")).what,
             "the register lies beyond the last address");
   EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 10\nscale = 0")).what,
-            "the scale of a register is no number to multiply with");
+            "the scale of a register is not valid");
 }
 
 TEST(RegisterMap, ReadsTogetherWhatLiesTogetherAndNothingElse) {

@@ -102,7 +102,7 @@ TEST(TurntableSection, RefusesByName) {
   EXPECT_EQ(
       what("[rig.turntable.modbus]\nmap = \"plain_drive\"\n[rig.turntable.modbus.inline]\nsource = \"x\""),
       "the register map is named and reported as well");
-  EXPECT_EQ(what("[rig.turntable.modbus.inline]\nsource = \"x\""), "the register map says no position");
+  EXPECT_EQ(what("[rig.turntable.modbus.inline]\nsource = \"x\""), "position_actual is missing");
   EXPECT_EQ(what("[rig.turntable.sim]\nhomed = 1"), "'rig.turntable.sim.homed' has the wrong type");
 }
 
@@ -118,7 +118,7 @@ TEST(TurntableSection, ContradictionsAreReportedWhenTheTableIsMade) {
   EXPECT_EQ(make_turntable(config).error().what, "the position would be stale between two polls");
   config = read(kWhole).config;
   config.modbus.link.baud = 1234;
-  EXPECT_EQ(make_turntable(config).error().what, "no such speed of a serial port");
+  EXPECT_EQ(make_turntable(config).error().what, "not a baud rate of a serial port");
 }
 
 }  // namespace

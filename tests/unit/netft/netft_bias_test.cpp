@@ -56,7 +56,7 @@ TEST(NetFtBias, OnABoxThatDoesNotHearItIsAnErrorAfterSomeAttempts) {
   bench.box.set_deaf(true);
   const auto deaf = bench.sensor->bias();
   ASSERT_TRUE(deaf);
-  EXPECT_NE(deaf->text().find("did not take the bias"), std::string::npos) << deaf->text();
+  EXPECT_NE(deaf->text().find("did not apply the bias"), std::string::npos) << deaf->text();
   bench.box.set_deaf(false);
   EXPECT_FALSE(bench.sensor->bias());
 }
@@ -104,7 +104,7 @@ TEST(NetFtBias, OfABoxThatRestartedIsReportedLostAndNeverSetAgainByItself) {
   bench.box.restart(0.5);
   ASSERT_TRUE(eventually([&] { return bench.figure("box_restarts") == 1.0; }));
   ASSERT_TRUE(reads(bench, [](const auto& s) { return s.force_count > 0 && near(s.sensor_force_n.z, 2.0); }));
-  EXPECT_TRUE(eventually([&] { return bench.finds("a bias set on it before is lost"); }));
+  EXPECT_TRUE(eventually([&] { return bench.finds("its earlier bias is lost"); }));
   EXPECT_NE(bench.read().status & status::kForceWarning, 0U);
   EXPECT_EQ(bench.box.commands(kBiasCommand), 1);
 

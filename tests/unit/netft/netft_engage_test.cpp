@@ -131,7 +131,7 @@ TEST(NetFtEngage, RefusesAPageThatIsNoConfiguration) {
   bench.box.page().set_text("<html><body>It works!</body></html>");
   expect_refusal(bench, "missing", "cfgcpf");
   bench.box.page().set_text("<netft><cfgcpf>1000000</cfgcpf");
-  expect_refusal(bench, "no XML", "/netftapi2.xml");
+  expect_refusal(bench, "not XML", "/netftapi2.xml");
 }
 
 TEST(NetFtEngage, RefusesAnUnknownUnit) {
@@ -144,7 +144,7 @@ TEST(NetFtEngage, RefusesAnUnknownUnit) {
 TEST(NetFtEngage, RefusesAnotherCalibration) {
   NetFtBench bench;
   bench.config.model = "nano17_si_12";
-  expect_refusal(bench, "another calibration than a SI-12-0.12", "cfgmr");
+  expect_refusal(bench, "calibration of the box is not that of a SI-12-0.12", "cfgmr");
 }
 
 TEST(NetFtEngage, TakesAnImperialCalibrationForItsMetricTwin) {
@@ -161,7 +161,7 @@ TEST(NetFtEngage, TakesAnImperialCalibrationForItsMetricTwin) {
 TEST(NetFtEngage, RefusesAnotherSerial) {
   NetFtBench bench;
   bench.config.serial = "FT99999";
-  expect_refusal(bench, "another calibration is active", "cfgcalsn");
+  expect_refusal(bench, "the active calibration of the box is not the expected one", "cfgcalsn");
 }
 
 TEST(NetFtEngage, RefusesABoxWhoseStreamIsSwitchedOff) {
@@ -201,14 +201,14 @@ TEST(NetFtEngage, RefusesABoxThatSendsOnlyGarbage) {
   over.store(true);
   spoiler.join();
   ASSERT_TRUE(error);
-  EXPECT_NE(error->value.find("no RDT records"), std::string::npos) << error->text();
+  EXPECT_NE(error->value.find("not RDT records"), std::string::npos) << error->text();
 }
 
 TEST(NetFtEngage, RefusesABoxThatReportsItselfUnfitByWhatItReports) {
   NetFtBench bench;
   bench.config.connect_timeout_s = 0.5;
   bench.box.set_status(0x8000'0010U);
-  expect_refusal(bench, "reports itself unfit", "Net F/T box");
+  expect_refusal(bench, "reports a fault", "Net F/T box");
   EXPECT_TRUE(bench.finds("no data on the link to the transducer"));
 }
 
@@ -228,7 +228,7 @@ TEST(NetFtEngage, SettingsThatCouldBeBetterAreFindingsWithARemedy) {
   settings.tool_transformation = "0;0;132.71;0;0;0";
   NetFtBench bench(settings);
   ASSERT_FALSE(bench.engage());
-  EXPECT_TRUE(bench.finds("set to 2000 Hz, wanted are 7000 Hz: set the RDT output rate"));
+  EXPECT_TRUE(bench.finds("set to 2000 Hz, expected are 7000 Hz: set the RDT output rate"));
   EXPECT_TRUE(bench.finds("low-pass filter of 73 Hz, which delays the force by about 2.18 ms"));
   EXPECT_TRUE(bench.finds("tool transformation"));
   EXPECT_EQ(bench.figure("low_pass"), 73.0);

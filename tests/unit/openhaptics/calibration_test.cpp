@@ -104,7 +104,7 @@ TEST(OpenHapticsCalibration, IsNeverUpdatedWhileItMayRender) {
   HdBench bench;
   ASSERT_TRUE(bench.renders(1.0));
   bench.page.device().calibration_state = kNeedsUpdate;
-  EXPECT_TRUE(eventually([&] { return bench.finds("asks for its calibration to be updated"); }));
+  EXPECT_TRUE(eventually([&] { return bench.finds("requests an update of its calibration"); }));
   ASSERT_TRUE(bench.ticks(300));
   EXPECT_EQ(bench.page.device().calibration_updates, 0U);
   EXPECT_TRUE(bench.feels(1.0));

@@ -169,7 +169,7 @@ TEST(OpenHapticsForce, ADeviceThatRefusesForceIsNotReady) {
   HdBench bench;
   bench.page.device().refuses_force = true;
   ASSERT_FALSE(bench.device->engage());
-  EXPECT_TRUE(bench.finds("takes no force"));
+  EXPECT_TRUE(bench.finds("accepts no force"));
   bench.body->ask({0.0, 0.0, 1.0});
   bench.start_running();
   EXPECT_TRUE(bench.sees(status::kDeviceNotReady));
@@ -177,7 +177,7 @@ TEST(OpenHapticsForce, ADeviceThatRefusesForceIsNotReady) {
   bench.page.device().refuses_force = false;
   bench.start_running();
   EXPECT_TRUE(bench.feels(1.0));
-  EXPECT_TRUE(eventually([&] { return !bench.finds("takes no force"); }))
+  EXPECT_TRUE(eventually([&] { return !bench.finds("accepts no force"); }))
       << "reported within a tick of the force";
 }
 
@@ -186,7 +186,7 @@ TEST(OpenHapticsForce, AnOutputSwitchedOffWhileRunningStaysOffUntilTheNextRun) {
   ASSERT_TRUE(bench.renders(1.0));
   bench.page.device().force_enabled = false;  // by the library itself
   EXPECT_TRUE(bench.sees(status::kDeviceNotReady));
-  EXPECT_TRUE(bench.finds("takes no force"));
+  EXPECT_TRUE(bench.finds("accepts no force"));
   ASSERT_TRUE(bench.ticks(200));
   EXPECT_FALSE(bench.page.device().force_enabled);
   bench.stop_running();

@@ -197,7 +197,7 @@ TEST(OpenHapticsScheduler, ADeadSchedulerIsGivenUpAndTheDeviceCanBeEngagedAgain)
   bench.page->kill_scheduler = true;
   EXPECT_TRUE(eventually([&] { return bench.returned.load(); }));
   bench.stop_running();
-  EXPECT_TRUE(bench.finds("given up"));
+  EXPECT_TRUE(bench.finds("was abandoned"));
   EXPECT_EQ(bench.device->report().state, hal::PartState::kFaulty);
   EXPECT_FALSE(bench.page.device().force_enabled);
 

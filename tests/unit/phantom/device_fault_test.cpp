@@ -79,7 +79,7 @@ TEST_F(PhantomDeviceFault, OutputsThatFailAreAFaultAtTheNextRead) {
   bench.board->fail_outputs();
   bench.tick(kPush);
   EXPECT_EQ(bench.tick(kPush).status, status::kDeviceFault);
-  EXPECT_TRUE(bench.finds("does not take the motors' volts"));
+  EXPECT_TRUE(bench.finds("does not accept the motors' volts"));
   EXPECT_GE(bench.figure("output_failures"), 2.0);
   bench.board->fail_outputs(false);
   bench.tick(kPush);
@@ -138,7 +138,7 @@ TEST_F(PhantomDeviceFault, ATipThatIsTooFastGetsNoForce) {
   }
   EXPECT_EQ(sample.status, status::kDeviceOverSpeed);
   EXPECT_TRUE(bench.at_zero_volts());
-  EXPECT_TRUE(bench.finds("faster than it may"));
+  EXPECT_TRUE(bench.finds("faster than allowed"));
   for (int k = 0; k < 5; ++k) bench.tick();
   expect_force_again();
 }

@@ -97,7 +97,7 @@ const BadFile kBadFiles[] = {
     {"OneRow",
      "time_s,force_N,depth_mm\n0,0,0\n",
      {},
-     "recording 'FILE': there is nothing to play between fewer than two rows (got 1); accepted: at least 2 rows of numbers under the header"},
+     "recording 'FILE': the recording has fewer than two rows (got 1); accepted: at least 2 rows of numbers under the header"},
     {"Semicolons",
      "time_s;force_N;depth_mm\n0;0;0\n",
      {},
@@ -109,7 +109,7 @@ const BadFile kBadFiles[] = {
     {"MissingColumn",
      "time_s,force_N,depth_mm\n0,0,0\n1,0,0\n",
      {.time = {}, .force = {.column = "load_N"}, .position = {}},
-     "recording 'FILE': there is no column of that name for the force (got 'load_N'); accepted: the file's columns are time_s, force_N, depth_mm; map the force to one of these"},
+     "recording 'FILE': no column has that name, for the force (got 'load_N'); accepted: the file's columns are time_s, force_N, depth_mm; map the force to one of these"},
     {"NoPosition",
      "time_s,force_N,height\n0,0,0\n1,0,0\n",
      {},
@@ -137,7 +137,7 @@ const BadFile kBadFiles[] = {
     {"ZeroScale",
      "time_s,force_N,depth_mm\n0,0,0\n1,0,0\n",
      {.time = {}, .force = {.column = "force_N", .unit = "", .scale = 0.0}, .position = {}},
-     "recording 'FILE': the scale of the force is of no use (got 0); accepted: finite and not zero; negative turns the sign"},
+     "recording 'FILE': the scale of the force is not valid (got 0); accepted: finite and not zero; negative reverses the sign"},
     {"Text",
      "time_s,force_N,depth_mm\n0,0,0\n# note\n1,0.5 N,0\n",
      {},
@@ -169,11 +169,11 @@ const BadFile kBadFiles[] = {
     {"TimeStandsStill",
      "time_s,force_N,depth_mm\n0,0,0\n0.1,0,0\n0.1,0,0\n",
      {},
-     "recording 'FILE', line 4: time does not increase (got 0.1 s after 0.1 s); accepted: each row later than the one before; sort the rows and remove those that stand twice"},
+     "recording 'FILE', line 4: time does not increase (got 0.1 s after 0.1 s); accepted: each row later than the one before; sort the rows and remove repeated ones"},
     {"TimeRunsBack",
      "time_s,force_N,depth_mm\n5,0,0\n4,0,0\n",
      {},
-     "recording 'FILE', line 3: time does not increase (got 4 s after 5 s); accepted: each row later than the one before; sort the rows and remove those that stand twice"},
+     "recording 'FILE', line 3: time does not increase (got 4 s after 5 s); accepted: each row later than the one before; sort the rows and remove repeated ones"},
     {"TooLong",
      "time_s,force_N,depth_mm\n0,0,0\n1e12,0,0\n",
      {},
@@ -196,15 +196,15 @@ TEST(ReplayBadPath, MissingFileIsNamed) {
   const auto rig = ReplayRig::open({.path = "/no/such/recording.csv"});
   ASSERT_FALSE(rig);
   EXPECT_EQ(rig.error().text(),
-            "recording '/no/such/recording.csv': there is no such file; check the path; a relative one "
-            "counts from the "
-            "folder the daemon was started in");
+            "recording '/no/such/recording.csv': there is no such file; check the path; a relative path "
+            "starts at the "
+            "folder in which the daemon was started");
 }
 
 TEST(ReplayBadPath, FolderIsNotARecording) {
   const auto rig = ReplayRig::open({.path = "/"});
   ASSERT_FALSE(rig);
-  EXPECT_EQ(rig.error().text(), "recording '/': this is not a regular file; name a CSV file");
+  EXPECT_EQ(rig.error().text(), "recording '/': this is not a regular file; give a CSV file");
 }
 
 TEST(ReplayBadPath, LineWithoutEndIsRefusedInBoundedMemory) {

@@ -40,7 +40,7 @@ ContactParameters contact_parameters() noexcept {
 /// The tip has drawn back so far from where the last contact began: whatever was touched, it is not now.
 constexpr double kClearMm = 3.0;
 /// Than a scene does. Presses and strokes leave little time between them, and none builds up as slowly as
-/// what a scene has to report from a drift.
+/// what a scene has to distinguish from a drift.
 constexpr double kFollowsFaster = 4.0;
 
 bool is_fit(const hal::RigSample& sample) noexcept {

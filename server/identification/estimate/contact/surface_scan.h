@@ -20,8 +20,8 @@ struct ScannedNormal {
   double error_rad = 0.0;                 ///< standard error
 };
 
-/// Surface along a line from light taps (D§4.4.1): each shows the point where it began; a smoothing spline
-/// through the points shows the normal. Only contacts that stayed light and in place count, and only on an
+/// Surface along a line from light taps (D§4.4.1): each gives the point where it began; a smoothing spline
+/// through the points gives the normal. Only contacts that stayed light and in place count, and only on an
 /// object that had time to recover: a soft one keeps the mark of a stroke for seconds. Cheap per sample,
 /// bounded: at most kMaxTouches points, those that crowd most make room.
 class SurfaceScan {

@@ -94,7 +94,7 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
   }
   const std::size_t places = heights.size();
   if (places < kMinPlaces) {
-    return cannot("too few places were touched to report the surface", points.size(),
+    return cannot("too few places were touched to determine the surface", points.size(),
                   "at least " + std::to_string(kMinPlaces) + " places", "touch more places along the line");
   }
   if (places > kMaxPoints) {

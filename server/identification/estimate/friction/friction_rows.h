@@ -23,7 +23,7 @@ struct FrictionRow {
   double weight = 1.0;  ///< instants in it
   int passage = 0;
   int heading = 1;       ///< of the passage: +1 along the line, -1 back
-  bool settled = false;  ///< the state no longer hangs on what no one knows
+  bool settled = false;  ///< the state no longer depends on the unknown beginning
 };
 
 /// Where the normals come from.
@@ -36,7 +36,7 @@ enum class NormalSource : std::uint8_t {
 struct FrictionRows {
   std::vector<FrictionRow> rows;
   double share_by_scan = 0.0;  ///< of the instants; the others had their normals from the mean direction
-  double outside_share = 0.0;  ///< of the instants whose normal no one knows; left out
+  double outside_share = 0.0;  ///< of the instants whose normal is unknown; left out
   double least_normal_n = 0.0, most_normal_n = 0.0;
   double most_speed_mm_per_s = 0.0;
   double max_path_mm = 0.0;

@@ -32,7 +32,7 @@ struct StructuralSums {
   double rows = 0.0;
 };
 
-/// What the fit is told of one press.
+/// What the fit needs of one press.
 struct StructuralPress {
   std::array<StructuralSums, 3> axes;
   hal::Vector3 place_mm;  ///< where the force was greatest

@@ -89,7 +89,7 @@ class Fading final : public Pipeline {
 };
 
 TEST(Engine, NoDenormalNumberLeavesATickOrStaysInIt) {
-  if (!FlushDenormals::works()) GTEST_SKIP() << "this processor is not asked to flush them";
+  if (!FlushDenormals::works()) GTEST_SKIP() << "this processor cannot flush them";
   FakeRig rig;
   Engine engine(rig);
   Fading pipeline;

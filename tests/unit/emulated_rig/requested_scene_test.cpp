@@ -9,7 +9,7 @@
 namespace hapticd::server {
 namespace {
 
-TEST(WishedScene, IsLoadedAgainOnlyWhereTheDeviceIsToDoSomethingElse) {
+TEST(RequestedScene, IsLoadedAgainOnlyWhereTheDeviceIsToDoSomethingElse) {
   hal::RigInfo rig;
   rig.sensor.tool_mass_g = 9.35;
   rt::MotionRequest request;
