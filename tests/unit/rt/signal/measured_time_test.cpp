@@ -10,6 +10,7 @@
 #include "rt/signal/decay.h"
 #include "rt/signal/instant_ring.h"
 #include "rt/signal/tick_interval.h"
+#include "rt/target/target_blend.h"
 #include "rt/target/target_ramp.h"
 
 namespace hapticd::rt {
@@ -101,6 +102,20 @@ TEST(TargetRamp, LastsAsLongWithLateTicks) {
   EXPECT_NEAR(ramp.value(), 0.5, 1e-12);
   for (int i = 0; i < 10; ++i) ramp.update(5.0);
   EXPECT_EQ(ramp.value(), 1.0);
+}
+
+TEST(TargetRamp, OfZeroSecondsEndsAtTheNextTickHoweverSoonThatComes) {
+  TargetRamp ramp(0.5, 1000.0);
+  ramp.set(0.875, 0.0);
+  EXPECT_EQ(ramp.update(0.9, 2.0), 0.875);
+  const hal::Vector3 tip_mm = hal::Vector3::Zero();
+  TargetLaw law;
+  law.stiffness_n_per_mm = 0.5;
+  TargetBlend blend(law, 1000.0);
+  law.stiffness_n_per_mm = 0.875;
+  blend.set(law, 0.0);
+  EXPECT_DOUBLE_EQ(blend.update(2.0, 0.0, tip_mm, 0.9), 1.75);
+  EXPECT_EQ(blend.stiffness_n_per_mm(), 0.875);
 }
 
 TEST(CreepLaw, RemembersByTheMeasuredTime) {
