@@ -306,6 +306,19 @@ void Simulation::follow_contour(HandIntent& intent) noexcept {
   intent.velocity_mm_per_s = intent.velocity_mm_per_s + contour_offset_mm_ * left.velocity_mm_per_s;
 }
 
+Vector3 Simulation::press_phantom(const Vector3& free_mm, double compliance_mm_per_n,
+                                  const Projection& nearest, Material::Step& step) noexcept {
+  const ObjectPose& pose = object_->pose;
+  constexpr Vector3 kFarAwayMm{0.0, 0.0, 1e3};
+  const Vector3 seen_mm = pose.displaced() ? pose.to_object(free_mm) : free_mm;
+  const bool there = !pose.displaced() || pose.share_at(seen_mm) > 0.0;
+  const PhantomBody::Step pressed =
+      object_->phantom->advance(there ? seen_mm : kFarAwayMm, compliance_mm_per_n);
+  const Vector3 force_n = pose.displaced() ? pose.direction_to_rig(pressed.force_n) : pressed.force_n;
+  step = {dot(force_n, nearest.outward_normal), pressed.depth_mm, dot(force_n, nearest.outward_normal)};
+  return force_n;
+}
+
 void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
                        const std::array<const AxisDynamics*, 3>& dynamics) noexcept {
   const Vector3 free_mm{axes[0].tip_mm, axes[1].tip_mm, axes[2].tip_mm};
@@ -334,14 +347,21 @@ void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
   double scale = object_->model.stiffness_scale(nearest.point_mm);
   if (pose.displaced()) scale *= there;
   constexpr double kFarAwayMm = -1e3;
-  Material::Step step = std::visit(
-      [&](auto& material) {
-        return there > 0.0 ? material.advance(nearest.depth_mm, compliance * scale)
-                           : material.advance(kFarAwayMm, compliance);
-      },
-      object_->material);
-  step.mean_force_n *= scale;
-  step.force_n *= scale;
+  Material::Step step;
+  Vector3 across_n;  // a phantom's force is not along the normal
+  if (object_->phantom) {
+    across_n = press_phantom(free_mm, compliance, nearest, step);
+    across_n = across_n - n * step.force_n;
+  } else {
+    step = std::visit(
+        [&](auto& material) {
+          return there > 0.0 ? material.advance(nearest.depth_mm, compliance * scale)
+                             : material.advance(kFarAwayMm, compliance);
+        },
+        object_->material);
+    step.mean_force_n *= scale;
+    step.force_n *= scale;
+  }
 
   Vector3 tangential_n;
   if (step.mean_force_n > 0.0) {
@@ -356,17 +376,19 @@ void Simulation::touch(const Vector3& before_mm, std::array<AxisState, 3>& axes,
   } else {
     std::visit([](auto& friction) { friction.release(); }, object_->friction);
   }
-  const Vector3 mean_n = n * step.mean_force_n + tangential_n;
+  const Vector3 mean_n = n * step.mean_force_n + across_n + tangential_n;
   for (std::size_t i = 0; i < 3; ++i) dynamics[i]->add_tip_force(axes[i], component(mean_n, i));
 
-  truth_.reaction_force_n = n * step.force_n + tangential_n;
+  truth_.reaction_force_n = n * step.force_n + across_n + tangential_n;
   truth_.undeformed_contact_mm = nearest.point_mm;
   truth_.outward_normal = n;
   truth_.displacement_mm = std::max(0.0, step.depth_mm);
   truth_.normal_force_n = step.force_n;
-  truth_.friction_force_n = std::sqrt(dot(tangential_n, tangential_n));
+  truth_.friction_force_n = std::sqrt(dot(across_n + tangential_n, across_n + tangential_n));
   truth_.surface_depression_mm =
-      std::visit([](const auto& material) { return material.depression_mm(); }, object_->material);
+      object_->phantom
+          ? truth_.displacement_mm
+          : std::visit([](const auto& material) { return material.depression_mm(); }, object_->material);
   truth_.in_contact = step.mean_force_n > 0.0;
 }
 

@@ -20,6 +20,7 @@
 #include "hal/sim/object/material.h"
 #include "hal/sim/object/object_events.h"
 #include "hal/sim/object/object_model.h"
+#include "hal/sim/object/phantom_body.h"
 #include "hal/sim/sensor/nano17.h"
 
 namespace hapticd::sim {
@@ -61,10 +62,12 @@ struct PlacedObject {
       material.emplace<Material>(object.material, step_s);
       friction.emplace<Friction>(object.friction_with(tip), step_s);
     }
+    if (object.phantom) phantom.emplace(*object.phantom, step_s);
   }
   ObjectModel model;
   std::variant<Material, GeneralMaterial> material;
   std::variant<Friction, MaxwellSlipFriction> friction;
+  std::optional<PhantomBody> phantom;  ///< in place of `material`
   ObjectPose pose;
 };
 
@@ -116,6 +119,9 @@ class Simulation {
   std::array<AxisDynamics, 3> dynamics_at(const hal::Vector3& tip_mm) const noexcept;
   void load_sensor(const hal::Vector3& acceleration_mm_per_s2, double time_s) noexcept;
   void follow_contour(HandIntent& intent) noexcept;
+  /// Force of a phantom's matter on the tip, rig frame; `nearest` is of the undeformed surface.
+  hal::Vector3 press_phantom(const hal::Vector3& free_mm, double compliance_mm_per_n,
+                             const Projection& nearest, Material::Step& step) noexcept;
   void touch(const hal::Vector3& before_mm, std::array<AxisState, 3>& axes,
              const std::array<const AxisDynamics*, 3>& dynamics) noexcept;
   hal::Vector3 tremor(double time_s) const noexcept;

@@ -24,6 +24,7 @@ inline constexpr std::uint32_t kDirection = 1U << 9;   ///< normal, reaction and
 inline constexpr std::uint32_t kFusion = 1U << 10;     ///< what the contact law says, and the deviation
 inline constexpr std::uint32_t kPassivity = 1U << 11;  ///< energy at the hand's port
 inline constexpr std::uint32_t kZero = 1U << 12;       ///< the sensor's zero as it is followed
+inline constexpr std::uint32_t kInclusion = 1U << 13;  ///< what inclusions add, and where the strongest is
 }  // namespace channel
 
 /// Why the contact state is what it is.
@@ -124,6 +125,10 @@ struct TickRecord {
   // channel::kPassivity
   double hand_energy_mj = 0.0;                ///< taken from the hand since the contact began
   double passivity_damping_n_s_per_mm = 0.0;  ///< what the controller adds
+  // channel::kInclusion, rig frame
+  std::uint32_t inclusion = 0;         ///< number of the one that adds most
+  hal::Vector3 inclusion_position_mm;  ///< of its centre: it moves (6.1)
+  hal::Vector3 inclusion_force_n;      ///< on the tip, of all inclusions together
   // channel::kTiming
   TickTiming timing;
   // channel::kTruth

@@ -83,6 +83,14 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
                       "one-dimensional scenes work from the measured force alone"};
   }
   if (auto error = missing(resolved, model)) return *error;
+  if (resolved.kind != SceneKind::kExplore && !resolved.inclusions.empty()) {
+    return hal::Error{"only scenes that explore have inclusions", "scene '" + resolved.name + "'", "",
+                      "kind = \"explore\"", "remove [[inclusion]], or choose that kind"};
+  }
+  for (std::size_t i = 0; i < resolved.inclusions.size(); ++i) {
+    const std::string prefix = "inclusion[" + std::to_string(i) + "].";
+    if (auto error = check(resolved.inclusions[i], prefix, "scene '" + resolved.name + "'")) return *error;
+  }
   if (model != nullptr) {
     if (auto error = check(*model)) return *error;
   }

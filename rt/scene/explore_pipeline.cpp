@@ -75,6 +75,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
     load_.set_tip_to_centre(*resolved.explore.tip_to_centre_mm);
     mass_motion_.emplace(rig.device.position_resolution_mm, rig.rate_hz);
   }
+  if (!resolved.inclusions.empty()) inclusions_.emplace(resolved.inclusions);
 }
 
 std::uint32_t ExplorePipeline::channels() const noexcept {
@@ -82,6 +83,7 @@ std::uint32_t ExplorePipeline::channels() const noexcept {
                       channel::kControl | channel::kDirection | channel::kZero;
   if (options_.displacement == DisplacementEstimator::kFused) all |= channel::kFusion;
   if (options_.passivity) all |= channel::kPassivity;
+  if (inclusions_) all |= channel::kInclusion;
   return all;
 }
 
@@ -92,6 +94,7 @@ void ExplorePipeline::reset() noexcept {
   contact_.reset();
   deflection_.reset();
   displacement_.reset();
+  if (inclusions_) inclusions_->reset();
   controller_.reset();
   reaction_lead_.reset();
   reaction_ahead_n_ = 0.0;
@@ -231,6 +234,7 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
   const double share = authority();
   const hal::Vector3& normal = direction_.normal();
   const double rate = rate_mm_per_s(now);
+  if (!options_.modulated) return {};
   if (in_contact) {
     const double target_n =
         target_.update(rendered_mm_ + lead_now_s_ * rate, rate, now.tip_mm, now.interval.periods);
@@ -247,6 +251,16 @@ hal::Vector3 ExplorePipeline::desired_force(const Measured& now, bool in_contact
   const double receding = std::min(0.0, rate);  // what is rendered may only shrink
   return normal * (share * target_.update(std::max(0.0, rendered_mm_ + lead_s_ * receding), receding,
                                           now.tip_mm, now.interval.periods));
+}
+
+hal::Vector3 ExplorePipeline::inclusion_force(const Measured& now) noexcept {
+  const double rate = rate_mm_per_s(now);
+  Indentation at{now.tip_mm, direction_.normal(), 0.0, rate};
+  const double share = authority();
+  if (share > 0.0) at.displacement_mm = std::max(0.0, rendered_mm_ + lead_now_s_ * rate);
+  // The surface point stays where it is while the displacement is taken ahead.
+  at.tip_mm = at.tip_mm + at.normal * (rendered_mm_ - at.displacement_mm);
+  return inclusions_->update(at) * share;
 }
 
 bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
@@ -278,6 +292,7 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
     lead_now_s_ = lead_s_ + compensated * std::max(0.0, delay_s_ - lead_s_);
   }
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);
+  if (inclusions_) desired_n = desired_n + inclusion_force(now);
   if (options_.passivity && release_share_ > 0.0) {
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,
                                               now.velocity_mm_per_s, now.interval.periods) *
@@ -301,6 +316,11 @@ void ExplorePipeline::fill_record(const Measured& now, bool in_contact, double n
   fill_contact(contact_, record);
   record.zero = zero_.zero();
   record.reaction_n = now.reaction_n;
+  if (inclusions_) {
+    record.inclusion = static_cast<std::uint32_t>(inclusions_->strongest());
+    record.inclusion_position_mm = inclusions_->strongest_place_mm();
+    record.inclusion_force_n = inclusions_->force_n();
+  }
   record.desired_force_n = -dot(desired_n, normal);
   record.commanded_force_n = -dot(command_n_, normal);
   record.target_stiffness_n_per_mm = target_.stiffness_n_per_mm();

@@ -12,6 +12,7 @@
 #include "rt/control/three_axis_controller.h"
 #include "rt/deformation/direction.h"
 #include "rt/deformation/displacement.h"
+#include "rt/inclusion/rendered_inclusions.h"
 #include "rt/model/models.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
@@ -68,6 +69,8 @@ class ExplorePipeline final : public Pipeline {
   double authority() const noexcept;
   void follow_release(const TickInterval& interval) noexcept;
   hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n) noexcept;
+  /// What inclusions add, on the tip.
+  hal::Vector3 inclusion_force(const Measured& now) noexcept;
   /// No more of the desired force into the object than the sensor bears besides the hand; true where there
   /// was more.
   bool hold_within_sensor(hal::Vector3& desired_n) const noexcept;
@@ -101,6 +104,7 @@ class ExplorePipeline final : public Pipeline {
   Displacement displacement_;
 
   TargetBlend target_;
+  std::optional<RenderedInclusions> inclusions_;
   double release_share_ = 0.0;      ///< of what is still rendered after a release
   double release_authority_ = 0.0;  ///< in the last tick of contact
   double rendered_mm_ = 0.0;        ///< the displacement that is rendered; after a release it only shrinks

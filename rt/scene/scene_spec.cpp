@@ -240,6 +240,12 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
   }
   stages.emplace_back(e.friction_feel == FrictionFeel::kKept ? "target force: along the normal, friction kept"
                                                              : "target force (4.4), friction cancelled");
+  if (!e.modulated) stages.back() = "target force: none, the object as it is";
+  if (!spec.inclusions.empty()) {
+    const bool published = spec.inclusions.front().variant == InclusionVariant::kPublished;
+    stages.push_back("inclusions: " + std::to_string(spec.inclusions.size()) +
+                     (published ? ", (5.4)-(5.7)" : ", gradient of an energy"));
+  }
   if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
 }
 
@@ -278,6 +284,7 @@ SceneOutline outline(const SceneSpec& spec) {
       result.channels |= channel::kDirection;
       if (spec.explore.displacement == DisplacementEstimator::kFused) result.channels |= channel::kFusion;
       if (spec.explore.passivity) result.channels |= channel::kPassivity;
+      if (!spec.inclusions.empty()) result.channels |= channel::kInclusion;
       break;
   }
   if (spec.kind != SceneKind::kWall) {

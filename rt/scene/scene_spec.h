@@ -12,6 +12,7 @@
 #include "rt/control/force_controller.h"
 #include "rt/friction/tip.h"
 #include "rt/guard/guard.h"
+#include "rt/inclusion/inclusion_parameters.h"
 #include "rt/model/structural_model.h"
 #include "rt/signal/tool_load.h"
 #include "rt/target/target_law.h"
@@ -54,6 +55,7 @@ struct ExploreParameters {
   ContactLawKind law = ContactLawKind::kCreep;
   FrictionFeel friction_feel = FrictionFeel::kKept;
   ReleaseMethod release = ReleaseMethod::kFollow;
+  bool modulated = true;                         ///< false: the object stays as it is; only inclusions add
   bool passivity = true;                         ///< observer and controller at the hand's port
   double deflection_cutoff_hz = 10.0;            ///< how fast the tip is taken to follow (4.25)
   double force_noise_n = 0.003;                  ///< standard deviation of a tick's mean, each component
@@ -96,6 +98,8 @@ struct SceneSpec {
   std::optional<StructuralModel> structural_field{};
 
   ExploreParameters explore;
+  /// Stiff spheres that are not there, felt through the real object; kExplore. None: no such stage.
+  std::vector<InclusionParameters> inclusions{};
 
   ControllerParameters controller;      ///< proportional_gain 0 = the device's own
   CompensationParameters compensation;  ///< kTap1d, kExplore

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/scene/scene_inclusions.h"
 #include "server/text/text_library.h"
 #include "server/text/toml_reader.h"
 
@@ -143,7 +144,8 @@ void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
 /// The sections that only scenes of kind "explore" have.
 void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   if (!explores(spec)) {
-    for (const char* section : {"direction", "friction", "displacement", "release", "passivity"}) {
+    for (const char* section :
+         {"direction", "friction", "displacement", "release", "passivity", "inclusion"}) {
       refuse_foreign(root, section, section, spec, kExploreOnly);
     }
     return;
@@ -151,6 +153,7 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   rt::ExploreParameters& explore = spec.explore;
   root.table("direction").read("method", explore.direction, kDirections);
   root.table("friction").read("feel", explore.friction_feel, kFeels);
+  read_inclusions(root, spec);
   TomlTable displacement = root.table("displacement");
   displacement.read("estimator", explore.displacement, kEstimators);
   displacement.read("law", explore.law, kContactLaws);
@@ -312,6 +315,11 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
 
   TomlTable target = root.table("target");
   read_target_law(target, spec);
+  if (explores(spec)) {
+    target.read("modulated", spec.explore.modulated);
+  } else {
+    refuse_foreign(target, "modulated", "target.modulated", spec, kExploreOnly);
+  }
   target.read("max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, kStiffness);
   target.read("ramp_s", spec.target_ramp_s, kRampS);
   target.read("max_change_n_per_s", spec.max_target_change_n_per_s, kTargetChange);
@@ -404,6 +412,7 @@ std::string write_scene(const rt::SceneSpec& spec) {
   text += fmt::format("\n[target]\n{}max_stiffness_n_per_mm = {}\nramp_s = {}\nmax_change_n_per_s = {}\n",
                       target_law_text(spec.target, explore), number(spec.max_target_stiffness_n_per_mm),
                       number(spec.target_ramp_s), number(spec.max_target_change_n_per_s));
+  if (explore && !spec.explore.modulated) text += "modulated = false\n";
   text += fmt::format("\n[structure]\ncompensation = {}\nstiffness_n_per_mm = {}\n",
                       spec.structural_compensation, number(spec.structural_stiffness_n_per_mm));
   if (explore) text += fmt::format("cutoff_hz = {}\n", number(spec.explore.deflection_cutoff_hz));
@@ -425,6 +434,7 @@ std::string write_scene(const rt::SceneSpec& spec) {
       number(spec.guard.max_force_n), number(spec.guard.max_force_rate_n_per_s),
       number(spec.guard.max_power_w), number(spec.guard.sensor_stale_after_ms),
       number(spec.guard.resume_ramp_s), number(spec.guard.fall_ramp_s), number(spec.guard.loop_gap_ms));
+  text += inclusions_text(spec);
   return text;
 }
 

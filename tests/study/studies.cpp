@@ -10,6 +10,7 @@
 #include "tests/study/precision/precision_study.h"
 #include "tests/study/stability/stability_study.h"
 #include "tests/study/trust/trust_study.h"
+#include "tests/study/tumour/tumour_study.h"
 
 namespace hapticd::study {
 
@@ -64,6 +65,15 @@ const std::vector<Study>& studies() {
        {
            {"transport", "live over emulated real transports and next to the direct rig",
             run_identify_transport, PlantUse::kSeparable},
+       }},
+      {"tumour",
+       "a virtual tumour against real ones in a phantom",
+       {
+           {"force", "force over displacement beside the tumour, published and by energy", run_tumour_force,
+            PlantUse::kSeparable},
+           {"place", "where an inclusion is, from a palpation scan", run_inclusion_place,
+            PlantUse::kSeparable},
+           {"bounds", "jumps, bounds and energy of the law", run_tumour_bounds, PlantUse::kNone},
        }},
       {"faults",
        "every fault injected at the emulated peers while force is rendered in contact",

@@ -37,7 +37,8 @@ GeneralMaterialParameters general_material_of(const std::string& object) {
       {"sponge_block", &kSponge},   {"foam_ball", &kFoam},         {"rubber_ball", &kRubber},
       {"rubber_eraser", &kEraser},  {"sponge_cut", &kSponge},      {"foam_ball_3d", &kFoam},
       {"rubber_ball_3d", &kRubber}, {"silicone_rest", &kSilicone}, {"wood_plate", &kWood},
-      {"sticky_gel", &kGel},        {"foam_ridge", &kFoam}};
+      {"sticky_gel", &kGel},        {"foam_ridge", &kFoam},        {"phantom", &kSilicone},
+      {"phantom_hard", &kSilicone}, {"phantom_soft", &kSilicone}};
   return *all.at(object);
 }
 

@@ -9,6 +9,7 @@
 #include "hal/sim/object/general_friction.h"
 #include "hal/sim/object/general_material.h"
 #include "hal/sim/object/material.h"
+#include "hal/sim/object/phantom_body.h"
 #include "hal/sim/object/shape.h"
 
 namespace hapticd::sim {
@@ -35,6 +36,9 @@ struct ObjectModel {
   /// general_object_model.cpp.
   GeneralMaterialParameters general_material{};
   GeneralFrictionParameters general_friction{};  ///< with either tip
+
+  /// Matter of its own in place of the laws of both families; its surface rubs as theirs.
+  std::optional<PhantomParameters> phantom{};
 
   double stiffness_scale(const hal::Vector3& surface_point_mm) const noexcept;
 

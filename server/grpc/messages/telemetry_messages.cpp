@@ -100,6 +100,12 @@ void fill_passivity(const rt::TickRecord& record, v1::PassivityGroup& group) {
   group.set_passivity_damping_n_s_per_mm(record.passivity_damping_n_s_per_mm);
 }
 
+void fill_inclusion(const rt::TickRecord& record, v1::InclusionGroup& group) {
+  group.set_strongest(record.inclusion);
+  fill_vector(record.inclusion_position_mm, *group.mutable_position_mm());
+  fill_vector(record.inclusion_force_n, *group.mutable_force_n());
+}
+
 }  // namespace
 
 void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::TelemetrySample& sample) {
@@ -122,6 +128,7 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   if ((reported & kDirection) != 0) fill_direction(record, *sample.mutable_direction());
   if ((reported & kFusion) != 0) fill_fusion(record, *sample.mutable_fusion());
   if ((reported & kPassivity) != 0) fill_passivity(record, *sample.mutable_passivity());
+  if ((reported & kInclusion) != 0) fill_inclusion(record, *sample.mutable_inclusion());
 }
 
 }  // namespace hapticd::server

@@ -31,7 +31,7 @@ constexpr ChannelName kChannelNames[] = {
     {rt::channel::kGuard, "guard"},     {rt::channel::kTiming, "timing"},
     {rt::channel::kTruth, "truth"},     {rt::channel::kDirection, "direction"},
     {rt::channel::kFusion, "fusion"},   {rt::channel::kPassivity, "passivity"},
-    {rt::channel::kZero, "zero"}};
+    {rt::channel::kZero, "zero"},       {rt::channel::kInclusion, "inclusion"}};
 
 void fill_outline(const ResolvedScene& scene, v1::SceneOutline& outline) {
   outline.set_name(scene.spec.name);

@@ -37,7 +37,7 @@ TEST(RigConfiguration, UnknownDeviceIsNamedBesideTheKnown) {
 
 const std::string kObjects =
     "sponge_block, foam_ball, rubber_ball, rubber_eraser, sponge_cut, foam_ball_3d, rubber_ball_3d, "
-    "silicone_rest, wood_plate, sticky_gel, foam_ridge, none";
+    "silicone_rest, wood_plate, sticky_gel, foam_ridge, phantom, phantom_hard, phantom_soft, none";
 
 TEST(RigConfiguration, UnknownObjectIsNamedBesideTheKnown) {
   expect_error(refusal({.object = "anvil"}), "unknown object", "simulated rig", "anvil", kObjects);

@@ -1,0 +1,373 @@
+#include "server/identification/estimate/inclusion/inclusion_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "rt/inclusion/inclusion_energy.h"
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kLeastDisplacementMm = 0.5;  // below, the onset is in the force
+constexpr std::size_t kTissueTerms = 6;
+constexpr std::size_t kLeastSamples = 30;
+constexpr double kPriorN = 0.01;        // force that one unit of n is worth
+constexpr double kPriorApproach = 0.1;  // and of β
+
+/// Of the object's own response: smooth from zero, and a part that grows with the speed.
+Eigen::Matrix<double, kTissueTerms, 1> tissue_terms(double x, double rate) {
+  Eigen::Matrix<double, kTissueTerms, 1> terms;
+  terms << x, x * std::sqrt(x), x * x, x * x * x / 10.0, rate * x / 100.0, rate * x * x / 1000.0;
+  return terms;
+}
+
+/// One sample as the fits see it.
+struct Row {
+  Indentation at;
+  double normal_n = 0.0;
+  hal::Vector3 lateral_n;
+  std::size_t press = 0;
+  bool has_inclusion = false;
+};
+
+struct Sphere {
+  hal::Vector3 centre_mm;
+  double radius_mm = 0.0;
+  hal::Vector3 normal_at(const hal::Vector3& p) const { return direction_or(p - centre_mm, {0.0, 0.0, 1.0}); }
+};
+
+/// Through the surface points, by linear least squares; a plane counts as a sphere of 1 m.
+Sphere surface_of(const std::vector<Press>& presses) {
+  hal::Vector3 mean;
+  for (const Press& p : presses) mean = mean + p.surface_mm * (1.0 / static_cast<double>(presses.size()));
+  constexpr double kLargestMm = 1000.0;
+  const Sphere flat{mean - hal::Vector3{0.0, 0.0, kLargestMm}, kLargestMm};
+  if (presses.size() < 6) return flat;
+  MatrixXd a(static_cast<Eigen::Index>(presses.size()), 4);
+  VectorXd b(a.rows());
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    const hal::Vector3 p = presses[static_cast<std::size_t>(i)].surface_mm - mean;
+    a.row(i) << 2.0 * p.x, 2.0 * p.y, 2.0 * p.z, 1.0;
+    b[i] = dot(p, p);
+  }
+  const VectorXd c = a.colPivHouseholderQr().solve(b);
+  const double squared = c[3] + c.head<3>().squaredNorm();
+  if (!c.allFinite() || !(squared > 0.0 && squared < kLargestMm * kLargestMm) || !(c[2] < 0.0)) return flat;
+  return {mean + hal::Vector3{c[0], c[1], c[2]}, std::sqrt(squared)};
+}
+
+void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has_inclusion,
+              std::vector<Row>& rows) {
+  for (const Press& press : presses) {
+    const std::size_t number = rows.empty() ? 0 : rows.back().press + 1;
+    // The onset is seen late by what the threshold takes: each press counts from its own surface point.
+    const double own_radius_mm = norm(press.surface_mm - surface.centre_mm);
+    for (const PressSample& s : press.samples) {
+      Row row;
+      row.at.tip_mm = s.tip_mm;
+      row.at.normal = surface.normal_at(s.tip_mm);
+      row.at.displacement_mm = own_radius_mm - norm(s.tip_mm - surface.centre_mm);
+      row.at.rate_mm_per_s = -dot(s.velocity_mm_per_s, row.at.normal);
+      if (row.at.displacement_mm < kLeastDisplacementMm) continue;
+      row.normal_n = dot(s.force_n, row.at.normal);
+      row.lateral_n = across(s.force_n, row.at.normal);
+      row.press = number;
+      row.has_inclusion = has_inclusion;
+      rows.push_back(row);
+    }
+  }
+}
+
+hal::Error too_little(const char* what) {
+  return {std::string("too few samples: ") + what, "identification of an inclusion", "",
+          "at least " + std::to_string(kLeastSamples), "press deeper, or more often"};
+}
+
+/// Least squares by Levenberg and Marquardt with numeric slopes; the covariance by the sandwich over presses,
+/// for the samples of one press are not independent.
+struct Solution {
+  VectorXd parameters;
+  VectorXd standard_errors;
+  double rms = 0.0;
+  bool converged = false;
+};
+
+Solution minimise(const std::function<VectorXd(const VectorXd&)>& residuals, VectorXd p,
+                  const VectorXd& steps, const VectorXd& low, const VectorXd& high,
+                  const std::vector<std::size_t>& group_of) {
+  const auto slopes = [&](const VectorXd& at, const VectorXd& here) {
+    MatrixXd j(here.size(), at.size());
+    for (Eigen::Index k = 0; k < at.size(); ++k) {
+      VectorXd moved = at;
+      const double step = moved[k] + steps[k] <= high[k] ? steps[k] : -steps[k];
+      moved[k] += step;
+      j.col(k) = (residuals(moved) - here) / step;
+    }
+    return j;
+  };
+  Solution s;
+  double damping = 1e-3;
+  VectorXd r = residuals(p);
+  MatrixXd j = slopes(p, r);
+  for (int i = 0; i < 100 && !s.converged; ++i) {
+    const MatrixXd normal = j.transpose() * j;
+    const VectorXd gradient = j.transpose() * r;
+    bool better = false;
+    for (int attempt = 0; attempt < 12 && !better; ++attempt) {
+      MatrixXd damped = normal;
+      damped.diagonal() += damping * normal.diagonal() + VectorXd::Constant(p.size(), 1e-12);
+      const VectorXd next = (p - damped.ldlt().solve(gradient)).cwiseMax(low).cwiseMin(high);
+      const VectorXd left = residuals(next);
+      if (left.allFinite() && left.squaredNorm() < r.squaredNorm()) {
+        s.converged = r.squaredNorm() - left.squaredNorm() < 1e-8 * r.squaredNorm();
+        p = next;
+        r = left;
+        damping = std::max(1e-9, 0.2 * damping);
+        better = true;
+      } else {
+        damping *= 5.0;
+      }
+    }
+    if (!better) s.converged = true;
+    j = slopes(p, r);
+  }
+  const MatrixXd inverse = (j.transpose() * j + MatrixXd::Identity(p.size(), p.size()) * 1e-12)
+                               .completeOrthogonalDecomposition()
+                               .pseudoInverse();
+  MatrixXd scatter = MatrixXd::Zero(p.size(), p.size());
+  VectorXd sum = VectorXd::Zero(p.size());
+  for (Eigen::Index i = 0; i < r.size(); ++i) {
+    sum += j.row(i).transpose() * r[i];
+    const bool ends = i + 1 == r.size() ||
+                      group_of[static_cast<std::size_t>(i + 1)] != group_of[static_cast<std::size_t>(i)];
+    if (!ends) continue;
+    scatter += sum * sum.transpose();
+    sum.setZero();
+  }
+  s.parameters = p;
+  s.standard_errors = (inverse * scatter * inverse).diagonal().cwiseMax(0.0).cwiseSqrt();
+  s.rms = std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
+  return s;
+}
+
+void note_range(const std::vector<Row>& rows, InclusionFit& fit) {
+  for (const Row& row : rows) {
+    if (!row.has_inclusion) continue;
+    fit.max_displacement_mm = std::max(fit.max_displacement_mm, row.at.displacement_mm);
+    fit.max_speed_mm_per_s = std::max(fit.max_speed_mm_per_s, std::abs(row.at.rate_mm_per_s));
+  }
+  fit.inclusion.max_displacement_mm = std::max(0.5, fit.max_displacement_mm);
+}
+
+VectorXd tissue_response(const std::vector<Row>& rows) {
+  MatrixXd a(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(kTissueTerms));
+  VectorXd b(a.rows());
+  for (Eigen::Index i = 0; i < a.rows(); ++i) {
+    const Row& row = rows[static_cast<std::size_t>(i)];
+    a.row(i) = tissue_terms(row.at.displacement_mm, row.at.rate_mm_per_s).transpose();
+    b[i] = row.normal_n;
+  }
+  return a.colPivHouseholderQr().solve(b);
+}
+
+}  // namespace
+
+std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, double rate_hz,
+                                    double threshold_n, double kept_hz) {
+  std::vector<Press> presses;
+  const auto every = static_cast<std::size_t>(std::max(1.0, std::round(rate_hz / kept_hz)));
+  bool touching = false;
+  std::size_t since = 0;
+  for (const PressSample& s : recording) {
+    const double force_n = norm(s.force_n);
+    if (!touching && force_n > threshold_n) {
+      touching = true;
+      since = 0;
+      presses.push_back({s.tip_mm, {}});
+    } else if (touching && force_n < 0.5 * threshold_n) {
+      touching = false;
+    }
+    if (touching && since++ % every == 0) presses.back().samples.push_back(s);
+  }
+  std::erase_if(presses, [](const Press& p) { return p.samples.size() < 3; });
+  return presses;
+}
+
+hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
+                                                 const std::vector<Press>& with, double depth_mm) {
+  const Sphere flat = surface_of({});
+  const auto flat_for = [&](const std::vector<Press>& presses) {
+    Sphere s = flat;
+    hal::Vector3 mean;
+    for (const Press& p : presses) mean = mean + p.surface_mm * (1.0 / static_cast<double>(presses.size()));
+    s.centre_mm = mean - hal::Vector3{0.0, 0.0, 1e5};
+    s.radius_mm = 1e5;
+    return s;
+  };
+  std::vector<Row> own, rows;
+  add_rows(without, flat_for(without), false, own);
+  add_rows(with, flat_for(with), true, rows);
+  if (own.size() < kLeastSamples) return too_little("without the inclusion");
+  if (rows.size() < kLeastSamples) return too_little("with the inclusion");
+  const VectorXd tissue = tissue_response(own);
+  std::vector<std::size_t> groups;
+  VectorXd excess(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Indentation& at = rows[i].at;
+    excess[static_cast<Eigen::Index>(i)] =
+        rows[i].normal_n - tissue_terms(at.displacement_mm, at.rate_mm_per_s).dot(tissue);
+    groups.push_back(rows[i].press);
+  }
+  // p = ln K at 5 mm, B/K, m.
+  const auto residuals = [&](const VectorXd& p) {
+    VectorXd r(excess.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Indentation& at = rows[i].at;
+      r[static_cast<Eigen::Index>(i)] =
+          std::exp(p[0]) * std::pow(at.displacement_mm / 5.0, p[2]) * (1.0 + p[1] * at.rate_mm_per_s) -
+          excess[static_cast<Eigen::Index>(i)];
+    }
+    return r;
+  };
+  VectorXd p(3), steps(3), low(3), high(3);
+  p << 0.0, 0.0, 1.8;
+  steps << 1e-4, 1e-6, 1e-4;
+  low << -12.0, 0.0, 1.0;
+  high << 5.0, 0.02, 4.0;
+  const Solution s = minimise(residuals, p, steps, low, high, groups);
+
+  InclusionFit fit;
+  const double k = std::exp(s.parameters[0]) * std::pow(5.0, -s.parameters[2]);
+  fit.inclusion.response = {k, k * s.parameters[1], s.parameters[2]};
+  fit.stiffness_n_per_mm_m = {k, k * std::hypot(s.standard_errors[0], std::log(5.0) * s.standard_errors[2])};
+  fit.damping_n_s_per_mm_m1 = {k * s.parameters[1], k * s.standard_errors[1]};
+  fit.exponent = {s.parameters[2], s.standard_errors[2]};
+  for (const Press& press : with)
+    fit.inclusion.surface_mm =
+        fit.inclusion.surface_mm + press.surface_mm * (1.0 / static_cast<double>(with.size()));
+  fit.inclusion.place_mm = fit.inclusion.surface_mm - hal::Vector3{0.0, 0.0, depth_mm};
+  fit.residual = s.rms / std::max(1e-9, std::sqrt(excess.squaredNorm() / static_cast<double>(excess.size())));
+  fit.converged = s.converged;
+  note_range(rows, fit);
+  return fit;
+}
+
+hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
+                                             const std::vector<Press>& with) {
+  std::vector<Press> all = with;
+  all.insert(all.end(), without.begin(), without.end());
+  const Sphere surface = surface_of(all);
+  std::vector<Row> rows;
+  add_rows(with, surface, true, rows);
+  const std::size_t with_count = rows.size();
+  add_rows(without, surface, false, rows);
+  if (with_count < kLeastSamples) return too_little("with the inclusion");
+
+  // Where the force exceeds that of the other presses at the same displacement most, it begins to search.
+  const VectorXd rough = tissue_response(
+      without.empty() ? rows
+                      : std::vector<Row>(rows.begin() + static_cast<std::ptrdiff_t>(with_count), rows.end()));
+  hal::Vector3 sum;
+  double weight = 0.0;
+  for (std::size_t i = 0; i < with_count; ++i) {
+    const Indentation& at = rows[i].at;
+    const double more = rows[i].normal_n - tissue_terms(at.displacement_mm, at.rate_mm_per_s).dot(rough);
+    if (!(more > 0.0)) continue;
+    sum = sum + at.tip_mm * (more * more);
+    weight += more * more;
+  }
+  if (!(weight > 0.0)) return too_little("that exceed the object's own response");
+  const hal::Vector3 start = sum * (1.0 / weight);
+
+  // p: x, y of the place, its depth, ln of the response at 5 mm, B/K, m, n, β, and the object's own response.
+  // Depth and n are hard to tell apart: n is drawn to what is usual of spheres of a palpable size.
+  constexpr Eigen::Index kOwn = 8;
+  constexpr double kUsualAttenuation = 4.0;
+  const auto inclusion_of = [&](const VectorXd& p) {
+    InclusionParameters inclusion;
+    const double dx = p[0] - surface.centre_mm.x, dy = p[1] - surface.centre_mm.y;
+    const double up = std::sqrt(std::max(1.0, surface.radius_mm * surface.radius_mm - dx * dx - dy * dy));
+    // (x, y) is that of the surface point; the centre is below it along the normal.
+    inclusion.surface_mm = surface.centre_mm + hal::Vector3{dx, dy, up};
+    inclusion.place_mm = inclusion.surface_mm - surface.normal_at(inclusion.surface_mm) * p[2];
+    const double k = std::exp(p[3]) * std::pow(5.0, -p[5]);
+    inclusion.response = {k, k * p[4], p[5]};
+    inclusion.attenuation = p[6];
+    inclusion.approach = p[7];
+    inclusion.max_displacement_mm = 1e3;
+    return inclusion;
+  };
+  const auto residuals = [&](const VectorXd& p) {
+    VectorXd r(static_cast<Eigen::Index>(3 * rows.size() + 2));
+    r[r.size() - 2] = kPriorApproach * std::sqrt(static_cast<double>(rows.size())) * (p[7] - 0.5);
+    r[r.size() - 1] = kPriorN * std::sqrt(static_cast<double>(rows.size())) * (p[6] - kUsualAttenuation);
+    const InclusionParameters inclusion = inclusion_of(p);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Row& row = rows[i];
+      double normal_n =
+          tissue_terms(row.at.displacement_mm, row.at.rate_mm_per_s).dot(p.segment<kTissueTerms>(kOwn));
+      double side_x = 0.0, side_y = 0.0;
+      if (row.has_inclusion) {
+        const hal::Vector3 added = energy_force_n(inclusion, row.at);
+        normal_n += dot(added, row.at.normal);
+        const hal::Vector3 side = across(added, row.at.normal) - row.lateral_n;
+        side_x = side.x;
+        side_y = side.y;
+      }
+      const auto at = static_cast<Eigen::Index>(3 * i);
+      r[at] = normal_n - row.normal_n;
+      r[at + 1] = 0.5 * side_x;  // the surface's friction is in them, too
+      r[at + 2] = 0.5 * side_y;
+    }
+    return r;
+  };
+  std::vector<std::size_t> groups;
+  for (const Row& row : rows) groups.insert(groups.end(), 3, row.press);
+  groups.push_back(rows.back().press + 1);
+  groups.push_back(rows.back().press + 2);
+  VectorXd p(kOwn + static_cast<Eigen::Index>(kTissueTerms)), steps(p.size()), low(p.size()), high(p.size());
+  steps.setConstant(1e-4);
+  low.setConstant(-1e3);
+  high.setConstant(1e3);
+  low.head<kOwn>() << start.x - 30.0, start.y - 30.0, 8.0, -12.0, 0.0, 1.0, 2.0, 0.0;
+  high.head<kOwn>() << start.x + 30.0, start.y + 30.0, 60.0, 5.0, 0.02, 4.0, 12.0, 0.9;
+  Solution best;
+  best.rms = 1e9;
+  for (const double depth_mm : {15.0, 25.0, 35.0}) {
+    p.head<kOwn>() << start.x, start.y, depth_mm, 0.0, 1e-4, 1.8, kUsualAttenuation, 0.5;
+    p.tail<kTissueTerms>() = rough;
+    const Solution one = minimise(residuals, p, steps, low, high, groups);
+    if (one.rms < best.rms) best = one;
+  }
+
+  InclusionFit fit;
+  fit.inclusion = inclusion_of(best.parameters);
+  const VectorXd& e = best.standard_errors;
+  fit.place_x_mm = {fit.inclusion.place_mm.x, e[0]};
+  fit.place_y_mm = {fit.inclusion.place_mm.y, e[1]};
+  fit.depth_mm = {best.parameters[2], e[2]};
+  const double k = fit.inclusion.response.stiffness_n_per_mm_m;
+  fit.stiffness_n_per_mm_m = {k, k * std::hypot(e[3], std::log(5.0) * e[5])};
+  fit.damping_n_s_per_mm_m1 = {k * best.parameters[4], k * e[4]};
+  fit.exponent = {best.parameters[5], e[5]};
+  fit.attenuation = {fit.inclusion.attenuation, e[6]};
+  fit.approach = {fit.inclusion.approach, e[7]};
+  double added = 0.0;
+  for (std::size_t i = 0; i < with_count; ++i) {
+    const hal::Vector3 f = energy_force_n(fit.inclusion, rows[i].at);
+    added += dot(f, f);
+  }
+  fit.residual = best.rms * std::sqrt(3.0 * static_cast<double>(rows.size()) / std::max(1e-9, added));
+  fit.converged = best.converged;
+  note_range(rows, fit);
+  return fit;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/samples.h"
+#include "rt/inclusion/inclusion_parameters.h"
+
+namespace hapticd::rt {
+
+/// One sample of a press: where the tip is, how fast, and the force on it.
+struct PressSample {
+  hal::Vector3 tip_mm;
+  hal::Vector3 velocity_mm_per_s;
+  hal::Vector3 force_n;
+};
+
+/// One press: where the surface was met, and what came after, until the tip was free again.
+struct Press {
+  hal::Vector3 surface_mm;
+  std::vector<PressSample> samples;
+};
+
+/// Cuts a recording into presses: a press begins where the force exceeds `threshold_n` and ends where it
+/// falls below half of it. Every n-th sample is kept so that there are about `kept_hz` a second.
+std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, double rate_hz,
+                                    double threshold_n = 0.03, double kept_hz = 50.0);
+
+/// A number and its standard error.
+struct Estimated {
+  double value = 0.0;
+  double standard_error = 0.0;
+};
+
+/// What an inclusion adds to an object, and where it is.
+struct InclusionFit {
+  InclusionParameters inclusion;
+  Estimated place_x_mm, place_y_mm, depth_mm;  ///< of its centre; depth below the nearest surface
+  Estimated stiffness_n_per_mm_m, damping_n_s_per_mm_m1, exponent, attenuation, approach;
+  double residual = 0.0;  ///< rms of what is left over, over the rms of what the inclusion adds
+  double max_displacement_mm = 0.0;
+  double max_speed_mm_per_s = 0.0;
+  bool converged = false;
+};
+
+/// Straight over the inclusion (5.3): the response of the object without it is fitted to `without`, taken off
+/// the forces of `with`, and H_t is fitted to what is left. Place: the mean surface point of `with`, and
+/// `depth_mm` below it, as known beforehand.
+hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
+                                                 const std::vector<Press>& with, double depth_mm);
+
+/// From presses all over the object: place, response and attenuation together with the object's own response,
+/// by least squares. `without`: presses on the same object without an inclusion; may be empty, then those of
+/// `with` that are far from the inclusion have to tell. The surface is a sphere through the surface points.
+hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
+                                             const std::vector<Press>& with);
+
+}  // namespace hapticd::rt

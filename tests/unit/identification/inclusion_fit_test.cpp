@@ -1,0 +1,116 @@
+// An inclusion from presses made here: by the law itself, with noise and a response of the object's own.
+
+#include "server/identification/estimate/inclusion/inclusion_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "rt/inclusion/inclusion_energy.h"
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+namespace {
+
+using hal::Vector3;
+
+constexpr double kRadiusMm = 60.0;
+
+InclusionParameters inclusion_at(double x, double y, double depth_mm) {
+  InclusionParameters inclusion;
+  inclusion.surface_mm = {x, y, std::sqrt(kRadiusMm * kRadiusMm - x * x - y * y) - kRadiusMm};
+  const Vector3 from_centre = inclusion.surface_mm + Vector3{0.0, 0.0, kRadiusMm};
+  inclusion.place_mm = inclusion.surface_mm - from_centre * (depth_mm / norm(from_centre));
+  inclusion.response = {0.03, 2e-5, 2.1};
+  inclusion.attenuation = 4.0;
+  inclusion.max_displacement_mm = 100.0;
+  return inclusion;
+}
+
+/// Presses straight down on a sphere of 60 mm whose own force is 0.08 x + 0.004 x².
+std::vector<Press> presses(const std::vector<Vector3>& places, const InclusionParameters* inclusion) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  std::vector<Press> all;
+  for (const Vector3& place : places) {
+    const double z = std::sqrt(kRadiusMm * kRadiusMm - place.x * place.x - place.y * place.y) - kRadiusMm;
+    Press press;
+    press.surface_mm = {place.x, place.y, z};
+    for (int i = 1; i <= 60; ++i) {
+      const double t = M_PI * i / 61.0;
+      PressSample s;
+      s.tip_mm = {place.x, place.y, z - 11.0 * std::sin(t)};
+      s.velocity_mm_per_s = {0.0, 0.0, -40.0 * std::cos(t)};
+      const Vector3 out = s.tip_mm + Vector3{0.0, 0.0, kRadiusMm};
+      Indentation at{s.tip_mm, out * (1.0 / norm(out)), kRadiusMm - norm(out), 0.0};
+      at.rate_mm_per_s = -dot(s.velocity_mm_per_s, at.normal);
+      const double x = at.displacement_mm;
+      s.force_n = at.normal * (0.08 * x + 0.004 * x * x);
+      if (inclusion != nullptr) s.force_n = s.force_n + energy_force_n(*inclusion, at);
+      s.force_n = s.force_n + Vector3{noise(random), noise(random), noise(random)};
+      press.samples.push_back(s);
+    }
+    all.push_back(press);
+  }
+  return all;
+}
+
+std::vector<Vector3> grid() {
+  std::vector<Vector3> places;
+  for (double x = -24.0; x <= 24.0; x += 8.0)
+    for (double y = -24.0; y <= 24.0; y += 8.0) places.push_back({x, y, 0.0});
+  return places;
+}
+
+TEST(InclusionFit, ResponseAlongTheLineByTwoPalpations) {
+  const InclusionParameters truth = inclusion_at(0.0, 0.0, 25.0);
+  const std::vector<Vector3> apex(4, Vector3{});
+  const auto fit = fit_inclusion_response(presses(apex, nullptr), presses(apex, &truth), 25.0);
+  ASSERT_TRUE(fit);
+  EXPECT_TRUE(fit->converged);
+  for (const double x : {3.0, 6.0, 10.0}) {
+    EXPECT_NEAR(hunt_crossley_force_n(fit->inclusion.response, x, 0.0) /
+                    hunt_crossley_force_n(truth.response, x, 0.0),
+                1.0, 0.03)
+        << x;
+  }
+  EXPECT_NEAR(fit->inclusion.place_mm.z, -25.0, 0.2);
+  EXPECT_NEAR(fit->max_displacement_mm, 11.0, 0.3);
+  EXPECT_GT(fit->exponent.standard_error, 0.0);
+  EXPECT_LT(fit->exponent.standard_error, 0.1);
+}
+
+TEST(InclusionFit, PlaceByAScanOfOnePhantomOrTwo) {
+  const InclusionParameters truth = inclusion_at(6.0, -4.0, 22.0);
+  for (const bool pair : {true, false}) {
+    const auto fit = fit_inclusion_scan(
+        pair ? presses({{0, 0, 0}, {10, 0, 0}}, nullptr) : std::vector<Press>{}, presses(grid(), &truth));
+    ASSERT_TRUE(fit);
+    EXPECT_NEAR(norm(fit->inclusion.place_mm - truth.place_mm), 0.0, 1.0) << "pair " << pair;
+    EXPECT_NEAR(fit->depth_mm.value, 22.0, 1.0);
+    EXPECT_GT(fit->depth_mm.standard_error, 0.0);
+    EXPECT_LT(fit->depth_mm.standard_error, 3.0);
+  }
+}
+
+TEST(InclusionFit, TooLittleIsRefused) {
+  EXPECT_FALSE(fit_inclusion_scan({}, {}));
+  EXPECT_FALSE(fit_inclusion_response({}, presses({{0, 0, 0}}, nullptr), 25.0));
+}
+
+TEST(InclusionFit, ARecordingIsCutIntoPresses) {
+  std::vector<PressSample> recording(6000);
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const double lift = std::sin(2.0 * M_PI * static_cast<double>(i) / 2000.0);
+    recording[i].tip_mm = {0.0, 0.0, -5.0 * lift};
+    recording[i].force_n = {0.0, 0.0, std::max(0.0, lift)};
+  }
+  const auto presses_found = cut_into_presses(recording, 1000.0);
+  ASSERT_EQ(presses_found.size(), 3U);
+  EXPECT_NEAR(presses_found[1].surface_mm.z, 0.0, 0.2);
+  EXPECT_NEAR(static_cast<double>(presses_found[1].samples.size()), 50.0, 2.0);
+}
+
+}  // namespace
+}  // namespace hapticd::rt
