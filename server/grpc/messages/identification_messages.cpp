@@ -151,7 +151,8 @@ Outcome<IdentificationRequest> read_request(const v1::StartIdentificationRequest
   wanted.task = *task;
   wanted.object = request.object();
   wanted.recording = request.recording();
-  if (request.has_time_limit_s()) wanted.time_limit_s = request.time_limit_s();
+  wanted.time_limit_s =
+      request.has_time_limit_s() ? request.time_limit_s() : default_time_limit_s(wanted.task);
   wanted.adopt = request.adopt();
   const auto vector_of = [](const v1::Vector3& v) { return hal::Vector3{v.x(), v.y(), v.z()}; };
   if (request.has_press_direction()) {

@@ -31,7 +31,7 @@ struct IdentificationRequest {
   std::string object;
   rt::PressGeometry geometry;  ///< on the rig
   std::string recording;       ///< id of an uploaded one; empty = on the rig
-  double time_limit_s = 60.0;
+  double time_limit_s = 60.0;  ///< of the rig's time
   bool adopt = false;  ///< tag the model "current" when it has converged
 };
 

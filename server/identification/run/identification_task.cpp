@@ -49,6 +49,11 @@ const char* kind_name(const IdentificationTask& task) noexcept {
   return kNames[task.index()];
 }
 
+double default_time_limit_s(const IdentificationTask& task) noexcept {
+  constexpr std::array kLimitsS{120.0, 120.0, 300.0, 60.0, 180.0, 120.0};  // as the names above
+  return kLimitsS[task.index()];
+}
+
 bool is_about_object(const IdentificationTask& task) noexcept {
   return std::holds_alternative<rt::ContactTask>(task) || std::holds_alternative<rt::FrictionTask>(task);
 }

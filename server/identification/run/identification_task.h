@@ -20,6 +20,10 @@ using IdentificationTask = std::variant<rt::ContactTask, rt::FrictionTask, rt::S
 /// "contact", "friction", "structural_stiffness", "tool", "threshold" or "gains".
 const char* kind_name(const IdentificationTask& task) noexcept;
 
+/// After which it ends where no limit is asked for, s of the rig's time: about twice what a person on real
+/// parts takes.
+double default_time_limit_s(const IdentificationTask& task) noexcept;
+
 /// True where an object is touched, and the model is the object's.
 bool is_about_object(const IdentificationTask& task) noexcept;
 

@@ -17,15 +17,15 @@ namespace {
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, max_change, structure_compensated, structural, structural_field, explore, control,
+         ramp, max_change, structure_compensated, structural, structural_field, explore, inclusions, control,
          compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume, fall, gap] = guard;
-  auto& [direction, displacement, contact_law, feel, release, passivity, cutoff, noise, gravity, mounting,
-         tip_to_centre] = explore;
+  auto& [direction, displacement, contact_law, feel, release, modulated, passivity, cutoff, noise, gravity,
+         mounting, tip_to_centre] = explore;
   auto& [lead, reaction_lead, back_drive] = compensation;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
@@ -35,7 +35,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(release_time), static_cast<void>(quiet_time), static_cast<void>(arming_time);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
-  static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
+  static_cast<void>(modulated), static_cast<void>(passivity), static_cast<void>(back_drive),
+      static_cast<void>(exponent);
   std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
                                &proportional, &derivative, &force, &rate,       &power,
                                &stale,        &resume,     &fall,  &gap};
@@ -57,6 +58,15 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     add({&turn.x, &turn.y, &turn.z, &bias.x, &bias.y, &bias.z});
     if (!tip_to_centre) tip_to_centre.emplace();
     add({&tip_to_centre->x, &tip_to_centre->y, &tip_to_centre->z});
+    for (rt::InclusionParameters& one : inclusions) {
+      auto& [variant, place, surface, response, deepest, attenuation, approach, friction, presliding] = one;
+      auto& [added_stiffness, added_damping, added_exponent] = response;
+      // Those whose ranges do not contain 0.01 … 0.99 are compared below.
+      static_cast<void>(variant), static_cast<void>(deepest), static_cast<void>(attenuation);
+      static_cast<void>(added_exponent), static_cast<void>(approach);
+      for (hal::Vector3* v : {&place, &surface}) add({&v->x, &v->y, &v->z});
+      add({&added_stiffness, &added_damping, &friction, &presliding});
+    }
   }
   if (structural_field) {
     auto& [at_centre, centre, gradient, curvature, from, to] = *structural_field;
@@ -129,6 +139,15 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
       spec.explore.release =
           turn(round, 9, {rt::ReleaseMethod::kFollow, rt::ReleaseMethod::kFade, rt::ReleaseMethod::kCut});
       spec.explore.passivity = turn(round, 9, {true, false});
+      spec.explore.modulated = turn(round, 6, {true, false});
+      spec.inclusions.resize(static_cast<std::size_t>(round) % 9);
+      for (rt::InclusionParameters& one : spec.inclusions) {
+        one.variant = turn(round, 9, {rt::InclusionVariant::kEnergy, rt::InclusionVariant::kPublished});
+        one.max_displacement_mm = 1.0 + 90.0 * fraction(random);
+        one.approach = 0.9 * fraction(random);
+        one.attenuation = 2.0 + 10.0 * fraction(random);
+        one.response.exponent = 1.0 + 3.0 * fraction(random);
+      }
       spec.target.kind =
           turn(round, 12,
                {Kind::kLinear, Kind::kHuntCrossley, Kind::kDisplacementProfile, Kind::kPositionProfile});
@@ -155,6 +174,15 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     if (spec.structural_field) {
       EXPECT_EQ(again->structural_field->stiffness_n_per_mm, spec.structural_stiffness_n_per_mm);
     }
+    ASSERT_EQ(again->inclusions.size(), spec.inclusions.size());
+    for (std::size_t i = 0; i < spec.inclusions.size(); ++i) {
+      EXPECT_EQ(again->inclusions[i].variant, spec.inclusions[i].variant);
+      EXPECT_EQ(again->inclusions[i].max_displacement_mm, spec.inclusions[i].max_displacement_mm);
+      EXPECT_EQ(again->inclusions[i].approach, spec.inclusions[i].approach);
+      EXPECT_EQ(again->inclusions[i].attenuation, spec.inclusions[i].attenuation);
+      EXPECT_EQ(again->inclusions[i].response.exponent, spec.inclusions[i].response.exponent);
+    }
+    EXPECT_EQ(again->explore.modulated, spec.explore.modulated);
     EXPECT_EQ(again->name, spec.name);
     EXPECT_EQ(again->kind, spec.kind);
     EXPECT_EQ(again->description, spec.description);

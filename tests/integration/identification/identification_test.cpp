@@ -200,6 +200,24 @@ TEST(ServiceIdentification, TheTargetThatWasInForceComesBackWithTheScene) {
   EXPECT_DOUBLE_EQ(state.target_stiffness_n_per_mm(), 0.31) << "not the scene's own 0.5";
 }
 
+TEST(ServiceIdentification, TheTimeLimitFollowsTheKindUnlessItIsGiven) {
+  const Identifying service(touching("rubber_ball_3d"));
+  const auto limit_s = [&service](const v1::StartIdentificationRequest& request) {
+    std::string id;
+    EXPECT_TRUE(service.start(request, &id).ok());
+    v1::IdentificationProgress end;
+    EXPECT_TRUE(service.cancel(&end).ok());
+    return end.time_limit_s();
+  };
+  v1::StartIdentificationRequest request = contact("mine");
+  EXPECT_EQ(limit_s(request), 120.0);
+  request.set_time_limit_s(33.0);
+  EXPECT_EQ(limit_s(request), 33.0);
+  v1::StartIdentificationRequest tool;
+  tool.mutable_tool();
+  EXPECT_EQ(limit_s(tool), 60.0);
+}
+
 TEST(ServiceIdentification, WhatWasGatheredInTooShortATimeIsKeptAsPartial) {
   const Identifying service(touching("rubber_ball_3d"));
   v1::StartIdentificationRequest request = contact("mine");

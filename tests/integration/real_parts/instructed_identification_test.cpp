@@ -73,25 +73,25 @@ class InstructedIdentification : public EmulatedRigProcess {
 };
 
 TEST_F(InstructedIdentification, OfTheTool) {
-  const auto end = identified({"--object", "none"}, "tool --time-limit 40");
+  const auto end = identified({"--object", "none"}, "tool");
   EXPECT_NEAR(parameter(end, "mass_g") / 9.35, 1.0, 0.02);
   EXPECT_NEAR(parameter(end, "centre_z_mm"), -60.0, 1.0);
 }
 
 TEST_F(InstructedIdentification, OfAContact) {
-  const auto end = identified({"--object", "sponge_cut", "--tip", "ball_bearing"},
-                              "contact --object sponge --force 3 --time-limit 55");
+  const auto end =
+      identified({"--object", "sponge_cut", "--tip", "ball_bearing"}, "contact --object sponge --force 3");
   EXPECT_NEAR(parameter(end, "displacement_mm"), 18.8, 1.9);
 }
 
 TEST_F(InstructedIdentification, OfFriction) {
-  const auto end = identified({"--object", "rubber_ball_3d", "--tip", "rod"},
-                              "friction --object ball --tip rod --time-limit 58");
+  const auto end =
+      identified({"--object", "rubber_ball_3d", "--tip", "rod"}, "friction --object ball --tip rod");
   EXPECT_NEAR(parameter(end, "kinetic"), 0.8, 0.08);
 }
 
 TEST_F(InstructedIdentification, OfTheGains) {
-  const auto end = identified({"--object", "sponge_block"}, "gains --time-limit 60");
+  const auto end = identified({"--object", "sponge_block"}, "gains");
   EXPECT_NEAR(parameter(end, "proportional_gain"), 1.2, 0.2);
 }
 
