@@ -18,13 +18,11 @@ constexpr double kMinN = 1e-4;
 constexpr double kMaxN = 100.0;
 constexpr double kVisitS = 0.3;
 constexpr double kTopSpeedMmPerS = 400.0;
-constexpr double kTopTiltDeg = 60.0;
+constexpr double kTopTurnDeg = 40.0;
 constexpr double kEnoughLevelError = 0.25;  // of ε_f, relative
 constexpr double kSmallRecord = 1.15;       // times the one before
 constexpr double kAlone = 4.0;              // times the third greatest second: hardly free motion
 
-// A hand at rest, slow, brisk and striking; turned in the middle range of speeds.
-constexpr int kRestCell = 0;
 // A class may hold seconds of two kinds, with a strike and without: its upper quarter is of one.
 constexpr double kTailShare = 0.25;
 constexpr std::uint64_t kFewSeconds = 10;
@@ -32,6 +30,12 @@ constexpr std::size_t kLevelCount = 480;
 
 double value_of(std::size_t level) noexcept {
   return kMinN * std::pow(kMaxN / kMinN, (static_cast<double>(level) + 0.5) / kLevelCount);
+}
+
+/// From one orientation to the other, 0 … 180.
+double angle_deg(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
+  const double half_cosine = std::abs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
+  return 2.0 * std::acos(std::min(1.0, half_cosine)) * 180.0 / std::numbers::pi;
 }
 
 }  // namespace
@@ -91,8 +95,11 @@ void ThresholdIdentification::add(const Observation& observation) {
     settled_s_ = 0.0;
     velocity_mm_per_s_ = {};
   }
+  // At the instants at which each was measured, as the detector has it.
   const hal::Vector3 r =
-      residual_.update(load_.without_weight_n(sample) * -1.0, sample.tip_position_mm, sample.time_ns, false);
+      residual_.update({load_.without_weight_n(sample) * -1.0, sample.tip_position_mm,
+                        sample.time_ns - sample.position_age_ns, sample.time_ns - sample.force_mean_age_ns},
+                       false);
   if (known && !gap) {
     settled_s_ += step_s;
     const hal::Vector3 velocity = (sample.tip_position_mm - last_position_mm_) * (1.0 / step_s);
@@ -104,7 +111,8 @@ void ThresholdIdentification::add(const Observation& observation) {
 
   ++used_;
   observed_s_ += step_s;
-  const double size_n = norm(r);
+  // The detector allows for what irregular ticks leave uncertain: it is no part of the threshold.
+  const double size_n = std::max(0.0, norm(r) - residual_.irregular_n());
   second_s_ += step_s;
   second_largest_n_ = std::max(second_largest_n_, size_n);
   if (size_n > largest_n_) {
@@ -118,14 +126,16 @@ void ThresholdIdentification::add(const Observation& observation) {
   if (second_s_ >= kSecondS) close_second();
 
   const auto bin = [](double value, double top, int bins) {
-    return static_cast<int>(std::clamp(std::floor(value / top * bins), 0.0, bins - 1.0));
+    return static_cast<std::size_t>(std::clamp(std::floor(value / top * bins), 0.0, bins - 1.0));
   };
-  const double upright = rotated(unit(q), {0.0, 0.0, 1.0}).z;
-  const double tilt_deg = std::acos(std::clamp(upright, -1.0, 1.0)) * 180.0 / std::numbers::pi;
-  const int cell =
-      bin(tilt_deg, kTopTiltDeg, kTilts) * kSpeeds + bin(norm(velocity_mm_per_s_), kTopSpeedMmPerS, kSpeeds);
-  auto& visits = visits_[static_cast<std::size_t>(cell)];
-  if (visits < std::numeric_limits<std::uint32_t>::max()) ++visits;
+  const hal::Quaternion orientation = unit(sample.tip_orientation);
+  if (!first_orientation_) first_orientation_ = orientation;
+  const double turn_deg = angle_deg(*first_orientation_, orientation);
+  const auto visit = [](std::uint32_t& visits) {
+    if (visits < std::numeric_limits<std::uint32_t>::max()) ++visits;
+  };
+  visit(speed_visits_[bin(norm(velocity_mm_per_s_), kTopSpeedMmPerS, kSpeeds)]);
+  visit(turn_visits_[bin(turn_deg, kTopTurnDeg, kTurns)]);
 }
 
 ThresholdIdentification::Tail ThresholdIdentification::tail_of(
@@ -212,26 +222,27 @@ IdentificationProgress ThresholdIdentification::progress() const {
   progress.residual = std::numeric_limits<double>::quiet_NaN();
   const Tail tail = this->tail();
 
-  Coverage coverage{{"speed", "mm/s", 0.0, kTopSpeedMmPerS, kSpeeds},
-                    {"tilt", "°", 0.0, kTopTiltDeg, kTilts},
-                    {visits_.begin(), visits_.end()},
-                    std::vector<std::uint8_t>(visits_.size()),
-                    0.0};
-  coverage.enough_samples = static_cast<std::uint32_t>(std::ceil(kVisitS * rig_.rate_hz));
-  struct Need {
-    int cell;
-    const char* words;
+  Coverage speed{{"speed", "mm/s", 0.0, kTopSpeedMmPerS, kSpeeds},
+                 {"", "", 0.0, 1.0, 0},
+                 {speed_visits_.begin(), speed_visits_.end()},
+                 {1, 1, 1, 0}};
+  Coverage turn{{"turned", "°", 0.0, kTopTurnDeg, kTurns},
+                {"", "", 0.0, 1.0, 0},
+                {turn_visits_.begin(), turn_visits_.end()},
+                {0, 1}};
+  constexpr std::array kSpeedWords{"hold the tool still", "move the tool at 100-200 mm/s",
+                                   "strike into the air at more than 200 mm/s", ""};
+  constexpr std::array kTurnWords{"", "wave the tool while it is turned by more than 20°"};
+  const auto judge = [&](Coverage& coverage, const auto& words) {
+    coverage.enough_samples = static_cast<std::uint32_t>(std::ceil(kVisitS * rig_.rate_hz));
+    coverage.update_share();
+    for (std::size_t cell = 0; cell < words.size(); ++cell) {
+      if (!coverage.has_enough(cell)) progress.missing.emplace_back(words[cell]);
+    }
+    progress.coverage.push_back(coverage);
   };
-  const std::array<Need, 4> needs{{{kRestCell, "hold the tool still"},
-                                   {1, "move the tool at 100-200 mm/s"},
-                                   {2, "strike into the air at more than 200 mm/s"},
-                                   {kSpeeds + 1, "wave the tool while it is tilted by 20-40°"}}};
-  for (const Need& need : needs) {
-    const auto cell = static_cast<std::size_t>(need.cell);
-    coverage.required[cell] = 1;
-    if (!coverage.has_enough(cell)) progress.missing.emplace_back(need.words);
-  }
-  progress.coverage.push_back(coverage);
+  judge(speed, kSpeedWords);
+  judge(turn, kTurnWords);
   const bool covered = progress.missing.empty();
 
   progress.fit_x = "greatest residual of a second [N]";
@@ -279,7 +290,7 @@ IdentificationProgress ThresholdIdentification::progress() const {
   completion_ = std::max(completion_, progress.converged
                                           ? 1.0
                                           : 0.95 * std::min(observed_s_ / std::max(1.0, task_.duration_s),
-                                                            0.5 + 0.5 * coverage.share));
+                                                            0.5 + 0.25 * (speed.share + turn.share)));
   completion_ = std::min(completion_, 1.0);
   progress.completion = completion_;
   if (!long_enough) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "hal/rig.h"
 #include "rt/contact/free_motion_residual.h"
@@ -38,7 +39,7 @@ class ThresholdIdentification final : public Identification {
  private:
   static constexpr std::size_t kLevels =
       480;  ///< of greatest residuals, in equal ratios from 0.1 mN to 100 N
-  static constexpr int kSpeeds = 4, kTilts = 3;
+  static constexpr int kSpeeds = 4, kTurns = 2;
   static constexpr std::size_t kClasses = kSpeeds;  ///< of seconds, by the greatest speed in them
 
   struct Tail {
@@ -74,7 +75,9 @@ class ThresholdIdentification final : public Identification {
   std::array<std::array<std::uint32_t, kLevels>, kClasses> levels_{};
   double second_top_speed_ = 0.0;
   double top_speed_mm_per_s_ = 0.0;
-  std::array<std::uint32_t, kSpeeds * kTilts> visits_{};  ///< ticks by speed and tilt
+  std::array<std::uint32_t, kSpeeds> speed_visits_{};  ///< ticks
+  std::array<std::uint32_t, kTurns> turn_visits_{};    ///< ticks by the angle from the first orientation
+  std::optional<hal::Quaternion> first_orientation_;
 
   std::uint64_t ticks_ = 0, used_ = 0, unfit_ = 0, saturated_ = 0, gaps_ = 0;
   double first_s_ = 0.0, last_s_ = 0.0;

@@ -90,6 +90,13 @@ TEST_F(InstructedIdentification, OfFriction) {
   EXPECT_NEAR(parameter(end, "kinetic"), 0.8, 0.08);
 }
 
+TEST_F(InstructedIdentification, OfTheThreshold) {
+  const auto end = identified({"--object", "none"}, "threshold --duration 8");
+  // Noise of the sensor and of the motion it cannot follow; the shipped scenes use 0.02 to 0.15 N.
+  EXPECT_GT(parameter(end, "threshold_n"), 0.005);
+  EXPECT_LT(parameter(end, "threshold_n"), 0.3);
+}
+
 TEST_F(InstructedIdentification, OfTheGains) {
   const auto end = identified({"--object", "sponge_block"}, "gains");
   EXPECT_NEAR(parameter(end, "proportional_gain"), 1.2, 0.2);

@@ -91,6 +91,27 @@ TEST(ThresholdIdentification, WantsMotionThatItHasNotSeen) {
   EXPECT_LT(progress.coverage.front().share, 0.5);
 }
 
+TEST(ThresholdIdentification, AcceptsFastMotionOfAToolHeldAtAnyOrientation) {
+  ThresholdIdentification identification({}, threshold_rig());
+  const auto missing_with = [&](double tilt_rad) {
+    static int i = 0;
+    for (int n = 0; n < 2000; ++n, ++i) {
+      Observation sample = free_sample(1e-3 * i, 0.0, 1e-3 * std::sin(0.1 * i));
+      sample.sample.tip_orientation = {std::cos(0.5 * tilt_rad), std::sin(0.5 * tilt_rad), 0.0, 0.0};
+      sample.sample.tip_position_mm.x += 30.0 * std::sin(8.0 * 1e-3 * i);  // up to 240 mm/s
+      identification.add(sample);
+    }
+    std::string all;
+    for (const std::string& one : identification.progress().missing) all += one + "; ";
+    return all;
+  };
+  const std::string lying = missing_with(1.5);
+  EXPECT_EQ(lying.find("strike"), std::string::npos) << lying;
+  EXPECT_NE(lying.find("turned by more than 20°"), std::string::npos) << "it was never turned: " << lying;
+  const std::string turned = missing_with(1.0);
+  EXPECT_EQ(turned.find("turned"), std::string::npos) << turned;
+}
+
 TEST(ThresholdIdentification, ATouchStandsAlone) {
   ThresholdIdentification identification({.duration_s = 10.0}, threshold_rig());
   for (int i = 0; i < 40'000; ++i) {
