@@ -13,8 +13,8 @@
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "server/identification/estimate/contact/contact_surface.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
-#include "server/identification/gate/palpation_gate.h"
 #include "server/identification/gate/palpation_tracker.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/session/contact_refusal.h"
 #include "server/identification/session/contact_requests.h"
 #include "server/identification/session/coverage_map.h"
@@ -135,7 +135,7 @@ struct ContactIdentification::State {
       : task(contact_task),
         rig(rig_info),
         recorded(rig_info.kind == hal::RigKind::kReplay),
-        gate(rig_info),
+        gate(palpation_policy(rig_info)),
         tracker(rig_info.sensor.tool_mass_g, contact_task.threshold_n,
                 rig_info.device.position_resolution_mm > 0.0 ? rig_info.device.position_resolution_mm : 0.03,
                 rig_info.rate_hz),
@@ -202,7 +202,7 @@ struct ContactIdentification::State {
   ContactTask task;
   hal::RigInfo rig;
   bool recorded;
-  PalpationGate gate;
+  SampleGate gate;
   PalpationExtent extent;
   PalpationTracker tracker;
   RecordedPalpation recording;
@@ -265,11 +265,11 @@ ContactIdentification::~ContactIdentification() = default;
 void ContactIdentification::add(const Observation& observation) {
   State& s = *state_;
   const hal::RigSample& sample = observation.sample;
-  const PalpationGate::Verdict verdict = s.gate.judge(sample);
-  if (verdict == PalpationGate::Verdict::kSkip) return;
+  const SampleGate::Verdict verdict = s.gate.judge(sample);
+  if (verdict == SampleGate::Verdict::kSkip) return;
   if (s.gate.used() == 1) s.first_ns = sample.time_ns;
   s.last_ns = sample.time_ns;
-  const bool restart = verdict == PalpationGate::Verdict::kRestart && s.gate.used() > 1;
+  const bool restart = verdict == SampleGate::Verdict::kRestart;
   if (s.recorded) {
     if (restart) s.recording.restart();
     s.extent.add(-sample.tip_position_mm.z, sample.sensor_force_n.z);

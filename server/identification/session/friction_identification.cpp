@@ -80,7 +80,7 @@ FrictionIdentification::FrictionIdentification(const FrictionTask& task, const h
     : task_(task),
       rig_(rig),
       replay_(rig.kind == hal::RigKind::kReplay),
-      gate_(rig),
+      gate_(stroke_policy(rig)),
       scan_(threshold_of(task), rig),
       load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
       motion_(std::max(rig.device.position_resolution_mm, 1e-4), rig.rate_hz),
@@ -91,9 +91,9 @@ FrictionIdentification::FrictionIdentification(const FrictionTask& task, const h
 
 void FrictionIdentification::add(const Observation& observation) {
   const hal::RigSample& sample = observation.sample;
-  const StrokeGate::Verdict verdict = gate_.judge(sample);
+  const SampleGate::Verdict verdict = gate_.judge(sample);
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
-  if (verdict == StrokeGate::Verdict::kSkip) {
+  if (verdict == SampleGate::Verdict::kSkip) {
     if (in_contact_ && (sample.status & hal::sample_status::kForceSaturated) != 0) effort_.saturate(now_s);
     return;
   }
@@ -108,7 +108,7 @@ void FrictionIdentification::add(const Observation& observation) {
   most_height_mm_ = std::max(most_height_mm_, tip_mm.z);
   least_along_mm_ = std::min(least_along_mm_, tip_mm.x);
   most_along_mm_ = std::max(most_along_mm_, tip_mm.x);
-  if (verdict == StrokeGate::Verdict::kRestart) {
+  if (verdict == SampleGate::Verdict::kRestart) {
     scan_.restart();
     motion_.reset();
     passages_.interrupt();

@@ -62,7 +62,7 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
                               rig.device.max_force_n > 0.0 ? 0.8 * rig.device.max_force_n : 6.0)),
       window_ticks_(ticks_in(kWindowS, rig.rate_hz) / 2 * 2 + 1),
       free_rows_after_(static_cast<int>(std::lround(std::clamp(kFreeAfterS * rig.rate_hz, 3.0, 150.0)))),
-      longest_step_s_(std::max(kMaxSampleStepS, 3.0 / rig.rate_hz)) {
+      gate_(structural_policy(rig, task.rigid_contact)) {
   if (task_.rigid_contact) task_.constant = true;
   if (rig.kind == hal::RigKind::kHardware && rig.device.max_continuous_force_n > 0.0) {
     press_force_n_ =
@@ -89,19 +89,15 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
 
 void StructuralIdentification::add(const Observation& observation) {
   const hal::RigSample& sample = observation.sample;
-  const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
-  if (ticks_++ == 0) first_s_ = now_s;
-  last_s_ = now_s;
   const bool rigid = task_.rigid_contact;
-  if ((sample.status & hal::sample_status::kDeviceFault) != 0 || !finite(sample.tip_position_mm) ||
-      !finite(observation.device_command_n) || (rigid && !finite(sample.sensor_force_n))) {
-    ++unfit_;
+  if (gate_.refuse(observation)) {
     window_count_ = 0;
     return;
   }
   warm_up(observation);
   if (!rigid && (!observation.has_external_position || !finite(observation.external_position_mm))) {
     ++outside_missing_;
+    gate_.forget();
     window_count_ = 0;
     return;
   }
@@ -109,18 +105,14 @@ void StructuralIdentification::add(const Observation& observation) {
                 rigid ? hal::Vector3{} : observation.external_position_mm, observation.device_command_n,
                 rigid ? norm(sample.sensor_force_n) : 0.0};
   greatest_force_n_ = std::max(greatest_force_n_, norm(raw.force_n));
-  if (window_count_ > 0) {
+  const SampleGate::Verdict verdict = gate_.follow(observation);
+  if (verdict == SampleGate::Verdict::kSkip) return;
+  if (verdict == SampleGate::Verdict::kRestart) {
+    window_count_ = 0;
+  } else if (window_count_ > 0) {
     const Raw& last = window_[(window_next_ + window_ticks_ - 1) % window_ticks_];
-    const double step_s = 1e-9 * static_cast<double>(raw.time_ns - last.time_ns);
-    if (!(step_s > 0.0)) {
-      ++unfit_;
-      return;
-    }
-    if (step_s > longest_step_s_) {
-      ++gaps_;
-      window_count_ = 0;
-    } else if ((!rigid || norm(raw.force_n) > kSettledN) &&
-               norm((raw.outside_mm - raw.encoder_mm) - (last.outside_mm - last.encoder_mm)) > 1.0) {
+    if ((!rigid || norm(raw.force_n) > kSettledN) &&
+        norm((raw.outside_mm - raw.encoder_mm) - (last.outside_mm - last.encoder_mm)) > 1.0) {
       ++jumps_;  // one wild reading of either instrument; under force no structure bends so fast
       window_count_ = 0;
     }
@@ -350,7 +342,7 @@ MotionRequest StructuralIdentification::next_request() const {
   if (task_.rigid_contact) {
     return !rigid_enough_ && presses_seen_ < kMaxRounds * kRigidPresses ? press_rigid() : MotionRequest{};
   }
-  if (outside_missing_ > 0 && outside_missing_ == ticks_) {
+  if (outside_missing_ > 0 && outside_missing_ == gate_.judged()) {
     MotionRequest request;
     request.words = "let an instrument from outside say where the tip is: the encoders cannot see the bend";
     return request;
@@ -367,7 +359,7 @@ MotionRequest StructuralIdentification::next_request() const {
 IdentificationProgress StructuralIdentification::progress() const {
   IdentificationProgress progress;
   progress.samples = rows_used_;
-  progress.duration_s = last_s_ - first_s_;
+  progress.duration_s = gate_.watched_s();
   progress.residual = std::numeric_limits<double>::quiet_NaN();
   const StructuralFit now = fit(task_.constant ? 0 : 2);
   const std::size_t done = pressed_enough();
@@ -429,7 +421,7 @@ IdentificationProgress StructuralIdentification::progress() const {
   completion_ = std::max(completion_, progress.converged ? 1.0 : 0.95 * share);
   progress.completion = completion_;
 
-  if (outside_missing_ > 0 && outside_missing_ == ticks_) {
+  if (outside_missing_ > 0 && outside_missing_ == gate_.judged()) {
     progress.missing.push_back("an instrument from outside that says where the tip is (D§4.6.1: an LVDT)");
   }
   if (!covered) {
@@ -452,14 +444,14 @@ IdentificationProgress StructuralIdentification::progress() const {
   }
   if (progress.converged) progress.missing.clear();
 
+  progress.remarks = gate_.remarks();
   const auto remark = [&](std::uint64_t count, const char* what) {
     if (count > 0) progress.remarks.push_back(std::to_string(count) + " " + what);
   };
-  remark(unfit_, "samples unfit (device fault, not finite, time at rest)");
-  remark(gaps_, "gaps longer than 16 ms");
   remark(jumps_, rigid ? "jumps of the encoders by more than 1 mm under force"
                        : "jumps of more than 1 mm between the instruments");
-  if (outside_missing_ < ticks_) remark(outside_missing_, "samples without the instrument from outside");
+  if (outside_missing_ < gate_.judged())
+    remark(outside_missing_, "samples without the instrument from outside");
   remark(now.left_out, "presses left out that fit four times worse than the others");
   if (now.good && now.order < (task_.constant ? 0 : 2)) {
     progress.remarks.push_back(std::string("too few places for a field: ") +
@@ -487,7 +479,7 @@ IdentificationProgress StructuralIdentification::progress() const {
 hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
   const char* where = "structural stiffness identification";
   const bool rigid = task_.rigid_contact;
-  if (ticks_ == 0) {
+  if (gate_.judged() == 0) {
     return hal::Error{"no data", where, "0 samples", "",
                       rigid ? "press a rigid object" : "press virtual walls"};
   }
@@ -496,7 +488,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
     closed.close_press();
     return closed.finish();
   }
-  if (outside_missing_ == ticks_) {
+  if (outside_missing_ == gate_.judged()) {
     return hal::Error{"no external instrument measures the tip's position", where, "",
                       "an external displacement reading next to the encoders (4.26)",
                       "the encoders cannot see the device bend: mount one, e.g. an LVDT of 30 µm"};

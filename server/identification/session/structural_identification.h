@@ -8,6 +8,7 @@
 
 #include "hal/rig.h"
 #include "server/identification/estimate/structural/structural_fit.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
@@ -103,7 +104,7 @@ class StructuralIdentification final : public Identification {
   double press_force_n_;
   std::size_t window_ticks_;  ///< odd
   int free_rows_after_;
-  double longest_step_s_;
+  SampleGate gate_;
   std::vector<hal::Vector3> targets_mm_;
 
   std::array<Raw, kWindow> window_{};
@@ -127,10 +128,8 @@ class StructuralIdentification final : public Identification {
   bool cooling_ = false;  ///< since the last press, until the next one has room
   std::int64_t heated_at_ns_ = 0;
 
-  std::uint64_t ticks_ = 0;
   std::uint64_t rows_used_ = 0;
-  std::uint64_t unfit_ = 0, gaps_ = 0, outside_missing_ = 0, jumps_ = 0;
-  double first_s_ = 0.0, last_s_ = 0.0;
+  std::uint64_t outside_missing_ = 0, jumps_ = 0;
   mutable double completion_ = 0.0;
 };
 
