@@ -1,4 +1,4 @@
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include "hal/replay/recording.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "server/identification/gate/sample_gate.h"
-#include "server/identification/session/contact_requests.h"
-#include "server/identification/session/coverage_map.h"
+#include "server/identification/session/contact/contact_requests.h"
+#include "server/identification/session/contact/coverage_map.h"
 
 namespace hapticd::rt {
 namespace {

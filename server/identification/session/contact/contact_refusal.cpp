@@ -1,4 +1,4 @@
-#include "server/identification/session/contact_refusal.h"
+#include "server/identification/session/contact/contact_refusal.h"
 
 #include <algorithm>
 #include <cmath>
