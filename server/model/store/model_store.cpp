@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/model/canonical_text.h"
 #include "server/model/model_json.h"
 #include "server/model/store/model_store_schema.h"
 #include "server/process/log.h"
