@@ -15,6 +15,7 @@
 #include "server/text/suggestion.h"
 #include "server/text/text_library.h"
 #include "server/text/toml_reader.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

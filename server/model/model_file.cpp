@@ -8,6 +8,7 @@
 
 #include "server/text/text_library.h"
 #include "server/text/toml_reader.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

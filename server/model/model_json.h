@@ -20,9 +20,6 @@ hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, con
 hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, const std::string& hash,
                                                       const std::string& where);
 
-/// SHA-256, 64 hexadecimal digits in lower case.
-std::string sha256_hex(std::string_view bytes);
-
 /// A model to be carried elsewhere: JSON for people and programs, the content with its hash next to it.
 std::string export_json(std::string_view canonical, const std::string& hash);
 

@@ -4,6 +4,8 @@
 
 #include <string_view>
 
+#include "server/text/toml_text.h"
+
 namespace hapticd::server {
 
 namespace {

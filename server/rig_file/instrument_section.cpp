@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "server/text/toml_text.h"
+
 namespace hapticd::server {
 
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/text/range.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

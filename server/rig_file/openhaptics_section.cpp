@@ -8,6 +8,7 @@
 #include "hal/openhaptics/device_figures.h"
 #include "server/text/suggestion.h"
 #include "server/text/text_library.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "server/text/suggestion.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

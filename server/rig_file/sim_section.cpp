@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/text/range.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

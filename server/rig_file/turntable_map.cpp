@@ -9,6 +9,7 @@
 
 #include "server/text/builtin_texts.h"
 #include "server/text/suggestion.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

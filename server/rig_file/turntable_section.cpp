@@ -4,6 +4,7 @@
 
 #include "server/rig_file/turntable_map.h"
 #include "server/text/text_library.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

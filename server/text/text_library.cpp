@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "server/text/suggestion.h"
-#include "server/text/toml_reader.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 

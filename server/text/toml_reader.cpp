@@ -20,21 +20,17 @@
 // clang-format on
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <limits>
 #include <map>
 
 #include "server/text/suggestion.h"
 #include "server/text/toml_shape.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 
 namespace {
-
-constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 
 std::string type_name(const toml::node& node) {
   switch (node.type()) {
@@ -373,47 +369,6 @@ std::optional<hal::Error> TomlDocument::error() const {
 
 const std::string& TomlDocument::source() const {
   return state_->source;
-}
-
-hal::Result<std::string> read_text_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return hal::Error{"cannot read the file", path, std::string(std::strerror(errno)), "",
-                      "check path and permissions"};
-  }
-  std::string text(kMaxFile + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad() || (file.gcount() == 0 && !file.eof())) {
-    return hal::Error{"cannot read the file", path, "", "a regular file", "check path and permissions"};
-  }
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > kMaxFile) {
-    return hal::Error{"the file is too large", path, "more than 1 MiB", "at most 1 MiB", "shorten it"};
-  }
-  return text;
-}
-
-std::string toml_quoted(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      quoted += '\\';
-      quoted += c;
-    } else if (byte < 0x20 || byte == 0x7f) {
-      quoted += fmt::format("\\u{:04X}", static_cast<unsigned>(byte));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "\"";
-}
-
-std::string toml_number(double value) {
-  // {} is the shortest text that reads back; TOML shows 1.0 from 1, and 1e-05 is a number to both.
-  std::string text = fmt::format("{}", value);
-  if (std::isfinite(value) && text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
 }
 
 }  // namespace hapticd::server

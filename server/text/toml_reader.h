@@ -98,12 +98,4 @@ class TomlDocument {
   std::shared_ptr<TomlTable::State> state_;
 };
 
-/// The text of a file, at most 1 MiB.
-hal::Result<std::string> read_text_file(const std::string& path);
-
-/// A string as TOML writes it, quoted and escaped.
-std::string toml_quoted(std::string_view text);
-/// The shortest text that reads back as the same number.
-std::string toml_number(double value);
-
 }  // namespace hapticd::server

@@ -1,5 +1,6 @@
 // Identified models as they are exported, imported and stored.
 
+#include "server/model/canonical_text.h"
 #include "server/model/model_json.h"
 
 #include <cstddef>

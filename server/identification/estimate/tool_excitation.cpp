@@ -6,14 +6,13 @@
 #include "rt/signal/tool_compensation.h"
 #include "rt/signal/tool_load.h"
 #include "rt/signal/vector.h"
-#include "server/identification/gate/sample_step.h"
+#include "server/identification/gate/sample_policy.h"
 
 namespace hapticd::rt {
 
 namespace {
 
 constexpr double kReachS = 0.016;  // of a rotation's differences: gimbals are noisy
-constexpr double kFilterSettleS = 0.25;
 
 hal::Quaternion inverse(const hal::Quaternion& q) noexcept {
   return {q.w, -q.x, -q.y, -q.z};
@@ -42,17 +41,7 @@ ToolExcitationFilter::ToolExcitationFilter(double rate_hz, bool force_is_mean)
 }
 
 std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample& sample) {
-  met_gap_ = false;
   const std::size_t length = window_.size();
-  if (count_ > 0) {
-    const hal::RigSample& last = window_[(next_ + length - 1) % length];
-    const double step_s = 1e-9 * static_cast<double>(sample.time_ns - last.time_ns);
-    if (!(step_s > 0.0)) return std::nullopt;
-    if (step_s > std::max(kMaxSampleStepS, 3.0 / rate_hz_)) {
-      met_gap_ = true;
-      count_ = 0;
-    }
-  }
   window_[next_] = sample;
   next_ = (next_ + 1) % length;
   count_ = std::min(count_ + 1, length);
@@ -112,7 +101,7 @@ std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample&
     channels[i] = second_[i].update(first_[i].update(channels[i]));
   }
   ++settled_;
-  if (static_cast<double>(settled_) < kFilterSettleS * rate_hz_) return std::nullopt;
+  if (static_cast<double>(settled_) < kToolSettlingS * rate_hz_) return std::nullopt;
   e.weight_n_per_g = channels[0];
   e.turning_n_per_g_mm = {channels[1], channels[2], channels[3]};
   e.force_n = channels[4];

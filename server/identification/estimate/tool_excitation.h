@@ -33,12 +33,10 @@ class ToolExcitationFilter {
   /// (as in most recordings).
   ToolExcitationFilter(double rate_hz, bool force_is_mean);
 
-  /// Nothing until window and filters have settled, and again after a gap of more than three periods (or 16
-  /// ms, whatever is longer).
+  /// Nothing until window and filters have settled. Samples follow on each other (SampleGate); after a gap,
+  /// reset() first.
   std::optional<ToolExcitation> update(const hal::RigSample& sample);
   void reset() noexcept { count_ = 0; }
-  /// A gap was met at the last update.
-  bool met_gap() const noexcept { return met_gap_; }
   double cutoff_hz() const noexcept { return cutoff_hz_; }
 
   static constexpr double kCutoffHz = 6.0;  ///< a hand's voluntary motion stays below
@@ -52,7 +50,6 @@ class ToolExcitationFilter {
   std::size_t next_ = 0;
   std::size_t count_ = 0;
   std::size_t settled_ = 0;  ///< ticks filtered since the start or the last gap
-  bool met_gap_ = false;
   static constexpr std::size_t kChannels = 6;
   std::vector<BasicButterworthLowPass<hal::Vector3>> first_, second_;
 };

@@ -5,6 +5,7 @@
 
 #include "rt/signal/ticks.h"
 #include "rt/signal/tool_compensation.h"
+#include "server/identification/gate/sample_policy.h"
 
 namespace hapticd::rt {
 
@@ -24,7 +25,7 @@ PalpationTracker::PalpationTracker(double tool_mass_g, double threshold_n, doubl
       residual_(tool_mass_g, rate_hz),
       onset_(rate_hz),
       motion_(position_resolution_mm, rate_hz),
-      settling_ticks_(ticks_of(kSettlingS, rate_hz)),
+      settling_ticks_(ticks_of(kPalpationSettlingS, rate_hz)),
       ticks_since_restart_(settling_ticks_) {}
 
 void PalpationTracker::restart() noexcept {

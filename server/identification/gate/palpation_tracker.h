@@ -35,8 +35,6 @@ class PalpationTracker {
   std::uint32_t contacts() const noexcept { return contact_.count(); }
 
  private:
-  static constexpr double kSettlingS = 0.03;
-
   double tool_mass_g_;
   double threshold_n_;
   ContactDetector contact_;

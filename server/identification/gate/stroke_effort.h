@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/identification/gate/sample_policy.h"
+
 namespace hapticd::rt {
 
 /// How hard strokes can be asked for: where the tip stuck under a press, or the sensor came to the end of its
@@ -13,7 +15,6 @@ class StrokeEffort {
   static constexpr double kStuckS = 0.15;      ///< a stroke that slides less than this stuck
   static constexpr double kSaturatedS = 0.05;  ///< so long at the end of the range is no single spike
   static constexpr double kLighter = 0.5;      ///< times the hardest force
-  static constexpr double kMaxStepS = 0.016;   ///< longer intervals are not counted
 
   /// Each fit sample in contact.
   void touch(double now_s, double force_n, bool slides) noexcept {
@@ -46,7 +47,7 @@ class StrokeEffort {
     const double step_s = counts_ ? now_s - last_s_ : 0.0;
     counts_ = true;
     last_s_ = now_s;
-    return step_s > 0.0 && step_s < kMaxStepS ? step_s : 0.0;
+    return step_s > 0.0 && step_s < kMaxSampleStepS ? step_s : 0.0;
   }
 
   bool counts_ = false;

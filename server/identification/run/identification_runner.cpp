@@ -9,14 +9,7 @@
 #include <limits>
 #include <utility>
 
-#include "hal/sim/simulated_rig.h"
-#include "hal/tip_instrument.h"
-#include "rt/record/tick_record.h"
-#include "server/identification/palpation/requested_scene.h"
-#include "server/identification/palpation/simulated_palpator.h"
-#include "server/identification/run/observation_file.h"
-#include "server/identification/run/rig_view.h"
-#include "server/identification/run/sample_watch.h"
+#include "server/identification/run/identification_run.h"
 #include "server/model/store/model_store.h"
 #include "server/process/log.h"
 #include "server/rig/sensor_bias.h"
@@ -29,33 +22,6 @@ namespace hapticd::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr std::chrono::milliseconds kReportEvery{100};
-constexpr std::chrono::milliseconds kPollInterval{1};
-constexpr std::chrono::seconds kMaxSilence{5};
-/// What was found is worth waiting for another process that keeps the store locked.
-constexpr std::chrono::seconds kStoreTimeout{10};
-/// Of a person it is asked this often what should happen next, of the simulated hand once it has done it: a
-/// person goes on without waiting, and the device has to follow at once.
-constexpr double kAskUserEveryS = 0.1;
-constexpr std::size_t kRowsBetweenLooks = 4096;
-constexpr std::uint64_t kTicksBetweenLooks = 5;
-
-std::string text_of(IdentificationState state) {
-  switch (state) {
-    case IdentificationState::kRunning:
-      return "running";
-    case IdentificationState::kConverged:
-      return "converged";
-    case IdentificationState::kPartial:
-      return "partial";
-    case IdentificationState::kCancelled:
-      return "cancelled";
-    case IdentificationState::kFailed:
-      return "failed";
-  }
-  return "";
-}
 
 IdentificationState state_of(const std::string& text) {
   for (const auto state :
@@ -71,47 +37,7 @@ std::uint64_t number_of(const std::string& id) {
   return dash == std::string::npos ? 0 : std::strtoull(id.c_str() + dash + 1, nullptr, 10);
 }
 
-/// The rig's instrument from outside, open for as long as it is wanted. Only identifications use it,
-/// and one of them at a time.
-class OpenInstrument {
- public:
-  OpenInstrument() = default;
-  OpenInstrument(const OpenInstrument&) = delete;
-  OpenInstrument& operator=(const OpenInstrument&) = delete;
-  ~OpenInstrument() { close(); }
-
-  /// Where there is hardware behind it; a simulated one is always there.
-  std::optional<hal::Error> open(hal::Rig& rig) {
-    rig_ = dynamic_cast<hal::InstrumentedRig*>(&rig);
-    return rig_ == nullptr ? std::nullopt : rig_->engage_instrument();
-  }
-  void close() noexcept {
-    if (auto* const rig = std::exchange(rig_, nullptr)) rig->disengage_instrument();
-  }
-
- private:
-  hal::InstrumentedRig* rig_ = nullptr;
-};
-
 }  // namespace
-
-/// One identification under way; lives in its thread.
-struct IdentificationRunner::Run {
-  IdentificationRequest request;
-  std::string id;
-  std::unique_ptr<rt::Identification> identification;
-  std::shared_ptr<const ShelvedRecording> recording;
-  std::optional<RecordedObservations> rows;
-  std::optional<SceneHost::Reservation> reservation;
-  std::optional<SensorClaim> sensor;    ///< held open for as long as it listens
-  OpenInstrument instrument;            ///< the same
-  std::optional<RigView> view;          ///< of the live rig
-  std::optional<ObservationFile> kept;  ///< what the rig measured, where the store has a place for it
-  std::string instruction;
-  rt::MotionRequest::Device device = rt::MotionRequest::Device::kNothing;  ///< what it does now
-  std::optional<rt::SceneSpec> rendered;                                   ///< the scene that does it
-  rt::GuardLimits usual;  ///< of the scene before: how late sensor and loop may be on this rig
-};
 
 IdentificationRunner::IdentificationRunner(Session& session, SceneHost& scenes, TelemetryHub& hub,
                                            const SensorBiases& biases, ModelStore& store)
@@ -254,12 +180,6 @@ void IdentificationRunner::perform(Run& run) {
   conclude(run, ended);
 }
 
-bool IdentificationRunner::is_held_back(const IdentificationTask& task) {
-  const rt::TickRecord last = hub_.latest();
-  if (last.guard_state != rt::GuardState::kLatched) return false;
-  return renders_force(task) || last.guard_fault == rt::GuardFault::kStopped;
-}
-
 void IdentificationRunner::publish(const Run& run, const rt::IdentificationProgress& progress) {
   {
     const std::lock_guard lock(mutex_);
@@ -269,243 +189,6 @@ void IdentificationRunner::publish(const Run& run, const rt::IdentificationProgr
     ++report.version;
   }
   changed_.notify_all();
-}
-
-std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::MotionRequest& request) {
-  run.instruction = request.words;
-  const Caller no_caller;
-  auto scene = requested_scene(request, session_.rig_info());
-  if (scene) {
-    scene->guard.loop_gap_ms = run.usual.loop_gap_ms;
-    if (run.usual.sensor_stale_after_ms > 0.0) {
-      scene->guard.sensor_stale_after_ms = run.usual.sensor_stale_after_ms;
-    }
-    // A scene that is exchanged has to see the tool free first: not in the middle of a person's press.
-    const bool hand_is_simulated = session_.simulation() != nullptr;
-    if (hand_is_simulated || !run.rendered || !renders_the_same(*run.rendered, *scene)) {
-      const auto loaded = run.reservation->load(*scene, no_caller);
-      if (!loaded) return loaded.refusal();
-    }
-    run.rendered = scene;
-  } else if (run.device != request.device) {
-    const auto unloaded = run.reservation->unload(no_caller);
-    if (!unloaded) return unloaded.refusal();
-    run.rendered.reset();
-  }
-  run.device = request.device;
-  return std::nullopt;
-}
-
-IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
-  const auto fault = [](const Refusal& refusal) { return Ended{Ending::kFault, refusal.error}; };
-  const bool needs_sensor = uses_sensor(run.request.task);
-  if (needs_sensor) {
-    // Before the scene lets go of it.
-    auto sensor = session_.claim_sensor();
-    if (!sensor) return {Ending::kFault, sensor.error()};
-    run.sensor.emplace(std::move(*sensor));
-  }
-  if (uses_instrument(run.request.task)) {
-    if (auto error = run.instrument.open(session_.rig())) return {Ending::kFault, *error};
-  }
-  SampleWatch samples(needs_bias(run.request.task));
-  if (const auto unloaded = run.reservation->unload(Caller{}); !unloaded) return fault(unloaded.refusal());
-  rt::Engine& engine = session_.engine();
-  struct Observing {
-    rt::Engine& engine;
-    explicit Observing(rt::Engine& e) : engine(e) { engine.observe(true); }
-    ~Observing() { engine.observe(false); }
-  } const observing(engine);
-
-  rt::Observation observation;
-  std::int64_t began_ns = -1;
-  double now_s = 0.0;
-  double next_request_s = 0.0;
-  int idle_requests = 0;
-  auto next_report = Clock::now();
-  auto last_heard = Clock::now();
-  for (;;) {
-    bool any = false;
-    while (now_s < next_request_s && engine.pop_observation(observation)) {
-      any = true;
-      if (began_ns < 0) began_ns = observation.sample.time_ns;
-      now_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
-      if (needs_sensor) {
-        if (auto error = samples.look(observation.sample, now_s)) return {Ending::kFault, *error};
-      }
-      run.identification->add(run.view->see(observation));
-      if (run.kept) run.kept->add(observation);
-      // Who searches a limit finds it: what is rendered on an object may have to end at once.
-      if (run.device == rt::MotionRequest::Device::kModulation &&
-          observation.sample.tick % kTicksBetweenLooks == 0 &&
-          run.identification->next_request().device == rt::MotionRequest::Device::kNothing) {
-        next_request_s = now_s;
-      }
-      if (now_s >= run.request.time_limit_s) break;
-    }
-    if (cancel_.load()) return {Ending::kCancelled, {}};
-    if (session_.unavailable()) return {Ending::kFault, session_.unavailable()->error};
-    if (is_held_back(run.request.task)) {
-      return {Ending::kFault, hal::Error{"the guard latched", "guard", "", "",
-                                         "see in 'hapticctl status' why; clear it and start again"}};
-    }
-    const auto now = Clock::now();
-    const bool ask = now_s >= next_request_s;
-    if (ask || now >= next_report) {
-      const rt::IdentificationProgress progress = run.identification->progress();
-      publish(run, progress);
-      next_report = now + kReportEvery;
-      if (progress.converged) return {Ending::kConverged, {}};
-    }
-    if (now_s >= run.request.time_limit_s) return {Ending::kNoMoreData, {}};
-    if (ask) {
-      const rt::MotionRequest request = run.identification->next_request();
-      // Rest without an end, twice: nothing more is wanted.
-      const bool idle = request.motion == rt::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
-      idle_requests = idle ? idle_requests + 1 : 0;
-      if (idle_requests >= 2) return {Ending::kNoMoreData, {}};
-      if (auto refusal = arrange(run, request)) return fault(*refusal);
-      next_request_s = now_s + kAskUserEveryS;
-      if (sim::SimulatedRig* simulation = session_.simulation()) {
-        const SimulatedMotion motion = simulated_motion(request);
-        if (auto error = simulation->set_program(motion.program)) return {Ending::kFault, *error};
-        next_request_s = now_s + motion.duration_s;
-      }
-    }
-    if (any) {
-      last_heard = Clock::now();
-    } else {
-      if (Clock::now() - last_heard > kMaxSilence) {
-        return {Ending::kFault, hal::Error{"the loop has stopped: no tick for 5 s", "loop", "", "",
-                                           "see in 'hapticctl doctor' what holds it back"}};
-      }
-      std::this_thread::sleep_for(kPollInterval);
-    }
-  }
-}
-
-IdentificationRunner::Ended IdentificationRunner::listen_to_recording(Run& run) {
-  std::size_t rows = 0;
-  bool cancelled = false;
-  auto next_report = Clock::now();
-  auto problem = run.rows->read([&](const rt::Observation& observation) {
-    run.identification->add(observation);
-    if (++rows % kRowsBetweenLooks != 0) return true;
-    if (Clock::now() >= next_report) {
-      publish(run, run.identification->progress());
-      next_report = Clock::now() + kReportEvery;
-    }
-    cancelled = cancel_.load();
-    return !cancelled;
-  });
-  if (problem) return {Ending::kFault, std::move(problem)};
-  return {cancelled ? Ending::kCancelled : Ending::kNoMoreData, {}};
-}
-
-void IdentificationRunner::conclude(Run& run, const Ended& ended) {
-  rt::IdentificationProgress progress = run.identification->progress();
-  std::optional<hal::Error> problem = ended.problem;
-  std::string hash;
-  bool converged = false;
-  if (auto model = run.identification->finish()) {
-    progress.parameters = model->parameters;  // what the end refined
-    progress.residual = model->residual;
-    converged = model->converged && ended.ending != Ending::kFault;
-    model->converged = converged;
-    model->object = run.request.object;
-    if (run.recording) {
-      model->data_reference = run.recording->description.name + ", sha256 " + run.recording->sha256;
-      const bool about_rig = !is_about_object(run.request.task);
-      if (about_rig && run.request.adopt) {
-        // A recording does not say of which rig it is; to adopt its model is to say that it is of this one.
-        model->device = session_.rig_info().device.model;
-        model->sensor = session_.rig_info().sensor.model;
-      } else if (about_rig) {
-        progress.remarks.push_back(
-            "the model belongs to no device, and scenes do not use it: adopt it where the recording is of "
-            "this "
-            "rig");
-      }
-    } else {
-      const hal::RigInfo& rig = session_.rig_info();
-      if (auto* tool = std::get_if<rt::ToolModel>(&model->content)) {
-        tool->found_under_bias = biases_.zero_in_force().identity;
-      }
-      if (!run.view->remark().empty()) model->procedure += "; " + run.view->remark();
-      model->device = rig.device.model;
-      model->sensor = rig.sensor.model;
-      model->data_reference = fmt::format("{:.1f} s on rig '{}'", progress.duration_s, rig.name);
-      if (run.kept) {
-        if (auto kept = run.kept->finish()) {
-          model->data_reference += ": " + *kept;
-        } else {
-          log_warning(kept.error().text());
-        }
-      }
-    }
-    if (auto error = rt::check(*model)) {
-      if (!problem) problem = std::move(error);
-    } else if (auto stored = store_.add(*model, Clock::now() + kStoreTimeout)) {
-      hash = stored->hash;
-      if (converged && run.request.adopt) {
-        if (auto tagged = store_.tag(hash, kCurrentTag, Clock::now() + kStoreTimeout); !tagged && !problem)
-          problem = tagged.refusal().error;
-      }
-    } else if (!problem) {
-      problem = stored.refusal().error;
-    }
-  } else if (!problem) {
-    problem = model.error();
-  }
-
-  if (run.kept && hash.empty()) run.kept->discard();
-  if (run.reservation) {
-    // What was in force before comes back, afresh.
-    if (sim::SimulatedRig* simulation = session_.simulation()) {
-      const sim::HandProgram rest;
-      (void)simulation->set_program(rest);
-    }
-    const auto restored = run.reservation->restore(Caller{});
-    if (!restored && !problem && !session_.stopping()) problem = restored.refusal().error;
-    if (restored && restored->scene) {
-      progress.remarks.push_back(fmt::format("scene '{}' was loaded again, with the target that was in force",
-                                             restored->scene->spec.name));
-    }
-    run.reservation.reset();
-    run.sensor.reset();
-    run.instrument.close();
-  }
-
-  IdentificationState state = IdentificationState::kFailed;
-  if (ended.ending == Ending::kCancelled) {
-    state = IdentificationState::kCancelled;
-  } else if (ended.ending != Ending::kFault && !hash.empty()) {
-    state = converged ? IdentificationState::kConverged : IdentificationState::kPartial;
-  }
-  IdentificationReport report;
-  {
-    const std::lock_guard lock(mutex_);
-    IdentificationReport& last = reports_.front();
-    last.progress = std::move(progress);
-    last.instruction.clear();
-    last.model = hash;
-    last.problem = problem;
-    last.state = state;
-    ++last.version;
-    report = last;
-  }
-  changed_.notify_all();
-  const std::int64_t now_s =
-      std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
-          .count();
-  const auto recorded =
-      store_.record_identification({report.id, report.kind, report.object, text_of(state), now_s, hash,
-                                    problem ? problem->text() : std::string(), ""},
-                                   Clock::now() + kStoreTimeout);
-  if (!recorded) log_warning(recorded.refusal().error.text());
-  log_info("identification '" + report.id + "' is over: " + text_of(state) +
-           (hash.empty() ? "" : ", model " + hash.substr(0, 12)) +
-           (problem ? "; " + problem->text() : std::string()));
 }
 
 IdentificationReport* IdentificationRunner::find_locked(const std::string& id) {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "rt/signal/vector.h"
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/friction_identification.h"
 #include "server/identification/session/gains_identification.h"
 #include "server/identification/session/structural_identification.h"

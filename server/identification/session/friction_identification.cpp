@@ -6,36 +6,19 @@
 #include <utility>
 
 #include "rt/signal/vector.h"
+#include "server/identification/session/friction_plan.h"
 
 namespace hapticd::rt {
 
 namespace {
 
-constexpr double kTapSpacingMm = 2.5;
-constexpr double kTapMmPerS = 40.0;
-constexpr double kStrokePeakMmPerS = 110.0;
-constexpr double kCalmPeakMmPerS = 60.0;  // turns of the rod show presliding best when nothing bends
-constexpr double kForceRateNPerS = 6.0;
-// Strokes overshoot, a tip deep in a curved object is nearest to places farther out, and a profile is known
-// worst at its ends.
-constexpr double kScanBeyondMm = 8.0;
 constexpr double kMinReactionN = 0.2;
 /// A tip that is held by friction still moves a little against the encoders: at rest they say nothing.
 constexpr double kMinStrokeSpeedMmPerS = 2.0;
-constexpr double kSlidingStrokeMmPerS = 10.0;
 constexpr double kPreslidingMmPerS = 40.0;
-
-// The plane of conditions: what strokes up to 110 mm/s at three forces visit.
-constexpr int kSpeedBins = 3;
-constexpr double kMaxSpeedMmPerS = 120.0;
-constexpr int kForceBins = 3;
-constexpr double kMaxForceN = 6.0;
-constexpr double kStrokeForceN[kForceBins] = {1.2, 3.0, 5.0};
-constexpr std::uint32_t kEnoughPerCell = 50;
 
 constexpr double kCertainLevel = 0.03;
 constexpr double kCertainPresliding = 0.2;
-constexpr double kSteady = 0.03;
 constexpr std::size_t kFitPoints = 200;
 
 double threshold_of(const FrictionTask& task) {
@@ -45,42 +28,13 @@ double length_of(const FrictionTask& task) {
   return task.length_mm > 0.0 ? task.length_mm : FrictionTask{}.length_mm;
 }
 
-const char* words_of(NormalSource source) {
-  switch (source) {
-    case NormalSource::kScan:
-      return "normals from a scan of the surface";
-    case NormalSource::kMeanDirection:
-      return "normals from the mean direction of the reaction back and forth";
-    case NormalSource::kFlat:
-      break;
-  }
-  return "normals taken as straight up";
-}
-
-const char* words_of(FrictionForm form) {
-  switch (form) {
-    case FrictionForm::kMaxwellSlip:
-      return "; Maxwell-slip elements: held-out strokes ask for them";
-    case FrictionForm::kDahlExponent:
-      return "; exponent found: held-out strokes ask for it";
-    case FrictionForm::kDahl:
-      break;
-  }
-  return "; exponent 1: held-out strokes ask for no other";
-}
-
-std::string in_newton(double force_n) {
-  std::string text = std::to_string(force_n);
-  return text.substr(0, text.find('.') + 2) + " N";
-}
-
 }  // namespace
 
 FrictionIdentification::FrictionIdentification(const FrictionTask& task, const hal::RigInfo& rig)
     : task_(task),
       rig_(rig),
       replay_(rig.kind == hal::RigKind::kReplay),
-      gate_(rig),
+      gate_(stroke_policy(rig)),
       scan_(threshold_of(task), rig),
       load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
       motion_(std::max(rig.device.position_resolution_mm, 1e-4), rig.rate_hz),
@@ -91,9 +45,9 @@ FrictionIdentification::FrictionIdentification(const FrictionTask& task, const h
 
 void FrictionIdentification::add(const Observation& observation) {
   const hal::RigSample& sample = observation.sample;
-  const StrokeGate::Verdict verdict = gate_.judge(sample);
+  const SampleGate::Verdict verdict = gate_.judge(sample);
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
-  if (verdict == StrokeGate::Verdict::kSkip) {
+  if (verdict == SampleGate::Verdict::kSkip) {
     if (in_contact_ && (sample.status & hal::sample_status::kForceSaturated) != 0) effort_.saturate(now_s);
     return;
   }
@@ -108,7 +62,7 @@ void FrictionIdentification::add(const Observation& observation) {
   most_height_mm_ = std::max(most_height_mm_, tip_mm.z);
   least_along_mm_ = std::min(least_along_mm_, tip_mm.x);
   most_along_mm_ = std::max(most_along_mm_, tip_mm.x);
-  if (verdict == StrokeGate::Verdict::kRestart) {
+  if (verdict == SampleGate::Verdict::kRestart) {
     scan_.restart();
     motion_.reset();
     passages_.interrupt();
@@ -142,99 +96,6 @@ void FrictionIdentification::add(const Observation& observation) {
   effort_.touch(now_s, reaction_n.z, speed_mm_per_s > kSlidingStrokeMmPerS);
   count_coverage(reaction_n, speed_mm_per_s);
   passages_.add({now_s, tip_mm.x, tip_mm.z, reaction_n.x, reaction_n.z});
-}
-
-void FrictionIdentification::count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s) {
-  if (!(speed_mm_per_s > kSlidingStrokeMmPerS)) return;
-  const double force_n = task_.normal_force_n > 0.0 && replay_ ? task_.normal_force_n : reaction_n.z;
-  most_force_n_ = std::max(most_force_n_, force_n);
-  most_speed_mm_per_s_ = std::max(most_speed_mm_per_s_, speed_mm_per_s);
-  const double column = speed_mm_per_s / kMaxSpeedMmPerS * kSpeedBins;
-  const double row = force_n / kMaxForceN * kForceBins;
-  if (!(column < kSpeedBins && row >= 0.0 && row < kForceBins)) return;
-  std::uint32_t& count =
-      counts_[static_cast<std::size_t>(static_cast<int>(row) * kSpeedBins + static_cast<int>(column))];
-  if (count < std::numeric_limits<std::uint32_t>::max()) ++count;
-}
-
-Coverage FrictionIdentification::coverage() const {
-  Coverage coverage;
-  coverage.x = {"sliding speed", "mm/s", 0.0, kMaxSpeedMmPerS, kSpeedBins};
-  coverage.y = {"normal force", "N", 0.0, kMaxForceN, kForceBins};
-  coverage.counts = counts_;
-  coverage.required.assign(counts_.size(), 0);  // a recording can be asked for nothing
-  for (std::size_t i = 0; i < counts_.size() && !replay_; ++i) {
-    coverage.required[i] = asks_for_row(static_cast<int>(i) / kSpeedBins) ? 1 : 0;
-  }
-  coverage.enough_samples = kEnoughPerCell;
-  coverage.update_share();
-  return coverage;
-}
-
-/// Not where all of the row is more than the tip slides under, or than the sensor bears.
-bool FrictionIdentification::asks_for_row(int row) const {
-  return row == 0 || effort_.limit_n() >= row * kMaxForceN / kForceBins;
-}
-
-int FrictionIdentification::lacking_force_row() const {
-  if (replay_) return -1;
-  for (std::size_t i = 0; i < counts_.size(); ++i) {
-    if (asks_for_row(static_cast<int>(i) / kSpeedBins) && counts_[i] < kEnoughPerCell)
-      return static_cast<int>(i) / kSpeedBins;
-  }
-  return -1;
-}
-
-int FrictionIdentification::scan_taps() const {
-  return std::clamp(
-      static_cast<int>(std::lround((task_.length_mm + 2.0 * kScanBeyondMm) / kTapSpacingMm)) + 1, 7, 61);
-}
-
-bool FrictionIdentification::scanned() const {
-  // A tap now and then may fail; the spline bridges one.
-  const double half_mm = 0.5 * task_.length_mm + kScanBeyondMm;
-  const double widest_mm = 2.5 * 2.0 * half_mm / (scan_taps() - 1);
-  double last_mm = -half_mm;
-  for (const ProfilePoint& touch : scan_.touches()) {
-    if (touch.along_mm - last_mm > widest_mm) return false;
-    last_mm = std::max(last_mm, touch.along_mm);
-    if (last_mm > half_mm) break;
-  }
-  return half_mm - last_mm < widest_mm && scan_.touches().size() >= static_cast<std::size_t>(scan_taps()) / 2;
-}
-
-MotionRequest FrictionIdentification::next_request() const {
-  MotionRequest request;
-  if (replay_) return request;
-  request.place_mm.x = -0.5 * task_.length_mm;
-  request.length_mm = task_.length_mm;
-  if (!scanned()) {
-    request.motion = MotionRequest::Motion::kLightTaps;
-    request.repetitions = scan_taps();
-    request.place_mm.x -= kScanBeyondMm;
-    request.length_mm += 2.0 * kScanBeyondMm;
-    request.speed_mm_per_s = kTapMmPerS;
-    request.words = "touch lightly at " + std::to_string(request.repetitions) + " places along a line of " +
-                    std::to_string(std::lround(request.length_mm)) + " mm, to scan the surface";
-    return request;
-  }
-  refit();
-  const int row = lacking_force_row();
-  if (row < 0 && fitted_ && certain(*fitted_) && change_ < kSteady) return request;
-  // Calm strokes first, and again where all is covered but not known well enough.
-  constexpr std::uint64_t kCalmPassages = 3;
-  const bool calm = task_.tip == Tip::kRod && (passages_.completed() < kCalmPassages || row < 0);
-  const int force = passages_.completed() < kCalmPassages ? kForceBins / 2
-                    : row < 0 ? static_cast<int>(passages_.completed() % kForceBins)
-                              : row;
-  request.motion = MotionRequest::Motion::kStroke;
-  request.force_n = effort_.asked_n(kStrokeForceN[force], kStrokeForceN[0]);
-  request.force_rate_n_per_s = kForceRateNPerS;
-  request.speed_mm_per_s = calm ? kCalmPeakMmPerS : kStrokePeakMmPerS;
-  request.repetitions = 2;
-  request.words = "stroke back and forth along the line, pressing with about " + in_newton(request.force_n) +
-                  ", up to " + std::to_string(std::lround(request.speed_mm_per_s)) + " mm/s";
-  return request;
 }
 
 hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool exponent) const {
@@ -351,87 +212,6 @@ bool FrictionIdentification::certain(const Fit& fit) const {
   const FrictionParameters& e = fit.law.error;
   return e.kinetic < kCertainLevel * p.kinetic &&
          (task_.tip != Tip::kRod || e.presliding_mm < kCertainPresliding * p.presliding_mm);
-}
-
-std::vector<EstimatedParameter> FrictionIdentification::parameters_of(const Fit& fit) const {
-  const FrictionParameters& p = fit.law.parameters;
-  const FrictionParameters& e = fit.law.error;
-  std::vector<EstimatedParameter> list{{"kinetic", "1", p.kinetic, e.kinetic}};
-  if (task_.tip == Tip::kRod) {
-    list.push_back({"presliding_mm", "mm", p.presliding_mm, e.presliding_mm});
-    if (fit.options.exponent) list.push_back({"exponent", "1", p.exponent, e.exponent});
-    if (p.maxwell_slip) {
-      const auto& reaches = p.maxwell_slip->reach_mm;
-      const auto elements = std::count_if(reaches.begin(), reaches.end(), [](double mm) { return mm > 0.0; });
-      list.push_back({"maxwell_slip_elements", "1", static_cast<double>(elements), 0.0});
-    }
-  }
-  list.push_back({"viscous_n_s_per_mm", "N·s/mm", p.viscous_n_s_per_mm, e.viscous_n_s_per_mm});
-  if (replay_) list.push_back({"force_bias_n", "N", fit.law.bias_n, fit.law.bias_error_n});
-  const double normal_n = fit.nominal_normal ? kNominalNormalN : task_.normal_force_n;
-  if (replay_ && normal_n > 0.0) {
-    list.push_back({"coulomb_force_n", "N", p.kinetic * normal_n, e.kinetic * normal_n});
-  }
-  return list;
-}
-
-std::vector<std::string> FrictionIdentification::missing(bool steady, bool is_certain) const {
-  std::vector<std::string> words;
-  if (!replay_) {
-    if (!scanned()) {
-      words.push_back(next_request().words);
-    } else {
-      for (int row = 0; row < kForceBins; ++row) {
-        if (!asks_for_row(row)) continue;
-        double lacks_mm_per_s = 0.0;
-        for (int column = kSpeedBins - 1; column >= 0 && lacks_mm_per_s == 0.0; --column) {
-          if (counts_[static_cast<std::size_t>(row * kSpeedBins + column)] < kEnoughPerCell) {
-            lacks_mm_per_s = (column + 0.8) * kMaxSpeedMmPerS / kSpeedBins;
-          }
-        }
-        if (lacks_mm_per_s == 0.0) continue;
-        words.push_back("stroke with about " + in_newton(kStrokeForceN[row]) + " at up to " +
-                        std::to_string(std::lround(lacks_mm_per_s)) + " mm/s");
-      }
-    }
-  }
-  if (failed_) words.push_back(failed_->what + (failed_->remedy.empty() ? "" : ": " + failed_->remedy));
-  if (fitted_ && !is_certain) words.push_back("turn more often: friction is not known well enough yet");
-  if (fitted_ && is_certain && !steady) words.push_back("go on stroking: the parameters still change");
-  return words;
-}
-
-std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
-  std::vector<std::string> words = gate_.remarks();
-  if (passages_.given_up() > 0) {
-    words.push_back(std::to_string(passages_.given_up()) +
-                    " passages of a sort of which there are many were given up to bound memory");
-  }
-  if (!asks_for_row(kForceBins - 1)) {
-    words.push_back("the tip stuck or the sensor was at its end under hard strokes: none of more than " +
-                    in_newton(std::max(effort_.limit_n(), kStrokeForceN[0])) + " are asked for");
-  }
-  if (fit == nullptr) return words;
-  words.push_back(words_of(fit->source));
-  if (fit->source == NormalSource::kScan) {
-    words.back() += ", known to " + std::to_string(fit->normal_error_rad) + " rad";
-    if (fit->rows.share_by_scan < 0.995) {
-      words.push_back(std::to_string(std::lround(100.0 * (1.0 - fit->rows.share_by_scan))) +
-                      " % of the strokes lay outside of the scan");
-    }
-  }
-  if (fit->nominal_normal) {
-    words.push_back(
-        "no normal force was recorded: coulomb_force_n is what was found, coefficients refer to a "
-        "nominal " +
-        in_newton(kNominalNormalN));
-  }
-  if (!fit->law.divided && task_.tip == Tip::kRod) {
-    words.push_back("no stroke slid farther than 3 mm: sliding and presliding were fitted together");
-  }
-  if (!fit->law.viscous_is_identified)
-    words.push_back("the speed varied too little to determine the viscous part: taken as 0");
-  return words;
 }
 
 IdentificationProgress FrictionIdentification::progress() const {

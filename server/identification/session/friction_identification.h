@@ -11,8 +11,8 @@
 #include "server/identification/estimate/friction/friction_law_choice.h"
 #include "server/identification/estimate/friction/friction_law_fit.h"
 #include "server/identification/estimate/friction/friction_rows.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/gate/stroke_effort.h"
-#include "server/identification/gate/stroke_gate.h"
 #include "server/identification/gate/stroke_passages.h"
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
@@ -81,7 +81,7 @@ class FrictionIdentification final : public Identification {
   FrictionTask task_;
   hal::RigInfo rig_;
   bool replay_;
-  StrokeGate gate_;
+  SampleGate gate_;
   SurfaceScan scan_;
   ToolLoad load_;
   ThreeAxisMotion motion_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "rt/control/force_controller.h"
 #include "rt/signal/vector.h"
@@ -16,8 +17,7 @@ namespace {
 constexpr double kPressedN = 0.4;  // of the sensor: the hand is on the object
 constexpr double kFreeN = 0.2;
 constexpr double kFreeForS = 0.25;
-constexpr double kImpactS = 0.15;  // after touching: the impact rings
-constexpr double kSilentS = 0.1;   // no force at all under a pressing hand
+constexpr double kSilentS = 0.1;  // no force at all under a pressing hand
 constexpr double kQuietN = 0.05;
 // Amplitude below which an oscillation is taken for the hand's own tremor or the encoder's step.
 constexpr double kMinMm = 0.05;
@@ -30,6 +30,7 @@ constexpr double kViolentN = 3.0;
 GainsIdentification::GainsIdentification(const GainsTask& task, const hal::RigInfo& rig)
     : task_(task),
       rig_(rig),
+      gate_(gains_policy()),
       oscillation_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0,
                    std::max(kMinMm, 1.5 * rig.device.position_resolution_mm), kViolentMm),
       in_force_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0, kMinN, kViolentN) {
@@ -155,28 +156,20 @@ void GainsIdentification::end_trial(bool oscillates) {
 void GainsIdentification::add(const Observation& observation) {
   const hal::RigSample& sample = observation.sample;
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
-  if (ticks_++ == 0) first_s_ = now_s;
+  if (gate_.judged() == 0) first_s_ = now_s;
   last_s_ = now_s;
   if (phase_ == Phase::kDone || phase_ == Phase::kRefused) return;
-  using namespace hal::sample_status;
-  if ((sample.status & (kForceSaturated | kForceFault | kDeviceFault | kForceMissing)) != 0 ||
-      !finite(sample.tip_position_mm) || !finite(sample.sensor_force_n) ||
-      !finite(observation.device_command_n)) {
-    ++unfit_;
+  const SampleGate::Verdict verdict = gate_.judge(observation);
+  if (verdict == SampleGate::Verdict::kSkip) {
+    using namespace hal::sample_status;
     if ((sample.status & (kForceFault | kDeviceFault | kForceSaturated)) != 0 && acted_) {
       refuse("device or sensor reported a fault while the gain was raised");
     }
     return;
   }
-  const double step_s = last_time_ns_ == 0 ? 0.0 : 1e-9 * static_cast<double>(sample.time_ns - last_time_ns_);
-  if (last_time_ns_ != 0 && !(step_s > 0.0)) {
-    ++unfit_;
-    return;
-  }
-  last_time_ns_ = sample.time_ns;
-  if (step_s > kMaxSampleStepS) {
+  const double step_s = gate_.step_s();
+  if (verdict == SampleGate::Verdict::kRestart) {
     // Whatever happened meanwhile: this press is judged no further, and is asked for again.
-    ++gaps_;
     pressed_ = acted_ = false;
     free_s_ = 0.0;
     return;
@@ -231,7 +224,7 @@ void GainsIdentification::add(const Observation& observation) {
                   fixed_text(kPressN, 0) + " N: this object does not admit " +
                   fixed_text(task_.target_stiffness_n_per_mm, 2) + " N/mm");
   }
-  if (pressed_s_ < kImpactS) return;
+  if (pressed_s_ < kImpactSettlingS) return;
   oscillation_.update(dot(sample.tip_position_mm, axis_));
   in_force_.update(dot(observation.device_command_n, axis_));
   for (const UltimateOscillation* o : {&oscillation_, &in_force_}) {
@@ -330,9 +323,7 @@ IdentificationProgress GainsIdentification::progress() const {
         "that");
   }
   if (!remark_.empty()) progress.remarks.push_back(remark_);
-  if (unfit_ > 0) progress.remarks.push_back(std::to_string(unfit_) + " samples unfit");
-  if (gaps_ > 0)
-    progress.remarks.push_back(std::to_string(gaps_) + " gaps longer than 16 ms: those presses again");
+  for (std::string& remark : gate_.remarks()) progress.remarks.push_back(std::move(remark));
   return progress;
 }
 

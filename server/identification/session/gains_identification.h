@@ -7,6 +7,7 @@
 
 #include "hal/rig.h"
 #include "server/identification/estimate/ultimate_oscillation.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
@@ -68,6 +69,7 @@ class GainsIdentification final : public Identification {
 
   GainsTask task_;
   hal::RigInfo rig_;
+  SampleGate gate_;
   UltimateOscillation oscillation_;  ///< of the position, mm
   UltimateOscillation in_force_;     ///< of the device's force, N: a stiff object moves little
   Phase phase_ = Phase::kSearch;
@@ -93,10 +95,9 @@ class GainsIdentification final : public Identification {
   int lost_presses_ = 0;        ///< in a row
   hal::Vector3 axis_{0.0, 0.0, 1.0};
   std::vector<Trial> trials_;  ///< at most kMaxTrials
-  std::int64_t last_time_ns_ = 0;
 
   static constexpr std::size_t kMaxTrials = 40;
-  std::uint64_t ticks_ = 0, used_ = 0, unfit_ = 0, gaps_ = 0;
+  std::uint64_t used_ = 0;
   double first_s_ = 0.0, last_s_ = 0.0;
   mutable double completion_ = 0.0;
 };

@@ -8,7 +8,6 @@
 #include "hal/error.h"
 #include "rt/model/identified_model.h"
 #include "rt/record/observation.h"
-#include "server/identification/gate/sample_step.h"
 
 namespace hapticd::rt {
 

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "hal/rig.h"
 #include "server/identification/estimate/structural/structural_fit.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
@@ -53,6 +55,11 @@ class StructuralIdentification final : public Identification {
   static constexpr std::size_t kRigidPresses = 5;  ///< wanted on a rigid object
 
  private:
+  static constexpr double kEnoughComplianceError = 0.006;  ///< of the compliance at the centre, relative
+  static constexpr double kEnoughFieldError = 0.01;
+  static constexpr double kEnoughRigidError = 0.01;  ///< what the object hides is of that size anyway
+  /// Force on a rigid object below which the two surfaces still settle.
+  static constexpr double kSettledN = 0.3;
   static constexpr std::size_t kWindow = 17;   ///< most ticks of a velocity's window
   static constexpr std::size_t kBefore = 150;  ///< free ticks kept from before a press
 
@@ -84,17 +91,23 @@ class StructuralIdentification final : public Identification {
     double upper_n_per_mm = HUGE_VAL;  ///< infinite where the assumed object is as soft as what was found
     double relative_error = 0.0;       ///< of the lower bound, as a standard error
   };
+  // structural_presses.cpp
   void warm_up(const Observation& observation) noexcept;
   bool must_cool() const noexcept { return cooling_; }
   void take(const Row& row);
   void accumulate(Press& press, const Row& row) const noexcept;
   void close_press();
   StructuralFit fit(int highest_order) const;
+  // structural_requests.cpp
+  std::vector<Coverage> coverage() const;
   MotionRequest press_at(std::size_t target, const char* why) const;
   MotionRequest press_rigid() const;
   bool visited(std::size_t target) const noexcept;
   std::size_t wanted_presses() const noexcept;
   std::size_t pressed_enough() const noexcept;
+  // structural_words.cpp
+  std::vector<std::string> missing(const StructuralFit& fit, bool certain, bool steady) const;
+  std::vector<std::string> remarks(const StructuralFit& fit) const;
   RigidBounds bounds_of(const StructuralModel& model) const noexcept;
   std::vector<EstimatedParameter> parameters_of(const StructuralFit& fit) const;
 
@@ -103,7 +116,7 @@ class StructuralIdentification final : public Identification {
   double press_force_n_;
   std::size_t window_ticks_;  ///< odd
   int free_rows_after_;
-  double longest_step_s_;
+  SampleGate gate_;
   std::vector<hal::Vector3> targets_mm_;
 
   std::array<Raw, kWindow> window_{};
@@ -127,10 +140,8 @@ class StructuralIdentification final : public Identification {
   bool cooling_ = false;  ///< since the last press, until the next one has room
   std::int64_t heated_at_ns_ = 0;
 
-  std::uint64_t ticks_ = 0;
   std::uint64_t rows_used_ = 0;
-  std::uint64_t unfit_ = 0, gaps_ = 0, outside_missing_ = 0, jumps_ = 0;
-  double first_s_ = 0.0, last_s_ = 0.0;
+  std::uint64_t outside_missing_ = 0, jumps_ = 0;
   mutable double completion_ = 0.0;
 };
 

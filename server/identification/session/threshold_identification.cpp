@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
@@ -12,7 +13,6 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr double kSettleS = 0.3;  // filters, after a start or a gap
 constexpr double kSecondS = 1.0;  // residuals further apart are independent: the filters remember 0.15 s
 constexpr double kMinN = 1e-4;
 constexpr double kMaxN = 100.0;
@@ -43,6 +43,7 @@ double angle_deg(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
 ThresholdIdentification::ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig)
     : task_(task),
       rig_(rig),
+      gate_(threshold_policy()),
       load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
       residual_(rig.sensor.tool_mass_g, std::max(100.0, rig.rate_hz)) {}
 
@@ -62,36 +63,16 @@ void ThresholdIdentification::close_second() {
 
 void ThresholdIdentification::add(const Observation& observation) {
   const hal::RigSample& sample = observation.sample;
-  const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
-  if (ticks_++ == 0) first_s_ = now_s;
-  last_s_ = now_s;
-  using namespace hal::sample_status;
-  const hal::Quaternion& q = sample.tip_orientation;
-  const bool saturated = (sample.status & kForceSaturated) != 0;
-  // The next mean covers this tick as well; of many in a row the time between them makes a gap.
-  constexpr std::uint32_t kBroken = kForceFault | kForceLost | kDeviceFault;
-  if ((sample.status & kForceMissing) != 0 && (sample.status & kBroken) == 0) {
-    ++unfit_;
-    return;
-  }
-  if (saturated || (sample.status & kBroken) != 0 || !finite(sample.tip_position_mm) ||
-      !finite(sample.sensor_force_n) || !std::isfinite(q.w + q.x + q.y + q.z) ||
-      norm(sample.tip_position_mm) > 1e5 || norm(sample.sensor_force_n) > 1e4) {
-    ++(saturated ? saturated_ : unfit_);
+  const SampleGate::Verdict verdict = gate_.judge(observation);
+  if (verdict == SampleGate::Verdict::kSkip) return;
+  if (verdict == SampleGate::Verdict::kInterrupt) {
     residual_.reset();
     settled_s_ = 0.0;
-    last_time_ns_ = 0;
     return;
   }
-  const double step_s = 1e-9 * static_cast<double>(sample.time_ns - last_time_ns_);
-  const bool known = last_time_ns_ != 0;
-  if (known && !(step_s > 0.0)) {
-    ++unfit_;
-    return;
-  }
-  const bool gap = known && step_s > kMaxSampleStepS;
-  if (gap) ++gaps_;
-  if (!known || gap) {
+  const double step_s = gate_.step_s();
+  const bool follows = verdict == SampleGate::Verdict::kUse && step_s > 0.0;
+  if (!follows) {
     settled_s_ = 0.0;
     velocity_mm_per_s_ = {};
   }
@@ -100,14 +81,13 @@ void ThresholdIdentification::add(const Observation& observation) {
       residual_.update({load_.without_weight_n(sample) * -1.0, sample.tip_position_mm,
                         sample.time_ns - sample.position_age_ns, sample.time_ns - sample.force_mean_age_ns},
                        false);
-  if (known && !gap) {
+  if (follows) {
     settled_s_ += step_s;
     const hal::Vector3 velocity = (sample.tip_position_mm - last_position_mm_) * (1.0 / step_s);
     velocity_mm_per_s_ = velocity_mm_per_s_ + (velocity - velocity_mm_per_s_) * 0.05;
   }
-  last_time_ns_ = sample.time_ns;
   last_position_mm_ = sample.tip_position_mm;
-  if (settled_s_ < kSettleS) return;
+  if (settled_s_ < kThresholdSettlingS) return;
 
   ++used_;
   observed_s_ += step_s;
@@ -187,7 +167,7 @@ ThresholdIdentification::Tail ThresholdIdentification::tail() const {
 
 MotionRequest ThresholdIdentification::next_request() const {
   MotionRequest request;
-  if (ticks_ > 0 && progress().converged) return request;
+  if (gate_.judged() > 0 && progress().converged) return request;
   // Rest, sway and strikes take turns, each a few seconds.
   const double per_round_s = std::max(4.0, task_.duration_s / 5.0);
   const auto round = static_cast<int>(std::floor(observed_s_ / per_round_s));
@@ -218,7 +198,7 @@ MotionRequest ThresholdIdentification::next_request() const {
 IdentificationProgress ThresholdIdentification::progress() const {
   IdentificationProgress progress;
   progress.samples = used_;
-  progress.duration_s = last_s_ - first_s_;
+  progress.duration_s = gate_.watched_s();
   progress.residual = std::numeric_limits<double>::quiet_NaN();
   const Tail tail = this->tail();
 
@@ -308,12 +288,7 @@ IdentificationProgress ThresholdIdentification::progress() const {
   }
   if (progress.converged) progress.missing.clear();
 
-  const auto remark = [&](std::uint64_t count, const char* what) {
-    if (count > 0) progress.remarks.push_back(std::to_string(count) + " " + what);
-  };
-  remark(unfit_, "samples unfit (faults, missing or not finite, time at rest)");
-  remark(saturated_, "samples with the sensor saturated");
-  remark(gaps_, "gaps longer than 16 ms");
+  for (std::string& remark : gate_.remarks()) progress.remarks.push_back(std::move(remark));
   if (!(rig_.sensor.tool_mass_g > 0.0)) {
     progress.remarks.emplace_back("the tool's mass is unknown: its weight and inertia count as residual");
   }
@@ -325,7 +300,7 @@ hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
   const Tail tail = this->tail();
   if (!tail.known) {
     return hal::Error{"too little free motion", where,
-                      fixed_text(observed_s_, 1) + " s of " + fixed_text(last_s_ - first_s_, 1),
+                      fixed_text(observed_s_, 1) + " s of " + fixed_text(gate_.watched_s(), 1),
                       "at least 10 s without faults and gaps", "move the tool freely, touching nothing"};
   }
   if (!(largest_n_ > 0.0)) {

@@ -7,6 +7,7 @@
 #include "hal/rig.h"
 #include "rt/contact/free_motion_residual.h"
 #include "rt/signal/tool_load.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
@@ -59,9 +60,9 @@ class ThresholdIdentification final : public Identification {
 
   ThresholdTask task_;
   hal::RigInfo rig_;
+  SampleGate gate_;
   ToolLoad load_;
   FreeMotionResidual3 residual_;
-  std::int64_t last_time_ns_ = 0;
   hal::Vector3 last_position_mm_, velocity_mm_per_s_;
   double settled_s_ = 0.0;
 
@@ -79,8 +80,7 @@ class ThresholdIdentification final : public Identification {
   std::array<std::uint32_t, kTurns> turn_visits_{};    ///< ticks by the angle from the first orientation
   std::optional<hal::Quaternion> first_orientation_;
 
-  std::uint64_t ticks_ = 0, used_ = 0, unfit_ = 0, saturated_ = 0, gaps_ = 0;
-  double first_s_ = 0.0, last_s_ = 0.0;
+  std::uint64_t used_ = 0;
   mutable double completion_ = 0.0;
 };
 

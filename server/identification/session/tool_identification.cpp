@@ -23,12 +23,8 @@ constexpr double kEnoughCentreMm = 0.2;
 constexpr double kSteadyMass = 0.01;
 constexpr double kSteadyCentreMm = 0.5;
 constexpr double kOutlier = 4.0;
-constexpr std::int64_t kStaleNs = 20'000'000;
 constexpr std::size_t kShown = 200;
 
-bool finite(const hal::Quaternion& q) noexcept {
-  return std::isfinite(q.w + q.x + q.y + q.z) && q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z > 0.25;
-}
 double greatest(const hal::Vector3& v) noexcept {
   return std::max({v.x, v.y, v.z});
 }
@@ -43,6 +39,7 @@ constexpr std::array<std::pair<int, int>, 5> kRequired{{{2, 2}, {1, 2}, {3, 2}, 
 
 ToolIdentification::ToolIdentification(const ToolTask& /*task*/, const hal::RigInfo& rig)
     : rig_(rig),
+      gate_(tool_policy(rig)),
       filter_(rig.rate_hz, rig.kind != hal::RigKind::kReplay),
       stride_(static_cast<std::uint64_t>(std::max(1.0, std::floor(rig.rate_hz / kSummedHz)))),
       samples_per_block_(std::max(10.0, kBlockS * rig.rate_hz / static_cast<double>(stride_))) {
@@ -51,36 +48,12 @@ ToolIdentification::ToolIdentification(const ToolTask& /*task*/, const hal::RigI
 }
 
 void ToolIdentification::add(const Observation& observation) {
-  const hal::RigSample& sample = observation.sample;
-  const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
-  if (ticks_++ == 0) first_s_ = now_s;
-  last_s_ = now_s;
-  using namespace hal::sample_status;
-  if ((sample.status & kForceSaturated) != 0) {
-    ++saturated_;
-    filter_.reset();
-    return;
-  }
-  // The next mean covers this tick as well; of many in a row the filter makes a gap.
-  if ((sample.status & kForceMissing) != 0) {
-    ++unfit_;
-    return;
-  }
-  if ((sample.status & (kForceFault | kForceLost | kDeviceFault)) != 0 || !finite(sample.tip_position_mm) ||
-      !finite(sample.sensor_force_n) || !finite(sample.sensor_torque_n_mm) ||
-      !finite(sample.tip_orientation) || norm(sample.tip_position_mm) > 1e5 ||
-      norm(sample.sensor_force_n) > 1e4) {
-    ++unfit_;
-    filter_.reset();
-    return;
-  }
-  if (sample.force_age_ns > kStaleNs) {
-    ++stale_;
-    filter_.reset();
-    return;
-  }
-  const std::optional<ToolExcitation> excitation = filter_.update(sample);
-  if (filter_.met_gap()) ++gaps_;
+  const SampleGate::Verdict verdict = gate_.judge(observation);
+  // A force missing from one tick is part of the next mean.
+  if (verdict == SampleGate::Verdict::kSkip) return;
+  if (verdict != SampleGate::Verdict::kUse) filter_.reset();
+  if (verdict == SampleGate::Verdict::kInterrupt) return;
+  const std::optional<ToolExcitation> excitation = filter_.update(observation.sample);
   if (!excitation || filtered_++ % stride_ != 0) return;
 
   if (blocks_.empty() || blocks_.back().samples >= samples_per_block_) {
@@ -204,7 +177,7 @@ std::uint32_t ToolIdentification::enough_per_cell() const noexcept {
 
 MotionRequest ToolIdentification::next_request() const {
   MotionRequest request;
-  if (ticks_ > 0 && progress().converged) return request;
+  if (gate_.judged() > 0 && progress().converged) return request;
   request.motion = MotionRequest::Motion::kSway;
   request.tilt_deg = 45.0;
   request.speed_mm_per_s = 150.0;
@@ -216,7 +189,7 @@ MotionRequest ToolIdentification::next_request() const {
 IdentificationProgress ToolIdentification::progress() const {
   IdentificationProgress progress;
   progress.samples = used_;
-  progress.duration_s = last_s_ - first_s_;
+  progress.duration_s = gate_.watched_s();
   progress.residual = std::numeric_limits<double>::quiet_NaN();
   progress.fit_x = "force of the model [N]";
   progress.fit_y = "force measured, bias off [N]";
@@ -290,14 +263,12 @@ IdentificationProgress ToolIdentification::progress() const {
     if (progress.missing.empty()) progress.missing.push_back("turn and wave the tool in free air");
   }
 
-  const auto remark = [&](std::uint64_t count, const char* what) {
-    if (count > 0) progress.remarks.push_back(std::to_string(count) + " " + what);
-  };
-  remark(unfit_, "samples unfit (faults, missing or not finite)");
-  remark(saturated_, "samples with the sensor saturated");
-  remark(stale_, "samples with force older than 20 ms");
-  remark(gaps_, "gaps");
-  remark(now.left_out, "seconds or longer left out that fit four times worse: was something touched?");
+  progress.remarks = gate_.remarks();
+  if (now.left_out > 0) {
+    progress.remarks.push_back(
+        std::to_string(now.left_out) +
+        " seconds or longer left out that fit four times worse: was something touched?");
+  }
   if (fit.good && !fit.has_torque) {
     progress.remarks.push_back("the sensor gives no torque: the centre of mass cannot be reported");
   }
@@ -312,7 +283,7 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
   const char* where = "tool identification";
   if (used_ < 30) {
     return hal::Error{"too few samples", where,
-                      std::to_string(used_) + " that could be used of " + std::to_string(ticks_),
+                      std::to_string(used_) + " that could be used of " + std::to_string(gate_.judged()),
                       "at least 30 filtered samples without faults and gaps, about a second",
                       "turn and wave the tool in free air"};
   }
@@ -339,7 +310,7 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
   IdentifiedModel model;
   model.content = tool;
   model.procedure =
-      fixed_text(last_s_ - first_s_, 1) + " s of free motion, least squares over weight and inertia (4.5)";
+      fixed_text(gate_.watched_s(), 1) + " s of free motion, least squares over weight and inertia (4.5)";
   model.parameters = parameters(fit);
   model.residual = fit.residual;
   model.converged = progress().converged;

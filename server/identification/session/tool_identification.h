@@ -6,6 +6,7 @@
 
 #include "hal/rig.h"
 #include "server/identification/estimate/tool_load_fit.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
@@ -42,6 +43,7 @@ class ToolIdentification final : public Identification {
   std::uint32_t enough_per_cell() const noexcept;
 
   hal::RigInfo rig_;
+  SampleGate gate_;
   ToolExcitationFilter filter_;
   std::uint64_t stride_;  ///< filtered ticks between two that are summed
   double samples_per_block_;
@@ -50,9 +52,7 @@ class ToolIdentification final : public Identification {
   std::vector<ToolExcitation> shown_;  ///< a few, for the plot
   std::uint64_t show_every_ = 10;
 
-  std::uint64_t ticks_ = 0, filtered_ = 0, used_ = 0;
-  std::uint64_t unfit_ = 0, saturated_ = 0, stale_ = 0, gaps_ = 0;
-  double first_s_ = 0.0, last_s_ = 0.0;
+  std::uint64_t filtered_ = 0, used_ = 0;
   mutable double completion_ = 0.0;
 };
 

@@ -1,18 +1,16 @@
 #include "server/model/store/model_store.h"
 
-#include <SQLiteCpp/SQLiteCpp.h>
-#include <sqlite3.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
-#include <mutex>
 #include <thread>
 #include <utility>
 
+#include "server/model/canonical_text.h"
 #include "server/model/model_json.h"
 #include "server/model/store/model_store_schema.h"
+#include "server/model/store/model_store_state.h"
 #include "server/process/log.h"
 #include "server/text/suggestion.h"
 #include "server/text/text_library.h"
@@ -25,93 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// SQLite itself never waits for another process: it would do so under our lock.
-constexpr int kBusyMs = 0;
 constexpr std::chrono::seconds kOpenTimeout{5};
-constexpr std::chrono::milliseconds kRetryEvery{5};
-constexpr std::size_t kShortestPrefix = 6;
-constexpr std::size_t kHashLength = 64;
-constexpr const char* kIdentificationsKept = "1000";
-constexpr const char* kMemory = ":memory:";
-
-bool means_memory(const std::string& path) {
-  return path.empty() || path == kMemory;
-}
-
-std::int64_t unix_now_s() {
-  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
-hal::Error damaged(const std::string& path, const std::string& how) {
-  return {
-      "the store of models is damaged", path, how, "",
-      "restore it from a copy, or move it away (with its -wal and -shm) and import what was exported; it was "
-      "not changed"};
-}
-
-bool is_busy(const SQLite::Exception& failure) {
-  const int code = failure.getErrorCode() & 0xFF;
-  return code == SQLITE_BUSY || code == SQLITE_LOCKED;
-}
-
-Refusal disk_full(const std::string& where) {
-  return {RefusalKind::kResourceExhausted,
-          {"the disk is full: nothing was stored", where, "", "", "make room, then try again"},
-          Reason::kDiskFull};
-}
-
-Refusal moved_away(const std::string& path) {
-  return {RefusalKind::kFailedPrecondition,
-          {"the store of models was moved or deleted while hapticd runs: nothing was stored", path, "", "",
-           "export the models that are needed, put the file back or leave it away, and start hapticd again"},
-          Reason::kStoreLost};
-}
-
-/// SQLite's error as a refusal. `system_error`: errno of the call that failed.
-Refusal refusal_of(const SQLite::Exception& failure, const std::string& path, int system_error) {
-  const std::string where = path.empty() ? "store of models in memory" : path;
-  if (failure.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED) return moved_away(where);
-  // When there is no space for its shared memory, SQLite reports an input/output error.
-  if ((failure.getErrorCode() & 0xFF) == SQLITE_IOERR && system_error == ENOSPC) return disk_full(where);
-  switch (failure.getErrorCode() & 0xFF) {
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-      return {RefusalKind::kUnavailable,
-              {"another process keeps the store of models locked", where, "", "", "try again"},
-              Reason::kBusy};
-    case SQLITE_CORRUPT:
-    case SQLITE_NOTADB:
-      return {RefusalKind::kInternal, damaged(where, failure.what())};
-    case SQLITE_FULL:
-      return disk_full(where);
-    case SQLITE_READONLY:
-    case SQLITE_CANTOPEN:
-    case SQLITE_PERM:
-      return {RefusalKind::kInternal,
-              {"the store of models cannot be written", where, failure.what(), "",
-               "check that its folder exists and that file and folder may be written to"}};
-    default:
-      return {RefusalKind::kInternal,
-              {"the store of models fails", where, failure.what(), "", "check the disk"}};
-  }
-}
-
-Refusal invalid(hal::Error error) {
-  return {RefusalKind::kInvalidArgument, std::move(error)};
-}
-
-/// In lower case; an error where it is not the beginning of a hash.
-hal::Result<std::string> as_prefix(std::string_view hash) {
-  std::string prefix(hash);
-  std::transform(prefix.begin(), prefix.end(), prefix.begin(),
-                 [](char c) { return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c; });
-  const bool digits = std::all_of(prefix.begin(), prefix.end(),
-                                  [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-  if (digits && prefix.size() >= kShortestPrefix && prefix.size() <= kHashLength) return prefix;
-  return hal::Error{"not the hash of a model", "hash", std::string(hash.substr(0, kHashLength)),
-                    "6 … 64 hexadecimal digits", "see which there are: hapticctl model list --stored"};
-}
 
 bool is_device_bound_to_sensor(const rt::IdentifiedModel& model) {
   return !std::holds_alternative<rt::StructuralModel>(model.content);
@@ -126,147 +38,6 @@ std::string subject_of(const rt::IdentifiedModel& model) {
   }
   return is_device_bound_to_sensor(model) ? model.device + "/" + model.sensor : model.device;
 }
-
-struct ModelStore::State {
-  State(const std::string& file, std::string kind_of_rig)
-      : path(means_memory(file) ? std::string() : file),
-        rig_kind(std::move(kind_of_rig)),
-        database(path.empty() ? kMemory : path.c_str(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
-                 kBusyMs) {}
-
-  /// Reads before it writes: a file that is refused is not changed. Throws SQLite::Exception.
-  std::optional<hal::Error> set_up() {
-    sqlite3_db_config(database.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
-    if (auto error = store_schema::check(database, path)) return error;
-    if (const std::string found = database.execAndGet("PRAGMA quick_check(1)").getString(); found != "ok") {
-      return damaged(path, found);
-    }
-    sqlite3_db_config(database.getHandle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
-    if (!path.empty()) {
-      database.exec("PRAGMA journal_mode = WAL");
-      database.exec("PRAGMA synchronous = FULL");  // acknowledged changes survive a power cut, too
-    }
-    database.exec("PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF");
-    return store_schema::migrate(database, path);
-  }
-
-  /// Runs one call, alone in this process; an exception of SQLite becomes a refusal. While another process
-  /// keeps the file locked it is tried again until `until`; other calls run in between.
-  template <class Call>
-  auto guarded(Clock::time_point until, Call call) -> decltype(call()) {
-    for (;;) {
-      {
-        const std::lock_guard lock(mutex);
-        try {
-          return call();
-        } catch (const SQLite::Exception& failure) {
-          // If the file was moved SQLite fails in many ways.
-          if (was_moved()) return moved_away(path);
-          if (!is_busy(failure) || Clock::now() >= until) {
-            return refusal_of(failure, path, sqlite3_system_errno(database.getHandle()));
-          }
-        }
-      }
-      std::this_thread::sleep_for(kRetryEvery);
-    }
-  }
-
-  /// Whether the file that is open is still the one at its path: what is written into another is lost with
-  /// this process, without a report.
-  bool was_moved() {
-    int moved = 0;
-    if (path.empty()) return false;
-    sqlite3_file_control(database.getHandle(), "main", SQLITE_FCNTL_HAS_MOVED, &moved);
-    return moved != 0;
-  }
-  /// Every change ends with this.
-  std::optional<Refusal> commit(SQLite::Transaction& transaction) {
-    if (was_moved()) return moved_away(path);  // rolled back by its owner
-    transaction.commit();
-    return std::nullopt;
-  }
-
-  /// The whole hash with this beginning.
-  Outcome<std::string> resolve(std::string_view hash) {
-    const auto prefix = as_prefix(hash);
-    if (!prefix) return invalid(prefix.error());
-    // Hashes are digits and letters below 'g', so this is the range of hashes with this beginning.
-    SQLite::Statement query(
-        database, "SELECT hash FROM models WHERE hash >= ?1 AND hash < ?1 || 'g' ORDER BY hash LIMIT 5");
-    query.bind(1, *prefix);
-    std::vector<std::string> found;
-    while (query.executeStep()) found.push_back(query.getColumn(0).getString());
-    if (found.size() == 1) return found.front();
-    if (found.empty()) {
-      return Refusal{RefusalKind::kNotFound,
-                     {"no such model is stored", "hash", *prefix, "",
-                      "see which there are: hapticctl model list --stored"}};
-    }
-    return invalid({"the beginning of the hash is ambiguous", "hash", *prefix, comma_separated(found),
-                    "give more of its digits"});
-  }
-
-  std::vector<std::string> tags_of(const std::string& hash) {
-    SQLite::Statement query(database, "SELECT tag FROM tags WHERE hash = ? ORDER BY tag");
-    query.bind(1, hash);
-    std::vector<std::string> tags;
-    while (query.executeStep()) tags.push_back(query.getColumn(0).getString());
-    return tags;
-  }
-
-  /// One row of hash, content, stored_at, rig_kind.
-  Outcome<StoredModel> read_row(SQLite::Statement& query) {
-    StoredModel stored;
-    stored.hash = query.getColumn(0).getString();
-    auto model = parse_canonical_json(query.getColumn(1).getString(), stored.hash,
-                                      "stored model " + stored.short_hash());
-    if (!model) return Refusal{RefusalKind::kInternal, model.error()};
-    stored.model = std::move(*model);
-    stored.stored_at_unix_s = query.getColumn(2).getInt64();
-    stored.rig_kind = query.getColumn(3).getString();
-    stored.tags = tags_of(stored.hash);
-    return stored;
-  }
-
-  /// By its whole hash, which exists.
-  Outcome<StoredModel> read(const std::string& hash) {
-    SQLite::Statement query(database, "SELECT hash, content, stored_at, rig_kind FROM models WHERE hash = ?");
-    query.bind(1, hash);
-    query.executeStep();
-    return read_row(query);
-  }
-
-  Outcome<StoredModel> find(std::string_view hash) {
-    const auto whole = resolve(hash);
-    if (!whole) return whole.refusal();
-    return read(*whole);
-  }
-
-  Outcome<StoredModel> insert(const rt::IdentifiedModel& model, const std::string& canonical,
-                              const std::string& hash, const std::string& identified_on) {
-    SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement row(database,
-                          "INSERT INTO models (hash, kind, subject, object, content, stored_at, rig_kind) "
-                          "VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (hash) DO NOTHING");
-    row.bind(1, hash);
-    row.bind(2, rt::kind_name(model.content));
-    row.bind(3, subject_of(model));
-    row.bind(4, model.object);
-    row.bind(5, canonical);
-    row.bind(6, unix_now_s());
-    row.bind(7, identified_on);
-    row.exec();
-    auto stored = read(hash);
-    if (!stored) return stored;  // rolled back
-    if (auto refusal = commit(transaction)) return *refusal;
-    return stored;
-  }
-
-  std::string path;      ///< empty = in memory
-  std::string rig_kind;  ///< of the served rig; empty = any
-  mutable std::mutex mutex;
-  SQLite::Database database;
-};
 
 ModelStore::ModelStore(std::unique_ptr<State> state) : state_(std::move(state)) {}
 ModelStore::~ModelStore() = default;
@@ -476,55 +247,6 @@ Outcome<StoredModel> ModelStore::import_json(std::string_view json, Until until)
   if (!imported) return invalid(imported.error());
   return state_->guarded(until, [&]() -> Outcome<StoredModel> {
     return state_->insert(imported->model, imported->canonical, imported->hash, "");
-  });
-}
-
-Outcome<std::uint64_t> ModelStore::record_identification(const EndedIdentification& ended, Until until) {
-  return state_->guarded(until, [&]() -> Outcome<std::uint64_t> {
-    SQLite::Transaction transaction(state_->database, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement row(state_->database,
-                          "INSERT INTO identifications "
-                          "(id, kind, object, state, ended_at, model, problem, progress) "
-                          "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
-    row.bind(1, ended.id);
-    row.bind(2, ended.kind);
-    row.bind(3, ended.object);
-    row.bind(4, ended.state);
-    row.bind(5, ended.ended_at_unix_s);
-    row.bind(6, ended.model_hash);
-    row.bind(7, ended.problem);
-    row.bind(8, static_cast<const void*>(ended.progress.data()), static_cast<int>(ended.progress.size()));
-    row.exec();
-    const auto sequence = static_cast<std::uint64_t>(state_->database.getLastInsertRowid());
-    state_->database.exec(std::string("DELETE FROM identifications WHERE sequence <= "
-                                      "(SELECT max(sequence) FROM identifications) - ") +
-                          kIdentificationsKept);
-    if (auto refusal = state_->commit(transaction)) return *refusal;
-    return sequence;
-  });
-}
-
-Outcome<std::vector<EndedIdentification>> ModelStore::list_identifications(std::size_t limit,
-                                                                           Until until) const {
-  return state_->guarded(until, [&]() -> Outcome<std::vector<EndedIdentification>> {
-    SQLite::Statement query(state_->database,
-                            "SELECT id, kind, object, state, ended_at, model, problem, progress "
-                            "FROM identifications ORDER BY sequence DESC LIMIT ?");
-    query.bind(1, static_cast<std::int64_t>(std::min<std::size_t>(limit, 1'000'000)));
-    std::vector<EndedIdentification> all;
-    while (query.executeStep()) {
-      EndedIdentification& ended = all.emplace_back();
-      ended.id = query.getColumn(0).getString();
-      ended.kind = query.getColumn(1).getString();
-      ended.object = query.getColumn(2).getString();
-      ended.state = query.getColumn(3).getString();
-      ended.ended_at_unix_s = query.getColumn(4).getInt64();
-      ended.model_hash = query.getColumn(5).getString();
-      ended.problem = query.getColumn(6).getString();
-      const SQLite::Column progress = query.getColumn(7);
-      if (progress.getBytes() > 0) ended.progress = progress.getString();
-    }
-    return all;
   });
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <random>
 
+#include "server/model/canonical_text.h"
 #include "tests/support/model_examples.h"
 
 namespace hapticd::server {

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <thread>
 
+#include "server/model/canonical_text.h"
 #include "server/model/model_json.h"
 #include "server/model/store/model_store.h"
 #include "tests/support/child_process.h"

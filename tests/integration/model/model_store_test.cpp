@@ -13,6 +13,7 @@
 #include <map>
 #include <thread>
 
+#include "server/model/canonical_text.h"
 #include "server/model/model_json.h"
 #include "server/model/store/default_model_store.h"
 #include "server/model/store/model_diff.h"

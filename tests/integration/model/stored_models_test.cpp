@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "server/model/canonical_text.h"
 #include "server/model/model_json.h"
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/error_detail.h"

@@ -9,7 +9,7 @@
 #include "rt/signal/motion_estimator.h"
 #include "rt/signal/vector.h"
 #include "server/identification/estimate/tool_excitation.h"
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "tests/study/common/hands.h"
 #include "tests/study/common/scenes.h"
 #include "tests/study/common/virtual_run.h"

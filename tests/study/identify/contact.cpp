@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "tests/study/common/plant.h"
 #include "tests/study/common/scenes.h"
 #include "tests/study/identify/contact_methods.h"

@@ -5,7 +5,7 @@
 #include "server/identification/estimate/contact/contact_single_stage.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/gate/palpation_tracker.h"
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "tests/study/common/plant.h"
 #include "tests/study/common/scenes.h"
 #include "tests/study/identify/simulated_session.h"

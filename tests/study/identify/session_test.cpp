@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/friction_identification.h"
 #include "tests/study/identify/simulated_session.h"
 

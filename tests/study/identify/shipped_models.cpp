@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/friction_identification.h"
 #include "server/model/model_file.h"
 #include "tests/study/common/plant.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/friction_identification.h"
 #include "server/identification/session/gains_identification.h"
 #include "server/identification/session/structural_identification.h"

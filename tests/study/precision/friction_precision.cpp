@@ -6,6 +6,7 @@
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"
 #include "server/identification/estimate/friction/friction_law_fit.h"
+#include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "tests/study/common/plant.h"
 #include "tests/study/common/scenes.h"
 #include "tests/study/identify/friction_validation.h"

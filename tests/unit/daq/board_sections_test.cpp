@@ -8,6 +8,7 @@
 #include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
 #include "server/rig_file/phantom_section.h"
+#include "server/text/toml_text.h"
 
 namespace hapticd::server {
 namespace {

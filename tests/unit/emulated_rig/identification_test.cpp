@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/gains_identification.h"
 #include "server/identification/session/structural_identification.h"
 #include "server/identification/session/threshold_identification.h"

@@ -1,4 +1,4 @@
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 
 #include "contact_synthetic.h"
 #include "hal/replay/recording.h"
-#include "server/identification/gate/palpation_gate.h"
 #include "server/identification/gate/palpation_tracker.h"
-#include "server/identification/session/contact_requests.h"
-#include "server/identification/session/coverage_map.h"
+#include "server/identification/gate/sample_gate.h"
+#include "server/identification/session/contact/contact_requests.h"
+#include "server/identification/session/contact/coverage_map.h"
 
 namespace hapticd::rt {
 namespace {
@@ -294,8 +294,8 @@ TEST(RecordedPalpation, TellsTheVelocityOfUnevenSteps) {
   }
 }
 
-TEST(PalpationGate, SeesASensorAtItsEndWithoutKnowingItsRange) {
-  PalpationGate gate(rig(hal::RigKind::kReplay, 100.0));
+TEST(SampleGate, SeesASensorAtItsEndWithoutKnowingItsRange) {
+  SampleGate gate(palpation_policy(rig(hal::RigKind::kReplay, 100.0)));
   hal::RigSample sample;
   for (int i = 0; i < 200; ++i) {
     const double depth = 0.05 * i;
@@ -304,8 +304,8 @@ TEST(PalpationGate, SeesASensorAtItsEndWithoutKnowingItsRange) {
     sample.sensor_force_n.z = std::min(3.0, 0.5 * depth);
     gate.judge(sample);
   }
-  EXPECT_GT(gate.saturated(), 60U);  // from 6 mm of 10 on
-  EXPECT_LT(gate.saturated(), 81U);
+  EXPECT_GT(gate.left_out(Unfit::kSaturated), 60U);  // from 6 mm of 10 on
+  EXPECT_LT(gate.left_out(Unfit::kSaturated), 81U);
 }
 
 TEST(CoverageMap, NamesWhatIsMissing) {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "hal/replay/recording.h"
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "tests/reference/creep_force.h"
 
 namespace hapticd::rt {

@@ -9,8 +9,8 @@
 
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"
+#include "server/identification/gate/sample_gate.h"
 #include "server/identification/gate/stroke_effort.h"
-#include "server/identification/gate/stroke_gate.h"
 #include "tests/reference/friction_combination.h"
 
 namespace hapticd::rt {
@@ -255,7 +255,7 @@ TEST(FrictionIdentification, StandsGapsOutliersAndSaturation) {
   ASSERT_TRUE(spoilt) << spoilt.error().text();
   EXPECT_NEAR(friction_of(*spoilt).kinetic, 0.5, 0.01);
   EXPECT_NEAR(friction_of(*spoilt).presliding_mm, 0.2, 0.06);
-  for (const char* word : {"no numbers", "range", "gaps"}) {
+  for (const char* word : {"not a number", "range", "gaps"}) {
     EXPECT_NE(spoilt->procedure.find(word), std::string::npos) << spoilt->procedure;
   }
   // A clipped force is what it is; the remark says what that may mean.
@@ -369,17 +369,17 @@ TEST(StrokeEffort, AsksForLessWhereTheSensorSaturates) {
   EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 3.0);
 }
 
-TEST(StrokeGate, ALateTickIsNoGap) {
+TEST(SampleGate, ALateTickIsNoGap) {
   hal::RigInfo rig;
   rig.rate_hz = 1000.0;
-  StrokeGate gate(rig);
+  SampleGate gate(stroke_policy(rig));
   hal::RigSample sample;
   sample.time_ns = 1'000'000;
-  EXPECT_EQ(gate.judge(sample), StrokeGate::Verdict::kUse);
+  EXPECT_EQ(gate.judge(sample), SampleGate::Verdict::kUse);
   sample.time_ns += 6'000'000;
-  EXPECT_EQ(gate.judge(sample), StrokeGate::Verdict::kUse) << "scenes follow a motion across it, too";
+  EXPECT_EQ(gate.judge(sample), SampleGate::Verdict::kUse) << "scenes follow a motion across it, too";
   sample.time_ns += 17'000'000;
-  EXPECT_EQ(gate.judge(sample), StrokeGate::Verdict::kRestart);
+  EXPECT_EQ(gate.judge(sample), SampleGate::Verdict::kRestart);
 }
 
 TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {

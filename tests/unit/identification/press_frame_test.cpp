@@ -8,7 +8,7 @@
 
 #include "contact_synthetic.h"
 #include "rt/signal/vector.h"
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 
 namespace hapticd::rt {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "server/identification/estimate/friction/friction_law_fit.h"
 #include "server/identification/estimate/friction/friction_rows.h"
+#include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "server/identification/estimate/held_out_error.h"
 
 namespace hapticd::rt {

@@ -2,12 +2,13 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 
 #include "rt/friction/dahl.h"
+#include "server/identification/estimate/friction/friction_level.h"
+#include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "server/identification/gate/stroke_passages.h"
 
 namespace hapticd::rt {
@@ -21,27 +22,6 @@ constexpr double kMaxPreslidingMm = 20.0;
 constexpr double kMaxExponent = 3.0;
 constexpr double kMinInstants = 50.0;
 constexpr int kRounds = 12;
-/// cos² of the angle between the regressors of level and viscosity beyond which they cannot be distinguished.
-constexpr double kAlike = 0.95;
-
-hal::Error cannot_fit(const std::string& what, const std::string& value, const std::string& limit,
-                      const std::string& remedy) {
-  return {what, "identification of friction", value, limit, remedy};
-}
-
-double state_before(const FrictionRow& row, double z) {
-  switch (row.before) {
-    case FrictionRow::State::kNothing:
-      return 0.0;
-    case FrictionRow::State::kForwards:
-      return 1.0;
-    case FrictionRow::State::kBackwards:
-      return -1.0;
-    case FrictionRow::State::kGoesOn:
-      break;
-  }
-  return z;
-}
 
 /// z at each row.
 std::vector<double> built_up(const std::vector<FrictionRow>& rows, FrictionLaw law, double presliding_mm,
@@ -55,57 +35,6 @@ std::vector<double> built_up(const std::vector<FrictionRow>& rows, FrictionLaw l
   }
   return z;
 }
-
-/// Level, viscosity and bias by weighted linear least squares; the state is given.
-struct Linear {
-  double kinetic = 0.0, viscous = 0.0, bias = 0.0;
-  double left = 0.0;      ///< Σ w e²
-  bool reported = false;  ///< was the viscosity
-};
-
-class LinearSums {
- public:
-  void add(const FrictionRow& row, double z, double trust = 1.0) {
-    const Eigen::Vector3d a(row.normal_n * z, row.speed_mm_per_s, 1.0);
-    const double weight = row.weight * trust;
-    ata_ += weight * a * a.transpose();
-    atb_ += weight * row.friction_n * a;
-    btb_ += weight * row.friction_n * row.friction_n;
-    instants_ += weight;
-  }
-  double instants() const { return instants_; }
-  double squared_n2() const { return btb_; }
-
-  Linear solve(bool viscous, bool bias) const {
-    Linear best;
-    const double alike = ata_(0, 1) * ata_(0, 1) / (ata_(0, 0) * ata_(1, 1));
-    best.reported = viscous && ata_(1, 1) > 0.0 && alike < kAlike;
-    for (bool with_viscous = best.reported;; with_viscous = false) {
-      std::vector<Eigen::Index> free{0};
-      if (with_viscous) free.push_back(1);
-      if (bias) free.push_back(2);
-      const Eigen::MatrixXd part = ata_(free, free);
-      const Eigen::VectorXd right = atb_(free);
-      // Scaled to a unit diagonal: at the lightest touch newtons and millimetres a second are far apart.
-      const Eigen::VectorXd scale =
-          (part.diagonal().array() > 0.0).select(part.diagonal().array().max(1e-300).sqrt().inverse(), 1.0);
-      const Eigen::MatrixXd scaled = scale.asDiagonal() * part * scale.asDiagonal();
-      const Eigen::VectorXd x =
-          scale.asDiagonal() * scaled.completeOrthogonalDecomposition().solve(scale.asDiagonal() * right);
-      best.kinetic = x(0);
-      best.viscous = with_viscous ? x(1) : 0.0;
-      best.bias = bias ? x(free.size() == 3 ? 2 : 1) : 0.0;
-      best.left = std::max(0.0, btb_ - 2.0 * x.dot(right) + x.dot(part * x));
-      if (!with_viscous || best.viscous >= 0.0) return best;  // friction does not shrink with the speed
-    }
-  }
-
- private:
-  Eigen::Matrix3d ata_ = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d atb_ = Eigen::Vector3d::Zero();
-  double btb_ = 0.0;
-  double instants_ = 0.0;
-};
 
 class LawFit {
  public:
@@ -128,22 +57,22 @@ class LawFit {
   }
 
   hal::Result<FrictionLawFit> run() {
-    LinearSums sliding;
+    FrictionLevelSums sliding;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (sliding_[i]) sliding.add(rows_[i], rows_[i].heading);
     }
     fit_.divided = sliding.instants() >= kMinInstants || options_.law == FrictionLaw::kCoulombViscous;
     if (fit_.divided) {
       if (sliding.instants() < kMinInstants) {
-        return cannot_fit("too little of the strokes was sliding",
-                          std::to_string(std::llround(sliding.instants())) + " instants",
-                          "at least " + std::to_string(std::llround(kMinInstants)),
-                          "stroke farther and faster");
+        return cannot_fit_friction("too little of the strokes was sliding",
+                                   std::to_string(std::llround(sliding.instants())) + " instants",
+                                   "at least " + std::to_string(std::llround(kMinInstants)),
+                                   "stroke farther and faster");
       }
       take(sliding.solve(options_.viscous, options_.bias));
       for (int round = 0; round < kRounds; ++round) {
         doubt();
-        LinearSums again;
+        FrictionLevelSums again;
         for (std::size_t i = 0; i < rows_.size(); ++i) {
           if (sliding_[i]) again.add(rows_[i], rows_[i].heading, trust_[i]);
         }
@@ -155,9 +84,9 @@ class LawFit {
       if (!fit_.divided) {
         const std::vector<double> z =
             built_up(rows_, options_.law, fit_.parameters.presliding_mm, fit_.parameters.exponent);
-        const LinearSums all = together(z);
+        const FrictionLevelSums all = together(z);
         if (all.instants() < kMinInstants) {
-          return cannot_fit(
+          return cannot_fit_friction(
               "too little of the strokes is of use",
               std::to_string(std::llround(all.instants())) + " instants after the first full stroke",
               "at least " + std::to_string(std::llround(kMinInstants)),
@@ -170,19 +99,20 @@ class LawFit {
     }
     if (!(fit_.parameters.kinetic > 0.0)) {
       std::string value = std::to_string(fit_.parameters.kinetic);
-      return cannot_fit("friction goes along with the motion instead of against it", "coefficient " + value,
-                        "greater than 0", "turn the sign of the force or of the position");
+      return cannot_fit_friction("friction goes along with the motion instead of against it",
+                                 "coefficient " + value, "greater than 0",
+                                 "turn the sign of the force or of the position");
     }
     judge();
     return fit_;
   }
 
  private:
-  void take(const Linear& linear) {
+  void take(const FrictionLevel& linear) {
     fit_.parameters.kinetic = linear.kinetic;
     fit_.parameters.viscous_n_s_per_mm = linear.viscous;
     fit_.bias_n = linear.bias;
-    fit_.viscous_is_identified = linear.reported;
+    fit_.viscous_is_identified = linear.viscous_is_identified;
   }
 
   /// How far each moment of sliding is to be trusted: Tukey's biweight, scaled by the median deviation. What
@@ -214,8 +144,8 @@ class LawFit {
     }
   }
 
-  LinearSums together(const std::vector<double>& z) const {
-    LinearSums sums;
+  FrictionLevelSums together(const std::vector<double>& z) const {
+    FrictionLevelSums sums;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (usable_[i]) sums.add(rows_[i], z[i]);
     }
@@ -378,73 +308,6 @@ class LawFit {
   FrictionLawFit fit_;
 };
 
-/// min |A y - b| with y ≥ 0 but for the last component, which is free: Lawson and Hanson's active set on the
-/// normal equations.
-Eigen::VectorXd non_negative(const Eigen::MatrixXd& ata, const Eigen::VectorXd& atb, bool last_is_free) {
-  const Eigen::Index n = atb.size();
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(n);
-  std::vector<bool> active(static_cast<std::size_t>(n), false);
-  const auto unbounded = [&](Eigen::Index i) { return last_is_free && i == n - 1; };
-  const auto solve = [&] {
-    std::vector<Eigen::Index> index;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      if (active[static_cast<std::size_t>(i)]) index.push_back(i);
-    }
-    Eigen::VectorXd s = Eigen::VectorXd::Zero(n);
-    if (index.empty()) return s;
-    const Eigen::MatrixXd part = ata(index, index);
-    const Eigen::VectorXd right = atb(index);
-    const Eigen::VectorXd solution = part.completeOrthogonalDecomposition().solve(right);
-    s(index) = solution;
-    return s;
-  };
-  if (last_is_free) active.back() = true;
-  y = solve();
-  for (Eigen::Index outer = 0; outer < 3 * n; ++outer) {
-    const Eigen::VectorXd gradient = atb - ata * y;
-    Eigen::Index enter = -1;
-    double steepest = 1e-9 * atb.cwiseAbs().maxCoeff();
-    for (Eigen::Index i = 0; i < n; ++i) {
-      if (!active[static_cast<std::size_t>(i)] && gradient(i) > steepest) {
-        steepest = gradient(i);
-        enter = i;
-      }
-    }
-    if (enter < 0) break;
-    active[static_cast<std::size_t>(enter)] = true;
-    for (Eigen::Index inner = 0; inner < n; ++inner) {
-      const Eigen::VectorXd s = solve();
-      double step = 1.0;
-      for (Eigen::Index i = 0; i < n; ++i) {
-        if (active[static_cast<std::size_t>(i)] && !unbounded(i) && s(i) <= 0.0) {
-          step = std::min(step, y(i) / (y(i) - s(i)));
-        }
-      }
-      y += step * (s - y);
-      if (step >= 1.0) break;
-      for (Eigen::Index i = 0; i < n; ++i) {
-        if (active[static_cast<std::size_t>(i)] && !unbounded(i) && y(i) <= 1e-14) {
-          active[static_cast<std::size_t>(i)] = false;
-          y(i) = 0.0;
-        }
-      }
-    }
-  }
-  return y;
-}
-
-/// Stretch of one element at each row.
-std::vector<double> stretched(const std::vector<FrictionRow>& rows, double reach_mm) {
-  std::vector<double> stretch(rows.size());
-  double now = 0.0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].before != FrictionRow::State::kGoesOn) now = reach_mm * state_before(rows[i], 0.0);
-    now = std::clamp(now + rows[i].slide_mm, -reach_mm, reach_mm);
-    stretch[i] = now;
-  }
-  return stretch;
-}
-
 }  // namespace
 
 hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& rows,
@@ -452,9 +315,9 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
   bool turned = false;
   for (std::size_t i = 1; i < rows.size() && !turned; ++i) turned = rows[i].passage != rows[0].passage;
   if (!turned) {
-    return cannot_fit("the tip did not slide back and forth",
-                      std::to_string(rows.size()) + " moments of sliding", "strokes both ways",
-                      "stroke back and forth over the same place");
+    return cannot_fit_friction("the tip did not slide back and forth",
+                               std::to_string(rows.size()) + " moments of sliding", "strokes both ways",
+                               "stroke back and forth over the same place");
   }
   hal::Result<FrictionLawFit> fit = LawFit(rows, options).run();
   constexpr double kSigmas = 2.0;
@@ -482,97 +345,6 @@ std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
   for (std::size_t i = 0; i < rows.size(); ++i) {
     friction[i] = parameters.kinetic * rows[i].normal_n * friction[i] +
                   parameters.viscous_n_s_per_mm * rows[i].speed_mm_per_s + bias_n;
-  }
-  return friction;
-}
-
-hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& rows,
-                                             const MaxwellSlipFitOptions& options) {
-  double longest_mm = 0.0;
-  for (const FrictionRow& row : rows) longest_mm = std::max(longest_mm, row.path_mm);
-  if (!(longest_mm > 0.0)) {
-    return cannot_fit("the tip did not slide", std::to_string(rows.size()) + " moments", "strokes both ways",
-                      "stroke back and forth over the same place");
-  }
-  const auto solve = [&](const std::vector<double>& reaches, double& left, double& squared) {
-    const auto elements = static_cast<Eigen::Index>(reaches.size());
-    const Eigen::Index n = elements + (options.viscous ? 1 : 0) + (options.bias ? 1 : 0);
-    std::vector<std::vector<double>> stretch;
-    for (const double reach_mm : reaches) stretch.push_back(stretched(rows, reach_mm));
-    Eigen::MatrixXd ata = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd atb = Eigen::VectorXd::Zero(n);
-    squared = 0.0;
-    Eigen::VectorXd a(n);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (!rows[i].settled || std::abs(rows[i].speed_mm_per_s) < options.least_speed_mm_per_s) continue;
-      for (std::size_t j = 0; j < reaches.size(); ++j) {
-        a(static_cast<Eigen::Index>(j)) = rows[i].normal_n * stretch[j][i];
-      }
-      if (options.viscous) a(elements) = rows[i].speed_mm_per_s;
-      if (options.bias) a(n - 1) = 1.0;
-      ata.selfadjointView<Eigen::Lower>().rankUpdate(a, rows[i].weight);
-      atb += rows[i].weight * rows[i].friction_n * a;
-      squared += rows[i].weight * rows[i].friction_n * rows[i].friction_n;
-    }
-    ata = Eigen::MatrixXd(ata.selfadjointView<Eigen::Lower>());
-    Eigen::VectorXd y = non_negative(ata, atb, options.bias);
-    left = std::max(0.0, squared - 2.0 * y.dot(atb) + y.dot(ata * y));
-    return y;
-  };
-
-  constexpr int kLadder = 28;
-  // Half a way is the longest reach that ever slips; the first step of the ladder is a hundredth of it.
-  std::vector<double> reaches;
-  for (int i = 0; i < kLadder; ++i) {
-    reaches.push_back(0.5 * longest_mm * std::pow(100.0, static_cast<double>(i) / (kLadder - 1) - 1.0));
-  }
-  double left = 0.0;
-  double squared = 0.0;
-  Eigen::VectorXd y = solve(reaches, left, squared);
-  // The few that carry most of the level, then once more.
-  for (std::size_t most = MaxwellSlipParameters::kElements; true;) {
-    std::vector<std::size_t> order;
-    for (std::size_t j = 0; j < reaches.size(); ++j) {
-      if (y(static_cast<Eigen::Index>(j)) > 0.0) order.push_back(j);
-    }
-    const auto level = [&](std::size_t j) { return y(static_cast<Eigen::Index>(j)) * reaches[j]; };
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return level(a) > level(b); });
-    if (order.size() > most) order.resize(most);
-    std::sort(order.begin(), order.end());
-    std::vector<double> kept;
-    for (const std::size_t j : order) kept.push_back(reaches[j]);
-    const bool same = kept.size() == reaches.size();
-    reaches = kept;
-    if (reaches.empty()) break;
-    if (same) break;
-    y = solve(reaches, left, squared);
-  }
-  if (reaches.empty()) {
-    return cannot_fit("friction goes along with the motion instead of against it", "", "",
-                      "turn the sign of the force or of the position");
-  }
-  MaxwellSlipFit fit;
-  for (std::size_t j = 0; j < reaches.size(); ++j) {
-    fit.parameters.reach_mm[j] = reaches[j];
-    fit.parameters.stiffness_per_mm[j] = y(static_cast<Eigen::Index>(j));
-  }
-  if (options.viscous) fit.viscous_n_s_per_mm = y(static_cast<Eigen::Index>(reaches.size()));
-  if (options.bias) fit.bias_n = y(y.size() - 1);
-  fit.residual = squared > 0.0 ? std::sqrt(left / squared) : 0.0;
-  return fit;
-}
-
-std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, const MaxwellSlipFit& fit) {
-  const MaxwellSlipParameters& parameters = fit.parameters;
-  std::vector<double> friction(rows.size(), fit.bias_n);
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    friction[i] += fit.viscous_n_s_per_mm * rows[i].speed_mm_per_s;
-  for (std::size_t e = 0; e < parameters.reach_mm.size(); ++e) {
-    if (!(parameters.reach_mm[e] > 0.0)) continue;
-    const std::vector<double> stretch = stretched(rows, parameters.reach_mm[e]);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      friction[i] += parameters.stiffness_per_mm[e] * rows[i].normal_n * stretch[i];
-    }
   }
   return friction;
 }

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "hal/error.h"
 #include "server/identification/estimate/contact/surface_spline.h"
 #include "server/identification/gate/stroke_passages.h"
 
@@ -46,5 +48,26 @@ struct FrictionRows {
 /// `constant_normal_n` > 0 overrides what was recorded (kFlat only).
 FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSource source,
                            const SurfaceSpline* surface, double constant_normal_n);
+
+/// How far friction had built up before a row, -1 … 1; `z` where it goes on from the row before.
+inline double state_before(const FrictionRow& row, double z) {
+  switch (row.before) {
+    case FrictionRow::State::kNothing:
+      return 0.0;
+    case FrictionRow::State::kForwards:
+      return 1.0;
+    case FrictionRow::State::kBackwards:
+      return -1.0;
+    case FrictionRow::State::kGoesOn:
+      break;
+  }
+  return z;
+}
+
+/// Why no law of friction can be fitted.
+inline hal::Error cannot_fit_friction(const std::string& what, const std::string& value,
+                                      const std::string& limit, const std::string& remedy) {
+  return {what, "identification of friction", value, limit, remedy};
+}
 
 }  // namespace hapticd::rt

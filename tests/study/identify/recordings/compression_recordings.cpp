@@ -12,7 +12,7 @@
 #include "server/identification/estimate/contact/contact_creep_fit.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/gate/palpation_tracker.h"
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "tests/reference/creep_force.h"
 #include "tests/study/common/recording_set.h"
 #include "tests/study/identify/identify_study.h"

@@ -13,7 +13,7 @@
 #include "server/identification/estimate/contact/contact_surface.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/gate/palpation_tracker.h"
-#include "server/identification/session/contact_identification.h"
+#include "server/identification/session/contact/contact_identification.h"
 #include "tests/reference/contact_point.h"
 #include "tests/reference/creep_force.h"
 #include "tests/study/common/recording_set.h"

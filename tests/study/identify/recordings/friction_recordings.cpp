@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "server/identification/estimate/friction/friction_law_fit.h"
+#include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "tests/study/common/recording_set.h"
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/identify/recordings/friction_recording.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/identification/session/coverage_map.h"
+#include "server/identification/session/contact/coverage_map.h"
 #include "server/identification/session/identification.h"
 
 namespace hapticd::rt {

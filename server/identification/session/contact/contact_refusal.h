@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "hal/error.h"
-#include "server/identification/gate/palpation_gate.h"
+#include "server/identification/gate/sample_gate.h"
 
 namespace hapticd::rt {
 
@@ -32,7 +32,7 @@ class PalpationExtent {
 
 /// Why these data cannot be a palpation, with what to do about it: nothing usable, too little, a constant
 /// signal, force or position of the wrong sign, no contact, units that no object has. None where they may be.
-std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const PalpationGate& gate,
+std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const SampleGate& gate,
                                             double threshold_n, bool recorded);
 
 }  // namespace hapticd::rt

@@ -1,4 +1,4 @@
-#include "server/identification/session/contact_refusal.h"
+#include "server/identification/session/contact/contact_refusal.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +45,7 @@ double PalpationExtent::correlation() const noexcept {
   return scale > 0.0 ? sxf_ / scale : 0.0;
 }
 
-std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const PalpationGate& gate,
+std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const SampleGate& gate,
                                             double threshold_n, bool recorded) {
   const auto refuse = [](std::string what, std::string value, std::string limit, std::string remedy) {
     return hal::Error{std::move(what), kWhere, std::move(value), std::move(limit), std::move(remedy)};

@@ -1,4 +1,4 @@
-#include "server/identification/session/contact_requests.h"
+#include "server/identification/session/contact/contact_requests.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "server/identification/session/coverage_map.h"
+#include "server/identification/session/contact/coverage_map.h"
 
 #include <algorithm>
 #include <array>

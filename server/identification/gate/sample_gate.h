@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rt/record/observation.h"
+#include "server/identification/gate/clip_watch.h"
+#include "server/identification/gate/sample_policy.h"
+
+namespace hapticd::rt {
+
+/// Decides which samples an identification uses, by one policy a kind, and counts those it does not and why.
+/// In constant time; allocates nothing but in remarks().
+class SampleGate {
+ public:
+  enum class Verdict : std::uint8_t {
+    kUse,
+    kSkip,       ///< unfit: it says nothing
+    kInterrupt,  ///< unfit, and what was derived from its predecessors no longer holds
+    kRestart,    ///< fit, but after a gap: what was derived from its predecessors no longer holds
+  };
+
+  explicit SampleGate(const SamplePolicy& policy) noexcept : policy_(policy), clip_(policy.clip) {}
+
+  Verdict judge(const hal::RigSample& sample) noexcept { return judge(Observation{sample, {}, {}, false}); }
+  Verdict judge(const Observation& observation) noexcept;
+
+  /// The two halves of judge(), for what else is to be looked at between them. A verdict only where the
+  /// sample is unfit.
+  std::optional<Verdict> refuse(const Observation& observation) noexcept;
+  /// A fit sample's place in time.
+  Verdict follow(const Observation& observation) noexcept;
+
+  /// The next sample follows on none.
+  void forget() noexcept { follows_ = false; }
+
+  /// Since the fit sample before; 0 where the last one follows on none.
+  double step_s() const noexcept { return step_s_; }
+  std::uint64_t judged() const noexcept { return judged_; }
+  std::uint64_t used() const noexcept { return used_; }
+  /// From the first sample to the last one, fit or not.
+  double watched_s() const noexcept { return last_s_ - first_s_; }
+  std::uint64_t left_out(Unfit reason) const noexcept { return left_out_[static_cast<std::size_t>(reason)]; }
+  /// What was left out, in words; empty where all was fit.
+  std::vector<std::string> remarks() const;
+
+ private:
+  bool is(Unfit reason, const Observation& observation) noexcept;
+  bool is_a_number(const Observation& observation) const noexcept;
+  Verdict leave_out(Unfit reason) noexcept;
+
+  SamplePolicy policy_;
+  ClipWatch clip_;
+  bool follows_ = false;
+  std::int64_t last_time_ns_ = 0;
+  double step_s_ = 0.0, longest_gap_s_ = 0.0;
+  double first_s_ = 0.0, last_s_ = 0.0;
+  std::uint64_t judged_ = 0, used_ = 0, gaps_ = 0, repeated_ = 0;
+  std::array<std::uint64_t, kUnfitKinds> left_out_{};
+};
+
+}  // namespace hapticd::rt
