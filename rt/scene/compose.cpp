@@ -60,6 +60,24 @@ std::optional<hal::Error> missing(const SceneSpec& spec, const ObjectModel* mode
                     "displacement.estimator = \"recursive\", which need none"};
 }
 
+/// A friction target needs a rod, friction that is kept, the tracked direction and passivity control.
+std::optional<hal::Error> check_friction_target(const SceneSpec& spec) {
+  if (!spec.friction_target) return std::nullopt;
+  const std::string where = "scene '" + spec.name + "'";
+  const ExploreParameters& e = spec.explore;
+  const auto refused = [&](const char* why, const char* limit) {
+    return hal::Error{std::string("a friction target needs ") + why, where, "", limit,
+                      "change that, or remove [friction_target]"};
+  };
+  if (spec.kind != SceneKind::kExplore) return refused("a scene that explores", "kind = \"explore\"");
+  if (spec.tip != Tip::kRod) return refused("a tip that rubs", "tool.tip = \"rod\"");
+  if (e.friction_feel != FrictionFeel::kKept) return refused("the real friction", "friction.feel = \"kept\"");
+  if (e.direction != DirectionMethod::kTracked)
+    return refused("friction and normal distinguished", "direction.method = \"tracked\"");
+  if (!e.passivity) return refused("the passivity control", "passivity.control = true");
+  return check(*spec.friction_target, "friction_target.", where);
+}
+
 }  // namespace
 
 std::vector<std::string> needed_models(const SceneSpec& resolved, const ObjectModel* model) {
@@ -90,6 +108,11 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
   for (std::size_t i = 0; i < resolved.inclusions.size(); ++i) {
     const std::string prefix = "inclusion[" + std::to_string(i) + "].";
     if (auto error = check(resolved.inclusions[i], prefix, "scene '" + resolved.name + "'")) return *error;
+  }
+  if (auto error = check_friction_target(resolved)) return *error;
+  if (resolved.friction_target && !(model->rod_friction->kinetic > 0.0)) {
+    return hal::Error{"a friction target needs an object with friction", "scene '" + resolved.name + "'",
+                      "object_model = \"" + resolved.object_model + "\"", "kinetic friction > 0", ""};
   }
   if (model != nullptr) {
     if (auto error = check(*model)) return *error;

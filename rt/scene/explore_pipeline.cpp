@@ -76,6 +76,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
     mass_motion_.emplace(rig.device.position_resolution_mm, rig.rate_hz);
   }
   if (!resolved.inclusions.empty()) inclusions_.emplace(resolved.inclusions);
+  if (resolved.friction_target) friction_.emplace(*resolved.friction_target, model.rod_friction->kinetic);
 }
 
 std::uint32_t ExplorePipeline::channels() const noexcept {
@@ -84,6 +85,7 @@ std::uint32_t ExplorePipeline::channels() const noexcept {
   if (options_.displacement == DisplacementEstimator::kFused) all |= channel::kFusion;
   if (options_.passivity) all |= channel::kPassivity;
   if (inclusions_) all |= channel::kInclusion;
+  if (friction_) all |= channel::kFriction;
   return all;
 }
 
@@ -95,6 +97,7 @@ void ExplorePipeline::reset() noexcept {
   deflection_.reset();
   displacement_.reset();
   if (inclusions_) inclusions_->reset();
+  if (friction_) friction_->rest();
   controller_.reset();
   reaction_lead_.reset();
   reaction_ahead_n_ = 0.0;
@@ -263,6 +266,18 @@ hal::Vector3 ExplorePipeline::inclusion_force(const Measured& now) noexcept {
   return inclusions_->update(at) * share;
 }
 
+hal::Vector3 ExplorePipeline::friction_force(const Measured& now, double normal_n) noexcept {
+  if (!contact_.in_contact()) {
+    friction_->rest();
+    return {};
+  }
+  const hal::Vector3& normal = direction_.normal();
+  const double hand_normal_n = normal_n + dot(controller_.device_force_n(), normal);
+  return friction_->update({normal, direction_.friction_n(), normal_n, hand_normal_n, now.step_mm,
+                            now.velocity_mm_per_s, now.interval}) *
+         authority();
+}
+
 bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
   // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
   const hal::Vector3& normal = direction_.normal();
@@ -293,6 +308,7 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   }
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);
   if (inclusions_) desired_n = desired_n + inclusion_force(now);
+  if (friction_) desired_n = desired_n + friction_force(now, normal_n);
   if (options_.passivity && release_share_ > 0.0) {
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,
                                               now.velocity_mm_per_s, now.interval.periods) *
@@ -321,6 +337,11 @@ void ExplorePipeline::fill_record(const Measured& now, bool in_contact, double n
     record.inclusion_position_mm = inclusions_->strongest_place_mm();
     record.inclusion_force_n = inclusions_->force_n();
   }
+  if (friction_) {
+    record.friction_scale = friction_->scale();
+    record.friction_is_bounded = friction_->is_bounded();
+    record.friction_added_n = friction_->force_n();
+  }
   record.desired_force_n = -dot(desired_n, normal);
   record.commanded_force_n = -dot(command_n_, normal);
   record.target_stiffness_n_per_mm = target_.stiffness_n_per_mm();
@@ -334,6 +355,14 @@ void ExplorePipeline::fill_record(const Measured& now, bool in_contact, double n
   record.hand_energy_mj = passivity_.energy_mj();
   record.passivity_damping_n_s_per_mm = passivity_.damping_n_s_per_mm();
   record.hand_force_n = normal_n + dot(controller_.device_force_n(), normal);  // (4.1) along the normal
+  if (friction_) {
+    const double along_n = dot(controller_.device_force_n(), normal);
+    const double spare_n = std::sqrt(std::max(0.0, reach_.push_n * reach_.push_n - along_n * along_n));
+    const FrictionRange range =
+        feasible_friction(norm(direction_.friction_n()), record.hand_force_n, spare_n);
+    record.friction_feasible_min = range.min;
+    record.friction_feasible_max = range.max;
+  }
   if (record.displacement_mm > 0.0) {
     const FeasibleRange range =
         feasible_range(normal_n / record.displacement_mm, record.hand_force_n, reach_);

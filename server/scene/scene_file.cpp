@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/scene/scene_friction_target.h"
 #include "server/scene/scene_inclusions.h"
 #include "server/text/text_library.h"
 #include "server/text/toml_reader.h"
@@ -145,7 +146,7 @@ void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
 void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   if (!explores(spec)) {
     for (const char* section :
-         {"direction", "friction", "displacement", "release", "passivity", "inclusion"}) {
+         {"direction", "friction", "displacement", "release", "passivity", "inclusion", "friction_target"}) {
       refuse_foreign(root, section, section, spec, kExploreOnly);
     }
     return;
@@ -154,6 +155,7 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   root.table("direction").read("method", explore.direction, kDirections);
   root.table("friction").read("feel", explore.friction_feel, kFeels);
   read_inclusions(root, spec);
+  read_friction_target(root, spec);
   TomlTable displacement = root.table("displacement");
   displacement.read("estimator", explore.displacement, kEstimators);
   displacement.read("law", explore.law, kContactLaws);
@@ -435,6 +437,7 @@ std::string write_scene(const rt::SceneSpec& spec) {
       number(spec.guard.max_power_w), number(spec.guard.sensor_stale_after_ms),
       number(spec.guard.resume_ramp_s), number(spec.guard.fall_ramp_s), number(spec.guard.loop_gap_ms));
   text += inclusions_text(spec);
+  text += friction_target_text(spec);
   return text;
 }
 

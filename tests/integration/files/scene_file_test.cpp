@@ -17,15 +17,15 @@ namespace {
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, max_change, structure_compensated, structural, structural_field, explore, control,
-         compensation, guard] = spec;
+         ramp, max_change, structure_compensated, structural, structural_field, explore, inclusions,
+         friction_target, control, compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume, fall, gap] = guard;
-  auto& [direction, displacement, contact_law, feel, release, passivity, cutoff, noise, gravity, mounting,
-         tip_to_centre] = explore;
+  auto& [direction, displacement, contact_law, feel, release, modulated, passivity, cutoff, noise, gravity,
+         mounting, tip_to_centre] = explore;
   auto& [lead, reaction_lead, back_drive] = compensation;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
@@ -35,6 +35,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(release_time), static_cast<void>(quiet_time), static_cast<void>(arming_time);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
+  static_cast<void>(modulated), static_cast<void>(inclusions), static_cast<void>(friction_target);
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
   std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
                                &proportional, &derivative, &force, &rate,       &power,
@@ -129,6 +130,9 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
       spec.explore.release =
           turn(round, 9, {rt::ReleaseMethod::kFollow, rt::ReleaseMethod::kFade, rt::ReleaseMethod::kCut});
       spec.explore.passivity = turn(round, 9, {true, false});
+      spec.explore.modulated = turn(round, 6, {true, false});
+      if (round % 2 == 0) spec.friction_target.emplace().scale = 0.2 + fraction(random);
+      if (round % 4 == 1) spec.friction_target.emplace().coefficient = 0.2 + fraction(random);
       spec.target.kind =
           turn(round, 12,
                {Kind::kLinear, Kind::kHuntCrossley, Kind::kDisplacementProfile, Kind::kPositionProfile});
@@ -172,6 +176,12 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->explore.friction_feel, spec.explore.friction_feel);
     EXPECT_EQ(again->explore.release, spec.explore.release);
     EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
+    EXPECT_EQ(again->explore.modulated, spec.explore.modulated);
+    ASSERT_EQ(again->friction_target.has_value(), spec.friction_target.has_value());
+    if (spec.friction_target) {
+      EXPECT_EQ(again->friction_target->scale, spec.friction_target->scale);
+      EXPECT_EQ(again->friction_target->coefficient, spec.friction_target->coefficient);
+    }
     EXPECT_EQ(again->compensation.back_drive, spec.compensation.back_drive);
     EXPECT_EQ(again->target.kind, spec.target.kind);
     EXPECT_EQ(again->target.knot_count, spec.target.knot_count);
@@ -265,6 +275,20 @@ TEST(SceneFile, WordsAndProfilesOfAnExploreSceneAreChecked) {
   expect_error(explore + "[target]\nlaw = \"displacement_profile\"\nprofile = [[0, 1], [2, -1]]\n",
                {"'target.profile[1][1]' is out of range", "scene text, line 5", "-1 N/mm", "0 … 1000 N/mm",
                 "use at least 0 N/mm"});
+}
+
+TEST(SceneFile, AFrictionTargetIsChecked) {
+  const std::string explore = "name = \"x\"\nkind = \"explore\"\n[friction_target]\n";
+  expect_error(explore + "scale = 0.1\n", {"'friction_target.scale' is out of range", "scene text, line 4",
+                                           "0.1", "0.15 … 3", "use at least 0.15"});
+  expect_error(explore + "coefficient = nan\n",
+               {"'friction_target.coefficient' is not finite", "scene text, line 4", "nan", "0.02 … 3",
+                "send a finite number"});
+  expect_error(explore + "scael = 2\n", {"unknown key 'scael' in [friction_target]", "scene text, line 4", "",
+                                         "scale, coefficient", "did you mean 'scale'?"});
+  expect_error("name = \"x\"\n[friction_target]\nscale = 2\n",
+               {"'friction_target' means nothing in a scene of kind \"tap_1d\"", "scene text, line 2", "",
+                "kind = \"explore\"", "remove it, or choose such a kind"});
 }
 
 TEST(SceneFile, ValuesHaveRangesAndUnits) {
