@@ -26,6 +26,7 @@ inline constexpr std::uint32_t kPassivity = 1U << 11;  ///< energy at the hand's
 inline constexpr std::uint32_t kZero = 1U << 12;       ///< the sensor's zero as it is followed
 inline constexpr std::uint32_t kInclusion = 1U << 13;  ///< what inclusions add, and where the strongest is
 inline constexpr std::uint32_t kFriction = 1U << 14;   ///< what a friction target adds, and its range
+inline constexpr std::uint32_t kTransient = 1U << 15;  ///< the transient of a contact
 }  // namespace channel
 
 /// Why the contact state is what it is.
@@ -136,6 +137,11 @@ struct TickRecord {
   hal::Vector3 friction_added_n;       ///< on the tip, rig frame
   double friction_feasible_min = 0.0;  ///< coefficients at the hand; 0 when out of contact
   double friction_feasible_max = 0.0;
+  // channel::kTransient
+  double transient_force_n = 0.0;          ///< in the command, positive out of the object
+  double transient_impact_mm_per_s = 0.0;  ///< speed of the last impact
+  double transient_share = 0.0;            ///< of the amplitude asked for, what the bounds left
+  std::uint32_t transient_count = 0;       ///< since the scene was loaded
   // channel::kTiming
   TickTiming timing;
   // channel::kTruth

@@ -78,6 +78,21 @@ std::optional<hal::Error> check_friction_target(const SceneSpec& spec) {
   return check(*spec.friction_target, "friction_target.", where);
 }
 
+/// A transient needs a scene that explores, and a device whose mass and structure are known.
+std::optional<hal::Error> check_transient(const SceneSpec& spec, const hal::RigInfo& rig) {
+  if (!spec.transient) return std::nullopt;
+  const std::string where = "scene '" + spec.name + "'";
+  if (spec.kind != SceneKind::kExplore) {
+    return hal::Error{"only scenes that explore have a transient", where, "", "kind = \"explore\"",
+                      "remove [transient], or choose that kind"};
+  }
+  if (!(rig.device.apparent_mass_g > 0.0) || !(spec.structural_stiffness_n_per_mm > 0.0)) {
+    return hal::Error{"a transient needs a device whose mass and structural stiffness are known", where,
+                      rig.device.model, "", "remove [transient], or state them in the rig"};
+  }
+  return check(*spec.transient, rig.rate_hz, "transient.", where);
+}
+
 }  // namespace
 
 std::vector<std::string> needed_models(const SceneSpec& resolved, const ObjectModel* model) {
@@ -110,6 +125,7 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
     if (auto error = check(resolved.inclusions[i], prefix, "scene '" + resolved.name + "'")) return *error;
   }
   if (auto error = check_friction_target(resolved)) return *error;
+  if (auto error = check_transient(resolved, rig)) return *error;
   if (resolved.friction_target && !(model->rod_friction->kinetic > 0.0)) {
     return hal::Error{"a friction target needs an object with friction", "scene '" + resolved.name + "'",
                       "object_model = \"" + resolved.object_model + "\"", "kinetic friction > 0", ""};

@@ -253,6 +253,10 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
             : "friction target: coefficient " +
                   Checker::number(spec.friction_target->coefficient.value_or(0.0)) + " at the hand");
   }
+  if (spec.transient) {
+    stages.push_back("transient: " + std::to_string(spec.transient->target.size()) +
+                     " decaying sinusoids at each contact, through the inverse of device and grip");
+  }
   if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
 }
 
@@ -293,6 +297,7 @@ SceneOutline outline(const SceneSpec& spec) {
       if (spec.explore.passivity) result.channels |= channel::kPassivity;
       if (!spec.inclusions.empty()) result.channels |= channel::kInclusion;
       if (spec.friction_target) result.channels |= channel::kFriction;
+      if (spec.transient) result.channels |= channel::kTransient;
       break;
   }
   if (spec.kind != SceneKind::kWall) {

@@ -15,6 +15,7 @@
 #include "rt/inclusion/inclusion_parameters.h"
 #include "rt/model/structural_model.h"
 #include "rt/modulation/friction_target.h"
+#include "rt/modulation/transient_parameters.h"
 #include "rt/signal/tool_load.h"
 #include "rt/target/target_law.h"
 
@@ -103,6 +104,8 @@ struct SceneSpec {
   std::vector<InclusionParameters> inclusions{};
   /// What the real friction is to feel like; kExplore with a rod. None: no such stage.
   std::optional<FrictionTarget> friction_target{};
+  /// What a contact's first moments are to feel like; kExplore. None: no such stage.
+  std::optional<TransientParameters> transient{};
 
   ControllerParameters controller;      ///< proportional_gain 0 = the device's own
   CompensationParameters compensation;  ///< kTap1d, kExplore

@@ -8,6 +8,7 @@
 
 #include "server/scene/scene_friction_target.h"
 #include "server/scene/scene_inclusions.h"
+#include "server/scene/scene_transient.h"
 #include "server/text/text_library.h"
 #include "server/text/toml_reader.h"
 
@@ -145,8 +146,8 @@ void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
 /// The sections that only scenes of kind "explore" have.
 void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   if (!explores(spec)) {
-    for (const char* section :
-         {"direction", "friction", "displacement", "release", "passivity", "inclusion", "friction_target"}) {
+    for (const char* section : {"direction", "friction", "displacement", "release", "passivity", "inclusion",
+                                "friction_target", "transient"}) {
       refuse_foreign(root, section, section, spec, kExploreOnly);
     }
     return;
@@ -156,6 +157,7 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   root.table("friction").read("feel", explore.friction_feel, kFeels);
   read_inclusions(root, spec);
   read_friction_target(root, spec);
+  read_transient(root, spec);
   TomlTable displacement = root.table("displacement");
   displacement.read("estimator", explore.displacement, kEstimators);
   displacement.read("law", explore.law, kContactLaws);
@@ -438,6 +440,7 @@ std::string write_scene(const rt::SceneSpec& spec) {
       number(spec.guard.resume_ramp_s), number(spec.guard.fall_ramp_s), number(spec.guard.loop_gap_ms));
   text += inclusions_text(spec);
   text += friction_target_text(spec);
+  text += transient_text(spec);
   return text;
 }
 

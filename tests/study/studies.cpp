@@ -82,6 +82,14 @@ const std::vector<Study>& studies() {
            {"target", "kinetic friction, presliding and chatter at the hand", run_friction_target},
            {"stiffness", "the rendered stiffness with a friction target and without", run_friction_stiffness},
        }},
+      {"transients",
+       "contact transients against their targets",
+       {
+           {"frequency", "frequency and decay at the grip, at 5 kHz and at 1 kHz", run_transient_frequency,
+            PlantUse::kSeparable},
+           {"hardness", "extended rate-hardness of transients and of stiffness shifting",
+            run_transient_hardness, PlantUse::kSeparable},
+       }},
       {"faults",
        "every fault injected at the emulated peers while force is rendered in contact",
        {

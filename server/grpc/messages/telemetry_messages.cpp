@@ -114,6 +114,13 @@ void fill_friction_target(const rt::TickRecord& record, v1::FrictionGroup& group
   group.set_feasible_max(record.friction_feasible_max);
 }
 
+void fill_transient(const rt::TickRecord& record, v1::TransientGroup& group) {
+  group.set_force_n(record.transient_force_n);
+  group.set_impact_mm_per_s(record.transient_impact_mm_per_s);
+  group.set_amplitude_share(record.transient_share);
+  group.set_count(record.transient_count);
+}
+
 }  // namespace
 
 void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::TelemetrySample& sample) {
@@ -138,6 +145,7 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   if ((reported & kPassivity) != 0) fill_passivity(record, *sample.mutable_passivity());
   if ((reported & kInclusion) != 0) fill_inclusion(record, *sample.mutable_inclusion());
   if ((reported & kFriction) != 0) fill_friction_target(record, *sample.mutable_friction());
+  if ((reported & kTransient) != 0) fill_transient(record, *sample.mutable_transient());
 }
 
 }  // namespace hapticd::server

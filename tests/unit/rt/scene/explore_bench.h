@@ -124,6 +124,11 @@ inline std::vector<SceneSpec> all_explore_scenes() {
     other.friction_target.emplace().scale = scale;
     scenes.push_back(other);
   }
+  other = explore_scene(Tip::kRod);
+  other.name = "transient";
+  other.transient.emplace().target = {{100.0, 80.0, 15.0}};
+  other.transient->real = {{60.0, 100.0, 5.0}};
+  scenes.push_back(other);
   return scenes;
 }
 
