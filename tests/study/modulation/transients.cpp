@@ -115,7 +115,7 @@ void run_transient_frequency(StudyContext& context) {
 void run_transient_hardness(StudyContext& context) {
   report::MarkdownTable table({"object", "what", "onset ms", "object and motors N/mm", "ratio", "hand N/mm",
                                "ratio", "held N/mm", "change %"});
-  for (const char* object : {"sponge_block", "foam_ball"}) {
+  for (const char* object : {"sponge_block", "foam_ball", "rubber_eraser"}) {
     TransientTrial trial;
     trial.device = "phantom_1_5_high_force";
     trial.object = object;
