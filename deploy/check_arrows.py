@@ -23,6 +23,7 @@ FORBIDDEN = [
     ("rt/contact", ("rt/scene", "rt/model", "rt/loop")),
     ("rt/friction", ("rt/scene", "rt/model", "rt/loop")),
     ("rt/deformation", ("rt/scene", "rt/model", "rt/loop")),
+    ("rt/modulation", ("rt/scene", "rt/model", "rt/loop")),
     ("rt/baseline", ("rt/scene", "rt/model", "rt/loop")),
     ("rt/target", ("rt/scene", "rt/loop")),
     ("rt/control", ("rt/scene", "rt/model", "rt/loop")),

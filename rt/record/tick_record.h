@@ -25,6 +25,8 @@ inline constexpr std::uint32_t kFusion = 1U << 10;     ///< what the contact law
 inline constexpr std::uint32_t kPassivity = 1U << 11;  ///< energy at the hand's port
 inline constexpr std::uint32_t kZero = 1U << 12;       ///< the sensor's zero as it is followed
 inline constexpr std::uint32_t kInclusion = 1U << 13;  ///< what inclusions add, and where the strongest is
+inline constexpr std::uint32_t kFriction = 1U << 14;   ///< what a friction target adds, and its range
+inline constexpr std::uint32_t kTransient = 1U << 15;  ///< the transient of a contact
 }  // namespace channel
 
 /// Why the contact state is what it is.
@@ -129,6 +131,17 @@ struct TickRecord {
   std::uint32_t inclusion = 0;         ///< number of the one that adds most
   hal::Vector3 inclusion_position_mm;  ///< of its centre: it moves (6.1)
   hal::Vector3 inclusion_force_n;      ///< on the tip, of all inclusions together
+  // channel::kFriction
+  double friction_scale = 1.0;         ///< of the real friction, after all bounds; 1 = as it is
+  bool friction_is_bounded = false;    ///< the target asks for more or less
+  hal::Vector3 friction_added_n;       ///< on the tip, rig frame
+  double friction_feasible_min = 0.0;  ///< coefficients at the hand; 0 when out of contact
+  double friction_feasible_max = 0.0;
+  // channel::kTransient
+  double transient_force_n = 0.0;          ///< in the command, positive out of the object
+  double transient_impact_mm_per_s = 0.0;  ///< speed of the last impact
+  double transient_share = 0.0;            ///< of the amplitude asked for, what the bounds left
+  std::uint32_t transient_count = 0;       ///< since the scene was loaded
   // channel::kTiming
   TickTiming timing;
   // channel::kTruth

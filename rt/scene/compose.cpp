@@ -60,6 +60,39 @@ std::optional<hal::Error> missing(const SceneSpec& spec, const ObjectModel* mode
                     "displacement.estimator = \"recursive\", which need none"};
 }
 
+/// A friction target needs a rod, friction that is kept, the tracked direction and passivity control.
+std::optional<hal::Error> check_friction_target(const SceneSpec& spec) {
+  if (!spec.friction_target) return std::nullopt;
+  const std::string where = "scene '" + spec.name + "'";
+  const ExploreParameters& e = spec.explore;
+  const auto refused = [&](const char* why, const char* limit) {
+    return hal::Error{std::string("a friction target needs ") + why, where, "", limit,
+                      "change that, or remove [friction_target]"};
+  };
+  if (spec.kind != SceneKind::kExplore) return refused("a scene that explores", "kind = \"explore\"");
+  if (spec.tip != Tip::kRod) return refused("a tip that rubs", "tool.tip = \"rod\"");
+  if (e.friction_feel != FrictionFeel::kKept) return refused("the real friction", "friction.feel = \"kept\"");
+  if (e.direction != DirectionMethod::kTracked)
+    return refused("friction and normal distinguished", "direction.method = \"tracked\"");
+  if (!e.passivity) return refused("the passivity control", "passivity.control = true");
+  return check(*spec.friction_target, "friction_target.", where);
+}
+
+/// A transient needs a scene that explores, and a device whose mass and structure are known.
+std::optional<hal::Error> check_transient(const SceneSpec& spec, const hal::RigInfo& rig) {
+  if (!spec.transient) return std::nullopt;
+  const std::string where = "scene '" + spec.name + "'";
+  if (spec.kind != SceneKind::kExplore) {
+    return hal::Error{"only scenes that explore have a transient", where, "", "kind = \"explore\"",
+                      "remove [transient], or choose that kind"};
+  }
+  if (!(rig.device.apparent_mass_g > 0.0) || !(spec.structural_stiffness_n_per_mm > 0.0)) {
+    return hal::Error{"a transient needs a device whose mass and structural stiffness are known", where,
+                      rig.device.model, "", "remove [transient], or state them in the rig"};
+  }
+  return check(*spec.transient, rig.rate_hz, "transient.", where);
+}
+
 }  // namespace
 
 std::vector<std::string> needed_models(const SceneSpec& resolved, const ObjectModel* model) {
@@ -90,6 +123,12 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
   for (std::size_t i = 0; i < resolved.inclusions.size(); ++i) {
     const std::string prefix = "inclusion[" + std::to_string(i) + "].";
     if (auto error = check(resolved.inclusions[i], prefix, "scene '" + resolved.name + "'")) return *error;
+  }
+  if (auto error = check_friction_target(resolved)) return *error;
+  if (auto error = check_transient(resolved, rig)) return *error;
+  if (resolved.friction_target && !(model->rod_friction->kinetic > 0.0)) {
+    return hal::Error{"a friction target needs an object with friction", "scene '" + resolved.name + "'",
+                      "object_model = \"" + resolved.object_model + "\"", "kinetic friction > 0", ""};
   }
   if (model != nullptr) {
     if (auto error = check(*model)) return *error;

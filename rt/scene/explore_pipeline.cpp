@@ -6,6 +6,7 @@
 #include "rt/control/compensation_fade.h"
 #include "rt/control/loop_delay.h"
 #include "rt/scene/fill_contact.h"
+#include "rt/scene/fill_modulation.h"
 #include "rt/signal/ticks.h"
 #include "rt/target/release_fade.h"
 
@@ -42,6 +43,13 @@ Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, do
   return Displacement(FusedDisplacement(error, e.force_noise_n, rate_hz), law);
 }
 
+/// The tip touches what is rendered: a linear target's stiffness, else nothing is known of it.
+GripPlant grip_plant_of(const SceneSpec& spec, const hal::RigInfo& rig) {
+  const bool is_linear = spec.explore.modulated && spec.target.kind == TargetLaw::Kind::kLinear;
+  return grip_plant(spec.transient->grip, rig.device.apparent_mass_g, spec.structural_stiffness_n_per_mm,
+                    spec.tool_mass_g, is_linear ? spec.target.stiffness_n_per_mm : 0.0);
+}
+
 }  // namespace
 
 ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& model, const hal::RigInfo& rig)
@@ -76,6 +84,11 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
     mass_motion_.emplace(rig.device.position_resolution_mm, rig.rate_hz);
   }
   if (!resolved.inclusions.empty()) inclusions_.emplace(resolved.inclusions);
+  if (resolved.transient) {
+    transient_.emplace(*resolved.transient, grip_plant_of(resolved, rig),
+                       resolved.guard.max_force_rate_n_per_s / rig.rate_hz, rig.rate_hz);
+  }
+  if (resolved.friction_target) friction_.emplace(*resolved.friction_target, model.rod_friction->kinetic);
 }
 
 std::uint32_t ExplorePipeline::channels() const noexcept {
@@ -84,6 +97,8 @@ std::uint32_t ExplorePipeline::channels() const noexcept {
   if (options_.displacement == DisplacementEstimator::kFused) all |= channel::kFusion;
   if (options_.passivity) all |= channel::kPassivity;
   if (inclusions_) all |= channel::kInclusion;
+  if (friction_) all |= channel::kFriction;
+  if (transient_) all |= channel::kTransient;
   return all;
 }
 
@@ -95,6 +110,9 @@ void ExplorePipeline::reset() noexcept {
   deflection_.reset();
   displacement_.reset();
   if (inclusions_) inclusions_->reset();
+  if (friction_) friction_->rest();
+  if (transient_) transient_->reset();
+  transient_n_ = {};
   controller_.reset();
   reaction_lead_.reset();
   reaction_ahead_n_ = 0.0;
@@ -113,7 +131,7 @@ void ExplorePipeline::applied(const hal::Vector3& force_n) noexcept {
   // The rest moves the motors. What the guard held back, it held back of both.
   const double wanted = dot(command_n_, command_n_);
   const double passed = wanted > 0.0 ? std::clamp(dot(force_n, command_n_) / wanted, 0.0, 1.0) : 0.0;
-  controller_.applied(force_n - back_drive_n_ * passed);
+  controller_.applied(force_n - (back_drive_n_ + transient_n_) * passed);
 }
 
 ExplorePipeline::Measured ExplorePipeline::measure(const hal::RigSample& sample) noexcept {
@@ -263,6 +281,24 @@ hal::Vector3 ExplorePipeline::inclusion_force(const Measured& now) noexcept {
   return inclusions_->update(at) * share;
 }
 
+hal::Vector3 ExplorePipeline::friction_force(const Measured& now, double normal_n) noexcept {
+  if (!contact_.in_contact()) {
+    friction_->rest();
+    return {};
+  }
+  const hal::Vector3& normal = direction_.normal();
+  const double hand_normal_n = normal_n + dot(controller_.device_force_n(), normal);
+  return friction_->update({normal, direction_.friction_n(), normal_n, hand_normal_n, now.step_mm,
+                            now.velocity_mm_per_s, now.interval}) *
+         authority();
+}
+
+hal::Vector3 ExplorePipeline::transient_force(const Measured& now) noexcept {
+  return transient_->update({contact_.in_contact(),
+                             contact_.in_contact() && contact_.detector().just_declared(), authority(),
+                             rate_mm_per_s(now), direction_.normal(), now.interval});
+}
+
 bool ExplorePipeline::hold_within_sensor(hal::Vector3& desired_n) const noexcept {
   // Where the device has less than that, the guard bounds it. NaN is the guard's to see.
   const hal::Vector3& normal = direction_.normal();
@@ -293,6 +329,7 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   }
   hal::Vector3 desired_n = desired_force(now, in_contact, normal_n);
   if (inclusions_) desired_n = desired_n + inclusion_force(now);
+  if (friction_) desired_n = desired_n + friction_force(now, normal_n);
   if (options_.passivity && release_share_ > 0.0) {
     desired_n = desired_n + passivity_.update(now.reaction_n, controller_.device_force_n(), now.step_mm,
                                               now.velocity_mm_per_s, now.interval.periods) *
@@ -302,6 +339,10 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   back_drive_n_ = back_drive_direction_n_ * (authority() * compensated);
   // The observer's f_d is the last tick's until the new command is applied.
   command_n_ = controller_.update(desired_n) + back_drive_n_;
+  if (transient_) {  // not through the controller, whose lag would smear it
+    transient_n_ = transient_force(now);
+    command_n_ = command_n_ + transient_n_;
+  }
   fill_record(now, in_contact, normal_n, desired_n, record);
   return {command_n_, in_contact, std::abs(dot(desired_n, direction_.normal())) >= kTraceN,
           is_held ? guard_limit::kForce : std::uint8_t{0}};
@@ -321,6 +362,8 @@ void ExplorePipeline::fill_record(const Measured& now, bool in_contact, double n
     record.inclusion_position_mm = inclusions_->strongest_place_mm();
     record.inclusion_force_n = inclusions_->force_n();
   }
+  if (friction_) fill_friction(*friction_, record);
+  if (transient_) fill_transient(*transient_, record);
   record.desired_force_n = -dot(desired_n, normal);
   record.commanded_force_n = -dot(command_n_, normal);
   record.target_stiffness_n_per_mm = target_.stiffness_n_per_mm();
@@ -334,6 +377,14 @@ void ExplorePipeline::fill_record(const Measured& now, bool in_contact, double n
   record.hand_energy_mj = passivity_.energy_mj();
   record.passivity_damping_n_s_per_mm = passivity_.damping_n_s_per_mm();
   record.hand_force_n = normal_n + dot(controller_.device_force_n(), normal);  // (4.1) along the normal
+  if (friction_) {
+    const double along_n = dot(controller_.device_force_n(), normal);
+    const double spare_n = std::sqrt(std::max(0.0, reach_.push_n * reach_.push_n - along_n * along_n));
+    const FrictionRange range =
+        feasible_friction(norm(direction_.friction_n()), record.hand_force_n, spare_n);
+    record.friction_feasible_min = range.min;
+    record.friction_feasible_max = range.max;
+  }
   if (record.displacement_mm > 0.0) {
     const FeasibleRange range =
         feasible_range(normal_n / record.displacement_mm, record.hand_force_n, reach_);

@@ -14,6 +14,8 @@
 #include "rt/deformation/displacement.h"
 #include "rt/inclusion/rendered_inclusions.h"
 #include "rt/model/models.h"
+#include "rt/modulation/contact_transient.h"
+#include "rt/modulation/friction_modulation.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "rt/signal/structural_deflection.h"
@@ -71,6 +73,10 @@ class ExplorePipeline final : public Pipeline {
   hal::Vector3 desired_force(const Measured& now, bool in_contact, double normal_n) noexcept;
   /// What inclusions add, on the tip.
   hal::Vector3 inclusion_force(const Measured& now) noexcept;
+  /// What a friction target adds, on the tip.
+  hal::Vector3 friction_force(const Measured& now, double normal_n) noexcept;
+  /// What a contact's transient adds, on the tip.
+  hal::Vector3 transient_force(const Measured& now) noexcept;
   /// No more of the desired force into the object than the sensor bears besides the hand; true where there
   /// was more.
   bool hold_within_sensor(hal::Vector3& desired_n) const noexcept;
@@ -105,6 +111,9 @@ class ExplorePipeline final : public Pipeline {
 
   TargetBlend target_;
   std::optional<RenderedInclusions> inclusions_;
+  std::optional<FrictionModulation> friction_;
+  std::optional<ContactTransient> transient_;
+  hal::Vector3 transient_n_;        ///< in the command besides what the controller wants
   double release_share_ = 0.0;      ///< of what is still rendered after a release
   double release_authority_ = 0.0;  ///< in the last tick of contact
   double rendered_mm_ = 0.0;        ///< the displacement that is rendered; after a release it only shrinks

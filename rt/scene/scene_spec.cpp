@@ -246,6 +246,17 @@ void outline_explore(const SceneSpec& spec, std::vector<std::string>& stages) {
     stages.push_back("inclusions: " + std::to_string(spec.inclusions.size()) +
                      (published ? ", (5.4)-(5.7)" : ", gradient of an energy"));
   }
+  if (spec.friction_target) {
+    stages.push_back(
+        spec.friction_target->scale
+            ? "friction target: " + Checker::number(*spec.friction_target->scale) + " times the real friction"
+            : "friction target: coefficient " +
+                  Checker::number(spec.friction_target->coefficient.value_or(0.0)) + " at the hand");
+  }
+  if (spec.transient) {
+    stages.push_back("transient: " + std::to_string(spec.transient->target.size()) +
+                     " decaying sinusoids at each contact, through the inverse of device and grip");
+  }
   if (e.passivity) stages.emplace_back("passivity: observer and controller at the hand's port");
 }
 
@@ -285,6 +296,8 @@ SceneOutline outline(const SceneSpec& spec) {
       if (spec.explore.displacement == DisplacementEstimator::kFused) result.channels |= channel::kFusion;
       if (spec.explore.passivity) result.channels |= channel::kPassivity;
       if (!spec.inclusions.empty()) result.channels |= channel::kInclusion;
+      if (spec.friction_target) result.channels |= channel::kFriction;
+      if (spec.transient) result.channels |= channel::kTransient;
       break;
   }
   if (spec.kind != SceneKind::kWall) {

@@ -14,6 +14,8 @@
 #include "rt/guard/guard.h"
 #include "rt/inclusion/inclusion_parameters.h"
 #include "rt/model/structural_model.h"
+#include "rt/modulation/friction_target.h"
+#include "rt/modulation/transient_parameters.h"
 #include "rt/signal/tool_load.h"
 #include "rt/target/target_law.h"
 
@@ -100,6 +102,10 @@ struct SceneSpec {
   ExploreParameters explore;
   /// Stiff spheres that are not there, felt through the real object; kExplore. None: no such stage.
   std::vector<InclusionParameters> inclusions{};
+  /// What the real friction is to feel like; kExplore with a rod. None: no such stage.
+  std::optional<FrictionTarget> friction_target{};
+  /// What a contact's first moments are to feel like; kExplore. None: no such stage.
+  std::optional<TransientParameters> transient{};
 
   ControllerParameters controller;      ///< proportional_gain 0 = the device's own
   CompensationParameters compensation;  ///< kTap1d, kExplore

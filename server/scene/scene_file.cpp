@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "server/scene/scene_friction_target.h"
 #include "server/scene/scene_inclusions.h"
+#include "server/scene/scene_transient.h"
 #include "server/scene/scene_words.h"
 #include "server/text/text_library.h"
 #include "server/text/toml_reader.h"
@@ -97,8 +99,8 @@ void read_compensation(TomlTable& control, rt::SceneSpec& spec) {
 /// The sections that only scenes of kind "explore" have.
 void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   if (!explores(spec)) {
-    for (const char* section :
-         {"direction", "friction", "displacement", "release", "passivity", "inclusion"}) {
+    for (const char* section : {"direction", "friction", "displacement", "release", "passivity", "inclusion",
+                                "friction_target", "transient"}) {
       refuse_foreign(root, section, section, spec, kExploreOnly);
     }
     return;
@@ -107,6 +109,8 @@ void read_explore(TomlTable& root, rt::SceneSpec& spec) {
   root.table("direction").read("method", explore.direction, kDirections);
   root.table("friction").read("feel", explore.friction_feel, kFeels);
   read_inclusions(root, spec);
+  read_friction_target(root, spec);
+  read_transient(root, spec);
   TomlTable displacement = root.table("displacement");
   displacement.read("estimator", explore.displacement, kEstimators);
   displacement.read("law", explore.law, kContactLaws);

@@ -3,7 +3,9 @@
 #include <string>
 
 #include "server/scene/scene_file.h"
+#include "server/scene/scene_friction_target.h"
 #include "server/scene/scene_inclusions.h"
+#include "server/scene/scene_transient.h"
 #include "server/scene/scene_words.h"
 #include "server/text/toml_text.h"
 
@@ -127,6 +129,8 @@ std::string write_scene(const rt::SceneSpec& spec) {
       number(spec.guard.max_power_w), number(spec.guard.sensor_stale_after_ms),
       number(spec.guard.resume_ramp_s), number(spec.guard.fall_ramp_s), number(spec.guard.loop_gap_ms));
   text += inclusions_text(spec);
+  text += friction_target_text(spec);
+  text += transient_text(spec);
   return text;
 }
 

@@ -7,6 +7,7 @@
 #include "tests/study/identify/identify_study.h"
 #include "tests/study/loading/loading_study.h"
 #include "tests/study/machine/machine_study.h"
+#include "tests/study/modulation/modulation_study.h"
 #include "tests/study/precision/precision_study.h"
 #include "tests/study/stability/stability_study.h"
 #include "tests/study/trust/trust_study.h"
@@ -74,6 +75,20 @@ const std::vector<Study>& studies() {
            {"place", "where an inclusion is, from a palpation scan", run_inclusion_place,
             PlantUse::kSeparable},
            {"bounds", "jumps, bounds and energy of the law", run_tumour_bounds, PlantUse::kNone},
+       }},
+      {"friction",
+       "the friction of a real object against its target",
+       {
+           {"target", "kinetic friction, presliding and chatter at the hand", run_friction_target},
+           {"stiffness", "the rendered stiffness with a friction target and without", run_friction_stiffness},
+       }},
+      {"transients",
+       "contact transients against their targets",
+       {
+           {"frequency", "frequency and decay at the grip, at 5 kHz and at 1 kHz", run_transient_frequency,
+            PlantUse::kSeparable},
+           {"hardness", "extended rate-hardness of transients and of stiffness shifting",
+            run_transient_hardness, PlantUse::kSeparable},
        }},
       {"faults",
        "every fault injected at the emulated peers while force is rendered in contact",

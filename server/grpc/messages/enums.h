@@ -60,5 +60,7 @@ static_assert(channel_of(v1::FIELD_GROUP_DIRECTION) == rt::channel::kDirection);
 static_assert(channel_of(v1::FIELD_GROUP_PASSIVITY) == rt::channel::kPassivity);
 static_assert(channel_of(v1::FIELD_GROUP_ZERO) == rt::channel::kZero);
 static_assert(channel_of(v1::FIELD_GROUP_INCLUSION) == rt::channel::kInclusion);
+static_assert(channel_of(v1::FIELD_GROUP_FRICTION) == rt::channel::kFriction);
+static_assert(channel_of(v1::FIELD_GROUP_TRANSIENT) == rt::channel::kTransient);
 
 }  // namespace hapticd::server

@@ -106,6 +106,21 @@ void fill_inclusion(const rt::TickRecord& record, v1::InclusionGroup& group) {
   fill_vector(record.inclusion_force_n, *group.mutable_force_n());
 }
 
+void fill_friction_target(const rt::TickRecord& record, v1::FrictionGroup& group) {
+  group.set_scale(record.friction_scale);
+  group.set_is_bounded(record.friction_is_bounded);
+  fill_vector(record.friction_added_n, *group.mutable_added_n());
+  group.set_feasible_min(record.friction_feasible_min);
+  group.set_feasible_max(record.friction_feasible_max);
+}
+
+void fill_transient(const rt::TickRecord& record, v1::TransientGroup& group) {
+  group.set_force_n(record.transient_force_n);
+  group.set_impact_mm_per_s(record.transient_impact_mm_per_s);
+  group.set_amplitude_share(record.transient_share);
+  group.set_count(record.transient_count);
+}
+
 }  // namespace
 
 void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::TelemetrySample& sample) {
@@ -129,6 +144,8 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   if ((reported & kFusion) != 0) fill_fusion(record, *sample.mutable_fusion());
   if ((reported & kPassivity) != 0) fill_passivity(record, *sample.mutable_passivity());
   if ((reported & kInclusion) != 0) fill_inclusion(record, *sample.mutable_inclusion());
+  if ((reported & kFriction) != 0) fill_friction_target(record, *sample.mutable_friction());
+  if ((reported & kTransient) != 0) fill_transient(record, *sample.mutable_transient());
 }
 
 }  // namespace hapticd::server

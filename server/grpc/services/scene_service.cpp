@@ -25,13 +25,14 @@ struct ChannelName {
   const char* name;
 };
 constexpr ChannelName kChannelNames[] = {
-    {rt::channel::kSample, "sample"},   {rt::channel::kMotion, "motion"},
-    {rt::channel::kContact, "contact"}, {rt::channel::kDeformation, "deformation"},
-    {rt::channel::kTarget, "target"},   {rt::channel::kControl, "control"},
-    {rt::channel::kGuard, "guard"},     {rt::channel::kTiming, "timing"},
-    {rt::channel::kTruth, "truth"},     {rt::channel::kDirection, "direction"},
-    {rt::channel::kFusion, "fusion"},   {rt::channel::kPassivity, "passivity"},
-    {rt::channel::kZero, "zero"},       {rt::channel::kInclusion, "inclusion"}};
+    {rt::channel::kSample, "sample"},     {rt::channel::kMotion, "motion"},
+    {rt::channel::kContact, "contact"},   {rt::channel::kDeformation, "deformation"},
+    {rt::channel::kTarget, "target"},     {rt::channel::kControl, "control"},
+    {rt::channel::kGuard, "guard"},       {rt::channel::kTiming, "timing"},
+    {rt::channel::kTruth, "truth"},       {rt::channel::kDirection, "direction"},
+    {rt::channel::kFusion, "fusion"},     {rt::channel::kPassivity, "passivity"},
+    {rt::channel::kZero, "zero"},         {rt::channel::kInclusion, "inclusion"},
+    {rt::channel::kFriction, "friction"}, {rt::channel::kTransient, "transient"}};
 
 void fill_outline(const ResolvedScene& scene, v1::SceneOutline& outline) {
   outline.set_name(scene.spec.name);

@@ -57,12 +57,15 @@ hal::Result<Scene> scene_named(const std::string& name) {
     scene.spec.controller.law = rt::ControlLaw::kOpenLoop;
     return scene;
   }
-  if (name == "explore_rod" || name == "explore_bearing" || name == "explore_dissertation") {
+  if (name == "explore_rod" || name == "explore_bearing" || name == "explore_dissertation" ||
+      name == "explore_rod_friction" || name == "explore_rod_taps" || name == "explore_rod_transient") {
     scene.spec.kind = rt::SceneKind::kExplore;
     scene.spec.tool_mass_g = 12.59;
     scene.spec.contact.threshold_n = 0.02;
     scene.object = "foam_ball_3d";
     scene.model = foam_model();
+    if (name == "explore_rod_friction") scene.spec.friction_target.emplace().scale = 1.5;
+    if (name == "explore_rod_transient") scene.spec.transient.emplace().target = {{100.0, 80.0, 15.0}};
     if (name == "explore_bearing") {
       scene.spec.tip = rt::Tip::kBallBearing;
       scene.tip = "ball_bearing";
@@ -82,7 +85,10 @@ hal::Result<Scene> scene_named(const std::string& name) {
     return scene;
   }
   return hal::Error{"unknown scene", "hapticd_bench tick", name,
-                    "tap_1d, wall, explore_bearing, explore_rod, explore_dissertation", ""};
+                    "tap_1d, wall, explore_bearing, explore_rod, explore_rod_friction, explore_rod_taps, "
+                    "explore_rod_transient, "
+                    "explore_dissertation",
+                    ""};
 }
 
 /// `own` and, behind it, one pipeline of every kind with every option it has: full creep and fusion,
@@ -107,7 +113,13 @@ hal::Result<std::unique_ptr<rt::Pipeline>> with_everything(std::unique_ptr<rt::P
 }  // namespace
 
 const std::vector<std::string>& tick_scenes() {
-  static const std::vector<std::string> names{"tap_1d", "wall", "explore_bearing", "explore_rod",
+  static const std::vector<std::string> names{"tap_1d",
+                                              "wall",
+                                              "explore_bearing",
+                                              "explore_rod",
+                                              "explore_rod_friction",
+                                              "explore_rod_taps",
+                                              "explore_rod_transient",
                                               "explore_dissertation"};
   return names;
 }
@@ -135,7 +147,8 @@ hal::Result<std::unique_ptr<TickWorkload>> TickWorkload::create(const std::strin
   taps.rate_hz = 2.5;
   taps.repetitions = -1;
   sim::HandProgram hand = taps;
-  if (scene->model) {  // strokes back and forth, with the tool swaying
+  const bool is_tapped = name == "explore_rod_taps" || name == "explore_rod_transient";
+  if (scene->model && !is_tapped) {  // strokes back and forth, with the tool swaying
     hand = sim::HandProgram{};
     hand.kind = sim::HandProgram::Kind::kStroke;
     hand.force_n = 3.0;

@@ -17,8 +17,8 @@ namespace {
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, max_change, structure_compensated, structural, structural_field, explore, inclusions, control,
-         compensation, guard] = spec;
+         ramp, max_change, structure_compensated, structural, structural_field, explore, inclusions,
+         friction_target, transient, control, compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
@@ -35,8 +35,8 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(release_time), static_cast<void>(quiet_time), static_cast<void>(arming_time);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
-  static_cast<void>(modulated), static_cast<void>(passivity), static_cast<void>(back_drive),
-      static_cast<void>(exponent);
+  static_cast<void>(modulated), static_cast<void>(friction_target), static_cast<void>(transient);
+  static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
   std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
                                &proportional, &derivative, &force, &rate,       &power,
                                &stale,        &resume,     &fall,  &gap};
@@ -148,6 +148,21 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
         one.attenuation = 2.0 + 10.0 * fraction(random);
         one.response.exponent = 1.0 + 3.0 * fraction(random);
       }
+      if (round % 2 == 0) spec.friction_target.emplace().scale = 0.2 + fraction(random);
+      if (round % 3 == 1) {
+        rt::TransientParameters& transient = spec.transient.emplace();
+        transient.max_force_n = fraction(random);
+        transient.target.resize(1 + static_cast<std::size_t>(round / 3) % 3);
+        transient.real.resize(static_cast<std::size_t>(round / 3) % 4);
+        for (auto* modes : {&transient.target, &transient.real}) {
+          for (rt::TransientMode& mode : *modes) {
+            mode = {10.0 + fraction(random), 30.0 + fraction(random), fraction(random)};
+          }
+        }
+        transient.grip = {10.0 + fraction(random), 50.0 + fraction(random), 1.0 + fraction(random),
+                          fraction(random), fraction(random)};
+      }
+      if (round % 4 == 1) spec.friction_target.emplace().coefficient = 0.2 + fraction(random);
       spec.target.kind =
           turn(round, 12,
                {Kind::kLinear, Kind::kHuntCrossley, Kind::kDisplacementProfile, Kind::kPositionProfile});
@@ -200,6 +215,19 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->explore.friction_feel, spec.explore.friction_feel);
     EXPECT_EQ(again->explore.release, spec.explore.release);
     EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
+    ASSERT_EQ(again->transient.has_value(), spec.transient.has_value());
+    if (spec.transient) {
+      ASSERT_EQ(again->transient->target.size(), spec.transient->target.size());
+      EXPECT_EQ(again->transient->real.size(), spec.transient->real.size());
+      EXPECT_EQ(again->transient->target[0].decay_per_s, spec.transient->target[0].decay_per_s);
+      EXPECT_EQ(again->transient->max_force_n, spec.transient->max_force_n);
+      EXPECT_EQ(again->transient->grip.grip_damping_n_s_per_mm, spec.transient->grip.grip_damping_n_s_per_mm);
+    }
+    ASSERT_EQ(again->friction_target.has_value(), spec.friction_target.has_value());
+    if (spec.friction_target) {
+      EXPECT_EQ(again->friction_target->scale, spec.friction_target->scale);
+      EXPECT_EQ(again->friction_target->coefficient, spec.friction_target->coefficient);
+    }
     EXPECT_EQ(again->compensation.back_drive, spec.compensation.back_drive);
     EXPECT_EQ(again->target.kind, spec.target.kind);
     EXPECT_EQ(again->target.knot_count, spec.target.knot_count);
@@ -293,6 +321,36 @@ TEST(SceneFile, WordsAndProfilesOfAnExploreSceneAreChecked) {
   expect_error(explore + "[target]\nlaw = \"displacement_profile\"\nprofile = [[0, 1], [2, -1]]\n",
                {"'target.profile[1][1]' is out of range", "scene text, line 5", "-1 N/mm", "0 … 1000 N/mm",
                 "use at least 0 N/mm"});
+}
+
+TEST(SceneFile, AFrictionTargetIsChecked) {
+  const std::string explore = "name = \"x\"\nkind = \"explore\"\n[friction_target]\n";
+  expect_error(explore + "scale = 0.1\n", {"'friction_target.scale' is out of range", "scene text, line 4",
+                                           "0.1", "0.15 … 3", "use at least 0.15"});
+  expect_error(explore + "coefficient = nan\n",
+               {"'friction_target.coefficient' is not finite", "scene text, line 4", "nan", "0.02 … 3",
+                "send a finite number"});
+  expect_error(explore + "scael = 2\n", {"unknown key 'scael' in [friction_target]", "scene text, line 4", "",
+                                         "scale, coefficient", "did you mean 'scale'?"});
+  expect_error("name = \"x\"\n[friction_target]\nscale = 2\n",
+               {"'friction_target' means nothing in a scene of kind \"tap_1d\"", "scene text, line 2", "",
+                "kind = \"explore\"", "remove it, or choose such a kind"});
+}
+
+TEST(SceneFile, ATransientIsAMaterialOrModes) {
+  const std::string explore = "name = \"x\"\nkind = \"explore\"\n[transient]\n";
+  const auto wood = parse_scene(explore + "material = \"wood\"\n", "scene text");
+  ASSERT_TRUE(wood) << wood.error().text();
+  ASSERT_EQ(wood->transient->target.size(), 1U);
+  EXPECT_EQ(wood->transient->target[0].frequency_hz, 100.0);
+  expect_error(explore + "material = \"wodo\"\n",
+               {"'transient.material' is none of the words it may be", "scene text, line 4", "wodo",
+                "rubber, wood, metal", "did you mean 'wood'?"});
+  expect_error(explore + "[[transient.mode]]\nfrequency_hz = 400\n",
+               {"'transient.mode[0].frequency_hz' is out of range", "scene text, line 5", "400 Hz",
+                "10 … 300 Hz", "use at most 300 Hz"});
+  EXPECT_FALSE(
+      parse_scene(explore + "material = \"wood\"\n[[transient.mode]]\nfrequency_hz = 50\n", "scene text"));
 }
 
 TEST(SceneFile, ValuesHaveRangesAndUnits) {

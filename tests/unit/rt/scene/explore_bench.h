@@ -118,6 +118,17 @@ inline std::vector<SceneSpec> all_explore_scenes() {
   other.name = "recursive_bearing";
   other.explore.displacement = DisplacementEstimator::kRecursive;
   scenes.push_back(other);
+  for (const double scale : {0.5, 2.0}) {
+    other = explore_scene(Tip::kRod);
+    other.name = scale < 1.0 ? "less_friction" : "more_friction";
+    other.friction_target.emplace().scale = scale;
+    scenes.push_back(other);
+  }
+  other = explore_scene(Tip::kRod);
+  other.name = "transient";
+  other.transient.emplace().target = {{100.0, 80.0, 15.0}};
+  other.transient->real = {{60.0, 100.0, 5.0}};
+  scenes.push_back(other);
   return scenes;
 }
 

@@ -99,6 +99,8 @@ TEST(ExplorePipeline, AStrokeKeepsTheNormalAndCorrectsNoFrictionUnlessAsked) {
     ASSERT_GT(counted, 100);
     if (spec.explore.friction_feel == FrictionFeel::kCancelled) {
       EXPECT_NEAR(shared / counted, 1.0, 0.1) << spec.name;
+    } else if (spec.friction_target) {
+      EXPECT_NEAR(shared / counted, 1.0 - *spec.friction_target->scale, 0.1) << spec.name;
     } else {
       EXPECT_NEAR(shared / counted, 0.0, 0.1) << spec.name;
     }
