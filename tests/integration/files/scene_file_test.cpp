@@ -17,15 +17,15 @@ namespace {
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, max_change, structure_compensated, structural, structural_field, explore, control,
+         ramp, max_change, structure_compensated, structural, structural_field, explore, inclusions, control,
          compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
   auto& [law, proportional, derivative] = control;
   auto& [force, rate, power, stale, resume, fall, gap] = guard;
-  auto& [direction, displacement, contact_law, feel, release, passivity, cutoff, noise, gravity, mounting,
-         tip_to_centre] = explore;
+  auto& [direction, displacement, contact_law, feel, release, modulated, passivity, cutoff, noise, gravity,
+         mounting, tip_to_centre] = explore;
   auto& [lead, reaction_lead, back_drive] = compensation;
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
@@ -35,6 +35,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(release_time), static_cast<void>(quiet_time), static_cast<void>(arming_time);
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
+  static_cast<void>(inclusions), static_cast<void>(modulated);
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
   std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
                                &proportional, &derivative, &force, &rate,       &power,
@@ -277,6 +278,23 @@ TEST(SceneFile, ValuesHaveRangesAndUnits) {
   expect_error("name = \"x\"\n[contact]\nthreshold_n = inf\n",
                {"'contact.threshold_n' is not finite", "scene text, line 3", "inf", "0 … 5 N",
                 "send a finite number"});
+}
+
+TEST(SceneFile, AProgramCanBranchOnTheMistake) {
+  const auto mistake = [](const std::string& text) {
+    const auto scene = parse_scene(text, "test");
+    EXPECT_FALSE(scene) << text;
+    return scene ? hal::Mistake::kOther : scene.error().mistake;
+  };
+  const std::string named = "name = \"a\"\n";
+  EXPECT_EQ(mistake("name = "), hal::Mistake::kSyntax);
+  EXPECT_EQ(mistake(named + "kinds = \"wall\"\n"), hal::Mistake::kUnknownKey);
+  EXPECT_EQ(mistake("kind = \"wall\"\n"), hal::Mistake::kMissingKey);
+  EXPECT_EQ(mistake(named + "[tool]\nmass_g = \"heavy\"\n"), hal::Mistake::kWrongType);
+  EXPECT_EQ(mistake(named + "kind = \"ball\"\n"), hal::Mistake::kUnknownWord);
+  EXPECT_EQ(mistake(named + "kind = \"wall\"\n[contact]\nthreshold_n = 0.1\n"), hal::Mistake::kMisplacedKey);
+  EXPECT_EQ(mistake(named + "description = \"" + std::string(1025, 'a') + "\"\n"), hal::Mistake::kTooLong);
+  EXPECT_EQ(mistake(named + "[tool]\nmass_g = -1.0\n"), hal::Mistake::kOutOfRange);
 }
 
 TEST(SceneFile, ASceneHasAName) {
