@@ -108,7 +108,7 @@ TEST(TargetRamp, OfZeroSecondsEndsAtTheNextTickHoweverSoonThatComes) {
   TargetRamp ramp(0.5, 1000.0);
   ramp.set(0.875, 0.0);
   EXPECT_EQ(ramp.update(0.9, 2.0), 0.875);
-  const hal::Vector3 tip_mm = hal::Vector3::Zero();
+  const hal::Vector3 tip_mm = {};
   TargetLaw law;
   law.stiffness_n_per_mm = 0.5;
   TargetBlend blend(law, 1000.0);
