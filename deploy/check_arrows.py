@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the include graph of the folders: no cycle, no include against the layers, no crowded folder.
+"""Checks the include graph of the folders: no cycle, no include against the layers, no crowded folder, no long file.
 
     deploy/check_arrows.py [--root FOLDER] [--list]
 
@@ -36,6 +36,9 @@ FORBIDDEN = [
     ("client/cpp", ("client/cli",)),
 ]
 MAX_FILES = 26  # .h and .cpp of one folder
+MAX_LINES = 400  # of a file outside the tests
+# Longer files, each with its reason.
+LONG_FILES = {}
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 
@@ -45,7 +48,7 @@ def within(folder, part):
 
 
 def read_graph(root):
-    """Folder → folder → the (file, included file) pairs between them; folder → number of files, of lines."""
+    """Folder → folder → the (file, included file) pairs between them; folder → number of files; file → lines."""
     files = {path.relative_to(root).as_posix(): path
              for top in TOPS for path in (root / top).rglob("*") if path.suffix in (".h", ".cpp")}
     arrows = collections.defaultdict(lambda: collections.defaultdict(list))
@@ -54,7 +57,7 @@ def read_graph(root):
         folder = name.rpartition("/")[0]
         text = path.read_text(encoding="utf-8")
         count[folder] += 1
-        lines[folder] += text.count("\n")
+        lines[name] = text.count("\n")
         for included in INCLUDE.findall(text):
             other = included.rpartition("/")[0]
             if included in files and other != folder:
@@ -85,6 +88,15 @@ def cycles(arrows, folders):
         if folder not in index:
             visit(folder)
     return found
+
+
+def long_files(lines, reasons=LONG_FILES):
+    """Files outside the tests with more than MAX_LINES that have no reason, and reasons of files that are not long."""
+    long = {name for name, count in lines.items() if count > MAX_LINES and not within(name, "tests")}
+    for name in sorted(long - reasons.keys()):
+        yield f"{name} has {lines[name]} lines: at most {MAX_LINES}; split it by what its parts do"
+    for name in sorted(reasons.keys() - long):
+        yield f"{name} is listed as long, and is not: take it off the list"
 
 
 def problems(arrows, count):
@@ -118,8 +130,9 @@ def main():
         return 1
     if options.list:
         for folder in sorted(count):
-            print(f"{folder}: {count[folder]} files, {lines[folder]} lines -> {', '.join(sorted(arrows[folder]))}")
-    found = list(problems(arrows, count))
+            own = sum(n for name, n in lines.items() if name.rpartition("/")[0] == folder)
+            print(f"{folder}: {count[folder]} files, {own} lines -> {', '.join(sorted(arrows[folder]))}")
+    found = list(problems(arrows, count)) + list(long_files(lines))
     for problem in found:
         print(f"check_arrows.py: {problem}", file=sys.stderr)
     if not found:

@@ -1,10 +1,24 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <variant>
 
 namespace hapticd::hal {
+
+/// What is wrong with a text that was read, for programs to branch on; v1.ErrorReason in the contract.
+enum class Mistake : std::uint8_t {
+  kOther,
+  kSyntax,
+  kUnknownKey,
+  kMissingKey,
+  kWrongType,
+  kUnknownWord,   ///< none of the words the value may be
+  kMisplacedKey,  ///< known, but without meaning next to what else was said
+  kTooLong,       ///< text, list, nesting or file
+  kOutOfRange,
+};
 
 /// What went wrong, in the five parts a person needs to fix it. Every refusal of the service, from a
 /// scene file to an RPC, is one of these; the network adds only a status code.
@@ -14,6 +28,7 @@ struct Error {
   std::string value;   ///< the offending value as text, empty if there is none
   std::string limit;   ///< what would be accepted, e.g. "0 … 1000 N/mm"
   std::string remedy;  ///< what to do, e.g. "did you mean 'stiffness_n_per_mm'?"
+  Mistake mistake = Mistake::kOther;
 
   /// One line for logs and terminals.
   std::string text() const {

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/cpp/identification_stream_state.h"
 #include "client/cpp/recording_upload_state.h"
-#include "client/cpp/telemetry_stream_state.h"
-#include "client/cpp/turntable_stream_state.h"
+#include "client/cpp/server_stream.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
@@ -16,10 +14,22 @@
 #include "hapticd/v1/safety.grpc.pb.h"
 #include "hapticd/v1/scene.grpc.pb.h"
 #include "hapticd/v1/simulation.grpc.pb.h"
+#include "hapticd/v1/telemetry.grpc.pb.h"
 #include "hapticd/v1/turntable.grpc.pb.h"
 
 namespace hapticd::client {
 namespace {
+
+/// A call that is answered with a stream of messages; `method` is the stub's Async… of it.
+template <class Message, class Stub, class Request, class Method>
+std::unique_ptr<ServerStream<Message>> streaming(const std::shared_ptr<Stub>& stub,
+                                                 const std::string& address, const Request& request,
+                                                 Method method) {
+  return std::make_unique<ServerStream<Message>>(
+      stub, address, [&](Stub& on, grpc::ClientContext* context, grpc::CompletionQueue* queue) {
+        return (on.*method)(context, request, queue, nullptr);
+      });
+}
 
 constexpr std::chrono::seconds kLastFit{30};
 /// What the daemon keeps of a reason. Nothing longer is sent: a request may be too large to arrive.
@@ -289,8 +299,9 @@ v1::ListIdentificationsResponse Client::identifications() {
 IdentificationStream Client::watch_identification(const std::string& identification) {
   v1::WatchIdentificationRequest request;
   request.set_identification(identification);
-  return IdentificationStream(
-      std::make_unique<IdentificationStream::State>(state_->channel, request, state_->options.address));
+  return IdentificationStream(streaming<v1::IdentificationProgress>(
+      std::shared_ptr(v1::IdentificationService::NewStub(state_->channel)), state_->options.address, request,
+      &v1::IdentificationService::Stub::AsyncWatchIdentification));
 }
 
 RecordingUpload Client::upload_recording(const v1::RecordingDescription& description) {
@@ -304,13 +315,15 @@ v1::Turntable Client::turntable() {
 }
 
 TurntableStream Client::home_turntable() {
-  return TurntableStream(
-      std::make_unique<TurntableStream::State>(state_->channel, v1::HomeRequest(), state_->options.address));
+  return TurntableStream(streaming<v1::TurntableStatus>(
+      std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address,
+      v1::HomeRequest(), &v1::TurntableService::Stub::AsyncHome));
 }
 
 TurntableStream Client::move_turntable(const v1::MoveToRequest& request) {
-  return TurntableStream(
-      std::make_unique<TurntableStream::State>(state_->channel, request, state_->options.address));
+  return TurntableStream(streaming<v1::TurntableStatus>(
+      std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address, request,
+      &v1::TurntableService::Stub::AsyncMoveTo));
 }
 
 v1::TurntableStatus Client::stop_turntable() {
@@ -334,8 +347,10 @@ v1::TurntableStatus Client::disengage_turntable() {
 }
 
 TelemetryStream Client::subscribe(const v1::SubscribeRequest& request) {
-  return TelemetryStream(
-      std::make_unique<TelemetryStream::State>(state_->channel, request, state_->options.address));
+  return {MessageStream<v1::TelemetryBatch>(streaming<v1::TelemetryBatch>(
+              std::shared_ptr(v1::TelemetryService::NewStub(state_->channel)), state_->options.address,
+              request, &v1::TelemetryService::Stub::AsyncSubscribe)),
+          request.decimation()};
 }
 
 }  // namespace hapticd::client

@@ -6,10 +6,8 @@
 
 #include "client/cpp/address.h"
 #include "client/cpp/error.h"
-#include "client/cpp/identification_stream.h"
+#include "client/cpp/message_stream.h"
 #include "client/cpp/recording_upload.h"
-#include "client/cpp/telemetry_stream.h"
-#include "client/cpp/turntable_stream.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
 #include "hapticd/v1/rendering.pb.h"
@@ -178,7 +176,8 @@ class Client {
   v1::IdentificationProgress cancel_identification(const std::string& identification);
   /// The last 64, newest first.
   v1::ListIdentificationsResponse identifications();
-  /// Empty = the one that runs, else the last one. Refusals come with the stream's first next(): NOT_FOUND.
+  /// Empty = the one that runs, else the last one. Refusals come with the stream's first next(): NOT_FOUND,
+  /// TOO_MANY (16 clients watch already).
   IdentificationStream watch_identification(const std::string& identification);
   /// Refusals come while it is sent, see there.
   RecordingUpload upload_recording(const v1::RecordingDescription& description);
@@ -187,9 +186,12 @@ class Client {
 
   /// Angles in degrees, speeds in deg/s; stations, state, and why it must not turn now. Opens nothing.
   v1::Turntable turntable();
-  /// Finds the table's zero. Refusals come with the stream's first next().
+  /// Finds the table's zero. Refusals come with the stream's first next(): BUSY, WRONG_STATE (contact, force,
+  /// a latched guard), NO_HARDWARE; STATE_CHANGED where it ended before it had arrived (stopped, stalled,
+  /// alarm, lost).
   TurntableStream home_turntable();
-  /// To an angle (deg) or a station. Refusals come with the stream's first next().
+  /// To an angle (deg) or a station. Refused as home_turntable(), and: WRONG_STATE (not homed), NOT_FOUND (no
+  /// such station), OUT_OF_RANGE.
   TurntableStream move_turntable(const v1::MoveToRequest& request);
   /// As fast as the drive can; any client may. Returns without waiting.
   v1::TurntableStatus stop_turntable();
@@ -206,7 +208,7 @@ class Client {
 
   /// The loop's records, live: groups, every n-th tick (1 … 10000), samples in a batch (1 … 1000), samples
   /// kept for this client (100 … 60000); 0 = the default. Refusals come with the stream's first next():
-  /// OUT_OF_RANGE, INVALID (unknown group).
+  /// OUT_OF_RANGE, INVALID (unknown group), TOO_MANY; UNAVAILABLE when the daemon ends.
   TelemetryStream subscribe(const v1::SubscribeRequest& request);
 
  private:

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "client/cpp/error.h"
+#include "client/cpp/message_stream.h"
 
 namespace hapticd::client {
 
@@ -19,12 +20,12 @@ namespace hapticd::client {
 template <class Message>
 class ServerStream {
  public:
-  enum class Event { kMessage, kNothing, kEnded };
+  using Event = typename MessageStream<Message>::Event;
 
-  /// `begin(context, queue)` starts the call and returns its reader; `address` is for errors.
-  template <class Begin>
-  ServerStream(std::string address, Begin begin)
-      : address_(std::move(address)), reader_(begin(&context_, &queue_)) {}
+  /// `begin(stub, context, queue)` starts the call and returns its reader; `address` is for errors.
+  template <class Stub, class Begin>
+  ServerStream(const std::shared_ptr<Stub>& stub, std::string address, Begin begin)
+      : address_(std::move(address)), stub_(stub), reader_(begin(*stub, &context_, &queue_)) {}
 
   ~ServerStream() {
     context_.TryCancel();
@@ -96,6 +97,7 @@ class ServerStream {
   grpc::Status status_;
   Phase phase_ = Phase::kStarting;
   bool cancelled_ = false;
+  std::shared_ptr<void> stub_;  ///< lives as long as its call
   std::unique_ptr<grpc::ClientAsyncReader<Message>> reader_;
 };
 

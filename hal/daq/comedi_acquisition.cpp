@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t kRingScans = 2048;  // 0.2 s at 10 kHz
 constexpr std::size_t kScansARead = 512;
-constexpr milliseconds kShortestPause{100};
+constexpr milliseconds kMinPause{100};
 constexpr milliseconds kMaxPause{5000};
 constexpr int kPollMs = 20;
 constexpr std::int64_t kStallNs = 500'000'000;
@@ -169,13 +169,13 @@ void ComediAcquisition::adopt(const Stream& stream) noexcept {
 void ComediAcquisition::run(Stream stream) noexcept {
   raise_priority();
   bytes_.assign(kScansARead * stream.channels.size() * sizeof(lsampl_t), 0);
-  milliseconds back_off = kShortestPause;
+  milliseconds back_off = kMinPause;
   bool has_delivered = false;  // since the stream was started last
   for (;;) {
     if (!pause(milliseconds::zero())) break;
     const Outcome outcome = take(stream);
     if (outcome == Outcome::kDelivered) {
-      back_off = kShortestPause;
+      back_off = kMinPause;
       has_delivered = true;
     }
     if (outcome == Outcome::kDelivered || outcome == Outcome::kSilent) continue;

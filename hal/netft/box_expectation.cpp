@@ -104,4 +104,13 @@ std::vector<std::string> findings_of(const BoxConfiguration& box, const NetFtCon
   return findings;
 }
 
+SixAxes<double> ranges_of(const std::string& model) {
+  SixAxes<double> ranges{};
+  if (const auto c = hal::find_nano17_calibration(model, "")) {
+    ranges = {c->range_across_n,    c->range_across_n,    c->range_along_n,
+              c->range_torque_n_mm, c->range_torque_n_mm, c->range_torque_n_mm};
+  }
+  return ranges;
+}
+
 }  // namespace hapticd::netft

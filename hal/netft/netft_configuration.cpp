@@ -8,10 +8,14 @@
 #include <utility>
 
 #include "hal/netft/netft_units.h"
+#include "hal/shown_text.h"
 
 namespace hapticd::netft {
 
 namespace {
+
+using hal::shown;
+using hal::trimmed;
 
 constexpr double kMaxCounts = 1e12;
 constexpr double kFastestHz = 100'000.0;
@@ -19,23 +23,6 @@ constexpr double kMaxReading = 1e9;
 /// Units by their numbers in cfgfu and cfgtu, for firmware that does not give names.
 constexpr std::array<std::string_view, 6> kForceUnitByCode{"lbf", "N", "klbf", "kN", "kgf", "gf"};
 constexpr std::array<std::string_view, 6> kTorqueUnitByCode{"lbf-in", "lbf-ft", "Nm", "Nmm", "kgf-cm", "kNm"};
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-/// A value for display on a terminal: short, without control characters.
-std::string shown(std::string_view text) {
-  constexpr std::size_t kMax = 60;
-  std::string clean(text.substr(0, kMax));
-  std::replace_if(
-      clean.begin(), clean.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; },
-      '?');
-  return "'" + clean + (text.size() > kMax ? "…'" : "'");
-}
 
 bool read_number(std::string_view text, double& number) {
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);

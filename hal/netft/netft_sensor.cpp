@@ -20,17 +20,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kBiasTime{250};
-constexpr std::chrono::milliseconds kBiasTimeout{2000};
-constexpr std::chrono::milliseconds kBiasSettling{50};
-constexpr int kBiasAttempts = 3;
-/// As many samples as arrive in this time at the lowest allowed rate.
-constexpr double kMinBiasShare = 0.5;
-/// After a bias on the box its readings are zero to within this share of the range.
-constexpr double kBiasedShare = 0.005;
-constexpr double kNoticeableLoss = 0.01;
-constexpr std::int64_t kRecentlyNs = 60'000'000'000;
-
 Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
@@ -45,16 +34,6 @@ hal::SensorInfo info_of(const NetFtConfig& config) {
   info.sample_rate_hz = config.rate_hz;
   info.tool_mass_g = config.tool_mass_g;
   return info;
-}
-
-/// Readings at the end of range of each axis, N and N·mm.
-SixAxes<double> ranges_of(const std::string& model) {
-  SixAxes<double> ranges{};
-  if (const auto c = hal::find_nano17_calibration(model, "")) {
-    ranges = {c->range_across_n,    c->range_across_n,    c->range_along_n,
-              c->range_torque_n_mm, c->range_torque_n_mm, c->range_torque_n_mm};
-  }
-  return ranges;
 }
 
 hal::Result<std::string> numeric_address(const std::string& address, const std::string& place) {
@@ -317,125 +296,6 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
   last_read_ns_ = now_ns;
 }
 
-std::optional<hal::Error> NetFtSensor::bias() {
-  const std::lock_guard control(control_);
-  if (!engaged_.load()) return not_engaged("the bias cannot be taken");
-  std::optional<hal::Error> error;
-  switch (config_.bias) {
-    case BiasBy::kNone:
-      return hal::Error{.what = "biasing is switched off",
-                        .where = "[rig.netft] bias",
-                        .value = "none",
-                        .limit = "software, box",
-                        .remedy = "choose what subtracts the reading of the unloaded sensor"};
-    case BiasBy::kSoftware:
-      error = bias_in_software();
-      break;
-    case BiasBy::kBox:
-      error = bias_on_box();
-      break;
-  }
-  if (error) return error;
-
-  // The bias stays valid only while the box keeps these values after a restart.
-  std::optional<std::array<double, 6>> box_bias;
-  if (config_.read_configuration) {
-    if (const auto box = read_box(Clock::now() + std::chrono::seconds(1))) box_bias = box->bias;
-  }
-  const std::lock_guard reported(reported_);
-  box_bias_ = box_bias;
-  bias_lost_.store(false);
-  return std::nullopt;
-}
-
-hal::Result<SixAxes<double>> NetFtSensor::measure_mean() {
-  const auto fewest = static_cast<std::uint64_t>(
-      std::ceil(kMinBiasShare * config_.lowest_rate_hz * std::chrono::duration<double>(kBiasTime).count()));
-  const auto give_up = Clock::now() + kBiasTimeout;
-  const RdtTotals before = stream_.totals();
-  RdtTotals after = before;
-  do {
-    std::this_thread::sleep_for(kBiasTime);
-    after = stream_.totals();
-  } while (after.good - before.good < fewest && Clock::now() < give_up);
-
-  const auto refusal = [this](std::string what, std::string value, std::string limit, std::string remedy) {
-    return hal::Error{.what = std::move(what),
-                      .where = place(),
-                      .value = std::move(value),
-                      .limit = std::move(limit),
-                      .remedy = std::move(remedy)};
-  };
-  const std::uint64_t samples = after.good - before.good;
-  if (samples < fewest) {
-    return refusal("too few samples came for a bias", std::to_string(samples),
-                   "at least " + std::to_string(fewest), "check the connection, then bias again");
-  }
-  if (after.saturated != before.saturated || after.faulty != before.faulty) {
-    return refusal("the sensor was saturated or faulty while the bias was taken", "", "",
-                   "take the tool out of contact, correct what the box reports, then bias again");
-  }
-  SixAxes<double> mean{};
-  for (std::size_t i = 0; i < mean.size(); ++i) {
-    const auto sum = static_cast<std::int64_t>(after.sum_counts[i] - before.sum_counts[i]);
-    mean[i] = static_cast<double>(sum) / static_cast<double>(samples);
-  }
-  return mean;
-}
-
-std::optional<hal::Error> NetFtSensor::bias_in_software() {
-  const auto mean = measure_mean();
-  if (!mean) return mean.error();
-  keep_zero(*mean);
-  return std::nullopt;
-}
-
-void NetFtSensor::keep_zero(const SixAxes<double>& bias_counts) {
-  zero_ = Zero{bias_counts, newtons_per_count_, newton_millimetres_per_count_};
-  stream_.set_bias(bias_counts, bias_serial_.fetch_add(1) + 1);
-}
-
-bool NetFtSensor::zero_holds(const std::optional<BoxConfiguration>& box) {
-  if (!zero_) return true;
-  const bool same_units = zero_->newtons_per_count == newtons_per_count_ &&
-                          zero_->newton_millimetres_per_count == newton_millimetres_per_count_;
-  bool same_box_bias = true;  // if the page does not say
-  {
-    const std::lock_guard reported(reported_);
-    if (box && box->bias && box_bias_) same_box_bias = *box->bias == *box_bias_;
-  }
-  if (same_units && same_box_bias) return true;
-  if (!same_units) zero_->bias_counts = {};
-  bias_serial_.fetch_add(1);
-  return false;
-}
-
-std::optional<hal::Error> NetFtSensor::bias_on_box() {
-  const SixAxes<double> ranges = ranges_of(config_.model);
-  double worst = 0.0;
-  // The command is one datagram, which may be lost: the readings show whether it had an effect.
-  for (int attempt = 0; attempt < kBiasAttempts; ++attempt) {
-    stream_.send(RdtCommand::kSetSoftwareBias);
-    std::this_thread::sleep_for(kBiasSettling);
-    const auto mean = measure_mean();
-    if (!mean) return mean.error();
-    worst = 0.0;
-    for (std::size_t i = 0; i < 6; ++i) {
-      const double unit = i < 3 ? newtons_per_count_ : newton_millimetres_per_count_;
-      worst = std::max(worst, std::abs((*mean)[i] * unit) / ranges[i]);
-    }
-    if (worst < kBiasedShare) {
-      keep_zero({});
-      return std::nullopt;
-    }
-  }
-  return hal::Error{.what = "the box did not apply the bias: its readings are not zero",
-                    .where = place(),
-                    .value = number_text(100.0 * worst) + " % of the range",
-                    .limit = "below " + number_text(100.0 * kBiasedShare) + " %",
-                    .remedy = "keep the tool out of contact and at rest, or set bias = \"software\""};
-}
-
 std::optional<hal::Error> NetFtSensor::reset_condition_latch() {
   const std::lock_guard control(control_);
   if (!engaged_.load()) return not_engaged("the condition latch cannot be reset");
@@ -497,110 +357,6 @@ void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
     bias_lost_.store(!bias_holds);
   }
   configuration_changed_.store(!change.empty());
-}
-
-hal::PartReport NetFtSensor::report() const {
-  hal::PartReport report;
-  report.part = "force sensor";
-  report.driver = "netft";
-  const bool engaged = engaged_.load(std::memory_order_acquire);
-  const std::uint32_t status = counters_.recent_status.load();
-  const bool silent = counters_.silent.load();
-  std::vector<std::string>& findings = report.findings;
-  {
-    const std::lock_guard reported(reported_);
-    if (engaged) {
-      report.connection = connection_;
-      if (!change_.empty()) findings.push_back(change_);
-      if (box_) {
-        const auto more = findings_of(*box_, config_);
-        findings.insert(findings.end(), more.begin(), more.end());
-        if (box_->low_pass_hz) report.figures.push_back({"low_pass", *box_->low_pass_hz, "Hz"});
-        if (box_->rdt_rate_hz) report.figures.push_back({"rate_set", *box_->rdt_rate_hz, "Hz"});
-      }
-      if (!shortcoming_.empty()) findings.push_back(shortcoming_);
-    } else if (!refusal_.empty()) {
-      findings.push_back(refusal_);
-    }
-  }
-  if (engaged) {
-    const auto described = describe_rdt_status(status);
-    findings.insert(findings.end(), described.begin(), described.end());
-    if (bias_lost_.load()) {
-      findings.emplace_back(
-          "the box restarted, and its earlier bias is lost: take the tool out of contact and bias again "
-          "(never "
-          "automatic: under load it would hide the load)");
-    }
-    const double rate_set = box_rate_hz();
-    const double rate = counters_.rate_hz.load();
-    if (silent) {
-      findings.emplace_back(
-          "no data come from the box: check its power and cable, and that no other client takes the stream");
-    } else if (rate > 0.0 && rate_set > 0.0 && rate < 0.9 * rate_set) {
-      findings.push_back("only " + number_text(std::round(rate)) + " samples a second arrive of the " +
-                         number_text(rate_set) + " the box is set to: check network and load of the machine");
-    }
-    if (counters_.loss_share.load() > kNoticeableLoss) {
-      findings.push_back(
-          number_text(std::round(1000.0 * counters_.loss_share.load()) / 10.0) +
-          " % of the samples are lost in the network: connect the box directly, check the cable");
-    }
-    const std::int64_t last_implausible_ns = counters_.last_implausible_ns.load();
-    if (last_implausible_ns != 0 && monotonic_ns() - last_implausible_ns < kRecentlyNs) {
-      findings.emplace_back(
-          "the stream's numbers ran ahead of time or restarted twice within 10 s: the box fails, or another "
-          "someone "
-          "else sends in its name; give the box its own network");
-    }
-    const std::int64_t last_silence_ns = counters_.last_silence_ns.load();
-    if (!silent && last_silence_ns != 0 && monotonic_ns() - last_silence_ns < kRecentlyNs) {
-      findings.push_back("the stream stopped within the last minute (" +
-                         std::to_string(counters_.silences.load()) +
-                         " times since the start): check the cable; a box serves one client at a time, so "
-                         "close any other");
-    }
-  }
-
-  const bool unfit = configuration_changed_.load() || judge_rdt_status(status).faulty;
-  if (!engaged) {
-    const std::lock_guard reported(reported_);
-    report.state = refusal_.empty() ? hal::PartState::kIdle : hal::PartState::kFaulty;
-  } else if (silent) {
-    report.state = hal::PartState::kConnecting;
-  } else {
-    report.state = unfit ? hal::PartState::kFaulty : hal::PartState::kReady;
-  }
-
-  const auto add = [&report](const char* name, const std::atomic<std::uint64_t>& value) {
-    report.figures.push_back({name, static_cast<double>(value.load()), ""});
-  };
-  report.figures.push_back({"rate", counters_.rate_hz.load(), "Hz"});
-  add("samples", counters_.good);
-  add("sequence_gaps", counters_.gaps);
-  add("samples_lost", counters_.lost);
-  add("duplicates", counters_.duplicates);
-  add("overtaken", counters_.old);
-  add("out_of_order", counters_.unconfirmed);
-  add("box_restarts", counters_.box_restarts);
-  add("stream_restarts", counters_.stream_restarts);
-  add("implausible_numbers", counters_.implausible);
-  add("malformed_datagrams", counters_.malformed);
-  add("foreign_datagrams", counters_.foreign);
-  add("saturated_samples", counters_.saturated);
-  add("samples_with_warning", counters_.warned);
-  add("faulty_samples", counters_.faulty);
-  add("silences", counters_.silences);
-  add("stream_requests", counters_.requests);
-  add("send_errors", counters_.send_errors);
-  add("exceptions", counters_.exceptions);
-  add("samples_skipped", skipped_);
-  return report;
-}
-
-double NetFtSensor::box_rate_hz() const {
-  const std::lock_guard reported(reported_);
-  return box_ && box_->rdt_rate_hz ? *box_->rdt_rate_hz : 0.0;
 }
 
 }  // namespace hapticd::netft

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "hal/error.h"
+#include "hal/monotonic_clock.h"
 #include "hal/netft/latest_value.h"
 #include "hal/netft/rdt_record.h"
 
@@ -123,11 +124,6 @@ class RdtStream {
   std::unique_ptr<Receiver> receiver_;
 };
 
-/// The monotonic clock used for arrival times.
-inline std::int64_t monotonic_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
+using hal::monotonic_ns;  ///< of arrival times
 
 }  // namespace hapticd::netft

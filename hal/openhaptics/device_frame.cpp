@@ -9,7 +9,7 @@ namespace {
 using hal::Quaternion;
 using hal::Vector3;
 
-constexpr double kShortestAxis = 0.5;
+constexpr double kMinAxisLength = 0.5;
 constexpr double kMaxAxis = 2.0;
 constexpr double kMaxSkew = 0.5;  // cosine between two axes: 60° instead of 90°
 
@@ -44,7 +44,7 @@ std::optional<Quaternion> orientation_in_rig(const Transform& t) noexcept {
   Vector3 axes[3] = {{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}};
   for (Vector3& axis : axes) {
     const double length = std::sqrt(dot(axis, axis));
-    if (!(length >= kShortestAxis && length <= kMaxAxis)) return std::nullopt;  // also for NaN
+    if (!(length >= kMinAxisLength && length <= kMaxAxis)) return std::nullopt;  // also for NaN
     axis = axis * (1.0 / length);
   }
   if (std::abs(dot(axes[0], axes[1])) > kMaxSkew || std::abs(dot(axes[1], axes[2])) > kMaxSkew ||

@@ -93,14 +93,14 @@ void find_of_servo(const OpenHapticsConfig& config, const DeviceView& view,
   }
 }
 
-bool find_of_errors(const ErrorSeat& seat, std::vector<std::string>& findings) {
+bool find_of_errors(const DeviceErrorSlot& slot, std::vector<std::string>& findings) {
   bool unfit = false;
-  const std::int64_t now_ns = ErrorSeat::now_ns();
+  const std::int64_t now_ns = hal::monotonic_ns();
   for (std::size_t index = 0; index < kHdErrorCount; ++index) {
-    const std::int64_t seen_ns = seat.last_seen_ns[index];
+    const std::int64_t seen_ns = slot.last_seen_ns[index];
     if (seen_ns == 0 || now_ns - seen_ns > kRecentNs) continue;
     const HdError& error = hd_errors()[index];
-    findings.push_back(std::string(error.name) + " (" + std::to_string(seat.counts[index]) +
+    findings.push_back(std::string(error.name) + " (" + std::to_string(slot.counts[index]) +
                        " times since engaged): " + std::string(error.remedy));
     unfit = unfit || (error.status & hal::sample_status::kDeviceFault) != 0;
   }
@@ -161,16 +161,16 @@ hal::PartReport report_on(const OpenHapticsConfig& config, const DeviceView& vie
       report.findings.push_back("the vendor's scheduler was abandoned: engage the device again");
     }
     find_of_servo(config, view, report.findings);
-    unfit = find_of_errors(*view.seat, report.findings);
+    unfit = find_of_errors(*view.slot, report.findings);
   }
   if (view.servo != nullptr) {
     figures_of(view.facts, report.figures);
     if (view.running) report.figures.push_back({"scheduler_rate", view.rate_hz, "Hz"});
     figures_of(*view.servo, report.figures);
     for (std::size_t index = 0; index < kHdErrorCount; ++index) {
-      if (view.seat->counts[index] == 0) continue;
+      if (view.slot->counts[index] == 0) continue;
       report.figures.push_back(
-          {std::string(hd_errors()[index].name), static_cast<double>(view.seat->counts[index]), ""});
+          {std::string(hd_errors()[index].name), static_cast<double>(view.slot->counts[index]), ""});
     }
   }
   if (!view.refusal.empty() || unfit || view.stalled || view.lost) {

@@ -19,7 +19,7 @@ struct DeviceView {
   double rate_hz = 0.0;  ///< measured; 0 = not known yet
   DeviceFacts facts;
   std::shared_ptr<ServoReport> servo;  ///< of the last engagement
-  std::shared_ptr<ErrorSeat> seat;
+  std::shared_ptr<DeviceErrorSlot> slot;
 };
 
 hal::PartReport report_on(const OpenHapticsConfig& config, const DeviceView& view);

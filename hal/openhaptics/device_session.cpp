@@ -84,10 +84,10 @@ std::optional<hal::Error> DeviceSession::init() {
                       "OpenHaptics device", name, "",
                       "try the vendor's diagnostic tool; use the name set up there"};
   }
-  seat_ = library_->take_seat(device_);
-  if (seat_ == nullptr) {
+  slot_ = library_->acquire_slot(device_);
+  if (slot_ == nullptr) {
     return hal::Error{"too many devices are open", "OpenHaptics device", name,
-                      std::to_string(HdLibrary::kSeats), "close one"};
+                      std::to_string(HdLibrary::kSlots), "close one"};
   }
   return std::nullopt;
 }
@@ -119,7 +119,7 @@ std::optional<hal::Error> DeviceSession::prepare() {
   for (const int style : {hd::kCalibrationAuto, hd::kCalibrationInkwell}) {
     if (setup.calibration_style == 0) setup.calibration_style = facts_.calibration_styles & style;
   }
-  servo_ = std::make_unique<Servo>(library_, device_, seat_, setup);
+  servo_ = std::make_unique<Servo>(library_, device_, slot_, setup);
   return std::nullopt;
 }
 
@@ -234,7 +234,7 @@ void DeviceSession::close() {
     library_->api().disable(hd::kForceOutput);
     library_->api().disable_device(device_);
     library_->last_error(device_);
-    if (seat_ != nullptr) HdLibrary::leave_seat(*seat_);
+    if (slot_ != nullptr) HdLibrary::release_slot(*slot_);
     device_ = hd::kInvalidHandle;
   }
   servo_.reset();

@@ -55,7 +55,7 @@ class DeviceSession {
   const DeviceFacts& facts() const noexcept { return facts_; }
   const std::shared_ptr<HdLibrary>& library() const noexcept { return library_; }
   Servo& servo() noexcept { return *servo_; }
-  const std::shared_ptr<ErrorSeat>& seat() const noexcept { return seat_; }
+  const std::shared_ptr<DeviceErrorSlot>& slot() const noexcept { return slot_; }
 
  private:
   std::optional<hal::Error> init();
@@ -73,7 +73,7 @@ class DeviceSession {
   const OpenHapticsConfig config_;
   std::shared_ptr<HdLibrary> library_;
   hd::Handle device_ = hd::kInvalidHandle;
-  std::shared_ptr<ErrorSeat> seat_;
+  std::shared_ptr<DeviceErrorSlot> slot_;
   DeviceFacts facts_;
   std::unique_ptr<Servo> servo_;
   hd::SchedulerHandle scheduled_ = 0;

@@ -112,47 +112,47 @@ void HdLibrary::stop_scheduler() {
   if (scheduler_users_ > 0 && --scheduler_users_ == 0) api_.stop_scheduler();
 }
 
-std::shared_ptr<ErrorSeat> HdLibrary::take_seat(hd::Handle device) noexcept {
-  for (ErrorSeat& seat : *seats_) {
+std::shared_ptr<DeviceErrorSlot> HdLibrary::acquire_slot(hd::Handle device) noexcept {
+  for (DeviceErrorSlot& slot : *slots_) {
     hd::Handle unassigned = hd::kInvalidHandle;
-    if (seat.device.compare_exchange_strong(unassigned, device)) {
-      seat.take();
-      for (auto& count : seat.counts) count.store(0, std::memory_order_relaxed);
-      for (auto& time : seat.last_seen_ns) time.store(0, std::memory_order_relaxed);
-      return {seats_, &seat};
+    if (slot.device.compare_exchange_strong(unassigned, device)) {
+      slot.take();
+      for (auto& count : slot.counts) count.store(0, std::memory_order_relaxed);
+      for (auto& time : slot.last_seen_ns) time.store(0, std::memory_order_relaxed);
+      return {slots_, &slot};
     }
   }
   return nullptr;
 }
 
-ErrorSeat* HdLibrary::seat_of(hd::Handle device) noexcept {
+DeviceErrorSlot* HdLibrary::slot_of(hd::Handle device) noexcept {
   if (device == hd::kInvalidHandle) return nullptr;
-  for (ErrorSeat& seat : *seats_) {
-    if (seat.device.load(std::memory_order_relaxed) == device) return &seat;
+  for (DeviceErrorSlot& slot : *slots_) {
+    if (slot.device.load(std::memory_order_relaxed) == device) return &slot;
   }
   return nullptr;
 }
 
-void HdLibrary::deliver(const hd::ErrorInfo& error, ErrorSeat& mine) noexcept {
-  ErrorSeat* owner = seat_of(error.device);
+void HdLibrary::deliver(const hd::ErrorInfo& error, DeviceErrorSlot& mine) noexcept {
+  DeviceErrorSlot* owner = slot_of(error.device);
   (owner != nullptr ? *owner : mine).put(error);
 }
 
-int HdLibrary::drain(ErrorSeat& mine) noexcept {
-  for (int taken = 0; taken < kDeepestStack; ++taken) {
+int HdLibrary::drain(DeviceErrorSlot& mine) noexcept {
+  for (int taken = 0; taken < kMaxStackDepth; ++taken) {
     const hd::ErrorInfo error = api_.get_error();
     if (error.code == hd::kSuccess) return taken;
     deliver(error, mine);
   }
-  return kDeepestStack;
+  return kMaxStackDepth;
 }
 
 hd::ErrorInfo HdLibrary::last_error(hd::Handle mine) noexcept {
   hd::ErrorInfo newest{hd::kSuccess, 0, mine};
-  for (int taken = 0; taken < kDeepestStack; ++taken) {
+  for (int taken = 0; taken < kMaxStackDepth; ++taken) {
     const hd::ErrorInfo error = api_.get_error();
     if (error.code == hd::kSuccess) break;
-    ErrorSeat* owner = error.device == mine ? nullptr : seat_of(error.device);
+    DeviceErrorSlot* owner = error.device == mine ? nullptr : slot_of(error.device);
     if (owner != nullptr) {
       owner->put(error);
     } else if (newest.code == hd::kSuccess) {

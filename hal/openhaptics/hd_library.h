@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "hal/error.h"
-#include "hal/openhaptics/error_seat.h"
+#include "hal/openhaptics/device_error_slot.h"
 #include "hal/openhaptics/hd_api.h"
 
 namespace hapticd::openhaptics {
@@ -19,9 +19,9 @@ namespace hapticd::openhaptics {
 /// scheduler and one stack of errors, whatever the number of devices.
 class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
  public:
-  static constexpr std::size_t kSeats = 4;
+  static constexpr std::size_t kSlots = 4;
   /// Maximum number of errors on the stack of hdGetError; more is treated as a fault of the library.
-  static constexpr int kDeepestStack = 32;
+  static constexpr int kMaxStackDepth = 32;
 
   /// Loads the first of the names (or paths) that has all required functions. Blocks as long as the
   /// library's own initialisation.
@@ -42,14 +42,14 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
 
   /// The error slot of a device; null when all are in use. Outlives the library, so that its counts can
   /// still be read.
-  std::shared_ptr<ErrorSeat> take_seat(hd::Handle device) noexcept;
-  static void leave_seat(ErrorSeat& seat) noexcept { seat.device.store(hd::kInvalidHandle); }
-  /// Takes all errors off the stack, each to the seat of its device; those of no known device go to `mine`.
-  /// Wait-free but for the library's own doing. Returns how many there were; kDeepestStack means that there
+  std::shared_ptr<DeviceErrorSlot> acquire_slot(hd::Handle device) noexcept;
+  static void release_slot(DeviceErrorSlot& slot) noexcept { slot.device.store(hd::kInvalidHandle); }
+  /// Takes all errors off the stack, each to the slot of its device; those of no known device go to `mine`.
+  /// Wait-free but for the library's own doing. Returns how many there were; kMaxStackDepth means that there
   /// may be more.
-  int drain(ErrorSeat& mine) noexcept;
+  int drain(DeviceErrorSlot& mine) noexcept;
   /// Stores one error in the slot of its device.
-  void deliver(const hd::ErrorInfo& error, ErrorSeat& mine) noexcept;
+  void deliver(const hd::ErrorInfo& error, DeviceErrorSlot& mine) noexcept;
   /// Like drain(), for use outside the callback: the most recent error that does not belong to another
   /// device, or kSuccess; the others are dropped.
   hd::ErrorInfo last_error(hd::Handle mine) noexcept;
@@ -63,7 +63,7 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
  private:
   HdLibrary(void* handle, std::string name) : handle_(handle), name_(std::move(name)) {}
   std::optional<hal::Error> bind();
-  ErrorSeat* seat_of(hd::Handle device) noexcept;
+  DeviceErrorSlot* slot_of(hd::Handle device) noexcept;
 
   void* handle_;
   std::string name_;
@@ -71,7 +71,8 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
   std::vector<std::string> lacking_;
   std::mutex scheduler_;
   int scheduler_users_ = 0;
-  std::shared_ptr<std::array<ErrorSeat, kSeats>> seats_ = std::make_shared<std::array<ErrorSeat, kSeats>>();
+  std::shared_ptr<std::array<DeviceErrorSlot, kSlots>> slots_ =
+      std::make_shared<std::array<DeviceErrorSlot, kSlots>>();
   std::atomic<bool> abandoned_{false};
 };
 

@@ -132,7 +132,7 @@ std::optional<hal::Error> OpenHapticsDevice::State::open() {
     v.engaged = true;
     v.facts = facts;
     v.servo = session->servo().report();
-    v.seat = session->seat();
+    v.slot = session->slot();
   });
   return std::nullopt;
 }

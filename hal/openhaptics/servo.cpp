@@ -27,12 +27,12 @@ bool is_function_error(hd::ErrorCode code) noexcept {
 
 }  // namespace
 
-Servo::Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_ptr<ErrorSeat> seat,
+Servo::Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_ptr<DeviceErrorSlot> slot,
              const ServoSetup& setup)
     : library_(std::move(library)),
       api_(library_->api()),
       device_(device),
-      seat_(std::move(seat)),
+      slot_(std::move(slot)),
       setup_(setup),
       slow_every_(static_cast<std::uint64_t>(std::max(1.0, std::round(kSlowPeriodS * setup.rate_hz)))) {
   reported_->calibrated.store(setup.calibrated);
@@ -116,7 +116,7 @@ hd::CallbackCode Servo::turn() noexcept {
 }
 
 void Servo::mark_time() noexcept {
-  now_ns_ = ErrorSeat::now_ns();
+  now_ns_ = hal::monotonic_ns();
   if (last_turn_ns_ != 0) {
     const Nanoseconds gap = now_ns_ - last_turn_ns_;
     if (gap > reported_->longest_gap_ns.load(std::memory_order_relaxed)) {
@@ -132,7 +132,7 @@ void Servo::mark_time() noexcept {
 
 void Servo::begin() noexcept {
   if (api_.make_current_device != nullptr) api_.make_current_device(device_);
-  frame_ns_ = ErrorSeat::now_ns();
+  frame_ns_ = hal::monotonic_ns();
   api_.begin_frame(device_);
 }
 
@@ -162,9 +162,9 @@ void Servo::last_frame() noexcept {
 }
 
 void Servo::drain() noexcept {
-  if (library_->drain(*seat_) == HdLibrary::kDeepestStack) {
+  if (library_->drain(*slot_) == HdLibrary::kMaxStackDepth) {
     reported_->error_stacks_overfull.fetch_add(1, std::memory_order_relaxed);
-    seat_->fresh.fetch_or(kDeviceFault, std::memory_order_relaxed);
+    slot_->fresh.fetch_or(kDeviceFault, std::memory_order_relaxed);
   }
 }
 
@@ -190,7 +190,7 @@ void Servo::calibrate() noexcept {
 void Servo::measure() noexcept {
   take_pose();
   drain();
-  std::uint32_t status = seat_->take();
+  std::uint32_t status = slot_->take();
   if (pose_fault_) status |= kDeviceFault;
   if ((status & kDeviceFault) != 0) fault_until_ns_ = now_ns_ + kFaultHoldNs;
   if (now_ns_ < fault_until_ns_) status |= kDeviceFault;
@@ -235,13 +235,13 @@ void Servo::take_pose() noexcept {
 /// was empty before.
 bool Servo::knows_what_was_asked() noexcept {
   bool known = true;
-  for (int taken = 0; taken < HdLibrary::kDeepestStack; ++taken) {
+  for (int taken = 0; taken < HdLibrary::kMaxStackDepth; ++taken) {
     const hd::ErrorInfo error = api_.get_error();
     if (error.code == hd::kSuccess) break;
     if (is_function_error(error.code)) {
       known = false;
     } else {
-      library_->deliver(error, *seat_);
+      library_->deliver(error, *slot_);
     }
   }
   return known;
@@ -270,7 +270,7 @@ void Servo::feel_motors() noexcept {
 void Servo::read(hal::RigSample& sample) const noexcept {
   sample.tip_position_mm = tip_mm_;
   sample.tip_orientation = orientation_;
-  sample.position_age_ns = ErrorSeat::now_ns() - tip_ns_;
+  sample.position_age_ns = hal::monotonic_ns() - tip_ns_;
   sample.status |= status_;
 }
 

@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "hal/openhaptics/device_error_slot.h"
 #include "hal/openhaptics/device_frame.h"
-#include "hal/openhaptics/error_seat.h"
 #include "hal/openhaptics/hd_library.h"
 #include "hal/rig.h"
 
@@ -57,7 +57,7 @@ struct ServoReport {
 /// functions may lock, allocate or wait in there.
 class Servo {
  public:
-  Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_ptr<ErrorSeat> seat,
+  Servo(std::shared_ptr<HdLibrary> library, hd::Handle device, std::shared_ptr<DeviceErrorSlot> slot,
         const ServoSetup& setup);
 
   // -- the thread that runs the clock, while no callback is scheduled
@@ -113,7 +113,7 @@ class Servo {
   const std::shared_ptr<HdLibrary> library_;
   const hd::Api& api_;
   const hd::Handle device_;
-  const std::shared_ptr<ErrorSeat> seat_;
+  const std::shared_ptr<DeviceErrorSlot> slot_;
   const ServoSetup setup_;
   const std::uint64_t slow_every_;  ///< turns between two updates of a calibration
 

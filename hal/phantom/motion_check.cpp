@@ -6,7 +6,7 @@
 namespace hapticd::phantom {
 
 namespace {
-constexpr double kShortestStepS = 1e-3;
+constexpr double kMinStepS = 1e-3;
 constexpr double kMaxStepS = 0.1;  // after a longer pause the arm may have moved as far as in this time
 constexpr double kCountsToSpare = 4.0;
 constexpr std::int64_t kSpeedSpanNs = 2'000'000;
@@ -23,8 +23,7 @@ void MotionCheck::restart() noexcept {
 
 bool MotionCheck::plausible(const JointAngles& q, std::int64_t now_ns) noexcept {
   if (has_joints_) {
-    const double dt_s =
-        std::clamp(kSPerNs * static_cast<double>(now_ns - last_ns_), kShortestStepS, kMaxStepS);
+    const double dt_s = std::clamp(kSPerNs * static_cast<double>(now_ns - last_ns_), kMinStepS, kMaxStepS);
     for (std::size_t i = 0; i < 3; ++i) {
       const double most_rad =
           max_joint_speed_rad_per_s_ * dt_s + kCountsToSpare * std::abs(rad_per_count_[i]);

@@ -39,9 +39,9 @@ void Watchdog::fed(std::int64_t now_ns) noexcept {
 // A command in progress during the cut arms the watchdog again and is cut later.
 void Watchdog::run() noexcept {
   constexpr std::array<double, daq::kMaxOutputs> kZero{};
-  const std::chrono::nanoseconds nap(std::clamp<std::int64_t>(timeout_ns_ / 4, 500'000, 5'000'000));
+  const std::chrono::nanoseconds poll_interval(std::clamp<std::int64_t>(timeout_ns_ / 4, 500'000, 5'000'000));
   std::unique_lock lock(mutex_);
-  while (!stopped_.wait_for(lock, nap, [this] { return stopping_; })) {
+  while (!stopped_.wait_for(lock, poll_interval, [this] { return stopping_; })) {
     if (!armed_.load(std::memory_order_acquire)) continue;
     if (board_.now_ns() - fed_ns_.load(std::memory_order_relaxed) <= timeout_ns_) continue;
     // Reported before it is done: a command that comes in between is withheld, not cut off after a moment.

@@ -8,27 +8,17 @@
 #include <system_error>
 #include <utility>
 
+#include "hal/shown_text.h"
+
 namespace hapticd::replay {
 namespace {
 
+using hal::shown;
+using hal::trimmed;
+
+constexpr std::size_t kMaxShown = 40;
+
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-/// A cell for display on a terminal: short, without control characters.
-std::string shown(std::string_view text) {
-  constexpr std::size_t kMax = 40;
-  std::string clean(text.substr(0, kMax));
-  std::replace_if(
-      clean.begin(), clean.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; },
-      '?');
-  return "'" + clean + (text.size() > kMax ? "…'" : "'");
-}
 
 /// Calls `take(index, cell)` for each comma-separated cell and returns their number.
 template <class Take>
@@ -94,7 +84,7 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
   if (header.find('"') != std::string_view::npos) {
     return hal::Error{.what = "the header has quoted names",
                       .where = file.place(file.line_),
-                      .value = shown(header),
+                      .value = shown(header, kMaxShown),
                       .limit = "plain names separated by commas",
                       .remedy = "write the file without quotes"};
   }
@@ -102,7 +92,7 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
   if (file.columns_.size() == 1 && header.find_first_of(";\t") != std::string_view::npos) {
     return hal::Error{.what = "the columns are not separated by commas",
                       .where = file.place(file.line_),
-                      .value = shown(header),
+                      .value = shown(header, kMaxShown),
                       .limit = "',' between columns and '.' as decimal point",
                       .remedy = "export the file again with commas"};
   }
@@ -143,7 +133,7 @@ std::optional<hal::Error> CsvFile::parse_cell(std::string_view text, std::size_t
   const auto refuse = [&](std::string what, std::string remedy) {
     return hal::Error{.what = std::move(what),
                       .where = place(line_) + ", column '" + columns_[column] + "'",
-                      .value = shown(text),
+                      .value = shown(text, kMaxShown),
                       .limit = "finite numbers such as 0.015 or 1.5e-3",
                       .remedy = std::move(remedy)};
   };

@@ -110,6 +110,9 @@ class Simulation {
   const DeviceModel& device() const noexcept { return device_; }
 
  private:
+  static constexpr double kGravityMmPerS2 = 9807.0;
+  static constexpr double kSwayBuildsUpS = 1.0;
+
   struct Pending {
     std::int64_t due_step = 0;
     hal::Vector3 force_n;

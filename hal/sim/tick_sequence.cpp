@@ -12,7 +12,7 @@ namespace hapticd::sim {
 namespace {
 
 /// The shortest interval that a made-up clock keeps, in shares of its period.
-constexpr double kShortestShare = 0.05;
+constexpr double kMinShare = 0.05;
 
 /// Index of a column in a header line; -1 without it.
 int column_of(const std::string& header, std::string_view name) {
@@ -39,7 +39,7 @@ bool number_in(const std::string& line, int column, double& value) {
 double back_in_time_us(double period_us, double late_us) {
   const double rest_us = std::fmod(late_us, period_us);
   const double left_us = period_us - rest_us;
-  return left_us < kShortestShare * period_us ? left_us + period_us : left_us;
+  return left_us < kMinShare * period_us ? left_us + period_us : left_us;
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ TickSequence TickSequence::at_rate(double recorded_hz, double rate_hz) const {
   for (const TickInterval& tick : ticks_) {
     owed_us += tick.interval_us - recorded_us;
     for (int i = 0; i < each; ++i) {
-      const double interval_us = std::max(kShortestShare * period_us, period_us + owed_us);
+      const double interval_us = std::max(kMinShare * period_us, period_us + owed_us);
       owed_us -= interval_us - period_us;
       ticks.push_back({interval_us, tick.sensor_late_us, tick.sensor_lost});
     }

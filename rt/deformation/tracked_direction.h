@@ -14,7 +14,7 @@ namespace hapticd::rt {
 /// with φ the friction coefficient as a vector in the tangent plane. But they change on different occasions.
 /// The normal turns only where the tip moves on, by its path over the radius of the surface. Friction follows
 /// its law (Dahl's, or that of Maxwell-slip elements: see FrictionFilter) while the tip slides, and is
-/// anybody's guess while it sticks: held by its own dry friction, the device does not see the tip bend the
+/// not known while it sticks: held by its own dry friction, the device does not see the tip bend the
 /// asperities, and φ may pass from one side to the other with the encoders at rest. So a Kalman filter
 /// carries both, isotropic in the tangent plane (covariance 2 × 2): sliding, the reaction's direction is
 /// known to the friction's few per cent and corrects the normal; at rest the normal stays and the reaction

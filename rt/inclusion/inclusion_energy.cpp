@@ -9,7 +9,7 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr double kLeastDistanceShare = 0.25;  // of l_0 to the sphere: nearer the laws mean nothing
+constexpr double kMinDistanceShare = 0.25;  // of l_0 to the sphere: nearer the laws mean nothing
 constexpr double kTinyMm = 1e-6;
 constexpr double kFadeShare = 0.2;  // of the displacement that the response was identified to
 constexpr double kLastShare = 0.8;  // of l_0, up to which a response is believed
@@ -62,7 +62,7 @@ InclusionResponse response_at(const InclusionParameters& inclusion, double displ
 
 InclusionShare share_at(const InclusionParameters& inclusion, const Indentation& at) noexcept {
   const double l0 = l0_mm(inclusion);
-  const double least = kLeastDistanceShare * l0;
+  const double least = kMinDistanceShare * l0;
   const double n = inclusion.attenuation;
   const double approached = inclusion.approach * at.displacement_mm;
   const hal::Vector3 surface_mm = at.tip_mm + at.normal * at.displacement_mm;

@@ -52,7 +52,7 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
     records_dropped_.store(records_dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
   if (observed) hand_on(sample, command);
-  free_.store(renderer_.free(), std::memory_order_release);
+  can_exchange_.store(renderer_.can_exchange_scene(), std::memory_order_release);
   last_time_ns_.store(sample.time_ns, std::memory_order_release);
   last_tick_.store(sample.tick, std::memory_order_release);
   return command;
@@ -85,7 +85,7 @@ void Engine::take_commands(const hal::RigSample& sample) noexcept {
     if (slot.state.load(std::memory_order_acquire) == Slot::kWithdrawn) {
       slot.state.store(Slot::kFree, std::memory_order_release);
     } else if (slot.command.at_tick > sample.tick || slot.command.at_time_ns > sample.time_ns ||
-               (slot.command.when_free && !renderer_.free())) {
+               (slot.command.when_exchangeable && !renderer_.can_exchange_scene())) {
       pending_[kept++] = pending_[i];
     } else {
       std::uint32_t expected = Slot::kWaiting;

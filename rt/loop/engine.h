@@ -25,9 +25,9 @@ struct EngineCommand {
   std::int64_t at_time_ns = 0;  ///< nor before this time of the rig
   TargetLaw target;             ///< kSetTarget
   double ramp_s = 0.0;
-  Pipeline* pipeline = nullptr;  ///< kExchangeScene: the new one, or null to unload
-  GuardLimits guard;             ///< kExchangeScene
-  bool when_free = false;        ///< nor before Renderer::free(): out of contact
+  Pipeline* pipeline = nullptr;    ///< kExchangeScene: the new one, or null to unload
+  GuardLimits guard;               ///< kExchangeScene
+  bool when_exchangeable = false;  ///< nor before Renderer::free(): out of contact
 };
 
 /// What became of it.
@@ -94,7 +94,7 @@ class Engine final : public hal::TickHandler {
   std::int64_t last_time_ns() const noexcept { return last_time_ns_.load(std::memory_order_acquire); }
 
   /// Renderer::free() after the last tick; by the next one it may be otherwise.
-  bool free() const noexcept { return free_.load(std::memory_order_acquire); }
+  bool can_exchange_scene() const noexcept { return can_exchange_.load(std::memory_order_acquire); }
 
   // The one thread that drains telemetry.
   bool pop_record(TickRecord& record) noexcept { return records_.pop(record); }
@@ -139,7 +139,7 @@ class Engine final : public hal::TickHandler {
   std::atomic<std::uint64_t> records_dropped_{0};
   std::atomic<bool> observed_{false};
   SpscRing<Observation> observations_;
-  std::atomic<bool> free_{true};
+  std::atomic<bool> can_exchange_{true};
   std::atomic<std::uint64_t> last_tick_{0};
   std::atomic<std::int64_t> last_time_ns_{0};
 };

@@ -23,7 +23,7 @@ class Renderer {
   bool has_scene() const noexcept { return pipeline_ != nullptr; }
   /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
   /// enough that no release is still fading.
-  bool free() const noexcept {
+  bool can_exchange_scene() const noexcept {
     return pipeline_ == nullptr || guard_.force_is_zero() || free_s_ + 0.5 * period_s_ >= kFreeS;
   }
 

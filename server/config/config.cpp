@@ -5,6 +5,7 @@
 
 #include <charconv>
 
+#include "server/config/config_words.h"
 #include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
 #include "server/rig_file/netft_section.h"
@@ -38,37 +39,6 @@ constexpr Range kFallS{0.0, 1.0, "s"};
 constexpr Range kTargetChange{1.0, 1e6, "N/s"};
 constexpr Range kCheckMs{0.1, 1000.0, "ms"};  // never off
 
-constexpr Word<RigChoice> kRigWords[] = {
-    {"sim", RigChoice::kSimulated}, {"replay", RigChoice::kReplay}, {"hardware", RigChoice::kHardware}};
-constexpr Word<DeviceChoice> kDeviceWords[] = {{"of_kind", DeviceChoice::kOfKind},
-                                               {"openhaptics", DeviceChoice::kOpenHaptics},
-                                               {"phantom", DeviceChoice::kPhantom}};
-constexpr Word<SensorChoice> kSensorWords[] = {
-    {"of_kind", SensorChoice::kOfKind}, {"netft", SensorChoice::kNetFt}, {"daq", SensorChoice::kDaq}};
-constexpr Word<InstrumentChoice> kInstrumentWords[] = {{"none", InstrumentChoice::kNone},
-                                                       {"board", InstrumentChoice::kBoard}};
-constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
-                                        {"info", LogLevel::kInfo},
-                                        {"warning", LogLevel::kWarning},
-                                        {"error", LogLevel::kError},
-                                        {"off", LogLevel::kOff}};
-constexpr Word<bool> kSpeedWords[] = {{"recorded", false}, {"fast", true}};
-
-template <class E, std::size_t N>
-std::vector<std::string> texts(const Word<E> (&words)[N]) {
-  std::vector<std::string> list;
-  for (const Word<E>& word : words) list.emplace_back(word.text);
-  return list;
-}
-
-template <class E, std::size_t N>
-std::string_view text_of(E value, const Word<E> (&words)[N]) {
-  for (const Word<E>& word : words) {
-    if (word.value == value) return word.text;
-  }
-  return words[0].text;
-}
-
 template <class E, std::size_t N>
 std::optional<hal::Error> read_word(std::string_view text, E& value, const Word<E> (&words)[N],
                                     std::string_view what, std::string_view where) {
@@ -79,8 +49,12 @@ std::optional<hal::Error> read_word(std::string_view text, E& value, const Word<
     }
   }
   const auto list = texts(words);
-  return hal::Error{fmt::format("unknown {} '{}'", what, text), std::string(where), std::string(text),
-                    comma_separated(list), did_you_mean(text, list, "use one of those")};
+  return hal::Error{fmt::format("unknown {} '{}'", what, text),
+                    std::string(where),
+                    std::string(text),
+                    comma_separated(list),
+                    did_you_mean(text, list, "use one of those"),
+                    hal::Mistake::kUnknownWord};
 }
 
 std::optional<hal::Error> read_number(std::string_view text, double& value, const Range& range,
@@ -88,8 +62,12 @@ std::optional<hal::Error> read_number(std::string_view text, double& value, cons
   double number = 0.0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (failure != std::errc{} || end != text.data() + text.size()) {
-    return hal::Error{fmt::format("{} is not a number", what), std::string(where), std::string(text),
-                      to_text(range), "write a number"};
+    return hal::Error{fmt::format("{} is not a number", what),
+                      std::string(where),
+                      std::string(text),
+                      to_text(range),
+                      "write a number",
+                      hal::Mistake::kWrongType};
   }
   if (auto error = check(number, range, what, where)) return error;
   value = number;
@@ -135,20 +113,6 @@ void read_guard(TomlTable table, GuardCeilings& guard) {
   table.read("max_loop_gap_ms", guard.max_loop_gap_ms, kCheckMs);
 }
 
-std::string write_guard(const GuardCeilings& guard) {
-  const auto number = [](double value) { return toml_number(value); };
-  return fmt::format(
-      "\n[guard]\nmax_force_n = {}\nmax_force_rate_n_per_s = {}\nmax_power_w = {}\n"
-      "max_target_stiffness_n_per_mm = {}\nmax_wall_stiffness_n_per_mm = {}\nmin_target_ramp_s = {}\n"
-      "max_target_change_n_per_s = {}\nmin_resume_ramp_s = {}\nmax_fall_ramp_s = {}\n"
-      "max_sensor_stale_after_ms = {}\nmax_loop_gap_ms = {}\n",
-      number(guard.max_force_n), number(guard.max_force_rate_n_per_s), number(guard.max_power_w),
-      number(guard.max_target_stiffness_n_per_mm), number(guard.max_wall_stiffness_n_per_mm),
-      number(guard.min_target_ramp_s), number(guard.max_target_change_n_per_s),
-      number(guard.min_resume_ramp_s), number(guard.max_fall_ramp_s), number(guard.max_sensor_stale_after_ms),
-      number(guard.max_loop_gap_ms));
-}
-
 /// Reads one "key=value" of a replay's query.
 std::optional<hal::Error> apply_query(std::string_view key, std::string_view value,
                                       replay::ReplayConfig& replay, std::string_view where) {
@@ -179,21 +143,32 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
     constexpr Word<bool> kFlags[] = {{"true", true}, {"false", false}};
     return read_word(value, replay.loop, kFlags, "flag", where);
   }
-  return hal::Error{fmt::format("unknown option '{}' of a replayed rig", key), std::string(where),
-                    std::string(key), comma_separated(known), did_you_mean(key, known, "remove it")};
+  return hal::Error{fmt::format("unknown option '{}' of a replayed rig", key),
+                    std::string(where),
+                    std::string(key),
+                    comma_separated(known),
+                    did_you_mean(key, known, "remove it"),
+                    hal::Mistake::kUnknownKey};
 }
 
 /// Checks of several values together.
 std::optional<hal::Error> check_together(const DaemonConfig& config) {
   if (config.rig == RigChoice::kReplay && config.replay.path.empty()) {
-    return hal::Error{"a replayed rig needs a recording", "[rig.replay] path", "", "a CSV file",
-                      "name it in the file or as --rig replay:PATH"};
+    return hal::Error{"a replayed rig needs a recording",
+                      "[rig.replay] path",
+                      "",
+                      "a CSV file",
+                      "name it in the file or as --rig replay:PATH",
+                      hal::Mistake::kMissingKey};
   }
   const bool names_parts = config.device != DeviceChoice::kOfKind || config.sensor != SensorChoice::kOfKind;
   if (config.rig == RigChoice::kHardware && !names_parts) {
-    return hal::Error{"a rig of hardware alone names no part", "[rig] device, sensor", "of_kind",
+    return hal::Error{"a rig of hardware alone names no part",
+                      "[rig] device, sensor",
+                      "of_kind",
                       "device = openhaptics or phantom, sensor = netft or daq",
-                      "name what is there, or let a simulation stand in: kind = \"sim\""};
+                      "name what is there, or let a simulation stand in: kind = \"sim\"",
+                      hal::Mistake::kMissingKey};
   }
   if (config.instrument == InstrumentChoice::kBoard) {
     if (config.device == DeviceChoice::kOfKind) {
@@ -212,20 +187,17 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
                       "hardware keeps real time: set speed = \"recorded\""};
   }
   if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
-    return hal::Error{"the path of the unix socket is too long", "[network] unix_socket",
+    return hal::Error{"the path of the unix socket is too long",
+                      "[network] unix_socket",
                       fmt::format("{} bytes", config.unix_socket.size()),
                       fmt::format("at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
-                      "use a shorter path"};
+                      "use a shorter path",
+                      hal::Mistake::kTooLong};
   }
   if (!config.scene.empty()) {
     if (auto error = check_name("scene", config.scene, "[scene] load")) return error;
   }
   return std::nullopt;
-}
-
-std::string write_mapping(std::string_view name, const replay::ColumnMapping& mapping) {
-  return fmt::format("\n[rig.replay.{}]\ncolumn = {}\nunit = {}\nscale = {}\n", name,
-                     toml_quoted(mapping.column), toml_quoted(mapping.unit), toml_number(mapping.scale));
 }
 
 }  // namespace
@@ -345,42 +317,6 @@ std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& co
     }
   }
   return std::nullopt;
-}
-
-std::string write_config(const DaemonConfig& config) {
-  std::string text = fmt::format(
-      "[loop]\nrate_hz = {}\nfifo_priority = {}\ncpu = {}\nwake_early_share = {}\nlock_memory = "
-      "{}\nkeep_cpu_awake = {}\n",
-      toml_number(config.loop.rate_hz), config.loop.fifo_priority, config.loop.cpu,
-      toml_number(config.loop.wake_early_share), config.loop.lock_memory, config.loop.keep_cpu_awake);
-  text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\n", toml_quoted(config.listen.text()),
-                      toml_quoted(config.unix_socket));
-  text += fmt::format("\n[rig]\nkind = {}\ndevice = {}\nsensor = {}\ninstrument = {}\n",
-                      toml_quoted(text_of(config.rig, kRigWords)),
-                      toml_quoted(text_of(config.device, kDeviceWords)),
-                      toml_quoted(text_of(config.sensor, kSensorWords)),
-                      toml_quoted(text_of(config.instrument, kInstrumentWords)));
-  text += write_simulation(config.simulation);
-  const replay::ReplayConfig& replay = config.replay;
-  text += fmt::format("\n[rig.replay]\npath = {}\nspeed = {}\nloop = {}\nbias_s = {}\n",
-                      toml_quoted(replay.path), toml_quoted(text_of(replay.as_fast_as_possible, kSpeedWords)),
-                      replay.loop, toml_number(replay.bias_s));
-  text += write_mapping("time", replay.time) + write_mapping("force", replay.force) +
-          write_mapping("position", replay.position);
-  text += "\n[rig.openhaptics]\n" + write_openhaptics(config.openhaptics);
-  text += "\n[rig.phantom]\n" + write_phantom(config.phantom);
-  text += "\n[rig.netft]\n" + write_netft(config.netft);
-  text += "\n[rig.daq]\n" + write_daq(config.daq);
-  text += "\n[rig.board]\n" + write_board(config.board);
-  text += "\n[rig.board_instrument]\n" + write_instrument(config.board_instrument);
-  text += write_turntable(config.turntable);
-  text += write_guard(config.guard);
-  text += fmt::format("\n[scene]\nload = {}\nfolder = {}\n", toml_quoted(config.scene),
-                      toml_quoted(config.scene_folder));
-  text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),
-                      toml_quoted(config.model_store.value_or("")));
-  text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
-  return text;
 }
 
 }  // namespace hapticd::server

@@ -11,7 +11,7 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr int kDeepest = 16;
+constexpr int kMaxNesting = 16;
 
 std::string number_text(double value) {
   std::array<char, 32> text{};
@@ -60,7 +60,7 @@ hal::Error not_a_model(const std::string& what, const std::string& where, const 
 hal::Result<Json> parse_json(std::string_view text, const std::string& where) {
   try {
     return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
-      if (depth > kDeepest) throw std::length_error("nested too deeply");
+      if (depth > kMaxNesting) throw std::length_error("nested too deeply");
       return true;
     });
   } catch (const std::exception& error) {

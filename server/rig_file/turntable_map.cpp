@@ -116,8 +116,12 @@ class MapReader {
     read_alarms(table.table("alarms"));
     if (!position) {
       if (refused_) return std::nullopt;  // reported by its line already
-      return hal::Error{"position_actual is missing", "register map '" + map_.name + "'", "",
-                        "position_actual = the name of a register", "add it"};
+      return hal::Error{"position_actual is missing",
+                        "register map '" + map_.name + "'",
+                        "",
+                        "position_actual = the name of a register",
+                        "add it",
+                        hal::Mistake::kMissingKey};
     }
     map_.position_actual = *position;
     if (refused_) return std::nullopt;

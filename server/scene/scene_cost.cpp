@@ -24,7 +24,7 @@ constexpr std::uint32_t kPressTicks = 700;
 constexpr std::uint32_t kStrokeTicks = 3000;
 constexpr double kClearanceMm = 5.0;
 constexpr double kStiffnessNPerMm = 0.6;
-constexpr double kDeepestMm = 5.0;
+constexpr double kMaxDepthMm = 5.0;
 constexpr double kStrokeMm = 20.0;
 constexpr double kFriction = 0.3;
 constexpr double kGravityMmPerS2 = 9807.0;
@@ -55,7 +55,7 @@ class SyntheticTouch {
         into_(spec.press_axis),
         along_(across(spec.press_axis)),
         surface_mm_(spec.kind == rt::SceneKind::kWall ? spec.wall_position_mm : 0.0),
-        stiffness_n_per_mm_(std::max(kStiffnessNPerMm, 2.0 * spec.contact.threshold_n / kDeepestMm)) {
+        stiffness_n_per_mm_(std::max(kStiffnessNPerMm, 2.0 * spec.contact.threshold_n / kMaxDepthMm)) {
     // The tool stays upright; what it weighs counts only if the sensor was biased in another orientation.
     if (spec.kind == rt::SceneKind::kExplore) {
       bias_n_ = (Vector3{0.0, 0.0, -1.0} - spec.explore.gravity_at_bias) *
@@ -82,7 +82,7 @@ class SyntheticTouch {
  private:
   static double depth_at(std::uint32_t tick) {
     constexpr std::uint32_t kReleased = kApproachTicks + kPressTicks + kStrokeTicks;
-    const double path_mm = kClearanceMm + kDeepestMm;
+    const double path_mm = kClearanceMm + kMaxDepthMm;
     return path_mm * (eased(tick, kApproachTicks / 2, kApproachTicks / 2 + kPressTicks) -
                       eased(tick, kReleased, kTicks - kReleased)) -
            kClearanceMm;

@@ -53,8 +53,9 @@ constexpr std::size_t kMaxStationName = 64;
 void refuse_foreign(TomlTable& table, std::string_view key, const std::string& shown,
                     const rt::SceneSpec& spec, std::string_view kinds) {
   table.refuse(
-      key, {fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown, word_for(spec.kind, kKinds)),
-            "", "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind"});
+      key,
+      {fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown, word_for(spec.kind, kKinds)), "",
+       "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind", hal::Mistake::kMisplacedKey});
 }
 
 constexpr std::string_view kExploreOnly = "\"explore\"";
@@ -133,7 +134,7 @@ void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
   structure.refuse(
       "field", {"'structure.field' says how the stiffness varies about its centre, and that is missing", "",
                 "", "structure.stiffness_n_per_mm above 0",
-                "say stiffness_n_per_mm in [structure], or leave out the field"});
+                "say stiffness_n_per_mm in [structure], or leave out the field", hal::Mistake::kMissingKey});
 }
 
 /// The keys of one law; those of the others are refused.
@@ -145,14 +146,15 @@ void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
     if (!belongs) {
       target.refuse(key, {fmt::format("'target.{}' means nothing to the law \"{}\"", key,
                                       word_for(law.kind, kTargetLaws)),
-                          "", "", fmt::format("law = {}", laws), "remove it, or choose such a law"});
+                          "", "", fmt::format("law = {}", laws), "remove it, or choose such a law",
+                          hal::Mistake::kMisplacedKey});
     }
     return belongs;
   };
   if (law.kind != Kind::kLinear && !explores(spec)) {
     target.refuse("law", {"one-dimensional scenes render linear targets only", "",
                           std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
-                          "choose kind = \"explore\" for other laws"});
+                          "choose kind = \"explore\" for other laws", hal::Mistake::kMisplacedKey});
     return;
   }
   if (of_law("stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {
@@ -276,7 +278,8 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
       root.has("name") ? fmt::format("{}, line {}", source, root.line_of("name")) : source;
   if (spec.name.empty() && !root.has("name")) {
     if (name.empty())
-      return hal::Error{"the scene has no name", where, "", "", "add name = \"…\" at its top"};
+      return hal::Error{"the scene has no name",  where, "", "", "add name = \"…\" at its top",
+                        hal::Mistake::kMissingKey};
     spec.name = name;
   }
   if (auto error = check_name("scene", spec.name, where)) return *error;

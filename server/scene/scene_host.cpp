@@ -40,7 +40,7 @@ bool uses_sensor(const ResolvedScene* scene) {
 
 /// A waiting exchange ends this long before the caller's deadline, so that the reason still arrives.
 constexpr std::chrono::milliseconds kReplyTime{200};
-constexpr std::chrono::seconds kMaxWaitForFree{60};
+constexpr std::chrono::seconds kMaxExchangeWait{60};
 /// An exchange is handed to the loop for this time; targets may pass in between.
 constexpr std::chrono::milliseconds kSlice{100};
 constexpr std::chrono::milliseconds kPollInterval{2};
@@ -100,8 +100,9 @@ std::optional<Refusal> SceneHost::check_stored(const ResolvedScene& scene) const
   return std::nullopt;
 }
 
-std::optional<Refusal> SceneHost::await_free(Caller::Clock::time_point until, const Caller& caller) const {
-  while (!session_.engine().free()) {
+std::optional<Refusal> SceneHost::await_exchangeable(Caller::Clock::time_point until,
+                                                     const Caller& caller) const {
+  while (!session_.engine().can_exchange_scene()) {
     if (auto refusal = session_.unavailable()) return refusal;
     if (caller.cancelled()) {
       return Refusal{RefusalKind::kCancelled,
@@ -121,7 +122,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
   auto hardware = claim_hardware(scene.get());
   if (!hardware) return hardware.refusal();
   const auto until = caller.until(kDefaultTimeout);
-  const auto free_until = caller.until(kMaxWaitForFree) - kReplyTime;
+  const auto exchangeable_until = caller.until(kMaxExchangeWait) - kReplyTime;
   rt::EngineCommand command;
   command.kind = rt::EngineCommand::Kind::kExchangeScene;
   command.pipeline = next.get();
@@ -130,7 +131,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
     if (auto refusal = session_.unavailable()) return *refusal;
     // Contact may last long: the gate is not held while waiting, so that targets pass.
     if (differs_in_models_only(scene.get())) {
-      if (auto refusal = await_free(free_until, caller)) return *refusal;
+      if (auto refusal = await_exchangeable(exchangeable_until, caller)) return *refusal;
     }
     const auto timeout = std::max(until, Caller::Clock::now() + kSlice);
     const std::unique_lock gate(gate_, timeout);
@@ -143,13 +144,14 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
     if (scene) {
       if (auto refusal = check_stored(*scene)) return *refusal;
     }
-    command.when_free = differs_in_models_only(scene.get());
-    const auto outcome = session_.execute(command, caller, command.when_free ? kSlice : kDefaultTimeout);
+    command.when_exchangeable = differs_in_models_only(scene.get());
+    const auto outcome =
+        session_.execute(command, caller, command.when_exchangeable ? kSlice : kDefaultTimeout);
     if (!outcome) {
       const bool touched_again =
-          command.when_free && outcome.refusal().kind == RefusalKind::kDeadlineExceeded;
+          command.when_exchangeable && outcome.refusal().kind == RefusalKind::kDeadlineExceeded;
       if (!touched_again) return outcome.refusal();
-      if (Caller::Clock::now() >= free_until) return in_contact();
+      if (Caller::Clock::now() >= exchangeable_until) return in_contact();
       continue;
     }
 

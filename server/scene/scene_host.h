@@ -147,7 +147,7 @@ class SceneHost {
   std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
   /// Opens the hardware that a scene (null: none) needs, for as long as it is loaded.
   Outcome<SensorClaim> claim_hardware(const ResolvedScene* scene) const;
-  std::optional<Refusal> await_free(Caller::Clock::time_point until, const Caller& caller) const;
+  std::optional<Refusal> await_exchangeable(Caller::Clock::time_point until, const Caller& caller) const;
   enum class Right : std::uint8_t { kAnyones, kReserved };
   Outcome<Loaded> load_resolved(ResolvedScene scene, const Caller& caller, Right right);
   Outcome<Loaded> exchange(std::unique_ptr<rt::Pipeline> next, const rt::GuardLimits& guard,

@@ -78,7 +78,7 @@ Session::Probe Session::probe_parts() {
 }
 
 std::optional<Refusal> Session::refuse_in_contact(const char* action) const {
-  if (engine_.free()) return std::nullopt;
+  if (engine_.can_exchange_scene()) return std::nullopt;
   return Refusal{RefusalKind::kFailedPrecondition,
                  {std::string("the tool is in contact: it cannot be ") + action, "rig", "", "",
                   "lift the tool and let it rest, then try again"},

@@ -91,15 +91,20 @@ std::optional<hal::Error> check_toml_shape(std::string_view text, const std::str
         walk.step();
     }
     if (parts > kMaxKeyParts) {
-      return hal::Error{"a key has too many parts", fmt::format("{}, line {}", source, walk.line()),
+      return hal::Error{"a key has too many parts",
+                        fmt::format("{}, line {}", source, walk.line()),
                         fmt::format("more than {} parts", kMaxKeyParts),
-                        fmt::format("at most {} parts joined by dots", kMaxKeyParts), "shorten the key"};
+                        fmt::format("at most {} parts joined by dots", kMaxKeyParts),
+                        "shorten the key",
+                        hal::Mistake::kTooLong};
     }
     if (walk.bytes_in_line() > kMaxTomlLine) {
-      return hal::Error{"a line is too long", fmt::format("{}, line {}", source, walk.line()),
+      return hal::Error{"a line is too long",
+                        fmt::format("{}, line {}", source, walk.line()),
                         fmt::format("more than {} bytes", kMaxTomlLine),
                         fmt::format("at most {} bytes", kMaxTomlLine),
-                        "break the line, or shorten what it holds"};
+                        "break the line, or shorten what it holds",
+                        hal::Mistake::kTooLong};
     }
   }
   return std::nullopt;

@@ -91,7 +91,7 @@ void TurntableHost::shutdown() {
 
 std::optional<hal::Error> TurntableHost::interlock() {
   if (auto refusal = session_.unavailable()) return refusal->error;
-  return interlock_.why_not(hub_.latest(), session_.engine().free(), Interlock::Clock::now());
+  return interlock_.why_not(hub_.latest(), session_.engine().can_exchange_scene(), Interlock::Clock::now());
 }
 
 std::optional<Refusal> TurntableHost::unavailable() const {

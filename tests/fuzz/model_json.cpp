@@ -1,12 +1,13 @@
 // Identified models as they are exported, imported and stored.
 
-#include "server/model/canonical_text.h"
 #include "server/model/model_json.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
+
+#include "server/model/canonical_text.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hapticd::server;

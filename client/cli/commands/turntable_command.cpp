@@ -33,7 +33,7 @@ class MotionWatch {
       for (;;) {
         const auto event = stream.next(status, kWait);
         if (event == client::TurntableStream::Event::kEnded) break;
-        if (event == client::TurntableStream::Event::kStatus) show(status);
+        if (event == client::TurntableStream::Event::kMessage) show(status);
         if (interrupted() && !stopped_) {
           stopped_ = true;
           client_.stop_turntable();

@@ -11,7 +11,7 @@ namespace {
 constexpr double kReleaseTime_s = 0.3;  // a bounce of the tip is no release
 constexpr double kSmoothing_s = 0.05;
 constexpr double kFullForcePart = 0.9;
-constexpr double kShortestHold_s = 0.2;
+constexpr double kMinHoldS = 0.2;
 constexpr double kDriftPart = 0.03;
 
 /// Force that is held: the median of all that is more than half of the largest, so that neither an overshoot
@@ -92,7 +92,7 @@ std::optional<SettledHold> settled_hold(const std::vector<PressPoint>& points) {
     if (!begin_s) begin_s = points[i].time_s;
     end_s = points[i].time_s - kSmoothing_s;
   }
-  if (!begin_s || end_s - *begin_s < kShortestHold_s) return std::nullopt;
+  if (!begin_s || end_s - *begin_s < kMinHoldS) return std::nullopt;
 
   // The last tenth is left out: the release may already have begun.
   const double from_s = *begin_s + 0.5 * (end_s - *begin_s);

@@ -52,7 +52,7 @@ class Follower {
     try {
       v1::IdentificationProgress progress;
       switch (stream_->next(progress, kIdle)) {
-        case client::IdentificationStream::Event::kProgress:
+        case client::IdentificationStream::Event::kMessage:
           last_word_ = Clock::now();
           lost_ = false;
           // Whichever it was that ran: it is this one from now on.

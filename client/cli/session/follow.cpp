@@ -22,7 +22,7 @@ FollowResult follow(client::TelemetryStream& stream, std::uint32_t decimation, c
       result.end = StreamEnd::kClosedByDaemon;
       return result;
     }
-    if (event == client::TelemetryStream::Event::kBatch) {
+    if (event == client::TelemetryStream::Event::kMessage) {
       last_arrival = std::chrono::steady_clock::now();
       result.account.set_dropped(batch.dropped_by_subscriber(), batch.dropped_by_server());
       for (const auto& sample : batch.samples()) {

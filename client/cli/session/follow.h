@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "client/cpp/telemetry_stream.h"
+#include "client/cpp/message_stream.h"
 
 namespace hapticd::cli {
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 namespace hapticd::cli {
 namespace {
@@ -23,11 +24,23 @@ v1::ErrorDetail make_detail(const std::string& what, const std::string& where, c
   return detail;
 }
 
+/// "no_scene" for ERROR_REASON_NO_SCENE; empty where the error has no reason.
+std::string reason_word(const v1::ErrorDetail& detail) {
+  constexpr std::string_view kPrefix = "ERROR_REASON_";
+  if (detail.reason() == v1::ERROR_REASON_UNSPECIFIED) return {};
+  std::string name = v1::ErrorReason_Name(detail.reason());
+  if (!name.starts_with(kPrefix)) return "unknown_" + std::to_string(static_cast<int>(detail.reason()));
+  name.erase(0, kPrefix.size());
+  for (char& c : name) c = static_cast<char>(c == '_' ? c : c - 'A' + 'a');
+  return name;
+}
+
 void print_error(const char* kind, const std::string& code, const v1::ErrorDetail& detail, bool json) {
   if (json) {
     print_json({{"error",
                  {{"kind", kind},
                   {"code", code},
+                  {"reason", reason_word(detail)},
                   {"what", detail.what()},
                   {"where", detail.where()},
                   {"value", detail.value()},

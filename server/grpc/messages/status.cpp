@@ -65,10 +65,37 @@ v1::ErrorReason reason_of(RefusalKind kind) {
   return v1::ERROR_REASON_INTERNAL;
 }
 
+/// Unspecified where the error is about no text.
+v1::ErrorReason reason_of(hal::Mistake mistake) {
+  switch (mistake) {
+    case hal::Mistake::kSyntax:
+      return v1::ERROR_REASON_SYNTAX;
+    case hal::Mistake::kUnknownKey:
+      return v1::ERROR_REASON_UNKNOWN_KEY;
+    case hal::Mistake::kMissingKey:
+      return v1::ERROR_REASON_MISSING_KEY;
+    case hal::Mistake::kWrongType:
+      return v1::ERROR_REASON_WRONG_TYPE;
+    case hal::Mistake::kUnknownWord:
+      return v1::ERROR_REASON_UNKNOWN_WORD;
+    case hal::Mistake::kMisplacedKey:
+      return v1::ERROR_REASON_MISPLACED_KEY;
+    case hal::Mistake::kTooLong:
+      return v1::ERROR_REASON_TOO_LONG;
+    case hal::Mistake::kOutOfRange:
+      return v1::ERROR_REASON_OUT_OF_RANGE;
+    case hal::Mistake::kOther:
+      break;
+  }
+  return v1::ERROR_REASON_UNSPECIFIED;
+}
+
 v1::ErrorReason reason_of(const Refusal& refusal) {
   switch (refusal.reason) {
-    case Reason::kOfKind:
-      return reason_of(refusal.kind);
+    case Reason::kOfKind: {
+      const v1::ErrorReason of_text = reason_of(refusal.error.mistake);
+      return of_text == v1::ERROR_REASON_UNSPECIFIED ? reason_of(refusal.kind) : of_text;
+    }
     case Reason::kNoScene:
       return v1::ERROR_REASON_NO_SCENE;
     case Reason::kNotInThisScene:
@@ -128,9 +155,10 @@ constexpr std::size_t kMaxRemedy = 300;
 
 /// The error as it can be sent: UTF-8, and of bounded length.
 hal::Error sendable(const hal::Error& error) {
-  return {shortened(repaired_utf8(error.what), kMaxPart), shortened(repaired_utf8(error.where), kMaxPart),
-          shortened(repaired_utf8(error.value), kMaxPart), shortened(repaired_utf8(error.limit), kMaxLimit),
-          shortened(repaired_utf8(error.remedy), kMaxRemedy)};
+  return {
+      shortened(repaired_utf8(error.what), kMaxPart),     shortened(repaired_utf8(error.where), kMaxPart),
+      shortened(repaired_utf8(error.value), kMaxPart),    shortened(repaired_utf8(error.limit), kMaxLimit),
+      shortened(repaired_utf8(error.remedy), kMaxRemedy), error.mistake};
 }
 
 v1::ErrorDetail detail_of(const hal::Error& sendable_error) {
@@ -140,6 +168,7 @@ v1::ErrorDetail detail_of(const hal::Error& sendable_error) {
   detail.set_value(sendable_error.value);
   detail.set_limit(sendable_error.limit);
   detail.set_remedy(sendable_error.remedy);
+  detail.set_reason(reason_of(sendable_error.mistake));
   return detail;
 }
 

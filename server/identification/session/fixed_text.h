@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 #include <string>
 
@@ -14,6 +15,14 @@ inline std::string fixed_text(double value, int digits) {
   stream.precision(digits);
   stream << value;
   return stream.str();
+}
+
+/// As std::snprintf() writes it.
+template <class... Values>
+std::string formatted(const char* format, Values... values) {
+  char line[200];
+  std::snprintf(line, sizeof line, format, values...);
+  return line;
 }
 
 }  // namespace hapticd::rt

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLoadedN = 0.05;      // less is no press: friction and DAC steps are of this size
 constexpr double kFirmN = 0.5;         // a press whose peak is less says nothing
-constexpr double kMovingMmPerS = 3.0;  // below, the sign of friction is anybody's guess
+constexpr double kMovingMmPerS = 3.0;  // below, the sign of friction is not known
 constexpr double kQuasiStaticNPerS = 80.0;
 // Rigid contact. Below, the two surfaces still settle; the encoders move by the bend alone, and slower than
 // this they may stick while the force changes.

@@ -15,7 +15,7 @@ namespace {
 
 /// SQLite itself never waits for another process: it would do so under our lock.
 constexpr int kBusyMs = 0;
-constexpr std::size_t kShortestPrefix = 6;
+constexpr std::size_t kMinPrefix = 6;
 constexpr std::size_t kHashLength = 64;
 constexpr const char* kMemory = ":memory:";
 
@@ -44,7 +44,7 @@ hal::Result<std::string> as_prefix(std::string_view hash) {
                  [](char c) { return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c; });
   const bool digits = std::all_of(prefix.begin(), prefix.end(),
                                   [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-  if (digits && prefix.size() >= kShortestPrefix && prefix.size() <= kHashLength) return prefix;
+  if (digits && prefix.size() >= kMinPrefix && prefix.size() <= kHashLength) return prefix;
   return hal::Error{"not the hash of a model", "hash", std::string(hash.substr(0, kHashLength)),
                     "6 … 64 hexadecimal digits", "see which there are: hapticctl model list --stored"};
 }

@@ -51,7 +51,7 @@ std::optional<Received> read_until(const std::string& address, std::chrono::stea
   while (std::chrono::steady_clock::now() < end) {
     const auto event = stream.next(batch, std::chrono::milliseconds(200));
     if (event == client::TelemetryStream::Event::kEnded) return std::nullopt;
-    if (event != client::TelemetryStream::Event::kBatch) continue;
+    if (event != client::TelemetryStream::Event::kMessage) continue;
     bytes += batch.ByteSizeLong();
     if (!batch.samples().empty()) received.newest_ns = batch.samples().rbegin()->time_ns();
   }

@@ -52,6 +52,11 @@ TEST(Contract, EveryKindOfRefusalHasAReasonOfItsOwn) {
                                                                 static_cast<server::Reason>(reason)}));
     EXPECT_TRUE(reasons.insert(detail.reason()).second) << reason;
   }
+  for (int mistake = 1; mistake < static_cast<int>(hal::Mistake::kOutOfRange); ++mistake) {
+    hal::Error error{"no", "", "", "", ""};
+    error.mistake = static_cast<hal::Mistake>(mistake);
+    EXPECT_TRUE(reasons.insert(server::to_detail(error).reason()).second) << mistake;
+  }
   EXPECT_EQ(static_cast<int>(reasons.size()) + 1, v1::ErrorReason_descriptor()->value_count())
       << "a reason that no refusal has";
 }
@@ -62,6 +67,8 @@ TEST(Contract, AProgramCanBranchOnTheReason) {
   request.set_stiffness_n_per_mm(0.5);
   EXPECT_EQ(detail_of(service.set_target(request)).reason(), v1::ERROR_REASON_NO_SCENE);
   EXPECT_EQ(detail_of(service.load("no_such_scene")).reason(), v1::ERROR_REASON_NOT_FOUND);
+  EXPECT_EQ(detail_of(service.load_toml("name = \"a\"\nstifness = 1.0\n")).reason(),
+            v1::ERROR_REASON_UNKNOWN_KEY);
 }
 
 }  // namespace

@@ -73,6 +73,9 @@ TEST_F(HapticctlTurntable, SpeaksJsonLineByLine) {
   EXPECT_EQ(last["state"], "standing");
   EXPECT_EQ(last["station"], "rubber");
   EXPECT_EQ(last["motion"]["end"], "arrived");
+  const Json error = Json::parse(run({"--json", "goto", "nowhere"}).output)["error"];
+  EXPECT_EQ(error["kind"], "refused");
+  EXPECT_EQ(error["reason"], "not_found") << error.dump();
   const Json status = Json::parse(run({"status", "--json"}).output);
   EXPECT_EQ(status["name"], "sim:turntable");
   EXPECT_EQ(status["status"]["station"], "rubber");

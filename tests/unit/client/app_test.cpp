@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -87,6 +88,46 @@ TEST(App, ThePageOfTheCommandsHasNoOtherCommand) {
       EXPECT_TRUE(is_there((*word)[1])) << (*word)[1];
     }
   }
+}
+
+/// The command that is typed so, or the one it leads to.
+const CLI::App* command_of(const CLI::App& app, const std::string& typed) {
+  const CLI::App* command = &app;
+  std::istringstream words(typed);
+  for (std::string word; words >> word;) {
+    const CLI::App* below = nullptr;
+    for (const CLI::App* sub : command->get_subcommands(nullptr)) {
+      if (sub->get_name() == word) below = sub;
+    }
+    if (below == nullptr) break;  // an argument
+    command = below;
+  }
+  return command;
+}
+
+TEST(App, EveryOptionInThePageOfTheCommandsIsOneOfItsCommand) {
+  Built built;
+  const std::string text = page("commands.md");
+  std::istringstream lines(text.substr(text.find("| command | what it does |")));
+  std::string line;
+  int options = 0;
+  while (std::getline(lines, line) && line.starts_with("|")) {
+    std::vector<const CLI::App*> commands;
+    const std::regex code("`([^`]*)`");
+    for (std::sregex_iterator word(line.begin(), line.end(), code), last; word != last; ++word) {
+      const CLI::App* command = command_of(built.app, (*word)[1]);
+      if (command != &built.app) commands.push_back(command);
+    }
+    const std::regex named("--[a-z][a-z-]*");
+    for (std::sregex_iterator word(line.begin(), line.end(), named), last; word != last; ++word) {
+      ++options;
+      EXPECT_TRUE(std::any_of(
+          commands.begin(), commands.end(),
+          [&word](const CLI::App* command) { return command->get_option_no_throw(word->str()) != nullptr; }))
+          << word->str() << " in: " << line;
+    }
+  }
+  EXPECT_GT(options, 10);
 }
 
 TEST(App, ACommandWithCommandsBelowItListsThemAndVersionPrintsTheVersion) {

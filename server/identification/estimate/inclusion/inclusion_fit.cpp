@@ -15,9 +15,9 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLeastDisplacementMm = 0.5;  // below, the onset is in the force
+constexpr double kMinDisplacementMm = 0.5;  // below, the onset is in the force
 constexpr std::size_t kTissueTerms = 6;
-constexpr std::size_t kLeastSamples = 30;
+constexpr std::size_t kMinSamples = 30;
 constexpr double kPriorN = 0.01;        // force that one unit of n is worth
 constexpr double kPriorApproach = 0.1;  // and of β
 
@@ -47,8 +47,8 @@ struct Sphere {
 Sphere surface_of(const std::vector<Press>& presses) {
   hal::Vector3 mean;
   for (const Press& p : presses) mean = mean + p.surface_mm * (1.0 / static_cast<double>(presses.size()));
-  constexpr double kLargestMm = 1000.0;
-  const Sphere flat{mean - hal::Vector3{0.0, 0.0, kLargestMm}, kLargestMm};
+  constexpr double kMaxMm = 1000.0;
+  const Sphere flat{mean - hal::Vector3{0.0, 0.0, kMaxMm}, kMaxMm};
   if (presses.size() < 6) return flat;
   MatrixXd a(static_cast<Eigen::Index>(presses.size()), 4);
   VectorXd b(a.rows());
@@ -59,7 +59,7 @@ Sphere surface_of(const std::vector<Press>& presses) {
   }
   const VectorXd c = a.colPivHouseholderQr().solve(b);
   const double squared = c[3] + c.head<3>().squaredNorm();
-  if (!c.allFinite() || !(squared > 0.0 && squared < kLargestMm * kLargestMm) || !(c[2] < 0.0)) return flat;
+  if (!c.allFinite() || !(squared > 0.0 && squared < kMaxMm * kMaxMm) || !(c[2] < 0.0)) return flat;
   return {mean + hal::Vector3{c[0], c[1], c[2]}, std::sqrt(squared)};
 }
 
@@ -75,7 +75,7 @@ void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has
       row.at.normal = surface.normal_at(s.tip_mm);
       row.at.displacement_mm = own_radius_mm - norm(s.tip_mm - surface.centre_mm);
       row.at.rate_mm_per_s = -dot(s.velocity_mm_per_s, row.at.normal);
-      if (row.at.displacement_mm < kLeastDisplacementMm) continue;
+      if (row.at.displacement_mm < kMinDisplacementMm) continue;
       row.normal_n = dot(s.force_n, row.at.normal);
       row.lateral_n = across(s.force_n, row.at.normal);
       row.press = number;
@@ -87,7 +87,7 @@ void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has
 
 hal::Error too_little(const char* what) {
   return {std::string("too few samples: ") + what, "identification of an inclusion", "",
-          "at least " + std::to_string(kLeastSamples), "press deeper, or more often"};
+          "at least " + std::to_string(kMinSamples), "press deeper, or more often"};
 }
 
 /// Least squares by Levenberg and Marquardt with numeric slopes; the covariance by the sandwich over presses,
@@ -214,8 +214,8 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
   std::vector<Row> own, rows;
   add_rows(without, flat_for(without), false, own);
   add_rows(with, flat_for(with), true, rows);
-  if (own.size() < kLeastSamples) return too_little("without the inclusion");
-  if (rows.size() < kLeastSamples) return too_little("with the inclusion");
+  if (own.size() < kMinSamples) return too_little("without the inclusion");
+  if (rows.size() < kMinSamples) return too_little("with the inclusion");
   const VectorXd tissue = tissue_response(own);
   std::vector<std::size_t> groups;
   VectorXd excess(static_cast<Eigen::Index>(rows.size()));
@@ -268,7 +268,7 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   add_rows(with, surface, true, rows);
   const std::size_t with_count = rows.size();
   add_rows(without, surface, false, rows);
-  if (with_count < kLeastSamples) return too_little("with the inclusion");
+  if (with_count < kMinSamples) return too_little("with the inclusion");
 
   // Where the force exceeds that of the other presses at the same displacement most, it begins to search.
   const VectorXd rough = tissue_response(
@@ -287,7 +287,7 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   const hal::Vector3 start = sum * (1.0 / weight);
 
   // p: x, y of the place, its depth, ln of the response at 5 mm, B/K, m, n, β, and the object's own response.
-  // Depth and n are hard to tell apart: n is drawn to what is usual of spheres of a palpable size.
+  // Depth and n are hard to distinguish: n is drawn to what is usual of spheres of a palpable size.
   constexpr Eigen::Index kOwn = 8;
   constexpr double kUsualAttenuation = 4.0;
   const auto inclusion_of = [&](const VectorXd& p) {

@@ -52,7 +52,7 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
 
 /// From presses all over the object: place, response and attenuation together with the object's own response,
 /// by least squares. `without`: presses on the same object without an inclusion; may be empty, then those of
-/// `with` that are far from the inclusion have to tell. The surface is a sphere through the surface points.
+/// `with` that are far from the inclusion stand for them. The surface is a sphere through the surface points.
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const std::vector<Press>& with);
 

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
+
+#include "server/identification/session/fixed_text.h"
 
 namespace hapticd::rt {
 
@@ -13,9 +14,7 @@ constexpr std::uint64_t kMinJudgedSamples = 30;
 constexpr const char* kWhere = "identification of contact dynamics";
 
 std::string number(double value, const char* unit) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.3g %s", value, unit);
-  return text;
+  return formatted("%.3g %s", value, unit);
 }
 
 }  // namespace

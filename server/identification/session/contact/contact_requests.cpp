@@ -3,19 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "server/identification/session/fixed_text.h"
 
 namespace hapticd::rt {
 
 namespace {
 
 constexpr double kHoldS = 0.8;
-
-std::string text(const char* format, double a, double b) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
-}
 
 bool gently_touched(const PalpationNeeds& n) {
   return n.largest_force_n >= 0.15 * n.force_n;
@@ -45,13 +40,14 @@ MotionRequest press(double force_n, double rate_n_per_s, double hold_s, std::str
 std::vector<std::string> missing_in_words(const PalpationNeeds& n) {
   std::vector<std::string> missing;
   if (!depth_reached(n)) {
-    missing.push_back(text("press deeper than %.3g mm (%.3g mm so far)", n.displacement_mm, n.deepest_mm));
+    missing.push_back(
+        formatted("press deeper than %.3g mm (%.3g mm so far)", n.displacement_mm, n.deepest_mm));
   } else if (!force_reached(n) && !(n.displacement_mm > 0.0)) {
-    missing.push_back(text("press harder: up to %.3g N (%.3g N so far)", n.force_n, n.largest_force_n));
+    missing.push_back(formatted("press harder: up to %.3g N (%.3g N so far)", n.force_n, n.largest_force_n));
   }
   if (!held(n)) {
     missing.push_back(
-        text("hold still for a second under %.3g N or more (%.2g s so far)", 0.4 * n.force_n, n.held_s));
+        formatted("hold still for a second under %.3g N or more (%.2g s so far)", 0.4 * n.force_n, n.held_s));
   }
   for (const MissingCoverage& cells : n.coverage) missing.push_back(cells.words);
   if (missing.empty() && !n.certain) {

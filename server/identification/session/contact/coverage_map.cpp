@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "server/identification/session/fixed_text.h"
 
 namespace hapticd::rt {
 
@@ -19,12 +20,6 @@ int bin_of(double value, const Coverage::Axis& axis) {
 
 std::size_t cell_of(int depth, int speed) {
   return static_cast<std::size_t>(speed * kDepths + depth);
-}
-
-std::string text(const char* format, double a, double b, double c) {
-  char line[160];
-  std::snprintf(line, sizeof line, format, a, b, c);
-  return line;
 }
 
 }  // namespace
@@ -92,8 +87,8 @@ std::vector<MissingCoverage> missing_coverage(const Coverage& map, const Contact
       last = std::max(last, depth);
     }
     if (last < 0) continue;
-    missing.push_back({row.need, text(row.words, row.from * domain.speed_mm_per_s, depth_mm * first,
-                                      depth_mm * (last + 1))});
+    missing.push_back({row.need, formatted(row.words, row.from * domain.speed_mm_per_s, depth_mm * first,
+                                           depth_mm * (last + 1))});
   }
   return missing;
 }

@@ -102,29 +102,29 @@ TEST_F(SceneExchange, AStopDuringTheHandOverIsWholeAndFinal) {
 }
 
 TEST_F(SceneExchange, IsFreeOnceNothingWasTouchedOrWantedForLongerThanAnyFade) {
-  EXPECT_TRUE(renderer_.free()) << "no scene";
+  EXPECT_TRUE(renderer_.can_exchange_scene()) << "no scene";
   Constant scene(0.0, false);
   renderer_.exchange(&scene, wide());
   ticks(60);
-  EXPECT_TRUE(renderer_.free());
+  EXPECT_TRUE(renderer_.can_exchange_scene());
   scene.set(1.0, true);
   tick();
-  EXPECT_FALSE(renderer_.free());
+  EXPECT_FALSE(renderer_.can_exchange_scene());
   scene.set(0.5, false);  // released, but what was rendered is still fading
   ticks(200);
-  EXPECT_FALSE(renderer_.free());
+  EXPECT_FALSE(renderer_.can_exchange_scene());
   scene.set(0.0, true);  // in contact, at its turning point
   ticks(200);
-  EXPECT_FALSE(renderer_.free());
+  EXPECT_FALSE(renderer_.can_exchange_scene());
   scene.set(0.0, false);
   ticks(59);
-  EXPECT_FALSE(renderer_.free());
+  EXPECT_FALSE(renderer_.can_exchange_scene());
   tick();
-  EXPECT_TRUE(renderer_.free());
+  EXPECT_TRUE(renderer_.can_exchange_scene());
   scene.set(1.0, true);
   tick();
   renderer_.raise(GuardFault::kStopped);
-  EXPECT_TRUE(renderer_.free()) << "latched: there is no force to lose";
+  EXPECT_TRUE(renderer_.can_exchange_scene()) << "latched: there is no force to lose";
 }
 
 TEST_F(SceneExchange, AfterAFaultThePipelineStartsAgainWhereTheTableSaysSo) {

@@ -1,0 +1,41 @@
+#include "client/cpp/message_stream.h"
+
+#include <utility>
+
+#include "client/cpp/server_stream.h"
+
+namespace hapticd::client {
+
+template <class Message>
+MessageStream<Message>::MessageStream(std::unique_ptr<ServerStream<Message>> stream)
+    : stream_(std::move(stream)) {}
+template <class Message>
+MessageStream<Message>::MessageStream(MessageStream&&) noexcept = default;
+template <class Message>
+MessageStream<Message>& MessageStream<Message>::operator=(MessageStream&&) noexcept = default;
+template <class Message>
+MessageStream<Message>::~MessageStream() = default;
+
+template <class Message>
+typename MessageStream<Message>::Event MessageStream<Message>::next(Message& message,
+                                                                    std::chrono::milliseconds wait) {
+  return stream_->next(message, wait);
+}
+template <class Message>
+void MessageStream<Message>::cancel() {
+  stream_->cancel();
+}
+
+template class MessageStream<v1::IdentificationProgress>;
+template class MessageStream<v1::TelemetryBatch>;
+template class MessageStream<v1::TurntableStatus>;
+
+TelemetryStream::Event TelemetryStream::next(v1::TelemetryBatch& batch, std::chrono::milliseconds wait) {
+  const Event event = stream_.next(batch, wait);
+  if (event != Event::kMessage) return event;
+  for (const auto& sample : batch.samples()) account_.add(sample.tick());
+  account_.set_dropped(batch.dropped_by_subscriber(), batch.dropped_by_server());
+  return event;
+}
+
+}  // namespace hapticd::client

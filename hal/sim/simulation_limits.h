@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/sim/simulated_rig.h"
+
+namespace hapticd::sim {
+
+inline double length(const hal::Vector3& v) {
+  return std::sqrt(dot(v, v));
+}
+
+/// Names separated by commas.
+inline std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+/// What a hand can do.
+std::optional<hal::Error> check(const HandProgram& program);
+/// The device of a configuration: a preset or its own, with what is changed of it.
+hal::Result<DeviceModel> device_of(const SimulationConfig& config);
+/// What a configuration says of structure and sensor beyond the preset.
+std::optional<hal::Error> check_structure_and_sensor(const SimulationConfig& config);
+/// What would divide by nothing, or hang. The presets are beyond doubt.
+std::optional<hal::Error> check_custom(const SimulationConfig& config);
+
+}  // namespace hapticd::sim

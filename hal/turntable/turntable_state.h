@@ -1,0 +1,146 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "hal/turntable/driven_turntable.h"
+#include "hal/turntable/motion_supervisor.h"
+
+namespace hapticd::turntable {
+
+std::string number(double value, const char* unit);
+/// From the least to the largest angle.
+std::string range_text(const TurntableSettings& settings);
+inline hal::Error not_engaged() {
+  return {"the turntable is not engaged", "turntable", "", "", "engage it first"};
+}
+
+/// The table's thread, and what it shares with others.
+struct DrivenTurntable::State {
+  using Clock = std::chrono::steady_clock;
+  using MotionEnd = hal::MotionEnd;
+  using TurntableState = hal::TurntableState;
+
+  State(std::string name, const TurntableSettings& given, std::unique_ptr<Drive> its_drive);
+
+  // -- set once
+  const TurntableSettings settings;
+  const hal::TurntableInfo info;
+  const Clock::time_point epoch = Clock::now();
+
+  // -- of the table's thread alone, while it runs
+  const std::unique_ptr<Drive> drive;
+  MotionSupervisor supervisor;
+  int failures_in_a_row = 0;
+  double pause_s = 0.0;
+  Clock::time_point next_attempt{};
+  Clock::time_point next_poll{};
+  std::optional<DriveReading> last_reading;
+  double last_reading_s = 0.0;
+  bool safety_stop_sent = false;
+
+  // -- the thread itself
+  std::mutex engage_mutex;  ///< makes engaging and disengaging one after the other
+  std::thread thread;
+
+  // -- shared, under the mutex
+  mutable std::mutex mutex;
+  std::condition_variable wake;     ///< to the table's thread
+  std::condition_variable changed;  ///< from it
+  hal::MotionPermit permit;
+  bool leave = false;
+  struct Orders {
+    bool stop = false;
+    bool clear = false;
+    bool home = false;
+    std::optional<std::pair<double, hal::MotionLimits>> move;
+    bool any() const { return stop || clear || home || move; }
+  } orders;
+  bool engaged = false;
+  bool reported_once = false;  ///< a position since it was engaged
+  bool stalled = false;
+  TurntableState drive_state = TurntableState::kNotHomed;  ///< while the position is fresh
+  DriveReading reading;
+  double velocity_deg_per_s = 0.0;
+  double reading_s = 0.0;
+  hal::MotionReport motion;
+  std::uint64_t ordered = 0;              ///< number of the last motion that was asked for
+  std::optional<hal::Error> link_error;   ///< why there is no usable answer now
+  std::optional<hal::Error> order_error;  ///< of the last order that was not taken
+  std::uint64_t polls = 0, failures = 0, connects = 0, rejected = 0;
+
+  double now_s() const { return std::chrono::duration<double>(Clock::now() - epoch).count(); }
+
+  // ---- the table's thread -------------------------------------------------------------------------------
+
+  void run();
+
+  Clock::duration period() const {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1.0 / settings.poll_hz));
+  }
+
+  Clock::time_point wake_time() const;
+
+  void lose_link(const hal::Error& why);
+
+  void connect();
+
+  void poll();
+
+  std::optional<hal::Error> implausible(const DriveReading& candidate, double now) const;
+
+  double velocity_of(const DriveReading& next, double now) const;
+
+  void accept(const DriveReading& next, double now);
+
+  void send_stop();
+
+  void stop_motion(MotionEnd how, std::optional<hal::Error> why) {
+    if (supervisor.stop(now_s(), how, std::move(why)) == MotionSupervisor::Action::kSendStop) send_stop();
+  }
+
+  void ask_permit() {
+    if (!supervisor.under_way() || supervisor.stopping()) return;
+    if (auto why_not = permitted()) stop_motion(MotionEnd::kForbidden, std::move(why_not));
+  }
+
+  std::optional<hal::Error> permitted();
+
+  void watch_age();
+
+  void refuse(const hal::Error& why);
+
+  void perform(const Orders& wanted);
+
+  void begin(const Orders& wanted);
+
+  TurntableState state_of(const DriveReading& now) const;
+
+  void publish();
+
+  // ---- any thread ---------------------------------------------------------------------------------------
+
+  double age_locked() const {
+    return reported_once ? now_s() - reading_s : std::numeric_limits<double>::infinity();
+  }
+
+  TurntableState state_locked() const;
+
+  bool busy_locked() const { return motion.end == MotionEnd::kUnderWay || motion.number < ordered; }
+
+  /// Why no motion can begin now.
+  std::optional<hal::Error> refusal_locked(bool needs_homed) const;
+
+  hal::Result<std::uint64_t> order(bool needs_homed,
+                                   std::optional<std::pair<double, hal::MotionLimits>> move);
+};
+
+}  // namespace hapticd::turntable

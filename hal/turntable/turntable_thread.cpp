@@ -1,0 +1,330 @@
+#include <algorithm>
+#include <cmath>
+
+#include "hal/turntable/turntable_state.h"
+
+namespace hapticd::turntable {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using hal::MotionEnd;
+using hal::TurntableState;
+
+/// How often the permit is asked while the table turns.
+constexpr std::chrono::milliseconds kPermitPeriod{2};
+/// So many failures in a row, and the connection is opened again.
+constexpr int kFailuresInARow = 3;
+/// Beyond its range by more than this, a position is no position.
+constexpr double kPlausibleBeyondDeg = 360.0;
+/// Before it is homed it counts from anywhere.
+constexpr double kPlausibleUnhomedDeg = 36000.0;
+/// A reading may be ahead of the last one by this much more than the greatest speed explains.
+constexpr double kJumpFactor = 3.0;
+constexpr double kJumpSlackDeg = 5.0;
+/// Without a velocity of its own, a drive's is taken from its positions over this time.
+constexpr double kVelocitySmoothingS = 0.1;
+
+hal::TurntableInfo info_of(std::string name, const TurntableSettings& settings) {
+  hal::TurntableInfo info;
+  info.name = std::move(name);
+  info.min_deg = settings.min_deg;
+  info.max_deg = settings.max_deg;
+  info.limits = {settings.speed_deg_per_s, settings.acceleration_deg_per_s2};
+  info.tolerance_deg = settings.supervision.tolerance_deg;
+  info.stale_after_s = settings.stale_after_s;
+  info.stations = settings.stations;
+  return info;
+}
+
+}  // namespace
+
+DrivenTurntable::State::State(std::string name, const TurntableSettings& given,
+                              std::unique_ptr<Drive> its_drive)
+    : settings(given),
+      info(info_of(std::move(name), given)),
+      drive(std::move(its_drive)),
+      supervisor(given.supervision) {}
+
+void DrivenTurntable::State::run() {
+  next_attempt = next_poll = Clock::now();
+  for (;;) {
+    Orders taken;
+    {
+      std::unique_lock lock(mutex);
+      const auto until = wake_time();
+      wake.wait_until(lock, until, [this] { return leave || orders.any(); });
+      if (leave) break;
+      std::swap(taken, orders);
+    }
+    perform(taken);
+    ask_permit();
+    if (!drive->linked()) {
+      if (Clock::now() >= next_attempt) connect();
+    } else if (Clock::now() >= next_poll) {
+      poll();
+      next_poll = std::max(next_poll + period(), Clock::now());
+    }
+    watch_age();
+    publish();
+  }
+  if (drive->linked()) {
+    if (supervisor.under_way() || (last_reading && last_reading->moving.value_or(false))) (void)drive->stop();
+    drive->close();
+  }
+  supervisor.abandon(now_s(), MotionEnd::kStopped,
+                     {"the turntable was disengaged", "turntable", "", "", "engage it again"});
+  publish();
+}
+
+Clock::time_point DrivenTurntable::State::wake_time() const {
+  const auto due = drive->linked() ? next_poll : next_attempt;
+  if (!supervisor.under_way() || supervisor.stopping()) return due;
+  return std::min(due, Clock::now() + kPermitPeriod);
+}
+
+void DrivenTurntable::State::lose_link(const hal::Error& why) {
+  drive->close();
+  failures_in_a_row = 0;
+  pause_s = settings.reconnect_after_s;
+  next_attempt =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause_s));
+  last_reading.reset();
+  const std::lock_guard lock(mutex);
+  link_error = why;
+}
+
+void DrivenTurntable::State::connect() {
+  auto error = drive->open();
+  {
+    const std::lock_guard lock(mutex);
+    ++connects;
+    if (error) link_error = error;
+  }
+  if (!error) {
+    next_poll = Clock::now();
+    safety_stop_sent = false;
+    return;
+  }
+  drive->close();
+  pause_s =
+      pause_s == 0.0 ? settings.reconnect_after_s : std::min(2.0 * pause_s, settings.reconnect_longest_s);
+  next_attempt =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause_s));
+}
+
+void DrivenTurntable::State::poll() {
+  auto answer = drive->read();
+  const double now = now_s();
+  {
+    const std::lock_guard lock(mutex);
+    ++polls;
+  }
+  std::optional<hal::Error> problem;
+  if (!answer) {
+    problem = answer.error();
+  } else {
+    problem = implausible(*answer, now);
+    const std::lock_guard lock(mutex);
+    if (problem) ++rejected;
+  }
+  if (problem) {
+    {
+      const std::lock_guard lock(mutex);
+      ++failures;
+      link_error = problem;
+    }
+    if (++failures_in_a_row >= kFailuresInARow || !drive->linked()) lose_link(*problem);
+    return;
+  }
+  failures_in_a_row = 0;
+  pause_s = 0.0;
+  accept(*answer, now);
+}
+
+std::optional<hal::Error> DrivenTurntable::State::implausible(const DriveReading& candidate,
+                                                              double now) const {
+  hal::Error error;
+  error.where = "turntable, position";
+  error.value = number(candidate.position_deg, "deg");
+  if (!std::isfinite(candidate.position_deg)) {
+    error.what = "the drive's position is not a number";
+    const std::string hint = drive->hint_for_implausible();
+    error.remedy =
+        hint.empty() ? "check type, address and word order of 'position_actual' in the register map" : hint;
+    return error;
+  }
+  const double beyond =
+      std::max(settings.min_deg - candidate.position_deg, candidate.position_deg - settings.max_deg);
+  if (beyond > (candidate.homed.value_or(false) ? kPlausibleBeyondDeg : kPlausibleUnhomedDeg)) {
+    error.what = "the drive's position is implausible";
+    error.limit = range_text(settings) + ", and a turn beyond";
+    const std::string hint = drive->hint_for_implausible();
+    error.remedy =
+        hint.empty() ? "check word order, scale and unit of 'position_actual' in the register map" : hint;
+    return error;
+  }
+  const bool homing = supervisor.under_way() && supervisor.report().kind == hal::MotionKind::kHome;
+  if (last_reading && !homing) {
+    const double explained = kJumpFactor * settings.speed_deg_per_s * (now - last_reading_s) + kJumpSlackDeg;
+    const double jump = std::abs(candidate.position_deg - last_reading->position_deg);
+    if (jump > explained) {
+      error.what = "the drive's position jumped";
+      error.value = number(last_reading->position_deg, "deg, then") + " " + error.value;
+      error.limit = number(explained, "deg in that time");
+      error.remedy = "if it stays there, the drive was restarted: it is read again, and has to be homed";
+      return error;
+    }
+  }
+  return std::nullopt;
+}
+
+double DrivenTurntable::State::velocity_of(const DriveReading& next, double now) const {
+  if (next.velocity_deg_per_s && std::isfinite(*next.velocity_deg_per_s)) return *next.velocity_deg_per_s;
+  if (!last_reading || now <= last_reading_s) return 0.0;
+  const double dt = now - last_reading_s;
+  const double raw = (next.position_deg - last_reading->position_deg) / dt;
+  const double share = 1.0 - std::exp(-dt / kVelocitySmoothingS);
+  return velocity_deg_per_s + share * (raw - velocity_deg_per_s);
+}
+
+void DrivenTurntable::State::accept(const DriveReading& next, double now) {
+  const double velocity = velocity_of(next, now);
+  last_reading = next;
+  last_reading_s = now;
+  {
+    const std::lock_guard lock(mutex);
+    link_error.reset();
+    reading = next;
+    velocity_deg_per_s = velocity;
+    reading_s = now;
+    reported_once = true;
+    drive_state = state_of(next);
+  }
+  if (supervisor.observe(now, next) == MotionSupervisor::Action::kSendStop) send_stop();
+  // Whatever it does that no one asked for here, e.g. what was begun before contact was lost, is ended.
+  const bool automatic = next.moving.value_or(false) && !supervisor.under_way();
+  if (automatic && !safety_stop_sent) send_stop();
+  safety_stop_sent = automatic;
+}
+
+void DrivenTurntable::State::send_stop() {
+  if (!drive->linked()) return;
+  // One more try at once: of all orders this is the one that must arrive.
+  auto error = drive->stop();
+  if (error && drive->linked()) error = drive->stop();
+  const std::lock_guard lock(mutex);
+  if (error) {
+    ++failures;
+    order_error = error;
+  }
+}
+
+std::optional<hal::Error> DrivenTurntable::State::permitted() {
+  hal::MotionPermit asked;
+  {
+    const std::lock_guard lock(mutex);
+    asked = permit;
+  }
+  return asked ? asked() : std::nullopt;
+}
+
+void DrivenTurntable::State::watch_age() {
+  if (!supervisor.under_way()) return;
+  double last = 0.0;
+  hal::Error why;
+  {
+    const std::lock_guard lock(mutex);
+    last = reading_s;
+    if (link_error) why = *link_error;
+  }
+  const double age = now_s() - last;
+  if (age <= settings.stale_after_s) return;
+  send_stop();
+  hal::Error lost{"contact with the drive was lost on the way: where the table stands is not known",
+                  "turntable", "no usable position for " + number(age, "s"),
+                  number(settings.stale_after_s, "s"),
+                  "look at the table; the drive may go on by itself until contact is back"};
+  if (!why.what.empty()) lost.value += "; " + why.text();
+  supervisor.abandon(now_s(), MotionEnd::kLost, std::move(lost));
+}
+
+void DrivenTurntable::State::refuse(const hal::Error& why) {
+  supervisor.abandon(now_s(), MotionEnd::kRefused, why);
+  const std::lock_guard lock(mutex);
+  order_error = why;
+}
+
+void DrivenTurntable::State::perform(const Orders& wanted) {
+  if (wanted.stop) {
+    if (supervisor.under_way()) {
+      stop_motion(MotionEnd::kStopped,
+                  hal::Error{"the motion was stopped", "turntable", "", "", "begin another one"});
+    } else {
+      send_stop();
+    }
+  }
+  if (wanted.clear && drive->linked()) {
+    auto error = drive->reset_alarm();
+    const std::lock_guard lock(mutex);
+    order_error = error;
+    stalled = false;
+  }
+  if (wanted.home || wanted.move) begin(wanted);
+}
+
+void DrivenTurntable::State::begin(const Orders& wanted) {
+  const double from = last_reading ? last_reading->position_deg : 0.0;
+  const double now = now_s();
+  if (wanted.move) {
+    supervisor.begin_move(now, from, wanted.move->first, wanted.move->second);
+  } else {
+    supervisor.begin_home(now, from);
+  }
+  if (!drive->linked() || !last_reading) {
+    return refuse({"there is no connection to the drive", "turntable", "", "", "wait until it is back"});
+  }
+  if (wanted.stop) {
+    return supervisor.abandon(now, MotionEnd::kStopped,
+                              {"the motion was stopped", "turntable", "", "", "begin another one"});
+  }
+  if (auto why_not = permitted()) {
+    return supervisor.abandon(now, MotionEnd::kForbidden, *why_not);
+  }
+  const auto error =
+      wanted.move ? drive->start_move(wanted.move->first, wanted.move->second) : drive->start_home();
+  if (error) {
+    // Part of it may have been taken.
+    send_stop();
+    refuse(*error);
+  }
+  {
+    const std::lock_guard lock(mutex);
+    if (!error) order_error.reset();
+  }
+  next_poll = Clock::now();
+}
+
+TurntableState DrivenTurntable::State::state_of(const DriveReading& now) const {
+  if (now.alarm.value_or(false)) return TurntableState::kAlarm;
+  if (supervisor.under_way()) {
+    return supervisor.report().kind == hal::MotionKind::kHome ? TurntableState::kHoming
+                                                              : TurntableState::kMoving;
+  }
+  if (stalled) return TurntableState::kStalled;
+  if (now.moving.value_or(false)) return TurntableState::kMoving;
+  return now.homed.value_or(false) ? TurntableState::kStanding : TurntableState::kNotHomed;
+}
+
+void DrivenTurntable::State::publish() {
+  {
+    const std::lock_guard lock(mutex);
+    const bool ended = motion.end == MotionEnd::kUnderWay && !supervisor.under_way();
+    motion = supervisor.report();
+    if (ended && motion.end == MotionEnd::kStalled) stalled = true;
+    drive_state = state_of(reading);
+  }
+  changed.notify_all();
+}
+
+}  // namespace hapticd::turntable

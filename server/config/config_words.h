@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/config/config.h"
+#include "server/text/toml_reader.h"
+
+namespace hapticd::server {
+
+/// The words of a configuration, for reading and for writing.
+inline constexpr Word<RigChoice> kRigWords[] = {
+    {"sim", RigChoice::kSimulated}, {"replay", RigChoice::kReplay}, {"hardware", RigChoice::kHardware}};
+inline constexpr Word<DeviceChoice> kDeviceWords[] = {{"of_kind", DeviceChoice::kOfKind},
+                                                      {"openhaptics", DeviceChoice::kOpenHaptics},
+                                                      {"phantom", DeviceChoice::kPhantom}};
+inline constexpr Word<SensorChoice> kSensorWords[] = {
+    {"of_kind", SensorChoice::kOfKind}, {"netft", SensorChoice::kNetFt}, {"daq", SensorChoice::kDaq}};
+inline constexpr Word<InstrumentChoice> kInstrumentWords[] = {{"none", InstrumentChoice::kNone},
+                                                              {"board", InstrumentChoice::kBoard}};
+inline constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
+                                               {"info", LogLevel::kInfo},
+                                               {"warning", LogLevel::kWarning},
+                                               {"error", LogLevel::kError},
+                                               {"off", LogLevel::kOff}};
+inline constexpr Word<bool> kSpeedWords[] = {{"recorded", false}, {"fast", true}};
+
+template <class E, std::size_t N>
+std::vector<std::string> texts(const Word<E> (&words)[N]) {
+  std::vector<std::string> list;
+  for (const Word<E>& word : words) list.emplace_back(word.text);
+  return list;
+}
+
+template <class E, std::size_t N>
+std::string_view text_of(E value, const Word<E> (&words)[N]) {
+  for (const Word<E>& word : words) {
+    if (word.value == value) return word.text;
+  }
+  return words[0].text;
+}
+
+}  // namespace hapticd::server
