@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "server/text/toml_text.h"
+
 namespace hapticd::server {
 
 namespace {

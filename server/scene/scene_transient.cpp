@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "server/text/toml_text.h"
+
 namespace hapticd::server {
 
 namespace {
