@@ -16,13 +16,13 @@ namespace {
 using test::VirtualRig;
 using Kind = ObjectEvent::Kind;
 
-HandProgram pressing(double force_n) {
+HandProgram pressed_with(double force_n) {
   return {.kind = HandProgram::Kind::kPress, .force_n = force_n, .force_rate_n_per_s = 4.0, .hold_s = -1.0};
 }
 
 TEST(ObjectEvent, AVanishedObjectIsGoneAtTheVeryTick) {
   VirtualRig rig({.object = "rubber_ball", .object_events = {{.kind = Kind::kVanish, .at_s = 6.0}}},
-                 pressing(3.0));
+                 pressed_with(3.0));
   double last_n = 0.0;
   rig.run(6.0, [&] { last_n = rig.truth().normal_force_n; });
   EXPECT_NEAR(last_n, 3.0, 0.3);
@@ -36,13 +36,13 @@ TEST(ObjectEvent, AVanishedObjectIsGoneAtTheVeryTick) {
 
 TEST(ObjectEvent, AReturningObjectWaitsUntilTheTipIsClear) {
   VirtualRig rig({.object = "rubber_ball", .object_events = {{.kind = Kind::kVanish, .at_s = 5.0}}},
-                 pressing(2.0));
+                 pressed_with(2.0));
   rig.run(7.0);
   ASSERT_FALSE(rig.rig().happen({.kind = Kind::kReturn}));
   rig.run(1.0, [&] { ASSERT_FALSE(rig.truth().in_contact) << "the tip is where the object would be"; });
   rig.set_program({});  // the hand lifts off
   rig.run(4.0);
-  rig.set_program(pressing(2.0));
+  rig.set_program(pressed_with(2.0));
   rig.run(6.0);
   EXPECT_NEAR(rig.truth().normal_force_n, 2.0, 0.2);
 }
@@ -50,7 +50,7 @@ TEST(ObjectEvent, AReturningObjectWaitsUntilTheTipIsClear) {
 TEST(ObjectEvent, AnObjectMovedDownIsLeftByTheTip) {
   VirtualRig rig({.object = "rubber_eraser",
                   .object_events = {{.kind = Kind::kMove, .at_s = 6.0, .move_mm = {0.0, 0.0, -5.0}}}},
-                 pressing(1.0));
+                 pressed_with(1.0));
   rig.run(6.0);
   const double depth_mm = rig.truth().tip_position_mm.z;
   rig.tick();
@@ -64,7 +64,7 @@ TEST(ObjectEvent, AnObjectMovedUpLiftsTheTip) {
   VirtualRig rig(
       {.object = "foam_ball",
        .object_events = {{.kind = Kind::kMove, .at_s = 6.0, .move_mm = {0.0, 0.0, 5.0}, .duration_s = 1.0}}},
-      pressing(1.0));
+      pressed_with(1.0));
   rig.run(6.0);
   const double before_mm = rig.truth().tip_position_mm.z;
   rig.run(6.0);
@@ -76,7 +76,7 @@ TEST(ObjectEvent, ADraggedObjectDragsTheTip) {
   VirtualRig rig(
       {.object = "rubber_eraser",
        .object_events = {{.kind = Kind::kMove, .at_s = 6.0, .move_mm = {20.0, 0.0, 0.0}, .duration_s = 1.0}}},
-      pressing(2.0));
+      pressed_with(2.0));
   rig.run(6.8);
   EXPECT_GT(rig.truth().tip_position_mm.x, 1.0);
   EXPECT_GT(rig.truth().reaction_force_n.x, 1.0) << "friction of 2 N at 0.8";
@@ -85,7 +85,7 @@ TEST(ObjectEvent, ADraggedObjectDragsTheTip) {
 TEST(ObjectEvent, ATiltedObjectTurnsItsNormal) {
   VirtualRig rig({.object = "rubber_eraser",
                   .object_events = {{.kind = Kind::kTilt, .at_s = 5.0, .tilt_deg = 10.0, .duration_s = 0.5}}},
-                 pressing(1.0));
+                 pressed_with(1.0));
   rig.run(5.0);
   EXPECT_EQ(rig.truth().outward_normal.z, 1.0);
   rig.run(1.0);
@@ -94,7 +94,7 @@ TEST(ObjectEvent, ATiltedObjectTurnsItsNormal) {
 }
 
 TEST(ObjectEvent, FromAnyThreadWhileTheClockRuns) {
-  VirtualRig rig({.object = "sponge_block"}, pressing(1.0));
+  VirtualRig rig({.object = "sponge_block"}, pressed_with(1.0));
   rig.run(5.0);
   ASSERT_TRUE(rig.truth().in_contact);
   std::thread other([&] { EXPECT_FALSE(rig.rig().happen({.kind = Kind::kVanish})); });
