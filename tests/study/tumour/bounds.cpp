@@ -1,4 +1,5 @@
 #include <cmath>
+#include <tuple>
 #include <string>
 
 #include "rt/inclusion/rendered_inclusions.h"
@@ -64,12 +65,13 @@ void run_tumour_bounds(StudyContext& context) {
       const auto add = [&](const char* name, const Fed& fed) {
         table.add_row({name, variant, fixed(fed.jump_n, 4), fixed(fed.largest_n, 1), fixed(fed.work_n_mm, 3),
                        fixed(fed.scale_n_mm, 1)});
-        for (const auto& [figure_name, value] :
-             {std::pair{"tumour_force_jump_n", fed.jump_n},
-              {"tumour_largest_force_n", fed.largest_n},
-              {"tumour_work_made", fed.work_n_mm / std::max(1e-9, fed.scale_n_mm)}}) {
+        for (const auto& [figure_name, value, unit] :
+             {std::tuple{"tumour_force_jump_n", fed.jump_n, "N"},
+              {"tumour_largest_force_n", fed.largest_n, "N"},
+              {"tumour_work_made", fed.work_n_mm / std::max(1e-9, fed.scale_n_mm), "1"}}) {
           report::Figure figure{figure_name, {{"path", name}, {"variant", variant}}};
           figure.value = value;
+          figure.unit = unit;
           context.report.add(figure);
         }
       };
