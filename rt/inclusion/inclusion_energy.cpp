@@ -68,17 +68,17 @@ InclusionShare share_at(const InclusionParameters& inclusion, const Indentation&
   const hal::Vector3 surface_mm = at.tip_mm + at.normal * at.displacement_mm;
   const hal::Vector3 from_sphere = surface_mm - inclusion.place_mm;
   const double depth = dot(from_sphere, at.normal);
-  const hal::Vector3 beside = from_sphere - at.normal * depth;
+  const hal::Vector3 offset = from_sphere - at.normal * depth;
   const Floored a = floored(depth - approached, least);
   const Floored a0 = floored(l0 - approached, least);
-  const double squared = a.value * a.value + dot(beside, beside);
+  const double squared = a.value * a.value + dot(offset, offset);
 
   InclusionShare share;
   share.value = std::pow(a0.value, n - 2.0) * a.value * a.value * std::pow(squared, -0.5 * n);
   share.by_displacement =
       -inclusion.approach * share.value *
       ((n - 2.0) * a0.slope / a0.value + a.slope * (2.0 / a.value - n * a.value / squared));
-  share.by_place = beside * (-n * share.value / squared);
+  share.by_place = offset * (-n * share.value / squared);
   return share;
 }
 

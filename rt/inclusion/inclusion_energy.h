@@ -22,7 +22,7 @@ struct InclusionResponse {
 };
 InclusionResponse response_at(const InclusionParameters& inclusion, double displacement_mm) noexcept;
 
-/// The share A of the response that is left beside l_0, and its slopes. The strain of a load on an
+/// The share A of the response that is left off l_0, and its slopes. The strain of a load on an
 /// incompressible half-space falls as cos θ / r²; a small stiff sphere takes in energy as its square,
 ///   A = (a_0 / a)^(n-2) (a² / (a² + s²))^(n/2),  n = 6,  a = l - β x,  a_0 = l_0 - β x,
 /// l and s being the depth of the sphere below the surface point and its distance from the normal there, and

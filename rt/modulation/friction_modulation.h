@@ -17,7 +17,7 @@ namespace hapticd::rt {
 /// Bounds:
 ///   direction   f̂ counts only along the axis of sliding, which is followed over kAxisMemoryMm and has no
 ///               sign, and at most kMaxLevel of the identified level: an error of the normal by ε leaks no
-///               more than |s - 1| sin ε f_n into the axis, and nothing beside it.
+///               more than |s - 1| sin ε f_n into the axis, and nothing across it.
 ///   less        takes energy from friction: no more than kMaxReduction of f̂, and only while the tip slides:
 ///               the share of it goes to zero below kFadeSpeedMmPerS and after a reversal, over kFadeS.
 ///   more        s ≤ kMaxScale, and (s - 1) μ_k f_n ≤ kMaxAddedN: friction turns over with the motion, and

@@ -22,7 +22,7 @@ struct TransientMode {
 struct GripDynamics {
   double mode_hz = 100.0;       ///< of the bare device, free; it divides its mass in two
   double amplifier_hz = 300.0;  ///< pole
-  double grip_mass_g = 49.0;    ///< what moves with the tip besides the tool: sensor and fingers
+  double grip_mass_g = 49.0;    ///< what moves with the tip except the tool: sensor and fingers
   double grip_stiffness_n_per_mm = 0.5;
   double grip_damping_n_s_per_mm = 4e-3;
 };

@@ -70,7 +70,7 @@ const std::vector<Study>& studies() {
       {"tumour",
        "a virtual tumour against real ones in a phantom",
        {
-           {"force", "force over displacement beside the tumour, published and by energy", run_tumour_force,
+           {"force", "force over displacement next to the tumour, published and by energy", run_tumour_force,
             PlantUse::kSeparable},
            {"place", "where an inclusion is, from a palpation scan", run_inclusion_place,
             PlantUse::kSeparable},

@@ -1,6 +1,6 @@
 #include <cmath>
-#include <tuple>
 #include <string>
+#include <tuple>
 
 #include "rt/inclusion/rendered_inclusions.h"
 #include "rt/signal/vector.h"
@@ -78,7 +78,7 @@ void run_tumour_bounds(StudyContext& context) {
       add("press over it, 100 mm/s", feed(inclusion, 0.4, [&](double t) {
             return hal::Vector3{0.0, 0.0, down(t, 12.0, 0.4)};
           }));
-      add("press 10 mm beside", feed(inclusion, 0.4, [&](double t) {
+      add("press 10 mm off the axis", feed(inclusion, 0.4, [&](double t) {
             return hal::Vector3{10.0, 0.0, down(t, 12.0, 0.4)};
           }));
       add("rub across l_0, 100 mm/s", feed(inclusion, 4.0, [&](double t) {
@@ -87,7 +87,7 @@ void run_tumour_bounds(StudyContext& context) {
       add("past the tumour", feed(inclusion, 4.0, [&](double t) {
             return hal::Vector3{0.5, 0.0, down(t, 60.0, 4.0)};
           }));
-      add("loop around, press beside, leave over it", feed(inclusion, 2.0, [&](double t) {
+      add("loop around, press off the axis, leave over it", feed(inclusion, 2.0, [&](double t) {
             return hal::Vector3{10.0 * (1.0 - t / 2.0), 0.0, down(t, 10.0, 2.0)};
           }));
     }

@@ -25,7 +25,7 @@ void run_tumour_force(StudyContext& context) {
     const rt::InclusionParameters published = identified_tumour(tumour.phantom).by_pair.inclusion;
     for (const double place_mm : {0.0, 10.0, 20.0}) {
       report::SvgPlot plot;
-      plot.title = "Press " + fixed(place_mm, 0) + " mm beside the " + tumour.name +
+      plot.title = "Press " + fixed(place_mm, 0) + " mm from the " + tumour.name +
                    " tumour, 60 mm/s: at the hand (D Fig. 5.4)";
       plot.x = {"depth of the tip", "mm"};
       plot.y = {"force", "N"};

@@ -4,7 +4,7 @@
 
 namespace hapticd::study {
 
-/// Force over displacement at 0, 10 and 20 mm beside the tumour, hard and soft, rendered against real, as D
+/// Force over displacement at 0, 10 and 20 mm from the tumour, hard and soft, rendered against real, as D
 /// Fig. 5.4; both variants, presses of 20 to 100 mm/s.
 void run_tumour_force(StudyContext& context);
 

@@ -1,4 +1,4 @@
-// A virtual inclusion: the law along l_0, beside it, past it; what it never does.
+// A virtual inclusion: the law along l_0, off it, past it; what it never does.
 
 #include <gtest/gtest.h>
 
@@ -75,14 +75,14 @@ TEST(Inclusion, StaysBoundedWhereTheTipGoesPastIt) {
   const double bound_n = 4.0 * response_at(inclusion, inclusion.max_displacement_mm).elastic_n;
   RenderedInclusions law({inclusion});
   Vector3 before;
-  for (const double beside : {0.0, 0.3, 5.0, 12.0}) {
+  for (const double offset : {0.0, 0.3, 5.0, 12.0}) {
     law.reset();
     before = {};
     for (double depth = 0.0; depth <= 80.0; depth += 0.1) {
-      const Vector3 force = law.update(pressed(beside, 0.0, depth));
+      const Vector3 force = law.update(pressed(offset, 0.0, depth));
       ASSERT_TRUE(std::isfinite(norm(force)));
-      ASSERT_LT(norm(force), bound_n) << beside << " mm beside, " << depth << " mm deep";
-      ASSERT_LT(norm(force - before), 0.5) << beside << " mm beside, " << depth << " mm deep";
+      ASSERT_LT(norm(force), bound_n) << offset << " mm off, " << depth << " mm deep";
+      ASSERT_LT(norm(force - before), 0.5) << offset << " mm off, " << depth << " mm deep";
       ASSERT_GE(force.z, 0.0) << "it pulls into the object";
       before = force;
     }

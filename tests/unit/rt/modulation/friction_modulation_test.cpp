@@ -85,7 +85,7 @@ TEST(FrictionModulation, AReversalFadesAReductionOutAndInAgain) {
 TEST(FrictionModulation, IsBoundedInDirectionAndSize) {
   FrictionModulation modulation = scaled(2.0);
   FrictionModulation::Input input = sliding(50.0);
-  input.friction_n = {-1.0, 5.0, 0.0};  // mostly beside the sliding: an error of the direction
+  input.friction_n = {-1.0, 5.0, 0.0};  // mostly across the sliding: an error of the direction
   Vector3 force = after(modulation, input, 400);
   EXPECT_NEAR(force.x, -1.0, 1e-9);
   EXPECT_NEAR(force.y, 0.0, 1e-9);
