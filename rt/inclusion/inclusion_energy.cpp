@@ -18,6 +18,15 @@ double l0_mm(const InclusionParameters& inclusion) noexcept {
   return norm(inclusion.place_mm - inclusion.surface_mm);
 }
 
+/// How much the pressed surface faces the sphere's nearest point: 1 up to 60° from l_0, 0 from 90° on. A tip
+/// that presses from the side or from below has another surface in front of it.
+double facing_of(const InclusionParameters& inclusion, const hal::Vector3& normal) noexcept {
+  constexpr double kFullCosine = 0.5;
+  const hal::Vector3 l0 = inclusion.surface_mm - inclusion.place_mm;
+  const double u = std::clamp(dot(normal, l0) / (norm(l0) * kFullCosine), 0.0, 1.0);
+  return u * u * (3.0 - 2.0 * u);
+}
+
 /// max(x, floor) with a round corner, and its slope.
 struct Floored {
   double value;
@@ -69,12 +78,14 @@ InclusionShare share_at(const InclusionParameters& inclusion, const Indentation&
   const hal::Vector3 from_sphere = surface_mm - inclusion.place_mm;
   const double depth = dot(from_sphere, at.normal);
   const hal::Vector3 offset = from_sphere - at.normal * depth;
-  const Floored a = floored(depth - approached, least);
+  // p_ts is the nearest point of the surface: what seems nearer is an error of the estimated one.
+  const Floored a = floored(std::max(depth, l0) - approached, least);
   const Floored a0 = floored(l0 - approached, least);
   const double squared = a.value * a.value + dot(offset, offset);
 
   InclusionShare share;
-  share.value = std::pow(a0.value, n - 2.0) * a.value * a.value * std::pow(squared, -0.5 * n);
+  share.value = facing_of(inclusion, at.normal) * std::pow(a0.value, n - 2.0) * a.value * a.value *
+                std::pow(squared, -0.5 * n);
   share.by_displacement =
       -inclusion.approach * share.value *
       ((n - 2.0) * a0.slope / a0.value + a.slope * (2.0 / a.value - n * a.value / squared));

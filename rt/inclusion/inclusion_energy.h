@@ -26,7 +26,8 @@ InclusionResponse response_at(const InclusionParameters& inclusion, double displ
 /// incompressible half-space falls as cos θ / r²; a small stiff sphere takes in energy as its square,
 ///   A = (a_0 / a)^(n-2) (a² / (a² + s²))^(n/2),  n = 6,  a = l - β x,  a_0 = l_0 - β x,
 /// l and s being the depth of the sphere below the surface point and its distance from the normal there, and
-/// β x how far the tip has come nearer to the sphere: half the displacement by (6.2). A = 1 on l_0.
+/// β x how far the tip has come nearer to the sphere: half the displacement by (6.2). A = 1 on l_0, and
+/// nowhere more: l counts as l_0 at least. It fades from 60° to 90° between normal and l_0.
 struct InclusionShare {
   double value = 0.0;
   double by_displacement = 0.0;  ///< 1/mm

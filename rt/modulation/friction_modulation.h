@@ -21,8 +21,7 @@ namespace hapticd::rt {
 ///   less        takes energy from friction: no more than kMaxReduction of f̂, and only while the tip slides:
 ///               the share of it goes to zero below kFadeSpeedMmPerS and after a reversal, over kFadeS.
 ///   more        s ≤ kMaxScale, and (s - 1) μ_k f_n ≤ kMaxAddedN: friction turns over with the motion, and
-///   beyond
-///               that the loop's delay lets device and tip swing faster than the hand slides.
+///               beyond that the loop's delay lets device and tip swing faster than the hand slides.
 /// The passivity control at the hand's port sees all of it.
 class FrictionModulation {
  public:

@@ -113,7 +113,7 @@ class ExplorePipeline final : public Pipeline {
   std::optional<RenderedInclusions> inclusions_;
   std::optional<FrictionModulation> friction_;
   std::optional<ContactTransient> transient_;
-  hal::Vector3 transient_n_;        ///< in the command besides what the controller wants
+  hal::Vector3 transient_n_;        ///< part of the command, not the controller's
   double release_share_ = 0.0;      ///< of what is still rendered after a release
   double release_authority_ = 0.0;  ///< in the last tick of contact
   double rendered_mm_ = 0.0;        ///< the displacement that is rendered; after a release it only shrinks

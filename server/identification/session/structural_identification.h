@@ -50,7 +50,7 @@ class StructuralIdentification final : public Identification {
   static constexpr double kAcrossMm = 50.0;        ///< along y
   static constexpr double kMiddleMm = 70.0;        ///< above it: clear of any object on the table
   static constexpr double kUpDownMm = 40.0;        ///< and so far above and below that
-  static constexpr double kStaggerMm = 24.0;       ///< heights vary by that much besides
+  static constexpr double kStaggerMm = 24.0;       ///< and its height varies by that much
   static constexpr std::size_t kMaxPresses = 128;  ///< kept; later ones take the place of the oldest
   static constexpr std::size_t kRigidPresses = 5;  ///< wanted on a rigid object
 

@@ -20,9 +20,9 @@ report::Figure friction_figure(const char* name, const FrictionTrial& trial, con
 
 /// Why an outcome is none of the target's; empty where it is.
 std::string failure(const FrictionOutcome& outcome, bool more) {
-  constexpr double kMostlyBounded = 0.5;
+  constexpr double kBoundedShare = 0.5;
   if (!outcome.failed.empty()) return outcome.failed;
-  return more && outcome.bounded_share > kMostlyBounded ? "the target is out of the feasible range" : "";
+  return more && outcome.bounded_share > kBoundedShare ? "the target is out of the feasible range" : "";
 }
 
 void add_value(StudyContext& context, report::Figure figure, const std::string& failed, double value,

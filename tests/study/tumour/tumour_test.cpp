@@ -24,7 +24,7 @@ TEST(Tumour, TheSoftOneIsRenderedWithinTheGoals) {
   EXPECT_LT(error_of("phantom_soft", rt::InclusionVariant::kEnergy, 20.0, 14.0), 0.08);
 }
 
-TEST(Tumour, BesideItTheEnergyIsBetterThanThePublishedLaw) {
+TEST(Tumour, OffTheAxisTheEnergyLawIsBetterThanThePublishedOne) {
   for (const double place_mm : {10.0, 20.0}) {
     EXPECT_LT(error_of("phantom_hard", rt::InclusionVariant::kEnergy, place_mm, 11.5),
               0.75 * error_of("phantom_hard", rt::InclusionVariant::kPublished, place_mm, 11.5))

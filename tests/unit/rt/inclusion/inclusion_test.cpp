@@ -89,6 +89,31 @@ TEST(Inclusion, StaysBoundedWhereTheTipGoesPastIt) {
   }
 }
 
+TEST(Inclusion, AddsNothingToASurfaceThatFacesAway) {
+  const InclusionParameters inclusion = below_origin();
+  // As after a sensor was biased under load: the reaction seems to pull, the normal points down.
+  for (double height = -80.0; height <= 20.0; height += 0.5) {
+    for (const double depth : {1.0, 5.0, 20.0}) {
+      const Vector3 tip{0.3, 0.0, height};
+      EXPECT_EQ(norm(energy_force_n(inclusion, {tip, {0.0, 0.0, -1.0}, depth, 50.0})), 0.0) << height;
+      EXPECT_EQ(norm(energy_force_n(inclusion, {tip, {1.0, 0.0, 0.0}, depth, 50.0})), 0.0) << height;
+    }
+  }
+}
+
+TEST(Inclusion, AddsNoMoreThanOnItsLineWhereverTheSurfaceSeemsToBe) {
+  const InclusionParameters inclusion = below_origin();
+  for (const double tilt : {0.0, 0.3, 0.9}) {
+    const Vector3 normal{std::sin(tilt), 0.0, std::cos(tilt)};
+    for (double height = -60.0; height <= 30.0; height += 0.5) {
+      const Indentation at{{1.0, 0.0, height}, normal, 8.0, 0.0};
+      EXPECT_LE(share_at(inclusion, at).value, 1.0 + 1e-12) << height;
+      const double most_n = 1.5 * response_at(inclusion, 8.0).elastic_n;
+      EXPECT_LE(norm(energy_force_n(inclusion, at)), most_n) << height;
+    }
+  }
+}
+
 TEST(Inclusion, AClosedPathMakesNoEnergy) {
   for (const double friction : {0.0, 0.2}) {
     InclusionParameters inclusion = below_origin();
