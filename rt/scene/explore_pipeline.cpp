@@ -5,6 +5,7 @@
 
 #include "rt/control/compensation_fade.h"
 #include "rt/control/loop_delay.h"
+#include "rt/scene/explore_parts.h"
 #include "rt/scene/fill_contact.h"
 #include "rt/scene/fill_modulation.h"
 #include "rt/signal/ticks.h"
@@ -15,40 +16,6 @@ namespace hapticd::rt {
 namespace {
 
 constexpr double kRegainS = 0.1;  // ringing after a bounce is over by then
-
-Direction direction_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz) {
-  const bool bearing = spec.tip == Tip::kBallBearing;
-  const FrictionParameters friction = bearing ? model.bearing_friction.value_or(kBallBearingFriction)
-                                              : model.rod_friction.value_or(FrictionParameters{});
-  if (spec.explore.direction == DirectionMethod::kTracked) {
-    return Direction(TrackedDirection(friction, spec.explore.force_noise_n, rate_hz));
-  }
-  return Direction(
-      PublishedDirection(bearing ? FrictionLaw::kCoulombViscous : FrictionLaw::kDahl, friction, rate_hz));
-}
-
-Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz) {
-  const ExploreParameters& e = spec.explore;
-  if (e.displacement == DisplacementEstimator::kRecursive) {
-    return Displacement(RecursiveDisplacement{}, std::monostate{});
-  }
-  const bool creeps = e.law == ContactLawKind::kCreep;
-  const ContactLaw law = creeps ? ContactLaw(CreepLaw(model.creep->parameters, rate_hz))
-                                : ContactLaw(model.hunt_crossley->parameters);
-  if (e.displacement == DisplacementEstimator::kInverse) {
-    return Displacement(InverseDisplacement{ButterworthLowPass(InverseDisplacement::kCutoffHz, rate_hz)},
-                        law);
-  }
-  const double error = creeps ? model.creep->relative_error : model.hunt_crossley->relative_error;
-  return Displacement(FusedDisplacement(error, e.force_noise_n, rate_hz), law);
-}
-
-/// The tip touches what is rendered: a linear target's stiffness, else nothing is known of it.
-GripPlant grip_plant_of(const SceneSpec& spec, const hal::RigInfo& rig) {
-  const bool is_linear = spec.explore.modulated && spec.target.kind == TargetLaw::Kind::kLinear;
-  return grip_plant(spec.transient->grip, rig.device.apparent_mass_g, spec.structural_stiffness_n_per_mm,
-                    spec.tool_mass_g, is_linear ? spec.target.stiffness_n_per_mm : 0.0);
-}
 
 }  // namespace
 
@@ -107,6 +74,7 @@ void ExplorePipeline::reset() noexcept {
   motion_.reset();
   if (mass_motion_) mass_motion_->reset();
   contact_.reset();
+  pull_.reset();
   deflection_.reset();
   displacement_.reset();
   if (inclusions_) inclusions_->reset();
@@ -185,8 +153,21 @@ void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) 
   input.acceleration_mm_per_s2 = norm(now.mass_acceleration_mm_per_s2);
   contact_.detect(input);
   // After a bounce the tool may rest on the object without the detector knowing how deep. A law does.
-  regained_ = displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;
+  const bool pulls = is_pulled(now, input.reaction_n);
+  if (pulls && contact_.in_contact()) contact_.withdraw();
+  regained_ = !pulls && displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;
   if (regained_) contact_.declare();
+}
+
+bool ExplorePipeline::is_pulled(const Measured& now, double reaction_n) noexcept {
+  if (!contact_parameters_.evidence.required) return false;
+  if (contact_.detector().is_free()) pull_.release();
+  if (reaction_n < contact_parameters_.threshold_n) return false;  // its direction is noise
+  if (pull_.is_pull(now.reaction_n, now.tip_mm)) return true;
+  const bool felt = contact_.authority() > 0.0 && reaction_n > 2.0 * contact_parameters_.threshold_n;
+  const bool felt_unseen = contact_.detector().is_waiting() && reaction_n > contact_.max_free_force_n();
+  if (felt || felt_unseen) pull_.remember(now.reaction_n, now.tip_mm);
+  return false;
 }
 
 void ExplorePipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
@@ -227,7 +208,7 @@ double ExplorePipeline::estimate(const Measured& now) noexcept {
   const double normal_n = dot(now.reaction_n, normal);
   displacement_.update(now.tip_mm, now.step_mm, normal_before, normal, normal_n, rate_mm_per_s(now),
                        now.interval);
-  path_mm_ -= dot(now.step_mm, normal_before);
+  path_mm_ = std::max(0.0, path_mm_ - dot(now.step_mm, normal_before));
   return normal_n;
 }
 
@@ -313,9 +294,11 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   detect(sample, now);
   const double normal_n = estimate(now);
   if (contact_.in_contact()) {
-    contact_.judge({normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2),
-                    norm(now.encoder_mm - now.tip_mm)},
-                   now.interval);
+    contact_.judge(
+        {normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2),
+         norm(now.encoder_mm - now.tip_mm),
+         displacement_.has_law() ? displacement_.by_law().displacement_mm : ContactEvidence::kNoLaw},
+        now.interval);
   }
   follow_zero(sample, now.interval);
   const bool in_contact = contact_.in_contact();

@@ -5,6 +5,7 @@
 
 #include "hal/rig.h"
 #include "rt/contact/contact_stage.h"
+#include "rt/contact/pull_watch.h"
 #include "rt/contact/zero_tracker.h"
 #include "rt/control/back_drive_compensation.h"
 #include "rt/control/hand_port_passivity.h"
@@ -61,6 +62,8 @@ class ExplorePipeline final : public Pipeline {
 
   Measured measure(const hal::RigSample& sample) noexcept;
   void detect(const hal::RigSample& sample, const Measured& now) noexcept;
+  /// Whether the force reverses where the object was felt.
+  bool is_pulled(const Measured& now, double reaction_n) noexcept;
   void begin_contact(const Measured& now) noexcept;
   /// Direction and displacement of this tick; returns the normal force.
   double estimate(const Measured& now) noexcept;
@@ -102,7 +105,8 @@ class ExplorePipeline final : public Pipeline {
 
   ContactParameters contact_parameters_;
   ContactStage3 contact_;
-  double path_mm_ = 0.0;  ///< into the object since the onset, along the normals there were
+  PullWatch pull_;
+  double path_mm_ = 0.0;  ///< into the object since the onset or the farthest retreat, along the normals
   std::uint32_t regain_ticks_;
   bool regained_ = false;  ///< the present contact was not seen to begin
 

@@ -10,6 +10,7 @@
 
 #include "rt/signal/vector.h"
 #include "server/process/log.h"
+#include "server/rig/stillness_watch.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
@@ -21,6 +22,9 @@ namespace {
 /// A sample with the new zero arrives within a tick or two.
 constexpr std::chrono::seconds kTimeout{2};
 constexpr std::chrono::milliseconds kPollInterval{1};
+/// The tool is left alone for so long before the bias, and after it.
+constexpr std::chrono::milliseconds kAtRestBefore{300};
+constexpr std::chrono::milliseconds kAtRestAfter{100};
 
 std::int64_t unix_s() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
@@ -66,6 +70,9 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
   // Kept open until a sample with the new zero has arrived.
   const auto sensor = session_.claim_sensor();
   if (!sensor) return Refusal{RefusalKind::kFailedPrecondition, sensor.error()};
+  const StillnessWatch watch(hub_);
+  std::this_thread::sleep_for(kAtRestBefore);
+  if (auto moved = watch.disturbance()) return Refusal{RefusalKind::kFailedPrecondition, std::move(*moved)};
   const std::uint32_t before = hub_.latest().bias_serial;
   if (auto refusal = session_.bias_force_sensor()) return *refusal;
 
@@ -80,6 +87,15 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
     }
     std::this_thread::sleep_for(kPollInterval);
     now = hub_.latest();
+  }
+  std::this_thread::sleep_for(kAtRestAfter);
+  if (auto moved = watch.disturbance()) {
+    {
+      const std::lock_guard lock(mutex_);
+      last_.reset();
+    }
+    moved->what += ": the zero now in use is wrong";
+    return Refusal{RefusalKind::kFailedPrecondition, std::move(*moved)};
   }
   SensorBias bias;
   bias.serial = now.bias_serial;

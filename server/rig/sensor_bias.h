@@ -33,8 +33,9 @@ class SensorBiases {
   /// Each new zero is appended to `file` as a line; empty = none.
   SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file);
 
-  /// Takes the present load as zero. Out of contact, and not while an identification or a motion of the table
-  /// is under way. Returns when samples with the new zero arrive.
+  /// Takes the present load as zero. Out of contact, the tool at rest (StillnessWatch), and not while an
+  /// identification or a motion of the table is under way. Returns when samples with the new zero arrive. A
+  /// zero that was disturbed is reported as an error and is not current().
   Outcome<SensorBias> take(const Caller& caller);
   /// The present one; nothing where none was taken since the start, or the driver lost it.
   std::optional<SensorBias> current() const;

@@ -96,6 +96,21 @@ TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {
   EXPECT_EQ(detail_of(status).what(), "the tool is in contact: it cannot be biased");
 }
 
+TEST(ServiceRig, IsNotBiasedWhileAHandMovesTheTool) {
+  const RunningService service;
+  v1::SetHandProgramRequest request;
+  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_TAP);
+  request.mutable_program()->set_repetitions(0);
+  v1::SetHandProgramResponse set;
+  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &set).ok());
+  v1::BiasForceSensorResponse biased;
+  const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  const std::string what = detail_of(status).what();
+  EXPECT_NE(what.find("while the bias was taken"), std::string::npos) << what;
+  EXPECT_FALSE(service.state().has_sensor_bias());
+}
+
 TEST(ServiceRig, StateSaysContactZeroAndForce) {
   const RunningService service;
   v1::RigState state = service.await([](const v1::RigState& now) { return now.bias_serial() == 1; });
