@@ -58,11 +58,7 @@ void ContactEvidence::follow_support(const Observation& now, double s) noexcept 
   const double share = secant_n_per_mm_ > 0.0 ? secant / secant_n_per_mm_ : 1.0;
   const double by_depth = (share - kLostShare) / (kFullShare - kLostShare);
   const double by_force = 0.5 * (now.reaction_n / threshold_n_ - 1.0);
-  const double by_law = now.by_law_mm == kNoLaw
-                            ? 1.0
-                            : (kLawLostRatio * now.by_law_mm + kLawLostMm - now.displacement_mm) /
-                                  (now.by_law_mm + 0.5 * kLawLostMm);
-  support_ = std::clamp(std::min({by_depth, by_force, by_law}), 0.0, std::min(1.0, support_ + s / kGrowS));
+  support_ = std::clamp(std::min(by_depth, by_force), 0.0, std::min(1.0, support_ + s / kGrowS));
   if (secant_n_per_mm_ <= 0.0) {
     secant_n_per_mm_ = secant;
   } else if (share > kLostShare) {

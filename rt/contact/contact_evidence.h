@@ -40,8 +40,7 @@ inline double default_unexplained_force_n(double threshold_n) noexcept {
 ///   lost     by the factor s = min((f/(K x) - 0.15)/0.2, (f/ε_f - 1)/2), 0 … 1, K the contact's own secant
 ///            stiffness followed over kSecantS: the reaction falls to a third of what this depth gave, or to
 ///            the threshold, and force with it. At s = 0 for kLostS there is no object any more, and the
-///            contact has ended. Where a contact law is known also by (3 x_f + 1 mm - x)/(x_f + 0.5 mm), x_f
-///            what it makes of f: an object three times as soft as the scene's is not the scene's.
+///            contact has ended.
 ///   never    where f < k_min (x - kFreePathMm) for kLostS: the tip went on and nothing resisted.
 ///
 /// f is the reaction along the deformation direction, x its displacement. Nothing is rendered before a > 0:
@@ -51,7 +50,7 @@ class ContactEvidence {
   /// `threshold_n`: ε_f; `tool_mass_g`: m, beyond the sensor.
   ContactEvidence(const EvidenceParameters& parameters, double threshold_n, double tool_mass_g) noexcept;
 
-  static constexpr double kNoLaw = -1.0;
+  static constexpr double kDeflectionError = 0.25;  // of it: the motors bend the structure later than asked
 
   /// What one tick of contact measured.
   struct Observation {
@@ -60,7 +59,6 @@ class ContactEvidence {
     double path_mm = 0.0;          ///< of the tip into the object since the onset, without any contact law
     double acceleration_mm_per_s2 = 0.0;  ///< magnitude, of the tip
     double deflection_mm = 0.0;  ///< magnitude of what the structure bends; x is as uncertain as that
-    double by_law_mm = kNoLaw;   ///< what the scene's contact law makes of f
   };
 
   /// A contact begins.
@@ -90,13 +88,10 @@ class ContactEvidence {
   static constexpr double kSecantS = 0.05;
   static constexpr double kLostShare = 0.15;
   static constexpr double kFullShare = 0.35;
-  static constexpr double kLawLostRatio = 3.0;
-  static constexpr double kLawLostMm = 1.0;
   static constexpr double kLostS = 0.005;
-  static constexpr double kFreePathMm = 0.5;        // what a slanted or rounded onset may hide
-  static constexpr double kMinDepthMm = 0.1;        // encoder steps below it make no secant
-  static constexpr double kDeflectionError = 0.25;  // of it: the motors bend the structure later than asked
-  static constexpr std::size_t kSlots = 10;         // of a millisecond each, together kSustainedS
+  static constexpr double kFreePathMm = 0.5;  // what a slanted or rounded onset may hide
+  static constexpr double kMinDepthMm = 0.1;  // encoder steps below it make no secant
+  static constexpr std::size_t kSlots = 10;   // of a millisecond each, together kSustainedS
 
   void follow_acceleration(double acceleration_mm_per_s2, double s) noexcept;
   /// Least of `evidence_n` over kSustainedS; negative until it has lasted so long.

@@ -15,7 +15,8 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr double kRegainS = 0.1;  // ringing after a bounce is over by then
+constexpr double kRegainS = 0.1;        // ringing after a bounce is over by then
+constexpr double kSensorLateS = 0.005;  // at most, behind the encoders
 
 }  // namespace
 
@@ -181,6 +182,7 @@ void ExplorePipeline::begin_contact(const Measured& now) noexcept {
   direction_.begin(now.reaction_n);
   passivity_.begin();
   path_mm_ = 0.0;
+  path_check_.begin();
   if (regained_) return displacement_.begin_unseen(now.tip_mm, norm(now.reaction_n));
   const double below_threshold_n = contact_parameters_.release_ratio * contact_parameters_.threshold_n;
   const bool looks_back = contact_parameters_.method == ContactMethod::kMatchedInertia;
@@ -206,10 +208,25 @@ double ExplorePipeline::estimate(const Measured& now) noexcept {
   direction_.update(now.reaction_n, now.step_mm, now.velocity_mm_per_s, now.interval.periods);
   const hal::Vector3& normal = direction_.normal();
   const double normal_n = dot(now.reaction_n, normal);
+  const double by_law_mm = displacement_.by_law().displacement_mm;
   displacement_.update(now.tip_mm, now.step_mm, normal_before, normal, normal_n, rate_mm_per_s(now),
                        now.interval);
-  path_mm_ = std::max(0.0, path_mm_ - dot(now.step_mm, normal_before));
+  const double inward_mm = -dot(now.step_mm, normal_before);
+  path_mm_ = std::max(0.0, path_mm_ + inward_mm);
+  path_check_.update(inward_mm, norm(across(now.step_mm, normal_before)),
+                     displacement_.by_law().displacement_mm - by_law_mm);
   return normal_n;
+}
+
+void ExplorePipeline::judge_contact(const Measured& now, double normal_n) noexcept {
+  const double deflection_mm = norm(now.encoder_mm - now.tip_mm);
+  contact_.judge(
+      {normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2), deflection_mm},
+      now.interval);
+  if (!contact_parameters_.evidence.required || !displacement_.has_law()) return;
+  const double uncertain_mm =
+      ContactEvidence::kDeflectionError * deflection_mm + kSensorLateS * norm(now.velocity_mm_per_s);
+  if (path_check_.is_contradicted(uncertain_mm)) contact_.await_free();
 }
 
 double ExplorePipeline::authority() const noexcept {
@@ -293,13 +310,7 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   const Measured now = measure(sample);
   detect(sample, now);
   const double normal_n = estimate(now);
-  if (contact_.in_contact()) {
-    contact_.judge(
-        {normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2),
-         norm(now.encoder_mm - now.tip_mm),
-         displacement_.has_law() ? displacement_.by_law().displacement_mm : ContactEvidence::kNoLaw},
-        now.interval);
-  }
+  if (contact_.in_contact()) judge_contact(now, normal_n);
   follow_zero(sample, now.interval);
   const bool in_contact = contact_.in_contact();
   // Followed also before there is any authority, so that the slope is known once there is.

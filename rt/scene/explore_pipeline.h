@@ -5,6 +5,7 @@
 
 #include "hal/rig.h"
 #include "rt/contact/contact_stage.h"
+#include "rt/contact/path_check.h"
 #include "rt/contact/pull_watch.h"
 #include "rt/contact/zero_tracker.h"
 #include "rt/control/back_drive_compensation.h"
@@ -67,6 +68,8 @@ class ExplorePipeline final : public Pipeline {
   void begin_contact(const Measured& now) noexcept;
   /// Direction and displacement of this tick; returns the normal force.
   double estimate(const Measured& now) noexcept;
+  /// Ends a contact that nothing speaks for.
+  void judge_contact(const Measured& now, double normal_n) noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// Speed into the object.
   double rate_mm_per_s(const Measured& now) const noexcept;
@@ -106,6 +109,7 @@ class ExplorePipeline final : public Pipeline {
   ContactParameters contact_parameters_;
   ContactStage3 contact_;
   PullWatch pull_;
+  PathCheck path_check_;
   double path_mm_ = 0.0;  ///< into the object since the onset or the farthest retreat, along the normals
   std::uint32_t regain_ticks_;
   bool regained_ = false;  ///< the present contact was not seen to begin

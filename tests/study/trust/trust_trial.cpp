@@ -91,7 +91,7 @@ std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
     case TrustMotion::kPressOften: {
       sim::HandProgram press;
       press.kind = Kind::kPress;
-      press.force_n = trial.seed % 2 == 0 ? 2.0 : 1.0;
+      press.force_n = std::max(trial.seed % 2 == 0 ? 2.0 : 1.0, 1.1 * trial.cause->biased_at_n);
       press.force_rate_n_per_s = trial.seed % 3 == 0 ? 20.0 : 4.0;
       press.approach_mm_per_s = 40.0;
       press.hold_s = 1.0;

@@ -110,27 +110,6 @@ TEST(ContactEvidence, AnObjectThatVanishesTakesTheForceWithIt) {
   }
 }
 
-TEST(ContactEvidence, ADepthThatTheContactLawContradictsTakesTheForceAway) {
-  // 0.2 N for good, while the tip goes on at 20 mm/s: 0.4 N/mm make 0.5 mm of it.
-  for (const double law_n_per_mm : {0.4, 0.1}) {
-    ContactEvidence evidence(kParameters, kThresholdN, kToolG);
-    evidence.begin();
-    double lost_at_mm = 0.0;
-    for (int i = 0; i < 400 && lost_at_mm == 0.0; ++i) {
-      const double depth_mm = 0.5 + 0.02 * i;
-      ContactEvidence::Observation now{0.2, depth_mm, depth_mm, 0.0};
-      now.by_law_mm = 0.2 / law_n_per_mm;
-      evidence.update(now, interval_at(1000.0));
-      const bool agrees = depth_mm < 2.0 * now.by_law_mm + 0.5;
-      if (i > 20 && agrees) {
-        EXPECT_GT(evidence.authority(), 0.9) << depth_mm;
-      }
-      if (!evidence.plausible()) lost_at_mm = depth_mm;
-    }
-    EXPECT_NEAR(lost_at_mm, 3.0 * 0.2 / law_n_per_mm + 1.0 + 0.1, 0.1) << law_n_per_mm << " N/mm";
-  }
-}
-
 TEST(ContactEvidence, RelaxationAndSlowUnloadingTakeNothingAway) {
   Contact contact;
   for (int i = 0; i < 1000; ++i) contact.tick(0.003 * i, 0.008 * i);
