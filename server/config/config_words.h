@@ -33,12 +33,4 @@ std::vector<std::string> texts(const Word<E> (&words)[N]) {
   return list;
 }
 
-template <class E, std::size_t N>
-std::string_view text_of(E value, const Word<E> (&words)[N]) {
-  for (const Word<E>& word : words) {
-    if (word.value == value) return word.text;
-  }
-  return words[0].text;
-}
-
 }  // namespace hapticd::server
