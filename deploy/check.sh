@@ -2,7 +2,7 @@
 # Installs what is missing, builds everything and runs the tests; the last lines are ctest's summary.
 # Needs Debian 12, and root or sudo where packages are missing.
 #
-#   bash deploy/check.sh [PRESET]     release, or one of the sanitizers' (asan, asan-all, tsan)
+#   bash deploy/check.sh [PRESET]     release, or one of the sanitizers' (asan, asan-network, tsan)
 #
 # Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh release measure.
 # A test that fails while others run next to it is run once more by itself, and reported: on a busy machine one that
