@@ -10,10 +10,10 @@ namespace hapticd::rt {
 ///
 /// A cumulative sum for each sense, inward and outward, over stretches of kStretchMm:
 ///
-///   E <- max(0, E + Δp - 3 max(0, Δq) - 0.15 Δs)      contradicted: E > 1 mm + what the caller is unsure of
+///   E <- max(0, E + Δp - 3 max(0, Δq) - 0.35 Δs)      contradicted: E > 1 mm + what the caller is unsure of
 ///
 /// Δp is the path along the normal, Δq the change of the depth that the law makes of the reaction, both
-/// counted in that sense, Δs the path across the normal (a normal that is wrong by 5° takes 0.08 Δs for
+/// counted in that sense, Δs the path across the normal (a normal that is wrong by 20° takes 0.35 Δs for
 /// depth). So an object may be three times as soft as its law, and as hard as it likes.
 class PathCheck {
  public:
@@ -36,7 +36,7 @@ class PathCheck {
  private:
   static constexpr double kStretchMm = 0.2;  // of noise, a stretch has little
   static constexpr double kSoftnessRatio = 3.0;
-  static constexpr double kSlideShare = 0.15;
+  static constexpr double kSlideShare = 0.35;
   static constexpr double kAllowedMm = 1.0;
 
   void add(double& excess_mm, double path_mm, double law_mm) const noexcept {

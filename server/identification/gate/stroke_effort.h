@@ -11,9 +11,8 @@ namespace hapticd::rt {
 /// hardest force of the contact, not the one that was asked for. In constant time and memory.
 class StrokeEffort {
  public:
-  static constexpr double kMinStrokeS = 1.0;  ///< a shorter one is no stroke
-  static constexpr double kStuckShare =
-      0.2;  ///< a stroke that slides less of its time stuck; all slide at the end
+  static constexpr double kMinStrokeS = 1.0;   ///< a shorter one is no stroke
+  static constexpr double kStuckS = 0.15;      ///< a stroke that slides less than this stuck
   static constexpr double kSaturatedS = 0.05;  ///< so long at the end of the range is no single spike
   static constexpr double kLighter = 0.5;      ///< times the hardest force
 
@@ -28,7 +27,7 @@ class StrokeEffort {
   void saturate(double now_s) noexcept { saturated_s_ += count(now_s); }
   /// The tip is free.
   void release() noexcept {
-    const bool stuck = contact_s_ > kMinStrokeS && sliding_s_ < kStuckShare * contact_s_;
+    const bool stuck = contact_s_ > kMinStrokeS && sliding_s_ < kStuckS;
     if (hardest_n_ > 0.0 && (stuck || saturated_s_ > kSaturatedS)) {
       limit_n_ = std::min(limit_n_, kLighter * hardest_n_);
     }

@@ -350,7 +350,7 @@ TEST(StrokeEffort, AsksForLessWhereTheTipSticks) {
   contact_of(effort, 8.0, 4.0, 2.0);
   contact_of(effort, 8.0, 0.3, 0.0);
   EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 5.0) << "it slid, or only tapped";
-  contact_of(effort, 8.0, 6.0, 0.5);  // as the tool is lifted, it slips
+  contact_of(effort, 8.0, 4.0, 0.1);
   EXPECT_DOUBLE_EQ(effort.asked_n(5.0, 1.2), 4.0);
   EXPECT_DOUBLE_EQ(effort.asked_n(3.0, 1.2), 3.0);
   contact_of(effort, 2.0, 4.0, 0.0);
