@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "client/cpp/channel.h"
+#include "client/cpp/lease_keeper.h"
 #include "client/cpp/recording_upload_state.h"
 #include "client/cpp/server_stream.h"
 #include "hapticd/v1/identification.grpc.pb.h"
@@ -23,46 +25,22 @@ namespace {
 /// A call that is answered with a stream of messages; `method` is the stub's Async… of it.
 template <class Message, class Stub, class Request, class Method>
 std::unique_ptr<ServerStream<Message>> streaming(const std::shared_ptr<Stub>& stub,
-                                                 const std::string& address, const Request& request,
-                                                 Method method) {
+                                                 const std::string& address, const LeaseKeeper& keeper,
+                                                 const Request& request, Method method) {
   return std::make_unique<ServerStream<Message>>(
       stub, address, [&](Stub& on, grpc::ClientContext* context, grpc::CompletionQueue* queue) {
+        keeper.add_to(*context);
         return (on.*method)(context, request, queue, nullptr);
       });
 }
 
 constexpr std::chrono::seconds kLastFit{30};
+constexpr std::chrono::seconds kLongestNotice{10};
 /// What the daemon keeps of a reason. Nothing longer is sent: a request may be too large to arrive.
 constexpr std::size_t kMaxStopReason = 256;
 /// What hardware may take to answer, beyond the timeout.
 constexpr std::chrono::seconds kHardwareAnswers{10};
 constexpr std::chrono::seconds kSlowDrive{30};
-
-std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
-  grpc::ChannelArguments arguments;
-  // A proxy for web traffic must not be used between a client and a device.
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // A client that connects again after a loss must not wait out the pauses between the attempts of another
-  // connection.
-  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  auto channel = grpc::CreateCustomChannel(channel_target(options.address),
-                                           grpc::InsecureChannelCredentials(), arguments);
-
-  // Waits until connected, but not for a second attempt once the first was refused.
-  const auto deadline = std::chrono::system_clock::now() + options.timeout;
-  auto state = channel->GetState(true);
-  while (state != GRPC_CHANNEL_READY) {
-    if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || !channel->WaitForStateChange(state, deadline)) {
-      v1::ErrorDetail detail;
-      detail.set_what("no daemon answers");
-      detail.set_where(options.address);
-      detail.set_remedy("start hapticd, or name its address with --server or HAPTICD_SERVER");
-      throw Error(ErrorKind::kUnreachable, "UNAVAILABLE", detail);
-    }
-    state = channel->GetState(true);
-  }
-  return channel;
-}
 
 template <class Request>
 void set_source(Request& request, const SceneSource& source) {
@@ -79,7 +57,7 @@ void set_source(Request& request, const SceneSource& source) {
 struct Client::State {
   explicit State(ClientOptions given)
       : options(std::move(given)),
-        channel(connect(options)),
+        channel(open_channel(options)),
         rig(v1::RigService::NewStub(channel)),
         scene(v1::SceneService::NewStub(channel)),
         model(v1::ModelService::NewStub(channel)),
@@ -87,13 +65,31 @@ struct Client::State {
         safety(v1::SafetyService::NewStub(channel)),
         simulation(v1::SimulationService::NewStub(channel)),
         identification(v1::IdentificationService::NewStub(channel)),
-        turntable(v1::TurntableService::NewStub(channel)) {}
+        turntable(v1::TurntableService::NewStub(channel)),
+        access(v1::AccessService::NewStub(channel)),
+        keeper(std::make_unique<LeaseKeeper>(channel, options.lease_token)) {}
 
   /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
   template <class Stub, class Request, class Response>
   Response call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                 const Request& request, std::chrono::nanoseconds extra_time = {}) {
+    try {
+      return call_once(stub, method, request, extra_time);
+    } catch (const Error& error) {
+      const bool can_help =
+          options.acquires_lease && error.detail().reason() == v1::ERROR_REASON_LEASE_REQUIRED;
+      if (!can_help) throw;
+    }
+    acquire_for_commands();
+    return call_once(stub, method, request, extra_time);
+  }
+
+  template <class Stub, class Request, class Response>
+  Response call_once(Stub& stub,
+                     grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                     const Request& request, std::chrono::nanoseconds extra_time) {
     grpc::ClientContext context;
+    keeper->add_to(context);
     context.set_deadline(std::chrono::system_clock::now() + options.timeout +
                          std::chrono::duration_cast<std::chrono::milliseconds>(extra_time));
     Response response;
@@ -103,6 +99,20 @@ struct Client::State {
                               status.error_details(), options.address);
     }
     return response;
+  }
+
+  void acquire_for_commands() {
+    v1::AcquireLeaseRequest request;
+    request.set_purpose(options.lease_purpose);
+    keeper->keep(call_once(keeper->stub(), &v1::LeaseService::Stub::AcquireLease, request, {}));
+  }
+
+  /// Before a command that is answered with a stream: its refusal would come too late to do something about
+  /// it.
+  void prepare_command() {
+    if (!options.acquires_lease || !keeper->token().empty()) return;
+    const v1::Access mine = call(*access, &v1::AccessService::Stub::GetAccess, v1::GetAccessRequest());
+    if (mine.lease_rule() == v1::LEASE_RULE_REQUIRED) acquire_for_commands();
   }
 
   ClientOptions options;
@@ -115,6 +125,8 @@ struct Client::State {
   std::unique_ptr<v1::SimulationService::Stub> simulation;
   std::unique_ptr<v1::IdentificationService::Stub> identification;
   std::unique_ptr<v1::TurntableService::Stub> turntable;
+  std::unique_ptr<v1::AccessService::Stub> access;
+  std::unique_ptr<LeaseKeeper> keeper;
 };
 
 Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -124,6 +136,37 @@ Client::~Client() = default;
 
 const std::string& Client::address() const noexcept {
   return state_->options.address;
+}
+
+v1::Access Client::access() {
+  return state_->call(*state_->access, &v1::AccessService::Stub::GetAccess, v1::GetAccessRequest());
+}
+
+v1::LeaseState Client::lease() {
+  return state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::GetLease, v1::GetLeaseRequest());
+}
+
+v1::LeaseGrant Client::acquire_lease(const v1::AcquireLeaseRequest& request) {
+  const auto grant = state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::AcquireLease, request);
+  state_->keeper->keep(grant);
+  return grant;
+}
+
+v1::LeaseGrant Client::take_lease(const v1::TakeLeaseRequest& request) {
+  const auto grant =
+      state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::TakeLease, request, kLongestNotice);
+  state_->keeper->keep(grant);
+  return grant;
+}
+
+void Client::return_lease() {
+  state_->keeper->give_back();
+}
+
+LeaseStream Client::watch_lease() {
+  return LeaseStream(streaming<v1::LeaseState>(
+      std::shared_ptr(v1::LeaseService::NewStub(state_->channel)), state_->options.address, *state_->keeper,
+      v1::WatchLeaseRequest(), &v1::LeaseService::Stub::AsyncWatchLease));
 }
 
 v1::RigInfo Client::rig_info() {
@@ -300,8 +343,8 @@ IdentificationStream Client::watch_identification(const std::string& identificat
   v1::WatchIdentificationRequest request;
   request.set_identification(identification);
   return IdentificationStream(streaming<v1::IdentificationProgress>(
-      std::shared_ptr(v1::IdentificationService::NewStub(state_->channel)), state_->options.address, request,
-      &v1::IdentificationService::Stub::AsyncWatchIdentification));
+      std::shared_ptr(v1::IdentificationService::NewStub(state_->channel)), state_->options.address,
+      *state_->keeper, request, &v1::IdentificationService::Stub::AsyncWatchIdentification));
 }
 
 RecordingUpload Client::upload_recording(const v1::RecordingDescription& description) {
@@ -315,15 +358,17 @@ v1::Turntable Client::turntable() {
 }
 
 TurntableStream Client::home_turntable() {
+  state_->prepare_command();
   return TurntableStream(streaming<v1::TurntableStatus>(
       std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address,
-      v1::HomeRequest(), &v1::TurntableService::Stub::AsyncHome));
+      *state_->keeper, v1::HomeRequest(), &v1::TurntableService::Stub::AsyncHome));
 }
 
 TurntableStream Client::move_turntable(const v1::MoveToRequest& request) {
+  state_->prepare_command();
   return TurntableStream(streaming<v1::TurntableStatus>(
-      std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address, request,
-      &v1::TurntableService::Stub::AsyncMoveTo));
+      std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address,
+      *state_->keeper, request, &v1::TurntableService::Stub::AsyncMoveTo));
 }
 
 v1::TurntableStatus Client::stop_turntable() {
@@ -349,7 +394,7 @@ v1::TurntableStatus Client::disengage_turntable() {
 TelemetryStream Client::subscribe(const v1::SubscribeRequest& request) {
   return {MessageStream<v1::TelemetryBatch>(streaming<v1::TelemetryBatch>(
               std::shared_ptr(v1::TelemetryService::NewStub(state_->channel)), state_->options.address,
-              request, &v1::TelemetryService::Stub::AsyncSubscribe)),
+              *state_->keeper, request, &v1::TelemetryService::Stub::AsyncSubscribe)),
           request.decimation()};
 }
 
