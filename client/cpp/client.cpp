@@ -1,41 +1,15 @@
 #include "client/cpp/client.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <algorithm>
 #include <utility>
 
-#include "client/cpp/channel.h"
-#include "client/cpp/lease_keeper.h"
+#include "client/cpp/client_state.h"
 #include "client/cpp/recording_upload_state.h"
-#include "client/cpp/server_stream.h"
-#include "hapticd/v1/identification.grpc.pb.h"
-#include "hapticd/v1/model.grpc.pb.h"
-#include "hapticd/v1/rendering.grpc.pb.h"
-#include "hapticd/v1/rig.grpc.pb.h"
-#include "hapticd/v1/safety.grpc.pb.h"
-#include "hapticd/v1/scene.grpc.pb.h"
-#include "hapticd/v1/simulation.grpc.pb.h"
-#include "hapticd/v1/telemetry.grpc.pb.h"
-#include "hapticd/v1/turntable.grpc.pb.h"
 
 namespace hapticd::client {
 namespace {
 
-/// A call that is answered with a stream of messages; `method` is the stub's Async… of it.
-template <class Message, class Stub, class Request, class Method>
-std::unique_ptr<ServerStream<Message>> streaming(const std::shared_ptr<Stub>& stub,
-                                                 const std::string& address, const LeaseKeeper& keeper,
-                                                 const Request& request, Method method) {
-  return std::make_unique<ServerStream<Message>>(
-      stub, address, [&](Stub& on, grpc::ClientContext* context, grpc::CompletionQueue* queue) {
-        keeper.add_to(*context);
-        return (on.*method)(context, request, queue, nullptr);
-      });
-}
-
 constexpr std::chrono::seconds kLastFit{30};
-constexpr std::chrono::seconds kLongestNotice{10};
 /// What the daemon keeps of a reason. Nothing longer is sent: a request may be too large to arrive.
 constexpr std::size_t kMaxStopReason = 256;
 /// What hardware may take to answer, beyond the timeout.
@@ -54,81 +28,6 @@ void set_source(Request& request, const SceneSource& source) {
 
 }  // namespace
 
-struct Client::State {
-  explicit State(ClientOptions given)
-      : options(std::move(given)),
-        channel(open_channel(options)),
-        rig(v1::RigService::NewStub(channel)),
-        scene(v1::SceneService::NewStub(channel)),
-        model(v1::ModelService::NewStub(channel)),
-        rendering(v1::RenderingService::NewStub(channel)),
-        safety(v1::SafetyService::NewStub(channel)),
-        simulation(v1::SimulationService::NewStub(channel)),
-        identification(v1::IdentificationService::NewStub(channel)),
-        turntable(v1::TurntableService::NewStub(channel)),
-        access(v1::AccessService::NewStub(channel)),
-        keeper(std::make_unique<LeaseKeeper>(channel, options.lease_token)) {}
-
-  /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
-  template <class Stub, class Request, class Response>
-  Response call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-                const Request& request, std::chrono::nanoseconds extra_time = {}) {
-    try {
-      return call_once(stub, method, request, extra_time);
-    } catch (const Error& error) {
-      const bool can_help =
-          options.acquires_lease && error.detail().reason() == v1::ERROR_REASON_LEASE_REQUIRED;
-      if (!can_help) throw;
-    }
-    acquire_for_commands();
-    return call_once(stub, method, request, extra_time);
-  }
-
-  template <class Stub, class Request, class Response>
-  Response call_once(Stub& stub,
-                     grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-                     const Request& request, std::chrono::nanoseconds extra_time) {
-    grpc::ClientContext context;
-    keeper->add_to(context);
-    context.set_deadline(std::chrono::system_clock::now() + options.timeout +
-                         std::chrono::duration_cast<std::chrono::milliseconds>(extra_time));
-    Response response;
-    const grpc::Status status = (stub.*method)(&context, request, &response);
-    if (!status.ok()) {
-      throw error_from_status(static_cast<int>(status.error_code()), status.error_message(),
-                              status.error_details(), options.address);
-    }
-    return response;
-  }
-
-  void acquire_for_commands() {
-    v1::AcquireLeaseRequest request;
-    request.set_purpose(options.lease_purpose);
-    keeper->keep(call_once(keeper->stub(), &v1::LeaseService::Stub::AcquireLease, request, {}));
-  }
-
-  /// Before a command that is answered with a stream: its refusal would come too late to do something about
-  /// it.
-  void prepare_command() {
-    if (!options.acquires_lease || !keeper->token().empty()) return;
-    const v1::Access mine = call(*access, &v1::AccessService::Stub::GetAccess, v1::GetAccessRequest());
-    if (mine.lease_rule() == v1::LEASE_RULE_REQUIRED) acquire_for_commands();
-  }
-
-  ClientOptions options;
-  std::shared_ptr<grpc::Channel> channel;
-  std::unique_ptr<v1::RigService::Stub> rig;
-  std::unique_ptr<v1::SceneService::Stub> scene;
-  std::unique_ptr<v1::ModelService::Stub> model;
-  std::unique_ptr<v1::RenderingService::Stub> rendering;
-  std::unique_ptr<v1::SafetyService::Stub> safety;
-  std::unique_ptr<v1::SimulationService::Stub> simulation;
-  std::unique_ptr<v1::IdentificationService::Stub> identification;
-  std::unique_ptr<v1::TurntableService::Stub> turntable;
-  std::unique_ptr<v1::AccessService::Stub> access;
-  std::unique_ptr<LeaseKeeper> keeper;
-};
-
 Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {}
 Client::Client(Client&&) noexcept = default;
 Client& Client::operator=(Client&&) noexcept = default;
@@ -136,37 +35,6 @@ Client::~Client() = default;
 
 const std::string& Client::address() const noexcept {
   return state_->options.address;
-}
-
-v1::Access Client::access() {
-  return state_->call(*state_->access, &v1::AccessService::Stub::GetAccess, v1::GetAccessRequest());
-}
-
-v1::LeaseState Client::lease() {
-  return state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::GetLease, v1::GetLeaseRequest());
-}
-
-v1::LeaseGrant Client::acquire_lease(const v1::AcquireLeaseRequest& request) {
-  const auto grant = state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::AcquireLease, request);
-  state_->keeper->keep(grant);
-  return grant;
-}
-
-v1::LeaseGrant Client::take_lease(const v1::TakeLeaseRequest& request) {
-  const auto grant =
-      state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::TakeLease, request, kLongestNotice);
-  state_->keeper->keep(grant);
-  return grant;
-}
-
-void Client::return_lease() {
-  state_->keeper->give_back();
-}
-
-LeaseStream Client::watch_lease() {
-  return LeaseStream(streaming<v1::LeaseState>(
-      std::shared_ptr(v1::LeaseService::NewStub(state_->channel)), state_->options.address, *state_->keeper,
-      v1::WatchLeaseRequest(), &v1::LeaseService::Stub::AsyncWatchLease));
 }
 
 v1::RigInfo Client::rig_info() {

@@ -109,11 +109,17 @@ Refusal LeaseDesk::held_by_another(Clock::time_point now) const {
           Reason::kLeaseHeld};
 }
 
-Refusal LeaseDesk::over() const {
+Refusal LeaseDesk::over(const std::string& token, std::uint64_t number) const {
+  Ended end{"", 0, last_change_, changed_by_, reason_};
+  for (const Ended& one : ended_) {
+    if (one.number != number && (token.empty() || !same(one.token, token))) continue;
+    end = one;
+    break;
+  }
+  const bool own_doing = end.change == LeaseChange::kReturned || end.change == LeaseChange::kExpired;
   return {RefusalKind::kAborted,
-          {in_words(last_change_) +
-               (last_change_ == LeaseChange::kReturned || changed_by_.empty() ? "" : " by " + changed_by_),
-           "lease", reason_, "", "acquire the lease, then send it again"},
+          {in_words(end.change) + (own_doing || end.by.empty() ? "" : " by " + end.by), "lease", end.reason,
+           "", "acquire the lease, then send it again"},
           Reason::kLeaseLost};
 }
 
@@ -124,7 +130,7 @@ Outcome<LeaseDesk::Admitted> LeaseDesk::admit(const Identity& who, const std::st
     held_->last_use = Clock::now();
     return Admitted{number_, true};
   }
-  if (!token.empty()) return over();
+  if (!token.empty()) return over(token);
   if (held_) return held_by_another(Clock::now());
   if (rule == LeaseRule::kRequired) {
     return Refusal{RefusalKind::kFailedPrecondition,
@@ -164,6 +170,8 @@ LeaseGranted LeaseDesk::grant(const Identity& who, const LeaseTerms& terms, Leas
 
 std::uint64_t LeaseDesk::change_control(LeaseChange change, const std::string& by,
                                         const std::string& reason) {
+  if (held_) ended_.push_front({held_->token, number_, change, by, reason});
+  if (ended_.size() > kRemembered) ended_.pop_back();
   held_.reset();
   take_.reset();
   ++number_;
@@ -223,7 +231,7 @@ Outcome<LeaseGranted> LeaseDesk::take(const Identity& who, const LeaseTerms& ter
   if (held_) {
     const std::uint64_t lost_number = number_;
     auto granted = grant(who, terms, LeaseChange::kTaken, reason);
-    effects_.lost(lost_number, over().error);
+    effects_.lost(lost_number, over({}, lost_number).error);
     return granted;
   }
   return grant(who, terms, LeaseChange::kTaken, reason);
@@ -232,7 +240,7 @@ Outcome<LeaseGranted> LeaseDesk::take(const Identity& who, const LeaseTerms& ter
 Outcome<LeaseView> LeaseDesk::renew(const Identity& who, const std::string& token) {
   const std::lock_guard lock(mutex_);
   expire_locked();
-  if (!holds(who, token)) return over();
+  if (!holds(who, token)) return over(token);
   held_->last_use = Clock::now();
   return view(Clock::now());
 }
@@ -273,7 +281,7 @@ LeaseSnapshot LeaseDesk::await_change(std::uint64_t version, Clock::time_point u
 std::optional<Refusal> LeaseDesk::lost(std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
   if (number == 0 || number == number_) return std::nullopt;
-  return over();
+  return over({}, number);
 }
 
 // A holder that was stopped may ask for nothing at the very moment at which its time is over: whoever looks
@@ -285,7 +293,7 @@ void LeaseDesk::expire_locked() {
   change_control(LeaseChange::kExpired, gone.holder,
                  fmt::format("not heard of for {:g} s", seconds(gone.terms.ttl)));
   effects_.expired(gone.on_expiry);
-  effects_.lost(lost_number, over().error);
+  effects_.lost(lost_number, over({}, lost_number).error);
   log_warning(
       fmt::format("the lease of {} expired: not heard of for {:g} s", gone.holder, seconds(gone.terms.ttl)));
 }

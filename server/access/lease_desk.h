@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -80,6 +81,16 @@ class LeaseDesk {
     std::uint64_t serial = 0;
   };
 
+  /// How a lease ended, for its former holder.
+  struct Ended {
+    std::string token;
+    std::uint64_t number = 0;
+    LeaseChange change = LeaseChange::kNone;
+    std::string by;
+    std::string reason;
+  };
+  static constexpr std::size_t kRemembered = 32;
+
   bool holds(const Identity& who, const std::string& token) const;
   bool is_stale(Clock::time_point now) const;
   LeaseView view(Clock::time_point now) const;
@@ -89,7 +100,8 @@ class LeaseDesk {
   std::uint64_t change_control(LeaseChange change, const std::string& by, const std::string& reason);
   LeaseSnapshot snapshot_locked() const;
   Refusal held_by_another(Clock::time_point now) const;
-  Refusal over() const;
+  /// Why a lease is over: by its token, or by its number. The last change where it is not remembered.
+  Refusal over(const std::string& token, std::uint64_t number = 0) const;
   void expire_locked();
   void run();
 
@@ -100,6 +112,7 @@ class LeaseDesk {
   std::condition_variable wake_;  ///< of the thread that watches the times to live
   std::optional<Held> held_;
   std::optional<Take> take_;
+  std::deque<Ended> ended_;  ///< the newest first
   LeaseChange last_change_ = LeaseChange::kNone;
   std::string changed_by_;
   std::string reason_;

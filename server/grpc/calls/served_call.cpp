@@ -27,6 +27,8 @@ std::string_view name_of(grpc::StatusCode code) {
 
 void ServedCall::note_end() const {
   if (audit == nullptr || row == nullptr || (status.ok() && !row->is_audited)) return;
+  // A client that ends its stream was not refused.
+  if (!row->is_audited && status.error_code() == grpc::StatusCode::CANCELLED) return;
   AuditLine line;
   line.tick = session->last_tick();
   line.identity = who.name;

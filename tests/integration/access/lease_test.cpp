@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <csignal>
 #include <thread>
 
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/turntable.grpc.pb.h"
 #include "tests/integration/access/access_client.h"
 #include "tests/integration/error_detail.h"
+#include "tests/support/child_process.h"
 
 namespace hapticd::test {
 namespace {
@@ -227,6 +230,34 @@ TEST(LeaseService, TheForceOfALostHolderRampsToZeroAndStaysOff) {
   EXPECT_EQ(detail_of(holder.set(0.3)).reason(), v1::ERROR_REASON_LEASE_LOST);
   v1::ClearResponse cleared;
   EXPECT_TRUE(service.safety->Clear(call_context().get(), {}, &cleared).ok()) << "any operator";
+}
+
+TEST(LeaseService, AHolderWhoseProcessIsStoppedLosesIt) {
+  const RunningService service(config_without_notice());
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  service.press(2.0);
+  const ChildProcess holder(HAPTICCTL_BINARY, {"--server", service.address(), "lease", "hold", "--ttl", "1",
+                                               "--on-expiry", "ramp_to_zero", "--", "sleep", "10"});
+  const AccessClient other(connect(service.address()));
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
+  while (!other.lease_state().has_lease() && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  ASSERT_TRUE(other.lease_state().has_lease());
+  holder.signal(SIGSTOP);
+  const v1::RigState lost =
+      service.await([](const v1::RigState& state) { return state.guard_state() == v1::GUARD_STATE_LATCHED; });
+  EXPECT_EQ(lost.guard_fault(), v1::GUARD_FAULT_CLIENT_LOST);
+  EXPECT_EQ(other.lease_state().reason(), "not heard of for 1 s");
+}
+
+TEST(LeaseService, AHolderThatOnlyHoldsKeepsIt) {
+  const RunningService service;
+  ChildProcess holder(HAPTICCTL_BINARY,
+                      {"--server", service.address(), "lease", "hold", "--ttl", "3", "--", "sleep", "4"});
+  EXPECT_EQ(holder.wait(), 0);
+  const AccessClient other(connect(service.address()));
+  EXPECT_EQ(other.lease_state().change(), v1::LEASE_CHANGE_RETURNED) << "it was renewed, and given back";
 }
 
 }  // namespace

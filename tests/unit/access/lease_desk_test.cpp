@@ -115,6 +115,9 @@ TEST_F(LeaseDeskTest, TakenNamesTheTakerToItsFormerHolder) {
   EXPECT_EQ(desk.lost(granted->lease.number)->error.what, "the lease was taken by user:ben");
   EXPECT_FALSE(desk.lost(taken->lease.number));
   EXPECT_FALSE(desk.lost(0)) << "the daemon's own commands";
+  desk.give_back(ben, taken->token);
+  EXPECT_EQ(desk.renew(anna, granted->token).refusal().error.what, "the lease was taken by user:ben")
+      << "also once it was returned";
 }
 
 TEST_F(LeaseDeskTest, ExpiresWithItsActionWhenItsHolderIsNotHeardOf) {
