@@ -175,10 +175,10 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   parts->audit = std::move(*audit);
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                                    parts->biases, parts->identifications, parts->turntable, parts->policy,
-                                    parts->desk, *parts->audit},
-                                   config);
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
+       parts->identifications, parts->turntable, parts->policy, parts->desk, *parts->audit},
+      config);
   if (!network) {
     failure = {ExitCode::kCannotListen, network.error()};
     return nullptr;

@@ -35,7 +35,8 @@ void build_app(CLI::App& app, Session& session) {
   app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION, "Print the version and exit");
   // Global options may follow the command as well.
   app.fallthrough();
-  app.add_option("-s,--server", session.server, "Where hapticd listens: host:port or unix:/path; beyond this machine with certificates")
+  app.add_option("-s,--server", session.server,
+                 "Where hapticd listens: host:port or unix:/path; beyond this machine with certificates")
       ->envname("HAPTICD_SERVER")
       ->capture_default_str();
   app.add_option("--timeout", session.timeout_s, "Seconds to wait for an answer")

@@ -86,7 +86,7 @@ void Engine::take_commands(const hal::RigSample& sample) noexcept {
       slot.state.store(Slot::kFree, std::memory_order_release);
     } else if (!is_stale(slot.command) &&
                (slot.command.at_tick > sample.tick || slot.command.at_time_ns > sample.time_ns ||
-               (slot.command.when_exchangeable && !renderer_.can_exchange_scene()))) {
+                (slot.command.when_exchangeable && !renderer_.can_exchange_scene()))) {
       pending_[kept++] = pending_[i];
     } else {
       std::uint32_t expected = Slot::kWaiting;

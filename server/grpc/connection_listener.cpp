@@ -166,7 +166,8 @@ hal::Result<bool> ConnectionListener::open_unix(const std::string& path, const s
   if (!group.empty()) {
     const auto id = group_id(group);
     if (!id) {
-      return hal::Error{"no such group", "[access] unix_socket_group", group, "", "make it: addgroup " + group};
+      return hal::Error{"no such group", "[access] unix_socket_group", group, "",
+                        "make it: addgroup " + group};
     }
     owner = *id;
   }

@@ -26,8 +26,8 @@ class ConnectionListener {
 
   struct Endpoints {
     ListenAddress loopback;
-    std::string unix_socket;         ///< empty: none. A path that exists must be free
-    std::string unix_group;          ///< may open it; empty: the own group of the process
+    std::string unix_socket;  ///< empty: none. A path that exists must be free
+    std::string unix_group;   ///< may open it; empty: the own group of the process
     std::optional<ListenAddress> tls;
   };
   /// Binds and listens, on all addresses of the host; connections wait until start(). An error names the

@@ -29,8 +29,8 @@ std::string readable_name(std::string_view method) {
 
 /// The tick of effect that an answer names.
 std::optional<std::uint64_t> effective_tick_of(const void* sent) {
-  const auto* message = dynamic_cast<const google::protobuf::Message*>(
-      static_cast<const google::protobuf::MessageLite*>(sent));
+  const auto* message =
+      dynamic_cast<const google::protobuf::Message*>(static_cast<const google::protobuf::MessageLite*>(sent));
   if (message == nullptr) return std::nullopt;
   for (const char* name : {"effective_tick", "changed_after_tick"}) {
     if (const auto* field = message->GetDescriptor()->FindFieldByName(name)) {
@@ -70,9 +70,9 @@ class UnreadableRequest final : public grpc::experimental::Interceptor {
 
 std::unique_ptr<grpc::experimental::Interceptor> watch_for_unreadable_request(const ServerRpcInfo& call) {
   const std::string_view method = call.method();
-  const bool watched =
-      call.type() == ServerRpcInfo::Type::UNARY || call.type() == ServerRpcInfo::Type::SERVER_STREAMING ||
-      call.type() == ServerRpcInfo::Type::CLIENT_STREAMING;
+  const bool watched = call.type() == ServerRpcInfo::Type::UNARY ||
+                       call.type() == ServerRpcInfo::Type::SERVER_STREAMING ||
+                       call.type() == ServerRpcInfo::Type::CLIENT_STREAMING;
   // For telemetry each batch would be intercepted.
   if (!watched || !method.starts_with("/hapticd.") || method.ends_with("/Subscribe")) return nullptr;
   return std::make_unique<UnreadableRequest>(readable_name(method));

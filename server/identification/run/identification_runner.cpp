@@ -73,8 +73,7 @@ void IdentificationRunner::shutdown() {
   if (thread_.joinable()) thread_.join();
 }
 
-Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& request,
-                                                 std::uint64_t lease) {
+Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& request, std::uint64_t lease) {
   constexpr const char* kPlace = "StartIdentificationRequest";
   if (auto refusal = check(request.task)) return *refusal;
   const bool about_object = is_about_object(request.task);

@@ -32,7 +32,7 @@ struct IdentificationRequest {
   rt::PressGeometry geometry;  ///< on the rig
   std::string recording;       ///< id of an uploaded one; empty = on the rig
   double time_limit_s = 60.0;  ///< of the rig's time
-  bool adopt = false;  ///< tag the model "current" when it has converged
+  bool adopt = false;          ///< tag the model "current" when it has converged
 };
 
 enum class IdentificationState : std::uint8_t { kRunning, kConverged, kPartial, kCancelled, kFailed };
@@ -68,7 +68,8 @@ class IdentificationRunner {
 
   /// Returns once it runs. `lease`: number of the state of control it was started under.
   Outcome<std::string> start(const IdentificationRequest& request, std::uint64_t lease = 0);
-  /// Cancels what runs on the rig if it was started under this number; the report says why. Waits for nothing.
+  /// Cancels what runs on the rig if it was started under this number; the report says why. Waits for
+  /// nothing.
   void end_under(std::uint64_t lease, const hal::Error& why);
   /// The report of an identification; empty id = of the one that runs, else the last. With `newer_than`, as
   /// soon as its version is beyond that, it is over, or the caller's timeout is.

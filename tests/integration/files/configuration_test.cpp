@@ -162,7 +162,8 @@ TEST(Configuration, ListensOnLoopbackOnly) {
   const std::string beyond =
       "refusing to listen beyond this machine: the connection is neither encrypted nor authenticated";
   const std::string remedy =
-      "listen there with certificates (--listen-tls, deploy/make_certificates.sh), or on 127.0.0.1 and reach it "
+      "listen there with certificates (--listen-tls, deploy/make_certificates.sh), or on 127.0.0.1 and reach "
+      "it "
       "through an SSH tunnel";
   for (const char* address : {"0.0.0.0:50051", "192.168.1.7:50051", "[::]:50051", "128.0.0.1:1"}) {
     const auto parsed = parse_listen_address(address, "--listen");
@@ -180,12 +181,13 @@ TEST(Configuration, ListensOnLoopbackOnly) {
 }
 
 TEST(Configuration, TheFileNamesTheLineOfARefusedAddress) {
-  expect_config_refused("[network]\nlisten = \"0.0.0.0:50051\"\n",
-                        {"refusing to listen beyond this machine: the connection is neither encrypted nor "
-                         "authenticated",
-                         "hapticd.toml, line 2", "0.0.0.0:50051", "127.0.0.0/8, ::1, localhost",
-                         "listen there with certificates (--listen-tls, deploy/make_certificates.sh), or on 127.0.0.1 and "
-                         "reach it through an SSH tunnel"});
+  expect_config_refused(
+      "[network]\nlisten = \"0.0.0.0:50051\"\n",
+      {"refusing to listen beyond this machine: the connection is neither encrypted nor "
+       "authenticated",
+       "hapticd.toml, line 2", "0.0.0.0:50051", "127.0.0.0/8, ::1, localhost",
+       "listen there with certificates (--listen-tls, deploy/make_certificates.sh), or on 127.0.0.1 and "
+       "reach it through an SSH tunnel"});
 }
 
 TEST(Configuration, ListensElsewhereWithCertificatesOnly) {
