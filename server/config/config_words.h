@@ -24,6 +24,13 @@ inline constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
                                                {"warning", LogLevel::kWarning},
                                                {"error", LogLevel::kError},
                                                {"off", LogLevel::kOff}};
+inline constexpr Word<Role> kRoleWords[] = {{"none", Role::kNone},
+                                            {"observer", Role::kObserver},
+                                            {"operator", Role::kOperator},
+                                            {"maintainer", Role::kMaintainer}};
+inline constexpr Word<LeaseRule> kLeaseWords[] = {{"by_connection", LeaseRule::kByConnection},
+                                                  {"when_taken", LeaseRule::kWhenTaken},
+                                                  {"required", LeaseRule::kRequired}};
 inline constexpr Word<bool> kSpeedWords[] = {{"recorded", false}, {"fast", true}};
 
 template <class E, std::size_t N>

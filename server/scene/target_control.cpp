@@ -177,6 +177,7 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
   // A rig with its own clock may pass any time between two polls; there the loop itself waits for the tick.
   while (!session_.rig_owns_clock() && time_ns - session_.now_ns() > nanoseconds(kHandOver).count()) {
     if (auto refusal = session_.unavailable()) return refusal;
+    if (auto refusal = caller.lost()) return refusal;
     if (caller.cancelled()) {
       return Refusal{RefusalKind::kCancelled,
                      {"the caller went away; the target is withdrawn", "SetTarget", "", "", ""}};

@@ -1,6 +1,7 @@
 #include "server/grpc/services/rig_service.h"
 
 #include "rt/guard/fault_table.h"
+#include "server/diagnosis/certificate_findings.h"
 #include "server/diagnosis/diagnosis.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
@@ -184,7 +185,10 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
                                   v1::Diagnosis* response) {
   const CountedCall counted(diagnoses_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("diagnoses", "RigService.Diagnose");
-  for (const Finding& finding : diagnose({session_, scenes_, hub_, turntable_}, request->probe())) {
+  Findings findings = diagnose({session_, scenes_, hub_, turntable_}, request->probe());
+  const Findings of_certificates = examine_certificates(certificates_, std::chrono::system_clock::now());
+  findings.insert(findings.end(), of_certificates.begin(), of_certificates.end());
+  for (const Finding& finding : findings) {
     v1::Finding& reported = *response->add_findings();
     reported.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));
     reported.set_topic(finding.topic);

@@ -32,7 +32,7 @@ struct IdentificationRequest {
   rt::PressGeometry geometry;  ///< on the rig
   std::string recording;       ///< id of an uploaded one; empty = on the rig
   double time_limit_s = 60.0;  ///< of the rig's time
-  bool adopt = false;  ///< tag the model "current" when it has converged
+  bool adopt = false;          ///< tag the model "current" when it has converged
 };
 
 enum class IdentificationState : std::uint8_t { kRunning, kConverged, kPartial, kCancelled, kFailed };
@@ -66,8 +66,11 @@ class IdentificationRunner {
   IdentificationRunner(const IdentificationRunner&) = delete;
   IdentificationRunner& operator=(const IdentificationRunner&) = delete;
 
-  /// Returns once it runs.
-  Outcome<std::string> start(const IdentificationRequest& request);
+  /// Returns once it runs. `lease`: number of the state of control it was started under.
+  Outcome<std::string> start(const IdentificationRequest& request, std::uint64_t lease = 0);
+  /// Cancels what runs on the rig if it was started under this number; the report says why. Waits for
+  /// nothing.
+  void end_under(std::uint64_t lease, const hal::Error& why);
   /// The report of an identification; empty id = of the one that runs, else the last. With `newer_than`, as
   /// soon as its version is beyond that, it is over, or the caller's timeout is.
   Outcome<IdentificationReport> report(const std::string& id, std::uint64_t newer_than, const Caller& caller);
@@ -111,6 +114,8 @@ class IdentificationRunner {
   std::condition_variable changed_;
   std::deque<IdentificationReport> reports_;  ///< newest first
   std::uint64_t started_ = 0;
+  std::uint64_t lease_ = 0;  ///< of what runs on the rig; 0 = none
+  std::optional<hal::Error> lost_control_;
   bool shut_down_ = false;
   std::atomic<bool> cancel_{false};
   std::thread thread_;
