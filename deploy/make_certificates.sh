@@ -6,7 +6,7 @@
 #   bash deploy/make_certificates.sh --lab optics --out ~/optics \
 #     --server lab1,192.168.1.20 --client operator/anna --client observer/screen
 #
-# DIR/authority/ keeps the authority: whoever has its key can make certificates, so keep it off the rigs. It is made by
+# DIR/authority/ keeps the authority: anyone with its key can make certificates, so keep it off the rigs. It is made by
 # the first run; later runs use it, and replace the certificates that they name.
 # DIR/servers/NAME/ goes to that machine: [network] certificates. DIR/clients/NAME/ goes to that person, into
 # ~/.config/hapticd/certificates/. The files of a folder change all at once, so that a daemon may read them at any time.

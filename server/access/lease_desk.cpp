@@ -284,7 +284,7 @@ std::optional<Refusal> LeaseDesk::lost(std::uint64_t number) const {
   return over({}, number);
 }
 
-// A holder that was stopped may ask for nothing at the very moment at which its time is over: whoever looks
+// A holder that was stopped may ask for nothing at the very moment at which its time is over: the one who looks
 // first ends it.
 void LeaseDesk::expire_locked() {
   if (!held_ || Clock::now() - held_->last_use < held_->terms.ttl) return;

@@ -214,7 +214,7 @@ void GainsIdentification::add(const Observation& observation) {
       return;
     }
     return refuse(acted_ ? "the device fell silent under a pressing hand at Kp = " + fixed_text(gain_, 2) +
-                               ", press after press: find out why before going on"
+                               ", press after press: see whether the guard has latched before going on"
                          : "the device gives no force: no scene renders, or its guard is latched");
   }
   if (command_n > kRunAwayN) {

@@ -59,7 +59,7 @@ report::Figure measured(report::Figure figure, Measure measure) {
 }
 
 /// How often something that the old holder of a lease had sent took effect at the second tick after the last
-/// one that the taker was told, or later.
+/// one that was reported to the taker, or later.
 double race_violations(const std::filesystem::path& logs, int races) {
   DaemonProcess daemon(logs / "hapticd_race.log", {.more_configuration = kWithoutNotice});
   Client one({.address = daemon.address(), .timeout = kPatience});

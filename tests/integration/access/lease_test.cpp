@@ -125,8 +125,8 @@ TEST(LeaseService, WhatWaitsForItsTimeIsLostWithTheLease) {
   EXPECT_NE(detail_of(status).what().find("was taken by"), std::string::npos) << detail_of(status).what();
 }
 
-/// One race: the holder sets targets without pause while another takes the lease. What the holder was told
-/// took effect must have done so before the second tick after the last one that the taker was told.
+/// One race: the holder sets targets without pause while another takes the lease. What was reported to the
+/// holder as applied must have taken effect before the second tick after the last one reported to the taker.
 TEST(LeaseService, NothingOfTheOldHolderTakesEffectAfterATake) {
   server::DaemonConfig config = config_without_notice();
   config.loop.rate_hz = 5000.0;

@@ -213,7 +213,7 @@ std::vector<TrustCause> make_causes() {
                 {.kind = sim::ObjectEvent::Kind::kMove, .move_mm = {0.0, 0.0, -30.0}, .duration_s = 0.3});
       },
       false);
-  for (const double force_n : {0.06, 0.16, 0.4}) {
+  for (const double force_n : {0.06, 0.16, 0.4, 1.0, 2.0}) {
     TrustCause& cause = single("biased_while_pressed", [](SimulationConfig&, double) {});
     cause.level = text(force_n) + " N";
     cause.motion = TrustMotion::kPressOften;

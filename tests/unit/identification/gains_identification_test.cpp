@@ -138,13 +138,13 @@ TEST(GainsIdentification, AGrowingOscillationIsNotWaitedFor) {
   EXPECT_LT(bench.longest_swing_s, 0.45);
 }
 
-TEST(GainsIdentification, EndsWhereTheDeviceStaysSilent) {
+TEST(GainsIdentification, EndsWhereTheGuardLatched) {
   GainsIdentification identification({1.0}, rig());
   Bench bench{.latch_from = 0.6};
   bench.run(identification);
   const auto model = identification.finish();
   ASSERT_FALSE(model);
-  EXPECT_NE(model.error().value.find("fell silent"), std::string::npos);
+  EXPECT_NE(model.error().value.find("guard"), std::string::npos);
   EXPECT_LT(bench.highest_gain, 0.6 * GainsIdentification::kStep);
   EXPECT_EQ(identification.next_request().device, MotionRequest::Device::kNothing);
 }

@@ -111,7 +111,7 @@ TEST(EngineLease, WhatWaitsForItsTimeIsAnsweredOnceControlChanges) {
 }
 
 /// Two threads that only meet at the number: no command of the old holder at the second tick after the change
-/// or later, whoever is faster.
+/// or later, whichever is faster.
 TEST(EngineLease, NoRaceLetsAnOldCommandThrough) {
   Bench bench;
   std::atomic<bool> over{false};
