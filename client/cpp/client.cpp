@@ -53,11 +53,10 @@ v1::Diagnosis Client::diagnose(bool probe) {
   return state_->call(*state_->rig, &v1::RigService::Stub::Diagnose, request, kHardwareAnswers);
 }
 
-v1::SensorBias Client::bias_force_sensor() {
-  return state_
-      ->call(*state_->rig, &v1::RigService::Stub::BiasForceSensor, v1::BiasForceSensorRequest(),
-             kHardwareAnswers)
-      .bias();
+v1::SensorBias Client::bias_force_sensor(bool tool_is_free) {
+  v1::BiasForceSensorRequest request;
+  request.set_tool_is_free(tool_is_free);
+  return state_->call(*state_->rig, &v1::RigService::Stub::BiasForceSensor, request, kHardwareAnswers).bias();
 }
 
 void Client::home_device() {

@@ -107,9 +107,11 @@ class Client {
   /// timeout.
   v1::Diagnosis diagnose(bool probe);
   /// Takes the sensor's present load as zero: tool free, upright and at rest. Takes 0.25 s, waits up to 10 s
-  /// beyond the timeout. Refused: IN_CONTACT, BUSY (an identification or a motion of the table), WRONG_STATE
-  /// (no sensor that needs it, or nothing comes from it), TIMED_OUT (biased, but no sample since).
-  v1::SensorBias bias_force_sensor();
+  /// beyond the timeout. `tool_is_free`: someone has looked, although the sensor reads more than 0.4 N under
+  /// its last bias. Refused: IN_CONTACT, BUSY (an identification or a motion of the table), WRONG_STATE (the
+  /// sensor reads more than that, no sensor that needs it, or nothing comes from it), TIMED_OUT (biased, but
+  /// no sample since).
+  v1::SensorBias bias_force_sensor(bool tool_is_free = false);
   /// Takes the pose in which the device rests as its reset pose. Returns at once; done when the part's state
   /// in rig_state() is READY. Refused: IN_CONTACT, WRONG_STATE (nothing to home).
   void home_device();

@@ -65,7 +65,17 @@ std::optional<std::string> SensorBiases::lost() const {
   return last_->id;
 }
 
-Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
+std::optional<Refusal> SensorBiases::pressed() const {
+  const double load_n = rt::norm(hub_.latest().sensor_force_n);
+  if (load_n <= kMaxZeroChangeN || !current()) return std::nullopt;
+  return Refusal{RefusalKind::kFailedPrecondition,
+                 {"the sensor carries a load: it is not biased while the tool is pressed", "force sensor",
+                  fmt::format("{:.2f} N under the last bias", load_n), fmt::format("{} N", kMaxZeroChangeN),
+                  "free the tool; if nothing touches it (another tool, or it was touched when it was biased "
+                  "last): hapticctl sensor bias --tool-is-free"}};
+}
+
+Outcome<SensorBias> SensorBiases::take(const Caller& caller, bool tool_is_free) {
   if (auto refusal = scenes_.reserved()) return *refusal;
   // Kept open until a sample with the new zero has arrived.
   const auto sensor = session_.claim_sensor();
@@ -73,6 +83,9 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
   const StillnessWatch watch(hub_);
   std::this_thread::sleep_for(kAtRestBefore);
   if (auto moved = watch.disturbance()) return Refusal{RefusalKind::kFailedPrecondition, std::move(*moved)};
+  if (!tool_is_free) {
+    if (auto refusal = pressed()) return *refusal;
+  }
   const std::uint32_t before = hub_.latest().bias_serial;
   if (auto refusal = session_.bias_force_sensor()) return *refusal;
 

@@ -198,11 +198,12 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
   return grpc::Status::OK;
 }
 
-grpc::Status RigService::BiasForceSensor(grpc::ServerContext* context, const v1::BiasForceSensorRequest*,
+grpc::Status RigService::BiasForceSensor(grpc::ServerContext* context,
+                                         const v1::BiasForceSensorRequest* request,
                                          v1::BiasForceSensorResponse* response) {
   const CountedCall counted(bias_calls_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("biases of the sensor", "RigService.BiasForceSensor");
-  const auto taken = biases_.take(caller_of(*context));
+  const auto taken = biases_.take(caller_of(*context), request->tool_is_free());
   if (!taken) return to_status(taken.refusal());
   fill_bias(*taken, *response->mutable_bias());
   log_call("force sensor biased", *context);
