@@ -2,20 +2,19 @@
 
 #include <cmath>
 
+#include "hal/geometry.h"
+
 namespace hapticd::openhaptics {
 
 namespace {
 
+using geometry::cross;
 using hal::Quaternion;
 using hal::Vector3;
 
 constexpr double kMinAxisLength = 0.5;
 constexpr double kMaxAxis = 2.0;
 constexpr double kMaxSkew = 0.5;  // cosine between two axes: 60° instead of 90°
-
-constexpr Vector3 cross(const Vector3& a, const Vector3& b) noexcept {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 
 /// Quaternion of a rotation matrix (columns), computed from its largest component (Shepperd).
 Quaternion from_axes(const Vector3& x, const Vector3& y, const Vector3& z) noexcept {
@@ -53,17 +52,6 @@ std::optional<Quaternion> orientation_in_rig(const Transform& t) noexcept {
   x = x * (1.0 / std::sqrt(dot(x, x)));
   const Vector3 y = cross(z, x);
   return from_axes(rig_from_device(x), rig_from_device(y), rig_from_device(z));
-}
-
-Quaternion product(const Quaternion& a, const Quaternion& b) noexcept {
-  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
-}
-
-Vector3 rotated(const Quaternion& q, const Vector3& v) noexcept {
-  const Vector3 u{q.x, q.y, q.z};
-  const Vector3 twice = cross(u, v) * 2.0;
-  return v + twice * q.w + cross(u, twice);
 }
 
 }  // namespace hapticd::openhaptics

@@ -27,7 +27,4 @@ using Transform = std::array<double, 16>;
 /// shorter than 0.5, longer than 2 or skewed by more than 30°.
 std::optional<hal::Quaternion> orientation_in_rig(const Transform& transform) noexcept;
 
-hal::Quaternion product(const hal::Quaternion& a, const hal::Quaternion& b) noexcept;
-hal::Vector3 rotated(const hal::Quaternion& q, const hal::Vector3& v) noexcept;
-
 }  // namespace hapticd::openhaptics

@@ -7,6 +7,7 @@
 #include <limits>
 #include <thread>
 
+#include "hal/geometry.h"
 namespace hapticd::openhaptics {
 
 namespace {
@@ -223,12 +224,13 @@ void Servo::take_pose() noexcept {
     return;
   }
   if (const auto stylus = orientation_in_rig(transform)) {
-    orientation_ = product(*stylus, setup_.tool_to_stylus);
+    orientation_ = geometry::product(*stylus, setup_.tool_to_stylus);
   } else {
     reported_->orientations_rejected.fetch_add(1, std::memory_order_relaxed);
   }
   tip_ns_ = frame_ns_;
-  tip_mm_ = rig_from_device(position - setup_.origin_mm) + rotated(orientation_, setup_.tip_offset_mm);
+  tip_mm_ =
+      rig_from_device(position - setup_.origin_mm) + geometry::rotated(orientation_, setup_.tip_offset_mm);
 }
 
 /// Whether the library supports the last query; a device without that value is not faulty. The error stack

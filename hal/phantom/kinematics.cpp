@@ -4,9 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/geometry.h"
+
 namespace hapticd::phantom {
 
 namespace {
+
+using geometry::product;
 
 constexpr double kNearAxisMm = 1e-9;
 /// Below these the damped inverse departs from the exact one: a tip this near the vertical axis, an elbow
@@ -22,11 +26,6 @@ double reach_mm(const ArmGeometry& arm, const JointAngles& q) noexcept {
 /// 1/x, bounded: x/floor² where |x| < floor.
 double damped_reciprocal(double x, double floor) noexcept {
   return std::abs(x) >= floor ? 1.0 / x : x / (floor * floor);
-}
-
-hal::Quaternion product(const hal::Quaternion& a, const hal::Quaternion& b) noexcept {
-  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 
 hal::Quaternion about(double x, double y, double z, double angle_rad) noexcept {

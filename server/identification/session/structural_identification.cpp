@@ -207,6 +207,14 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
                       "the encoders cannot see the device bend: mount one, e.g. an LVDT of 30 µm"};
   }
   const StructuralFit now = fit(task_.constant ? 0 : 2);
+  if (!now.good && 2 * outside_missing_ > gate_.judged()) {
+    return hal::Error{
+        "the instrument from outside gave no reading most of the time", where,
+        std::to_string(outside_missing_) + " of " + std::to_string(gate_.judged()) + " samples",
+        "a reading in most samples",
+        "see in 'hapticctl status' whether its input is at the end of its range: it has to see the tip at "
+        "all the places that are pressed"};
+  }
   if (!now.good) {
     const std::string seen = std::to_string(presses_.size()) +
                              " presses beyond 0.5 N; the greatest force is " +

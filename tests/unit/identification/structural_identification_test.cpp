@@ -229,6 +229,18 @@ TEST(StructuralIdentification, WithoutAnInstrumentItRefuses) {
   EXPECT_NE(identification.progress().missing.front().find("instrument"), std::string::npos);
 }
 
+TEST(StructuralIdentification, AnInstrumentAtItsStopIsNamed) {
+  StructuralBench bench{[](const Vector3&) { return 0.3; }};
+  StructuralIdentification identification({}, high_force());
+  identification.add(bench.at({}, 0.0, 0.0));
+  bench.watched = false;
+  bench.follow(identification, 3);
+  const auto model = identification.finish();
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().what.find("gave no reading most of the time"), std::string::npos)
+      << model.error().text();
+}
+
 TEST(StructuralIdentification, ReversedSignIsRefused) {
   StructuralIdentification identification({.constant = true}, high_force());
   StructuralBench bench{[](const Vector3&) { return 0.4; }};

@@ -5,18 +5,19 @@
 #include <numbers>
 #include <random>
 
+#include "hal/geometry.h"
 #include "hal/openhaptics/device_frame.h"
 #include "hd_bench.h"
 
 namespace hapticd::test {
 namespace {
 
+using geometry::rotated;
 using hal::Quaternion;
 using hal::Vector3;
 using openhaptics::device_from_rig;
 using openhaptics::orientation_in_rig;
 using openhaptics::rig_from_device;
-using openhaptics::rotated;
 using openhaptics::Transform;
 
 Transform with_axes(const Vector3& x, const Vector3& y, const Vector3& z) {
