@@ -21,7 +21,7 @@ declare -A packages=(
   # The compiler that fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.
-  [docs]="mkdocs doxygen python3-grpcio python3-protobuf"
+  [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
 )
 all_groups=(build libraries run tests)
 

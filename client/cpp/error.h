@@ -14,6 +14,7 @@ enum class ErrorKind {
   kUnreachable,  ///< no daemon answers there, or the connection broke
   kTimedOut,     ///< it is there, but did not answer within the timeout
   kRefused,      ///< it answered with a refusal; the detail says what, where, the limit and the remedy
+  kUnreadable,   ///< what it sent is not what the contract says
 };
 
 /// Thrown by every call of the library that does not succeed. what() is one line with all that is known:

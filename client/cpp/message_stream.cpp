@@ -35,6 +35,13 @@ TelemetryStream::Event TelemetryStream::next(v1::TelemetryBatch& batch, std::chr
   const Event event = stream_.next(batch, wait);
   if (event != Event::kMessage) return event;
   for (const auto& sample : batch.samples()) account_.add(sample.tick());
+  if (batch.has_block()) {
+    const bool first = table_.columns().empty();
+    table_.set(batch.block());
+    if (first) tick_column_ = table_.column("tick").value_or(0);
+    for (std::size_t row = 0; row < table_.rows(); ++row)
+      account_.add(static_cast<std::uint64_t>(table_.integer(row, tick_column_)));
+  }
   account_.set_dropped(batch.dropped_by_subscriber(), batch.dropped_by_server());
   return event;
 }

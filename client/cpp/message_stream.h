@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/cpp/stream_account.h"
+#include "client/cpp/telemetry_table.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
@@ -59,12 +60,15 @@ class TelemetryStream {
  public:
   using Event = MessageStream<v1::TelemetryBatch>::Event;
 
-  /// As MessageStream::next(). kMessage: `batch` has new samples, and account() has counted them.
+  /// As MessageStream::next(). kMessage: `batch` has new samples, or table() new rows where blocks were asked
+  /// for, and account() has counted them. Throws Error (kUnreadable) for a block that is none.
   Event next(v1::TelemetryBatch& batch, std::chrono::milliseconds wait);
   void cancel() { stream_.cancel(); }
 
   /// What came and what is missing so far.
   const StreamAccount& account() const noexcept { return account_; }
+  /// Of the newest block; without rows where samples were asked for.
+  const TelemetryTable& table() const noexcept { return table_; }
 
  private:
   friend class Client;
@@ -72,6 +76,8 @@ class TelemetryStream {
       : stream_(std::move(stream)), account_(decimation) {}
   MessageStream<v1::TelemetryBatch> stream_;
   StreamAccount account_;
+  TelemetryTable table_;
+  std::size_t tick_column_ = 0;
 };
 
 }  // namespace hapticd::client

@@ -27,7 +27,8 @@ struct LiveOptions {
 int run_live(const LiveOptions& options);
 
 /// Subscribers: so many streams, read for so many seconds; what they received goes to `result`.
-int run_live_child(const std::string& address, double seconds, const std::string& result, int streams);
+int run_live_child(const std::string& address, double seconds, const std::string& result, int streams,
+                   bool blocks);
 
 /// `hapticd_bench realtime`: the live loop under every load there is, from command to effect, fan-out.
 struct RealtimeOptions {

@@ -76,7 +76,9 @@ int main(int argc, char** argv) {
   live_child->add_option("--result", result)->required();
   int streams = 1;
   live_child->add_option("--streams", streams);
-  live_child->callback([&] { status = run_live_child(address, child_seconds, result, streams); });
+  bool blocks = false;
+  live_child->add_option("--blocks", blocks);
+  live_child->callback([&] { status = run_live_child(address, child_seconds, result, streams, blocks); });
 
   RealtimeOptions realtime;
   auto* realtime_command = app.add_subcommand(

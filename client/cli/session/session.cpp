@@ -97,6 +97,9 @@ ExitCode report(const client::Error& error, const Session& session) {
     case client::ErrorKind::kTimedOut:
       print_error("no answer", error.code(), error.detail(), session.json);
       return ExitCode::kUnreachable;
+    case client::ErrorKind::kUnreadable:
+      print_error("unreadable", error.code(), error.detail(), session.json);
+      return ExitCode::kUnreachable;
   }
   return ExitCode::kUsage;
 }

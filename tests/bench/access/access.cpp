@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "client/cpp/client.h"
+#include "tests/bench/access/block_decode.h"
 #include "tests/bench/benchmark.h"
 #include "tests/bench/live/daemon_process.h"
 #include "tests/study/report/child_process.h"
@@ -266,6 +267,38 @@ double force_beyond_ttl_s(const std::filesystem::path& logs) {
   throw std::runtime_error(stopped ? "the force stays" : "no force was rendered");
 }
 
+/// Both languages; `add` as in run_access().
+template <class Add>
+void add_decode_costs(const std::filesystem::path& folder, double seconds, Add add) {
+  for (const bool python : {false, true}) {
+    const char* language = python ? "python" : "cpp";
+    DecodeCost cost;
+    std::string failed;
+    try {
+      const RecordedBatches batches(folder / language, seconds);
+      cost = python ? batches.decoded_in_python() : batches.decoded_in_cpp();
+    } catch (const std::exception& error) {
+      failed = error.what();
+    }
+    for (const bool blocks : {false, true}) {
+      const char* encoding = blocks ? "block" : "samples";
+      report::Figure figure{.figure = "block_decode_us_per_sample",
+                            .conditions = {{"language", language}, {"encoding", encoding}},
+                            .unit = "µs",
+                            .failed = failed};
+      if (failed.empty()) figure.value = blocks ? cost.blocks_us : cost.samples_us;
+      add(std::string("block_decode_us_per_sample, ") + language + ", " + encoding, figure);
+    }
+    report::Figure ratio{.figure = "block_decode_gain",
+                         .conditions = {{"language", language}},
+                         .goal = python ? std::optional(100.0) : std::nullopt,
+                         .source = "fields over blocks",
+                         .failed = failed};
+    if (failed.empty()) ratio.value = cost.samples_us / cost.blocks_us;
+    add(std::string("block_decode_gain, ") + language, ratio);
+  }
+}
+
 }  // namespace
 
 int run_access(const AccessOptions& options) {
@@ -310,6 +343,8 @@ int run_access(const AccessOptions& options) {
   report::Report::note("a holder that freezes …");
   add("force_beyond_ttl_s", measured({.figure = "force_beyond_ttl_s", .unit = "s", .goal = 0.1},
                                      [&] { return force_beyond_ttl_s(logs); }));
+  report::Report::note("decoding …");
+  add_decode_costs(logs / "decode", options.quick ? 2.0 : 5.0, add);
   report.add_table(
       "access", "Access and exclusive control", table,
       "Loopback. stop_to_tick_ms: an upper bound, until the answer and one period of the loop more.");

@@ -17,6 +17,7 @@ struct DaemonSetup {
   std::string scene = "tap_1d";
   int loop_cpu = -1;  ///< that the loop is pinned to and the daemon's other threads keep off; -1 = none
   std::string more_configuration{};  ///< further sections
+  double rate_hz = 1000.0;
 };
 
 /// The real daemon.

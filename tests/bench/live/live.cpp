@@ -213,8 +213,9 @@ int run_live(const LiveOptions& options) {
   return 0;
 }
 
-int run_live_child(const std::string& address, double seconds, const std::string& result, int streams) {
-  return run_subscriber(address, seconds, result, streams);
+int run_live_child(const std::string& address, double seconds, const std::string& result, int streams,
+                   bool blocks) {
+  return run_subscriber(address, seconds, result, streams, blocks);
 }
 
 }  // namespace hapticd::bench

@@ -30,9 +30,9 @@ struct SubscriberTally {
 /// real life: able to stall or die as a whole.
 class SubscriberProcess {
  public:
-  /// `result` is the file it leaves its tally in.
-  SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result,
-                    int streams = 1);
+  /// `result` is the file it leaves its tally in. `blocks`: by TELEMETRY_ENCODING_BLOCK.
+  SubscriberProcess(const std::string& address, double seconds, std::filesystem::path result, int streams = 1,
+                    bool blocks = false);
 
   /// Stops the whole process, as a debugger or a frozen machine does.
   void stall() noexcept;
@@ -50,6 +50,6 @@ class SubscriberProcess {
 /// What the process runs: subscribes so many times, reads for so many seconds, writes the tally of all
 /// streams to `result`.
 int run_subscriber(const std::string& address, double seconds, const std::filesystem::path& result,
-                   int streams);
+                   int streams, bool blocks);
 
 }  // namespace hapticd::bench
