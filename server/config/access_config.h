@@ -33,6 +33,10 @@ struct AccessConfig {
       certificates;  ///< [access.certificates], in the place of the certificate's role
   std::map<std::string, std::string> denied;  ///< [access.denied]: identity → why; may do nothing
 
+  // Of one identity; stops do not count.
+  double max_calls = 400.0;  ///< calls and streams at once
+  double max_calls_per_s = 10'000.0;
+
   std::string audit_file;       ///< [access] audit_file; empty = none
   double audit_file_mb = 10.0;  ///< begins a new file beyond this size; five are kept
   bool audit_journal = false;   ///< to the journal of systemd as well

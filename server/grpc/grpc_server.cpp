@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/access/call_quota.h"
 #include "server/access/certificate.h"
 #include "server/access/connected_users.h"
 #include "server/grpc/calls/standing_poller.h"
@@ -101,7 +102,8 @@ struct GrpcServer::State {
         turntable(parts.turntable),
         safety(parts.latch),
         access(parts.policy),
-        lease(parts.desk) {}
+        lease(parts.desk),
+        quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
   void add_services();
@@ -117,6 +119,7 @@ struct GrpcServer::State {
   SafetyService safety;
   AccessService access;
   LeaseService lease;
+  CallQuota quota;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
   std::vector<std::unique_ptr<GatedService>> gated;
@@ -193,8 +196,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   if (!listener) return listener.error();
   auto state = std::make_unique<State>(parts, config.listen_tls ? config.certificates : std::string());
   state->listener = std::move(*listener);
-  state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, parts.session,
-                                        state->listener->unix_group()});
+  state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, state->quota,
+                                        parts.session, state->listener->unix_group()});
   state->add_services();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();

@@ -3,6 +3,7 @@
 #include <grpcpp/support/status.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -25,7 +26,8 @@ struct ServedCall {
   const LeaseDesk* desk = nullptr;
   const Session* session = nullptr;
   AuditLog* audit = nullptr;
-  std::string arguments;  ///< as text
+  std::shared_ptr<const void> place;  ///< of CallQuota; a stream keeps it to its end
+  std::string arguments;              ///< as text
   // Where the answer is sent by the thread that serves the call: what it was.
   grpc::Status status;
   std::optional<std::uint64_t> effective_tick;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/access/audit_log.h"
+#include "server/access/call_quota.h"
 #include "server/access/certificate.h"
 #include "server/access/connected_users.h"
 #include "server/access/lease_desk.h"
@@ -82,6 +83,12 @@ std::optional<Refusal> AccessGate::admit(const AccessRow* row, const grpc::Serve
   }
   if (call.who.is_denied) return denied(call.who);
   if (call.who.role < row->role) return wrong_role(call.who, *row);
+  // What any identity may do is to stop, or to ask who it is: nothing may be in the way of that.
+  if (row->role != Role::kNone) {
+    auto place = parts_.quota.take(call.who.name, CallQuota::Clock::now());
+    if (!place) return place.refusal();
+    call.place = std::move(*place);
+  }
   if (!row->needs_lease) {
     if (!call.token.empty()) parts_.desk.note_use(call.who, call.token);
     return std::nullopt;

@@ -16,6 +16,7 @@ class ServerContextBase;
 namespace hapticd::server {
 
 class AuditLog;
+class CallQuota;
 class ConnectedUsers;
 class LeaseDesk;
 class Session;
@@ -28,6 +29,7 @@ class AccessGate {
     const ConnectedUsers& users;
     LeaseDesk& desk;
     AuditLog& audit;
+    CallQuota& quota;
     const Session& session;
     std::string unix_group;  ///< of the unix socket
   };

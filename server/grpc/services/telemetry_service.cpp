@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/enums.h"
 #include "server/grpc/messages/status.h"
 #include "server/grpc/messages/telemetry_encoding.h"
@@ -105,6 +106,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   static TelemetryStream* open(TelemetryHub& hub, Wanted wanted) {
     const auto stream = std::make_shared<TelemetryStream>(hub, wanted);
     stream->self_ = stream;
+    if (const ServedCall* call = served_call()) stream->place_ = call->place;
     wanted.options.on_ready = [weak = stream->weak_from_this()] {
       if (const auto alive = weak.lock()) alive->write_next();
     };
@@ -171,6 +173,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
 
   TelemetryHub& hub_;
   const std::uint32_t channels_;
+  std::shared_ptr<const void> place_;  ///< among the calls of its identity
   const bool as_block_;
   std::shared_ptr<TelemetryStream> self_;
   std::shared_ptr<Subscription> subscription_;

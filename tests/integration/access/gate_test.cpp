@@ -83,6 +83,37 @@ TEST(Gate, LetsAnObserverStopButNotClear) {
             grpc::StatusCode::PERMISSION_DENIED);
 }
 
+TEST(Gate, OneIdentityHasSoManyCallsAndMayAlwaysStop) {
+  server::DaemonConfig config = quiet_config();
+  config.access.max_calls = 16;
+  const RunningService service(config);
+  using Reader = std::unique_ptr<grpc::ClientReader<v1::TelemetryBatch>>;
+  const auto subscribed = [&](std::vector<std::unique_ptr<grpc::ClientContext>>& contexts) -> Reader {
+    contexts.push_back(call_context());
+    return service.telemetry->Subscribe(contexts.back().get(), {});
+  };
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<Reader> streams;
+  v1::TelemetryBatch batch;
+  for (int i = 0; i < 16; ++i) {
+    streams.push_back(subscribed(contexts));
+    ASSERT_TRUE(streams.back()->Read(&batch)) << i;
+  }
+  v1::RigState state;
+  const grpc::Status refused = service.rig->GetRigState(call_context().get(), {}, &state);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(detail_of(refused).limit(), "access.max_calls = 16");
+  v1::StopResponse stopped;
+  EXPECT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  contexts.front()->TryCancel();
+  streams.front()->Finish();
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  grpc::Status now = refused;
+  while (!now.ok() && std::chrono::steady_clock::now() < until)
+    now = service.rig->GetRigState(call_context().get(), {}, &state);
+  EXPECT_TRUE(now.ok()) << now.error_message();
+}
+
 TEST(Gate, SaysWhoTheCallerIs) {
   const RunningService service;
   const AccessClient client(connect(service.address()));
