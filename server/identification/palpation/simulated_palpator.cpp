@@ -47,6 +47,7 @@ SimulatedMotion simulated_motion(const rt::MotionRequest& request) {
   hand.travel_s = kTravelS;
   hand.repetitions = std::max(1, request.repetitions);
   if (request.force_n > 0.0) hand.force_n = request.force_n;
+  hand.depth_mm = request.motion == Motion::kPress ? std::max(0.0, request.displacement_mm) : 0.0;
   if (request.force_rate_n_per_s > 0.0) hand.force_rate_n_per_s = request.force_rate_n_per_s;
   if (request.speed_mm_per_s > 0.0) hand.speed_mm_per_s = request.speed_mm_per_s;
   if (request.length_mm > 0.0) hand.stroke_length_mm = request.length_mm;

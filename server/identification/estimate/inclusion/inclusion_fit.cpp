@@ -3,10 +3,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "rt/inclusion/inclusion_energy.h"
 #include "rt/signal/vector.h"
+#include "server/identification/estimate/inclusion/grouped_least_squares.h"
 
 namespace hapticd::rt {
 
@@ -18,6 +18,7 @@ using Eigen::VectorXd;
 constexpr double kMinDisplacementMm = 0.5;  // below, the onset is in the force
 constexpr std::size_t kTissueTerms = 6;
 constexpr std::size_t kMinSamples = 30;
+constexpr std::size_t kPoints = 200;
 constexpr double kPriorN = 0.01;        // force that one unit of n is worth
 constexpr double kPriorApproach = 0.1;  // and of β
 
@@ -85,76 +86,21 @@ void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has
   }
 }
 
+/// The object's own law as samples without the inclusion, at the displacements and speeds of the others.
+void add_law_rows(const HuntCrossleyParameters& law, std::size_t count, std::vector<Row>& rows) {
+  const std::size_t first = rows.empty() ? 0 : rows.back().press + 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    Row row = rows[i];
+    row.normal_n = hunt_crossley_force_n(law, row.at.displacement_mm, row.at.rate_mm_per_s);
+    row.press += first;
+    row.has_inclusion = false;
+    rows.push_back(row);
+  }
+}
+
 hal::Error too_little(const char* what) {
   return {std::string("too few samples: ") + what, "identification of an inclusion", "",
           "at least " + std::to_string(kMinSamples), "press deeper, or more often"};
-}
-
-/// Least squares by Levenberg and Marquardt with numeric slopes; the covariance by the sandwich over presses,
-/// for the samples of one press are not independent.
-struct Solution {
-  VectorXd parameters;
-  VectorXd standard_errors;
-  double rms = 0.0;
-  bool converged = false;
-};
-
-Solution minimise(const std::function<VectorXd(const VectorXd&)>& residuals, VectorXd p,
-                  const VectorXd& steps, const VectorXd& low, const VectorXd& high,
-                  const std::vector<std::size_t>& group_of) {
-  const auto slopes = [&](const VectorXd& at, const VectorXd& here) {
-    MatrixXd j(here.size(), at.size());
-    for (Eigen::Index k = 0; k < at.size(); ++k) {
-      VectorXd moved = at;
-      const double step = moved[k] + steps[k] <= high[k] ? steps[k] : -steps[k];
-      moved[k] += step;
-      j.col(k) = (residuals(moved) - here) / step;
-    }
-    return j;
-  };
-  Solution s;
-  double damping = 1e-3;
-  VectorXd r = residuals(p);
-  MatrixXd j = slopes(p, r);
-  for (int i = 0; i < 100 && !s.converged; ++i) {
-    const MatrixXd normal = j.transpose() * j;
-    const VectorXd gradient = j.transpose() * r;
-    bool better = false;
-    for (int attempt = 0; attempt < 12 && !better; ++attempt) {
-      MatrixXd damped = normal;
-      damped.diagonal() += damping * normal.diagonal() + VectorXd::Constant(p.size(), 1e-12);
-      const VectorXd next = (p - damped.ldlt().solve(gradient)).cwiseMax(low).cwiseMin(high);
-      const VectorXd left = residuals(next);
-      if (left.allFinite() && left.squaredNorm() < r.squaredNorm()) {
-        s.converged = r.squaredNorm() - left.squaredNorm() < 1e-8 * r.squaredNorm();
-        p = next;
-        r = left;
-        damping = std::max(1e-9, 0.2 * damping);
-        better = true;
-      } else {
-        damping *= 5.0;
-      }
-    }
-    if (!better) s.converged = true;
-    j = slopes(p, r);
-  }
-  const MatrixXd inverse = (j.transpose() * j + MatrixXd::Identity(p.size(), p.size()) * 1e-12)
-                               .completeOrthogonalDecomposition()
-                               .pseudoInverse();
-  MatrixXd scatter = MatrixXd::Zero(p.size(), p.size());
-  VectorXd sum = VectorXd::Zero(p.size());
-  for (Eigen::Index i = 0; i < r.size(); ++i) {
-    sum += j.row(i).transpose() * r[i];
-    const bool ends = i + 1 == r.size() ||
-                      group_of[static_cast<std::size_t>(i + 1)] != group_of[static_cast<std::size_t>(i)];
-    if (!ends) continue;
-    scatter += sum * sum.transpose();
-    sum.setZero();
-  }
-  s.parameters = p;
-  s.standard_errors = (inverse * scatter * inverse).diagonal().cwiseMax(0.0).cwiseSqrt();
-  s.rms = std::sqrt(r.squaredNorm() / static_cast<double>(r.size()));
-  return s;
 }
 
 void note_range(const std::vector<Row>& rows, InclusionFit& fit) {
@@ -162,6 +108,7 @@ void note_range(const std::vector<Row>& rows, InclusionFit& fit) {
     if (!row.has_inclusion) continue;
     fit.max_displacement_mm = std::max(fit.max_displacement_mm, row.at.displacement_mm);
     fit.max_speed_mm_per_s = std::max(fit.max_speed_mm_per_s, std::abs(row.at.rate_mm_per_s));
+    fit.max_force_n = std::max(fit.max_force_n, row.normal_n);
   }
   fit.inclusion.max_displacement_mm = std::max(0.5, fit.max_displacement_mm);
 }
@@ -201,7 +148,8 @@ std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, d
 }
 
 hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
-                                                 const std::vector<Press>& with, double depth_mm) {
+                                                 const std::vector<Press>& with, double depth_mm,
+                                                 const std::optional<HuntCrossleyParameters>& law) {
   const Sphere flat = surface_of({});
   const auto flat_for = [&](const std::vector<Press>& presses) {
     Sphere s = flat;
@@ -214,8 +162,14 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
   std::vector<Row> own, rows;
   add_rows(without, flat_for(without), false, own);
   add_rows(with, flat_for(with), true, rows);
-  if (own.size() < kMinSamples) return too_little("without the inclusion");
   if (rows.size() < kMinSamples) return too_little("with the inclusion");
+  if (law) {
+    const auto count = static_cast<std::ptrdiff_t>(rows.size());
+    std::vector<Row> both = rows;
+    add_law_rows(*law, rows.size(), both);
+    own.assign(both.begin() + count, both.end());
+  }
+  if (own.size() < kMinSamples) return too_little("without the inclusion");
   const VectorXd tissue = tissue_response(own);
   std::vector<std::size_t> groups;
   VectorXd excess(static_cast<Eigen::Index>(rows.size()));
@@ -241,12 +195,14 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
   steps << 1e-4, 1e-6, 1e-4;
   low << -12.0, 0.0, 1.0;
   high << 5.0, 0.02, 4.0;
-  const Solution s = minimise(residuals, p, steps, low, high, groups);
+  const LeastSquaresSolution s = grouped_least_squares(residuals, p, steps, low, high, groups);
 
   InclusionFit fit;
   const double k = std::exp(s.parameters[0]) * std::pow(5.0, -s.parameters[2]);
   fit.inclusion.response = {k, k * s.parameters[1], s.parameters[2]};
   fit.stiffness_n_per_mm_m = {k, k * std::hypot(s.standard_errors[0], std::log(5.0) * s.standard_errors[2])};
+  fit.added_at_5mm_n = {std::exp(s.parameters[0]), std::exp(s.parameters[0]) * s.standard_errors[0]};
+  fit.own_at_5mm_n = tissue_terms(5.0, 0.0).dot(tissue);
   fit.damping_n_s_per_mm_m1 = {k * s.parameters[1], k * s.standard_errors[1]};
   fit.exponent = {s.parameters[2], s.standard_errors[2]};
   for (const Press& press : with)
@@ -256,11 +212,20 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
   fit.residual = s.rms / std::max(1e-9, std::sqrt(excess.squaredNorm() / static_cast<double>(excess.size())));
   fit.converged = s.converged;
   note_range(rows, fit);
+  const std::size_t stride = rows.size() / kPoints + 1;
+  for (std::size_t i = 0; i < rows.size(); i += stride) {
+    const Indentation& at = rows[i].at;
+    const double own_n = tissue_terms(at.displacement_mm, at.rate_mm_per_s).dot(tissue);
+    fit.points.push_back(
+        {at.displacement_mm, rows[i].normal_n,
+         own_n + hunt_crossley_force_n(fit.inclusion.response, at.displacement_mm, at.rate_mm_per_s)});
+  }
   return fit;
 }
 
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
-                                             const std::vector<Press>& with) {
+                                             const std::vector<Press>& with,
+                                             const std::optional<HuntCrossleyParameters>& own) {
   std::vector<Press> all = with;
   all.insert(all.end(), without.begin(), without.end());
   const Sphere surface = surface_of(all);
@@ -269,11 +234,13 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   const std::size_t with_count = rows.size();
   add_rows(without, surface, false, rows);
   if (with_count < kMinSamples) return too_little("with the inclusion");
+  if (own) add_law_rows(*own, with_count, rows);
 
   // Where the force exceeds that of the other presses at the same displacement most, it begins to search.
   const VectorXd rough = tissue_response(
-      without.empty() ? rows
-                      : std::vector<Row>(rows.begin() + static_cast<std::ptrdiff_t>(with_count), rows.end()));
+      rows.size() == with_count
+          ? rows
+          : std::vector<Row>(rows.begin() + static_cast<std::ptrdiff_t>(with_count), rows.end()));
   hal::Vector3 sum;
   double weight = 0.0;
   for (std::size_t i = 0; i < with_count; ++i) {
@@ -338,12 +305,12 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   high.setConstant(1e3);
   low.head<kOwn>() << start.x - 30.0, start.y - 30.0, 8.0, -12.0, 0.0, 1.0, 2.0, 0.0;
   high.head<kOwn>() << start.x + 30.0, start.y + 30.0, 60.0, 5.0, 0.02, 4.0, 12.0, 0.9;
-  Solution best;
+  LeastSquaresSolution best;
   best.rms = 1e9;
   for (const double depth_mm : {15.0, 25.0, 35.0}) {
     p.head<kOwn>() << start.x, start.y, depth_mm, 0.0, 1e-4, 1.8, kUsualAttenuation, 0.5;
     p.tail<kTissueTerms>() = rough;
-    const Solution one = minimise(residuals, p, steps, low, high, groups);
+    const LeastSquaresSolution one = grouped_least_squares(residuals, p, steps, low, high, groups);
     if (one.rms < best.rms) best = one;
   }
 
@@ -355,14 +322,22 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   fit.depth_mm = {best.parameters[2], e[2]};
   const double k = fit.inclusion.response.stiffness_n_per_mm_m;
   fit.stiffness_n_per_mm_m = {k, k * std::hypot(e[3], std::log(5.0) * e[5])};
+  fit.added_at_5mm_n = {std::exp(best.parameters[3]), std::exp(best.parameters[3]) * e[3]};
+  fit.own_at_5mm_n = tissue_terms(5.0, 0.0).dot(best.parameters.segment<kTissueTerms>(kOwn));
   fit.damping_n_s_per_mm_m1 = {k * best.parameters[4], k * e[4]};
   fit.exponent = {best.parameters[5], e[5]};
   fit.attenuation = {fit.inclusion.attenuation, e[6]};
   fit.approach = {fit.inclusion.approach, e[7]};
   double added = 0.0;
+  const std::size_t stride = with_count / kPoints + 1;
   for (std::size_t i = 0; i < with_count; ++i) {
-    const hal::Vector3 f = energy_force_n(fit.inclusion, rows[i].at);
+    const Indentation& at = rows[i].at;
+    const hal::Vector3 f = energy_force_n(fit.inclusion, at);
     added += dot(f, f);
+    if (i % stride != 0) continue;
+    const double own_n =
+        tissue_terms(at.displacement_mm, at.rate_mm_per_s).dot(best.parameters.segment<kTissueTerms>(kOwn));
+    fit.points.push_back({at.displacement_mm, rows[i].normal_n, own_n + dot(f, at.normal)});
   }
   fit.residual = best.rms * std::sqrt(3.0 * static_cast<double>(rows.size()) / std::max(1e-9, added));
   fit.converged = best.converged;

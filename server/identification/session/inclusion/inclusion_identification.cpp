@@ -1,0 +1,121 @@
+#include "server/identification/session/inclusion/inclusion_identification.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rt/signal/vector.h"
+
+namespace hapticd::rt {
+
+namespace {
+
+constexpr std::size_t kRefitEvery = 3;
+constexpr double kSteadyMm = 0.7;
+
+}  // namespace
+
+InclusionIdentification::InclusionIdentification(const InclusionTask& task, const hal::RigInfo& rig)
+    : task_(task), replay_(rig.kind == hal::RigKind::kReplay), collector_(rig, task.threshold_n) {}
+
+void InclusionIdentification::add(const Observation& observation) {
+  collector_.add(observation);
+}
+
+hal::Result<InclusionFit> InclusionIdentification::fit() const {
+  const std::vector<Press>& presses = collector_.presses();
+  const InclusionReference& reference = task_.reference;
+  if (!scans()) {
+    return fit_inclusion_response(reference.presses, presses, task_.known_depth_mm, reference.law);
+  }
+  return fit_inclusion_scan(reference.presses, presses, reference.law);
+}
+
+void InclusionIdentification::refit(bool now) const {
+  const std::size_t presses = collector_.completed();
+  if (presses == fitted_presses_ || presses < min_presses()) return;
+  if (!now && presses < fitted_presses_ + kRefitEvery && open_place_mm()) return;
+  fitted_presses_ = presses;
+  hal::Result<InclusionFit> found = fit();
+  if (!found) {
+    failed_ = found.error();
+    return;
+  }
+  failed_.reset();
+  moved_mm_ = fit_ ? norm(found->inclusion.place_mm - fit_->inclusion.place_mm) : 1e9;
+  fit_ = std::move(*found);
+}
+
+bool InclusionIdentification::certain(const InclusionFit& fit) const {
+  if (!fit.converged || !(fit.residual < kMaxResidual)) return false;
+  if (!scans()) return fit.added_at_5mm_n.standard_error < 0.2 * fit.added_at_5mm_n.value;
+  const double across_mm = std::hypot(fit.place_x_mm.standard_error, fit.place_y_mm.standard_error);
+  return across_mm < kMaxPlaceErrorMm && fit.depth_mm.standard_error < kMaxDepthErrorMm;
+}
+
+IdentificationProgress InclusionIdentification::progress() const {
+  refit(false);
+  IdentificationProgress progress;
+  progress.samples = collector_.samples();
+  progress.duration_s = collector_.watched_s();
+  progress.residual = std::numeric_limits<double>::quiet_NaN();
+  progress.coverage.push_back(coverage());
+  progress.fit_x = "displacement [mm]";
+  progress.fit_y = "normal force [N]";
+  bool seen = false;
+  if (fit_) {
+    progress.parameters = parameters_of(*fit_);
+    progress.residual = fit_->residual;
+    seen = unseen(*fit_).empty();
+    progress.certain = certain(*fit_) && seen;
+    progress.steady = replay_ || moved_mm_ < kSteadyMm;
+    for (const InclusionFitPoint& point : fit_->points) {
+      progress.fit.push_back({point.displacement_mm, point.measured_n, point.model_n});
+    }
+  }
+  const bool covered = replay_ || !open_place_mm();
+  progress.converged = progress.certain && progress.steady && covered && !failed_;
+  if (!progress.converged) progress.missing = missing(progress.certain, progress.steady);
+  progress.remarks = remarks();
+  double done = progress.coverage.front().share * (replay_ ? 0.0 : 0.8);
+  if (progress.certain) done += replay_ ? 0.9 : 0.1;
+  completion_ = std::max(completion_, progress.converged ? 1.0 : std::min(done, 0.99));
+  progress.completion = completion_;
+  return progress;
+}
+
+hal::Result<IdentifiedModel> InclusionIdentification::finish() const {
+  // The last press may have no end in the data; the copy has it.
+  InclusionIdentification whole = *this;
+  whole.collector_.end();
+  if (auto error = whole.too_little()) return *error;
+  whole.refit(true);
+  if (whole.failed_) return *whole.failed_;
+  const InclusionFit& found = *whole.fit_;
+  if (!(found.residual < kMaxResidualAtAll)) {
+    return hal::Error{"no inclusion is seen: what is left over is as large as what it would add",
+                      "identification of an inclusion", "residual " + std::to_string(found.residual),
+                      "less than " + std::to_string(kMaxResidualAtAll),
+                      "press deeper, and closer to where the object feels hard"};
+  }
+  IdentifiedModel model;
+  InclusionModel content;
+  content.place_mm = found.inclusion.place_mm;
+  content.surface_mm = found.inclusion.surface_mm;
+  content.response = found.inclusion.response;
+  content.attenuation = found.inclusion.attenuation;
+  content.approach = found.inclusion.approach;
+  model.content = content;
+  model.parameters = parameters_of(found);
+  model.validity = {found.inclusion.max_displacement_mm, found.max_speed_mm_per_s, found.max_force_n};
+  model.residual = found.residual;
+  model.converged = whole.progress().converged;
+  model.procedure = whole.procedure(found);
+  if (auto error = check(model)) {
+    error->remedy = "check unit and column of force and position, or press again";
+    return *error;
+  }
+  return model;
+}
+
+}  // namespace hapticd::rt
