@@ -47,7 +47,7 @@ CLI::App& add_kind(CLI::App& identify, Session& session, const std::shared_ptr<L
   command
       ->add_option("--time-limit", line->task.time_limit_s,
                    "Seconds of the rig's time after which it ends with what it has, 1 to 3600; without it 60 "
-                   "to 300, by kind")
+                   "to 600, by kind")
       ->check(CLI::Range(1.0, 3600.0));
   command->add_flag("--adopt", line->task.adopt,
                     "Once converged, tag the model current, so that scenes use it");

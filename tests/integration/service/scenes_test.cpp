@@ -72,7 +72,7 @@ TEST(ServiceScenes, AnUnknownNameIsRefusedWithASuggestion) {
   const RunningService service;
   expect_refused(service.load("tap1d"),
                  {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name", "tap1d",
-                  "explore_bearing, explore_rod, tap_1d, wall", "did you mean 'tap_1d'?"});
+                  "explore_bearing, explore_rod, explore_tumour, tap_1d, wall", "did you mean 'tap_1d'?"});
 }
 
 TEST(ServiceScenes, ARequestWithoutASceneIsRefused) {

@@ -19,6 +19,7 @@ constexpr double kMinDisplacementMm = 0.5;  // below, the onset is in the force
 constexpr std::size_t kTissueTerms = 6;
 constexpr std::size_t kMinSamples = 30;
 constexpr std::size_t kPoints = 200;
+constexpr double kLateralWeight = 0.5;  // the surface's friction is in them, too
 constexpr double kPriorN = 0.01;        // force that one unit of n is worth
 constexpr double kPriorApproach = 0.1;  // and of β
 
@@ -122,6 +123,18 @@ VectorXd tissue_response(const std::vector<Row>& rows) {
     b[i] = row.normal_n;
   }
   return a.colPivHouseholderQr().solve(b);
+}
+
+/// Of what the object's own response leaves, as the fit of a scan weighs it.
+double rms_without_inclusion(const std::vector<Row>& rows) {
+  const VectorXd own = tissue_response(rows);
+  double squared = 0.0;
+  for (const Row& row : rows) {
+    const double left = tissue_terms(row.at.displacement_mm, row.at.rate_mm_per_s).dot(own) - row.normal_n;
+    squared += left * left;
+    if (row.has_inclusion) squared += kLateralWeight * kLateralWeight * dot(row.lateral_n, row.lateral_n);
+  }
+  return std::sqrt(squared / (3.0 * static_cast<double>(rows.size())));
 }
 
 }  // namespace
@@ -290,8 +303,8 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
       }
       const auto at = static_cast<Eigen::Index>(3 * i);
       r[at] = normal_n - row.normal_n;
-      r[at + 1] = 0.5 * side_x;  // the surface's friction is in them, too
-      r[at + 2] = 0.5 * side_y;
+      r[at + 1] = kLateralWeight * side_x;
+      r[at + 2] = kLateralWeight * side_y;
     }
     return r;
   };
@@ -340,6 +353,11 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
     fit.points.push_back({at.displacement_mm, rows[i].normal_n, own_n + dot(f, at.normal)});
   }
   fit.residual = best.rms * std::sqrt(3.0 * static_cast<double>(rows.size()) / std::max(1e-9, added));
+  fit.left_over_share = best.rms / std::max(1e-9, rms_without_inclusion(rows));
+  const auto bounded = [&](Eigen::Index i, double margin) {
+    return best.parameters[i] < low[i] + margin || best.parameters[i] > high[i] - margin;
+  };
+  fit.at_bound = bounded(0, 0.5) || bounded(1, 0.5) || bounded(2, 0.5);
   fit.converged = best.converged;
   note_range(rows, fit);
   return fit;

@@ -48,6 +48,10 @@ struct InclusionFit {
   double own_at_5mm_n = 0.0;                   ///< of the object itself
   Estimated stiffness_n_per_mm_m, damping_n_s_per_mm_m1, exponent, attenuation, approach;
   double residual = 0.0;  ///< rms of what is left over, over the rms of what the inclusion adds
+  /// What is left over, over what is left by the object's own response alone: near 1 where nothing is to be
+  /// seen of an inclusion.
+  double left_over_share = 0.0;
+  bool at_bound = false;  ///< place or depth went as far as they may: the data do not show them
   double max_displacement_mm = 0.0;
   double max_speed_mm_per_s = 0.0;
   double max_force_n = 0.0;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "rt/signal/vector.h"
+#include "server/identification/session/fixed_text.h"
 
 namespace hapticd::rt {
 
@@ -12,6 +13,17 @@ namespace {
 
 constexpr std::size_t kRefitEvery = 3;
 constexpr double kSteadyMm = 0.7;
+
+/// A press is seen from the threshold on; a law counts from the surface. Two recordings are late alike.
+std::vector<Press> counted_from_surface(std::vector<Press> presses, const HuntCrossleyParameters& law) {
+  constexpr double kMaxLateMm = 3.0;
+  for (Press& press : presses) {
+    const double force_n = norm(press.samples.front().force_n);
+    const double late_mm = std::pow(force_n / law.stiffness_n_per_mm_m, 1.0 / law.exponent);
+    press.surface_mm.z += std::min(kMaxLateMm, late_mm);
+  }
+  return presses;
+}
 
 }  // namespace
 
@@ -25,10 +37,11 @@ void InclusionIdentification::add(const Observation& observation) {
 hal::Result<InclusionFit> InclusionIdentification::fit() const {
   const std::vector<Press>& presses = collector_.presses();
   const InclusionReference& reference = task_.reference;
-  if (!scans()) {
-    return fit_inclusion_response(reference.presses, presses, task_.known_depth_mm, reference.law);
-  }
-  return fit_inclusion_scan(reference.presses, presses, reference.law);
+  std::vector<Press> counted;
+  if (reference.law) counted = counted_from_surface(presses, *reference.law);
+  const std::vector<Press>& with = reference.law ? counted : presses;
+  if (!scans()) return fit_inclusion_response(reference.presses, with, task_.known_depth_mm, reference.law);
+  return fit_inclusion_scan(reference.presses, with, reference.law);
 }
 
 void InclusionIdentification::refit(bool now) const {
@@ -47,10 +60,14 @@ void InclusionIdentification::refit(bool now) const {
 }
 
 bool InclusionIdentification::certain(const InclusionFit& fit) const {
-  if (!fit.converged || !(fit.residual < kMaxResidual)) return false;
+  if (!fit.converged || !(fit.residual < kMaxResidual) || !shows_inclusion(fit)) return false;
   if (!scans()) return fit.added_at_5mm_n.standard_error < 0.2 * fit.added_at_5mm_n.value;
   const double across_mm = std::hypot(fit.place_x_mm.standard_error, fit.place_y_mm.standard_error);
   return across_mm < kMaxPlaceErrorMm && fit.depth_mm.standard_error < kMaxDepthErrorMm;
+}
+
+bool InclusionIdentification::shows_inclusion(const InclusionFit& fit) const {
+  return scans() ? !fit.at_bound && fit.left_over_share < kMaxLeftOverShare : fit.residual < 1.0;
 }
 
 IdentificationProgress InclusionIdentification::progress() const {
@@ -92,11 +109,15 @@ hal::Result<IdentifiedModel> InclusionIdentification::finish() const {
   whole.refit(true);
   if (whole.failed_) return *whole.failed_;
   const InclusionFit& found = *whole.fit_;
-  if (!(found.residual < kMaxResidualAtAll)) {
-    return hal::Error{"no inclusion is seen: what is left over is as large as what it would add",
-                      "identification of an inclusion", "residual " + std::to_string(found.residual),
-                      "less than " + std::to_string(kMaxResidualAtAll),
-                      "press deeper, and closer to where the object feels hard"};
+  if (!shows_inclusion(found)) {
+    return hal::Error{
+        "no inclusion is seen: the object's own response explains the presses as well",
+        "identification of an inclusion",
+        formatted("%.0f %% of what that leaves is left over, depth %.0f mm", 100.0 * found.left_over_share,
+                  found.depth_mm.value),
+        formatted("less than %.0f %%, at a depth of 9 to 59 mm", 100.0 * kMaxLeftOverShare),
+        "press deeper, and closer to where the object feels hard; give a reference of the object "
+        "without it"};
   }
   IdentifiedModel model;
   InclusionModel content;

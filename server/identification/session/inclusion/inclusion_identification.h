@@ -30,7 +30,7 @@ class InclusionIdentification final : public Identification {
   static constexpr double kMaxPlaceErrorMm = 1.0;    ///< standard error across, to converge
   static constexpr double kMaxDepthErrorMm = 2.0;    ///< of a depth
   static constexpr double kMaxResidual = 0.6;        ///< what is left over what the inclusion adds
-  static constexpr double kMaxResidualAtAll = 1.0;   ///< above, there is no inclusion to be seen
+  static constexpr double kMaxLeftOverShare = 0.5;   ///< of what the object's own response leaves
 
  private:
   bool scans() const noexcept { return task_.known_depth_mm <= 0.0; }
@@ -39,6 +39,8 @@ class InclusionIdentification final : public Identification {
   void refit(bool now) const;
   hal::Result<InclusionFit> fit() const;
   bool certain(const InclusionFit& fit) const;
+  /// Whether the data show one at all.
+  bool shows_inclusion(const InclusionFit& fit) const;
   Coverage coverage() const;
   hal::Vector3 centre_mm() const;
   /// Height of the surface at a place by the presses so far, of the rig.

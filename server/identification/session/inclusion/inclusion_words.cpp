@@ -33,12 +33,18 @@ std::optional<hal::Error> InclusionIdentification::too_little() const {
                       "at least " + std::to_string(min_presses()) + ", 2 mm deep and with 0.1 N or more",
                       "press more often, and let go in between"};
   }
-  if (!scans()) return std::nullopt;
   hal::Vector3 mean;
   for (const Press& p : presses) mean = mean + p.surface_mm * (1.0 / static_cast<double>(presses.size()));
   double squared = 0.0;
   for (const Press& p : presses) squared += std::pow(across_mm(p.surface_mm, mean), 2);
   const double spread_mm = std::sqrt(squared / static_cast<double>(presses.size()));
+  if (!scans()) {
+    if (spread_mm < kMinSpreadMm) return std::nullopt;
+    return hal::Error{"the depth is stated, but the presses are not straight over one place", kWhere,
+                      "spread over " + fixed_text(spread_mm, 1) + " mm (rms)",
+                      "less than " + fixed_text(kMinSpreadMm, 0) + " mm",
+                      "press over the inclusion only, or leave the depth to the scan"};
+  }
   if (spread_mm >= kMinSpreadMm) return std::nullopt;
   return hal::Error{"all presses are at one place, which does not show where the inclusion is", kWhere,
                     "spread over " + fixed_text(spread_mm, 1) + " mm (rms)",
@@ -84,7 +90,9 @@ std::vector<std::string> InclusionIdentification::missing(bool is_certain, bool 
   }
   if (!fit_) return words;
   for (const std::string& what : unseen(*fit_)) words.push_back(what);
-  if (!is_certain && !(fit_->residual < kMaxResidual)) {
+  if (!is_certain && !shows_inclusion(*fit_)) {
+    words.push_back("no inclusion is seen so far: press deeper, and closer to where the object feels hard");
+  } else if (!is_certain && !(fit_->residual < kMaxResidual)) {
     words.push_back(formatted("an inclusion is hardly seen: %.0f %% of what it adds is left over",
                               100.0 * std::min(9.99, fit_->residual)));
   } else if (!is_certain && words.empty()) {
