@@ -243,7 +243,7 @@ void add_inclusion(CLI::App& identify, Session& session) {
       ->check(CLI::Range(3.0, 30.0));
   command
       .add_option("--displacement", line->task.displacement_mm,
-                  "How deep the presses go, in mm, 3 to 50; without it 11")
+                  "How deep the presses go, in mm, 3 to 50; without it 13")
       ->check(CLI::Range(3.0, 50.0));
   command.add_option("--recording", line->task.recording_path,
                      "A CSV file of any size, in the place of the rig");

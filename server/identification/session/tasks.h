@@ -71,7 +71,7 @@ struct InclusionReference {
 struct InclusionTask {
   double reach_mm = 24.0;         ///< the scan, about the home of the tool
   double spacing_mm = 8.0;        ///< of its places
-  double displacement_mm = 11.0;  ///< how deep the presses go
+  double displacement_mm = 13.0;  ///< how deep the presses go
   /// How deep the inclusion lies, where that is known: presses straight over it are enough then, and a
   /// reference is needed. 0 = found by a scan.
   double known_depth_mm = 0.0;
