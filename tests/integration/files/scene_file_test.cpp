@@ -420,11 +420,11 @@ TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   folder->write("not a name.toml", "");
   const SceneLibrary library(folder->path());
   const auto entries = library.list();
-  ASSERT_EQ(entries.size(), 6U);
+  ASSERT_EQ(entries.size(), 7U);
   EXPECT_EQ(entries[0].name, "broken");
   EXPECT_NE(entries[0].description.find("unknown key 'oops'"), std::string::npos) << entries[0].description;
-  EXPECT_EQ(entries[3].name, "soft");
-  EXPECT_EQ(entries[5].description, "my own wall");
+  EXPECT_EQ(entries[4].name, "soft");
+  EXPECT_EQ(entries[6].description, "my own wall");
   EXPECT_EQ(library.find("soft")->target.stiffness_n_per_mm, 0.1);
   const auto unknown = library.find("sof");
   ASSERT_FALSE(unknown);
