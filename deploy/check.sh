@@ -4,7 +4,8 @@
 #
 #   bash deploy/check.sh [PRESET]     release, or one of the sanitizers' (asan, asan-network, tsan)
 #
-# Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh release measure.
+# Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh release measure. So are the
+# identifications that an emulated person does live, some minutes in all: bash deploy/run_tests.sh release -L live.
 # A test that fails while others run next to it is run once more by itself, and reported: on a busy machine one that
 # runs in wall-clock time may get too little of it. A test that fails twice has failed.
 #
@@ -15,4 +16,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=${1:-release}
 bash deploy/install_packages.sh
 bash deploy/build.sh "$preset"
-bash deploy/run_tests.sh "$preset"
+bash deploy/run_tests.sh "$preset" -LE live

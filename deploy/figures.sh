@@ -77,6 +77,7 @@ else
   measure identify_transport hapticd_study identify --transport emulated
 fi
 measure attack hapticd_bench attack "${quick[@]}"
+measure access hapticd_bench access "${quick[@]}"
 
 for folder in "$out"/*/; do
   run=$(basename "$folder")

@@ -6,12 +6,6 @@
 
 namespace hapticd::hal {
 
-namespace {
-bool finite(const Vector3& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-}  // namespace
-
 void ForceMean::add(const Vector3& force_n, const Vector3& torque_n_mm) noexcept {
   if (!finite(force_n) || !finite(torque_n_mm)) return;
   force_sum_n_ = force_sum_n_ + force_n;

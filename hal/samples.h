@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <type_traits>
 
@@ -21,6 +22,9 @@ constexpr Vector3 operator-(const Vector3& a, const Vector3& b) noexcept {
 }
 constexpr Vector3 operator*(const Vector3& a, double s) noexcept {
   return {a.x * s, a.y * s, a.z * s};
+}
+inline bool finite(const Vector3& v) noexcept {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 constexpr double dot(const Vector3& a, const Vector3& b) noexcept {
   return a.x * b.x + a.y * b.y + a.z * b.z;

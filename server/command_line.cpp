@@ -25,6 +25,12 @@ std::optional<CommandLine> read_command_line(int argc, char** argv, int& exit_co
                  "Loopback address to listen on; port 0 takes a free one [127.0.0.1:50051]")
       ->type_name("HOST:PORT");
   app.add_option("--unix", overrides.unix_socket, "Unix socket to listen on as well")->type_name("PATH");
+  app.add_option("--listen-tls", overrides.listen_tls,
+                 "Address to listen on with certificates, e.g. 192.168.1.20:50051")
+      ->type_name("ADDRESS:PORT");
+  app.add_option("--certificates", overrides.certificates,
+                 "Folder of server.crt, server.key and authority.crt, read again when they change")
+      ->type_name("DIR");
   app.add_option("--scene", overrides.scene, "Scene to start with")->type_name("NAME");
   app.add_option("--scenes", overrides.scene_folder, "Folder of further scenes (NAME.toml)")
       ->type_name("DIR");

@@ -1,9 +1,13 @@
 #include "server/daemon.h"
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
+#include "server/access/audit_log.h"
+#include "server/access/lease_desk.h"
+#include "server/access/role_policy.h"
 #include "server/grpc/grpc_server.h"
 #include "server/identification/run/identification_runner.h"
 #include "server/model/store/model_store.h"
@@ -41,9 +45,24 @@ struct Daemon::Parts {
         targets(session, scenes, hub, config.guard),
         latch(session, hub),
         identifications(session, scenes, hub, biases, *store),
-        turntable(std::move(table), config.turntable.interlock, session, scenes, hub) {
+        turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
+        policy(config.access),
+        desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))) {
     scenes.know_zero_by([this] { return biases.zero_in_force(); });
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
+  }
+
+  /// What a change of control does to the rest.
+  LeaseDesk::Effects effects() {
+    return {[this](std::uint64_t number) {
+              session.engine().set_lease(number);
+              return session.last_tick();
+            },
+            [this](std::uint64_t number, const hal::Error& why) { identifications.end_under(number, why); },
+            [this](LeaseExpiry action) {
+              if (action == LeaseExpiry::kRampToZero) session.engine().raise(rt::GuardFault::kClientLost);
+              if (action == LeaseExpiry::kStop) latch.stop();
+            }};
   }
 
   std::unique_ptr<InstanceLock> lock;
@@ -56,6 +75,9 @@ struct Daemon::Parts {
   SafetyLatch latch;
   IdentificationRunner identifications;
   TurntableHost turntable;
+  RolePolicy policy;
+  LeaseDesk desk;
+  std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
   std::unique_ptr<GrpcServer> network;
 };
@@ -138,18 +160,25 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     }
     lock = std::move(*acquired);
   }
-  if (const auto error = GrpcServer::check(config.listen)) {
+  if (const auto error = GrpcServer::check(config)) {
     failure = {ExitCode::kCannotListen, *error};
     return nullptr;
   }
   auto parts = prepare<Parts>(config, false, failure);
   if (!parts) return nullptr;
   parts->lock = std::move(lock);
+  auto audit = AuditLog::open(config.access);
+  if (!audit) {
+    failure = {ExitCode::kBadConfiguration, audit.error()};
+    return nullptr;
+  }
+  parts->audit = std::move(*audit);
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                                    parts->biases, parts->identifications, parts->turntable},
-                                   config.listen, config.unix_socket);
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
+       parts->identifications, parts->turntable, parts->policy, parts->desk, *parts->audit},
+      config);
   if (!network) {
     failure = {ExitCode::kCannotListen, network.error()};
     return nullptr;
@@ -163,7 +192,11 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
 
   log_info("hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
            " and listens on " + ListenAddress{config.listen.host, parts->network->port()}.text() +
-           (config.unix_socket.empty() ? std::string() : " and unix:" + config.unix_socket));
+           (config.unix_socket.empty() ? std::string() : " and unix:" + config.unix_socket) +
+           (!config.listen_tls
+                ? std::string()
+                : " and, with certificates, on " +
+                      ListenAddress{config.listen_tls->host, parts->network->tls_port()}.text()));
   if (!parts->store->in_memory()) {
     log_info("models are kept in " + parts->store->path());
   } else if (config.model_store == ":memory:" || !config.model_store) {
@@ -183,6 +216,10 @@ std::uint16_t Daemon::port() const {
   return parts_->network->port();
 }
 
+std::uint16_t Daemon::tls_port() const {
+  return parts_->network->tls_port();
+}
+
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
@@ -192,6 +229,7 @@ void Daemon::shutdown() {
   parts_->session.stop();
   write_zero_in_crash_of(nullptr);
   parts_->turntable.shutdown();
+  parts_->desk.shutdown();
   parts_->network->set_serving(false);
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);

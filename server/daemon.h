@@ -36,6 +36,8 @@ class Daemon {
   static std::unique_ptr<StartFailure> check(const DaemonConfig& config);
 
   std::uint16_t port() const;
+  /// That of connections with certificates; 0 where there are none.
+  std::uint16_t tls_port() const;
   /// Zero force first; then streams end, waiting calls are ended, and the sockets close.
   void shutdown();
 

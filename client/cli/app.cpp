@@ -35,12 +35,17 @@ void build_app(CLI::App& app, Session& session) {
   app.set_version_flag("--version", "hapticctl " HAPTICD_VERSION, "Print the version and exit");
   // Global options may follow the command as well.
   app.fallthrough();
-  app.add_option("-s,--server", session.server, "Where hapticd listens: host:port or unix:/path")
+  app.add_option("-s,--server", session.server,
+                 "Where hapticd listens: host:port or unix:/path; beyond this machine with certificates")
       ->envname("HAPTICD_SERVER")
       ->capture_default_str();
   app.add_option("--timeout", session.timeout_s, "Seconds to wait for an answer")
       ->check(CLI::Range(0.01, 3600.0))
       ->capture_default_str();
+  app.add_option("--certificates", session.certificates,
+                 "Folder of client.crt, client.key and authority.crt, for daemons of other machines [see "
+                 "docs/access.md]")
+      ->envname("HAPTICD_CERTIFICATES");
   app.add_flag("--json", session.json, "JSON for programs instead of text for people");
 
   add_status_command(app, session);
@@ -57,6 +62,8 @@ void build_app(CLI::App& app, Session& session) {
   add_turntable_command(app, session);
   add_safety_commands(app, session);
   add_rig_commands(app, session);
+  add_access_command(app, session);
+  add_lease_commands(app, session);
   add_plot_command(app, session);
   add_demo_command(app, session);
   add_completion_command(app);

@@ -10,6 +10,9 @@ int main(int argc, char** argv) {
 
   Session session;
   session.server = hapticd::client::kDefaultAddress;
+  // Set by hapticctl lease hold; not an option, for others could read it in the list of processes.
+  if (const char* token = std::getenv("HAPTICD_LEASE")) session.lease_token = token;
+  for (int i = 0; i < argc; ++i) session.command_line += (i == 0 ? "hapticctl" : std::string(" ") + argv[i]);
   CLI::App app;
   app.name("hapticctl");
   build_app(app, session);

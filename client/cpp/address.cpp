@@ -13,7 +13,7 @@ namespace {
   detail.set_what(what);
   detail.set_where("server address");
   detail.set_value("'" + address + "'");
-  detail.set_limit("host:port (port 1 … 65535), [v6]:port or unix:/path");
+  detail.set_limit("host:port (port 1 … 65535), [v6]:port or unix:/path; tls: before a host of this machine");
   throw Error(ErrorKind::kBadAddress, "", detail);
 }
 
@@ -31,15 +31,17 @@ std::string channel_target(const std::string& address) {
     if (address.size() == kUnix.size()) refuse(address, "the path of the unix socket is missing");
     return address;
   }
-  const auto colon = address.rfind(':');
+  constexpr std::string_view kTls = "tls:";
+  const std::string plain = address.starts_with(kTls) ? address.substr(kTls.size()) : address;
+  const auto colon = plain.rfind(':');
   if (colon == std::string::npos) refuse(address, "the port is missing");
-  const std::string host = address.substr(0, colon);
-  if (!is_port(std::string_view(address).substr(colon + 1))) refuse(address, "the port is not a port number");
+  const std::string host = plain.substr(0, colon);
+  if (!is_port(std::string_view(plain).substr(colon + 1))) refuse(address, "the port is not a port number");
   const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
   if (host.empty()) refuse(address, "the host is missing");
   if (!bracketed && host.find_first_of(":/ ") != std::string::npos)
     refuse(address, "the host is not a host name");
-  return "dns:///" + address;
+  return "dns:///" + plain;
 }
 
 }  // namespace hapticd::client

@@ -1,35 +1,13 @@
 #include "client/cpp/client.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <algorithm>
 #include <utility>
 
+#include "client/cpp/client_state.h"
 #include "client/cpp/recording_upload_state.h"
-#include "client/cpp/server_stream.h"
-#include "hapticd/v1/identification.grpc.pb.h"
-#include "hapticd/v1/model.grpc.pb.h"
-#include "hapticd/v1/rendering.grpc.pb.h"
-#include "hapticd/v1/rig.grpc.pb.h"
-#include "hapticd/v1/safety.grpc.pb.h"
-#include "hapticd/v1/scene.grpc.pb.h"
-#include "hapticd/v1/simulation.grpc.pb.h"
-#include "hapticd/v1/telemetry.grpc.pb.h"
-#include "hapticd/v1/turntable.grpc.pb.h"
 
 namespace hapticd::client {
 namespace {
-
-/// A call that is answered with a stream of messages; `method` is the stub's Async… of it.
-template <class Message, class Stub, class Request, class Method>
-std::unique_ptr<ServerStream<Message>> streaming(const std::shared_ptr<Stub>& stub,
-                                                 const std::string& address, const Request& request,
-                                                 Method method) {
-  return std::make_unique<ServerStream<Message>>(
-      stub, address, [&](Stub& on, grpc::ClientContext* context, grpc::CompletionQueue* queue) {
-        return (on.*method)(context, request, queue, nullptr);
-      });
-}
 
 constexpr std::chrono::seconds kLastFit{30};
 /// What the daemon keeps of a reason. Nothing longer is sent: a request may be too large to arrive.
@@ -37,32 +15,6 @@ constexpr std::size_t kMaxStopReason = 256;
 /// What hardware may take to answer, beyond the timeout.
 constexpr std::chrono::seconds kHardwareAnswers{10};
 constexpr std::chrono::seconds kSlowDrive{30};
-
-std::shared_ptr<grpc::Channel> connect(const ClientOptions& options) {
-  grpc::ChannelArguments arguments;
-  // A proxy for web traffic must not be used between a client and a device.
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // A client that connects again after a loss must not wait out the pauses between the attempts of another
-  // connection.
-  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  auto channel = grpc::CreateCustomChannel(channel_target(options.address),
-                                           grpc::InsecureChannelCredentials(), arguments);
-
-  // Waits until connected, but not for a second attempt once the first was refused.
-  const auto deadline = std::chrono::system_clock::now() + options.timeout;
-  auto state = channel->GetState(true);
-  while (state != GRPC_CHANNEL_READY) {
-    if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || !channel->WaitForStateChange(state, deadline)) {
-      v1::ErrorDetail detail;
-      detail.set_what("no daemon answers");
-      detail.set_where(options.address);
-      detail.set_remedy("start hapticd, or name its address with --server or HAPTICD_SERVER");
-      throw Error(ErrorKind::kUnreachable, "UNAVAILABLE", detail);
-    }
-    state = channel->GetState(true);
-  }
-  return channel;
-}
 
 template <class Request>
 void set_source(Request& request, const SceneSource& source) {
@@ -75,47 +27,6 @@ void set_source(Request& request, const SceneSource& source) {
 }
 
 }  // namespace
-
-struct Client::State {
-  explicit State(ClientOptions given)
-      : options(std::move(given)),
-        channel(connect(options)),
-        rig(v1::RigService::NewStub(channel)),
-        scene(v1::SceneService::NewStub(channel)),
-        model(v1::ModelService::NewStub(channel)),
-        rendering(v1::RenderingService::NewStub(channel)),
-        safety(v1::SafetyService::NewStub(channel)),
-        simulation(v1::SimulationService::NewStub(channel)),
-        identification(v1::IdentificationService::NewStub(channel)),
-        turntable(v1::TurntableService::NewStub(channel)) {}
-
-  /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
-  template <class Stub, class Request, class Response>
-  Response call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-                const Request& request, std::chrono::nanoseconds extra_time = {}) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + options.timeout +
-                         std::chrono::duration_cast<std::chrono::milliseconds>(extra_time));
-    Response response;
-    const grpc::Status status = (stub.*method)(&context, request, &response);
-    if (!status.ok()) {
-      throw error_from_status(static_cast<int>(status.error_code()), status.error_message(),
-                              status.error_details(), options.address);
-    }
-    return response;
-  }
-
-  ClientOptions options;
-  std::shared_ptr<grpc::Channel> channel;
-  std::unique_ptr<v1::RigService::Stub> rig;
-  std::unique_ptr<v1::SceneService::Stub> scene;
-  std::unique_ptr<v1::ModelService::Stub> model;
-  std::unique_ptr<v1::RenderingService::Stub> rendering;
-  std::unique_ptr<v1::SafetyService::Stub> safety;
-  std::unique_ptr<v1::SimulationService::Stub> simulation;
-  std::unique_ptr<v1::IdentificationService::Stub> identification;
-  std::unique_ptr<v1::TurntableService::Stub> turntable;
-};
 
 Client::Client(ClientOptions options) : state_(std::make_unique<State>(std::move(options))) {}
 Client::Client(Client&&) noexcept = default;
@@ -142,11 +53,10 @@ v1::Diagnosis Client::diagnose(bool probe) {
   return state_->call(*state_->rig, &v1::RigService::Stub::Diagnose, request, kHardwareAnswers);
 }
 
-v1::SensorBias Client::bias_force_sensor() {
-  return state_
-      ->call(*state_->rig, &v1::RigService::Stub::BiasForceSensor, v1::BiasForceSensorRequest(),
-             kHardwareAnswers)
-      .bias();
+v1::SensorBias Client::bias_force_sensor(bool tool_is_free) {
+  v1::BiasForceSensorRequest request;
+  request.set_tool_is_free(tool_is_free);
+  return state_->call(*state_->rig, &v1::RigService::Stub::BiasForceSensor, request, kHardwareAnswers).bias();
 }
 
 void Client::home_device() {
@@ -300,8 +210,8 @@ IdentificationStream Client::watch_identification(const std::string& identificat
   v1::WatchIdentificationRequest request;
   request.set_identification(identification);
   return IdentificationStream(streaming<v1::IdentificationProgress>(
-      std::shared_ptr(v1::IdentificationService::NewStub(state_->channel)), state_->options.address, request,
-      &v1::IdentificationService::Stub::AsyncWatchIdentification));
+      std::shared_ptr(v1::IdentificationService::NewStub(state_->channel)), state_->options.address,
+      *state_->keeper, request, &v1::IdentificationService::Stub::AsyncWatchIdentification));
 }
 
 RecordingUpload Client::upload_recording(const v1::RecordingDescription& description) {
@@ -315,15 +225,17 @@ v1::Turntable Client::turntable() {
 }
 
 TurntableStream Client::home_turntable() {
+  state_->prepare_command();
   return TurntableStream(streaming<v1::TurntableStatus>(
       std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address,
-      v1::HomeRequest(), &v1::TurntableService::Stub::AsyncHome));
+      *state_->keeper, v1::HomeRequest(), &v1::TurntableService::Stub::AsyncHome));
 }
 
 TurntableStream Client::move_turntable(const v1::MoveToRequest& request) {
+  state_->prepare_command();
   return TurntableStream(streaming<v1::TurntableStatus>(
-      std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address, request,
-      &v1::TurntableService::Stub::AsyncMoveTo));
+      std::shared_ptr(v1::TurntableService::NewStub(state_->channel)), state_->options.address,
+      *state_->keeper, request, &v1::TurntableService::Stub::AsyncMoveTo));
 }
 
 v1::TurntableStatus Client::stop_turntable() {
@@ -349,7 +261,7 @@ v1::TurntableStatus Client::disengage_turntable() {
 TelemetryStream Client::subscribe(const v1::SubscribeRequest& request) {
   return {MessageStream<v1::TelemetryBatch>(streaming<v1::TelemetryBatch>(
               std::shared_ptr(v1::TelemetryService::NewStub(state_->channel)), state_->options.address,
-              request, &v1::TelemetryService::Stub::AsyncSubscribe)),
+              *state_->keeper, request, &v1::TelemetryService::Stub::AsyncSubscribe)),
           request.decimation()};
 }
 

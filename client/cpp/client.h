@@ -8,6 +8,7 @@
 #include "client/cpp/error.h"
 #include "client/cpp/message_stream.h"
 #include "client/cpp/recording_upload.h"
+#include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
 #include "hapticd/v1/rendering.pb.h"
@@ -22,10 +23,19 @@ namespace hapticd::client {
 
 /// Where the daemon is, and how long to wait for it.
 struct ClientOptions {
-  /// "host:port", "[v6]:port" or "unix:/path".
+  /// "host:port", "[v6]:port" or "unix:/path". Beyond this machine the connection carries certificates;
+  /// "tls:host:port" has it carry them within this machine too.
   std::string address = kDefaultAddress;
   /// For connecting, and for each call. Calls that may take longer say by how much.
   std::chrono::milliseconds timeout{5000};
+  /// Folder of client.crt, client.key and authority.crt; empty: see find_certificates().
+  std::string certificates = {};
+  /// Of a lease that another program keeps: every call goes under it.
+  std::string lease_token = {};
+  /// Where a command needs a lease, and no client holds one: acquires it, and gives it back at the end.
+  bool acquires_lease = false;
+  /// Of a lease that is acquired so; shown to others.
+  std::string lease_purpose = {};
 };
 
 /// Whether rig_state() comes with the loop's histograms. They are 25 kB; leave them out where you ask often.
@@ -68,6 +78,24 @@ class Client {
   /// As given in the options.
   const std::string& address() const noexcept;
 
+  // Access. A call that needs another role is refused with NOT_PERMITTED. Every command, in what follows, can
+  // be refused with LEASE_HELD (another client controls the rig), LEASE_REQUIRED, or LEASE_LOST (it was
+  // taken, or expired, before the command took effect).
+
+  /// Who the daemon takes this client for, its role, and what every call needs.
+  v1::Access access();
+  /// Who controls the rig.
+  v1::LeaseState lease();
+  /// Exclusive control: all calls from now on go under it, and it is renewed in the background until
+  /// return_lease() or the end of this object. Time to live 1 … 60 s. Refused: LEASE_HELD, OUT_OF_RANGE.
+  v1::LeaseGrant acquire_lease(const v1::AcquireLeaseRequest& request);
+  /// The same from a client that holds it. It is informed first: waits up to 10 s beyond the timeout.
+  v1::LeaseGrant take_lease(const v1::TakeLeaseRequest& request);
+  /// No effect where this client keeps none.
+  void return_lease();
+  /// The state of the lease now, then each change.
+  LeaseStream watch_lease();
+
   // The rig.
 
   /// Device, sensor, loop rate (Hz) and limits; the same from the daemon's start to its end.
@@ -79,9 +107,11 @@ class Client {
   /// timeout.
   v1::Diagnosis diagnose(bool probe);
   /// Takes the sensor's present load as zero: tool free, upright and at rest. Takes 0.25 s, waits up to 10 s
-  /// beyond the timeout. Refused: IN_CONTACT, BUSY (an identification or a motion of the table), WRONG_STATE
-  /// (no sensor that needs it, or nothing comes from it), TIMED_OUT (biased, but no sample since).
-  v1::SensorBias bias_force_sensor();
+  /// beyond the timeout. `tool_is_free`: someone has looked, although the sensor reads more than 0.4 N under
+  /// its last bias. Refused: IN_CONTACT, BUSY (an identification or a motion of the table), WRONG_STATE (the
+  /// sensor reads more than that, no sensor that needs it, or nothing comes from it), TIMED_OUT (biased, but
+  /// no sample since).
+  v1::SensorBias bias_force_sensor(bool tool_is_free = false);
   /// Takes the pose in which the device rests as its reset pose. Returns at once; done when the part's state
   /// in rig_state() is READY. Refused: IN_CONTACT, WRONG_STATE (nothing to home).
   void home_device();

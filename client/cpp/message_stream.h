@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/cpp/stream_account.h"
+#include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
 #include "hapticd/v1/turntable.pb.h"
@@ -44,6 +45,9 @@ class MessageStream {
 /// Watches one identification, with ten messages a second. Destroying it ends the watching and nothing else:
 /// the identification belongs to the daemon. kEnded: it is over, as the last message reported.
 using IdentificationStream = MessageStream<v1::IdentificationProgress>;
+
+/// Watches who controls the rig. Destroying it ends the watching.
+using LeaseStream = MessageStream<v1::LeaseState>;
 
 /// A motion of the turntable from its order to its end, with ten messages a second. cancel(), or destroying
 /// it before the end, has the daemon stop the table. kEnded: the table has arrived, or cancel() was called.

@@ -36,10 +36,6 @@ Quaternion from_axes(const Vector3& x, const Vector3& y, const Vector3& z) noexc
 
 }  // namespace
 
-bool finite(const Vector3& v) noexcept {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 std::optional<Quaternion> orientation_in_rig(const Transform& t) noexcept {
   Vector3 axes[3] = {{t[0], t[1], t[2]}, {t[4], t[5], t[6]}, {t[8], t[9], t[10]}};
   for (Vector3& axis : axes) {

@@ -30,6 +30,4 @@ std::optional<hal::Quaternion> orientation_in_rig(const Transform& transform) no
 hal::Quaternion product(const hal::Quaternion& a, const hal::Quaternion& b) noexcept;
 hal::Vector3 rotated(const hal::Quaternion& q, const hal::Vector3& v) noexcept;
 
-bool finite(const hal::Vector3& v) noexcept;
-
 }  // namespace hapticd::openhaptics

@@ -50,6 +50,8 @@ class ContactEvidence {
   /// `threshold_n`: ε_f; `tool_mass_g`: m, beyond the sensor.
   ContactEvidence(const EvidenceParameters& parameters, double threshold_n, double tool_mass_g) noexcept;
 
+  static constexpr double kDeflectionError = 0.25;  // of it: the motors bend the structure later than asked
+
   /// What one tick of contact measured.
   struct Observation {
     double reaction_n = 0.0;       ///< f
@@ -87,10 +89,9 @@ class ContactEvidence {
   static constexpr double kLostShare = 0.15;
   static constexpr double kFullShare = 0.35;
   static constexpr double kLostS = 0.005;
-  static constexpr double kFreePathMm = 0.5;        // what a slanted or rounded onset may hide
-  static constexpr double kMinDepthMm = 0.1;        // encoder steps below it make no secant
-  static constexpr double kDeflectionError = 0.25;  // of it: the motors bend the structure later than asked
-  static constexpr std::size_t kSlots = 10;         // of a millisecond each, together kSustainedS
+  static constexpr double kFreePathMm = 0.5;  // what a slanted or rounded onset may hide
+  static constexpr double kMinDepthMm = 0.1;  // encoder steps below it make no secant
+  static constexpr std::size_t kSlots = 10;   // of a millisecond each, together kSustainedS
 
   void follow_acceleration(double acceleration_mm_per_s2, double s) noexcept;
   /// Least of `evidence_n` over kSustainedS; negative until it has lasted so long.

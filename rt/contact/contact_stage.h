@@ -39,6 +39,11 @@ class BasicContactStage {
   void judge(const ContactEvidence::Observation& now, const TickInterval& interval) noexcept;
   /// A contact law knows of an onset that was missed.
   void declare() noexcept { detector_.declare(); }
+  /// What is felt is no object.
+  void withdraw() noexcept {
+    detector_.withdraw();
+    residual_.assume_free();
+  }
   /// Whether something is touched is not known.
   void await_free() noexcept { detector_.await_free(); }
   void reset() noexcept;
@@ -47,6 +52,8 @@ class BasicContactStage {
   bool in_contact() const noexcept { return detector_.in_contact(); }
   /// Share of the desired force that may be rendered, 0 … 1; 0 out of contact.
   double authority() const noexcept { return in_contact() ? evidence_.authority() : 0.0; }
+  /// What a sensor may read in free air at most, whatever the hand does.
+  double max_free_force_n() const noexcept { return evidence_.max_free_force_n(); }
   /// Where a contact that has just been declared began.
   Value onset_mm() const noexcept;
   /// What the threshold is compared with.

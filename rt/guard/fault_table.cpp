@@ -19,7 +19,7 @@ std::string_view to_text(FaultClearing clearing) noexcept {
     case FaultClearing::kItself:
       return "itself, with its cause";
     case FaultClearing::kAnyClient:
-      return "any client";
+      return "an operator";
   }
   return "";
 }

@@ -100,6 +100,8 @@ inline constexpr auto kFaultTable = [] {
               "bias the sensor when the tool is free and at rest (hapticctl sensor bias)"},
     FaultRule{kSensorZeroLost, "sensor_zero_lost", "the sensor's zero has drifted by contact.zero_bound_n since its bias", kCut, kAnyClient, false, true, true, 0,
               "bias the sensor with the tool free and at rest (hapticctl sensor bias), then clear"},
+    FaultRule{kClientLost, "client_lost", "the holder of the lease was not heard of for its time to live", kRamp, kAnyClient, false, false, false, 0,
+              "see to the client and its connection, then clear"},
   };
 }();
 // clang-format on
@@ -125,7 +127,7 @@ static_assert(
       for (std::size_t i = 0; i < kFaultTable.size(); ++i) {
         if (static_cast<std::size_t>(kFaultTable[i].fault) != i + 1) return false;
       }
-      return kFaultTable.back().fault == GuardFault::kSensorZeroLost;
+      return kFaultTable.back().fault == GuardFault::kClientLost;
     }(),
     "one line a fault, in the order of GuardFault");
 static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.action == FaultAction::kCut); }) ==

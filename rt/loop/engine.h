@@ -28,6 +28,8 @@ struct EngineCommand {
   Pipeline* pipeline = nullptr;    ///< kExchangeScene: the new one, or null to unload
   GuardLimits guard;               ///< kExchangeScene
   bool when_exchangeable = false;  ///< nor before Renderer::free(): out of contact
+  /// The state of control it was admitted under, see Engine::set_lease(); 0 = the daemon's own command.
+  std::uint64_t lease = 0;
 };
 
 /// What became of it.
@@ -38,6 +40,7 @@ struct EngineOutcome {
     kFaultPersists,  ///< the guard stays latched: the last sample was unfit
     kTimedOut,       ///< the loop did not answer in time; the command is withdrawn and will not take effect
     kQueueFull,      ///< too many commands under way
+    kLeaseLost,      ///< control changed hands since it was admitted; it took no effect
   };
   Status status = Status::kTimedOut;
   std::uint64_t tick = 0;       ///< at which it took effect
@@ -89,6 +92,10 @@ class Engine final : public hal::TickHandler {
             : standing_.fetch_and(~set_of(fault), std::memory_order_acq_rel);
   }
 
+  /// Control changes hands: commands that were admitted under another number take no effect any more, from
+  /// the tick after the present one on, however long they have been waiting. Never blocks.
+  void set_lease(std::uint64_t number) noexcept { lease_.store(number, std::memory_order_seq_cst); }
+
   /// The last tick that was completed and the rig's time of it; how a caller turns a time into a tick.
   std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
   std::int64_t last_time_ns() const noexcept { return last_time_ns_.load(std::memory_order_acquire); }
@@ -118,6 +125,8 @@ class Engine final : public hal::TickHandler {
     std::atomic<std::uint32_t> state{kFree};
   };
 
+  /// Control changed hands since the command was admitted.
+  bool is_stale(const EngineCommand& command) const noexcept;
   void perform(Slot& slot, const hal::RigSample& sample) noexcept;
   Slot* acquire_slot();
   void hand_on(const hal::RigSample& sample, const hal::DeviceCommand& command) noexcept;
@@ -132,6 +141,7 @@ class Engine final : public hal::TickHandler {
   std::array<std::uint32_t, kCommandSlots> pending_{};  ///< the loop's own: taken, but not due yet
   std::size_t pending_count_ = 0;
 
+  std::atomic<std::uint64_t> lease_{0};
   std::atomic<FaultSet> raised_{0};
   std::atomic<FaultSet> standing_{0};
   SpscRing<TickRecord> records_;

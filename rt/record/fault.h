@@ -29,6 +29,7 @@ enum class GuardFault : std::uint8_t {
   kOscillation,        ///< the command goes back and forth faster than a hand can and gives energy
   kSensorZeroFar,      ///< the sensor's zero has drifted half as far from its bias as it is followed
   kSensorZeroLost,     ///< it has drifted as far as it is followed
+  kClientLost,         ///< the client that controls the rig was not heard of for too long
 };
 
 }  // namespace hapticd::rt

@@ -82,6 +82,7 @@ struct TickRecord {
   hal::Vector3 tip_position_mm;
   hal::Quaternion tip_orientation;
   hal::Vector3 sensor_force_n;
+  hal::Vector3 sensor_torque_n_mm;  ///< tool frame, about the sensor's origin
   std::uint32_t sample_status = 0;
   std::uint32_t force_count = 0;
   std::int64_t force_age_ns = 0;  ///< of the newest sensor sample

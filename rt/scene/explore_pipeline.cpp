@@ -5,6 +5,7 @@
 
 #include "rt/control/compensation_fade.h"
 #include "rt/control/loop_delay.h"
+#include "rt/scene/explore_parts.h"
 #include "rt/scene/fill_contact.h"
 #include "rt/scene/fill_modulation.h"
 #include "rt/signal/ticks.h"
@@ -14,41 +15,8 @@ namespace hapticd::rt {
 
 namespace {
 
-constexpr double kRegainS = 0.1;  // ringing after a bounce is over by then
-
-Direction direction_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz) {
-  const bool bearing = spec.tip == Tip::kBallBearing;
-  const FrictionParameters friction = bearing ? model.bearing_friction.value_or(kBallBearingFriction)
-                                              : model.rod_friction.value_or(FrictionParameters{});
-  if (spec.explore.direction == DirectionMethod::kTracked) {
-    return Direction(TrackedDirection(friction, spec.explore.force_noise_n, rate_hz));
-  }
-  return Direction(
-      PublishedDirection(bearing ? FrictionLaw::kCoulombViscous : FrictionLaw::kDahl, friction, rate_hz));
-}
-
-Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, double rate_hz) {
-  const ExploreParameters& e = spec.explore;
-  if (e.displacement == DisplacementEstimator::kRecursive) {
-    return Displacement(RecursiveDisplacement{}, std::monostate{});
-  }
-  const bool creeps = e.law == ContactLawKind::kCreep;
-  const ContactLaw law = creeps ? ContactLaw(CreepLaw(model.creep->parameters, rate_hz))
-                                : ContactLaw(model.hunt_crossley->parameters);
-  if (e.displacement == DisplacementEstimator::kInverse) {
-    return Displacement(InverseDisplacement{ButterworthLowPass(InverseDisplacement::kCutoffHz, rate_hz)},
-                        law);
-  }
-  const double error = creeps ? model.creep->relative_error : model.hunt_crossley->relative_error;
-  return Displacement(FusedDisplacement(error, e.force_noise_n, rate_hz), law);
-}
-
-/// The tip touches what is rendered: a linear target's stiffness, else nothing is known of it.
-GripPlant grip_plant_of(const SceneSpec& spec, const hal::RigInfo& rig) {
-  const bool is_linear = spec.explore.modulated && spec.target.kind == TargetLaw::Kind::kLinear;
-  return grip_plant(spec.transient->grip, rig.device.apparent_mass_g, spec.structural_stiffness_n_per_mm,
-                    spec.tool_mass_g, is_linear ? spec.target.stiffness_n_per_mm : 0.0);
-}
+constexpr double kRegainS = 0.1;        // ringing after a bounce is over by then
+constexpr double kSensorLateS = 0.005;  // at most, behind the encoders
 
 }  // namespace
 
@@ -107,6 +75,7 @@ void ExplorePipeline::reset() noexcept {
   motion_.reset();
   if (mass_motion_) mass_motion_->reset();
   contact_.reset();
+  pull_.reset();
   deflection_.reset();
   displacement_.reset();
   if (inclusions_) inclusions_->reset();
@@ -185,8 +154,21 @@ void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) 
   input.acceleration_mm_per_s2 = norm(now.mass_acceleration_mm_per_s2);
   contact_.detect(input);
   // After a bounce the tool may rest on the object without the detector knowing how deep. A law does.
-  regained_ = displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;
+  const bool pulls = is_pulled(now, input.reaction_n);
+  if (pulls && contact_.in_contact()) contact_.withdraw();
+  regained_ = !pulls && displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;
   if (regained_) contact_.declare();
+}
+
+bool ExplorePipeline::is_pulled(const Measured& now, double reaction_n) noexcept {
+  if (!contact_parameters_.evidence.required) return false;
+  if (contact_.detector().is_free()) pull_.release();
+  if (reaction_n < contact_parameters_.threshold_n) return false;  // its direction is noise
+  if (pull_.is_pull(now.reaction_n, now.tip_mm)) return true;
+  const bool felt = contact_.authority() > 0.0 && reaction_n > 2.0 * contact_parameters_.threshold_n;
+  const bool felt_unseen = contact_.detector().is_waiting() && reaction_n > contact_.max_free_force_n();
+  if (felt || felt_unseen) pull_.remember(now.reaction_n, now.tip_mm);
+  return false;
 }
 
 void ExplorePipeline::follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept {
@@ -200,6 +182,7 @@ void ExplorePipeline::begin_contact(const Measured& now) noexcept {
   direction_.begin(now.reaction_n);
   passivity_.begin();
   path_mm_ = 0.0;
+  path_check_.begin();
   if (regained_) return displacement_.begin_unseen(now.tip_mm, norm(now.reaction_n));
   const double below_threshold_n = contact_parameters_.release_ratio * contact_parameters_.threshold_n;
   const bool looks_back = contact_parameters_.method == ContactMethod::kMatchedInertia;
@@ -225,10 +208,25 @@ double ExplorePipeline::estimate(const Measured& now) noexcept {
   direction_.update(now.reaction_n, now.step_mm, now.velocity_mm_per_s, now.interval.periods);
   const hal::Vector3& normal = direction_.normal();
   const double normal_n = dot(now.reaction_n, normal);
+  const double by_law_mm = displacement_.by_law().displacement_mm;
   displacement_.update(now.tip_mm, now.step_mm, normal_before, normal, normal_n, rate_mm_per_s(now),
                        now.interval);
-  path_mm_ -= dot(now.step_mm, normal_before);
+  const double inward_mm = -dot(now.step_mm, normal_before);
+  path_mm_ = std::max(0.0, path_mm_ + inward_mm);
+  path_check_.update(inward_mm, norm(across(now.step_mm, normal_before)),
+                     displacement_.by_law().displacement_mm - by_law_mm);
   return normal_n;
+}
+
+void ExplorePipeline::judge_contact(const Measured& now, double normal_n) noexcept {
+  const double deflection_mm = norm(now.encoder_mm - now.tip_mm);
+  contact_.judge(
+      {normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2), deflection_mm},
+      now.interval);
+  if (!contact_parameters_.evidence.required || !displacement_.has_law()) return;
+  const double uncertain_mm =
+      ContactEvidence::kDeflectionError * deflection_mm + kSensorLateS * norm(now.velocity_mm_per_s);
+  if (path_check_.is_contradicted(uncertain_mm)) contact_.await_free();
 }
 
 double ExplorePipeline::authority() const noexcept {
@@ -312,11 +310,7 @@ PipelineOutput ExplorePipeline::evaluate(const hal::RigSample& sample, TickRecor
   const Measured now = measure(sample);
   detect(sample, now);
   const double normal_n = estimate(now);
-  if (contact_.in_contact()) {
-    contact_.judge({normal_n, displacement_.displacement_mm(), path_mm_, norm(now.acceleration_mm_per_s2),
-                    norm(now.encoder_mm - now.tip_mm)},
-                   now.interval);
-  }
+  if (contact_.in_contact()) judge_contact(now, normal_n);
   follow_zero(sample, now.interval);
   const bool in_contact = contact_.in_contact();
   // Followed also before there is any authority, so that the slope is known once there is.

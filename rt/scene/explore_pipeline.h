@@ -5,6 +5,8 @@
 
 #include "hal/rig.h"
 #include "rt/contact/contact_stage.h"
+#include "rt/contact/path_check.h"
+#include "rt/contact/pull_watch.h"
 #include "rt/contact/zero_tracker.h"
 #include "rt/control/back_drive_compensation.h"
 #include "rt/control/hand_port_passivity.h"
@@ -61,9 +63,13 @@ class ExplorePipeline final : public Pipeline {
 
   Measured measure(const hal::RigSample& sample) noexcept;
   void detect(const hal::RigSample& sample, const Measured& now) noexcept;
+  /// Whether the force reverses where the object was felt.
+  bool is_pulled(const Measured& now, double reaction_n) noexcept;
   void begin_contact(const Measured& now) noexcept;
   /// Direction and displacement of this tick; returns the normal force.
   double estimate(const Measured& now) noexcept;
+  /// Ends a contact that nothing speaks for.
+  void judge_contact(const Measured& now, double normal_n) noexcept;
   void follow_zero(const hal::RigSample& sample, const TickInterval& interval) noexcept;
   /// Speed into the object.
   double rate_mm_per_s(const Measured& now) const noexcept;
@@ -102,7 +108,9 @@ class ExplorePipeline final : public Pipeline {
 
   ContactParameters contact_parameters_;
   ContactStage3 contact_;
-  double path_mm_ = 0.0;  ///< into the object since the onset, along the normals there were
+  PullWatch pull_;
+  PathCheck path_check_;
+  double path_mm_ = 0.0;  ///< into the object since the onset or the farthest retreat, along the normals
   std::uint32_t regain_ticks_;
   bool regained_ = false;  ///< the present contact was not seen to begin
 

@@ -52,6 +52,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.tip_position_mm = sample.tip_position_mm;
   record.tip_orientation = sample.tip_orientation;
   record.sensor_force_n = sample.sensor_force_n;
+  record.sensor_torque_n_mm = sample.sensor_torque_n_mm;
   record.sample_status = sample.status;
   record.force_count = sample.force_count;
   record.force_age_ns = sample.force_age_ns;

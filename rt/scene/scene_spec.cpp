@@ -146,7 +146,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   if (!explores && spec.target.kind != TargetLaw::Kind::kLinear) {
     check.fail("target.law", 0.0, "\"linear\"", "one-dimensional scenes render linear targets only");
   }
-  check.range("target's stiffness", greatest_stiffness_n_per_mm(spec.target, kDeepestTargetMm), 0.0,
+  check.range("target's stiffness", greatest_stiffness_n_per_mm(spec.target, kMaxTargetDepthMm), 0.0,
               spec.max_target_stiffness_n_per_mm, "N/mm (target.max_stiffness_n_per_mm)");
   check.range("target.ramp_s", spec.target_ramp_s, 0.0, 60.0, "s");
   check.range("target.max_change_n_per_s", spec.max_target_change_n_per_s, 1e-6, 1e6, "N/s");

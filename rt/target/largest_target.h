@@ -5,7 +5,7 @@
 namespace hapticd::rt {
 
 /// Down to which displacement the greatest stiffness of a law that is not linear is looked for.
-inline constexpr double kDeepestTargetMm = 20.0;
+inline constexpr double kMaxTargetDepthMm = 20.0;
 
 /// A firm press of the hand, at which an object's stiffness and what is feasible on it are judged.
 inline constexpr double kFirmPressN = 4.0;

@@ -29,7 +29,7 @@ class TargetBlend {
     before_ = law_;
     law_ = law;
     weight_ = 0.0;
-    step_ = 1.0 / std::max(kShortestRampPeriods, ramp_s * rate_hz_);
+    step_ = 1.0 / std::max(kMinRampPeriods, ramp_s * rate_hz_);
     offset_due_ = true;
   }
   /// One tick, `periods` of the loop after the last: the force at the hand.

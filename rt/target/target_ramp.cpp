@@ -7,7 +7,7 @@ namespace hapticd::rt {
 
 void TargetRamp::set(double goal, double ramp_s) noexcept {
   goal_ = goal;
-  step_ = std::abs(goal - value_) / std::max(kShortestRampPeriods, ramp_s * rate_hz_);
+  step_ = std::abs(goal - value_) / std::max(kMinRampPeriods, ramp_s * rate_hz_);
 }
 
 double TargetRamp::update(double periods, double displacement_mm) noexcept {

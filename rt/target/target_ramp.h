@@ -5,10 +5,10 @@
 namespace hapticd::rt {
 
 /// A ramp of zero seconds ends at the next tick, also where that one follows in less than a whole period.
-inline constexpr double kShortestRampPeriods = 1e-3;
+inline constexpr double kMinRampPeriods = 1e-3;
 
-/// A target that moves linearly to each new value, by the measured time. Where an object is pressed it moves no
-/// faster than the force may change by it.
+/// A target that moves linearly to each new value, by the measured time. Where an object is pressed it moves
+/// no faster than the force may change by it.
 class TargetRamp {
  public:
   /// `max_change_n_per_s`: of target × displacement, by the target's change alone.

@@ -5,6 +5,7 @@
 
 #include <charconv>
 
+#include "server/config/access_section.h"
 #include "server/config/config_words.h"
 #include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
@@ -151,6 +152,26 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
                     hal::Mistake::kUnknownKey};
 }
 
+std::optional<hal::Error> check_network(const DaemonConfig& config) {
+  if (!config.listen_tls) return std::nullopt;
+  const ListenAddress& tls = *config.listen_tls;
+  if (config.certificates.empty()) {
+    return hal::Error{"refusing to listen beyond this machine without certificates",
+                      "[network] certificates",
+                      "",
+                      "a folder with server.crt, server.key and authority.crt",
+                      "make them with deploy/make_certificates.sh, then --certificates DIR",
+                      hal::Mistake::kMissingKey};
+  }
+  const bool anywhere = tls.host == "0.0.0.0" || tls.host == "::" || tls.host == config.listen.host;
+  if (anywhere && tls.port == config.listen.port && tls.port != 0) {
+    return hal::Error{"the two addresses to listen on take the same port", "[network] listen_tls", tls.text(),
+                      "another port than " + config.listen.text(),
+                      "choose another port, or one address of this machine, e.g. 192.168.1.20:50051"};
+  }
+  return std::nullopt;
+}
+
 /// Checks of several values together.
 std::optional<hal::Error> check_together(const DaemonConfig& config) {
   if (config.rig == RigChoice::kReplay && config.replay.path.empty()) {
@@ -186,6 +207,7 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
                       "[rig.replay] speed", "fast", "recorded",
                       "hardware keeps real time: set speed = \"recorded\""};
   }
+  if (auto error = check_network(config)) return error;
   if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
     return hal::Error{"the path of the unix socket is too long",
                       "[network] unix_socket",
@@ -219,6 +241,9 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   TomlTable network = root.table("network");
   network.read("listen", listen, 256);
   network.read("unix_socket", config.unix_socket, 4096);
+  std::string listen_tls;
+  network.read("listen_tls", listen_tls, 256);
+  network.read("certificates", config.certificates, 4096);
   TomlTable rig = root.table("rig");
   rig.read("kind", config.rig, kRigWords);
   read_simulation(rig.table("sim"), config.simulation);
@@ -234,6 +259,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   read_instrument(rig.table("board_instrument"), config.board_instrument);
   read_turntable(rig.table("turntable"), config.turntable);
   read_guard(root.table("guard"), config.guard);
+  read_access(root.table("access"), config.access);
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);
@@ -243,12 +269,18 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;
 
-  const std::string where = network.has("listen")
-                                ? fmt::format("{}, line {}", document->source(), network.line_of("listen"))
-                                : document->source();
-  auto address = parse_listen_address(listen, where);
+  const auto where = [&](const char* key) {
+    return network.has(key) ? fmt::format("{}, line {}", document->source(), network.line_of(key))
+                            : document->source();
+  };
+  auto address = parse_listen_address(listen, where("listen"));
   if (!address) return address.error();
   config.listen = *address;
+  if (!listen_tls.empty()) {
+    auto tls = parse_tls_address(listen_tls, where("listen_tls"));
+    if (!tls) return tls.error();
+    config.listen_tls = *tls;
+  }
   return config;
 }
 
@@ -261,6 +293,12 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
     if (!address) return address.error();
     config.listen = *address;
   }
+  if (overrides.listen_tls) {
+    auto address = parse_tls_address(*overrides.listen_tls, "--listen-tls");
+    if (!address) return address.error();
+    config.listen_tls = *address;
+  }
+  if (overrides.certificates) config.certificates = *overrides.certificates;
   if (overrides.unix_socket) config.unix_socket = *overrides.unix_socket;
   if (overrides.scene) config.scene = *overrides.scene;
   if (overrides.scene_folder) config.scene_folder = *overrides.scene_folder;

@@ -15,6 +15,7 @@
 #include "hal/replay/replay_rig.h"
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/periodic_loop.h"
+#include "server/config/access_config.h"
 #include "server/config/guard_ceilings.h"
 #include "server/config/listen_address.h"
 #include "server/process/log_level.h"
@@ -34,6 +35,9 @@ struct DaemonConfig {
 
   ListenAddress listen;     ///< [network] listen
   std::string unix_socket;  ///< [network] unix_socket; empty = none
+  /// [network] listen_tls, for connections with certificates; absent = none.
+  std::optional<ListenAddress> listen_tls;
+  std::string certificates;  ///< [network] certificates: folder of server.crt, server.key, authority.crt
 
   RigChoice rig = RigChoice::kSimulated;                  ///< [rig] kind
   DeviceChoice device = DeviceChoice::kOfKind;            ///< [rig] device
@@ -60,6 +64,8 @@ struct DaemonConfig {
 
   GuardCeilings guard;  ///< [guard]
 
+  AccessConfig access;  ///< [access]
+
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
 
   DaemonConfig() {
@@ -73,6 +79,8 @@ struct ConfigOverrides {
   std::optional<std::string> rig;  ///< sim, sim:PRESET[:lab], replay:PATH[?key=value&…]
   std::optional<std::string> listen;
   std::optional<std::string> unix_socket;
+  std::optional<std::string> listen_tls;
+  std::optional<std::string> certificates;
   std::optional<std::string> scene;
   std::optional<std::string> scene_folder;
   std::optional<std::string> model_folder;

@@ -24,6 +24,13 @@ inline constexpr Word<LogLevel> kLogWords[] = {{"debug", LogLevel::kDebug},
                                                {"warning", LogLevel::kWarning},
                                                {"error", LogLevel::kError},
                                                {"off", LogLevel::kOff}};
+inline constexpr Word<Role> kRoleWords[] = {{"none", Role::kNone},
+                                            {"observer", Role::kObserver},
+                                            {"operator", Role::kOperator},
+                                            {"maintainer", Role::kMaintainer}};
+inline constexpr Word<LeaseRule> kLeaseWords[] = {{"by_connection", LeaseRule::kByConnection},
+                                                  {"when_taken", LeaseRule::kWhenTaken},
+                                                  {"required", LeaseRule::kRequired}};
 inline constexpr Word<bool> kSpeedWords[] = {{"recorded", false}, {"fast", true}};
 
 template <class E, std::size_t N>
@@ -31,14 +38,6 @@ std::vector<std::string> texts(const Word<E> (&words)[N]) {
   std::vector<std::string> list;
   for (const Word<E>& word : words) list.emplace_back(word.text);
   return list;
-}
-
-template <class E, std::size_t N>
-std::string_view text_of(E value, const Word<E> (&words)[N]) {
-  for (const Word<E>& word : words) {
-    if (word.value == value) return word.text;
-  }
-  return words[0].text;
 }
 
 }  // namespace hapticd::server

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "server/config/access_section.h"
 #include "server/config/config_words.h"
 #include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
@@ -43,8 +44,10 @@ std::string write_config(const DaemonConfig& config) {
       "{}\nkeep_cpu_awake = {}\n",
       toml_number(config.loop.rate_hz), config.loop.fifo_priority, config.loop.cpu,
       toml_number(config.loop.wake_early_share), config.loop.lock_memory, config.loop.keep_cpu_awake);
-  text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\n", toml_quoted(config.listen.text()),
-                      toml_quoted(config.unix_socket));
+  text += fmt::format("\n[network]\nlisten = {}\nunix_socket = {}\nlisten_tls = {}\ncertificates = {}\n",
+                      toml_quoted(config.listen.text()), toml_quoted(config.unix_socket),
+                      toml_quoted(config.listen_tls ? config.listen_tls->text() : std::string()),
+                      toml_quoted(config.certificates));
   text += fmt::format("\n[rig]\nkind = {}\ndevice = {}\nsensor = {}\ninstrument = {}\n",
                       toml_quoted(text_of(config.rig, kRigWords)),
                       toml_quoted(text_of(config.device, kDeviceWords)),
@@ -69,6 +72,7 @@ std::string write_config(const DaemonConfig& config) {
                       toml_quoted(config.scene_folder));
   text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),
                       toml_quoted(config.model_store.value_or("")));
+  text += write_access(config.access);
   text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
   return text;
 }

@@ -24,14 +24,7 @@ Host classify(const std::string& host) {
   return Host::kUnknown;
 }
 
-}  // namespace
-
-std::string ListenAddress::text() const {
-  const std::string port_text = std::to_string(port);
-  return host.find(':') == std::string::npos ? host + ":" + port_text : "[" + host + "]:" + port_text;
-}
-
-hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::string_view where) {
+hal::Result<ListenAddress> split(std::string_view text, std::string_view where) {
   hal::Error error;
   error.where = where;
   error.value = text;
@@ -58,8 +51,21 @@ hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::stri
     error.limit = "0 … 65535";
     return error;
   }
-  ListenAddress address{std::string(host), port};
-  switch (classify(address.host)) {
+  return ListenAddress{std::string(host), port};
+}
+
+}  // namespace
+
+std::string ListenAddress::text() const {
+  const std::string port_text = std::to_string(port);
+  return host.find(':') == std::string::npos ? host + ":" + port_text : "[" + host + "]:" + port_text;
+}
+
+hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::string_view where) {
+  auto address = split(text, where);
+  if (!address) return address;
+  hal::Error error;
+  switch (classify(address->host)) {
     case Host::kLoopback:
       return address;
     case Host::kElsewhere:
@@ -70,9 +76,21 @@ hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::stri
       error.what = "refusing to listen on a host that is not known to be this machine's loopback";
       break;
   }
+  error.where = where;
+  error.value = text;
   error.limit = "127.0.0.0/8, ::1, localhost";
-  error.remedy = "listen on 127.0.0.1 and reach it from elsewhere through an SSH tunnel";
+  error.remedy =
+      "listen there with certificates (--listen-tls, deploy/make_certificates.sh), or on 127.0.0.1 and reach "
+      "it through an SSH tunnel";
   return error;
+}
+
+hal::Result<ListenAddress> parse_tls_address(std::string_view text, std::string_view where) {
+  auto address = split(text, where);
+  if (!address || classify(address->host) != Host::kUnknown) return address;
+  return hal::Error{"the host is not an address in numbers", std::string(where), std::string(text),
+                    "e.g. 192.168.1.20:50051, [fd00::20]:50051, 0.0.0.0:50052",
+                    "a name may mean another address here than for clients: write the number"};
 }
 
 }  // namespace hapticd::server

@@ -18,7 +18,10 @@ struct ListenAddress {
 };
 
 /// Reads HOST:PORT. Anything but this machine's loopback (127.0.0.0/8, ::1, localhost) is refused: the
-/// connection carries no authentication yet, and force goes to a person's hand. `where` is for the error.
+/// connection is neither encrypted nor authenticated, and force goes to a person's hand. `where` is for the
+/// error.
 hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::string_view where);
+/// The same for connections with certificates: any address of this machine, in numbers.
+hal::Result<ListenAddress> parse_tls_address(std::string_view text, std::string_view where);
 
 }  // namespace hapticd::server

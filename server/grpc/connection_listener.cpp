@@ -9,6 +9,7 @@
 #include <sys/eventfd.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@
 #include <cstring>
 #include <utility>
 
+#include "server/access/local_user.h"
 #include "server/process/log.h"
 
 namespace hapticd::server {
@@ -99,11 +101,9 @@ int listen_at(Address address) {
   const int descriptor = socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor < 0) return -1;
   const int on = 1;
-  if (family != AF_UNIX) {
-    setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-    setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);  // those accepted inherit it
-    if (family == AF_INET6) setsockopt(descriptor, IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
-  }
+  setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);  // those accepted inherit it
+  if (family == AF_INET6) setsockopt(descriptor, IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
   if (bind(descriptor, address.any(), address.length) == 0 && ::listen(descriptor, SOMAXCONN) == 0) {
     return descriptor;
   }
@@ -115,50 +115,80 @@ int listen_at(Address address) {
 
 }  // namespace
 
-hal::Result<std::unique_ptr<ConnectionListener>> ConnectionListener::open(const ListenAddress& listen,
-                                                                          const std::string& unix_socket) {
+hal::Result<std::unique_ptr<ConnectionListener>> ConnectionListener::open(const Endpoints& endpoints) {
   std::unique_ptr<ConnectionListener> listener(new ConnectionListener);
   listener->max_descriptor_ = max_descriptor_of_connections();
   listener->wake_ = eventfd(0, EFD_CLOEXEC);
   listener->spare_ = open_spare();
-  if (listener->wake_ < 0 || listener->spare_ < 0) return cannot_listen(listen.text(), std::strerror(errno));
-  if (const auto bound = listener->open_tcp(listen); !bound) return bound.error();
-  if (!unix_socket.empty()) {
-    if (const auto bound = listener->open_unix(unix_socket); !bound) return bound.error();
+  if (listener->wake_ < 0 || listener->spare_ < 0) {
+    return cannot_listen(endpoints.loopback.text(), std::strerror(errno));
+  }
+  const auto bound = listener->open_tcp(endpoints.loopback, ConnectionKind::kLoopback, listener->port_);
+  if (!bound) return bound.error();
+  if (!endpoints.unix_socket.empty()) {
+    const auto unix_bound = listener->open_unix(endpoints.unix_socket, endpoints.unix_group);
+    if (!unix_bound) return unix_bound.error();
+  }
+  if (endpoints.tls) {
+    const auto tls_bound = listener->open_tcp(*endpoints.tls, ConnectionKind::kTls, listener->tls_port_);
+    if (!tls_bound) return tls_bound.error();
   }
   return listener;
 }
 
-hal::Result<bool> ConnectionListener::open_tcp(const ListenAddress& listen) {
+hal::Result<bool> ConnectionListener::open_tcp(const ListenAddress& listen, ConnectionKind kind,
+                                               std::uint16_t& port) {
   std::string reason;
+  bool listens = false;
   for (Address& address : addresses_of(listen, reason)) {
     // Any free port: the first address finds it, the others take the same.
-    if (port_ != 0) set_port(address, port_);
+    if (port != 0) set_port(address, port);
     const int descriptor = listen_at(address);
     if (descriptor >= 0) {
-      listening_.push_back(descriptor);
-      if (port_ == 0) port_ = port_of(descriptor);
+      listens = true;
+      listening_.push_back({descriptor, kind});
+      if (port == 0) port = port_of(descriptor);
       continue;
     }
     reason = std::strerror(errno);
     if (errno == EADDRINUSE) return cannot_listen(listen.text(), reason);
   }
   // If this machine lacks the second address family of a host, the first is used.
-  if (listening_.empty()) return cannot_listen(listen.text(), reason);
+  if (!listens) return cannot_listen(listen.text(), reason);
   return true;
 }
 
-hal::Result<bool> ConnectionListener::open_unix(const std::string& path) {
+hal::Result<bool> ConnectionListener::open_unix(const std::string& path, const std::string& group) {
   Address address;
   auto& name = reinterpret_cast<sockaddr_un&>(address.bytes);
   if (path.size() >= sizeof name.sun_path) return no_unix_socket(path, "the path is too long");
+  gid_t owner = getegid();
+  if (!group.empty()) {
+    const auto id = group_id(group);
+    if (!id) {
+      return hal::Error{"no such group", "[access] unix_socket_group", group, "",
+                        "make it: addgroup " + group};
+    }
+    owner = *id;
+  }
   name.sun_family = AF_UNIX;
   std::memcpy(name.sun_path, path.c_str(), path.size() + 1);
   address.length = sizeof name;
-  const int descriptor = listen_at(address);
+  const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor < 0) return no_unix_socket(path, std::strerror(errno));
-  listening_.push_back(descriptor);
+  // Who may not open it must not reach it in between either: it listens last.
+  const bool bound = bind(descriptor, address.any(), address.length) == 0;
+  const bool listens = bound && (group.empty() || chown(path.c_str(), static_cast<uid_t>(-1), owner) == 0) &&
+                       chmod(path.c_str(), 0660) == 0 && ::listen(descriptor, SOMAXCONN) == 0;
+  if (!listens) {
+    const std::string reason = std::strerror(errno);
+    close(descriptor);
+    if (bound) unlink(path.c_str());
+    return no_unix_socket(path, reason);
+  }
+  listening_.push_back({descriptor, ConnectionKind::kUnixSocket});
   unix_socket_ = path;
+  unix_group_ = group_name(owner);
   return true;
 }
 
@@ -179,7 +209,7 @@ void ConnectionListener::stop() {
     eventfd_write(wake_, 1);
     thread_.join();
   }
-  for (const int descriptor : listening_) close(descriptor);
+  for (const Listening& listening : listening_) close(listening.descriptor);
   listening_.clear();
   if (!unix_socket_.empty()) unlink(unix_socket_.c_str());
   unix_socket_.clear();
@@ -188,7 +218,7 @@ void ConnectionListener::stop() {
 void ConnectionListener::run() {
   pthread_setname_np(pthread_self(), "accept");
   std::vector<pollfd> watched{{wake_, POLLIN, 0}};
-  for (const int descriptor : listening_) watched.push_back({descriptor, POLLIN, 0});
+  for (const Listening& listening : listening_) watched.push_back({listening.descriptor, POLLIN, 0});
   for (;;) {
     if (poll(watched.data(), watched.size(), -1) < 0 && errno != EINTR) {
       log_error(std::string("connections can no longer be waited for: ") + std::strerror(errno));
@@ -196,16 +226,16 @@ void ConnectionListener::run() {
     }
     if (watched[0].revents != 0) return;
     for (std::size_t i = 1; i < watched.size(); ++i) {
-      if (watched[i].revents != 0) accept_all(watched[i].fd);
+      if (watched[i].revents != 0) accept_all(listening_[i - 1]);
     }
   }
 }
 
-void ConnectionListener::accept_all(int listening) {
+void ConnectionListener::accept_all(const Listening& listening) {
   for (;;) {
-    const int descriptor = accept4(listening, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    const int descriptor = accept4(listening.descriptor, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (descriptor >= 0 && static_cast<std::size_t>(descriptor) < max_descriptor_) {
-      take_(descriptor);
+      take_(descriptor, listening.kind);
       continue;
     }
     if (descriptor >= 0) {
@@ -215,7 +245,7 @@ void ConnectionListener::accept_all(int listening) {
     }
     if (errno == EINTR || errno == ECONNABORTED) continue;
     if (errno == EAGAIN) return;
-    if ((errno == EMFILE || errno == ENFILE) && turn_away(listening)) continue;
+    if ((errno == EMFILE || errno == ENFILE) && turn_away(listening.descriptor)) continue;
     // No descriptor, or not even memory, at present. The connection waits in the queue.
     poll(nullptr, 0, kMaxRetryMs);
     return;

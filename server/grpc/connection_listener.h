@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "hal/error.h"
+#include "server/access/identity.h"
 #include "server/config/listen_address.h"
 
 namespace hapticd::server {
@@ -20,12 +22,17 @@ namespace hapticd::server {
 class ConnectionListener {
  public:
   /// Takes over a connection's descriptor. Called in the listener's thread.
-  using Take = std::function<void(int descriptor)>;
+  using Take = std::function<void(int descriptor, ConnectionKind kind)>;
 
+  struct Endpoints {
+    ListenAddress loopback;
+    std::string unix_socket;  ///< empty: none. A path that exists must be free
+    std::string unix_group;   ///< may open it; empty: the own group of the process
+    std::optional<ListenAddress> tls;
+  };
   /// Binds and listens, on all addresses of the host; connections wait until start(). An error names the
-  /// address and the system's message. An empty path: no unix socket. A path that exists must be free.
-  static hal::Result<std::unique_ptr<ConnectionListener>> open(const ListenAddress& listen,
-                                                               const std::string& unix_socket = {});
+  /// address and the system's message.
+  static hal::Result<std::unique_ptr<ConnectionListener>> open(const Endpoints& endpoints);
   /// Accepts no more; removes the unix socket.
   ~ConnectionListener();
   ConnectionListener(const ConnectionListener&) = delete;
@@ -36,19 +43,29 @@ class ConnectionListener {
   void stop();
   /// The TCP port in use.
   std::uint16_t port() const { return port_; }
+  /// That of connections with certificates; 0 where there are none.
+  std::uint16_t tls_port() const { return tls_port_; }
+  /// Who may open the unix socket.
+  const std::string& unix_group() const { return unix_group_; }
 
  private:
   ConnectionListener() = default;
-  hal::Result<bool> open_tcp(const ListenAddress& listen);
-  hal::Result<bool> open_unix(const std::string& path);
+  struct Listening {
+    int descriptor;
+    ConnectionKind kind;
+  };
+  hal::Result<bool> open_tcp(const ListenAddress& listen, ConnectionKind kind, std::uint16_t& port);
+  hal::Result<bool> open_unix(const std::string& path, const std::string& group);
   void run();
-  void accept_all(int listening);
+  void accept_all(const Listening& listening);
   /// Accepts and closes a connection for which there is no descriptor, using the reserved one.
   bool turn_away(int listening);
   void note_refused();
 
-  std::vector<int> listening_;
+  std::vector<Listening> listening_;
   std::uint16_t port_ = 0;
+  std::uint16_t tls_port_ = 0;
+  std::string unix_group_;
   std::string unix_socket_;
   int wake_ = -1;
   int spare_ = -1;

@@ -1,6 +1,7 @@
 #include "server/grpc/grpc_server.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/stubs/logging.h>
 #include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
@@ -8,13 +9,22 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
 
+#include <atomic>
 #include <utility>
 #include <vector>
 
+#include "server/access/certificate.h"
+#include "server/access/connected_users.h"
 #include "server/grpc/calls/standing_poller.h"
 #include "server/grpc/calls/unreadable_request.h"
 #include "server/grpc/connection_listener.h"
+#include "server/grpc/gate/access_gate.h"
+#include "server/grpc/gate/gated_callback.h"
+#include "server/grpc/gate/gated_service.h"
+#include "server/grpc/server_credentials.h"
+#include "server/grpc/services/access_service.h"
 #include "server/grpc/services/identification_service.h"
+#include "server/grpc/services/lease_service.h"
 #include "server/grpc/services/model_service.h"
 #include "server/grpc/services/rendering_service.h"
 #include "server/grpc/services/rig_service.h"
@@ -60,15 +70,28 @@ class CrashStackForCallers final : public grpc::experimental::ServerInterceptorF
   }
 };
 
+/// At most one line a second: clients must not fill the log, e.g. with handshakes that fail.
 void pass_on(gpr_log_func_args* line) {
-  if (line->severity == GPR_LOG_SEVERITY_ERROR) log_warning(std::string("gRPC: ") + line->message);
+  if (line->severity != GPR_LOG_SEVERITY_ERROR) return;
+  static std::atomic<std::int64_t> next_ns{0};
+  static std::atomic<std::uint64_t> unwritten{0};
+  const std::int64_t now_ns =
+      std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+  std::int64_t due_ns = next_ns.load();
+  if (now_ns < due_ns || !next_ns.compare_exchange_strong(due_ns, now_ns + 1'000'000'000)) {
+    ++unwritten;
+    return;
+  }
+  const std::uint64_t left_out = unwritten.exchange(0);
+  log_warning(std::string("gRPC: ") + line->message +
+              (left_out > 0 ? fmt::format(" (and {} more lines)", left_out) : std::string()));
 }
 
 }  // namespace
 
 struct GrpcServer::State {
-  explicit State(const Parts& parts)
-      : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable),
+  State(const Parts& parts, const std::string& certificates)
+      : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable, certificates),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),
@@ -76,7 +99,12 @@ struct GrpcServer::State {
         simulation(parts.session, parts.scenes),
         identification(parts.identifications),
         turntable(parts.turntable),
-        safety(parts.latch) {}
+        safety(parts.latch),
+        access(parts.policy),
+        lease(parts.desk) {}
+
+  /// All of the contract, behind the gate.
+  void add_services();
 
   RigService rig;
   SceneService scene;
@@ -87,15 +115,70 @@ struct GrpcServer::State {
   IdentificationService identification;
   TurntableService turntable;
   SafetyService safety;
+  AccessService access;
+  LeaseService lease;
+  ConnectedUsers users;
+  std::optional<AccessGate> gate;
+  std::vector<std::unique_ptr<GatedService>> gated;
   std::optional<MemoryWatch> memory;
   std::optional<StandingPoller> poller;  // ends after the server
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> tls_acceptor;
   std::unique_ptr<grpc::Server> server;          // ends before the services it calls
   std::unique_ptr<ConnectionListener> listener;  // last: hands connections to the server
 };
 
-std::optional<hal::Error> GrpcServer::check(const ListenAddress& listen) {
-  const auto bound = ConnectionListener::open(listen);
+namespace {
+
+ConnectionListener::Endpoints endpoints_of(const DaemonConfig& config) {
+  return {config.listen, config.unix_socket, config.access.unix_socket_group, config.listen_tls};
+}
+
+}  // namespace
+
+// No service is registered otherwise than behind the gate.
+void GrpcServer::State::add_services() {
+  using Context = grpc::CallbackServerContext;
+  using Bytes = grpc::ByteBuffer;
+  const auto add = [this](const char* name, grpc::Service& inner, std::vector<GatedCallback> callbacks = {}) {
+    const auto* contract = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
+        std::string("hapticd.v1.") + name);
+    gated.push_back(std::make_unique<GatedService>(*contract, inner, *gate, std::move(callbacks)));
+  };
+  add("RigService", rig);
+  add("SceneService", scene);
+  add("ModelService", model);
+  add("RenderingService", rendering);
+  add("SimulationService", simulation);
+  add("IdentificationService", identification);
+  add("TurntableService", turntable);
+  add("AccessService", access);
+  add("LeaseService", lease);
+  std::vector<GatedCallback> callbacks;
+  callbacks.push_back(gated_unary<Bytes, Bytes>(
+      *gate, "SafetyService", "Stop", [this](Context* context, const Bytes* request, Bytes* response) {
+        return safety.Stop(context, request, response);
+      }));
+  callbacks.push_back(gated_unary<v1::ClearRequest, v1::ClearResponse>(
+      *gate, "SafetyService", "Clear",
+      [this](Context* context, const v1::ClearRequest* request, v1::ClearResponse* response) {
+        return safety.Clear(context, request, response);
+      }));
+  add("SafetyService", safety, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_stream(
+      *gate, "TelemetryService", "Subscribe",
+      [this](Context* context, const Bytes* request) { return telemetry.Subscribe(context, request); }));
+  add("TelemetryService", telemetry, std::move(callbacks));
+}
+
+std::optional<hal::Error> GrpcServer::check(const DaemonConfig& config) {
+  if (config.listen_tls) {
+    if (auto error = check_certificate_files(CertificateFiles::in(config.certificates))) return error;
+  }
+  ConnectionListener::Endpoints endpoints = endpoints_of(config);
+  endpoints.unix_socket.clear();  // its lock shows whether it is free
+  const auto bound = ConnectionListener::open(endpoints);
   return bound ? std::nullopt : std::optional(bound.error());
 }
 
@@ -105,12 +188,14 @@ GrpcServer::~GrpcServer() {
   if (state_->server) shutdown(std::chrono::milliseconds::zero());
 }
 
-hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, const ListenAddress& listen,
-                                                           const std::string& unix_socket) {
-  auto listener = ConnectionListener::open(listen, unix_socket);
+hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, const DaemonConfig& config) {
+  auto listener = ConnectionListener::open(endpoints_of(config));
   if (!listener) return listener.error();
-  auto state = std::make_unique<State>(parts);
+  auto state = std::make_unique<State>(parts, config.listen_tls ? config.certificates : std::string());
   state->listener = std::move(*listener);
+  state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, parts.session,
+                                        state->listener->unix_group()});
+  state->add_services();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
@@ -134,21 +219,23 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   using Connections = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
   state->acceptor = builder.experimental().AddExternalConnectionAcceptor(Connections::FROM_FD,
                                                                          grpc::InsecureServerCredentials());
-  for (grpc::Service* service : std::initializer_list<grpc::Service*>{
-           &state->rig, &state->scene, &state->model, &state->rendering, &state->telemetry,
-           &state->simulation, &state->safety, &state->identification, &state->turntable}) {
-    builder.RegisterService(service);
+  if (config.listen_tls) {
+    state->tls_acceptor = builder.experimental().AddExternalConnectionAcceptor(
+        Connections::FROM_FD, credentials_from(config.certificates));
   }
+  for (const auto& service : state->gated) builder.RegisterService(service.get());
   state->poller.emplace(builder);
   gpr_set_log_function(pass_on);
   // protobuf logs each text that is not UTF-8. The client gets the error and must not fill the log.
   google::protobuf::SetLogHandler(nullptr);
   state->server = builder.BuildAndStart();
-  if (state->server == nullptr) return hal::Error{"gRPC does not start", listen.text(), "", "", ""};
+  if (state->server == nullptr) return hal::Error{"gRPC does not start", config.listen.text(), "", "", ""};
   state->poller->start();
-  state->listener->start([acceptor = state->acceptor.get()](int descriptor) {
+  state->listener->start([here = state.get()](int descriptor, ConnectionKind kind) {
+    if (kind == ConnectionKind::kLoopback) here->users.note(descriptor);
     grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
     connection.fd = descriptor;
+    const auto& acceptor = kind == ConnectionKind::kTls ? here->tls_acceptor : here->acceptor;
     acceptor->HandleNewConnection(&connection);
   });
   std::unique_ptr<GrpcServer> server(new GrpcServer(std::move(state)));
@@ -158,6 +245,10 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
 
 std::uint16_t GrpcServer::port() const {
   return state_->listener->port();
+}
+
+std::uint16_t GrpcServer::tls_port() const {
+  return state_->listener->tls_port();
 }
 
 void GrpcServer::set_serving(bool serving) {

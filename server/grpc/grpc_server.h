@@ -4,13 +4,15 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "hal/error.h"
-#include "server/config/listen_address.h"
+#include "server/config/config.h"
 
 namespace hapticd::server {
 
+class AuditLog;
+class LeaseDesk;
+class RolePolicy;
 class SafetyLatch;
 class IdentificationRunner;
 class SceneHost;
@@ -20,8 +22,8 @@ class TargetControl;
 class TelemetryHub;
 class TurntableHost;
 
-/// The network side of the daemon: all services, health checking and reflection, on loopback TCP and a unix
-/// socket.
+/// The network side of the daemon: all services, health checking and reflection, on loopback TCP, a
+/// unix socket, and with certificates on any other address.
 class GrpcServer {
  public:
   struct Parts {
@@ -33,19 +35,24 @@ class GrpcServer {
     SensorBiases& biases;
     IdentificationRunner& identifications;
     TurntableHost& turntable;
+    const RolePolicy& policy;
+    LeaseDesk& desk;
+    AuditLog& audit;
   };
 
-  /// An error when someone listens there already: to be asked before anything else is taken hold of.
-  static std::optional<hal::Error> check(const ListenAddress& listen);
+  /// An error when someone listens there already, or the certificates cannot be used: to be asked before
+  /// anything else is taken hold of.
+  static std::optional<hal::Error> check(const DaemonConfig& config);
   /// An error when an address cannot be bound. Reports itself as not serving until set otherwise.
-  static hal::Result<std::unique_ptr<GrpcServer>> start(const Parts& parts, const ListenAddress& listen,
-                                                        const std::string& unix_socket);
+  static hal::Result<std::unique_ptr<GrpcServer>> start(const Parts& parts, const DaemonConfig& config);
   ~GrpcServer();
   GrpcServer(const GrpcServer&) = delete;
   GrpcServer& operator=(const GrpcServer&) = delete;
 
   /// The TCP port in use.
   std::uint16_t port() const;
+  /// That of connections with certificates; 0 where there are none.
+  std::uint16_t tls_port() const;
   void set_serving(bool serving);
   /// No new calls; those under way may end within `timeout`, then they are cancelled.
   void shutdown(std::chrono::milliseconds timeout);

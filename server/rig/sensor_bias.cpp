@@ -10,6 +10,7 @@
 
 #include "rt/signal/vector.h"
 #include "server/process/log.h"
+#include "server/rig/stillness_watch.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
@@ -21,6 +22,9 @@ namespace {
 /// A sample with the new zero arrives within a tick or two.
 constexpr std::chrono::seconds kTimeout{2};
 constexpr std::chrono::milliseconds kPollInterval{1};
+/// The tool is left alone for so long before the bias, and after it.
+constexpr std::chrono::milliseconds kAtRestBefore{300};
+constexpr std::chrono::milliseconds kAtRestAfter{100};
 
 std::int64_t unix_s() {
   return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
@@ -61,11 +65,27 @@ std::optional<std::string> SensorBiases::lost() const {
   return last_->id;
 }
 
-Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
+std::optional<Refusal> SensorBiases::pressed() const {
+  const double load_n = rt::norm(hub_.latest().sensor_force_n);
+  if (load_n <= kMaxZeroChangeN || !current()) return std::nullopt;
+  return Refusal{RefusalKind::kFailedPrecondition,
+                 {"the sensor carries a load: it is not biased while the tool is pressed", "force sensor",
+                  fmt::format("{:.2f} N under the last bias", load_n), fmt::format("{} N", kMaxZeroChangeN),
+                  "free the tool; if nothing touches it (another tool, or it was touched when it was biased "
+                  "last): hapticctl sensor bias --tool-is-free"}};
+}
+
+Outcome<SensorBias> SensorBiases::take(const Caller& caller, bool tool_is_free) {
   if (auto refusal = scenes_.reserved()) return *refusal;
   // Kept open until a sample with the new zero has arrived.
   const auto sensor = session_.claim_sensor();
   if (!sensor) return Refusal{RefusalKind::kFailedPrecondition, sensor.error()};
+  const StillnessWatch watch(hub_);
+  std::this_thread::sleep_for(kAtRestBefore);
+  if (auto moved = watch.disturbance()) return Refusal{RefusalKind::kFailedPrecondition, std::move(*moved)};
+  if (!tool_is_free) {
+    if (auto refusal = pressed()) return *refusal;
+  }
   const std::uint32_t before = hub_.latest().bias_serial;
   if (auto refusal = session_.bias_force_sensor()) return *refusal;
 
@@ -80,6 +100,15 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller) {
     }
     std::this_thread::sleep_for(kPollInterval);
     now = hub_.latest();
+  }
+  std::this_thread::sleep_for(kAtRestAfter);
+  if (auto moved = watch.disturbance()) {
+    {
+      const std::lock_guard lock(mutex_);
+      last_.reset();
+    }
+    moved->what += ": the zero now in use is wrong";
+    return Refusal{RefusalKind::kFailedPrecondition, std::move(*moved)};
   }
   SensorBias bias;
   bias.serial = now.bias_serial;

@@ -30,12 +30,18 @@ struct SensorBias {
 /// restarted, or its calibration changed). Any thread.
 class SensorBiases {
  public:
+  /// What a tool's turning and a sensor's drift move a zero by. A zero that is wrong by no more renders
+  /// nothing in free air.
+  static constexpr double kMaxZeroChangeN = 0.4;
+
   /// Each new zero is appended to `file` as a line; empty = none.
   SensorBiases(Session& session, const SceneHost& scenes, TelemetryHub& hub, std::string file);
 
-  /// Takes the present load as zero. Out of contact, and not while an identification or a motion of the table
-  /// is under way. Returns when samples with the new zero arrive.
-  Outcome<SensorBias> take(const Caller& caller);
+  /// Takes the present load as zero. Out of contact, the tool at rest (StillnessWatch), and not while an
+  /// identification or a motion of the table is under way. Returns when samples with the new zero arrive. A
+  /// zero that was disturbed is reported as an error and is not current(). `tool_is_free`: someone says so,
+  /// although the sensor reads more than kMaxZeroChangeN under the last bias.
+  Outcome<SensorBias> take(const Caller& caller, bool tool_is_free);
   /// The present one; nothing where none was taken since the start, or the driver lost it.
   std::optional<SensorBias> current() const;
   /// The id of the last one, if the driver lost it.
@@ -45,6 +51,7 @@ class SensorBiases {
 
  private:
   std::string identity_of(std::uint32_t serial) const;
+  std::optional<Refusal> pressed() const;
   void keep(const SensorBias& bias) const;
 
   Session& session_;

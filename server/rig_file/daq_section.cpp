@@ -25,14 +25,6 @@ constexpr Word<daq::InputReference> kReferenceWords[] = {{"differential", daq::I
 constexpr Word<daq::CounterSetup> kSetupWords[] = {{"as_is", daq::CounterSetup::kAsIs},
                                                    {"ni_quadrature", daq::CounterSetup::kNiQuadrature}};
 
-template <class E, std::size_t N>
-std::string text_of(E value, const Word<E> (&words)[N]) {
-  for (const Word<E>& word : words) {
-    if (word.value == value) return toml_quoted(word.text);
-  }
-  return toml_quoted(words[0].text);
-}
-
 /// Checks two values together: the reader checks only one at a time.
 void read_range(TomlTable& table, const char* low_key, const char* high_key, double& low_v, double& high_v) {
   table.read(low_key, low_v, kVolts);
@@ -73,7 +65,7 @@ std::string write_board(const daq::BoardConfig& config) {
                   comedi.input_subdevice, fmt::join(comedi.input_channels, ", "));
   text += fmt::format("input_low_v = {}\ninput_high_v = {}\ninput_reference = {}\n",
                       toml_number(comedi.input_low_v), toml_number(comedi.input_high_v),
-                      text_of(comedi.input_reference, kReferenceWords));
+                      toml_quoted(text_of(comedi.input_reference, kReferenceWords)));
   text += fmt::format("output_subdevice = {}\noutput_channels = [{}]\n", comedi.output_subdevice,
                       fmt::join(comedi.output_channels, ", "));
   text += fmt::format("output_low_v = {}\noutput_high_v = {}\n", toml_number(comedi.output_low_v),
@@ -84,7 +76,7 @@ std::string write_board(const daq::BoardConfig& config) {
   }
   if (!counters.empty()) text += fmt::format("counters = [{}]\n", counters);
   text += fmt::format("counter_setup = {}\ncalibrated = {}\ncalibration_file = {}\nfifo_priority = {}\n",
-                      text_of(comedi.counter_setup, kSetupWords), comedi.calibrated,
+                      toml_quoted(text_of(comedi.counter_setup, kSetupWords)), comedi.calibrated,
                       toml_quoted(comedi.calibration_file), comedi.fifo_priority);
   return text;
 }

@@ -22,13 +22,6 @@ constexpr Range kLowPassHz{0.0, 3000.0, "Hz"};
 constexpr Range kCounts{1e-6, 1e12, "counts per unit"};
 constexpr Range kPriority{0.0, 99.0, ""};
 
-std::string_view text_of(netft::BiasBy bias) {
-  for (const auto& word : kBiasWords) {
-    if (word.value == bias) return word.text;
-  }
-  return {};
-}
-
 }  // namespace
 
 void read_netft(TomlTable table, netft::NetFtConfig& config) {
@@ -63,7 +56,7 @@ std::string write_netft(const netft::NetFtConfig& config) {
       toml_quoted(config.address), config.rdt_port, config.http_port, toml_quoted(config.http_path),
       toml_number(config.rate_hz), toml_number(config.lowest_rate_hz), toml_number(config.connect_timeout_s),
       toml_number(config.stale_after_ms), toml_number(config.retry_first_ms),
-      toml_number(config.retry_longest_ms), toml_quoted(text_of(config.bias)));
+      toml_number(config.retry_longest_ms), toml_quoted(text_of(config.bias, kBiasWords)));
   text += fmt::format("model = {}\nserial = {}\n", toml_quoted(config.model), toml_quoted(config.serial));
   if (config.low_pass_hz) text += fmt::format("low_pass_hz = {}\n", toml_number(*config.low_pass_hz));
   text += fmt::format(

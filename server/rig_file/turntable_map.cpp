@@ -61,14 +61,6 @@ constexpr std::size_t kMaxRegisters = 128;
 constexpr std::size_t kMaxSteps = 32;
 constexpr std::size_t kMaxName = 64;
 
-template <class E, std::size_t N>
-std::string_view text_of(E value, const Word<E> (&words)[N]) {
-  for (const Word<E>& word : words) {
-    if (word.value == value) return word.text;
-  }
-  return words[0].text;
-}
-
 /// Names of registers are keys of a table: they must not be paths.
 bool is_name(const std::string& name) {
   return !name.empty() && name.size() <= kMaxName && std::all_of(name.begin(), name.end(), [](char c) {

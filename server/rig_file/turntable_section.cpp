@@ -40,14 +40,6 @@ constexpr Range kSteps{1.0, 1e9, ""};
 constexpr Range kGear{1e-3, 1e5, ""};
 constexpr std::size_t kMaxStations = 64;
 
-template <class E, std::size_t N>
-std::string_view text_of(E value, const Word<E> (&words)[N]) {
-  for (const Word<E>& word : words) {
-    if (word.value == value) return word.text;
-  }
-  return words[0].text;
-}
-
 void read_stations(TomlTable table, std::vector<hal::TurntableStation>& stations) {
   const auto names = table.keys();
   if (!names.empty()) stations.clear();

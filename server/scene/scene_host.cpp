@@ -104,6 +104,7 @@ std::optional<Refusal> SceneHost::await_exchangeable(Caller::Clock::time_point u
                                                      const Caller& caller) const {
   while (!session_.engine().can_exchange_scene()) {
     if (auto refusal = session_.unavailable()) return refusal;
+    if (auto refusal = caller.lost()) return refusal;
     if (caller.cancelled()) {
       return Refusal{RefusalKind::kCancelled,
                      {"the caller went away; the model is not exchanged", "scene", "", "", ""}};

@@ -47,7 +47,7 @@ std::string remark_on(const std::string& need, const FoundModel& found, const rt
 void limit_to_object(ResolvedScene& scene) {
   const auto own_n_per_mm = rt::stiffness_n_per_mm(scene.model->model, rt::kFirmPressN);
   if (!own_n_per_mm) return;
-  const double asked = rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kDeepestTargetMm);
+  const double asked = rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kMaxTargetDepthMm);
   double& largest = scene.spec.max_target_stiffness_n_per_mm;
   largest = std::max(asked, std::min(largest, rt::kMaxTargetOverObject * *own_n_per_mm));
 }

@@ -58,7 +58,7 @@ std::optional<Refusal> validate(rt::TargetLaw& law) {
 Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scene, const hal::RigInfo& rig) {
   const rt::SceneSpec& resolved = scene.spec;
   TargetSet set;
-  set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, rt::kDeepestTargetMm);
+  set.requested_n_per_mm = rt::greatest_stiffness_n_per_mm(law, rt::kMaxTargetDepthMm);
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
     set.grant = grant_target(law.stiffness_n_per_mm, resolved);
     if (const rt::ObjectModel* object = scene.object_model())
@@ -77,8 +77,8 @@ Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scen
                    {"the target law is stiffer than the scene allows", "SetTargetRequest.law",
                     to_text(set.requested_n_per_mm, "N/mm"),
                     fmt::format("at most {} down to {:g} mm in scene '{}'",
-                                to_text(resolved.max_target_stiffness_n_per_mm, "N/mm"), rt::kDeepestTargetMm,
-                                resolved.name),
+                                to_text(resolved.max_target_stiffness_n_per_mm, "N/mm"),
+                                rt::kMaxTargetDepthMm, resolved.name),
                     "ask for less: only a linear target can be granted in part"}};
   }
   set.grant.granted_n_per_mm = set.requested_n_per_mm;
@@ -177,6 +177,7 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
   // A rig with its own clock may pass any time between two polls; there the loop itself waits for the tick.
   while (!session_.rig_owns_clock() && time_ns - session_.now_ns() > nanoseconds(kHandOver).count()) {
     if (auto refusal = session_.unavailable()) return refusal;
+    if (auto refusal = caller.lost()) return refusal;
     if (caller.cancelled()) {
       return Refusal{RefusalKind::kCancelled,
                      {"the caller went away; the target is withdrawn", "SetTarget", "", "", ""}};
@@ -204,7 +205,7 @@ void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec&
     const double change_n_per_mm =
         law.kind == rt::TargetLaw::Kind::kLinear
             ? std::abs(law.stiffness_n_per_mm - now_n_per_mm)
-            : std::max(rt::greatest_stiffness_n_per_mm(law, rt::kDeepestTargetMm), now_n_per_mm);
+            : std::max(rt::greatest_stiffness_n_per_mm(law, rt::kMaxTargetDepthMm), now_n_per_mm);
     const double change_n = change_n_per_mm * now.displacement_mm;
     if (const double needed_s = change_n / scene.max_target_change_n_per_s; needed_s > least_s) {
       least_s = needed_s;

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <optional>
+
+#include "server/session/outcome.h"
 
 namespace hapticd::server {
 
@@ -12,6 +16,11 @@ struct Caller {
 
   Clock::time_point deadline = Clock::time_point::max();   ///< the caller's own
   std::function<bool()> cancelled = [] { return false; };  ///< true once no one waits any more
+
+  /// The state of control under which the call was admitted; 0 = the daemon's own.
+  std::uint64_t lease = 0;
+  /// Why the call may no longer command the rig; nothing while it may. Asked by calls that take long.
+  std::function<std::optional<Refusal>()> lost = [] { return std::nullopt; };
 
   /// The end of the wait: the caller's deadline, but at most `allowance` from now.
   Clock::time_point until(std::chrono::nanoseconds allowance) const {

@@ -20,6 +20,8 @@ enum class RefusalKind : std::uint8_t {
   kDeadlineExceeded,    ///< withdrawn: it will not take effect later
   kCancelled,           ///< the caller left
   kUnavailable,         ///< starting or shutting down
+  kUnauthenticated,     ///< the caller has no identity
+  kPermissionDenied,    ///< the caller has not the role
   kInternal,
 };
 
@@ -39,6 +41,9 @@ enum class Reason : std::uint8_t {
   kInUse,
   kDiskFull,
   kStoreLost,
+  kLeaseHeld,
+  kLeaseRequired,
+  kLeaseLost,
 };
 
 /// Why a call was not served.

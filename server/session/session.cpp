@@ -124,10 +124,11 @@ std::optional<Refusal> Session::unavailable() const {
   return std::nullopt;
 }
 
-Outcome<rt::EngineOutcome> Session::execute(const rt::EngineCommand& command, const Caller& caller,
+Outcome<rt::EngineOutcome> Session::execute(rt::EngineCommand command, const Caller& caller,
                                             std::chrono::nanoseconds allowance) {
   using Status = rt::EngineOutcome::Status;
   const auto until = caller.until(allowance);
+  command.lease = caller.lease;
   for (;;) {
     if (auto refusal = unavailable()) return *refusal;
     if (caller.cancelled()) {
@@ -155,6 +156,12 @@ Outcome<rt::EngineOutcome> Session::execute(const rt::EngineCommand& command, co
         return Refusal{RefusalKind::kFailedPrecondition,
                        {"the fault persists", "guard", "", "", "fix its cause, then clear again"},
                        Reason::kFaultPersists};
+      case Status::kLeaseLost:
+        if (auto refusal = caller.lost()) return *refusal;
+        return Refusal{RefusalKind::kAborted,
+                       {"control changed hands before the command took effect", "lease", "", "",
+                        "acquire the lease, then send it again"},
+                       Reason::kLeaseLost};
       case Status::kQueueFull:
         return Refusal{RefusalKind::kResourceExhausted,
                        {"too many commands under way", "loop", "",

@@ -79,7 +79,7 @@ class Session {
   std::optional<Refusal> unavailable() const;
   /// Hands a command to the loop and waits for it. When the time is over or the caller has left, it is
   /// withdrawn and will not take effect later.
-  Outcome<rt::EngineOutcome> execute(const rt::EngineCommand& command, const Caller& caller,
+  Outcome<rt::EngineOutcome> execute(rt::EngineCommand command, const Caller& caller,
                                      std::chrono::nanoseconds allowance);
 
  private:

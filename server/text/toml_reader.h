@@ -21,6 +21,14 @@ struct Word {
   std::string_view text;
   E value;
 };
+/// The word for a value; the first one for a value without.
+template <class E, std::size_t N>
+std::string_view text_of(E value, const Word<E> (&words)[N]) {
+  for (const Word<E>& word : words) {
+    if (word.value == value) return word.text;
+  }
+  return words[0].text;
+}
 
 /// One table of a TOML document, read strictly: a reader asks for every key it knows, and
 /// TomlDocument::error() then says what was wrong or unknown, by name and line. A key that is absent leaves

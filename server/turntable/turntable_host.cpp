@@ -255,7 +255,10 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
                          {"the caller went away; the table was stopped", "turntable", "", "", ""}};
         }
       }
-      if (caller.cancelled()) {
+      if (auto lost = caller.lost()) {
+        left = std::move(*lost);
+        left->error.what += "; the table was stopped";
+      } else if (caller.cancelled()) {
         left = Refusal{RefusalKind::kCancelled,
                        {"the caller went away; the table was stopped", "turntable", "", "", ""}};
       } else if (time >= caller.deadline) {

@@ -61,6 +61,13 @@ int run_netft(const NetFtOptions& options);
 /// The box of `netft`, until it is asked to end.
 int run_netft_child();
 
+/// `hapticd_bench access`: races for the lease, a stop under load, a holder that freezes, certificates.
+struct AccessOptions {
+  std::string folder;
+  bool quick = false;  ///< a tenth of everything
+};
+int run_access(const AccessOptions& options);
+
 /// `hapticd_bench attack`: how fast a recording is uploaded, and what floods make of the daemon's memory.
 struct AttackOptions {
   std::string folder;

@@ -112,6 +112,15 @@ int main(int argc, char** argv) {
       ->required();
   attack_command->add_flag("--quick", attack.quick, "a tenth of everything");
   attack_command->callback([&] { status = run_attack(attack); });
+
+  AccessOptions access;
+  auto* access_command = app.add_subcommand(
+      "access", "races for the lease, a stop under load, a holder that freezes, what certificates cost");
+  access_command
+      ->add_option("--out", access.folder, "folder for figures.jsonl and the table; made if need be")
+      ->required();
+  access_command->add_flag("--quick", access.quick, "a tenth of everything");
+  access_command->callback([&] { status = run_access(access); });
 #endif
 
   try {

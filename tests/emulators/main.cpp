@@ -319,6 +319,8 @@ int run(const Options& options) {
       "hapticd_emulated_rig: %.1f s in free air; force asked there: at most %.3f N, %.1f ms at a stretch "
       "above %.2f N\n",
       free_air.free_s(), free_air.max_n(), free_air.longest_ms(), test::FreeAirJudge::kZeroN);
+  std::fprintf(stderr, "hapticd_emulated_rig: the world stood still for at most %.1f ms\n",
+               (*bench)->longest_pause_ms());
   return 0;
 }
 

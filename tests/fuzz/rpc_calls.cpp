@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "hapticd/v1/access.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
 #include "server/config/config.h"
 #include "server/daemon.h"
@@ -197,7 +198,7 @@ class RequestMaker {
 std::vector<const MethodDescriptor*> methods_of_the_contract() {
   std::vector<const MethodDescriptor*> methods;
   for (const char* name : {"Rig", "Scene", "Model", "Rendering", "Telemetry", "Simulation", "Identification",
-                           "Turntable", "Safety"}) {
+                           "Turntable", "Safety", "Access"}) {
     std::string file = name;
     file[0] = static_cast<char>(file[0] - 'A' + 'a');
     const auto* found = DescriptorPool::generated_pool()->FindFileByName("hapticd/v1/" + file + ".proto");
@@ -213,7 +214,7 @@ std::vector<const MethodDescriptor*> methods_of_the_contract() {
 bool takes_long(const std::string& method) {
   return method == "Diagnose" || method == "BiasForceSensor" || method == "Home" ||
          method == "ExplainScene" || method == "MoveTo" || method == "WatchIdentification" ||
-         method == "Subscribe";
+         method == "WatchLease" || method == "Subscribe";
 }
 
 grpc::ByteBuffer buffer_of(const std::string& bytes) {
@@ -221,10 +222,23 @@ grpc::ByteBuffer buffer_of(const std::string& bytes) {
   return {&slice, 1};
 }
 
-/// One call of any kind: its requests, a few of its answers, and how it ended.
+std::string bytes_of(const grpc::ByteBuffer& buffer) {
+  std::vector<grpc::Slice> slices;
+  std::string bytes;
+  if (!buffer.Dump(&slices).ok()) return bytes;
+  for (const grpc::Slice& slice : slices) {
+    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  }
+  return bytes;
+}
+
+/// One call of any kind: its requests, a few of its answers, and how it ended. `token`: of a lease, or none.
+/// `first_answer`: filled.
 grpc::Status call(grpc::GenericStub& stub, const std::string& method,
-                  const std::vector<std::string>& requests) {
+                  const std::vector<std::string>& requests, const std::string& token,
+                  std::string& first_answer) {
   grpc::ClientContext context;
+  if (!token.empty()) context.AddMetadata("hapticd-lease", token);
   context.set_deadline(std::chrono::system_clock::now() + kTimeout);
   grpc::CompletionQueue queue;
   const auto next = [&queue] {
@@ -248,6 +262,7 @@ grpc::Status call(grpc::GenericStub& stub, const std::string& method,
     grpc::ByteBuffer answer;
     stream->Read(&answer, nullptr);
     open = next();
+    if (open && i == 0) first_answer = bytes_of(answer);
   }
   if (open) context.TryCancel();
   grpc::Status status;
@@ -292,6 +307,7 @@ int main(int argc, char** argv) {
   config.log_level = server::LogLevel::kError;
   config.model_store = ":memory:";
   config.scene = "tap_1d";
+  config.access.take_notice_s = 0.0;
   const auto checked = server::override_config(config, {});
   server::StartFailure failure;
   const auto daemon = checked ? server::Daemon::start(*checked, failure) : nullptr;
@@ -308,6 +324,7 @@ int main(int argc, char** argv) {
   std::map<int, long> ended;
   std::map<std::string, long> called;
   int complaints = 0;
+  std::string token;  ///< of the lease that was granted last
   for (long i = 0; i < calls; ++i) {
     const MethodDescriptor& method = *methods[maker.below(methods.size())];
     if (takes_long(method.name()) && !maker.chance(0.1)) continue;
@@ -318,7 +335,14 @@ int main(int argc, char** argv) {
       requests.push_back(maker.make(*method.input_type()));
       is_well_formed = is_well_formed && is_message(*method.input_type(), requests.back());
     }
-    const grpc::Status status = call(stub, path, requests);
+    // Mostly as the holder of the lease, if there is one: else most commands would end at the gate.
+    std::string answer;
+    const std::string shown = maker.chance(0.05) ? std::string(maker.below(5000), 'x') : token;
+    const grpc::Status status = call(stub, path, requests, maker.chance(0.1) ? "" : shown, answer);
+    v1::LeaseGrant grant;
+    const bool grants = method.output_type() == v1::LeaseGrant::descriptor();
+    if (status.ok() && grants && grant.ParseFromString(answer)) token = grant.token();
+    if (status.ok() && method.name() == "ReturnLease") token.clear();
     ++ended[status.error_code()];
     ++called[path];
     const std::string wrong = complaint(status, is_well_formed || !method.client_streaming());

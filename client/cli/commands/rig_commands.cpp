@@ -62,8 +62,12 @@ void add_sensor(CLI::App& app, Session& session) {
       "bias",
       "Takes the present load as zero: with the tool free and at rest, upright unless the scene explores");
   bias->footer("Example:\n  hapticctl sensor bias");
-  bias->callback([&session] {
-    const v1::SensorBias taken = session.connect().bias_force_sensor();
+  const auto tool_is_free = std::make_shared<bool>(false);
+  bias->add_flag("--tool-is-free", *tool_is_free,
+                 "You have looked: although the sensor reads more than 0.4 N under its last bias, nothing "
+                 "touches the tool");
+  bias->callback([&session, tool_is_free] {
+    const v1::SensorBias taken = session.connect().bias_force_sensor(*tool_is_free);
     if (session.json) return print_json(to_json(taken));
     fmt::print("the present load counts as zero, until the next bias or until the sensor loses it\n");
   });

@@ -63,8 +63,12 @@ void print_error(const char* kind, const std::string& code, const v1::ErrorDetai
 }  // namespace
 
 client::Client Session::connect() const {
-  return client::Client(
-      {.address = server, .timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0))});
+  return client::Client({.address = server,
+                         .timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0)),
+                         .certificates = certificates,
+                         .lease_token = lease_token,
+                         .acquires_lease = true,
+                         .lease_purpose = command_line});
 }
 
 LocalError::LocalError(const std::string& what, const std::string& where, const std::string& value,

@@ -18,6 +18,9 @@ struct Session {
   double timeout_s = 5.0;
   bool json = false;
   ExitCode exit_code = ExitCode::kOk;
+  std::string certificates{};  ///< folder; empty: where the library looks
+  std::string lease_token{};   ///< of a lease that another program keeps
+  std::string command_line{};  ///< shown to others as the purpose of a lease
 
   /// Throws client::Error.
   client::Client connect() const;

@@ -15,7 +15,7 @@ constexpr double kResistanceN = 0.5;       // of anything: more than a device in
 constexpr double kServoMmPerSPerN = 20.0;  // how eagerly a hand corrects a force error
 constexpr double kServoPerS = 8.0;         // and a depth error
 constexpr double kFastestServoMmPerS = 60.0;
-constexpr double kDeepestIntentMm = 80.0;
+constexpr double kMaxIntentDepthMm = 80.0;
 constexpr double kCatchUpPerS = 8.0;  // and a tip that lags behind a stroke
 constexpr double kMaxLeadMm = 15.0;
 
@@ -175,7 +175,7 @@ void HandMotion::servo_force(double step_s, double wanted_n, const HandPerceptio
   const double speed = std::clamp(-kServoMmPerSPerN * (wanted_n - felt.press_force_n), -kFastestServoMmPerS,
                                   kFastestServoMmPerS);
   vertical_.velocity_mm_per_s = speed;
-  vertical_.position_mm = std::max(-kDeepestIntentMm, vertical_.position_mm + speed * step_s);
+  vertical_.position_mm = std::max(-kMaxIntentDepthMm, vertical_.position_mm + speed * step_s);
   vertical_.acceleration_mm_per_s2 = 0.0;
 }
 
@@ -183,7 +183,7 @@ void HandMotion::servo_depth(double step_s, double wanted_mm, const HandPercepti
   const double speed =
       std::clamp(-kServoPerS * (wanted_mm + felt.tip_mm.z), -kFastestServoMmPerS, kFastestServoMmPerS);
   vertical_.velocity_mm_per_s = speed;
-  vertical_.position_mm = std::max(-kDeepestIntentMm, vertical_.position_mm + speed * step_s);
+  vertical_.position_mm = std::max(-kMaxIntentDepthMm, vertical_.position_mm + speed * step_s);
   vertical_.acceleration_mm_per_s2 = 0.0;
 }
 
@@ -222,7 +222,7 @@ HandIntent HandMotion::step(double step_s, const HandPerception& perceived) noex
       const double speed = program_.approach_mm_per_s * std::min(1.0, phase_time_s_ / kAccelerationS);
       vertical_ = {vertical_.position_mm - speed * step_s, -speed, 0.0};
       const bool met = felt.reaction_n > kTouchN || felt.press_force_n > kResistanceN;
-      if (met || vertical_.position_mm < -kDeepestIntentMm) enter(Phase::kLoad);
+      if (met || vertical_.position_mm < -kMaxIntentDepthMm) enter(Phase::kLoad);
       break;
     }
 

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "server/access/lease_desk.h"
+#include "server/grpc/calls/served_call.h"
 #include "server/process/log.h"
 
 namespace hapticd::server {
@@ -16,11 +18,18 @@ Caller caller_of(const grpc::ServerContextBase& context) {
   const auto remaining = context.deadline() - std::chrono::system_clock::now();
   if (remaining < kEver) caller.deadline = Caller::Clock::now() + remaining;
   caller.cancelled = [&context] { return context.IsCancelled(); };
+  if (const ServedCall* call = served_call()) {
+    caller.lease = call->lease;
+    if (call->by_holder) {
+      caller.lost = [desk = call->desk, number = call->lease] { return desk->lost(number); };
+    }
+  }
   return caller;
 }
 
 void log_call(std::string_view what, const grpc::ServerContextBase& context) {
-  log_info(std::string(what) + " by " + context.peer());
+  const ServedCall* call = served_call();
+  log_info(std::string(what) + " by " + (call == nullptr ? "" : call->who.name + " at ") + context.peer());
 }
 
 }  // namespace hapticd::server

@@ -1,10 +1,14 @@
 #include "server/grpc/calls/unreadable_request.h"
 
+#include <google/protobuf/message.h>
+
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/status.h"
 
 namespace hapticd::server {
@@ -23,11 +27,28 @@ std::string readable_name(std::string_view method) {
   return name;
 }
 
+/// The tick of effect that an answer names.
+std::optional<std::uint64_t> effective_tick_of(const void* sent) {
+  const auto* message =
+      dynamic_cast<const google::protobuf::Message*>(static_cast<const google::protobuf::MessageLite*>(sent));
+  if (message == nullptr) return std::nullopt;
+  for (const char* name : {"effective_tick", "changed_after_tick"}) {
+    if (const auto* field = message->GetDescriptor()->FindFieldByName(name)) {
+      return message->GetReflection()->GetUInt64(*message, field);
+    }
+  }
+  return std::nullopt;
+}
+
 class UnreadableRequest final : public grpc::experimental::Interceptor {
  public:
   explicit UnreadableRequest(std::string method) : method_(std::move(method)) {}
 
   void Intercept(InterceptorBatchMethods* call) override {
+    ServedCall* served = served_call();
+    if (served != nullptr && call->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE)) {
+      served->effective_tick = effective_tick_of(call->GetSendMessage());
+    }
     if (call->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) {
       const grpc::Status status = call->GetSendStatus();
       if (status.error_code() == grpc::StatusCode::INTERNAL && status.error_message().empty()) {
@@ -36,6 +57,7 @@ class UnreadableRequest final : public grpc::experimental::Interceptor {
              {"the request cannot be read", method_, "", "a message as the contract has it, texts in UTF-8",
               "generate the client from proto/hapticd/v1 of this version (hapticd --version)"}}));
       }
+      if (served != nullptr) served->status = call->GetSendStatus();
     }
     call->Proceed();
   }
@@ -48,10 +70,11 @@ class UnreadableRequest final : public grpc::experimental::Interceptor {
 
 std::unique_ptr<grpc::experimental::Interceptor> watch_for_unreadable_request(const ServerRpcInfo& call) {
   const std::string_view method = call.method();
-  const bool one_request =
-      call.type() == ServerRpcInfo::Type::UNARY || call.type() == ServerRpcInfo::Type::SERVER_STREAMING;
+  const bool watched = call.type() == ServerRpcInfo::Type::UNARY ||
+                       call.type() == ServerRpcInfo::Type::SERVER_STREAMING ||
+                       call.type() == ServerRpcInfo::Type::CLIENT_STREAMING;
   // For telemetry each batch would be intercepted.
-  if (!one_request || !method.starts_with("/hapticd.") || method.ends_with("/Subscribe")) return nullptr;
+  if (!watched || !method.starts_with("/hapticd.") || method.ends_with("/Subscribe")) return nullptr;
   return std::make_unique<UnreadableRequest>(readable_name(method));
 }
 

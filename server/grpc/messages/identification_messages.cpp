@@ -128,7 +128,7 @@ Outcome<IdentificationTask> task_of(const v1::StartIdentificationRequest& reques
        "contact, friction, structural_stiffness, tool, threshold, gains or inclusion", "set one of them"}};
 }
 
-v1::IdentificationState to_proto(IdentificationState state) {
+v1::IdentificationState state_of(IdentificationState state) {
   switch (state) {
     case IdentificationState::kRunning:
       return v1::IDENTIFICATION_STATE_RUNNING;
@@ -144,7 +144,7 @@ v1::IdentificationState to_proto(IdentificationState state) {
   return v1::IDENTIFICATION_STATE_UNSPECIFIED;
 }
 
-void fill(const rt::Coverage::Axis& axis, v1::CoverageMap::Axis& message) {
+void fill_axis(const rt::Coverage::Axis& axis, v1::CoverageMap::Axis& message) {
   message.set_quantity(axis.quantity);
   message.set_unit(axis.unit);
   message.set_from(axis.from);
@@ -199,7 +199,7 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
   message.set_kind(report.kind);
   message.set_object(report.object);
   message.set_recording(report.recording);
-  message.set_state(to_proto(report.state));
+  message.set_state(state_of(report.state));
   message.set_duration_s(progress.duration_s);
   message.set_time_limit_s(report.time_limit_s);
   message.set_samples(progress.samples);
@@ -213,8 +213,8 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
   if (std::isfinite(progress.residual)) message.set_residual(progress.residual);
   for (const rt::Coverage& coverage : progress.coverage) {
     v1::CoverageMap& map = *message.add_coverage();
-    fill(coverage.x, *map.mutable_x());
-    fill(coverage.y, *map.mutable_y());
+    fill_axis(coverage.x, *map.mutable_x());
+    fill_axis(coverage.y, *map.mutable_y());
     map.mutable_counts()->Add(coverage.counts.begin(), coverage.counts.end());
     for (const std::uint8_t required : coverage.required) map.add_required(required != 0);
     map.set_share(coverage.share);

@@ -33,6 +33,10 @@ grpc::StatusCode code_of(RefusalKind kind) {
       return grpc::StatusCode::CANCELLED;
     case RefusalKind::kUnavailable:
       return grpc::StatusCode::UNAVAILABLE;
+    case RefusalKind::kUnauthenticated:
+      return grpc::StatusCode::UNAUTHENTICATED;
+    case RefusalKind::kPermissionDenied:
+      return grpc::StatusCode::PERMISSION_DENIED;
     case RefusalKind::kInternal:
       break;
   }
@@ -59,6 +63,10 @@ v1::ErrorReason reason_of(RefusalKind kind) {
       return v1::ERROR_REASON_CANCELLED;
     case RefusalKind::kUnavailable:
       return v1::ERROR_REASON_UNAVAILABLE;
+    case RefusalKind::kUnauthenticated:
+      return v1::ERROR_REASON_NOT_IDENTIFIED;
+    case RefusalKind::kPermissionDenied:
+      return v1::ERROR_REASON_NOT_PERMITTED;
     case RefusalKind::kInternal:
       break;
   }
@@ -122,6 +130,12 @@ v1::ErrorReason reason_of(const Refusal& refusal) {
       return v1::ERROR_REASON_DISK_FULL;
     case Reason::kStoreLost:
       return v1::ERROR_REASON_STORE_LOST;
+    case Reason::kLeaseHeld:
+      return v1::ERROR_REASON_LEASE_HELD;
+    case Reason::kLeaseRequired:
+      return v1::ERROR_REASON_LEASE_REQUIRED;
+    case Reason::kLeaseLost:
+      return v1::ERROR_REASON_LEASE_LOST;
   }
   return reason_of(refusal.kind);
 }

@@ -12,4 +12,8 @@ namespace hapticd::server {
 /// rt::channel). Samples that several subscribers share are encoded once and copied.
 grpc::ByteBuffer encode(const Subscription::Batch& batch, std::uint32_t channels);
 
+/// The same as a v1::TelemetryBlock of the columns of these channels; `describe`: with their names and units,
+/// as the first of a stream.
+grpc::ByteBuffer encode_block(const Subscription::Batch& batch, std::uint32_t channels, bool describe);
+
 }  // namespace hapticd::server

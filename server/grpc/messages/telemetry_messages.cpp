@@ -19,6 +19,12 @@ void fill_sample(const rt::TickRecord& record, v1::SampleGroup& group) {
   group.set_force_count(record.force_count);
   group.set_force_age_ms(static_cast<double>(record.force_age_ns) * 1e-6);
   group.set_bias_serial(record.bias_serial);
+  v1::Quaternion& orientation = *group.mutable_orientation();
+  orientation.set_w(record.tip_orientation.w);
+  orientation.set_x(record.tip_orientation.x);
+  orientation.set_y(record.tip_orientation.y);
+  orientation.set_z(record.tip_orientation.z);
+  fill_vector(record.sensor_torque_n_mm, *group.mutable_sensor_torque_n_mm());
 }
 
 void fill_motion(const rt::TickRecord& record, v1::MotionGroup& group) {

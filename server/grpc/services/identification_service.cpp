@@ -59,8 +59,11 @@ grpc::Status IdentificationService::StartIdentification(grpc::ServerContext* con
                                                         v1::StartIdentificationResponse* response) {
   const auto wanted = read_request(*request);
   if (!wanted) return to_status(wanted.refusal());
-  const auto id = runner_.start(*wanted);
+  const Caller caller = caller_of(*context);
+  const auto id = runner_.start(*wanted, caller.lease);
   if (!id) return to_status(id.refusal());
+  // Control may have changed hands just before it began.
+  if (const auto lost = caller.lost()) runner_.end_under(caller.lease, lost->error);
   log_call("identification '" + *id + "' was started", *context);
   response->set_identification(*id);
   return grpc::Status::OK;

@@ -1,6 +1,7 @@
 #include "server/grpc/services/rig_service.h"
 
 #include "rt/guard/fault_table.h"
+#include "server/diagnosis/certificate_findings.h"
 #include "server/diagnosis/diagnosis.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
@@ -184,7 +185,10 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
                                   v1::Diagnosis* response) {
   const CountedCall counted(diagnoses_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("diagnoses", "RigService.Diagnose");
-  for (const Finding& finding : diagnose({session_, scenes_, hub_, turntable_}, request->probe())) {
+  Findings findings = diagnose({session_, scenes_, hub_, turntable_}, request->probe());
+  const Findings of_certificates = examine_certificates(certificates_, std::chrono::system_clock::now());
+  findings.insert(findings.end(), of_certificates.begin(), of_certificates.end());
+  for (const Finding& finding : findings) {
     v1::Finding& reported = *response->add_findings();
     reported.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));
     reported.set_topic(finding.topic);
@@ -194,11 +198,12 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
   return grpc::Status::OK;
 }
 
-grpc::Status RigService::BiasForceSensor(grpc::ServerContext* context, const v1::BiasForceSensorRequest*,
+grpc::Status RigService::BiasForceSensor(grpc::ServerContext* context,
+                                         const v1::BiasForceSensorRequest* request,
                                          v1::BiasForceSensorResponse* response) {
   const CountedCall counted(bias_calls_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("biases of the sensor", "RigService.BiasForceSensor");
-  const auto taken = biases_.take(caller_of(*context));
+  const auto taken = biases_.take(caller_of(*context), request->tool_is_free());
   if (!taken) return to_status(taken.refusal());
   fill_bias(*taken, *response->mutable_bias());
   log_call("force sensor biased", *context);

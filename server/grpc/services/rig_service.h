@@ -1,6 +1,8 @@
 #pragma once
 
 #include <atomic>
+#include <string>
+#include <utility>
 
 #include "hapticd/v1/rig.grpc.pb.h"
 
@@ -16,8 +18,13 @@ class TurntableHost;
 class RigService final : public v1::RigService::Service {
  public:
   RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, SensorBiases& biases,
-             TurntableHost& turntable)
-      : session_(session), scenes_(scenes), hub_(hub), biases_(biases), turntable_(turntable) {}
+             TurntableHost& turntable, std::string certificates = {})
+      : session_(session),
+        scenes_(scenes),
+        hub_(hub),
+        biases_(biases),
+        turntable_(turntable),
+        certificates_(std::move(certificates)) {}
 
   grpc::Status GetRigInfo(grpc::ServerContext* context, const v1::GetRigInfoRequest* request,
                           v1::RigInfo* response) override;
@@ -36,6 +43,7 @@ class RigService final : public v1::RigService::Service {
   TelemetryHub& hub_;
   SensorBiases& biases_;
   TurntableHost& turntable_;
+  const std::string certificates_;  ///< folder; empty: served without
   std::atomic<int> diagnoses_{0};
   std::atomic<int> bias_calls_{0};
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "server/grpc/calls/call.h"
+#include "server/grpc/calls/served_call.h"
 #include "server/grpc/calls/stop_request.h"
 #include "server/grpc/messages/enums.h"
 #include "server/grpc/messages/status.h"
@@ -15,8 +16,9 @@ grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* conte
                                               const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   const std::uint64_t last_tick = latch_.stop();  // before anything that could fail or take long
   const StopReason reason = read_stop_request(*request);
-  std::string line = fmt::format("stopped by {}: {}", context->peer(),
-                                 reason.text.empty() ? "no reason given" : reason.text);
+  std::string line =
+      fmt::format("stopped by {}{}: {}", served_call() == nullptr ? "" : served_call()->who.name + " at ",
+                  context->peer(), reason.text.empty() ? "no reason given" : reason.text);
   v1::StopResponse answer;
   for (const std::string& repair : reason.repairs) {
     answer.add_repairs(repair);
@@ -26,6 +28,10 @@ grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* conte
   answer.set_guard_fault(to_proto(latch_.fault_after_stop()));
   answer.set_guard_state(v1::GUARD_STATE_LATCHED);
   answer.set_latched_after_tick(last_tick);
+  if (ServedCall* call = served_call()) {
+    call->arguments = "reason: \"" + reason.text + "\"";
+    call->note_end(grpc::Status::OK, last_tick);
+  }
   bool own_buffer = false;
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(grpc::SerializationTraits<v1::StopResponse>::Serialize(answer, response, &own_buffer));
@@ -35,7 +41,9 @@ grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* conte
 grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* context, const v1::ClearRequest*,
                                                v1::ClearResponse* response) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  const bool served = clears_.serve([this, context, response, reactor] {
+  ServedCall call = served_call() == nullptr ? ServedCall{} : *served_call();
+  const bool served = clears_.serve([this, context, response, reactor, call]() mutable {
+    const ServedCallScope scope(call);
     const auto cleared = latch_.clear(caller_of(*context));
     if (cleared) {
       log_call("the guard was cleared", *context);
@@ -43,7 +51,9 @@ grpc::ServerUnaryReactor* SafetyService::Clear(grpc::CallbackServerContext* cont
       response->set_cleared_fault(to_proto(cleared->fault));
       response->set_effective_tick(cleared->effective_tick);
     }
-    reactor->Finish(cleared ? grpc::Status::OK : to_status(cleared.refusal()));
+    const grpc::Status status = cleared ? grpc::Status::OK : to_status(cleared.refusal());
+    call.note_end(status, response->effective_tick());
+    reactor->Finish(status);
   });
   if (!served) {
     reactor->Finish(

@@ -54,7 +54,7 @@ void fill_outline(const ResolvedScene& scene, v1::SceneOutline& outline) {
   }
   outline.set_target_law(std::string(word_of(scene.spec.target.kind)));
   outline.set_target_stiffness_n_per_mm(
-      rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kDeepestTargetMm));
+      rt::greatest_stiffness_n_per_mm(scene.spec.target, rt::kMaxTargetDepthMm));
   outline.set_max_target_stiffness_n_per_mm(scene.spec.max_target_stiffness_n_per_mm);
   outline.set_resolved_toml(write_scene(scene.spec));
 }

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "server/grpc/messages/enums.h"
@@ -22,6 +23,7 @@ namespace {
 /// A checked request.
 struct Wanted {
   std::uint32_t channels = ~0U;
+  bool as_block = false;
   SubscriptionOptions options;
 };
 
@@ -35,22 +37,36 @@ Refusal out_of_range(const char* field, std::uint32_t value, const char* limit) 
            std::to_string(value), limit, "choose a value in the range, or 0 for the default"}};
 }
 
+/// "SAMPLE, MOTION, …"
+std::string group_names() {
+  std::string names;
+  const auto& groups = *v1::FieldGroup_descriptor();
+  for (int i = 1; i < groups.value_count(); ++i) {
+    names += (i > 1 ? ", " : "") + groups.value(i)->name().substr(std::string_view("FIELD_GROUP_").size());
+  }
+  return names;
+}
+
 Outcome<Wanted> read_request(const v1::SubscribeRequest& request) {
   Wanted wanted;
   if (request.groups_size() > 0) wanted.channels = 0;
   for (int i = 0; i < request.groups_size(); ++i) {
     const v1::FieldGroup group = request.groups(i);
     if (!v1::FieldGroup_IsValid(group) || group == v1::FIELD_GROUP_UNSPECIFIED) {
-      return Refusal{
-          RefusalKind::kInvalidArgument,
-          {"unknown field group", fmt::format("SubscribeRequest.groups[{}]", i),
-           std::to_string(static_cast<int>(group)),
-           "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, "
-           "FUSION, PASSIVITY, ZERO",
-           "ask for groups of this list, or for none to get all"}};
+      return Refusal{RefusalKind::kInvalidArgument,
+                     {"unknown field group", fmt::format("SubscribeRequest.groups[{}]", i),
+                      std::to_string(static_cast<int>(group)), group_names(),
+                      "ask for groups of this list, or for none to get all"}};
     }
     wanted.channels |= channel_of(group);
   }
+  if (!v1::TelemetryEncoding_IsValid(request.encoding())) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"unknown encoding", "SubscribeRequest.encoding",
+                    std::to_string(static_cast<int>(request.encoding())), "SAMPLES or BLOCK",
+                    "ask for one of these, or for none to get samples"}};
+  }
+  wanted.as_block = request.encoding() == v1::TELEMETRY_ENCODING_BLOCK;
   SubscriptionOptions& options = wanted.options;
   if (request.decimation() > 10000)
     return out_of_range("decimation", request.decimation(), "1 … 10000 ticks");
@@ -87,7 +103,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
                               public std::enable_shared_from_this<TelemetryStream> {
  public:
   static TelemetryStream* open(TelemetryHub& hub, Wanted wanted) {
-    const auto stream = std::make_shared<TelemetryStream>(hub, wanted.channels);
+    const auto stream = std::make_shared<TelemetryStream>(hub, wanted);
     stream->self_ = stream;
     wanted.options.on_ready = [weak = stream->weak_from_this()] {
       if (const auto alive = weak.lock()) alive->write_next();
@@ -97,7 +113,8 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
     stream->StartSendInitialMetadata();
     return stream.get();
   }
-  TelemetryStream(TelemetryHub& hub, std::uint32_t channels) : hub_(hub), channels_(channels) {}
+  TelemetryStream(TelemetryHub& hub, const Wanted& wanted)
+      : hub_(hub), channels_(wanted.channels), as_block_(wanted.as_block) {}
 
   void OnSendInitialMetadataDone(bool ok) override {
     {
@@ -140,7 +157,8 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
       }
       return;
     }
-    message_ = encode(batch_, channels_);
+    message_ = as_block_ ? encode_block(batch_, channels_, !std::exchange(described_, true))
+                         : encode(batch_, channels_);
     batch_.entries.clear();
     writing_ = true;
     StartWrite(&message_);
@@ -153,13 +171,15 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
 
   TelemetryHub& hub_;
   const std::uint32_t channels_;
+  const bool as_block_;
   std::shared_ptr<TelemetryStream> self_;
   std::shared_ptr<Subscription> subscription_;
 
   std::mutex mutex_;  ///< between the hub's thread and gRPC's; never of another stream
   Subscription::Batch batch_;
   grpc::ByteBuffer message_;
-  bool writing_ = true;  ///< the metadata are being sent
+  bool writing_ = true;     ///< the metadata are being sent
+  bool described_ = false;  ///< the columns of blocks were sent
   bool cancelled_ = false;
   bool finished_ = false;
 };

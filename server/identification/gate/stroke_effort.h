@@ -11,17 +11,19 @@ namespace hapticd::rt {
 /// hardest force of the contact, not the one that was asked for. In constant time and memory.
 class StrokeEffort {
  public:
-  static constexpr double kMinStrokeS = 1.0;   ///< a shorter one is no stroke
-  static constexpr double kStuckS = 0.15;      ///< a stroke that slides less than this stuck
-  static constexpr double kSaturatedS = 0.05;  ///< so long at the end of the range is no single spike
-  static constexpr double kLighter = 0.5;      ///< times the hardest force
+  static constexpr double kMinStrokeS = 1.0;    ///< a shorter one is no stroke
+  static constexpr double kStuckS = 0.15;       ///< a stroke that slides less than this stuck
+  static constexpr double kSaturatedS = 0.05;   ///< so long at the end of the range is no single spike
+  static constexpr double kPressedShare = 0.5;  ///< of the hardest force: neither set down nor lifted off
+  static constexpr double kLighter = 0.5;       ///< times the hardest force
 
   /// Each fit sample in contact.
   void touch(double now_s, double force_n, bool slides) noexcept {
     const double step_s = count(now_s);
     contact_s_ += step_s;
-    if (slides) sliding_s_ += step_s;
     hardest_n_ = std::max(hardest_n_, force_n);
+    // As it is set down and lifted off a tip slides that stuck in between.
+    if (slides && force_n > kPressedShare * hardest_n_) sliding_s_ += step_s;
   }
   /// Each sample with the sensor at the end of its range.
   void saturate(double now_s) noexcept { saturated_s_ += count(now_s); }

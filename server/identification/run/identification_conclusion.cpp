@@ -123,6 +123,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
     last.progress = std::move(progress);
     last.instruction.clear();
     last.model = hash;
+    if (lost_control_ && state == IdentificationState::kCancelled) problem = lost_control_;
     last.problem = problem;
     last.state = state;
     ++last.version;

@@ -74,7 +74,7 @@ void IdentificationRunner::shutdown() {
   if (thread_.joinable()) thread_.join();
 }
 
-Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& request) {
+Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& request, std::uint64_t lease) {
   constexpr const char* kPlace = "StartIdentificationRequest";
   if (auto refusal = check(request.task)) return *refusal;
   const bool about_object = is_about_object(request.task);
@@ -172,6 +172,8 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
   reports_.push_front(std::move(report));
   if (reports_.size() > kKept) reports_.pop_back();
   cancel_.store(false);
+  lease_ = run->rows ? 0 : lease;
+  lost_control_.reset();
   if (thread_.joinable()) thread_.join();  // the last one has reported its end and only leaves
   const std::string id = run->id;
   thread_ = std::thread([this, run = std::move(run)] { perform(*run); });
@@ -246,6 +248,14 @@ Outcome<IdentificationReport> IdentificationRunner::cancel(const std::string& id
     now = report(now->id, now->version, caller);
   }
   return now;
+}
+
+void IdentificationRunner::end_under(std::uint64_t lease, const hal::Error& why) {
+  const std::lock_guard lock(mutex_);
+  const bool runs = !reports_.empty() && reports_.front().state == IdentificationState::kRunning;
+  if (!runs || lease == 0 || lease_ != lease) return;
+  lost_control_ = why;
+  cancel_.store(true);
 }
 
 std::vector<IdentificationReport> IdentificationRunner::list() const {

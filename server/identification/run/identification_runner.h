@@ -68,8 +68,11 @@ class IdentificationRunner {
   IdentificationRunner(const IdentificationRunner&) = delete;
   IdentificationRunner& operator=(const IdentificationRunner&) = delete;
 
-  /// Returns once it runs.
-  Outcome<std::string> start(const IdentificationRequest& request);
+  /// Returns once it runs. `lease`: number of the state of control it was started under.
+  Outcome<std::string> start(const IdentificationRequest& request, std::uint64_t lease = 0);
+  /// Cancels what runs on the rig if it was started under this number; the report says why. Waits for
+  /// nothing.
+  void end_under(std::uint64_t lease, const hal::Error& why);
   /// The report of an identification; empty id = of the one that runs, else the last. With `newer_than`, as
   /// soon as its version is beyond that, it is over, or the caller's timeout is.
   Outcome<IdentificationReport> report(const std::string& id, std::uint64_t newer_than, const Caller& caller);
@@ -113,6 +116,8 @@ class IdentificationRunner {
   std::condition_variable changed_;
   std::deque<IdentificationReport> reports_;  ///< newest first
   std::uint64_t started_ = 0;
+  std::uint64_t lease_ = 0;  ///< of what runs on the rig; 0 = none
+  std::optional<hal::Error> lost_control_;
   bool shut_down_ = false;
   std::atomic<bool> cancel_{false};
   std::thread thread_;

@@ -17,7 +17,8 @@ namespace {
 constexpr double kPressedN = 0.4;  // of the sensor: the hand is on the object
 constexpr double kFreeN = 0.2;
 constexpr double kFreeForS = 0.25;
-constexpr double kSilentS = 0.1;  // no force at all under a pressing hand
+constexpr double kSilentS = 0.1;    // no force at all under a pressing hand, after there was some
+constexpr double kNotReadyS = 0.5;  // and where there was none yet
 constexpr double kQuietN = 0.05;
 // Amplitude below which an oscillation is taken for the hand's own tremor or the encoder's step.
 constexpr double kMinMm = 0.05;
@@ -109,6 +110,7 @@ void GainsIdentification::choose() {
 }
 
 void GainsIdentification::end_trial(bool oscillates) {
+  lost_presses_ = 0;
   const UltimateOscillation& reported = oscillation_.period_s() > 0.0 ? oscillation_ : in_force_;
   Trial trial{gain_, derivative_ms_, oscillates, reported.period_s(), oscillation_.amplitude()};
   if (trials_.size() == kMaxTrials) trials_.erase(trials_.begin());
@@ -203,20 +205,17 @@ void GainsIdentification::add(const Observation& observation) {
   ++used_;
   pressed_s_ += step_s;
   acted_ = acted_ || command_n > 0.0;
-  if (acted_) lost_presses_ = 0;
   silent_s_ = command_n == 0.0 && force_n > kPressedN ? silent_s_ + step_s : 0.0;
-  if (silent_s_ > kSilentS) {
-    if (!acted_ && silent_s_ > 5.0 * kSilentS && ++lost_presses_ < kMaxLostPresses) {
+  if (silent_s_ > (acted_ ? kSilentS : kNotReadyS)) {
+    // A contact that a late tick ended renders again once the tool was lifted.
+    if (++lost_presses_ < kMaxLostPresses) {
       press_is_lost_ = true;
       pressed_ = false;
       return;
     }
-    if (acted_ || silent_s_ > 5.0 * kSilentS) {
-      refuse(acted_ ? "the device fell silent under a pressing hand at Kp = " + fixed_text(gain_, 2) +
-                          ": the guard has latched; find out why before going on"
-                    : "the device gives no force: no scene renders, or its guard is latched");
-      return;
-    }
+    return refuse(acted_ ? "the device fell silent under a pressing hand at Kp = " + fixed_text(gain_, 2) +
+                               ", press after press: see whether the guard has latched before going on"
+                         : "the device gives no force: no scene renders, or its guard is latched");
   }
   if (command_n > kRunAwayN) {
     if (std::max(oscillation_.swings(), in_force_.swings()) >= 2) return end_trial(true);
@@ -259,7 +258,7 @@ MotionRequest GainsIdentification::next_request() const {
   request.force_n = kPressN;
   request.force_rate_n_per_s = 8.0;
   request.hold_s = kWatchS;
-  request.words = press_is_lost_ ? "let go: the device was not ready; then " : "";
+  request.words = press_is_lost_ ? "let go: the device was silent; then " : "";
   request.words += "press the object to " + fixed_text(kPressN, 0) +
                    " N, hold for a second and let go (Kp = " + fixed_text(gain_, 2) + ")";
   return request;

@@ -25,9 +25,9 @@ namespace hapticd::rt {
 ///
 /// Safety: an oscillation is reported within a few cycles, one that grows earlier; from that tick on
 /// request() asks for a free hand and no force, and requests should be carried out at once.
-/// Force that stays exactly zero under a pressing hand after it had acted is a latched guard, force far
-/// beyond the hand's own a target that this object does not admit: the search ends there. A press that began
-/// before the device rendered (a person does not wait for it) is asked for again, kMaxLostPresses - 1 times.
+/// Force far beyond the hand's own is that of a target which this object does not admit: the search ends
+/// there. A press under which the device is silent (it did not render yet, or a late tick ended the contact)
+/// is asked for again, kMaxLostPresses - 1 times.
 class GainsIdentification final : public Identification {
  public:
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);
@@ -45,7 +45,7 @@ class GainsIdentification final : public Identification {
   static constexpr double kPeriodShare = 0.125;     ///< Kd = share · Kp · T_c
   static constexpr double kDerivativeShare = 0.25;  ///< of what the stable region admits for Kd
   static constexpr double kPressN = 2.0;
-  static constexpr int kMaxLostPresses = 3;  ///< in a row, without any force of the device
+  static constexpr int kMaxLostPresses = 3;  ///< in a row, in which the device was silent
   static constexpr double kRunAwayN = 8.0;   ///< of the device, under a press of kPressN
   static constexpr double kWatchS = 0.8;     ///< under force, before a gain is said to hold
 
@@ -91,7 +91,7 @@ class GainsIdentification final : public Identification {
   double pressed_s_ = 0.0;
   double free_s_ = 0.0;
   double silent_s_ = 0.0;
-  bool press_is_lost_ = false;  ///< it began before the device rendered: not judged, the hand has to let go
+  bool press_is_lost_ = false;  ///< the device was silent under it: not judged, the hand has to let go
   int lost_presses_ = 0;        ///< in a row
   hal::Vector3 axis_{0.0, 0.0, 1.0};
   std::vector<Trial> trials_;  ///< at most kMaxTrials

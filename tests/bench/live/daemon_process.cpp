@@ -29,7 +29,7 @@ std::string announced_address(const std::string& log) {
 
 std::string configuration_beside(std::filesystem::path log, const DaemonSetup& setup) {
   const std::filesystem::path file = log.replace_extension(".toml");
-  std::ofstream(file) << "[loop]\ncpu = " << setup.loop_cpu << '\n';
+  std::ofstream(file) << "[loop]\ncpu = " << setup.loop_cpu << '\n' << setup.more_configuration;
   return file.string();
 }
 

@@ -16,6 +16,7 @@ std::filesystem::path program_folder();
 struct DaemonSetup {
   std::string scene = "tap_1d";
   int loop_cpu = -1;  ///< that the loop is pinned to and the daemon's other threads keep off; -1 = none
+  std::string more_configuration{};  ///< further sections
 };
 
 /// The real daemon.

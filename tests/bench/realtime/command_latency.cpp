@@ -16,9 +16,12 @@
 #include "client/cpp/client.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
 #include "tests/bench/live/daemon_process.h"
+#include "tests/study/report/quantile.h"
 
 namespace hapticd::bench {
 namespace {
+
+using report::quantile;
 
 using Clock = std::chrono::steady_clock;
 
@@ -77,10 +80,6 @@ std::vector<double> round_trips(const std::string& address, int calls) {
   }
   std::sort(times.begin(), times.end());
   return times;
-}
-
-double quantile(const std::vector<double>& sorted, double share) {
-  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
 }
 
 report::PlotSeries curve(const std::string& label, const std::vector<double>& sorted) {

@@ -62,6 +62,7 @@ struct EmulatedBench::State {
   std::atomic<std::uint64_t> truths_lost{0};
   std::atomic<std::uint64_t> turns{0};
   std::atomic<std::uint64_t> turns_missed{0};
+  std::atomic<std::int64_t> longest_pause_ns{0};
   test::FreeAirJudge free_air;
 
   void run();
@@ -116,7 +117,8 @@ void EmulatedBench::State::run() {
     turn();
     due_ns += period_ns;
     const std::int64_t late_ns = monotonic_ns() - due_ns;
-    if (late_ns > period_ns) {  // the physics catches up by itself
+    if (late_ns > longest_pause_ns) longest_pause_ns = late_ns;  // of one writer
+    if (late_ns > period_ns) {                                   // the physics catches up by itself
       const std::int64_t missed = late_ns / period_ns;
       due_ns += missed * period_ns;
       turns_missed.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
@@ -220,6 +222,9 @@ std::uint64_t EmulatedBench::turns() const noexcept {
 }
 std::uint64_t EmulatedBench::turns_missed() const noexcept {
   return state_->turns_missed;
+}
+double EmulatedBench::longest_pause_ms() const noexcept {
+  return 1e-6 * static_cast<double>(state_->longest_pause_ns);
 }
 
 }  // namespace hapticd::emulators

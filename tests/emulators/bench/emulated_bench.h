@@ -91,6 +91,9 @@ class EmulatedBench {
   std::uint64_t truths_lost() const noexcept;  ///< for want of capacity
   std::uint64_t turns() const noexcept;
   std::uint64_t turns_missed() const noexcept;  ///< the machine was late by more than a period
+  /// For so long the world stood still: then the tool jumps as no arm does, and what is measured of it says
+  /// nothing about the program under test.
+  double longest_pause_ms() const noexcept;
 
  private:
   struct State;

@@ -101,7 +101,7 @@ TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
                          "did you mean 'fifo_priority'?"});
   expect_config_refused("[lop]\nrate_hz = 1000\n",
                         {"unknown key 'lop'", "hapticd.toml, line 1", "",
-                         "loop, network, rig, guard, scene, models, log", "did you mean 'loop'?"});
+                         "loop, network, rig, guard, access, scene, models, log", "did you mean 'loop'?"});
   expect_config_refused(
       "[rig.sim]\nforce = 3\n",
       {"unknown key 'force' in [rig.sim]", "hapticd.toml, line 2", "",
@@ -161,7 +161,10 @@ TEST(Configuration, ListensOnLoopbackOnly) {
   }
   const std::string beyond =
       "refusing to listen beyond this machine: the connection is neither encrypted nor authenticated";
-  const std::string remedy = "listen on 127.0.0.1 and reach it from elsewhere through an SSH tunnel";
+  const std::string remedy =
+      "listen there with certificates (--listen-tls, deploy/make_certificates.sh), or on 127.0.0.1 and reach "
+      "it "
+      "through an SSH tunnel";
   for (const char* address : {"0.0.0.0:50051", "192.168.1.7:50051", "[::]:50051", "128.0.0.1:1"}) {
     const auto parsed = parse_listen_address(address, "--listen");
     ASSERT_FALSE(parsed) << address;
@@ -178,11 +181,50 @@ TEST(Configuration, ListensOnLoopbackOnly) {
 }
 
 TEST(Configuration, TheFileNamesTheLineOfARefusedAddress) {
-  expect_config_refused("[network]\nlisten = \"0.0.0.0:50051\"\n",
-                        {"refusing to listen beyond this machine: the connection is neither encrypted nor "
-                         "authenticated",
-                         "hapticd.toml, line 2", "0.0.0.0:50051", "127.0.0.0/8, ::1, localhost",
-                         "listen on 127.0.0.1 and reach it from elsewhere through an SSH tunnel"});
+  expect_config_refused(
+      "[network]\nlisten = \"0.0.0.0:50051\"\n",
+      {"refusing to listen beyond this machine: the connection is neither encrypted nor "
+       "authenticated",
+       "hapticd.toml, line 2", "0.0.0.0:50051", "127.0.0.0/8, ::1, localhost",
+       "listen there with certificates (--listen-tls, deploy/make_certificates.sh), or on 127.0.0.1 and "
+       "reach it through an SSH tunnel"});
+}
+
+TEST(Configuration, ListensElsewhereWithCertificatesOnly) {
+  for (const char* address : {"192.168.1.7:50051", "[fd00::20]:50051", "0.0.0.0:50052", "127.0.0.1:50052"}) {
+    const auto parsed = parse_tls_address(address, "--listen-tls");
+    ASSERT_TRUE(parsed) << parsed.error().text();
+    EXPECT_EQ(parsed->text(), address);
+  }
+  EXPECT_FALSE(parse_tls_address("lab1:50051", "--listen-tls")) << "names may mean another address there";
+  ConfigOverrides overrides;
+  overrides.listen_tls = "192.168.1.7:50051";
+  const auto plain = override_config(DaemonConfig{}, overrides);
+  ASSERT_FALSE(plain);
+  EXPECT_EQ(plain.error().what, "refusing to listen beyond this machine without certificates");
+  overrides.certificates = "/etc/hapticd/certificates";
+  EXPECT_TRUE(override_config(DaemonConfig{}, overrides));
+  overrides.listen_tls = "0.0.0.0:50051";
+  EXPECT_FALSE(override_config(DaemonConfig{}, overrides)) << "the port of loopback";
+}
+
+TEST(Configuration, AccessHasRolesByName) {
+  const auto config = parse_config(
+      "[access]\nlease = \"required\"\nlocal_role = \"observer\"\n[access.users]\nanna = \"operator\"\n"
+      "[access.certificates]\n\"spiffe://lab/hapticd/observer/ben\" = \"maintainer\"\n"
+      "[access.denied]\n\"serial:0A1B\" = \"laptop lost\"\n",
+      "hapticd.toml");
+  ASSERT_TRUE(config) << config.error().text();
+  EXPECT_EQ(config->access.lease, LeaseRule::kRequired);
+  EXPECT_EQ(config->access.local_role, Role::kObserver);
+  EXPECT_EQ(config->access.users.at("anna"), Role::kOperator);
+  EXPECT_EQ(config->access.certificates.at("spiffe://lab/hapticd/observer/ben"), Role::kMaintainer);
+  EXPECT_EQ(config->access.denied.at("serial:0A1B"), "laptop lost");
+  const auto again = parse_config(write_config(*config), "again");
+  ASSERT_TRUE(again) << again.error().text();
+  EXPECT_EQ(again->access.users, config->access.users);
+  EXPECT_EQ(again->access.denied, config->access.denied);
+  EXPECT_FALSE(parse_config("[access.users]\nanna = \"root\"\n", "hapticd.toml"));
 }
 
 TEST(Configuration, ASimulatedRigIsPutUnderTheConditionsOfALabByName) {

@@ -46,7 +46,7 @@ TEST(Contract, EveryKindOfRefusalHasAReasonOfItsOwn) {
     EXPECT_NE(detail.reason(), v1::ERROR_REASON_UNSPECIFIED) << kind;
     EXPECT_TRUE(reasons.insert(detail.reason()).second) << kind;
   }
-  for (int reason = 1; reason <= static_cast<int>(server::Reason::kStoreLost); ++reason) {
+  for (int reason = 1; reason <= static_cast<int>(server::Reason::kLeaseLost); ++reason) {
     const v1::ErrorDetail detail = detail_of(server::to_status({server::RefusalKind::kFailedPrecondition,
                                                                 {"no", "", "", "", ""},
                                                                 static_cast<server::Reason>(reason)}));

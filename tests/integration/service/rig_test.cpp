@@ -96,6 +96,43 @@ TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {
   EXPECT_EQ(detail_of(status).what(), "the tool is in contact: it cannot be biased");
 }
 
+TEST(ServiceRig, IsNotBiasedWhileAHandMovesTheTool) {
+  const RunningService service;
+  v1::SetHandProgramRequest request;
+  request.mutable_program()->set_kind(v1::HAND_PROGRAM_KIND_TAP);
+  request.mutable_program()->set_repetitions(0);
+  v1::SetHandProgramResponse set;
+  ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &set).ok());
+  v1::BiasForceSensorResponse biased;
+  const grpc::Status status = service.rig->BiasForceSensor(call_context().get(), {}, &biased);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  const std::string what = detail_of(status).what();
+  EXPECT_NE(what.find("while the bias was taken"), std::string::npos) << what;
+  EXPECT_FALSE(service.state().has_sensor_bias());
+}
+
+// Where no scene looks for contact, the last bias tells.
+TEST(ServiceRig, IsNotBiasedUnderALoadUnlessSomeoneHasLooked) {
+  const RunningService service;
+  ASSERT_TRUE(service.load("tap_1d").ok());
+  v1::BiasForceSensorRequest request;
+  v1::BiasForceSensorResponse biased;
+  const auto bias = [&] { return service.rig->BiasForceSensor(call_context().get(), request, &biased); };
+  service.await([&](const v1::RigState&) { return bias().ok(); });
+  service.press(2.0);
+  v1::UnloadSceneResponse unloaded;
+  ASSERT_TRUE(service.scene->UnloadScene(call_context().get(), {}, &unloaded).ok());
+  grpc::Status status;
+  service.await([&](const v1::RigState&) {  // once the hand holds still
+    status = bias();
+    return detail_of(status).what().find("carries a load") != std::string::npos;
+  });
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_NE(detail_of(status).remedy().find("--tool-is-free"), std::string::npos);
+  request.set_tool_is_free(true);
+  EXPECT_TRUE(bias().ok());
+}
+
 TEST(ServiceRig, StateSaysContactZeroAndForce) {
   const RunningService service;
   v1::RigState state = service.await([](const v1::RigState& now) { return now.bias_serial() == 1; });

@@ -155,14 +155,14 @@ TEST_F(TelemetryHubTest, KeepsTheLastRecord) {
 }
 
 TEST_F(TelemetryHubTest, TheEndHandsOutWhatIsLeftAndIsReported) {
-  bool reported = false;
+  const auto reported = std::make_shared<bool>(false);  // the hub ends after this
   SubscriptionOptions options;
-  options.on_ready = [&reported] { reported = true; };
+  options.on_ready = [reported] { *reported = true; };
   const auto subscription = hub_.subscribe(options);
   tick(3);
   hub_.start();
   hub_.stop();
-  EXPECT_TRUE(reported);
+  EXPECT_TRUE(*reported);
   EXPECT_FALSE(subscription->ended());
   Subscription::Batch batch;
   ASSERT_TRUE(subscription->take(batch, Subscription::Clock::now()));

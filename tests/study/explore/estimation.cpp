@@ -9,10 +9,13 @@
 #include "tests/study/common/explore_study.h"
 #include "tests/study/common/scenes.h"
 #include "tests/study/common/shadow.h"
+#include "tests/study/report/quantile.h"
 
 namespace hapticd::study {
 
 namespace {
+
+using report::quantile;
 
 struct Estimator {
   const char* name;
@@ -43,13 +46,6 @@ struct Errors {
   std::vector<double> displacement;  ///< |x̂ - x|/x while pressing and stroking
   std::vector<double> release;       ///< the same after the last stroke
 };
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::nan("");
-  const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
-  return values[rank];
-}
 
 double mean(const std::vector<double>& values) {
   double sum = 0.0;

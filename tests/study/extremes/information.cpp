@@ -25,7 +25,7 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kForgetting = 0.9997;
 constexpr double kNoiseN = 0.003;
-constexpr double kDeepestMm = 4.0;
+constexpr double kMaxDepthMm = 4.0;
 constexpr rt::HuntCrossleyParameters kLaw{0.4, 4e-4, 1.5};
 
 /// Seconds of holding still at which a course is looked at: six a decade, up to ten hours.
@@ -41,8 +41,8 @@ constexpr std::size_t kColumns = 4;
 using Look = std::array<double, kColumns>;  // in the order of InformationCourse
 
 double error_of(double stiffness, double exponent) {
-  const double force = rt::hunt_crossley_force_n(kLaw, 0.5 * kDeepestMm, 0.0);
-  return std::abs(std::pow(force / stiffness, 1.0 / exponent) / (0.5 * kDeepestMm) - 1.0);
+  const double force = rt::hunt_crossley_force_n(kLaw, 0.5 * kMaxDepthMm, 0.0);
+  return std::abs(std::pow(force / stiffness, 1.0 / exponent) / (0.5 * kMaxDepthMm) - 1.0);
 }
 double error_of(const std::optional<rt::HuntCrossleyEstimate>& found) {
   return found ? error_of(found->parameters.stiffness_n_per_mm_m, found->parameters.exponent) : kNan;
@@ -52,12 +52,12 @@ double error_of(const std::optional<rt::HuntCrossleyEstimate>& found) {
 template <class Add, class Report>
 report::CellValues course_of(bool quick, const Add& add, const Report& fill_record) {
   const auto palpate = [&](std::uint64_t seed) {
-    for (const rt::PalpationSample& s : palpated(kLaw, kDeepestMm, 20.0, kNoiseN, seed)) add(s);
+    for (const rt::PalpationSample& s : palpated(kLaw, kMaxDepthMm, 20.0, kNoiseN, seed)) add(s);
   };
   palpate(1);
   sim::Random random(2);
   rt::PalpationSample held;
-  held.displacement_mm = 0.6 * kDeepestMm;
+  held.displacement_mm = 0.6 * kMaxDepthMm;
   held.in_contact = true;
   const double force = rt::hunt_crossley_force_n(kLaw, held.displacement_mm, 0.0);
   report::CellValues values;

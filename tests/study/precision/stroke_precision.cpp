@@ -17,6 +17,7 @@
 #include "tests/study/precision/estimation_stages.h"
 #include "tests/study/precision/plain_direction.h"
 #include "tests/study/precision/stroke_log.h"
+#include "tests/study/report/quantile.h"
 #include "tests/study/report/run_time.h"
 #include "tests/study/report/work_precision.h"
 
@@ -25,15 +26,9 @@ namespace hapticd::study {
 namespace {
 
 using report::fixed;
+using report::quantile;
 
 constexpr double kRateHz = 1000.0;
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::nan("");
-  const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
-  return values[rank];
-}
 
 /// What a stage is composed for.
 struct Conditions {

@@ -138,14 +138,14 @@ std::vector<TrustCause> make_causes() {
   add("tool_mass_wrong", {-20, 20}, "percent",
       [](SimulationConfig& rig, double percent) { set(rig, "tool_mass_error_share", 1e-2 * percent); },
       {-20, 20});
-  add("bias_wrong", {20, 100}, "mN",
+  add("bias_wrong", {20, 100, 160, 300}, "mN",
       [](SimulationConfig& rig, double mn) {
         const hal::Vector3 d = direction(rig.seed) * (1e-3 * mn);
         set(rig, "bias_error_x_n", d.x);
         set(rig, "bias_error_y_n", d.y);
         set(rig, "bias_error_z_n", d.z);
       },
-      {100});
+      {100, 160});
   add("tool_tilted", {10, 30, 60}, "°",
       [](SimulationConfig& rig, double deg) {
         set(rig, "tool_tilt_deg", deg);
@@ -213,6 +213,14 @@ std::vector<TrustCause> make_causes() {
                 {.kind = sim::ObjectEvent::Kind::kMove, .move_mm = {0.0, 0.0, -30.0}, .duration_s = 0.3});
       },
       false);
+  for (const double force_n : {0.06, 0.16, 0.4, 1.0, 2.0}) {
+    TrustCause& cause = single("biased_while_pressed", [](SimulationConfig&, double) {});
+    cause.level = text(force_n) + " N";
+    cause.motion = TrustMotion::kPressOften;
+    cause.needs_object = true;
+    cause.biased_at_n = force_n;
+    cause.in_test = force_n == 0.16;
+  }
   on_object(
       "slid_off_its_edge", TrustMotion::kStroke,
       [](SimulationConfig& rig, double) { rig.hold.edge_mm = 12.0; }, true);

@@ -10,11 +10,12 @@ namespace hapticd::study {
 
 /// What is done with the tool while the cause is at work.
 enum class TrustMotion : unsigned char {
-  kWaved,   ///< rests, is waved ±20 mm at 2.2 Hz, rests; nothing is near
-  kAbrupt,  ///< rests and is moved abruptly: 400 mm/s, 20 m/s²; nothing is near
-  kBoth,    ///< one after the other
-  kPress,   ///< presses an object, which is then gone or elsewhere; then free air
-  kStroke,  ///< strokes an object over its edge and back
+  kWaved,       ///< rests, is waved ±20 mm at 2.2 Hz, rests; nothing is near
+  kAbrupt,      ///< rests and is moved abruptly: 400 mm/s, 20 m/s²; nothing is near
+  kBoth,        ///< one after the other
+  kPress,       ///< presses an object, which is then gone or elsewhere; then free air
+  kPressOften,  ///< presses and lets go again and again, then is waved in free air
+  kStroke,      ///< strokes an object over its edge and back
 };
 
 /// One thing that must not make the device push in free air.
@@ -24,6 +25,9 @@ struct TrustCause {
   TrustMotion motion = TrustMotion::kWaved;
   double duration_s = 0.0;  ///< at least so long, where it takes time
   bool needs_object = false;
+  /// The sensor is biased as soon as the object pushes so hard, and the scene loaded after that: in free air
+  /// it reads a pull from then on.
+  double biased_at_n = 0.0;
   bool in_test = false;  ///< part of the bounded property test
   /// Makes the rig so.
   void (*apply)(sim::SimulationConfig& rig, double value) = nullptr;

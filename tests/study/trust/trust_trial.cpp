@@ -88,6 +88,17 @@ std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
       acts = {{0.0, press}, {8.5, waving()}};
       break;
     }
+    case TrustMotion::kPressOften: {
+      sim::HandProgram press;
+      press.kind = Kind::kPress;
+      press.force_n = std::max(trial.seed % 2 == 0 ? 2.0 : 1.0, 1.1 * trial.cause->biased_at_n);
+      press.force_rate_n_per_s = trial.seed % 3 == 0 ? 20.0 : 4.0;
+      press.approach_mm_per_s = 40.0;
+      press.hold_s = 1.0;
+      press.repetitions = 3;
+      acts = {{0.0, press}, {8.5, waving()}};
+      break;
+    }
     case TrustMotion::kStroke: {
       sim::HandProgram stroke;
       stroke.kind = Kind::kStroke;
@@ -103,6 +114,25 @@ std::vector<Act> acts_of(const TrustCase& trial, double& duration_s) {
   }
   return acts;
 }
+
+/// A bias at the wrong moment.
+struct WrongBias {
+  hal::Vector3 force_n;
+  std::uint32_t count = 0;
+
+  /// True at the tick at which it is taken.
+  bool apply(double at_n, const hal::TruthSample& truth, hal::RigSample& sample) {
+    if (at_n <= 0.0) return false;
+    const bool now = count == 0 && dot(truth.reaction_force_n, truth.reaction_force_n) >= at_n * at_n;
+    if (now) {
+      force_n = sample.sensor_force_n;
+      count = 1;
+    }
+    sample.sensor_force_n = sample.sensor_force_n - force_n;
+    sample.bias_serial += count;
+    return now;
+  }
+};
 
 }  // namespace
 
@@ -162,7 +192,7 @@ TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, s
   const auto pipeline =
       value_of(rt::compose(scene, rig->info(), trial.published ? models.published : models.ours));
   rt::Renderer renderer(scene.guard, trial.rate_hz);
-  renderer.exchange(pipeline.get(), scene.guard);
+  if (trial.cause->biased_at_n == 0.0) renderer.exchange(pipeline.get(), scene.guard);
 
   TrustOutcome outcome;
   test::FreeAirJudge judge;
@@ -172,6 +202,7 @@ TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, s
   hal::RigSample sample;
   hal::TruthSample truth;
   rt::TickRecord record;
+  WrongBias bias;
   std::uint32_t contacts = 0;
   double silent_since_s = -1.0;
   double silent_s = 0.0;
@@ -182,6 +213,7 @@ TrustOutcome run_trust_case(const TrustCase& trial, const TrustModels& models, s
       demand(rig->set_program(acts[next_act++].program));
     rig->read(sample);
     rig->truth(truth);
+    if (bias.apply(trial.cause->biased_at_n, truth, sample)) renderer.exchange(pipeline.get(), scene.guard);
     record = rt::TickRecord{};
     rig->write(renderer.tick(sample, record));
     now_s = 1e-9 * static_cast<double>(sample.time_ns);

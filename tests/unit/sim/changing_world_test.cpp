@@ -155,7 +155,7 @@ TEST(ChangingProgram, AnotherThreadMayDoItWhileTheClockRuns) {
   bool sane = true;
   rig.run(20.0, [&] {
     most_n = std::max(most_n, rig.truth().normal_force_n);
-    sane = sane && test::finite(rig.truth().tip_position_mm) && test::finite(rig.sample().sensor_force_n);
+    sane = sane && finite(rig.truth().tip_position_mm) && finite(rig.sample().sensor_force_n);
   });
   over = true;
   other.join();

@@ -19,10 +19,6 @@ inline hal::Vector3 cross(const hal::Vector3& a, const hal::Vector3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-inline bool finite(const hal::Vector3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 /// A simulated rig and the last thing it said; throws with the whole complaint where it refuses.
 class VirtualRig {
  public:

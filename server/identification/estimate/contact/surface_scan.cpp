@@ -59,7 +59,7 @@ void SurfaceScan::follow(const hal::Vector3& force_n, const hal::Vector3& tip_mm
 
 void SurfaceScan::release(double now_s) {
   touching_ = false;
-  if (hardest_n_ <= kLightN && aside_mm_ <= kInPlaceMm && now_s - began_s_ >= kShortestTapS &&
+  if (hardest_n_ <= kLightN && aside_mm_ <= kInPlaceMm && now_s - began_s_ >= kMinTapS &&
       began_s_ >= recovered_s_) {
     touch(place_mm_);
   }

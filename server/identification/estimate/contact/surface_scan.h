@@ -27,10 +27,10 @@ struct ScannedNormal {
 class SurfaceScan {
  public:
   static constexpr std::size_t kMaxTouches = 128;
-  static constexpr double kLightN = 1.0;         ///< a tap presses no harder,
-  static constexpr double kInPlaceMm = 1.5;      ///< does not slide farther along
-  static constexpr double kShortestTapS = 0.02;  ///< and is no jolt of the tool
-  static constexpr double kRecoveryS = 10.0;     ///< after a contact that was not light
+  static constexpr double kLightN = 1.0;      ///< a tap presses no harder,
+  static constexpr double kInPlaceMm = 1.5;   ///< does not slide farther along
+  static constexpr double kMinTapS = 0.02;    ///< and is no jolt of the tool
+  static constexpr double kRecoveryS = 10.0;  ///< after a contact that was not light
 
   /// `threshold_n`: ε_f of the contact detection.
   SurfaceScan(double threshold_n, const hal::RigInfo& rig);

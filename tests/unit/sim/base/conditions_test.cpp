@@ -99,7 +99,7 @@ TEST(Conditions, ASeedlessLabStillTapsAndFeelsTheObject) {
   double most_n = 0.0;
   rig.run(4.0, [&] {
     most_n = std::max(most_n, rig.truth().normal_force_n);
-    ASSERT_TRUE(test::finite(rig.sample().sensor_force_n));
+    ASSERT_TRUE(finite(rig.sample().sensor_force_n));
   });
   EXPECT_GT(most_n, 0.5);
 }

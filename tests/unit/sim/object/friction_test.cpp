@@ -161,7 +161,7 @@ TEST(Friction, HugeSlipsStayBounded) {
     for (int i = 0; i < 200; ++i) {
       const double direction = i % 3 == 0 ? -1.0 : 1.0;
       const Vector3 force_n = friction.advance({direction * slide_mm, 0.3 * slide_mm, 0.0}, 0.0, 4.0);
-      ASSERT_TRUE(test::finite(force_n));
+      ASSERT_TRUE(finite(force_n));
       ASSERT_LE(length(bend(friction)), 0.5 * 1.4 + 1e-9);
     }
   }
@@ -247,7 +247,7 @@ TEST(FrictionRipple, HugeSlipsStayBounded) {
     Friction friction(rippled(), kStepS);
     for (int i = 0; i < 200; ++i) {
       const double direction = i % 3 == 0 ? -1.0 : 1.0;
-      ASSERT_TRUE(test::finite(friction.advance({direction * slide_mm, 0.3 * slide_mm, 0.0}, 0.0, 4.0)));
+      ASSERT_TRUE(finite(friction.advance({direction * slide_mm, 0.3 * slide_mm, 0.0}, 0.0, 4.0)));
       ASSERT_LE(length(bend(friction)), 0.5 * 1.1 + 1e-9);
     }
   }

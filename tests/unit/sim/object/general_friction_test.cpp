@@ -218,7 +218,7 @@ TEST(MaxwellSlip, ExtremesStayFiniteAndBounded) {
           const double direction = i % 3 == 0 ? -1.0 : 1.0;
           const Vector3 force_n =
               friction.advance({direction * slide_mm, 0.3 * slide_mm, 0.0}, compliance, load_n);
-          ASSERT_TRUE(test::finite(force_n));
+          ASSERT_TRUE(finite(force_n));
         }
       }
     }

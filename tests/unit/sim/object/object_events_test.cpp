@@ -134,7 +134,7 @@ TEST(ObjectEdge, BeyondItThereIsNothing) {
       ASSERT_LE(x, 10.1);
     }
     fell = fell || (touched && x > 10.5 && rig.truth().tip_position_mm.z < -1.0);
-    ASSERT_TRUE(test::finite(rig.truth().tip_position_mm));
+    ASSERT_TRUE(finite(rig.truth().tip_position_mm));
   });
   EXPECT_TRUE(touched);
   EXPECT_TRUE(fell);

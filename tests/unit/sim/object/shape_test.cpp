@@ -228,7 +228,7 @@ TEST(Shape, FreeSpaceIsNeverInside) {
         for (double z = 0.05; z < 90.0; z = 1.4 * z + 0.5) {
           const Projection nearest = project(object.shape, {x, y, z});
           ASSERT_LT(nearest.depth_mm, 0.0) << name << ": " << x << " " << y << " " << z;
-          ASSERT_TRUE(test::finite(nearest.point_mm) && test::finite(nearest.outward_normal));
+          ASSERT_TRUE(finite(nearest.point_mm) && finite(nearest.outward_normal));
           ASSERT_NEAR(length(nearest.outward_normal), 1.0, 1e-9);
         }
       }

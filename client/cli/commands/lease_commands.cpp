@@ -1,0 +1,187 @@
+#include <fmt/core.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands/commands.h"
+#include "client/cli/session/interrupt.h"
+#include "client/cli/text/message_json.h"
+#include "client/cli/text/names.h"
+
+namespace hapticd::cli {
+
+namespace {
+
+struct HoldOptions {
+  std::string purpose;
+  std::string take;
+  std::string on_expiry;
+  double ttl_s = 5.0;
+  std::vector<std::string> command;
+};
+
+std::string in_words(const v1::LeaseState& state) {
+  std::string text;
+  if (state.has_lease()) {
+    const v1::Lease& lease = state.lease();
+    text = fmt::format(
+        "{} controls the rig for {:.0f} s{}{}", lease.holder(), lease.age_s(),
+        lease.purpose().empty() ? "" : ": " + lease.purpose(),
+        lease.is_stale() ? fmt::format(" (not heard of; expires in {:.1f} s)", lease.remaining_s()) : "");
+  } else {
+    text = "no one holds the lease";
+    if (state.change() == v1::LEASE_CHANGE_EXPIRED)
+      text += fmt::format("; that of {} expired: {}", state.changed_by(), state.reason());
+  }
+  if (!state.taker().empty()) {
+    text +=
+        fmt::format("\n{} takes it in {:.1f} s: {}", state.taker(), state.taken_in_s(), state.take_reason());
+  }
+  return text;
+}
+
+void show(const v1::LeaseState& state, const Session& session) {
+  if (session.json) return print_json_line(to_json(state));
+  fmt::print("{}\n", in_words(state));
+  std::fflush(stdout);
+}
+
+void watch(Session& session) {
+  catch_interrupts();
+  client::Client client = session.connect();
+  client::LeaseStream stream = client.watch_lease();
+  v1::LeaseState state;
+  while (!interrupted()) {
+    const auto event = stream.next(state, std::chrono::milliseconds(100));
+    if (event == client::LeaseStream::Event::kEnded) return;
+    if (event == client::LeaseStream::Event::kMessage) show(state, session);
+  }
+}
+
+v1::LeaseExpiry expiry_of(const std::string& text) {
+  if (text == "keep") return v1::LEASE_EXPIRY_KEEP;
+  if (text == "ramp_to_zero") return v1::LEASE_EXPIRY_RAMP_TO_ZERO;
+  return text == "stop" ? v1::LEASE_EXPIRY_STOP : v1::LEASE_EXPIRY_UNSPECIFIED;
+}
+
+template <class Request>
+Request request_of(const HoldOptions& options) {
+  Request request;
+  request.set_purpose(options.purpose);
+  request.set_ttl_s(options.ttl_s);
+  request.set_on_expiry(expiry_of(options.on_expiry));
+  return request;
+}
+
+v1::LeaseGrant get_lease(client::Client& client, const HoldOptions& options) {
+  if (options.take.empty()) return client.acquire_lease(request_of<v1::AcquireLeaseRequest>(options));
+  auto request = request_of<v1::TakeLeaseRequest>(options);
+  request.set_reason(options.take);
+  return client.take_lease(request);
+}
+
+/// Its words, or a shell of the user.
+std::vector<char*> words_of(HoldOptions& options) {
+  if (options.command.empty()) {
+    const char* shell = std::getenv("SHELL");
+    options.command.emplace_back(shell == nullptr ? "/bin/sh" : shell);
+  }
+  std::vector<char*> words;
+  for (std::string& word : options.command) words.push_back(word.data());
+  words.push_back(nullptr);
+  return words;
+}
+
+/// Runs a program under the lease, and reports on standard error when the lease is about to be taken, or is
+/// over.
+int run_under(client::Client& client, std::uint64_t number, HoldOptions& options) {
+  const std::vector<char*> words = words_of(options);
+  client::LeaseStream changes = client.watch_lease();
+  const pid_t child = fork();
+  if (child == 0) {
+    execvp(words.front(), words.data());
+    fmt::print(stderr, "hapticctl: {}: {}\n", words.front(), std::strerror(errno));
+    _exit(127);
+  }
+  if (child < 0) throw LocalError(std::string("no program can be started: ") + std::strerror(errno));
+  int status = 0;
+  bool reported = false;
+  bool watches = true;
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    v1::LeaseState state;
+    if (!watches) {
+      usleep(50'000);
+      continue;
+    }
+    const auto event = changes.next(state, std::chrono::milliseconds(50));
+    if (event == client::LeaseStream::Event::kEnded) watches = false;
+    if (event != client::LeaseStream::Event::kMessage || reported) continue;
+    if (state.number() != number) {
+      fmt::print(stderr, "hapticctl: the lease is over: {} by {}{}\n", word(state.change()),
+                 state.changed_by(), state.reason().empty() ? "" : ": " + state.reason());
+      reported = true;
+    } else if (!state.taker().empty()) {
+      fmt::print(stderr, "hapticctl: {} takes the lease in {:.1f} s: {}\n", state.taker(), state.taken_in_s(),
+                 state.take_reason());
+    }
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+void hold(Session& session, HoldOptions& options) {
+  Session own = session;
+  own.lease_token.clear();
+  client::Client client = own.connect();
+  const v1::LeaseGrant grant = get_lease(client, options);
+  if (!session.json) {
+    fmt::print(stderr, "hapticctl: lease {} is yours until this program ends\n", grant.lease().number());
+  }
+  // The programs that run now find it there.
+  setenv("HAPTICD_LEASE", grant.token().c_str(), 1);
+  setenv("HAPTICD_SERVER", session.server.c_str(), 1);
+  const int code = run_under(client, grant.lease().number(), options);
+  client.return_lease();
+  if (code != 0) session.exit_code = static_cast<ExitCode>(code);
+}
+
+}  // namespace
+
+void add_lease_commands(CLI::App& app, Session& session) {
+  CLI::App* lease = app.add_subcommand("lease", "Exclusive control of the rig");
+  lease->require_subcommand(1);
+  CLI::App* get = lease->add_subcommand("get", "Who controls the rig");
+  get->footer("Example:\n  hapticctl lease get");
+  get->callback([&session] { show(session.connect().lease(), session); });
+
+  CLI::App* watching = lease->add_subcommand("watch", "The same, and every change, until Ctrl-C");
+  watching->footer("Example:\n  hapticctl lease watch");
+  watching->callback([&session] { watch(session); });
+
+  const auto options = std::make_shared<HoldOptions>();
+  CLI::App* holding =
+      lease->add_subcommand("hold", "Acquires the lease, runs a program under it, and returns it");
+  holding->footer(
+      "Examples:\n"
+      "  hapticctl lease hold                                  a shell: its commands control the rig\n"
+      "  hapticctl lease hold --purpose \"subject 7\" -- ./experiment.sh\n"
+      "  hapticctl lease hold --take \"needed for the demo\"     from its holder, who is informed first");
+  holding->add_option("--purpose", options->purpose, "What for; others see it");
+  holding->add_option("--take", options->take, "Take it from its holder, for this reason");
+  holding->add_option("--ttl", options->ttl_s, "Seconds until it expires if this program is stopped or lost")
+      ->check(CLI::Range(1.0, 60.0))
+      ->capture_default_str();
+  holding
+      ->add_option("--on-expiry", options->on_expiry,
+                   "Then: keep, ramp_to_zero or stop [keep on this machine, ramp_to_zero from others]")
+      ->check(CLI::IsMember({"keep", "ramp_to_zero", "stop"}));
+  holding->add_option("PROGRAM", options->command, "With its arguments; without one, your shell");
+  holding->callback([&session, options] { hold(session, *options); });
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,45 @@
+// Who may do what, and who controls the rig.
+
+#include "client/cpp/client.h"
+#include "client/cpp/client_state.h"
+
+namespace hapticd::client {
+namespace {
+
+/// Of a holder from which the lease is taken.
+constexpr std::chrono::seconds kLongestNotice{10};
+
+}  // namespace
+
+v1::Access Client::access() {
+  return state_->call(*state_->access, &v1::AccessService::Stub::GetAccess, v1::GetAccessRequest());
+}
+
+v1::LeaseState Client::lease() {
+  return state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::GetLease, v1::GetLeaseRequest());
+}
+
+v1::LeaseGrant Client::acquire_lease(const v1::AcquireLeaseRequest& request) {
+  const auto grant = state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::AcquireLease, request);
+  state_->keeper->keep(grant);
+  return grant;
+}
+
+v1::LeaseGrant Client::take_lease(const v1::TakeLeaseRequest& request) {
+  const auto grant =
+      state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::TakeLease, request, kLongestNotice);
+  state_->keeper->keep(grant);
+  return grant;
+}
+
+void Client::return_lease() {
+  state_->keeper->give_back();
+}
+
+LeaseStream Client::watch_lease() {
+  return LeaseStream(streaming<v1::LeaseState>(
+      std::shared_ptr(v1::LeaseService::NewStub(state_->channel)), state_->options.address, *state_->keeper,
+      v1::WatchLeaseRequest(), &v1::LeaseService::Stub::AsyncWatchLease));
+}
+
+}  // namespace hapticd::client

@@ -1,0 +1,49 @@
+#pragma once
+
+// Internal to the library: the lease under which a client's calls go.
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "hapticd/v1/access.grpc.pb.h"
+
+namespace hapticd::client {
+
+/// The token of a lease, and the thread that renews it three times in its time to live.
+class LeaseKeeper {
+ public:
+  /// `token`: of a lease that another program keeps; empty: none.
+  LeaseKeeper(std::shared_ptr<grpc::Channel> channel, std::string token);
+  /// Gives back what it keeps.
+  ~LeaseKeeper();
+  LeaseKeeper(const LeaseKeeper&) = delete;
+  LeaseKeeper& operator=(const LeaseKeeper&) = delete;
+
+  v1::LeaseService::Stub& stub() { return *stub_; }
+  std::string token() const;
+  /// From now on.
+  void keep(const v1::LeaseGrant& grant);
+  /// No error where it is over already.
+  void give_back();
+  /// Adds the token to a call.
+  void add_to(grpc::ClientContext& context) const;
+
+ private:
+  void run();
+
+  const std::unique_ptr<v1::LeaseService::Stub> stub_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::string token_;
+  std::chrono::nanoseconds ttl_{0};  ///< of a lease that is kept here; 0 = none
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace hapticd::client

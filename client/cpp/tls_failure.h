@@ -1,0 +1,17 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "client/cpp/certificates.h"
+#include "hapticd/v1/common.pb.h"
+
+namespace hapticd::client {
+
+/// Why no connection with certificates came about: gRPC itself says little more than that. Tries a connection
+/// of its own. Nothing where no one answers at all, or where all is well.
+std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, const CertificateFiles& files,
+                                                   std::chrono::milliseconds timeout);
+
+}  // namespace hapticd::client

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "server/config/access_config.h"
+
+namespace hapticd::server {
+
+/// What one call needs.
+struct AccessRow {
+  std::string_view method;  ///< "RigService/GetRigInfo"
+  Role role;                ///< at least
+  bool needs_lease;         ///< commands the rig
+  bool is_audited;          ///< written to the audit log also where it was granted
+};
+
+namespace access_table_detail {
+inline constexpr bool kLease = true;
+inline constexpr bool kNoLease = false;
+inline constexpr bool kAudited = true;
+inline constexpr bool kUnaudited = false;
+}  // namespace access_table_detail
+
+// clang-format off
+/// Every call of the contract; a call that is not here is refused. All who are identified may stop.
+inline constexpr auto kAccessTable = [] {
+  using namespace access_table_detail;
+  using enum Role;
+  return std::array{
+    AccessRow{"AccessService/GetAccess",                    kNone,       kNoLease, kUnaudited},
+    AccessRow{"LeaseService/AcquireLease",                  kOperator,   kNoLease, kAudited},
+    AccessRow{"LeaseService/TakeLease",                     kOperator,   kNoLease, kAudited},
+    AccessRow{"LeaseService/RenewLease",                    kOperator,   kNoLease, kUnaudited},
+    AccessRow{"LeaseService/ReturnLease",                   kOperator,   kNoLease, kAudited},
+    AccessRow{"LeaseService/GetLease",                      kObserver,   kNoLease, kUnaudited},
+    AccessRow{"LeaseService/WatchLease",                    kObserver,   kNoLease, kUnaudited},
+    AccessRow{"RigService/GetRigInfo",                      kObserver,   kNoLease, kUnaudited},
+    AccessRow{"RigService/GetRigState",                     kObserver,   kNoLease, kUnaudited},
+    AccessRow{"RigService/Diagnose",                        kObserver,   kNoLease, kUnaudited},
+    AccessRow{"RigService/BiasForceSensor",                 kOperator,   kLease,   kAudited},
+    AccessRow{"RigService/HomeDevice",                      kOperator,   kLease,   kAudited},
+    AccessRow{"SceneService/ListScenes",                    kObserver,   kNoLease, kUnaudited},
+    AccessRow{"SceneService/ExplainScene",                  kObserver,   kNoLease, kUnaudited},
+    AccessRow{"SceneService/LoadScene",                     kOperator,   kLease,   kAudited},
+    AccessRow{"SceneService/UnloadScene",                   kOperator,   kLease,   kAudited},
+    AccessRow{"RenderingService/SetTarget",                 kOperator,   kLease,   kAudited},
+    AccessRow{"RenderingService/GetFeasibleRange",          kObserver,   kNoLease, kUnaudited},
+    AccessRow{"SafetyService/Stop",                         kNone,       kNoLease, kAudited},
+    AccessRow{"SafetyService/Clear",                        kOperator,   kLease,   kAudited},
+    AccessRow{"SafetyService/ListFaults",                   kObserver,   kNoLease, kUnaudited},
+    AccessRow{"TelemetryService/Subscribe",                 kObserver,   kNoLease, kUnaudited},
+    AccessRow{"SimulationService/GetSimulation",            kObserver,   kNoLease, kUnaudited},
+    AccessRow{"SimulationService/SetHandProgram",           kOperator,   kLease,   kAudited},
+    AccessRow{"SimulationService/SetObject",                kOperator,   kLease,   kAudited},
+    AccessRow{"TurntableService/GetTurntable",              kObserver,   kNoLease, kUnaudited},
+    AccessRow{"TurntableService/Home",                      kOperator,   kLease,   kAudited},
+    AccessRow{"TurntableService/MoveTo",                    kOperator,   kLease,   kAudited},
+    AccessRow{"TurntableService/StopTurntable",             kNone,       kNoLease, kAudited},
+    AccessRow{"TurntableService/ClearAlarm",                kOperator,   kLease,   kAudited},
+    AccessRow{"TurntableService/Engage",                    kOperator,   kLease,   kAudited},
+    AccessRow{"TurntableService/Disengage",                 kOperator,   kLease,   kAudited},
+    AccessRow{"IdentificationService/StartIdentification",  kOperator,   kLease,   kAudited},
+    AccessRow{"IdentificationService/WatchIdentification",  kObserver,   kNoLease, kUnaudited},
+    AccessRow{"IdentificationService/CancelIdentification", kOperator,   kLease,   kAudited},
+    AccessRow{"IdentificationService/ListIdentifications",  kObserver,   kNoLease, kUnaudited},
+    AccessRow{"IdentificationService/UploadRecording",      kOperator,   kNoLease, kAudited},
+    AccessRow{"ModelService/ListModels",                    kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ModelService/GetModel",                      kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ModelService/ListStoredModels",              kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ModelService/GetStoredModel",                kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ModelService/DiffStoredModels",              kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ModelService/ExportStoredModel",             kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ModelService/TagStoredModel",                kOperator,   kNoLease, kAudited},
+    AccessRow{"ModelService/UntagStoredModel",              kOperator,   kNoLease, kAudited},
+    AccessRow{"ModelService/DeleteStoredModel",             kMaintainer, kNoLease, kAudited},
+    AccessRow{"ModelService/ImportStoredModel",             kMaintainer, kNoLease, kAudited},
+  };
+}();
+// clang-format on
+
+/// The row of "RigService/GetRigInfo"; nullptr where there is none.
+const AccessRow* find_access_row(std::string_view method);
+/// The table as docs/access.md prints it.
+std::string access_table_markdown();
+
+}  // namespace hapticd::server

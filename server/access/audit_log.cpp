@@ -1,0 +1,144 @@
+#include "server/access/audit_log.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <spdlog/sinks/rotating_file_sink.h>
+#define SD_JOURNAL_SUPPRESS_LOCATION
+#include <systemd/sd-journal.h>
+
+#include <chrono>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "server/process/log.h"
+
+namespace hapticd::server {
+
+namespace {
+
+std::int64_t now_unix_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::string utc_text(std::int64_t unix_ns) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::time_t seconds = static_cast<std::time_t>(unix_ns / kSecond);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &parts);
+  return fmt::format("{}.{:06d}Z", text, unix_ns % kSecond / 1000);
+}
+
+}  // namespace
+
+std::string to_json(const AuditLine& line) {
+  nlohmann::ordered_json json = {{"time", utc_text(line.unix_ns)},
+                                 {"tick", line.tick},
+                                 {"identity", line.identity},
+                                 {"role", line.role},
+                                 {"peer", line.peer},
+                                 {"method", line.method},
+                                 {"outcome", line.outcome}};
+  if (line.lease != 0) json["lease"] = line.lease;
+  if (!line.arguments.empty()) json["arguments"] = line.arguments;
+  if (!line.problem.empty()) json["problem"] = line.problem;
+  if (line.effective_tick) json["effective_tick"] = *line.effective_tick;
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+struct AuditLog::Sinks {
+  std::unique_ptr<spdlog::sinks::rotating_file_sink_st> file;
+  bool journal = false;
+  bool failed = false;
+
+  void write(const std::string& text, const AuditLine* line) {
+    if (file) {
+      try {
+        file->log(spdlog::details::log_msg({}, spdlog::level::info, text));
+        file->flush();
+        failed = false;
+      } catch (const spdlog::spdlog_ex& error) {
+        if (!std::exchange(failed, true)) log_error(std::string("the audit file: ") + error.what());
+      }
+    }
+    if (!journal) return;
+    if (line == nullptr) {
+      sd_journal_send("MESSAGE=%s", text.c_str(), "SYSLOG_IDENTIFIER=hapticd-audit", "PRIORITY=4", nullptr);
+      return;
+    }
+    sd_journal_send("MESSAGE=%s", text.c_str(), "SYSLOG_IDENTIFIER=hapticd-audit", "PRIORITY=6",
+                    "HAPTICD_IDENTITY=%s", line->identity.c_str(), "HAPTICD_METHOD=%s", line->method.c_str(),
+                    "HAPTICD_OUTCOME=%s", line->outcome.c_str(), nullptr);
+  }
+};
+
+hal::Result<std::unique_ptr<AuditLog>> AuditLog::open(const AccessConfig& config) {
+  auto sinks = std::make_unique<Sinks>();
+  sinks->journal = config.audit_journal;
+  if (!config.audit_file.empty()) {
+    try {
+      const auto bytes = static_cast<std::size_t>(config.audit_file_mb * 1e6);
+      sinks->file =
+          std::make_unique<spdlog::sinks::rotating_file_sink_st>(config.audit_file, bytes, kKeptFiles - 1);
+      sinks->file->set_pattern("%v");
+    } catch (const spdlog::spdlog_ex& error) {
+      return hal::Error{"the audit log cannot be written", "[access] audit_file", config.audit_file,
+                        error.what(), "give hapticd the right to write there, or name another file"};
+    }
+  }
+  return std::unique_ptr<AuditLog>(new AuditLog(std::move(sinks)));
+}
+
+AuditLog::AuditLog(std::unique_ptr<Sinks> sinks) : sinks_(std::move(sinks)), thread_([this] { run(); }) {}
+
+AuditLog::~AuditLog() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  arrived_.notify_one();
+  thread_.join();
+}
+
+void AuditLog::write(AuditLine line) {
+  if (!sinks_->file && !sinks_->journal) return;
+  if (line.unix_ns == 0) line.unix_ns = now_unix_ns();
+  {
+    const std::lock_guard lock(mutex_);
+    if (queue_.size() >= kMaxQueue) {
+      ++dropped_;
+      return;
+    }
+    queue_.push_back(std::move(line));
+  }
+  arrived_.notify_one();
+}
+
+std::uint64_t AuditLog::dropped() const {
+  const std::lock_guard lock(mutex_);
+  return dropped_;
+}
+
+void AuditLog::run() {
+  pthread_setname_np(pthread_self(), "audit");
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    arrived_.wait(lock, [this] { return ending_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    const std::deque<AuditLine> lines = std::exchange(queue_, {});
+    const std::uint64_t dropped = dropped_ - std::exchange(reported_dropped_, dropped_);
+    lock.unlock();
+    for (const AuditLine& line : lines) sinks_->write(to_json(line), &line);
+    if (dropped > 0) {
+      sinks_->write(fmt::format(R"({{"time":"{}","dropped":{}}})", utc_text(now_unix_ns()), dropped),
+                    nullptr);
+    }
+    lock.lock();
+  }
+}
+
+}  // namespace hapticd::server

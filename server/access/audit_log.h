@@ -1,0 +1,67 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "hal/error.h"
+#include "server/config/access_config.h"
+
+namespace hapticd::server {
+
+/// One refused or state-changing call.
+struct AuditLine {
+  std::int64_t unix_ns = 0;  ///< when it ended; 0: filled in
+  std::uint64_t tick = 0;    ///< of the loop, at that time
+  std::string identity;
+  std::string role;
+  std::string peer;
+  std::uint64_t lease = 0;  ///< number of the state of control it was admitted under; 0 = none needed
+  std::string method;
+  std::string arguments;  ///< as text, shortened
+  std::string outcome;    ///< name of the status code
+  std::string problem;    ///< why it was refused
+  std::optional<std::uint64_t> effective_tick;
+};
+
+/// One line of JSON, without its end.
+std::string to_json(const AuditLine& line);
+
+/// Writes lines to a file that is rotated, and to the journal of systemd, in a thread of its own. write()
+/// never waits for a disk: what does not fit into the queue is dropped and counted, and the count is written.
+class AuditLog {
+ public:
+  static constexpr std::size_t kMaxQueue = 4096;
+  static constexpr std::size_t kKeptFiles = 5;
+
+  /// An error where the file cannot be written to.
+  static hal::Result<std::unique_ptr<AuditLog>> open(const AccessConfig& config);
+  /// Writes what is queued, then ends.
+  ~AuditLog();
+  AuditLog(const AuditLog&) = delete;
+  AuditLog& operator=(const AuditLog&) = delete;
+
+  void write(AuditLine line);
+  std::uint64_t dropped() const;
+
+ private:
+  struct Sinks;
+  explicit AuditLog(std::unique_ptr<Sinks> sinks);
+  void run();
+
+  const std::unique_ptr<Sinks> sinks_;
+  mutable std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::deque<AuditLine> queue_;
+  std::uint64_t dropped_ = 0;
+  std::uint64_t reported_dropped_ = 0;
+  bool ending_ = false;
+  std::thread thread_;  // last: uses all of the above
+};
+
+}  // namespace hapticd::server

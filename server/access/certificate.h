@@ -1,0 +1,30 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "hal/error.h"
+
+namespace hapticd::server {
+
+/// Serial number of a certificate in PEM, as upper-case hexadecimal digits; empty where it is none.
+std::string serial_of_certificate(const std::string& pem);
+
+/// The files by which a daemon serves TLS, in one folder.
+struct CertificateFiles {
+  std::string certificate;  ///< server.crt
+  std::string key;          ///< server.key
+  std::string authority;    ///< authority.crt: who signs the certificates of clients
+
+  static CertificateFiles in(const std::string& folder);
+};
+
+/// What would keep a daemon from serving with these files: missing, not matching, expired, of another
+/// authority.
+std::optional<hal::Error> check_certificate_files(const CertificateFiles& files);
+
+/// When the first certificate in a file expires. An error where the file has none.
+hal::Result<std::chrono::system_clock::time_point> expiry_of_certificate(const std::string& path);
+
+}  // namespace hapticd::server

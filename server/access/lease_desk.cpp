@@ -1,0 +1,314 @@
+#include "server/access/lease_desk.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "server/process/log.h"
+
+namespace hapticd::server {
+
+namespace {
+
+using std::chrono::duration;
+
+constexpr std::chrono::milliseconds kLook{20};
+
+double seconds(std::chrono::nanoseconds time) {
+  return duration<double>(time).count();
+}
+
+/// 128 random bits.
+std::string new_token() {
+  std::array<unsigned char, 16> bytes{};
+  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    throw std::runtime_error("the kernel gives no random bytes");
+  }
+  std::string text;
+  for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
+/// Takes as long whatever the difference.
+bool same(const std::string& a, const std::string& b) {
+  if (a.size() != b.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) difference |= static_cast<unsigned char>(a[i] ^ b[i]);
+  return difference == 0;
+}
+
+std::string in_words(LeaseChange change) {
+  switch (change) {
+    case LeaseChange::kNone:
+      return "no one holds the lease";
+    case LeaseChange::kAcquired:
+      return "the lease was acquired";
+    case LeaseChange::kTaken:
+      return "the lease was taken";
+    case LeaseChange::kReturned:
+      return "the lease was returned";
+    case LeaseChange::kExpired:
+      return "the lease expired";
+  }
+  return {};
+}
+
+}  // namespace
+
+LeaseDesk::LeaseDesk(Effects effects, std::chrono::nanoseconds take_notice)
+    : effects_(std::move(effects)), take_notice_(take_notice) {
+  effects_.publish(number_);
+  thread_ = std::thread([this] { run(); });
+}
+
+LeaseDesk::~LeaseDesk() {
+  shutdown();
+  thread_.join();
+}
+
+void LeaseDesk::shutdown() {
+  const std::lock_guard lock(mutex_);
+  ending_ = true;
+  wake_.notify_all();
+  changed_.notify_all();
+}
+
+bool LeaseDesk::ended() const {
+  const std::lock_guard lock(mutex_);
+  return ending_;
+}
+
+bool LeaseDesk::holds(const Identity& who, const std::string& token) const {
+  return held_ && held_->holder == who.name && same(held_->token, token);
+}
+
+bool LeaseDesk::is_stale(Clock::time_point now) const {
+  return held_ && now - held_->last_use > held_->terms.ttl / 2;
+}
+
+LeaseView LeaseDesk::view(Clock::time_point now) const {
+  LeaseView view{number_, held_->holder, held_->terms, seconds(now - held_->since), 0.0, is_stale(now)};
+  view.terms.on_expiry = held_->on_expiry;
+  view.remaining_s = std::max(0.0, seconds(held_->terms.ttl - (now - held_->last_use)));
+  return view;
+}
+
+Refusal LeaseDesk::held_by_another(Clock::time_point now) const {
+  return {RefusalKind::kFailedPrecondition,
+          {"another client controls the rig", "lease",
+           fmt::format("{} for {:.0f} s{}", held_->holder, seconds(now - held_->since),
+                       held_->terms.purpose.empty() ? "" : ": " + held_->terms.purpose),
+           "",
+           "wait until it is returned (hapticctl lease watch), or take it: hapticctl lease hold --take "
+           "WHY"},
+          Reason::kLeaseHeld};
+}
+
+Refusal LeaseDesk::over(const std::string& token, std::uint64_t number) const {
+  Ended end{"", 0, last_change_, changed_by_, reason_};
+  for (const Ended& one : ended_) {
+    if (one.number != number && (token.empty() || !same(one.token, token))) continue;
+    end = one;
+    break;
+  }
+  const bool own_doing = end.change == LeaseChange::kReturned || end.change == LeaseChange::kExpired;
+  return {RefusalKind::kAborted,
+          {in_words(end.change) + (own_doing || end.by.empty() ? "" : " by " + end.by), "lease", end.reason,
+           "", "acquire the lease, then send it again"},
+          Reason::kLeaseLost};
+}
+
+Outcome<LeaseDesk::Admitted> LeaseDesk::admit(const Identity& who, const std::string& token, LeaseRule rule) {
+  const std::lock_guard lock(mutex_);
+  expire_locked();
+  if (holds(who, token)) {
+    held_->last_use = Clock::now();
+    return Admitted{number_, true};
+  }
+  if (!token.empty()) return over(token);
+  if (held_) return held_by_another(Clock::now());
+  if (rule == LeaseRule::kRequired) {
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {"this command needs a lease", "lease", "", "",
+                    "acquire one (LeaseService.AcquireLease; hapticctl does it by itself)"},
+                   Reason::kLeaseRequired};
+  }
+  return Admitted{number_, false};
+}
+
+void LeaseDesk::note_use(const Identity& who, const std::string& token) {
+  const std::lock_guard lock(mutex_);
+  expire_locked();
+  if (holds(who, token)) held_->last_use = Clock::now();
+}
+
+LeaseGranted LeaseDesk::grant(const Identity& who, const LeaseTerms& terms, LeaseChange change,
+                              const std::string& reason) {
+  Held next;
+  next.holder = who.name;
+  next.is_remote = who.is_remote();
+  next.token = new_token();
+  next.terms = terms;
+  next.on_expiry = terms.on_expiry;
+  if (terms.on_expiry == LeaseExpiry::kOfConnection) {
+    next.on_expiry = who.is_remote() ? LeaseExpiry::kRampToZero : LeaseExpiry::kKeep;
+  }
+  next.since = next.last_use = Clock::now();
+  LeaseGranted granted;
+  granted.changed_after_tick = change_control(change, who.name, reason);
+  held_ = std::move(next);
+  granted.lease = view(Clock::now());
+  granted.token = held_->token;
+  wake_.notify_all();
+  return granted;
+}
+
+std::uint64_t LeaseDesk::change_control(LeaseChange change, const std::string& by,
+                                        const std::string& reason) {
+  if (held_) ended_.push_front({held_->token, number_, change, by, reason});
+  if (ended_.size() > kRemembered) ended_.pop_back();
+  held_.reset();
+  take_.reset();
+  ++number_;
+  ++version_;
+  last_change_ = change;
+  changed_by_ = by;
+  reason_ = reason;
+  const std::uint64_t tick = effects_.publish(number_);
+  changed_.notify_all();
+  return tick;
+}
+
+Outcome<LeaseGranted> LeaseDesk::acquire(const Identity& who, const LeaseTerms& terms) {
+  const std::lock_guard lock(mutex_);
+  expire_locked();
+  if (held_) return held_by_another(Clock::now());
+  return grant(who, terms, LeaseChange::kAcquired, terms.purpose);
+}
+
+Outcome<LeaseGranted> LeaseDesk::take(const Identity& who, const LeaseTerms& terms, const std::string& reason,
+                                      const Caller& caller) {
+  std::unique_lock lock(mutex_);
+  expire_locked();
+  if (!held_) return grant(who, terms, LeaseChange::kTaken, reason);
+  if (take_) {
+    return Refusal{RefusalKind::kAborted,
+                   {"another client is taking the lease", "lease", take_->taker + ": " + take_->reason, "",
+                    "agree with it, then take it again"},
+                   Reason::kLeaseHeld};
+  }
+  const std::uint64_t number = number_;
+  const std::uint64_t serial = ++takes_;
+  const auto now = Clock::now();
+  if (take_notice_ > Clock::duration::zero() && !is_stale(now)) {
+    take_ = Take{who.name, reason, now + std::chrono::duration_cast<Clock::duration>(take_notice_), serial};
+    ++version_;
+    changed_.notify_all();
+    const auto due = take_->due;
+    while (Clock::now() < due && number_ == number && !ending_ && !caller.cancelled() &&
+           Clock::now() < caller.deadline) {
+      changed_.wait_until(lock, std::min(due, Clock::now() + kLook));
+      expire_locked();
+    }
+    const bool given_up = Clock::now() < due && number_ == number;
+    if (take_ && take_->serial == serial) {
+      take_.reset();
+      ++version_;
+      changed_.notify_all();
+    }
+    if (given_up) {
+      return Refusal{RefusalKind::kDeadlineExceeded,
+                     {"the call ended before the holder's notice did; the lease was not taken", "lease", "",
+                      fmt::format("at least {:.1f} s", seconds(take_notice_)), "allow more time"}};
+    }
+  }
+  if (number_ != number && held_) return held_by_another(Clock::now());
+  if (held_) {
+    const std::uint64_t lost_number = number_;
+    auto granted = grant(who, terms, LeaseChange::kTaken, reason);
+    effects_.lost(lost_number, over({}, lost_number).error);
+    return granted;
+  }
+  return grant(who, terms, LeaseChange::kTaken, reason);
+}
+
+Outcome<LeaseView> LeaseDesk::renew(const Identity& who, const std::string& token) {
+  const std::lock_guard lock(mutex_);
+  expire_locked();
+  if (!holds(who, token)) return over(token);
+  held_->last_use = Clock::now();
+  return view(Clock::now());
+}
+
+void LeaseDesk::give_back(const Identity& who, const std::string& token) {
+  const std::lock_guard lock(mutex_);
+  if (holds(who, token)) change_control(LeaseChange::kReturned, who.name, {});
+}
+
+LeaseSnapshot LeaseDesk::snapshot_locked() const {
+  const auto now = Clock::now();
+  LeaseSnapshot state;
+  if (held_) state.lease = view(now);
+  state.change = last_change_;
+  state.changed_by = changed_by_;
+  state.reason = reason_;
+  if (take_) {
+    state.taker = take_->taker;
+    state.take_reason = take_->reason;
+    state.taken_in_s = std::max(0.0, seconds(take_->due - now));
+  }
+  state.number = number_;
+  state.version = version_;
+  return state;
+}
+
+LeaseSnapshot LeaseDesk::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_locked();
+}
+
+LeaseSnapshot LeaseDesk::await_change(std::uint64_t version, Clock::time_point until) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_until(lock, until, [&] { return version_ != version || ending_; });
+  return snapshot_locked();
+}
+
+std::optional<Refusal> LeaseDesk::lost(std::uint64_t number) const {
+  const std::lock_guard lock(mutex_);
+  if (number == 0 || number == number_) return std::nullopt;
+  return over({}, number);
+}
+
+// A holder that was stopped may ask for nothing at the very moment at which its time is over: the one who looks
+// first ends it.
+void LeaseDesk::expire_locked() {
+  if (!held_ || Clock::now() - held_->last_use < held_->terms.ttl) return;
+  const Held gone = *held_;
+  const std::uint64_t lost_number = number_;
+  change_control(LeaseChange::kExpired, gone.holder,
+                 fmt::format("not heard of for {:g} s", seconds(gone.terms.ttl)));
+  effects_.expired(gone.on_expiry);
+  effects_.lost(lost_number, over({}, lost_number).error);
+  log_warning(
+      fmt::format("the lease of {} expired: not heard of for {:g} s", gone.holder, seconds(gone.terms.ttl)));
+}
+
+void LeaseDesk::run() {
+  pthread_setname_np(pthread_self(), "lease");
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    if (held_) {
+      wake_.wait_until(lock, held_->last_use + std::chrono::duration_cast<Clock::duration>(held_->terms.ttl));
+    } else {
+      wake_.wait(lock);
+    }
+    expire_locked();
+  }
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace hapticd::server {
+
+/// What a client may do. Each role may do what those before it may.
+enum class Role : std::uint8_t {
+  kNone,  ///< identified, but without a role: may stop, and ask who it is
+  kObserver,
+  kOperator,
+  kMaintainer,
+};
+
+/// When a command needs a lease.
+enum class LeaseRule : std::uint8_t {
+  kByConnection,  ///< when taken from this machine, required from elsewhere
+  kWhenTaken,     ///< only while some client holds one
+  kRequired,
+};
+
+/// Who may do what: [access] of the configuration.
+struct AccessConfig {
+  LeaseRule lease = LeaseRule::kByConnection;
+  double take_notice_s = 3.0;           ///< how long a holder keeps a lease that is being taken
+  Role local_role = Role::kMaintainer;  ///< of users of this machine whom nothing below names
+  std::string unix_socket_group;        ///< may open the unix socket; empty = the daemon's own group
+  std::map<std::string, Role> users;    ///< [access.users], of this machine
+  std::map<std::string, Role> groups;   ///< [access.groups], of this machine
+  std::map<std::string, Role>
+      certificates;  ///< [access.certificates], in the place of the certificate's role
+  std::map<std::string, std::string> denied;  ///< [access.denied]: identity → why; may do nothing
+
+  std::string audit_file;       ///< [access] audit_file; empty = none
+  double audit_file_mb = 10.0;  ///< begins a new file beyond this size; five are kept
+  bool audit_journal = false;   ///< to the journal of systemd as well
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "server/access/access_table.h"
+#include "server/access/identity.h"
+
+namespace hapticd::server {
+
+class AuditLog;
+class LeaseDesk;
+class Session;
+
+/// A call that was let in: by whom, and under which state of control.
+struct ServedCall {
+  Identity who;
+  std::string token;  ///< of a lease, as the client sent it
+  const AccessRow* row = nullptr;
+  std::uint64_t lease = 0;  ///< number of the state of control; 0 where the call needs no lease
+  bool by_holder = false;
+  const LeaseDesk* desk = nullptr;
+  const Session* session = nullptr;
+  AuditLog* audit = nullptr;
+  std::string arguments;  ///< as text
+  // Where the answer is sent by the thread that serves the call: what it was.
+  grpc::Status status;
+  std::optional<std::uint64_t> effective_tick;
+
+  /// Writes the line of the audit log, if the call has one.
+  void note_end() const;
+  void note_end(const grpc::Status& end, std::optional<std::uint64_t> tick);
+};
+
+/// The call that this thread serves; nullptr outside of one.
+ServedCall* served_call();
+
+/// Makes a call the one that this thread serves.
+class ServedCallScope {
+ public:
+  explicit ServedCallScope(ServedCall& call);
+  ~ServedCallScope();
+  ServedCallScope(const ServedCallScope&) = delete;
+  ServedCallScope& operator=(const ServedCallScope&) = delete;
+
+ private:
+  ServedCall* before_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <atomic>
+
+#include "hapticd/v1/access.grpc.pb.h"
+
+namespace hapticd::server {
+
+class LeaseDesk;
+
+class LeaseService final : public v1::LeaseService::Service {
+ public:
+  /// Streams at once; more are refused, since each holds one of the server's threads. The same for takes that
+  /// wait.
+  static constexpr int kMaxWatchers = 16;
+  static constexpr int kMaxTakers = 4;
+
+  explicit LeaseService(LeaseDesk& desk) : desk_(desk) {}
+
+  grpc::Status AcquireLease(grpc::ServerContext* context, const v1::AcquireLeaseRequest* request,
+                            v1::LeaseGrant* response) override;
+  grpc::Status TakeLease(grpc::ServerContext* context, const v1::TakeLeaseRequest* request,
+                         v1::LeaseGrant* response) override;
+  grpc::Status RenewLease(grpc::ServerContext* context, const v1::RenewLeaseRequest* request,
+                          v1::Lease* response) override;
+  grpc::Status ReturnLease(grpc::ServerContext* context, const v1::ReturnLeaseRequest* request,
+                           v1::ReturnLeaseResponse* response) override;
+  grpc::Status GetLease(grpc::ServerContext* context, const v1::GetLeaseRequest* request,
+                        v1::LeaseState* response) override;
+  grpc::Status WatchLease(grpc::ServerContext* context, const v1::WatchLeaseRequest* request,
+                          grpc::ServerWriter<v1::LeaseState>* writer) override;
+
+ private:
+  LeaseDesk& desk_;
+  std::atomic<int> watchers_{0};
+  std::atomic<int> takers_{0};
+};
+
+}  // namespace hapticd::server

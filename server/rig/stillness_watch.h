@@ -1,0 +1,41 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <thread>
+
+#include "hal/error.h"
+#include "hal/samples.h"
+
+namespace hapticd::server {
+
+class TelemetryHub;
+
+/// Watches whether the tool is left alone: what the force sensor reads and where the tip is, from a thread of
+/// its own for as long as it lives. A zero taken while a hand begins to press makes free air read as a pull.
+class StillnessWatch {
+ public:
+  /// What a hand's tremor leaves in a mean over 50 ms, and a lean of a quarter of a newton a second.
+  static constexpr double kMaxForceChangeN = 0.1;
+  static constexpr double kMaxTravelMm = 3.0;
+
+  explicit StillnessWatch(TelemetryHub& hub);
+  ~StillnessWatch();
+  StillnessWatch(const StillnessWatch&) = delete;
+  StillnessWatch& operator=(const StillnessWatch&) = delete;
+
+  /// What changed so far, if anything did: `kMaxForceChangeN` or `kMaxTravelMm` passed.
+  std::optional<hal::Error> disturbance() const;
+
+ private:
+  void run();
+
+  TelemetryHub& hub_;
+  std::atomic<double> force_change_n_{0.0};
+  std::atomic<double> travel_mm_{0.0};
+  std::atomic<bool> ends_{false};
+  std::thread thread_;
+};
+
+}  // namespace hapticd::server

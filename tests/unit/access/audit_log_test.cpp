@@ -1,0 +1,127 @@
+#include "server/access/audit_log.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::server {
+namespace {
+
+AuditLine a_line(const std::string& method) {
+  AuditLine line;
+  line.unix_ns = 1'700'000'000'123'456'789;
+  line.tick = 42;
+  line.identity = "user:anna";
+  line.role = "operator";
+  line.peer = "ipv4:127.0.0.1:40712";
+  line.lease = 3;
+  line.method = method;
+  line.arguments = "stiffness_n_per_mm: 0.3";
+  line.outcome = "OK";
+  line.effective_tick = 43;
+  return line;
+}
+
+std::vector<std::string> lines_of(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  return lines;
+}
+
+TEST(AuditLine, IsOneLineOfJson) {
+  EXPECT_EQ(to_json(a_line("RenderingService/SetTarget")),
+            R"({"time":"2023-11-14T22:13:20.123456Z","tick":42,"identity":"user:anna","role":"operator",)"
+            R"("peer":"ipv4:127.0.0.1:40712","method":"RenderingService/SetTarget","outcome":"OK","lease":3,)"
+            R"("arguments":"stiffness_n_per_mm: 0.3","effective_tick":43})");
+}
+
+TEST(AuditLine, StaysOneLineWhateverAClientSends) {
+  AuditLine line = a_line("x");
+  line.arguments = "a\nb\"\x01\xff";
+  const std::string json = to_json(line);
+  EXPECT_EQ(json.find('\n'), std::string::npos);
+  EXPECT_NE(json.find(R"(a\nb\"\u0001)"), std::string::npos) << json;
+}
+
+TEST(AuditLog, KeepsEveryLineUpToItsLimitAndRotates) {
+  const test::TemporaryFolder folder;
+  AccessConfig config;
+  config.audit_file = folder.path("audit.jsonl");
+  config.audit_file_mb = 0.1;
+  constexpr int kLines = 2000;
+  {
+    auto log = AuditLog::open(config);
+    ASSERT_TRUE(log);
+    for (int i = 0; i < kLines; ++i) (*log)->write(a_line("number " + std::to_string(i)));
+    EXPECT_EQ((*log)->dropped(), 0U);
+  }
+  std::size_t kept = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder.path())) {
+    EXPECT_LE(file.file_size(), 100'000U) << file.path();
+    kept += lines_of(file.path()).size();
+  }
+  EXPECT_EQ(kept, static_cast<std::size_t>(kLines)) << "0.5 MB in five files";
+  const auto newest = lines_of(config.audit_file);
+  ASSERT_FALSE(newest.empty());
+  EXPECT_NE(newest.back().find("number 1999"), std::string::npos);
+}
+
+TEST(AuditLog, DropsAndCountsWhatADiskIsTooSlowFor) {
+  const test::TemporaryFolder folder;
+  const std::string pipe = folder.path("pipe");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  // No one reads the pipe on: once it is full, a writer is held up.
+  const int reader = open(pipe.c_str(), O_RDWR | O_CLOEXEC);
+  AccessConfig config;
+  config.audit_file = pipe;
+  auto log = AuditLog::open(config);
+  ASSERT_TRUE(log) << log.error().text();
+  for (std::size_t i = 0; i < 4 * AuditLog::kMaxQueue; ++i) (*log)->write(a_line(std::string(100, 'x')));
+  EXPECT_GT((*log)->dropped(), 0U) << "write() came back each time";
+  std::thread drain([reader] {
+    char bytes[65536];
+    fcntl(reader, F_SETFL, O_RDWR);
+    for (ssize_t size = 1;
+         size > 0 && std::string_view(bytes, static_cast<std::size_t>(size)).find("\"dropped\":") ==
+                         std::string_view::npos;) {
+      size = read(reader, bytes, sizeof bytes);
+    }
+  });
+  drain.join();
+  fcntl(reader, F_SETFL, O_RDWR | O_NONBLOCK);
+  std::atomic<bool> over{false};
+  std::thread rest([&] {
+    char bytes[65536];
+    while (!over) {
+      if (read(reader, bytes, sizeof bytes) < 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  log->reset();
+  over = true;
+  rest.join();
+  close(reader);
+}
+
+TEST(AuditLog, RefusesAFileThatCannotBeWritten) {
+  AccessConfig config;
+  config.audit_file = "/proc/no/such/folder/audit.jsonl";
+  const auto log = AuditLog::open(config);
+  ASSERT_FALSE(log);
+  EXPECT_EQ(log.error().where, "[access] audit_file");
+}
+
+}  // namespace
+}  // namespace hapticd::server

@@ -1,0 +1,227 @@
+#include "server/access/lease_desk.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
+namespace hapticd::server {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+Identity of(const std::string& name, ConnectionKind kind = ConnectionKind::kLoopback) {
+  Identity who;
+  who.name = name;
+  who.connection = kind;
+  who.role = Role::kOperator;
+  return who;
+}
+
+/// What the desk did to the rest of the daemon.
+struct Daemon {
+  std::atomic<std::uint64_t> published{0};
+  std::atomic<int> lost{0};
+  std::atomic<std::uint64_t> lost_number{0};
+  std::atomic<int> expired{0};
+  std::atomic<LeaseExpiry> action{LeaseExpiry::kOfConnection};
+
+  LeaseDesk::Effects effects() {
+    return {[this](std::uint64_t number) {
+              published = number;
+              return std::uint64_t{7};
+            },
+            [this](std::uint64_t number, const hal::Error&) {
+              lost_number = number;
+              ++lost;
+            },
+            [this](LeaseExpiry what) {
+              action = what;
+              ++expired;
+            }};
+  }
+};
+
+class LeaseDeskTest : public testing::Test {
+ protected:
+  Daemon daemon;
+  LeaseDesk desk{daemon.effects(), seconds(0)};
+  Identity anna = of("user:anna");
+  Identity ben = of("user:ben");
+};
+
+TEST_F(LeaseDeskTest, LetsAllCommandWhileNoOneHoldsIt) {
+  const auto admitted = desk.admit(anna, "", LeaseRule::kWhenTaken);
+  ASSERT_TRUE(admitted);
+  EXPECT_EQ(admitted->number, daemon.published.load());
+  EXPECT_FALSE(admitted->by_holder);
+}
+
+TEST_F(LeaseDeskTest, NeedsOneWhereItIsRequired) {
+  const auto refused = desk.admit(anna, "", LeaseRule::kRequired);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.refusal().reason, Reason::kLeaseRequired);
+}
+
+TEST_F(LeaseDeskTest, LetsOnlyItsHolderCommand) {
+  LeaseTerms terms;
+  terms.purpose = "calibration";
+  const auto granted = desk.acquire(anna, terms);
+  ASSERT_TRUE(granted);
+  EXPECT_EQ(granted->changed_after_tick, 7U);
+  EXPECT_EQ(granted->lease.number, daemon.published.load());
+  const auto admitted = desk.admit(anna, granted->token, LeaseRule::kRequired);
+  ASSERT_TRUE(admitted);
+  EXPECT_TRUE(admitted->by_holder);
+  const auto other = desk.admit(ben, "", LeaseRule::kWhenTaken);
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.refusal().reason, Reason::kLeaseHeld);
+  EXPECT_NE(other.refusal().error.value.find("user:anna"), std::string::npos);
+  EXPECT_NE(other.refusal().error.value.find("calibration"), std::string::npos);
+  EXPECT_FALSE(desk.admit(anna, "", LeaseRule::kWhenTaken)) << "another program of the same user";
+  EXPECT_FALSE(desk.admit(ben, granted->token, LeaseRule::kWhenTaken))
+      << "a token that was seen is of no use";
+  EXPECT_FALSE(desk.admit(anna, granted->token + "0", LeaseRule::kWhenTaken));
+  EXPECT_FALSE(desk.acquire(ben, {}));
+}
+
+TEST_F(LeaseDeskTest, ReturnedLetsAllCommandAgainUnderAnotherNumber) {
+  const auto granted = desk.acquire(anna, {});
+  ASSERT_TRUE(granted);
+  desk.give_back(ben, granted->token);
+  EXPECT_TRUE(desk.snapshot().lease) << "only its holder returns it";
+  desk.give_back(anna, granted->token);
+  EXPECT_FALSE(desk.snapshot().lease);
+  EXPECT_EQ(desk.snapshot().change, LeaseChange::kReturned);
+  EXPECT_TRUE(desk.admit(ben, "", LeaseRule::kWhenTaken));
+  EXPECT_GT(daemon.published.load(), granted->lease.number);
+  EXPECT_EQ(daemon.lost.load(), 0) << "it wanted that";
+  const auto late = desk.admit(anna, granted->token, LeaseRule::kWhenTaken);
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.refusal().reason, Reason::kLeaseLost);
+}
+
+TEST_F(LeaseDeskTest, TakenNamesTheTakerToItsFormerHolder) {
+  const auto granted = desk.acquire(anna, {});
+  const auto taken = desk.take(ben, {}, "the demo begins", {});
+  ASSERT_TRUE(taken) << taken.refusal().error.text();
+  EXPECT_EQ(daemon.lost_number.load(), granted->lease.number);
+  const auto late = desk.admit(anna, granted->token, LeaseRule::kWhenTaken);
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.refusal().error.what, "the lease was taken by user:ben");
+  EXPECT_EQ(late.refusal().error.value, "the demo begins");
+  EXPECT_EQ(desk.lost(granted->lease.number)->error.what, "the lease was taken by user:ben");
+  EXPECT_FALSE(desk.lost(taken->lease.number));
+  EXPECT_FALSE(desk.lost(0)) << "the daemon's own commands";
+  desk.give_back(ben, taken->token);
+  EXPECT_EQ(desk.renew(anna, granted->token).refusal().error.what, "the lease was taken by user:ben")
+      << "also once it was returned";
+}
+
+TEST_F(LeaseDeskTest, ExpiresWithItsActionWhenItsHolderIsNotHeardOf) {
+  for (const LeaseExpiry action : {LeaseExpiry::kKeep, LeaseExpiry::kRampToZero, LeaseExpiry::kStop}) {
+    LeaseTerms terms;
+    terms.ttl = milliseconds(20);
+    terms.on_expiry = action;
+    const int before = daemon.expired;
+    const auto granted = desk.acquire(anna, terms);
+    ASSERT_TRUE(granted);
+    const auto until = LeaseDesk::Clock::now() + seconds(60);
+    while (daemon.expired == before && LeaseDesk::Clock::now() < until)
+      std::this_thread::sleep_for(milliseconds(1));
+    EXPECT_EQ(daemon.action.load(), action);
+    EXPECT_EQ(daemon.lost_number.load(), granted->lease.number);
+    EXPECT_EQ(desk.snapshot().change, LeaseChange::kExpired);
+    EXPECT_FALSE(desk.renew(anna, granted->token));
+  }
+}
+
+TEST_F(LeaseDeskTest, EachUseRenewsIt) {
+  LeaseTerms terms;
+  terms.ttl = seconds(600);
+  const auto granted = desk.acquire(anna, terms);
+  const auto remaining_s = [this] { return desk.snapshot().lease->remaining_s; };
+  const auto expect_renewed = [&](const char* by, auto use) {
+    std::this_thread::sleep_for(milliseconds(20));
+    const double before_s = remaining_s();
+    use();
+    EXPECT_GT(remaining_s(), before_s) << by;
+  };
+  expect_renewed("a command", [&] { (void)desk.admit(anna, granted->token, LeaseRule::kRequired); });
+  expect_renewed("any other call", [&] { desk.note_use(anna, granted->token); });
+  expect_renewed("a renewal", [&] { (void)desk.renew(anna, granted->token); });
+  std::this_thread::sleep_for(milliseconds(20));
+  const double before_s = remaining_s();
+  desk.note_use(ben, granted->token);
+  EXPECT_LT(remaining_s(), before_s) << "not those of others";
+}
+
+TEST_F(LeaseDeskTest, RampsTheForceOfRemoteHoldersByDefault) {
+  const auto remote = desk.acquire(of("spiffe://lab/hapticd/operator/anna", ConnectionKind::kTls), {});
+  ASSERT_TRUE(remote);
+  EXPECT_EQ(remote->lease.terms.on_expiry, LeaseExpiry::kRampToZero);
+  const auto local = desk.take(anna, {}, "why", {});
+  ASSERT_TRUE(local);
+  EXPECT_EQ(local->lease.terms.on_expiry, LeaseExpiry::kKeep);
+}
+
+TEST(LeaseNotice, InformsTheHolderBeforeItIsTaken) {
+  Daemon daemon;
+  LeaseDesk desk(daemon.effects(), milliseconds(200));
+  LeaseTerms terms;
+  terms.ttl = seconds(60);
+  const auto granted = desk.acquire(of("user:anna"), terms);
+  const std::uint64_t seen = desk.snapshot().version;
+  std::thread taker([&] { EXPECT_TRUE(desk.take(of("user:ben"), {}, "why", {})); });
+  const LeaseSnapshot announced = desk.await_change(seen, LeaseDesk::Clock::now() + seconds(60));
+  EXPECT_EQ(announced.taker, "user:ben");
+  EXPECT_EQ(announced.take_reason, "why");
+  ASSERT_TRUE(announced.lease);
+  EXPECT_EQ(announced.lease->holder, "user:anna") << "it holds it still";
+  taker.join();
+  EXPECT_EQ(desk.snapshot().lease->holder, "user:ben");
+}
+
+TEST(LeaseNotice, IsGivenUpWithTheCall) {
+  Daemon daemon;
+  LeaseDesk desk(daemon.effects(), seconds(60));
+  LeaseTerms terms;
+  terms.ttl = seconds(60);
+  ASSERT_TRUE(desk.acquire(of("user:anna"), terms));
+  Caller caller;
+  caller.deadline = Caller::Clock::now() + milliseconds(50);
+  const auto taken = desk.take(of("user:ben"), {}, "why", caller);
+  ASSERT_FALSE(taken);
+  EXPECT_EQ(taken.refusal().kind, RefusalKind::kDeadlineExceeded);
+  EXPECT_EQ(desk.snapshot().lease->holder, "user:anna");
+  EXPECT_TRUE(desk.snapshot().taker.empty());
+}
+
+TEST(LeaseNotice, IsNotGivenToAHolderThatIsNotHeardOf) {
+  Daemon daemon;
+  LeaseDesk desk(daemon.effects(), seconds(600));
+  LeaseTerms terms;
+  terms.ttl = milliseconds(600);
+  ASSERT_TRUE(desk.acquire(of("user:anna"), terms));
+  std::this_thread::sleep_for(milliseconds(320));
+  EXPECT_TRUE(desk.take(of("user:ben"), {}, "why", {}));
+}
+
+TEST(LeaseRace, OneOfManyGetsIt) {
+  Daemon daemon;
+  LeaseDesk desk(daemon.effects(), seconds(0));
+  std::atomic<int> granted{0};
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 8; ++i) {
+    clients.emplace_back([&, i] {
+      if (desk.acquire(of("user:" + std::to_string(i)), {})) ++granted;
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(granted.load(), 1);
+}
+
+}  // namespace
+}  // namespace hapticd::server
