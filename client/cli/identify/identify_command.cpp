@@ -234,6 +234,11 @@ void add_inclusion(CLI::App& identify, Session& session) {
                   "enough then, and a reference is required")
       ->check(CLI::Range(2.0, 100.0));
   command
+      .add_option("--tip-radius", line->task.tip_radius_mm,
+                  "Radius of the ball that presses, in mm, 0 to 20; 0 = a point; without it not known, but "
+                  "on a simulated rig: on a round object the depth depends on it")
+      ->check(CLI::Range(0.0, 20.0));
+  command
       .add_option("--reach", line->task.reach_mm,
                   "How far from the first press the object is pressed, in mm, 10 to 100; without it 24")
       ->check(CLI::Range(10.0, 100.0));

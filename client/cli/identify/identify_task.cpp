@@ -68,6 +68,7 @@ void fill_inclusion(const IdentifyTask& task, v1::InclusionTask& inclusion) {
   if (task.spacing_mm) inclusion.set_spacing_mm(*task.spacing_mm);
   if (task.displacement_mm) inclusion.set_displacement_mm(*task.displacement_mm);
   if (task.known_depth_mm) inclusion.set_known_depth_mm(*task.known_depth_mm);
+  if (task.tip_radius_mm) inclusion.set_tip_radius_mm(*task.tip_radius_mm);
 }
 
 void fill_vector(const std::vector<double>& components, v1::Vector3& vector) {

@@ -41,6 +41,7 @@ struct IdentifyTask {
   std::optional<double> reach_mm;
   std::optional<double> spacing_mm;
   std::optional<double> known_depth_mm;
+  std::optional<double> tip_radius_mm;
 
   // In the place of the rig
   std::string recording_path;

@@ -117,6 +117,7 @@ Outcome<IdentificationTask> task_of(const v1::StartIdentificationRequest& reques
       if (asked.has_spacing_mm()) task.spacing_mm = asked.spacing_mm();
       if (asked.has_displacement_mm()) task.displacement_mm = asked.displacement_mm();
       if (asked.has_known_depth_mm()) task.known_depth_mm = asked.known_depth_mm();
+      if (asked.has_tip_radius_mm()) task.tip_radius_mm = asked.tip_radius_mm();
       return IdentificationTask(task);
     }
     case Case::TASK_NOT_SET:

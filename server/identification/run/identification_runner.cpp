@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "hal/sim/object/phantom_body.h"
 #include "server/identification/run/identification_run.h"
 #include "server/identification/run/inclusion_reference.h"
 #include "server/model/store/model_store.h"
@@ -149,6 +150,10 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     const hal::RigInfo& rig = session_.rig_info();
     run->view.emplace(request.task, request.geometry, rig, scenes_.models().of_rig(rig),
                       biases_.zero_in_force());
+    auto* inclusion = std::get_if<rt::InclusionTask>(&run->request.task);
+    if (inclusion != nullptr && !inclusion->tip_radius_mm && session_.simulation() != nullptr) {
+      inclusion->tip_radius_mm = sim::PhantomParameters::kTipRadiusMm;
+    }
     run->identification = make_identification(run->request.task, run->view->rig_info());
     if (!store_.in_memory()) {
       auto kept =

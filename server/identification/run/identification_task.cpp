@@ -105,6 +105,8 @@ std::optional<Refusal> check(const IdentificationTask& task) {
             fields.range(t.spacing_mm, {3.0, 30.0, "mm"}, "spacing", "inclusion.spacing_mm");
             fields.range(t.displacement_mm, {3.0, 50.0, "mm"}, "displacement", "inclusion.displacement_mm");
             fields.range(t.known_depth_mm, {0.0, 100.0, "mm"}, "known depth", "inclusion.known_depth_mm");
+            fields.range(t.tip_radius_mm.value_or(0.0), {0.0, 20.0, "mm"}, "tip radius",
+                         "inclusion.tip_radius_mm");
           }},
       task);
   return fields.refusal;

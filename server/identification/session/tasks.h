@@ -75,6 +75,7 @@ struct InclusionTask {
   /// How deep the inclusion lies, where that is known: presses straight over it are enough then, and a
   /// reference is needed. 0 = found by a scan.
   double known_depth_mm = 0.0;
+  std::optional<double> tip_radius_mm;  ///< of the ball that presses, 0 = a point; none = not known
   double threshold_n = 0.03;
   InclusionReference reference;
 };

@@ -38,12 +38,14 @@ const v1::EstimatedParameter* inclusion_parameter(const v1::IdentificationProgre
   return &v1::EstimatedParameter::default_instance();
 }
 
-/// Within 3 mm across and 5 mm in depth of the phantom's.
+/// Within 3 mm across and 5 mm in depth of the phantom's, and the depth within two of its standard errors.
 void expect_phantoms_place(const v1::IdentificationProgress& progress) {
   const double x = inclusion_parameter(progress, "place_x_mm")->value();
   const double y = inclusion_parameter(progress, "place_y_mm")->value();
   EXPECT_LT(std::hypot(x, y), 3.0);
-  EXPECT_NEAR(inclusion_parameter(progress, "depth_mm")->value(), kPhantomDepthMm, 5.0);
+  const v1::EstimatedParameter& depth = *inclusion_parameter(progress, "depth_mm");
+  EXPECT_NEAR(depth.value(), kPhantomDepthMm, 5.0);
+  EXPECT_NEAR(depth.value(), kPhantomDepthMm, 2.0 * depth.standard_error());
 }
 
 std::string scene_with(const std::string& model) {
@@ -130,7 +132,9 @@ TEST(ServiceInclusion, IsIdentifiedStoredAndRendered) {
     v1::UploadRecordingResponse uploaded;
     const std::string csv = kept_recording(folder.path("models.sqlite.data"), as_telemetry);
     ASSERT_TRUE(service.upload(csv, &uploaded).ok());
-    ASSERT_TRUE(service.start(inclusion_request("again", uploaded.recording())).ok());
+    v1::StartIdentificationRequest request = inclusion_request("again", uploaded.recording());
+    if (as_telemetry) request.mutable_inclusion()->set_tip_radius_mm(8.0);  // the other time it is not known
+    ASSERT_TRUE(service.start(request).ok());
     const v1::IdentificationProgress again = service.watch();
     EXPECT_EQ(again.state(), v1::IDENTIFICATION_STATE_CONVERGED) << again.ShortDebugString().substr(0, 3000);
     expect_phantoms_place(again);
@@ -177,6 +181,9 @@ TEST(ServiceInclusion, AReferenceMustBeThereAndHaveALaw) {
   EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "no reference";
   request = inclusion_request("lump");
   request.mutable_inclusion()->set_reach_mm(1.0);
+  EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::OUT_OF_RANGE);
+  request = inclusion_request("lump");
+  request.mutable_inclusion()->set_tip_radius_mm(21.0);
   EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::OUT_OF_RANGE);
   request = inclusion_request("");
   EXPECT_EQ(service.start(request).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "no object";

@@ -38,6 +38,13 @@ InclusionParameters hidden_at(double x, double y, double depth_mm) {
   return inclusion;
 }
 
+/// The presses are made by a point.
+InclusionTask pressed_by_point() {
+  InclusionTask task;
+  task.tip_radius_mm = 0.0;
+  return task;
+}
+
 /// A hand that presses straight down, a tick at a time.
 class MadePresses {
  public:
@@ -93,7 +100,7 @@ double parameter(const std::vector<EstimatedParameter>& all, const std::string& 
 TEST(InclusionSession, ARecordedScanGivesPlaceAndResponse) {
   const InclusionParameters truth = hidden_at(6.0, -4.0, 22.0);
   for (const bool with_law : {false, true}) {
-    InclusionTask task;
+    InclusionTask task = pressed_by_point();
     if (with_law) task.reference = {{}, kOwnLaw, "the law of 'x'"};
     InclusionIdentification identification(task, session_rig(hal::RigKind::kReplay));
     MadePresses hand(identification, &truth);
@@ -114,7 +121,7 @@ TEST(InclusionSession, ARecordedScanGivesPlaceAndResponse) {
 
 TEST(InclusionSession, WhereItsDepthIsKnownPressesOverItAreEnough) {
   const InclusionParameters truth = hidden_at(0.0, 0.0, 25.0);
-  InclusionTask task;
+  InclusionTask task = pressed_by_point();
   task.known_depth_mm = 25.0;
   task.reference = {{}, kOwnLaw, "the law of 'x'"};
   InclusionIdentification identification(task, session_rig(hal::RigKind::kReplay));
@@ -131,7 +138,7 @@ TEST(InclusionSession, WhereItsDepthIsKnownPressesOverItAreEnough) {
 
 TEST(InclusionSession, TooFewPressesAreRefusedWithTheirNumber) {
   const InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
-  InclusionIdentification identification({}, session_rig(hal::RigKind::kReplay));
+  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, &truth);
   for (const double x : {-8.0, 0.0, 8.0}) hand.press(x, 0.0);
   hand.press(0.0, 8.0, 1.0);  // a touch, no press
@@ -145,7 +152,7 @@ TEST(InclusionSession, TooFewPressesAreRefusedWithTheirNumber) {
 
 TEST(InclusionSession, PressesAtOnePlaceAreRefused) {
   const InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
-  InclusionIdentification identification({}, session_rig(hal::RigKind::kReplay));
+  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, &truth);
   for (int i = 0; i < 12; ++i) hand.press(0.3 * i, 0.0);
   const auto model = identification.finish();
@@ -156,7 +163,7 @@ TEST(InclusionSession, PressesAtOnePlaceAreRefused) {
 
 TEST(InclusionSession, AScanIsNotTakenForPressesOverAKnownDepth) {
   const InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
-  InclusionTask task;
+  InclusionTask task = pressed_by_point();
   task.known_depth_mm = 22.0;
   task.reference = {{}, kOwnLaw, "the law of 'x'"};
   InclusionIdentification identification(task, session_rig(hal::RigKind::kReplay));
@@ -168,7 +175,7 @@ TEST(InclusionSession, AScanIsNotTakenForPressesOverAKnownDepth) {
 }
 
 TEST(InclusionSession, AForceThatIsNeverZeroIsRefused) {
-  InclusionIdentification identification({}, session_rig(hal::RigKind::kReplay));
+  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, nullptr);
   hand.zero_n = 0.5;
   hand.grid();
@@ -179,7 +186,7 @@ TEST(InclusionSession, AForceThatIsNeverZeroIsRefused) {
 }
 
 TEST(InclusionSession, AHomogeneousObjectHasNone) {
-  InclusionIdentification identification({}, session_rig(hal::RigKind::kReplay));
+  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, nullptr);
   hand.grid();
   EXPECT_FALSE(identification.progress().converged);
@@ -191,7 +198,7 @@ TEST(InclusionSession, AHomogeneousObjectHasNone) {
 TEST(InclusionSession, APartOfTheSurfaceIsNotEnough) {
   // The inclusion lies outside of what was pressed: no press on its far side.
   const InclusionParameters truth = hidden_at(26.0, 0.0, 22.0);
-  InclusionIdentification identification({}, session_rig(hal::RigKind::kReplay));
+  InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, &truth);
   for (const double x : {-16.0, -8.0, 0.0, 8.0, 16.0})
     for (const double y : {-16.0, -8.0, 0.0, 8.0, 16.0}) hand.press(x, y);
@@ -202,7 +209,7 @@ TEST(InclusionSession, APartOfTheSurfaceIsNotEnough) {
 
 TEST(InclusionSession, APersonIsGuidedOverTheSurfaceUntilItIsFound) {
   const InclusionParameters truth = hidden_at(6.0, -4.0, 22.0);
-  InclusionTask task;
+  InclusionTask task = pressed_by_point();
   task.reach_mm = 16.0;
   task.reference = {{}, kOwnLaw, "the law of 'x'"};
   InclusionIdentification identification(task, session_rig(hal::RigKind::kSimulated));

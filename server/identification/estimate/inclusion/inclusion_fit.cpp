@@ -20,8 +20,16 @@ constexpr std::size_t kTissueTerms = 6;
 constexpr std::size_t kMinSamples = 30;
 constexpr std::size_t kPoints = 200;
 constexpr double kLateralWeight = 0.5;  // the surface's friction is in them, too
-constexpr double kPriorN = 0.01;        // force that one unit of n is worth
-constexpr double kPriorApproach = 0.1;  // and of β
+// Depth and n are hard to distinguish. What n can be follows from the stress of a Hertzian load of 0 … 10 mm
+// radius on an incompressible half-space, σ = 3 z d dᵀ / (2π r⁵) summed over the load. Its square, averaged
+// over a sphere of 2 … 12.5 mm that is 18 … 40 mm deep, falls off as n = 4.15 … 6.65 has it, 6 for a point:
+// the mean of that range, and the deviation of whatever is equally likely in it. And β: by the same stress
+// the matter in a depth l moves by 4c / (π l) of the displacement, c being the radius of the load: β = 0.3 …
+// 0.8.
+constexpr double kUsualAttenuation = 5.4, kAttenuationDeviation = 0.72;
+constexpr double kUsualApproach = 0.55, kApproachDeviation = 0.15;
+constexpr double kMaxApproach = 0.9;
+constexpr double kMinBodyRadiusMm = 5.0;
 
 /// Of the object's own response: smooth from zero, and a part that grows with the speed.
 Eigen::Matrix<double, kTissueTerms, 1> tissue_terms(double x, double rate) {
@@ -222,6 +230,7 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
     fit.inclusion.surface_mm =
         fit.inclusion.surface_mm + press.surface_mm * (1.0 / static_cast<double>(with.size()));
   fit.inclusion.place_mm = fit.inclusion.surface_mm - hal::Vector3{0.0, 0.0, depth_mm};
+  fit.place_mm = fit.inclusion.place_mm;
   fit.residual = s.rms / std::max(1e-9, std::sqrt(excess.squaredNorm() / static_cast<double>(excess.size())));
   fit.converged = s.converged;
   note_range(rows, fit);
@@ -238,7 +247,8 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
 
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const std::vector<Press>& with,
-                                             const std::optional<HuntCrossleyParameters>& own) {
+                                             const std::optional<HuntCrossleyParameters>& own,
+                                             const Estimated& tip_radius_mm) {
   std::vector<Press> all = with;
   all.insert(all.end(), without.begin(), without.end());
   const Sphere surface = surface_of(all);
@@ -266,28 +276,31 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   if (!(weight > 0.0)) return too_little("that exceed the object's own response");
   const hal::Vector3 start = sum * (1.0 / weight);
 
-  // p: x, y of the place, its depth, ln of the response at 5 mm, B/K, m, n, β, and the object's own response.
-  // Depth and n are hard to distinguish: n is drawn to what is usual of spheres of a palpable size.
+  // A ball touches a round body nearer to the body's middle than its lowest point is: places of the tip are
+  // as many times farther apart as its surface has a larger radius than the body, and so is the depth that
+  // follows from them. Rendering works with places of the tip, too.
+  const double body_radius_mm = std::max(kMinBodyRadiusMm, surface.radius_mm - tip_radius_mm.value);
+  const double widening = std::max(1.0, surface.radius_mm / body_radius_mm);
+
+  // p: x, y of the surface over it, its depth in the body, ln of the response at 5 mm, B/K, m, n, β, and the
+  // object's own response.
   constexpr Eigen::Index kOwn = 8;
-  constexpr double kUsualAttenuation = 4.0;
   const auto inclusion_of = [&](const VectorXd& p) {
     InclusionParameters inclusion;
     const double dx = p[0] - surface.centre_mm.x, dy = p[1] - surface.centre_mm.y;
     const double up = std::sqrt(std::max(1.0, surface.radius_mm * surface.radius_mm - dx * dx - dy * dy));
     // (x, y) is that of the surface point; the centre is below it along the normal.
     inclusion.surface_mm = surface.centre_mm + hal::Vector3{dx, dy, up};
-    inclusion.place_mm = inclusion.surface_mm - surface.normal_at(inclusion.surface_mm) * p[2];
+    inclusion.place_mm = inclusion.surface_mm - surface.normal_at(inclusion.surface_mm) * (widening * p[2]);
     const double k = std::exp(p[3]) * std::pow(5.0, -p[5]);
     inclusion.response = {k, k * p[4], p[5]};
     inclusion.attenuation = p[6];
-    inclusion.approach = p[7];
+    inclusion.approach = widening * p[7];
     inclusion.max_displacement_mm = 1e3;
     return inclusion;
   };
   const auto residuals = [&](const VectorXd& p) {
-    VectorXd r(static_cast<Eigen::Index>(3 * rows.size() + 2));
-    r[r.size() - 2] = kPriorApproach * std::sqrt(static_cast<double>(rows.size())) * (p[7] - 0.5);
-    r[r.size() - 1] = kPriorN * std::sqrt(static_cast<double>(rows.size())) * (p[6] - kUsualAttenuation);
+    VectorXd r(static_cast<Eigen::Index>(3 * rows.size()));
     const InclusionParameters inclusion = inclusion_of(p);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const Row& row = rows[i];
@@ -310,29 +323,43 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   };
   std::vector<std::size_t> groups;
   for (const Row& row : rows) groups.insert(groups.end(), 3, row.press);
-  groups.push_back(rows.back().press + 1);
-  groups.push_back(rows.back().press + 2);
+  const std::vector<PriorKnowledge> priors{{6, kUsualAttenuation, kAttenuationDeviation},
+                                           {7, kUsualApproach, kApproachDeviation}};
   VectorXd p(kOwn + static_cast<Eigen::Index>(kTissueTerms)), steps(p.size()), low(p.size()), high(p.size());
   steps.setConstant(1e-4);
   low.setConstant(-1e3);
   high.setConstant(1e3);
   low.head<kOwn>() << start.x - 30.0, start.y - 30.0, 8.0, -12.0, 0.0, 1.0, 2.0, 0.0;
-  high.head<kOwn>() << start.x + 30.0, start.y + 30.0, 60.0, 5.0, 0.02, 4.0, 12.0, 0.9;
+  high.head<kOwn>() << start.x + 30.0, start.y + 30.0, 60.0, 5.0, 0.02, 4.0, 12.0, kMaxApproach / widening;
   LeastSquaresSolution best;
   best.rms = 1e9;
   for (const double depth_mm : {15.0, 25.0, 35.0}) {
-    p.head<kOwn>() << start.x, start.y, depth_mm, 0.0, 1e-4, 1.8, kUsualAttenuation, 0.5;
+    p.head<kOwn>() << start.x, start.y, depth_mm, 0.0, 1e-4, 1.8, kUsualAttenuation, kUsualApproach;
     p.tail<kTissueTerms>() = rough;
-    const LeastSquaresSolution one = grouped_least_squares(residuals, p, steps, low, high, groups);
+    const LeastSquaresSolution one = grouped_least_squares(residuals, p, steps, low, high, groups, priors, 3);
     if (one.rms < best.rms) best = one;
   }
 
   InclusionFit fit;
   fit.inclusion = inclusion_of(best.parameters);
   const VectorXd& e = best.standard_errors;
-  fit.place_x_mm = {fit.inclusion.place_mm.x, e[0]};
-  fit.place_y_mm = {fit.inclusion.place_mm.y, e[1]};
-  fit.depth_mm = {best.parameters[2], e[2]};
+  // In the body, along the normal below where the ball touches it; what the depth adds to the error of a
+  // place across, off the top, counts.
+  const hal::Vector3 normal = surface.normal_at(fit.inclusion.surface_mm);
+  const double below_mm = body_radius_mm - best.parameters[2];
+  fit.place_mm = surface.centre_mm + hal::Vector3{0.0, 0.0, tip_radius_mm.value} + normal * below_mm;
+  const auto across_error_mm = [&](Eigen::Index i, double part) {
+    const double by_surface = below_mm / surface.radius_mm;
+    const double squared = by_surface * by_surface * best.covariance(i, i) +
+                           part * part * best.covariance(2, 2) -
+                           2.0 * by_surface * part * best.covariance(i, 2);
+    return std::sqrt(std::max(0.0, squared));
+  };
+  fit.place_x_mm = {fit.place_mm.x, across_error_mm(0, normal.x)};
+  fit.place_y_mm = {fit.place_mm.y, across_error_mm(1, normal.y)};
+  // A ball with another radius changes the widening alone.
+  const double by_radius = best.parameters[2] * widening / surface.radius_mm;
+  fit.depth_mm = {best.parameters[2], std::hypot(e[2], by_radius * tip_radius_mm.standard_error)};
   const double k = fit.inclusion.response.stiffness_n_per_mm_m;
   fit.stiffness_n_per_mm_m = {k, k * std::hypot(e[3], std::log(5.0) * e[5])};
   fit.added_at_5mm_n = {std::exp(best.parameters[3]), std::exp(best.parameters[3]) * e[3]};
@@ -340,7 +367,7 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   fit.damping_n_s_per_mm_m1 = {k * best.parameters[4], k * e[4]};
   fit.exponent = {best.parameters[5], e[5]};
   fit.attenuation = {fit.inclusion.attenuation, e[6]};
-  fit.approach = {fit.inclusion.approach, e[7]};
+  fit.approach = {fit.inclusion.approach, widening * e[7]};
   double added = 0.0;
   const std::size_t stride = with_count / kPoints + 1;
   for (std::size_t i = 0; i < with_count; ++i) {

@@ -42,7 +42,8 @@ struct InclusionFitPoint {
 
 /// What an inclusion adds to an object, and where it is.
 struct InclusionFit {
-  InclusionParameters inclusion;
+  InclusionParameters inclusion;               ///< as the tip's own coordinates have it, for rendering
+  hal::Vector3 place_mm;                       ///< of its centre in the body
   Estimated place_x_mm, place_y_mm, depth_mm;  ///< of its centre; depth below the nearest surface
   Estimated added_at_5mm_n;                    ///< H_t at 5 mm: known better than its K and m apart
   double own_at_5mm_n = 0.0;                   ///< of the object itself
@@ -70,9 +71,11 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
 /// From presses all over the object: place, response and attenuation together with the object's own response,
 /// by least squares. `without`: presses on the same object without an inclusion; may be empty, then those of
 /// `with` that are far from the inclusion stand for them, or the object's own law, where that is known. The
-/// surface is a sphere through the surface points.
+/// surface is a sphere through the surface points. `tip_radius_mm`: of the ball that presses, whose lowest
+/// point is the tip; 0 = a point. Its error is in that of the depth.
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const std::vector<Press>& with,
-                                             const std::optional<HuntCrossleyParameters>& own = {});
+                                             const std::optional<HuntCrossleyParameters>& own = {},
+                                             const Estimated& tip_radius_mm = {});
 
 }  // namespace hapticd::rt

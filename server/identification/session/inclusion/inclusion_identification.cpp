@@ -25,10 +25,20 @@ std::vector<Press> counted_from_surface(std::vector<Press> presses, const HuntCr
   return presses;
 }
 
+/// Not known: whatever is equally likely up to 10 mm, its mean and deviation.
+constexpr Estimated kUnknownRadius{5.0, 2.9};
+
+Estimated radius_of(const InclusionTask& task) {
+  return task.tip_radius_mm ? Estimated{*task.tip_radius_mm, 0.0} : kUnknownRadius;
+}
+
 }  // namespace
 
 InclusionIdentification::InclusionIdentification(const InclusionTask& task, const hal::RigInfo& rig)
-    : task_(task), replay_(rig.kind == hal::RigKind::kReplay), collector_(rig, task.threshold_n) {}
+    : task_(task),
+      tip_radius_mm_(radius_of(task)),
+      replay_(rig.kind == hal::RigKind::kReplay),
+      collector_(rig, task.threshold_n) {}
 
 void InclusionIdentification::add(const Observation& observation) {
   collector_.add(observation);
@@ -41,7 +51,7 @@ hal::Result<InclusionFit> InclusionIdentification::fit() const {
   if (reference.law) counted = counted_from_surface(presses, *reference.law);
   const std::vector<Press>& with = reference.law ? counted : presses;
   if (!scans()) return fit_inclusion_response(reference.presses, with, task_.known_depth_mm, reference.law);
-  return fit_inclusion_scan(reference.presses, with, reference.law);
+  return fit_inclusion_scan(reference.presses, with, reference.law, tip_radius_mm_);
 }
 
 void InclusionIdentification::refit(bool now) const {

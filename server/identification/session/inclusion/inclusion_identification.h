@@ -28,9 +28,11 @@ class InclusionIdentification final : public Identification {
   static constexpr std::size_t kMinPresses = 8;      ///< of a scan
   static constexpr std::size_t kMinPressesOver = 2;  ///< straight over it
   static constexpr double kMaxPlaceErrorMm = 1.0;    ///< standard error across, to converge
-  static constexpr double kMaxDepthErrorMm = 2.0;    ///< of a depth
-  static constexpr double kMaxResidual = 0.6;        ///< what is left over what the inclusion adds
-  static constexpr double kMaxLeftOverShare = 0.5;   ///< of what the object's own response leaves
+  /// Of a depth. Most of it is how the added force falls off, which the presses hardly show; two of it are
+  /// the 5 mm that an identification promises.
+  static constexpr double kMaxDepthErrorMm = 2.5;
+  static constexpr double kMaxResidual = 0.6;       ///< what is left over what the inclusion adds
+  static constexpr double kMaxLeftOverShare = 0.5;  ///< of what the object's own response leaves
 
  private:
   bool scans() const noexcept { return task_.known_depth_mm <= 0.0; }
@@ -58,6 +60,7 @@ class InclusionIdentification final : public Identification {
   std::string procedure(const InclusionFit& fit) const;
 
   InclusionTask task_;
+  Estimated tip_radius_mm_;
   bool replay_;
   PressCollector collector_;
   mutable std::optional<InclusionFit> fit_;

@@ -126,6 +126,12 @@ std::vector<EstimatedParameter> InclusionIdentification::parameters_of(const Inc
 std::vector<std::string> InclusionIdentification::remarks() const {
   std::vector<std::string> words = collector_.remarks();
   words.push_back(std::to_string(collector_.presses().size()) + " presses");
+  if (scans() && tip_radius_mm_.standard_error > 0.0) {
+    words.push_back(
+        formatted("the radius of the ball that presses is not known: %.0f ± %.0f mm is taken; state it "
+                  "(tip_radius_mm, hapticctl: --tip-radius)",
+                  tip_radius_mm_.value, tip_radius_mm_.standard_error));
+  }
   if (task_.reference.is_there())
     words.push_back("the object without the inclusion: " + task_.reference.words);
   return words;
@@ -138,6 +144,11 @@ std::string InclusionIdentification::procedure(const InclusionFit& fit) const {
                         " mm is taken as known";
   text += task_.reference.is_there() ? "; without the inclusion: " + task_.reference.words
                                      : "; without the inclusion: the presses far from it";
+  if (scans()) {
+    text += tip_radius_mm_.standard_error > 0.0
+                ? "; the radius of the ball is not known"
+                : "; the radius of the ball is " + fixed_text(tip_radius_mm_.value, 1) + " mm";
+  }
   text += "; the object itself " + fixed_text(fit.own_at_5mm_n, 3) + " N at 5 mm";
   for (const std::string& remark : collector_.remarks()) text += "; " + remark;
   return text;

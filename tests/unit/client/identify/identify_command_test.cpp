@@ -80,15 +80,17 @@ TEST(IdentifyCommand, TheRigsOwnModelsTakeNoObject) {
 TEST(IdentifyCommand, AnInclusionTakesItsScanAndItsReference) {
   const auto scan = started_by(
       "inclusion --object lump --reference-model phantom@soft --reach 30 --spacing 6 --displacement 13 "
-      "--known-depth 25");
+      "--known-depth 25 --tip-radius 8");
   EXPECT_EQ(scan.object(), "lump");
   EXPECT_EQ(scan.inclusion().reference_model(), "phantom@soft");
   EXPECT_EQ(scan.inclusion().reach_mm(), 30.0);
   EXPECT_EQ(scan.inclusion().spacing_mm(), 6.0);
   EXPECT_EQ(scan.inclusion().displacement_mm(), 13.0);
   EXPECT_EQ(scan.inclusion().known_depth_mm(), 25.0);
+  EXPECT_EQ(scan.inclusion().tip_radius_mm(), 8.0);
   const auto plain = started_by("inclusion --object lump");
   EXPECT_FALSE(plain.inclusion().has_reach_mm());
+  EXPECT_FALSE(plain.inclusion().has_tip_radius_mm());
   EXPECT_EQ(plain.inclusion().reference_recording(), "");
 }
 
