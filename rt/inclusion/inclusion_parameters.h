@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "hal/error.h"
 #include "hal/samples.h"
@@ -17,6 +18,9 @@ enum class InclusionVariant : std::uint8_t {
 /// A stiff sphere that is not there (D§5): what it adds to the force of the real object. Rig frame.
 struct InclusionParameters {
   InclusionVariant variant = InclusionVariant::kEnergy;
+  /// Identified model that place, response, attenuation and approach are to be taken from; empty once they
+  /// are, or where they are given.
+  std::string model{};
   hal::Vector3 place_mm;    ///< p_t, of its centre without load
   hal::Vector3 surface_mm;  ///< p_ts, the nearest point of the surface without load
   /// H_t (5.3): what it adds when the tip presses along l_0, from p_ts to p_t.

@@ -82,14 +82,29 @@ struct ContentCheck {
     ranges.expect("ultimate_gain", gains.ultimate_gain, 1e-3, 2.0);
     ranges.expect("ultimate_period_ms", gains.ultimate_period_ms, 0.0, 1e5);
   }
+  void operator()(const InclusionModel& inclusion) const {
+    ranges.expect("place_mm", inclusion.place_mm, 1e3);
+    ranges.expect("surface_mm", inclusion.surface_mm, 1e3);
+    if (ranges.error) return;
+    ranges.expect("max_displacement_mm", model.validity.max_displacement_mm, 0.5, 100.0);
+    if (!ranges.error) {
+      ranges.error =
+          check(inclusion.rendered(model.validity.max_displacement_mm), "inclusion.", ranges.where());
+    }
+  }
 };
 
 }  // namespace
 
 const char* kind_name(const ModelContent& content) noexcept {
-  constexpr const char* kNames[] = {"contact", "friction",  "structural_stiffness",
-                                    "tool",    "threshold", "gains"};
+  constexpr const char* kNames[] = {"contact", "friction", "structural_stiffness", "tool", "threshold",
+                                    "gains",   "inclusion"};
   return kNames[content.index()];
+}
+
+bool is_of_object(const ModelContent& content) noexcept {
+  return std::holds_alternative<ContactModel>(content) || std::holds_alternative<FrictionModel>(content) ||
+         std::holds_alternative<InclusionModel>(content);
 }
 
 std::optional<hal::Error> check(const IdentifiedModel& model) {

@@ -9,6 +9,7 @@
 #include "hal/samples.h"
 #include "rt/friction/friction_model.h"
 #include "rt/friction/tip.h"
+#include "rt/inclusion/inclusion_parameters.h"
 #include "rt/model/models.h"
 #include "rt/model/structural_model.h"
 
@@ -57,6 +58,27 @@ struct GainsModel {
   double ultimate_period_ms = 0.0;
 };
 
+/// What a stiff sphere in an object adds to the object's force, and where it is (D§5.3). Rig frame.
+struct InclusionModel {
+  hal::Vector3 place_mm;            ///< p_t, of its centre without load
+  hal::Vector3 surface_mm;          ///< p_ts, the nearest point of the surface without load
+  HuntCrossleyParameters response;  ///< H_t (5.3)
+  double attenuation = 6.0;         ///< how it falls off, see InclusionParameters
+  double approach = 0.5;
+
+  /// As scenes render it; what was not identified keeps its default.
+  InclusionParameters rendered(double max_displacement_mm) const {
+    InclusionParameters inclusion;
+    inclusion.place_mm = place_mm;
+    inclusion.surface_mm = surface_mm;
+    inclusion.response = response;
+    inclusion.max_displacement_mm = max_displacement_mm;
+    inclusion.attenuation = attenuation;
+    inclusion.approach = approach;
+    return inclusion;
+  }
+};
+
 /// One number of a model with what is known of its error.
 struct EstimatedParameter {
   std::string name;  ///< as in model files, e.g. "exponent"
@@ -72,8 +94,8 @@ struct ValidityRange {
   double max_force_n = 0.0;
 };
 
-using ModelContent =
-    std::variant<ContactModel, FrictionModel, StructuralModel, ToolModel, ThresholdModel, GainsModel>;
+using ModelContent = std::variant<ContactModel, FrictionModel, StructuralModel, ToolModel, ThresholdModel,
+                                  GainsModel, InclusionModel>;
 
 /// The result of one identification: what was found, how sure it is, and on what.
 struct IdentifiedModel {
@@ -89,8 +111,11 @@ struct IdentifiedModel {
   bool converged = false;  ///< false: partial data, kept for what they are worth
 };
 
-/// "contact", "friction", "structural_stiffness", "tool", "threshold" or "gains".
+/// "contact", "friction", "structural_stiffness", "tool", "threshold", "gains" or "inclusion".
 const char* kind_name(const ModelContent& content) noexcept;
+
+/// Whether it is of an object, and not of the rig.
+bool is_of_object(const ModelContent& content) noexcept;
 
 /// Everything finite and inside the range it is made for; the error names the key and the limit.
 std::optional<hal::Error> check(const IdentifiedModel& model);

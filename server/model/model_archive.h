@@ -277,6 +277,16 @@ void describe(A& archive, rt::GainsModel& gains) {
 }
 
 template <class A>
+void describe(A& archive, rt::InclusionModel& inclusion) {
+  auto& [place_mm, surface_mm, response, attenuation, approach] = inclusion;
+  archive("place_mm", place_mm);
+  archive("surface_mm", surface_mm);
+  archive("response", response);
+  archive("attenuation", attenuation);
+  archive("approach", approach);
+}
+
+template <class A>
 void describe(A& archive, rt::EstimatedParameter& parameter) {
   archive("name", parameter.name);
   archive("unit", parameter.unit);

@@ -20,14 +20,9 @@ constexpr std::size_t kMaxImport = 1 << 20;
 constexpr std::size_t kMaxText = 4096;
 constexpr std::size_t kMaxParameters = 1024;
 
-bool touches_an_object(const rt::IdentifiedModel& model) {
-  return std::holds_alternative<rt::ContactModel>(model.content) ||
-         std::holds_alternative<rt::FrictionModel>(model.content);
-}
-
 /// Checks what rt::check() does not: texts and names.
 std::optional<hal::Error> check_texts(const rt::IdentifiedModel& model, const std::string& where) {
-  if (touches_an_object(model)) {
+  if (rt::is_of_object(model.content)) {
     if (auto error = check_name("model", model.object, where + ", object")) return error;
   } else if (!model.object.empty()) {
     return hal::Error{"a model of the rig has no object", where, model.object, "", "leave the object out"};

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "server/scene/scene_models.h"
 #include "server/text/toml_text.h"
 
 namespace hapticd::server {
@@ -22,6 +23,15 @@ constexpr Range kPreslidingMm{0.01, 10.0, "mm"};
 constexpr Word<rt::InclusionVariant> kVariants[] = {{"energy", rt::InclusionVariant::kEnergy},
                                                     {"published", rt::InclusionVariant::kPublished}};
 
+constexpr std::size_t kMaxModelName = 130;  // NAME@TAG
+/// What a model says of an inclusion.
+constexpr const char* kOfModel[] = {"place_mm", "surface_mm", "stiffness_n_per_mm_m", "damping_n_s_per_mm_m1",
+                                    "exponent", "approach",   "max_displacement_mm",  "attenuation"};
+
+const char* variant_name(const rt::InclusionParameters& inclusion) {
+  return inclusion.variant == rt::InclusionVariant::kPublished ? "published" : "energy";
+}
+
 std::string vector_text(const hal::Vector3& v) {
   return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
 }
@@ -32,6 +42,18 @@ void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
   for (TomlTable& table : root.tables("inclusion", kMaxInclusions)) {
     rt::InclusionParameters& one = spec.inclusions.emplace_back();
     table.read("variant", one.variant, kVariants);
+    table.read("internal_friction", one.internal_friction, kFriction);
+    table.read("internal_presliding_mm", one.internal_presliding_mm, kPreslidingMm);
+    table.read("model", one.model, kMaxModelName);
+    if (!one.model.empty()) {
+      if (auto name = ModelName::parse(one.model, "inclusion.model"); !name)
+        table.refuse("model", name.error());
+      for (const char* key : kOfModel) {
+        table.refuse(key, {"the inclusion's model says this", "", key, "model = \"" + one.model + "\" alone",
+                           "remove the key, or the model"});
+      }
+      continue;
+    }
     table.read("place_mm", one.place_mm, kPositionMm);
     table.read("surface_mm", one.surface_mm, kPositionMm);
     table.read("stiffness_n_per_mm_m", one.response.stiffness_n_per_mm_m, kStiffness);
@@ -40,24 +62,52 @@ void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
     table.read("max_displacement_mm", one.max_displacement_mm, kDepthMm);
     table.read("attenuation", one.attenuation, kAttenuation);
     table.read("approach", one.approach, kApproach);
-    table.read("internal_friction", one.internal_friction, kFriction);
-    table.read("internal_presliding_mm", one.internal_presliding_mm, kPreslidingMm);
   }
+}
+
+std::optional<Refusal> fill_inclusions(const ModelLibrary& models, const hal::RigInfo& rig,
+                                       rt::SceneSpec& spec, std::vector<std::string>& stored,
+                                       std::vector<std::string>& remarks) {
+  for (std::size_t i = 0; i < spec.inclusions.size(); ++i) {
+    rt::InclusionParameters& one = spec.inclusions[i];
+    if (one.model.empty()) continue;
+    const auto found = models.find_inclusion(one.model);
+    if (!found) return found.refusal();
+    const StoredModel& model = **found;
+    rt::InclusionParameters identified =
+        std::get<rt::InclusionModel>(model.model.content).rendered(model.model.validity.max_displacement_mm);
+    identified.variant = one.variant;
+    identified.internal_friction = one.internal_friction;
+    identified.internal_presliding_mm = one.internal_presliding_mm;
+    std::string remark = fmt::format("inclusion {}: '{}' at {} mm, from stored model {}", i + 1, one.model,
+                                     vector_text(identified.place_mm), model.short_hash());
+    for (const std::string& caution : cautions(model, spec, rig)) remark += "; " + caution;
+    remarks.push_back(std::move(remark));
+    stored.push_back(model.hash);
+    one = identified;
+  }
+  return std::nullopt;
 }
 
 std::string inclusions_text(const rt::SceneSpec& spec) {
   std::string text;
   for (const rt::InclusionParameters& one : spec.inclusions) {
-    const bool published = one.variant == rt::InclusionVariant::kPublished;
+    if (!one.model.empty()) {
+      text += fmt::format(
+          "\n[[inclusion]]\nvariant = {}\nmodel = {}\ninternal_friction = {}\ninternal_presliding_mm = {}\n",
+          toml_quoted(variant_name(one)), toml_quoted(one.model), toml_number(one.internal_friction),
+          toml_number(one.internal_presliding_mm));
+      continue;
+    }
     text += fmt::format(
         "\n[[inclusion]]\nvariant = {}\nplace_mm = {}\nsurface_mm = {}\nstiffness_n_per_mm_m = {}\n"
         "damping_n_s_per_mm_m1 = {}\nexponent = {}\nmax_displacement_mm = {}\nattenuation = {}\n"
         "approach = {}\ninternal_friction = {}\ninternal_presliding_mm = {}\n",
-        toml_quoted(published ? "published" : "energy"), vector_text(one.place_mm),
-        vector_text(one.surface_mm), toml_number(one.response.stiffness_n_per_mm_m),
-        toml_number(one.response.damping_n_s_per_mm_m1), toml_number(one.response.exponent),
-        toml_number(one.max_displacement_mm), toml_number(one.attenuation), toml_number(one.approach),
-        toml_number(one.internal_friction), toml_number(one.internal_presliding_mm));
+        toml_quoted(variant_name(one)), vector_text(one.place_mm), vector_text(one.surface_mm),
+        toml_number(one.response.stiffness_n_per_mm_m), toml_number(one.response.damping_n_s_per_mm_m1),
+        toml_number(one.response.exponent), toml_number(one.max_displacement_mm),
+        toml_number(one.attenuation), toml_number(one.approach), toml_number(one.internal_friction),
+        toml_number(one.internal_presliding_mm));
   }
   return text;
 }

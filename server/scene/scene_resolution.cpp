@@ -8,6 +8,7 @@
 #include "rt/target/largest_target.h"
 #include "server/scene/scene_file.h"
 #include "server/scene/scene_host.h"
+#include "server/scene/scene_inclusions.h"
 #include "server/text/suggestion.h"
 #include "server/text/text_library.h"
 
@@ -117,6 +118,9 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
   }
   RigModelUse of_rig = use_rig_models(models_.of_rig(session_.rig_info()), *spec, session_.rig_info(),
                                       zero_in_force_ ? zero_in_force_() : ZeroInForce{});
+  if (auto refusal = fill_inclusions(models_, session_.rig_info(), *spec, of_rig.stored, of_rig.remarks)) {
+    return *refusal;
+  }
   std::vector<std::string> limited;
   auto resolved = resolve_within_ceilings(*spec, limited);
   if (!resolved) return resolved.refusal();

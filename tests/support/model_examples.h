@@ -48,6 +48,13 @@ inline rt::IdentifiedModel example_friction(const std::string& object, rt::Tip t
   return model;
 }
 
+inline rt::IdentifiedModel example_inclusion(const std::string& object, int number = 0) {
+  rt::IdentifiedModel model = example_base(object, number);
+  model.content =
+      rt::InclusionModel{{1.0, -2.0, -24.0}, {1.1, -2.2, 1.0 / 3.0}, {0.018, 5e-5, 2.4}, 5.5, 0.48};
+  return model;
+}
+
 inline rt::IdentifiedModel example_of_rig(rt::ModelContent content, int number = 0) {
   rt::IdentifiedModel model = example_base("", number);
   model.content = std::move(content);

@@ -69,9 +69,10 @@ void add_model_command(CLI::App& app, Session& session) {
       list_command->add_flag("--stored", *stored, "The stored models; the loaded scene's are marked");
   list_command
       ->add_option("--kind", filter->kind,
-                   "Only these: contact, friction, structural_stiffness, tool, threshold, gains")
+                   "Only these: contact, friction, structural_stiffness, tool, threshold, gains, inclusion")
       ->needs(of_store)
-      ->check(CLI::IsMember({"contact", "friction", "structural_stiffness", "tool", "threshold", "gains"}));
+      ->check(CLI::IsMember(
+          {"contact", "friction", "structural_stiffness", "tool", "threshold", "gains", "inclusion"}));
   list_command->add_option("--object", filter->object, "Only those of this object")->needs(of_store);
   list_command->add_option("--tag", filter->tag, "Only those with this tag")->needs(of_store);
   list_command->callback([&session, stored, filter] {

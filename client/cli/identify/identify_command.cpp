@@ -47,7 +47,7 @@ CLI::App& add_kind(CLI::App& identify, Session& session, const std::shared_ptr<L
   command
       ->add_option("--time-limit", line->task.time_limit_s,
                    "Seconds of the rig's time after which it ends with what it has, 1 to 3600; without it 60 "
-                   "to 300, by kind")
+                   "to 600, by kind")
       ->check(CLI::Range(1.0, 3600.0));
   command->add_flag("--adopt", line->task.adopt,
                     "Once converged, tag the model current, so that scenes use it");
@@ -58,7 +58,7 @@ CLI::App& add_kind(CLI::App& identify, Session& session, const std::shared_ptr<L
     const auto request = start_request(kind, line->task);
     const auto description_of_recording = recording_description(line->task);
     IdentifySession(session, line->session_options())
-        .start(request, line->task.recording_path, description_of_recording);
+        .start(request, line->task.recording_path, description_of_recording, line->task.reference_path);
   });
   return *command;
 }
@@ -210,6 +210,56 @@ void add_gains(CLI::App& identify, Session& session) {
       ->check(CLI::Range(0.05, 20.0));
 }
 
+void add_inclusion(CLI::App& identify, Session& session) {
+  const auto line = std::make_shared<Line>();
+  CLI::App& command = add_kind(
+      identify, session, line, IdentifyKind::kInclusion, "inclusion",
+      "A stiff inclusion in an object: where it is and what it adds, by presses spread over the object",
+      "The object without the inclusion is known by a recording of presses on it (--reference-recording), by "
+      "its\ncontact model (--reference-model), or, without either, by the presses far from the inclusion.\n\n"
+      "Examples:\n  hapticctl identify inclusion --object lump\n"
+      "  hapticctl identify inclusion --object lump --recording with.csv --reference-recording without.csv\n"
+      "  hapticctl identify inclusion --object lump --recording with.csv --reference-model phantom");
+  add_object_option(command, *line);
+  CLI::Option* recording_of_reference =
+      command.add_option("--reference-recording", line->task.reference_path,
+                         "A CSV file of presses on the same object without the inclusion");
+  command
+      .add_option("--reference-model", line->task.reference_model,
+                  "In the place of that: a model of the object without the inclusion, NAME or NAME@TAG")
+      ->excludes(recording_of_reference);
+  command
+      .add_option("--known-depth", line->task.known_depth_mm,
+                  "Depth of the inclusion's centre in mm, where it is known: presses straight over it are "
+                  "enough then, and a reference is required")
+      ->check(CLI::Range(2.0, 100.0));
+  command
+      .add_option("--tip-radius", line->task.tip_radius_mm,
+                  "Radius of the ball that presses, in mm, 0 to 20; 0 = a point; without it not known, but "
+                  "on a simulated rig: on a round object the depth depends on it")
+      ->check(CLI::Range(0.0, 20.0));
+  command
+      .add_option("--reach", line->task.reach_mm,
+                  "How far from the first press the object is pressed, in mm, 10 to 100; without it 24")
+      ->check(CLI::Range(10.0, 100.0));
+  command
+      .add_option("--spacing", line->task.spacing_mm,
+                  "Between the places that are pressed, in mm, 3 to 30; without it 8")
+      ->check(CLI::Range(3.0, 30.0));
+  command
+      .add_option("--displacement", line->task.displacement_mm,
+                  "How deep the presses go, in mm, 3 to 50; without it 13")
+      ->check(CLI::Range(3.0, 50.0));
+  command.add_option("--recording", line->task.recording_path,
+                     "A CSV file of any size, in the place of the rig");
+  command
+      .add_option("--column", line->task.columns,
+                  "Which column holds what, where the names do not show: quantity=NAME[:unit[:scale]], e.g. "
+                  "force_z=Fz:mN; may be repeated, and holds of both recordings")
+      ->expected(1)
+      ->take_all();
+}
+
 }  // namespace
 
 void add_identify_command(CLI::App& app, Session& session) {
@@ -226,6 +276,7 @@ void add_identify_command(CLI::App& app, Session& session) {
   add_tool(*identify, session);
   add_threshold(*identify, session);
   add_gains(*identify, session);
+  add_inclusion(*identify, session);
 
   const auto watched = std::make_shared<std::pair<Line, std::string>>();
   CLI::App* watch = identify->add_subcommand("watch", "Watches one that runs, or says how one ended");

@@ -104,7 +104,12 @@ std::string IdentifySession::upload(const std::string& path, const v1::Recording
 }
 
 void IdentifySession::start(v1::StartIdentificationRequest request, const std::string& recording_path,
-                            const v1::RecordingDescription& description) {
+                            const v1::RecordingDescription& description, const std::string& reference_path) {
+  if (!reference_path.empty()) {
+    v1::RecordingDescription of_reference = description;
+    of_reference.set_name(recording_name(reference_path));
+    request.mutable_inclusion()->set_reference_recording(upload(reference_path, of_reference));
+  }
   if (!recording_path.empty()) request.set_recording(upload(recording_path, description));
   const std::string identification = client_.start_identification(request).identification();
   if (options_.detach) {

@@ -33,9 +33,10 @@ class IdentifySession {
   IdentifySession(Session& session, IdentifyOptions options);
 
   /// Uploads the recording, if there is a path to one, starts, and watches to the end (unless detached);
-  /// Ctrl-C cancels the identification.
+  /// Ctrl-C cancels the identification. `reference_path`: of the object without its inclusion, described as
+  /// the other one, but for its name.
   void start(v1::StartIdentificationRequest request, const std::string& recording_path,
-             const v1::RecordingDescription& description);
+             const v1::RecordingDescription& description, const std::string& reference_path = {});
   /// Watches one that runs or is over; Ctrl-C leaves it running.
   void watch(const std::string& identification);
   void cancel(const std::string& identification);

@@ -62,6 +62,15 @@ void fill_contact(const IdentifyTask& task, v1::ContactTask& contact) {
   if (task.speed_mm_per_s) contact.set_speed_mm_per_s(*task.speed_mm_per_s);
 }
 
+void fill_inclusion(const IdentifyTask& task, v1::InclusionTask& inclusion) {
+  inclusion.set_reference_model(task.reference_model);
+  if (task.reach_mm) inclusion.set_reach_mm(*task.reach_mm);
+  if (task.spacing_mm) inclusion.set_spacing_mm(*task.spacing_mm);
+  if (task.displacement_mm) inclusion.set_displacement_mm(*task.displacement_mm);
+  if (task.known_depth_mm) inclusion.set_known_depth_mm(*task.known_depth_mm);
+  if (task.tip_radius_mm) inclusion.set_tip_radius_mm(*task.tip_radius_mm);
+}
+
 void fill_vector(const std::vector<double>& components, v1::Vector3& vector) {
   vector.set_x(components.at(0));
   vector.set_y(components.at(1));
@@ -105,6 +114,9 @@ v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTa
       if (task.target_stiffness_n_per_mm) {
         request.mutable_gains()->set_target_stiffness_n_per_mm(*task.target_stiffness_n_per_mm);
       }
+      break;
+    case IdentifyKind::kInclusion:
+      fill_inclusion(task, *request.mutable_inclusion());
       break;
   }
   return request;

@@ -35,13 +35,21 @@ struct IdentifyTask {
   // gains
   std::optional<double> target_stiffness_n_per_mm;
 
+  // inclusion
+  std::string reference_path;   ///< a recording of the object without it
+  std::string reference_model;  ///< or a model of it
+  std::optional<double> reach_mm;
+  std::optional<double> spacing_mm;
+  std::optional<double> known_depth_mm;
+  std::optional<double> tip_radius_mm;
+
   // In the place of the rig
   std::string recording_path;
   std::vector<std::string> columns;  ///< as written: quantity=NAME[:unit[:scale]]
   std::optional<double> normal_force_n;
 };
 
-enum class IdentifyKind { kContact, kFriction, kStructuralStiffness, kTool, kThreshold, kGains };
+enum class IdentifyKind { kContact, kFriction, kStructuralStiffness, kTool, kThreshold, kGains, kInclusion };
 
 /// The request to start it; `recording` is filled in by the upload.
 v1::StartIdentificationRequest start_request(IdentifyKind kind, const IdentifyTask& task);

@@ -110,12 +110,23 @@ Outcome<IdentificationTask> task_of(const v1::StartIdentificationRequest& reques
       }
       return IdentificationTask(task);
     }
+    case Case::kInclusion: {
+      const v1::InclusionTask& asked = request.inclusion();
+      rt::InclusionTask task;
+      if (asked.has_reach_mm()) task.reach_mm = asked.reach_mm();
+      if (asked.has_spacing_mm()) task.spacing_mm = asked.spacing_mm();
+      if (asked.has_displacement_mm()) task.displacement_mm = asked.displacement_mm();
+      if (asked.has_known_depth_mm()) task.known_depth_mm = asked.known_depth_mm();
+      if (asked.has_tip_radius_mm()) task.tip_radius_mm = asked.tip_radius_mm();
+      return IdentificationTask(task);
+    }
     case Case::TASK_NOT_SET:
       break;
   }
-  return Refusal{RefusalKind::kInvalidArgument,
-                 {"nothing to identify is named", kPlace, "",
-                  "contact, friction, structural_stiffness, tool, threshold or gains", "set one of them"}};
+  return Refusal{
+      RefusalKind::kInvalidArgument,
+      {"nothing to identify is named", kPlace, "",
+       "contact, friction, structural_stiffness, tool, threshold, gains or inclusion", "set one of them"}};
 }
 
 v1::IdentificationState state_of(IdentificationState state) {
@@ -151,6 +162,8 @@ Outcome<IdentificationRequest> read_request(const v1::StartIdentificationRequest
   wanted.task = *task;
   wanted.object = request.object();
   wanted.recording = request.recording();
+  wanted.reference_recording = request.inclusion().reference_recording();
+  wanted.reference_model = request.inclusion().reference_model();
   wanted.time_limit_s =
       request.has_time_limit_s() ? request.time_limit_s() : default_time_limit_s(wanted.task);
   wanted.adopt = request.adopt();

@@ -41,6 +41,14 @@ SamplePolicy palpation_policy(const hal::RigInfo& rig) noexcept {
   return policy;
 }
 
+SamplePolicy scan_policy(const hal::RigInfo& rig) noexcept {
+  SamplePolicy policy = threshold_policy();
+  policy.end_of_range_n = end_of_range_n(rig, 0.995);  // of the norm
+  policy.max_force_age_ns = 20'000'000;
+  policy.max_step_s = std::max(5.0 * period_s(rig), kMaxSampleStepS);
+  return policy;
+}
+
 SamplePolicy stroke_policy(const hal::RigInfo& rig) noexcept {
   SamplePolicy policy;
   policy.force = policy.orientation = true;

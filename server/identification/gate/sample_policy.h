@@ -55,6 +55,8 @@ struct SamplePolicy {
 
 /// Presses along z, from a rig or a recording.
 SamplePolicy palpation_policy(const hal::RigInfo& rig) noexcept;
+/// Presses all over an object: all three axes count.
+SamplePolicy scan_policy(const hal::RigInfo& rig) noexcept;
 /// Strokes along x.
 SamplePolicy stroke_policy(const hal::RigInfo& rig) noexcept;
 /// The tool moved freely: mass, centre, bias.

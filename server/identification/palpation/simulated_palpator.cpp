@@ -10,8 +10,9 @@ namespace {
 using Kind = sim::HandProgram::Kind;
 using Motion = rt::MotionRequest::Motion;
 
-constexpr double kTravelS = 1.0;        // from wherever the last request left the hand
-constexpr double kFreeHeightMm = 80.0;  // where surely no object is
+constexpr double kFirmGrip = 8.0, kFirmGripDamping = 3.0;  // over those of a relaxed grip
+constexpr double kTravelS = 1.0;                           // from wherever the last request left the hand
+constexpr double kFreeHeightMm = 80.0;                     // where surely no object is
 constexpr double kSwayMmPerS = 150.0;
 constexpr double kSwayHz = 1.2;
 constexpr double kSwayTiltDeg = 45.0;
@@ -47,6 +48,12 @@ SimulatedMotion simulated_motion(const rt::MotionRequest& request) {
   hand.travel_s = kTravelS;
   hand.repetitions = std::max(1, request.repetitions);
   if (request.force_n > 0.0) hand.force_n = request.force_n;
+  if (request.motion == Motion::kPress && request.displacement_mm > 0.0) {
+    // To a depth, over one place: with a firm grip (D§5.4), or the hand yields before it gets there.
+    hand.depth_mm = request.displacement_mm;
+    hand.grip_stiffness_scale = kFirmGrip;
+    hand.grip_damping_scale = kFirmGripDamping;
+  }
   if (request.force_rate_n_per_s > 0.0) hand.force_rate_n_per_s = request.force_rate_n_per_s;
   if (request.speed_mm_per_s > 0.0) hand.speed_mm_per_s = request.speed_mm_per_s;
   if (request.length_mm > 0.0) hand.stroke_length_mm = request.length_mm;

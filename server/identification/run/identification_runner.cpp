@@ -9,7 +9,9 @@
 #include <limits>
 #include <utility>
 
+#include "hal/sim/object/phantom_body.h"
 #include "server/identification/run/identification_run.h"
+#include "server/identification/run/inclusion_reference.h"
 #include "server/model/store/model_store.h"
 #include "server/process/log.h"
 #include "server/rig/sensor_bias.h"
@@ -96,6 +98,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
 
   auto run = std::make_unique<Run>();
   run->request = request;
+  if (auto refusal = fill_reference(run->request, shelf_, scenes_.models())) return *refusal;
   const std::unique_lock lock(mutex_);
   if (shut_down_) {
     return Refusal{RefusalKind::kUnavailable,
@@ -114,7 +117,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
       return Refusal{
           RefusalKind::kInvalidArgument,
           {"an identification of kind '" + kind + "' needs the rig", std::string(kPlace) + ".recording",
-           request.recording, "contact, friction, structural_stiffness, tool or threshold",
+           request.recording, "contact, friction, structural_stiffness, tool, threshold or inclusion",
            "identify it on the rig"}};
     }
     auto recording = shelf_.find(request.recording);
@@ -137,7 +140,9 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
                      {"the guard is latched", "guard", "", "", "fix the cause and clear it first"},
                      Reason::kGuardLatched};
     }
-    if (auto refusal = check_geometry(request.geometry, session_.simulation() != nullptr)) return *refusal;
+    const bool presses_down_only =
+        session_.simulation() != nullptr || std::holds_alternative<rt::InclusionTask>(request.task);
+    if (auto refusal = check_geometry(request.geometry, presses_down_only)) return *refusal;
     if (const auto scene = scenes_.current()) run->usual = scene->spec.guard;
     auto reservation = scenes_.reserve("identification '" + run->id + "'");
     if (!reservation) return reservation.refusal();
@@ -145,7 +150,11 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     const hal::RigInfo& rig = session_.rig_info();
     run->view.emplace(request.task, request.geometry, rig, scenes_.models().of_rig(rig),
                       biases_.zero_in_force());
-    run->identification = make_identification(request.task, run->view->rig_info());
+    auto* inclusion = std::get_if<rt::InclusionTask>(&run->request.task);
+    if (inclusion != nullptr && !inclusion->tip_radius_mm && session_.simulation() != nullptr) {
+      inclusion->tip_radius_mm = sim::PhantomParameters::kTipRadiusMm;
+    }
+    run->identification = make_identification(run->request.task, run->view->rig_info());
     if (!store_.in_memory()) {
       auto kept =
           ObservationFile::create(store_.path() + ".data/" + run->id + ".csv", rig.has_external_position);

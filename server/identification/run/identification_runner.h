@@ -29,10 +29,12 @@ class TelemetryHub;
 struct IdentificationRequest {
   IdentificationTask task;
   std::string object;
-  rt::PressGeometry geometry;  ///< on the rig
-  std::string recording;       ///< id of an uploaded one; empty = on the rig
-  double time_limit_s = 60.0;  ///< of the rig's time
-  bool adopt = false;          ///< tag the model "current" when it has converged
+  rt::PressGeometry geometry;       ///< on the rig
+  std::string recording;            ///< id of an uploaded one; empty = on the rig
+  std::string reference_recording;  ///< inclusion: of the object without it, id of an uploaded one; or empty
+  std::string reference_model;      ///< inclusion: of the object without it, NAME or NAME@TAG; or empty
+  double time_limit_s = 60.0;       ///< of the rig's time
+  bool adopt = false;               ///< tag the model "current" when it has converged
 };
 
 enum class IdentificationState : std::uint8_t { kRunning, kConverged, kPartial, kCancelled, kFailed };

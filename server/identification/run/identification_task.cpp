@@ -7,6 +7,7 @@
 #include "server/identification/session/contact/contact_identification.h"
 #include "server/identification/session/friction_identification.h"
 #include "server/identification/session/gains_identification.h"
+#include "server/identification/session/inclusion/inclusion_identification.h"
 #include "server/identification/session/structural_identification.h"
 #include "server/identification/session/threshold_identification.h"
 #include "server/identification/session/tool_identification.h"
@@ -45,22 +46,25 @@ class FieldCheck {
 }  // namespace
 
 const char* kind_name(const IdentificationTask& task) noexcept {
-  constexpr std::array kNames{"contact", "friction", "structural_stiffness", "tool", "threshold", "gains"};
+  constexpr std::array kNames{"contact", "friction", "structural_stiffness", "tool", "threshold",
+                              "gains",   "inclusion"};
   return kNames[task.index()];
 }
 
 double default_time_limit_s(const IdentificationTask& task) noexcept {
-  constexpr std::array kLimitsS{120.0, 120.0, 300.0, 60.0, 180.0, 120.0};  // as the names above
+  constexpr std::array kLimitsS{120.0, 120.0, 300.0, 60.0, 180.0, 120.0, 600.0};  // as the names above
   return kLimitsS[task.index()];
 }
 
 bool is_about_object(const IdentificationTask& task) noexcept {
-  return std::holds_alternative<rt::ContactTask>(task) || std::holds_alternative<rt::FrictionTask>(task);
+  return std::holds_alternative<rt::ContactTask>(task) || std::holds_alternative<rt::FrictionTask>(task) ||
+         std::holds_alternative<rt::InclusionTask>(task);
 }
 
 std::optional<RecordedMotion> recorded_motion(const IdentificationTask& task) noexcept {
   if (std::holds_alternative<rt::ContactTask>(task)) return RecordedMotion::kPress;
   if (std::holds_alternative<rt::FrictionTask>(task)) return RecordedMotion::kStroke;
+  if (std::holds_alternative<rt::InclusionTask>(task)) return RecordedMotion::kScan;
   if (std::holds_alternative<rt::ToolTask>(task) || std::holds_alternative<rt::ThresholdTask>(task)) {
     return RecordedMotion::kFree;
   }
@@ -95,6 +99,14 @@ std::optional<Refusal> check(const IdentificationTask& task) {
           [&](const rt::GainsTask& t) {
             fields.range(t.target_stiffness_n_per_mm, {0.05, 20.0, "N/mm"}, "target stiffness",
                          "gains.target_stiffness_n_per_mm");
+          },
+          [&](const rt::InclusionTask& t) {
+            fields.range(t.reach_mm, {10.0, 100.0, "mm"}, "reach", "inclusion.reach_mm");
+            fields.range(t.spacing_mm, {3.0, 30.0, "mm"}, "spacing", "inclusion.spacing_mm");
+            fields.range(t.displacement_mm, {3.0, 50.0, "mm"}, "displacement", "inclusion.displacement_mm");
+            fields.range(t.known_depth_mm, {0.0, 100.0, "mm"}, "known depth", "inclusion.known_depth_mm");
+            fields.range(t.tip_radius_mm.value_or(0.0), {0.0, 20.0, "mm"}, "tip radius",
+                         "inclusion.tip_radius_mm");
           }},
       task);
   return fields.refusal;
@@ -177,7 +189,10 @@ std::unique_ptr<rt::Identification> make_identification(const IdentificationTask
           [&](const rt::ThresholdTask& t) -> Made {
             return std::make_unique<rt::ThresholdIdentification>(t, rig);
           },
-          [&](const rt::GainsTask& t) -> Made { return std::make_unique<rt::GainsIdentification>(t, rig); }},
+          [&](const rt::GainsTask& t) -> Made { return std::make_unique<rt::GainsIdentification>(t, rig); },
+          [&](const rt::InclusionTask& t) -> Made {
+            return std::make_unique<rt::InclusionIdentification>(t, rig);
+          }},
       task);
 }
 

@@ -15,9 +15,9 @@ namespace hapticd::server {
 
 /// What to identify.
 using IdentificationTask = std::variant<rt::ContactTask, rt::FrictionTask, rt::StructuralStiffnessTask,
-                                        rt::ToolTask, rt::ThresholdTask, rt::GainsTask>;
+                                        rt::ToolTask, rt::ThresholdTask, rt::GainsTask, rt::InclusionTask>;
 
-/// "contact", "friction", "structural_stiffness", "tool", "threshold" or "gains".
+/// "contact", "friction", "structural_stiffness", "tool", "threshold", "gains" or "inclusion".
 const char* kind_name(const IdentificationTask& task) noexcept;
 
 /// After which it ends where no limit is asked for, s of the rig's time: about twice what a person on real

@@ -56,11 +56,14 @@ std::vector<Role> roles_of(RecordedMotion motion) {
   }
   for (const char* axis : {"x", "y", "z"}) {
     const std::string a = axis;
-    roles.push_back({{"torque_" + a, Quantity::kTorque, {"torque_" + a, "t" + a}}, false});
+    roles.push_back({{"torque_" + a, Quantity::kTorque, {"torque_" + a, "t" + a}},
+                     false,
+                     motion == RecordedMotion::kFree});
   }
   for (const char* axis : {"x", "y", "z"}) {
     const std::string a = axis;
-    roles.push_back({{"position_" + a, Quantity::kPosition, {"position_" + a, "p" + a}}, false});
+    roles.push_back({{"position_" + a, Quantity::kPosition, {"position_" + a, "p" + a}},
+                     motion == RecordedMotion::kScan});
   }
   for (const char* part : {"w", "x", "y", "z"}) {
     const std::string p = part;
@@ -89,7 +92,8 @@ rt::Observation observation_of(const RecordedRow& row, RecordedMotion motion, co
       sample.tip_position_mm.x = row[2];
       sample.sensor_force_n.z = row[3];
       break;
-    case RecordedMotion::kFree: {
+    case RecordedMotion::kFree:
+    case RecordedMotion::kScan: {
       sample.sensor_force_n = {row[1], row[2], row[3]};
       sample.sensor_torque_n_mm = {row[4], row[5], row[6]};
       sample.tip_position_mm = {row[7], row[8], row[9]};
@@ -176,7 +180,7 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
     }
     recording.columns_.push_back({*selection, i});
   }
-  if (motion == RecordedMotion::kFree) {
+  if (motion == RecordedMotion::kFree || motion == RecordedMotion::kScan) {
     const auto parts = std::count_if(recording.columns_.begin(), recording.columns_.end(),
                                      [](const Column& c) { return c.target >= kOrientation; });
     if (parts != 0 && parts != 4) {

@@ -23,6 +23,7 @@ enum class RecordedMotion : std::uint8_t {
             ///< "normal_force" where there is one
   kFree,  ///< "time", "force_x" … "torque_z" in the sensor's frame, and "position_x" …, "orientation_w" …
           ///< where there are any
+  kScan,   ///< the same with a position: presses all over an object
   kBend,   ///< "time", the encoders' position, the device's force on the tip and the tip's position by an
            ///< instrument from outside; see bend_columns.h
   kRigid,  ///< the same without the instrument, pressed on a rigid object

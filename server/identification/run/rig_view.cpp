@@ -7,6 +7,8 @@
 namespace hapticd::server {
 
 RigView::Needs RigView::needs_of(const IdentificationTask& task) noexcept {
+  // Of an inclusion the place is found, in the rig's frame.
+  if (std::holds_alternative<rt::InclusionTask>(task)) return Needs::kSeated;
   if (is_about_object(task)) return Needs::kUpright;
   return std::holds_alternative<rt::ThresholdTask>(task) ? Needs::kSeated : Needs::kRaw;
 }

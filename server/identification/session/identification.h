@@ -31,6 +31,8 @@ struct MotionRequest {
   Motion motion = Motion::kRest;
   Device device = Device::kNothing;
   double force_n = 0.0;
+  double displacement_mm =
+      0.0;  ///< kPress: as deep as this below place_mm, in the place of a force; 0 = none
   double force_rate_n_per_s = 0.0;
   double hold_s = 0.0;
   double speed_mm_per_s = 0.0;

@@ -2,9 +2,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "hal/rig.h"
+#include "rt/deformation/hunt_crossley.h"
 #include "rt/scene/scene_spec.h"
+#include "server/identification/estimate/inclusion/inclusion_fit.h"
 
 namespace hapticd::rt {
 
@@ -53,6 +57,27 @@ struct ToolTask {};
 
 struct ThresholdTask {
   double duration_s = 20.0;  ///< of free motion
+};
+
+/// The object without its inclusion, as far as it is known: presses on it, or its law. One of them, or none.
+struct InclusionReference {
+  std::vector<Press> presses;
+  std::optional<HuntCrossleyParameters> law;
+  std::string words;  ///< "recording 'x.csv'"; empty where there is none
+
+  bool is_there() const noexcept { return law.has_value() || !presses.empty(); }
+};
+
+struct InclusionTask {
+  double reach_mm = 24.0;         ///< the scan, about the home of the tool
+  double spacing_mm = 8.0;        ///< of its places
+  double displacement_mm = 13.0;  ///< how deep the presses go
+  /// How deep the inclusion lies, where that is known: presses straight over it are enough then, and a
+  /// reference is needed. 0 = found by a scan.
+  double known_depth_mm = 0.0;
+  std::optional<double> tip_radius_mm;  ///< of the ball that presses, 0 = a point; none = not known
+  double threshold_n = 0.03;
+  InclusionReference reference;
 };
 
 struct GainsTask {

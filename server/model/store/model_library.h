@@ -73,6 +73,8 @@ class ModelLibrary {
   hal::Result<rt::ObjectModel> find(const std::string& name) const;
   /// The same with the origins. kNotFound where there is none, kInvalidArgument where it cannot be used.
   Outcome<FoundModel> find_parts(const std::string& name) const;
+  /// The stored model of an inclusion, NAME or NAME@TAG. kNotFound with a suggestion where there is none.
+  Outcome<FoundModel::Origin> find_inclusion(const std::string& name) const;
   /// Whether the object's friction is known for the other tip only.
   bool has_friction_of_bearing(const std::string& name) const;
   /// The models for this device and sensor.

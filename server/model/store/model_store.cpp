@@ -32,10 +32,10 @@ bool is_device_bound_to_sensor(const rt::IdentifiedModel& model) {
 }  // namespace
 
 std::string subject_of(const rt::IdentifiedModel& model) {
-  if (std::holds_alternative<rt::ContactModel>(model.content)) return model.object;
   if (const auto* friction = std::get_if<rt::FrictionModel>(&model.content)) {
     return model.object + (friction->tip == rt::Tip::kRod ? "/rod" : "/ball_bearing");
   }
+  if (rt::is_of_object(model.content)) return model.object;
   return is_device_bound_to_sensor(model) ? model.device + "/" + model.sensor : model.device;
 }
 

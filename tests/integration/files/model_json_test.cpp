@@ -38,7 +38,8 @@ std::vector<rt::IdentifiedModel> one_of_each() {
           test::example_of_rig(test::example_tool()),
           test::example_of_rig(turned_tool()),
           test::example_of_rig(rt::ThresholdModel{0.012, 0.011, 20.0}),
-          test::example_of_rig(rt::GainsModel{0.4, 0.02, 0.9, 14.0})};
+          test::example_of_rig(rt::GainsModel{0.4, 0.02, 0.9, 14.0}),
+          test::example_inclusion("lump")};
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {

@@ -59,10 +59,12 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     if (!tip_to_centre) tip_to_centre.emplace();
     add({&tip_to_centre->x, &tip_to_centre->y, &tip_to_centre->z});
     for (rt::InclusionParameters& one : inclusions) {
-      auto& [variant, place, surface, response, deepest, attenuation, approach, friction, presliding] = one;
+      auto& [variant, model, place, surface, response, deepest, attenuation, approach, friction, presliding] =
+          one;
       auto& [added_stiffness, added_damping, added_exponent] = response;
       // Those whose ranges do not contain 0.01 … 0.99 are compared below.
-      static_cast<void>(variant), static_cast<void>(deepest), static_cast<void>(attenuation);
+      static_cast<void>(variant), static_cast<void>(model), static_cast<void>(deepest),
+          static_cast<void>(attenuation);
       static_cast<void>(added_exponent), static_cast<void>(approach);
       for (hal::Vector3* v : {&place, &surface}) add({&v->x, &v->y, &v->z});
       add({&added_stiffness, &added_damping, &friction, &presliding});
@@ -393,11 +395,12 @@ TEST(SceneFile, NoTextCrashesTheReader) {
 TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   const SceneLibrary library;
   const auto entries = library.list();
-  ASSERT_EQ(entries.size(), 4U);
+  ASSERT_EQ(entries.size(), 5U);
   EXPECT_EQ(entries[0].name, "explore_bearing");
   EXPECT_EQ(entries[1].name, "explore_rod");
-  EXPECT_EQ(entries[2].name, "tap_1d");
-  EXPECT_EQ(entries[3].name, "wall");
+  EXPECT_EQ(entries[2].name, "explore_tumour");
+  EXPECT_EQ(entries[3].name, "tap_1d");
+  EXPECT_EQ(entries[4].name, "wall");
   for (const auto& entry : entries) {
     const auto scene = library.find(entry.name);
     ASSERT_TRUE(scene) << scene.error().text();
@@ -406,6 +409,7 @@ TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   EXPECT_EQ(library.find("wall")->kind, rt::SceneKind::kWall);
   EXPECT_EQ(library.find("explore_rod")->tip, rt::Tip::kRod);
   EXPECT_EQ(library.find("explore_bearing")->tip, rt::Tip::kBallBearing);
+  EXPECT_EQ(library.find("explore_tumour")->inclusions.size(), 1U);
 }
 
 TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
@@ -416,11 +420,11 @@ TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   folder->write("not a name.toml", "");
   const SceneLibrary library(folder->path());
   const auto entries = library.list();
-  ASSERT_EQ(entries.size(), 6U);
+  ASSERT_EQ(entries.size(), 7U);
   EXPECT_EQ(entries[0].name, "broken");
   EXPECT_NE(entries[0].description.find("unknown key 'oops'"), std::string::npos) << entries[0].description;
-  EXPECT_EQ(entries[3].name, "soft");
-  EXPECT_EQ(entries[5].description, "my own wall");
+  EXPECT_EQ(entries[4].name, "soft");
+  EXPECT_EQ(entries[6].description, "my own wall");
   EXPECT_EQ(library.find("soft")->target.stiffness_n_per_mm, 0.1);
   const auto unknown = library.find("sof");
   ASSERT_FALSE(unknown);

@@ -106,9 +106,10 @@ class SwapBench {
     ADD_FAILURE() << "waited in vain";
     return 0;
   }
-  std::uint64_t await_deep_contact() {
-    return await([](const rt::TickRecord& r) {
-      return r.in_contact && r.displacement_mm > 2.0 && norm(r.device_command_n) > 0.2;
+  /// After a tick: the reader lags behind the loop, and what it reads next may be older than an answer.
+  std::uint64_t await_deep_contact(std::uint64_t after_tick = 0) {
+    return await([after_tick](const rt::TickRecord& r) {
+      return r.tick > after_tick && r.in_contact && r.displacement_mm > 2.0 && norm(r.device_command_n) > 0.2;
     });
   }
   /// From a tick on; copied briefly, for the loop waits for its reader.
@@ -190,7 +191,7 @@ TEST(ModelSwap, WaitsForTheContactToEndAndRendersTheNewModelFromThen) {
     const auto loaded = bench.load(tag);
     ASSERT_TRUE(loaded) << loaded.refusal().error.text();
     const std::uint64_t at = loaded->effective_tick;
-    bench.await_deep_contact();
+    bench.await_deep_contact(at);
     bench.await([](const rt::TickRecord& r) { return !r.in_contact; });
     const auto records = bench.records(asked_at);
     EXPECT_GT(at, asked_at);

@@ -8,6 +8,12 @@
 
 namespace hapticd::study {
 
+namespace {
+
+constexpr rt::Estimated kTipRadius{sim::PhantomParameters::kTipRadiusMm, 0.0};
+
+}  // namespace
+
 void run_inclusion_place(StudyContext& context) {
   using report::fixed;
   report::MarkdownTable table({"inclusion", "x, y, depth mm", "N/mm", "data", "off across mm",
@@ -20,24 +26,22 @@ void run_inclusion_place(StudyContext& context) {
     const double stiffness = 0.21 + 0.33 * random.uniform();
     const sim::ObjectModel phantom = phantom_with_inclusion_at(x, y, depth, stiffness);
     const hal::Vector3 axis = phantom.phantom->inclusion->axis;
-    const auto scan = scan_presses(24.0, 8.0, 11.0);
+    const auto scan = scan_presses(24.0, 8.0, 13.0);
     const auto with = palpate_phantom(phantom, scan);
     for (const bool pair : {true, false}) {
       std::vector<rt::Press> without;
       if (pair)
         without =
             palpate_phantom(phantom_object("phantom"), {{0, 0, 11, 60}, {10, 0, 11, 60}, {0, 20, 11, 60}});
-      const auto fit = rt::fit_inclusion_scan(without, with);
+      const auto fit = rt::fit_inclusion_scan(without, with, {}, kTipRadius);
       report::Figure figure{"inclusion_place_error_mm",
                             {{"inclusion", std::to_string(i)}, {"data", pair ? "pair" : "one_phantom"}}};
       report::Figure deep = figure;
       figure.conditions.emplace_back("direction", "across");
       deep.conditions.emplace_back("direction", "depth");
       if (!fit) continue;
-      // The tip's coordinates: the sphere under the tip's own surface, whose radius has the ball's in it.
-      const hal::Vector3 centre{0.0, 0.0,
-                                -(sim::PhantomParameters::kRadiusMm + sim::PhantomParameters::kTipRadiusMm)};
-      const hal::Vector3 from = fit->inclusion.place_mm - centre;
+      const hal::Vector3 centre{0.0, 0.0, -sim::PhantomParameters::kRadiusMm};
+      const hal::Vector3 from = fit->place_mm - centre;
       const double across_mm = rt::norm(from - axis * dot(from, axis));
       const double depth_mm = fit->depth_mm.value - depth;
       figure.value = across_mm;
@@ -52,7 +56,7 @@ void run_inclusion_place(StudyContext& context) {
     }
   }
   context.report.add_table("inclusion_place", "Places of inclusions from a palpation scan", table,
-                           "37 presses of 11 mm on a grid of 8 mm; nothing is known of the place.");
+                           "37 presses of 13 mm on a grid of 8 mm; nothing is known of the place.");
 }
 
 }  // namespace hapticd::study

@@ -36,12 +36,13 @@ TEST(Tumour, ItsPlaceIsFoundByAScan) {
   const sim::ObjectModel phantom = phantom_with_inclusion_at(8.0, -6.0, 24.0, 0.4);
   const auto fit =
       rt::fit_inclusion_scan(palpate_phantom(phantom_object("phantom"), {{0, 0, 11, 60}, {10, 0, 11, 60}}),
-                             palpate_phantom(phantom, scan_presses(24.0, 8.0, 11.0)));
+                             palpate_phantom(phantom, scan_presses(24.0, 8.0, 11.0)), {},
+                             {sim::PhantomParameters::kTipRadiusMm, 0.0});
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->depth_mm.value, 24.0, 5.0);
-  const hal::Vector3 centre{0.0, 0.0,
-                            -(sim::PhantomParameters::kRadiusMm + sim::PhantomParameters::kTipRadiusMm)};
-  const hal::Vector3 from = fit->inclusion.place_mm - centre;
+  EXPECT_NEAR(fit->depth_mm.value, 24.0, 2.0 * fit->depth_mm.standard_error);
+  const hal::Vector3 centre{0.0, 0.0, -sim::PhantomParameters::kRadiusMm};
+  const hal::Vector3 from = fit->place_mm - centre;
   EXPECT_LT(rt::norm(rt::across(from, phantom.phantom->inclusion->axis)), 3.0);
 }
 

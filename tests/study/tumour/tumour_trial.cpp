@@ -116,7 +116,8 @@ const IdentifiedTumour& identified_tumour(const char* phantom) {
   tumour.by_pair.inclusion.variant = rt::InclusionVariant::kPublished;
   const auto scan = scan_presses(24.0, 8.0, 13.0);
   tumour.by_scan = value_of(rt::fit_inclusion_scan(palpate_phantom(phantom_object("phantom"), scan),
-                                                   palpate_phantom(phantom_object(phantom), scan)));
+                                                   palpate_phantom(phantom_object(phantom), scan), {},
+                                                   {sim::PhantomParameters::kTipRadiusMm, 0.0}));
   return known.emplace(phantom, tumour).first->second;
 }
 

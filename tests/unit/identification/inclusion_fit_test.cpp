@@ -28,13 +28,16 @@ InclusionParameters inclusion_at(double x, double y, double depth_mm) {
   return inclusion;
 }
 
-/// Presses straight down on a sphere of 60 mm whose own force is 0.08 x + 0.004 x².
-std::vector<Press> presses(const std::vector<Vector3>& places, const InclusionParameters* inclusion) {
+/// Presses straight down on a sphere of 60 mm whose own force is 0.08 x + 0.004 x², by a ball whose lowest
+/// point is the tip.
+std::vector<Press> presses(const std::vector<Vector3>& places, const InclusionParameters* inclusion,
+                           double ball_mm = 0.0) {
+  const double reach_mm = kRadiusMm + ball_mm;
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.01);
   std::vector<Press> all;
   for (const Vector3& place : places) {
-    const double z = std::sqrt(kRadiusMm * kRadiusMm - place.x * place.x - place.y * place.y) - kRadiusMm;
+    const double z = std::sqrt(reach_mm * reach_mm - place.x * place.x - place.y * place.y) - reach_mm;
     Press press;
     press.surface_mm = {place.x, place.y, z};
     for (int i = 1; i <= 60; ++i) {
@@ -42,12 +45,20 @@ std::vector<Press> presses(const std::vector<Vector3>& places, const InclusionPa
       PressSample s;
       s.tip_mm = {place.x, place.y, z - 11.0 * std::sin(t)};
       s.velocity_mm_per_s = {0.0, 0.0, -40.0 * std::cos(t)};
-      const Vector3 out = s.tip_mm + Vector3{0.0, 0.0, kRadiusMm};
-      Indentation at{s.tip_mm, out * (1.0 / norm(out)), kRadiusMm - norm(out), 0.0};
+      const Vector3 out = s.tip_mm + Vector3{0.0, 0.0, reach_mm};
+      // What touches is the ball's point that is nearest to the sphere's middle.
+      const Vector3 normal = out * (1.0 / norm(out));
+      const Vector3 touching_mm = normal * (norm(out) - ball_mm) - Vector3{0.0, 0.0, kRadiusMm};
+      Indentation at{touching_mm, normal, reach_mm - norm(out), 0.0};
       at.rate_mm_per_s = -dot(s.velocity_mm_per_s, at.normal);
       const double x = at.displacement_mm;
       s.force_n = at.normal * (0.08 * x + 0.004 * x * x);
-      if (inclusion != nullptr) s.force_n = s.force_n + energy_force_n(*inclusion, at);
+      if (inclusion != nullptr) {
+        const Vector3 added = energy_force_n(*inclusion, at);
+        // The tip goes farther across than the point that touches, and the work is the same.
+        s.force_n = s.force_n + normal * dot(added, normal) +
+                    across(added, normal) * ((norm(out) - ball_mm) / norm(out));
+      }
       s.force_n = s.force_n + Vector3{noise(random), noise(random), noise(random)};
       press.samples.push_back(s);
     }
@@ -92,6 +103,28 @@ TEST(InclusionFit, PlaceByAScanOfOnePhantomOrTwo) {
     EXPECT_GT(fit->depth_mm.standard_error, 0.0);
     EXPECT_LT(fit->depth_mm.standard_error, 3.0);
   }
+}
+
+TEST(InclusionFit, ABallOnARoundObjectIsNotTakenForAPoint) {
+  constexpr double kBallMm = 8.0;
+  const InclusionParameters truth = inclusion_at(6.0, -4.0, 22.0);
+  const std::vector<Press> with = presses(grid(), &truth, kBallMm);
+  const auto fit = fit_inclusion_scan({}, with, {}, {kBallMm, 0.0});
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->depth_mm.value, 22.0, 1.0);
+  EXPECT_NEAR(norm(fit->place_mm - truth.place_mm), 0.0, 1.0);
+  // Places of the tip are as many times farther apart as its surface is larger than the body.
+  const double widening = (kRadiusMm + kBallMm) / kRadiusMm;
+  const auto point = fit_inclusion_scan({}, with);
+  ASSERT_TRUE(point);
+  EXPECT_NEAR(point->depth_mm.value, widening * fit->depth_mm.value, 0.5);
+  // Both render the same place.
+  EXPECT_NEAR(norm(point->inclusion.place_mm - fit->inclusion.place_mm), 0.0, 0.5);
+  // What is not known of the ball is in the error.
+  const auto unknown = fit_inclusion_scan({}, with, {}, {5.0, 2.9});
+  ASSERT_TRUE(unknown);
+  EXPECT_NEAR(unknown->depth_mm.value, 22.0, 2.0 * unknown->depth_mm.standard_error);
+  EXPECT_GT(unknown->depth_mm.standard_error, 0.8);
 }
 
 TEST(InclusionFit, TooLittleIsRefused) {

@@ -33,27 +33,49 @@ struct Estimated {
   double standard_error = 0.0;
 };
 
+/// One sample as the fit has it, along the normal.
+struct InclusionFitPoint {
+  double displacement_mm = 0.0;
+  double measured_n = 0.0;
+  double model_n = 0.0;
+};
+
 /// What an inclusion adds to an object, and where it is.
 struct InclusionFit {
-  InclusionParameters inclusion;
+  InclusionParameters inclusion;               ///< as the tip's own coordinates have it, for rendering
+  hal::Vector3 place_mm;                       ///< of its centre in the body
   Estimated place_x_mm, place_y_mm, depth_mm;  ///< of its centre; depth below the nearest surface
+  Estimated added_at_5mm_n;                    ///< H_t at 5 mm: known better than its K and m apart
+  double own_at_5mm_n = 0.0;                   ///< of the object itself
   Estimated stiffness_n_per_mm_m, damping_n_s_per_mm_m1, exponent, attenuation, approach;
   double residual = 0.0;  ///< rms of what is left over, over the rms of what the inclusion adds
+  /// What is left over, over what is left by the object's own response alone: near 1 where nothing is to be
+  /// seen of an inclusion.
+  double left_over_share = 0.0;
+  bool at_bound = false;  ///< place or depth went as far as they may: the data do not show them
   double max_displacement_mm = 0.0;
   double max_speed_mm_per_s = 0.0;
+  double max_force_n = 0.0;
   bool converged = false;
+  std::vector<InclusionFitPoint> points;  ///< at most 200, of the presses with the inclusion
 };
 
 /// Straight over the inclusion (5.3): the response of the object without it is fitted to `without`, taken off
 /// the forces of `with`, and H_t is fitted to what is left. Place: the mean surface point of `with`, and
-/// `depth_mm` below it, as known beforehand.
+/// `depth_mm` below it, as known beforehand. `own`: the law of the object without it, in the place of
+/// `without`.
 hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
-                                                 const std::vector<Press>& with, double depth_mm);
+                                                 const std::vector<Press>& with, double depth_mm,
+                                                 const std::optional<HuntCrossleyParameters>& own = {});
 
 /// From presses all over the object: place, response and attenuation together with the object's own response,
 /// by least squares. `without`: presses on the same object without an inclusion; may be empty, then those of
-/// `with` that are far from the inclusion stand for them. The surface is a sphere through the surface points.
+/// `with` that are far from the inclusion stand for them, or the object's own law, where that is known. The
+/// surface is a sphere through the surface points. `tip_radius_mm`: of the ball that presses, whose lowest
+/// point is the tip; 0 = a point. Its error is in that of the depth.
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
-                                             const std::vector<Press>& with);
+                                             const std::vector<Press>& with,
+                                             const std::optional<HuntCrossleyParameters>& own = {},
+                                             const Estimated& tip_radius_mm = {});
 
 }  // namespace hapticd::rt

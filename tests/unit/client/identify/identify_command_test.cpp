@@ -77,6 +77,23 @@ TEST(IdentifyCommand, TheRigsOwnModelsTakeNoObject) {
   EXPECT_EQ(started_by("tool").object(), "");
 }
 
+TEST(IdentifyCommand, AnInclusionTakesItsScanAndItsReference) {
+  const auto scan = started_by(
+      "inclusion --object lump --reference-model phantom@soft --reach 30 --spacing 6 --displacement 13 "
+      "--known-depth 25 --tip-radius 8");
+  EXPECT_EQ(scan.object(), "lump");
+  EXPECT_EQ(scan.inclusion().reference_model(), "phantom@soft");
+  EXPECT_EQ(scan.inclusion().reach_mm(), 30.0);
+  EXPECT_EQ(scan.inclusion().spacing_mm(), 6.0);
+  EXPECT_EQ(scan.inclusion().displacement_mm(), 13.0);
+  EXPECT_EQ(scan.inclusion().known_depth_mm(), 25.0);
+  EXPECT_EQ(scan.inclusion().tip_radius_mm(), 8.0);
+  const auto plain = started_by("inclusion --object lump");
+  EXPECT_FALSE(plain.inclusion().has_reach_mm());
+  EXPECT_FALSE(plain.inclusion().has_tip_radius_mm());
+  EXPECT_EQ(plain.inclusion().reference_recording(), "");
+}
+
 TEST(IdentifyCommand, ImpossibleOptionsAreReportedBeforeAnyCall) {
   for (const char* line : {"contact",
                            "contact --object sponge --law dahl",
@@ -99,6 +116,11 @@ TEST(IdentifyCommand, ImpossibleOptionsAreReportedBeforeAnyCall) {
                            "threshold --duration 4",
                            "gains --target 21",
                            "gains --recording x.csv",
+                           "inclusion",
+                           "inclusion --object lump --reach 9",
+                           "inclusion --object lump --spacing 2",
+                           "inclusion --object lump --known-depth 101",
+                           "inclusion --object lump --reference-model a --reference-recording b.csv",
                            "",
                            "cancel one two",
                            "list --svg x.svg"}) {
@@ -169,8 +191,8 @@ TEST(IdentifyCommand, IsCompleted) {
     return begin == std::string::npos ? std::string()
                                       : script.substr(begin, script.find('\n', begin) - begin);
   };
-  for (const char* word :
-       {"contact", "friction", "structural", "tool", "threshold", "gains", "watch", "cancel", "list"}) {
+  for (const char* word : {"contact", "friction", "structural", "tool", "threshold", "gains", "inclusion",
+                           "watch", "cancel", "list"}) {
     EXPECT_NE(words_at("identify").find(word), std::string::npos) << word;
   }
   for (const char* word : {"--object", "--law", "--method", "--recording", "--column", "--adopt", "--detach",

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <optional>
+
+#include "server/identification/run/identification_runner.h"
+#include "server/identification/run/recording_shelf.h"
+#include "server/model/store/model_library.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+/// Fills in what the request's reference_recording or reference_model say of the object without its
+/// inclusion. Refuses both at once, a reference for another kind, a name or recording that is not there, a
+/// recording without presses, and a known depth without a reference.
+std::optional<Refusal> fill_reference(IdentificationRequest& request, const RecordingShelf& shelf,
+                                      const ModelLibrary& models);
+
+}  // namespace hapticd::server
