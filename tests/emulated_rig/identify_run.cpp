@@ -42,16 +42,17 @@ RunConfig rig_for_identification(const sim::SimulationConfig& simulation) {
   return config;
 }
 
-IdentifyRunResult identify_on(Run& run, rt::Identification& identification, const IdentifyRunConfig& config) {
+IdentifyRunResult identify_on(Run& run, identification::Identification& identification,
+                              const IdentifyRunConfig& config) {
   // Biased with the tool as the world holds it, its weight along the rig's -z.
   const hal::Vector3 down = turned(inverse(run.turn()), {0.0, 0.0, -1.0});
-  rt::PressFrame frame(config.geometry, rt::ToolLoad(config.tool_mass_g, down), config.tool_mass_g,
-                       run.rig_info());
+  identification::PressFrame frame(config.geometry, rt::ToolLoad(config.tool_mass_g, down),
+                                   config.tool_mass_g, run.rig_info());
   run.keep_records(false);
   rt::Engine& engine = run.engine();
   engine.observe(true);
   IdentifyRunResult result;
-  rt::MotionRequest request;
+  identification::MotionRequest request;
   double next_request_s = 0.0;
   int idle_requests = 0;
   std::int64_t began_ns = -1;
@@ -70,9 +71,9 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
                                                               : frame.seated(observation));
       }
       // What renders on an object may have to end at once: a search for a limit finds it.
-      if (request.device == rt::MotionRequest::Device::kModulation &&
+      if (request.device == identification::MotionRequest::Device::kModulation &&
           observation.sample.tick % kTicksBetweenLooks == 0 &&
-          identification.next_request().device == rt::MotionRequest::Device::kNothing) {
+          identification.next_request().device == identification::MotionRequest::Device::kNothing) {
         next_request_s = result.duration_s;
       }
     }
@@ -84,9 +85,9 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
     if (!run.records().empty() && run.last().guard_state == rt::GuardState::kLatched)
       result.latched = run.last().guard_fault;
     if (result.progress.converged) result.converged_s = result.duration_s;
-    const rt::MotionRequest::Device before = request.device;
+    const identification::MotionRequest::Device before = request.device;
     request = identification.next_request();
-    const bool idle = request.motion == rt::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
+    const bool idle = request.motion == identification::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
     idle_requests = idle ? idle_requests + 1 : 0;
     over = result.progress.converged || result.duration_s >= config.limit_s || idle_requests >= 2;
     if (over) break;
@@ -94,7 +95,7 @@ IdentifyRunResult identify_on(Run& run, rt::Identification& identification, cons
       scene->guard.sensor_stale_after_ms = kLateSensorMs;
       scene->guard.loop_gap_ms = kLateLoopMs;
       run.exchange(&*scene);
-    } else if (before != rt::MotionRequest::Device::kNothing) {
+    } else if (before != identification::MotionRequest::Device::kNothing) {
       run.exchange(nullptr);
     }
     const server::SimulatedMotion motion = server::simulated_motion(request);

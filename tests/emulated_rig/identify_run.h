@@ -17,7 +17,7 @@ enum class SeenAs : std::uint8_t {
 
 struct IdentifyRunConfig {
   SeenAs seen_as = SeenAs::kRaw;
-  rt::PressGeometry geometry{};  ///< as the world is turned
+  identification::PressGeometry geometry{};  ///< as the world is turned
   double tool_mass_g = 0.0;
   double limit_s = 90.0;  ///< of the run's time
 };
@@ -25,7 +25,7 @@ struct IdentifyRunConfig {
 struct IdentifyRunResult {
   double duration_s = 0.0;    ///< of the run's time
   double converged_s = -1.0;  ///< when it had converged; negative: it did not
-  rt::IdentificationProgress progress;
+  identification::IdentificationProgress progress;
   bool device_rendered = false;                    ///< it gave force at some time
   std::uint64_t external_readings = 0;             ///< of an instrument from outside
   rt::GuardFault latched = rt::GuardFault::kNone;  ///< why the guard was, where it was
@@ -34,7 +34,8 @@ struct IdentifyRunResult {
 /// Does what the identification requests on a rig of real drivers until it has converged, wants nothing more
 /// or the time is over: the simulated hand moves, the device renders what is asked of it. Throws
 /// std::runtime_error where a scene is refused.
-IdentifyRunResult identify_on(Run& run, rt::Identification& identification, const IdentifyRunConfig& config);
+IdentifyRunResult identify_on(Run& run, identification::Identification& identification,
+                              const IdentifyRunConfig& config);
 
 /// A rig for that: its sensor drifts by 1 mN/s, its clock is late by 0.5 ms twice a second and by 5 ms every
 /// three seconds, and no scene of its own is in the way.

@@ -6,7 +6,7 @@
 
 #include "server/identification/estimate/contact/contact_creep_fit.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -45,7 +45,7 @@ double relative_error(const std::vector<PalpationSample>& palpation, double leas
 
 }  // namespace
 
-hal::Result<IdentifiedLaw<HuntCrossleyParameters>> fit_hunt_crossley(
+hal::Result<rt::IdentifiedLaw<rt::HuntCrossleyParameters>> fit_hunt_crossley(
     const std::vector<PalpationSample>& palpation) {
   const double least_mm = 0.1 * deepest_mm(palpation);
   constexpr double kMinForceN = 0.1;
@@ -68,31 +68,32 @@ hal::Result<IdentifiedLaw<HuntCrossleyParameters>> fit_hunt_crossley(
     if (used < kMinSamples || !(factors.rcond() > 1e-12)) return too_little(used);
     solution = factors.solve(right);
   }
-  IdentifiedLaw<HuntCrossleyParameters> law;
+  rt::IdentifiedLaw<rt::HuntCrossleyParameters> law;
   law.parameters.stiffness_n_per_mm_m = std::exp(solution(0));
   law.parameters.exponent = std::clamp(solution(1), 1.0, 3.0);
   law.parameters.damping_n_s_per_mm_m1 = std::max(0.0, solution(2)) * law.parameters.stiffness_n_per_mm_m;
-  law.relative_error = std::clamp(
-      relative_error(palpation, least_mm,
-                     [&](const PalpationSample& s) {
-                       return hunt_crossley_displacement(law.parameters, s.normal_force_n, s.rate_mm_per_s)
-                           .displacement_mm;
-                     }),
-      1e-3, 1.0);
+  law.relative_error =
+      std::clamp(relative_error(palpation, least_mm,
+                                [&](const PalpationSample& s) {
+                                  return rt::hunt_crossley_displacement(law.parameters, s.normal_force_n,
+                                                                        s.rate_mm_per_s)
+                                      .displacement_mm;
+                                }),
+                 1e-3, 1.0);
   return law;
 }
 
-hal::Result<IdentifiedLaw<CreepParameters>> fit_creep(const std::vector<PalpationSample>& palpation,
-                                                      double rate_hz) {
-  CreepFit fit(CreepParameters{}.time_s);
+hal::Result<rt::IdentifiedLaw<rt::CreepParameters>> fit_creep(const std::vector<PalpationSample>& palpation,
+                                                              double rate_hz) {
+  CreepFit fit(rt::CreepParameters{}.time_s);
   for (const PalpationSample& s : palpation) fit.add(s, 1.0 / rate_hz);
   CreepFit::Options options;
   options.fewest_samples = kMinSamples;
   options.with_errors = false;
   const auto found = fit.solve(options);
   if (!found) return too_little(fit.rows().size());
-  IdentifiedLaw<CreepParameters> law = found->law;
-  CreepLaw run(law.parameters, rate_hz);
+  rt::IdentifiedLaw<rt::CreepParameters> law = found->law;
+  rt::CreepLaw run(law.parameters, rate_hz);
   law.relative_error =
       std::clamp(relative_error(palpation, 0.1 * deepest_mm(palpation),
                                 [&](const PalpationSample& s) {
@@ -102,4 +103,4 @@ hal::Result<IdentifiedLaw<CreepParameters>> fit_creep(const std::vector<Palpatio
   return law;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

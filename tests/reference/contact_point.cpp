@@ -7,7 +7,7 @@
 #include "server/identification/estimate/contact/contact_sandwich.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 double ApproachDetector::noise_n() const noexcept {
   return std::sqrt(variance_n2_);
@@ -130,4 +130,4 @@ std::optional<ContactPoint> find_contact_point(std::span<const ApproachSample> a
   return point;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// A sample of a slow approach to an object.
 struct ApproachSample {
@@ -61,4 +61,4 @@ struct ContactPoint {
 std::optional<ContactPoint> find_contact_point(std::span<const ApproachSample> approach,
                                                std::size_t declared);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

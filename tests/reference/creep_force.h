@@ -7,7 +7,7 @@
 
 #include "rt/deformation/creep_law.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// The force with which a creep law answers to a given displacement: its inverse, sample by sample. With Ψ
 /// undone, the present force is what of e the past does not account for, divided by how much of a newton
@@ -18,7 +18,7 @@ namespace hapticd::rt {
 /// 10⁻¹⁴ of max_force_n, in bounded time.
 class CreepForce {
  public:
-  explicit CreepForce(const CreepParameters& parameters) noexcept
+  explicit CreepForce(const rt::CreepParameters& parameters) noexcept
       : parameters_(parameters), law_(parameters, 1000.0) {
     double sum = 0.0;
     for (const double w : parameters.weight) sum += w;
@@ -30,7 +30,7 @@ class CreepForce {
     const double elapsed_s = step_s > 0.0 ? step_s : 0.0;
     double now = parameters_.weight[0];
     double past_n = 0.0;
-    std::array<double, CreepParameters::kLags> decay{};
+    std::array<double, rt::CreepParameters::kLags> decay{};
     for (std::size_t i = 0; i < decay.size(); ++i) {
       decay[i] = std::exp(-elapsed_s / parameters_.time_s[i]);
       now += parameters_.weight[i + 1] * (1.0 - decay[i]);
@@ -45,7 +45,7 @@ class CreepForce {
   /// Ψ⁻¹: the force once the object has settled.
   double effective_force_n(double displacement_mm) const noexcept {
     if (!(displacement_mm > 0.0)) return 0.0;
-    const LawEstimate last = law_.curve(parameters_.max_force_n);
+    const rt::LawEstimate last = law_.curve(parameters_.max_force_n);
     if (displacement_mm >= last.displacement_mm) {
       return parameters_.max_force_n +
              (std::min(displacement_mm, kFarthestMm) - last.displacement_mm) / last.mm_per_n;
@@ -62,9 +62,9 @@ class CreepForce {
  private:
   static constexpr double kFarthestMm = 1e4;  // finite for an infinite displacement
 
-  CreepParameters parameters_;
-  CreepLaw law_;
-  std::array<double, CreepParameters::kLags> lagged_n_{};
+  rt::CreepParameters parameters_;
+  rt::CreepLaw law_;
+  std::array<double, rt::CreepParameters::kLags> lagged_n_{};
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -21,11 +21,11 @@ struct Mean {
 };
 
 /// Of the objects that show the parameter at all.
-Mean mean_of(const std::vector<IdentifiedModel>& models, const std::string& name) {
+Mean mean_of(const std::vector<rt::IdentifiedModel>& models, const std::string& name) {
   std::vector<double> values;
   std::vector<double> variances;
-  for (const IdentifiedModel& model : models) {
-    for (const EstimatedParameter& p : model.parameters) {
+  for (const rt::IdentifiedModel& model : models) {
+    for (const rt::EstimatedParameter& p : model.parameters) {
       if (p.name != name || !std::isfinite(p.value) || !std::isfinite(p.standard_error)) continue;
       values.push_back(p.value);
       // A standard error of zero would outvote everything: nothing is known better than to a thousandth.
@@ -60,20 +60,20 @@ Mean mean_of(const std::vector<IdentifiedModel>& models, const std::string& name
 
 }  // namespace
 
-hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>& models) {
+hal::Result<rt::IdentifiedModel> combine_friction(const std::vector<rt::IdentifiedModel>& models) {
   if (models.size() < 2) {
     return cannot_combine("too few models", std::to_string(models.size()), "at least 2",
                           "identify more objects");
   }
-  IdentifiedModel combined;
-  FrictionModel content;
+  rt::IdentifiedModel combined;
+  rt::FrictionModel content;
   bool first = true;
   combined.converged = true;
   double residual_squared = 0.0;
-  for (const IdentifiedModel& model : models) {
-    const auto* friction = std::get_if<FrictionModel>(&model.content);
+  for (const rt::IdentifiedModel& model : models) {
+    const auto* friction = std::get_if<rt::FrictionModel>(&model.content);
     if (friction == nullptr) {
-      return cannot_combine("not a friction model", kind_name(model.content), "friction models",
+      return cannot_combine("not a friction model", rt::kind_name(model.content), "friction models",
                             "leave it out");
     }
     if (!first && friction->tip != content.tip) {
@@ -87,8 +87,8 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
     combined.sensor = first || combined.sensor == model.sensor ? model.sensor : "several";
     combined.converged = combined.converged && model.converged;
     residual_squared += model.residual * model.residual;
-    const ValidityRange& v = model.validity;
-    ValidityRange& c = combined.validity;
+    const rt::ValidityRange& v = model.validity;
+    rt::ValidityRange& c = combined.validity;
     c.max_force_n = first ? v.max_force_n : std::min(c.max_force_n, v.max_force_n);
     c.max_speed_mm_per_s =
         first ? v.max_speed_mm_per_s : std::min(c.max_speed_mm_per_s, v.max_speed_mm_per_s);
@@ -103,7 +103,7 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
     const char* unit;
     double* value;
   };
-  FrictionParameters& f = content.friction;
+  rt::FrictionParameters& f = content.friction;
   for (const Part& part :
        {Part{"kinetic", "1", &f.kinetic}, Part{"presliding_mm", "mm", &f.presliding_mm},
         Part{"viscous_n_s_per_mm", "N·s/mm", &f.viscous_n_s_per_mm}, Part{"exponent", "1", &f.exponent}}) {
@@ -126,4 +126,4 @@ hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>
   return combined;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

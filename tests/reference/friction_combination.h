@@ -5,7 +5,7 @@
 #include "hal/error.h"
 #include "rt/model/identified_model.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// One friction model for several objects, as the dissertation averages the ball bearing's (D§4.4.1): each
 /// parameter is the mean of the objects', weighted by 1/(se² + τ²) with τ² the spread between objects beyond
@@ -17,6 +17,6 @@ namespace hapticd::rt {
 ///
 /// Fails with fewer than two models, with models of other kinds or of different tips, and where a parameter
 /// of no object was determined.
-hal::Result<IdentifiedModel> combine_friction(const std::vector<IdentifiedModel>& models);
+hal::Result<rt::IdentifiedModel> combine_friction(const std::vector<rt::IdentifiedModel>& models);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/estimate/friction/friction_normals.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -47,7 +47,7 @@ MeanDirectionNormals normals_along(const std::vector<StrokeSample>& strokes) {
   for (const StrokeSample& s : strokes) {
     // Right after a turn friction has not turned yet.
     if (way.update(s.along_mm) < kSlidingPathMm || std::abs(s.along_mm_per_s) < kSlidingMmPerS ||
-        norm(s.reaction_n) < 0.2) {
+        rt::norm(s.reaction_n) < 0.2) {
       continue;
     }
     normals.add(s.along_mm, s.along_mm_per_s, s.reaction_n);
@@ -75,11 +75,11 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
   for (const StrokeSample& s : strokes) {
     way.update(s.along_mm);
     hal::Vector3 normal;
-    if (norm(s.reaction_n) < 0.2 || !normals.at(s.along_mm, normal)) {
+    if (rt::norm(s.reaction_n) < 0.2 || !normals.at(s.along_mm, normal)) {
       way.restart();
       continue;
     }
-    const hal::Vector3 tangent = direction_or(across(along, normal), along);
+    const hal::Vector3 tangent = rt::direction_or(rt::across(along, normal), along);
     const double per_along = 1.0 / std::max(0.2, dot(tangent, along));  // way on the surface
     rows.push_back({dot(s.reaction_n, normal), -dot(s.reaction_n, tangent), way.step_mm() * per_along,
                     s.along_mm_per_s * per_along, way.path_mm() * per_along});
@@ -115,7 +115,7 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
     double error = 0.0;
     double z = 0.0;
     for (const Row& row : rows) {
-      z = dahl_step(z, row.slide_mm, presliding_mm);
+      z = rt::dahl_step(z, row.slide_mm, presliding_mm);
       if (row.path_mm > 2.0 * kPreslidingPathMm || std::abs(row.speed_mm_per_s) < kMinSpeedMmPerS) continue;
       error += std::abs(row.friction_n - best.parameters.kinetic * row.normal_n * z);
     }
@@ -133,7 +133,7 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
   double friction = 0.0;
   double z = 0.0;
   for (const Row& row : rows) {
-    z = dahl_step(z, row.slide_mm, best.parameters.presliding_mm);
+    z = rt::dahl_step(z, row.slide_mm, best.parameters.presliding_mm);
     if (std::abs(row.speed_mm_per_s) < kMinSpeedMmPerS) continue;
     error += std::abs(row.friction_n - best.parameters.kinetic * row.normal_n * z -
                       best.parameters.viscous_n_s_per_mm * row.speed_mm_per_s);
@@ -143,4 +143,4 @@ hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, 
   return best;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -6,7 +6,7 @@
 #include "hal/samples.h"
 #include "rt/friction/friction_model.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// One tick of strokes back and forth along one line of a surface.
 struct StrokeSample {
@@ -16,7 +16,7 @@ struct StrokeSample {
 };
 
 struct FrictionFit {
-  FrictionParameters parameters;
+  rt::FrictionParameters parameters;
   double relative_error = 0.0;  ///< mean |error| over mean friction
 };
 
@@ -27,4 +27,4 @@ struct FrictionFit {
 /// no place was passed both ways.
 hal::Result<FrictionFit> fit_friction(const std::vector<StrokeSample>& strokes, const hal::Vector3& along);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -17,8 +17,8 @@ Refusal invalid(const std::string& what, const std::string& field, const std::st
   return {RefusalKind::kInvalidArgument, {what, field, value, limit, "use one of those"}};
 }
 
-Outcome<rt::ContactTask> contact_task(const v1::ContactTask& wanted) {
-  rt::ContactTask task;
+Outcome<identification::ContactTask> contact_task(const v1::ContactTask& wanted) {
+  identification::ContactTask task;
   switch (wanted.law()) {
     case v1::CONTACT_LAW_UNSPECIFIED:
       break;
@@ -36,13 +36,13 @@ Outcome<rt::ContactTask> contact_task(const v1::ContactTask& wanted) {
     case v1::CONTACT_METHOD_UNSPECIFIED:
       break;
     case v1::CONTACT_METHOD_RECURSIVE:
-      task.method = rt::ContactFitMethod::kRecursive;
+      task.method = identification::ContactFitMethod::kRecursive;
       break;
     case v1::CONTACT_METHOD_DOUBLE_STAGE:
-      task.method = rt::ContactFitMethod::kDoubleStage;
+      task.method = identification::ContactFitMethod::kDoubleStage;
       break;
     case v1::CONTACT_METHOD_BATCH:
-      task.method = rt::ContactFitMethod::kBatch;
+      task.method = identification::ContactFitMethod::kBatch;
       break;
     default:
       return invalid("no such method", std::string(kPlace) + ".contact.method",
@@ -54,8 +54,8 @@ Outcome<rt::ContactTask> contact_task(const v1::ContactTask& wanted) {
   return task;
 }
 
-Outcome<rt::FrictionTask> friction_task(const v1::FrictionTask& wanted) {
-  rt::FrictionTask task;
+Outcome<identification::FrictionTask> friction_task(const v1::FrictionTask& wanted) {
+  identification::FrictionTask task;
   if (wanted.tip() == "ball_bearing") {
     task.tip = rt::Tip::kBallBearing;
   } else if (wanted.tip() != "rod") {
@@ -66,7 +66,7 @@ Outcome<rt::FrictionTask> friction_task(const v1::FrictionTask& wanted) {
 }
 
 Outcome<IdentificationTask> structural_task(const v1::StructuralStiffnessTask& wanted) {
-  rt::StructuralStiffnessTask task;
+  identification::StructuralStiffnessTask task;
   task.constant = wanted.constant();
   task.rigid_contact = wanted.rigid_contact();
   if (wanted.has_least_object_stiffness_n_per_mm()) {
@@ -97,14 +97,14 @@ Outcome<IdentificationTask> task_of(const v1::StartIdentificationRequest& reques
     case Case::kStructuralStiffness:
       return structural_task(request.structural_stiffness());
     case Case::kTool:
-      return IdentificationTask(rt::ToolTask{});
+      return IdentificationTask(identification::ToolTask{});
     case Case::kThreshold: {
-      rt::ThresholdTask task;
+      identification::ThresholdTask task;
       if (request.threshold().has_duration_s()) task.duration_s = request.threshold().duration_s();
       return IdentificationTask(task);
     }
     case Case::kGains: {
-      rt::GainsTask task;
+      identification::GainsTask task;
       if (request.gains().has_target_stiffness_n_per_mm()) {
         task.target_stiffness_n_per_mm = request.gains().target_stiffness_n_per_mm();
       }
@@ -112,7 +112,7 @@ Outcome<IdentificationTask> task_of(const v1::StartIdentificationRequest& reques
     }
     case Case::kInclusion: {
       const v1::InclusionTask& asked = request.inclusion();
-      rt::InclusionTask task;
+      identification::InclusionTask task;
       if (asked.has_reach_mm()) task.reach_mm = asked.reach_mm();
       if (asked.has_spacing_mm()) task.spacing_mm = asked.spacing_mm();
       if (asked.has_displacement_mm()) task.displacement_mm = asked.displacement_mm();
@@ -145,7 +145,7 @@ v1::IdentificationState state_of(IdentificationState state) {
   return v1::IDENTIFICATION_STATE_UNSPECIFIED;
 }
 
-void fill_axis(const rt::Coverage::Axis& axis, v1::CoverageMap::Axis& message) {
+void fill_axis(const identification::Coverage::Axis& axis, v1::CoverageMap::Axis& message) {
   message.set_quantity(axis.quantity);
   message.set_unit(axis.unit);
   message.set_from(axis.from);
@@ -195,7 +195,7 @@ Outcome<RecordingDescription> read_description(const v1::RecordingDescription& m
 }
 
 void fill(const IdentificationReport& report, v1::IdentificationProgress& message) {
-  const rt::IdentificationProgress& progress = report.progress;
+  const identification::IdentificationProgress& progress = report.progress;
   message.set_identification(report.id);
   message.set_kind(report.kind);
   message.set_object(report.object);
@@ -212,7 +212,7 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
     reported.set_standard_error(parameter.standard_error);
   }
   if (std::isfinite(progress.residual)) message.set_residual(progress.residual);
-  for (const rt::Coverage& coverage : progress.coverage) {
+  for (const identification::Coverage& coverage : progress.coverage) {
     v1::CoverageMap& map = *message.add_coverage();
     fill_axis(coverage.x, *map.mutable_x());
     fill_axis(coverage.y, *map.mutable_y());
@@ -224,7 +224,7 @@ void fill(const IdentificationReport& report, v1::IdentificationProgress& messag
   }
   message.set_fit_x(progress.fit_x);
   message.set_fit_y(progress.fit_y);
-  for (const rt::FitPoint& point : progress.fit) {
+  for (const identification::FitPoint& point : progress.fit) {
     v1::FitPoint& reported = *message.add_fit();
     reported.set_x(point.x);
     reported.set_measured(point.measured);

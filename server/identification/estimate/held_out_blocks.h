@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Samples kept from a fit, to judge it by: every kFolds-th of kBlocks blocks of neighbouring samples. Whole
 /// blocks, for neighbouring samples have the same error and would say nothing about each other.
@@ -16,4 +16,4 @@ struct HeldOutBlocks {
   }
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

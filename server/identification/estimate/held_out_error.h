@@ -7,7 +7,7 @@
 
 #include "server/identification/estimate/held_out_blocks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Sums that make rms left over rms explained.
 struct SquaredError {
@@ -57,4 +57,4 @@ class HeldOutTrial {
   bool failed_ = false;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

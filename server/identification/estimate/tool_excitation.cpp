@@ -8,7 +8,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/gate/sample_policy.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -21,7 +21,7 @@ hal::Quaternion inverse(const hal::Quaternion& q) noexcept {
 hal::Vector3 rotation_vector(const hal::Quaternion& q) noexcept {
   const double sign = q.w < 0.0 ? -1.0 : 1.0;
   const hal::Vector3 axis{sign * q.x, sign * q.y, sign * q.z};
-  const double sine = norm(axis);
+  const double sine = rt::norm(axis);
   const double angle = 2.0 * std::atan2(sine, sign * q.w);
   return axis * (sine > 1e-9 ? angle / sine : 2.0);
 }
@@ -64,19 +64,19 @@ std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample&
        (middle.tip_position_mm - before.tip_position_mm) * (1.0 / step_before_s)) *
       (2.0 / (step_before_s + step_after_s));
 
-  const hal::Quaternion here = unit(middle.tip_orientation);
+  const hal::Quaternion here = rt::unit(middle.tip_orientation);
   const hal::Quaternion back = inverse(here);
   const double span_s = 0.5e-9 * static_cast<double>(at(length - 1).time_ns - at(0).time_ns);
-  const hal::Vector3 onward = rotation_vector(product(back, unit(at(length - 1).tip_orientation)));
-  const hal::Vector3 from = rotation_vector(product(back, unit(at(0).tip_orientation)));
+  const hal::Vector3 onward = rotation_vector(rt::product(back, rt::unit(at(length - 1).tip_orientation)));
+  const hal::Vector3 from = rotation_vector(rt::product(back, rt::unit(at(0).tip_orientation)));
   const hal::Vector3 rate = (onward - from) * (0.5 / span_s);
   const hal::Vector3 turning = (onward + from) * (1.0 / (span_s * span_s));
 
   ToolExcitation e;
-  e.gravity_in_tool = rotated(back, {0.0, 0.0, -1.0});
-  const double per_g = inertial_force_n(1.0, 1.0);
+  e.gravity_in_tool = rt::rotated(back, {0.0, 0.0, -1.0});
+  const double per_g = rt::inertial_force_n(1.0, 1.0);
   std::array<hal::Vector3, kChannels> channels;
-  channels[0] = (e.gravity_in_tool * ToolLoad::kGravityMmPerS2 - rotated(back, acceleration)) * per_g;
+  channels[0] = (e.gravity_in_tool * rt::ToolLoad::kGravityMmPerS2 - rt::rotated(back, acceleration)) * per_g;
   const double square = dot(rate, rate);
   channels[1] =
       hal::Vector3{rate.x * rate.x - square, rate.x * rate.y - turning.z, rate.x * rate.z + turning.y} *
@@ -110,8 +110,8 @@ std::optional<ToolExcitation> ToolExcitationFilter::update(const hal::RigSample&
   const hal::Vector3 alpha = hal::Vector3{channels[3].y - channels[2].z, channels[1].z - channels[3].x,
                                           channels[2].x - channels[1].y} *
                              (0.5 / per_g);
-  e.turning_rad_per_s2 = norm(alpha);
+  e.turning_rad_per_s2 = rt::norm(alpha);
   return e;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -9,7 +9,7 @@
 #include "hal/samples.h"
 #include "rt/signal/butterworth_low_pass.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What gravity and motion do to a gram of the tool at one moment, next to what the sensor says of it, all
 /// passed through the same low-pass filter. In the tool's frame
@@ -51,7 +51,7 @@ class ToolExcitationFilter {
   std::size_t count_ = 0;
   std::size_t settled_ = 0;  ///< ticks filtered since the start or the last gap
   static constexpr std::size_t kChannels = 6;
-  std::vector<BasicButterworthLowPass<hal::Vector3>> first_, second_;
+  std::vector<rt::BasicButterworthLowPass<hal::Vector3>> first_, second_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -370,4 +370,4 @@ ToolLoadMisfit misfit(const ToolLoadFit& fit, const ToolMoments& moments) {
   return result;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -6,7 +6,7 @@
 #include "hal/samples.h"
 #include "server/identification/estimate/tool_excitation.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Sums of products of all that a ToolExcitation holds: whatever number of samples, the fit below sees no
 /// more.
@@ -59,4 +59,4 @@ struct ToolLoadMisfit {
 };
 ToolLoadMisfit misfit(const ToolLoadFit& fit, const ToolMoments& moments);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 constexpr double kMeanHz = 2.0;  // cut-off of the mean that it swings about
@@ -86,4 +86,4 @@ void UltimateOscillation::judge() noexcept {
   }
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Reports a sustained oscillation from one that dies away, within a few cycles: half-cycles of a signal
 /// about its slow mean that keep their size, keep their length and are larger than what hand and encoder do
@@ -57,4 +57,4 @@ class UltimateOscillation {
   double amplitude_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// When a repeated force is taken for the end of a range that is not known.
 struct ClipPolicy {
@@ -42,4 +42,4 @@ class ClipWatch {
   int run_ = 0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

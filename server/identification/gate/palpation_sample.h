@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// One tick of a palpation: the tip presses and lets go without sliding.
 struct PalpationSample {
@@ -47,4 +47,4 @@ class ThinnedSeries {
   std::vector<Item> items_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -7,11 +7,11 @@
 #include "rt/signal/tool_compensation.h"
 #include "server/identification/gate/sample_policy.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
-ContactParameters with_threshold(double threshold_n) noexcept {
-  ContactParameters parameters;
+rt::ContactParameters with_threshold(double threshold_n) noexcept {
+  rt::ContactParameters parameters;
   parameters.threshold_n = threshold_n;
   return parameters;
 }
@@ -25,7 +25,7 @@ PalpationTracker::PalpationTracker(double tool_mass_g, double threshold_n, doubl
       residual_(tool_mass_g, rate_hz),
       onset_(rate_hz),
       motion_(position_resolution_mm, rate_hz),
-      settling_ticks_(ticks_of(kPalpationSettlingS, rate_hz)),
+      settling_ticks_(rt::ticks_of(kPalpationSettlingS, rate_hz)),
       ticks_since_restart_(settling_ticks_) {}
 
 void PalpationTracker::restart() noexcept {
@@ -55,7 +55,7 @@ PalpationSample PalpationTracker::update(const hal::RigSample& sample) noexcept 
   out.in_contact = contact_.in_contact();
   out.displacement_mm = touched_ ? depth_mm - surface_mm_ : -1.0;
   out.rate_mm_per_s = motion_.velocity_mm_per_s();
-  out.normal_force_n = reaction_force_n(force_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
+  out.normal_force_n = rt::reaction_force_n(force_n, tool_mass_g_, motion_.acceleration_mm_per_s2());
   out.time_s = 1e-9 * static_cast<double>(sample.time_ns);
   return out;
 }
@@ -110,4 +110,4 @@ bool RecordedPalpation::update(const hal::RigSample& sample, PalpationSample& ou
   return true;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

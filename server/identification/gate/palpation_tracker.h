@@ -12,7 +12,7 @@
 #include "rt/signal/motion_estimator.h"
 #include "server/identification/gate/palpation_sample.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// From the samples of a live rig to those of a palpation along its press axis (-z, tool upright): contact
 /// by what free motion leaves behind (D§3.2), displacement from where the rested object was touched first,
@@ -37,10 +37,10 @@ class PalpationTracker {
  private:
   double tool_mass_g_;
   double threshold_n_;
-  ContactDetector contact_;
-  FreeMotionResidual residual_;
-  ContactOnset onset_;
-  MotionEstimator motion_;
+  rt::ContactDetector contact_;
+  rt::FreeMotionResidual residual_;
+  rt::ContactOnset onset_;
+  rt::MotionEstimator motion_;
   double surface_mm_ = 0.0;
   bool touched_ = false;
   std::uint32_t settling_ticks_;
@@ -77,4 +77,4 @@ class RecordedPalpation {
   std::uint32_t contacts_ = 0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

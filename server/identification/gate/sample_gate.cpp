@@ -6,7 +6,7 @@
 
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -16,14 +16,15 @@ constexpr std::array<const char*, kUnfitKinds> kReasons{
 
 }  // namespace
 
-bool SampleGate::is_a_number(const Observation& observation) const noexcept {
+bool SampleGate::is_a_number(const rt::Observation& observation) const noexcept {
   const hal::RigSample& sample = observation.sample;
   if (policy_.press_axis_only) {
     return std::isfinite(sample.sensor_force_n.z) && std::isfinite(sample.tip_position_mm.z);
   }
-  if (!finite(sample.tip_position_mm) || norm(sample.tip_position_mm) > policy_.max_position_mm) return false;
+  if (!finite(sample.tip_position_mm) || rt::norm(sample.tip_position_mm) > policy_.max_position_mm)
+    return false;
   if (policy_.force &&
-      (!finite(sample.sensor_force_n) || norm(sample.sensor_force_n) > policy_.max_force_n)) {
+      (!finite(sample.sensor_force_n) || rt::norm(sample.sensor_force_n) > policy_.max_force_n)) {
     return false;
   }
   if (policy_.torque && !finite(sample.sensor_torque_n_mm)) return false;
@@ -34,7 +35,7 @@ bool SampleGate::is_a_number(const Observation& observation) const noexcept {
           q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z >= policy_.min_orientation_norm_squared);
 }
 
-bool SampleGate::is(Unfit reason, const Observation& observation) noexcept {
+bool SampleGate::is(Unfit reason, const rt::Observation& observation) noexcept {
   namespace status = hal::sample_status;
   const hal::RigSample& sample = observation.sample;
   const std::uint32_t reported = sample.status & policy_.status;
@@ -42,7 +43,7 @@ bool SampleGate::is(Unfit reason, const Observation& observation) noexcept {
   switch (reason) {
     case Unfit::kSaturated:
       if ((reported & status::kForceSaturated) != 0) return true;
-      if ((policy_.press_axis_only ? std::abs(force_n.z) : norm(force_n)) >= policy_.end_of_range_n)
+      if ((policy_.press_axis_only ? std::abs(force_n.z) : rt::norm(force_n)) >= policy_.end_of_range_n)
         return true;
       return policy_.clip.refuses && clip_.clipped(force_n.z, -sample.tip_position_mm.z);
     case Unfit::kNoForce:
@@ -66,7 +67,7 @@ SampleGate::Verdict SampleGate::leave_out(Unfit reason) noexcept {
   return Verdict::kInterrupt;
 }
 
-std::optional<SampleGate::Verdict> SampleGate::refuse(const Observation& observation) noexcept {
+std::optional<SampleGate::Verdict> SampleGate::refuse(const rt::Observation& observation) noexcept {
   last_s_ = 1e-9 * static_cast<double>(observation.sample.time_ns);
   if (judged_++ == 0) first_s_ = last_s_;
   for (const Unfit reason : policy_.order) {
@@ -75,7 +76,7 @@ std::optional<SampleGate::Verdict> SampleGate::refuse(const Observation& observa
   return std::nullopt;
 }
 
-SampleGate::Verdict SampleGate::follow(const Observation& observation) noexcept {
+SampleGate::Verdict SampleGate::follow(const rt::Observation& observation) noexcept {
   const hal::RigSample& sample = observation.sample;
   const double step_s = 1e-9 * static_cast<double>(sample.time_ns - last_time_ns_);
   if (follows_ && !(step_s > 0.0)) return leave_out(Unfit::kDisordered);
@@ -92,7 +93,7 @@ SampleGate::Verdict SampleGate::follow(const Observation& observation) noexcept 
   return gap ? Verdict::kRestart : Verdict::kUse;
 }
 
-SampleGate::Verdict SampleGate::judge(const Observation& observation) noexcept {
+SampleGate::Verdict SampleGate::judge(const rt::Observation& observation) noexcept {
   const std::optional<Verdict> refused = refuse(observation);
   return refused ? *refused : follow(observation);
 }
@@ -118,4 +119,4 @@ std::vector<std::string> SampleGate::remarks() const {
   return remarks;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -10,7 +10,7 @@
 #include "server/identification/gate/clip_watch.h"
 #include "server/identification/gate/sample_policy.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Decides which samples an identification uses, by one policy a kind, and counts those it does not and why.
 /// In constant time; allocates nothing but in remarks().
@@ -25,14 +25,16 @@ class SampleGate {
 
   explicit SampleGate(const SamplePolicy& policy) noexcept : policy_(policy), clip_(policy.clip) {}
 
-  Verdict judge(const hal::RigSample& sample) noexcept { return judge(Observation{sample, {}, {}, false}); }
-  Verdict judge(const Observation& observation) noexcept;
+  Verdict judge(const hal::RigSample& sample) noexcept {
+    return judge(rt::Observation{sample, {}, {}, false});
+  }
+  Verdict judge(const rt::Observation& observation) noexcept;
 
   /// The two halves of judge(), for what else is to be looked at between them. A verdict only where the
   /// sample is unfit.
-  std::optional<Verdict> refuse(const Observation& observation) noexcept;
+  std::optional<Verdict> refuse(const rt::Observation& observation) noexcept;
   /// A fit sample's place in time.
-  Verdict follow(const Observation& observation) noexcept;
+  Verdict follow(const rt::Observation& observation) noexcept;
 
   /// The next sample follows on none.
   void forget() noexcept { follows_ = false; }
@@ -48,8 +50,8 @@ class SampleGate {
   std::vector<std::string> remarks() const;
 
  private:
-  bool is(Unfit reason, const Observation& observation) noexcept;
-  bool is_a_number(const Observation& observation) const noexcept;
+  bool is(Unfit reason, const rt::Observation& observation) noexcept;
+  bool is_a_number(const rt::Observation& observation) const noexcept;
   Verdict leave_out(Unfit reason) noexcept;
 
   SamplePolicy policy_;
@@ -62,4 +64,4 @@ class SampleGate {
   std::array<std::uint64_t, kUnfitKinds> left_out_{};
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -100,4 +100,4 @@ SamplePolicy structural_policy(const hal::RigInfo& rig, bool rigid_contact) noex
   return policy;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "hal/rig.h"
 #include "server/identification/gate/clip_watch.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Two samples farther apart in time than this are not consecutive, at any rate the rig has [s].
 inline constexpr double kMaxSampleStepS = 0.016;
@@ -68,4 +68,4 @@ SamplePolicy gains_policy() noexcept;
 /// Presses of the device on walls or on a rigid object.
 SamplePolicy structural_policy(const hal::RigInfo& rig, bool rigid_contact) noexcept;
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

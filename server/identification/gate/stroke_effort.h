@@ -4,7 +4,7 @@
 
 #include "server/identification/gate/sample_policy.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// How hard strokes can be asked for: where the tip stuck under a press, or the sensor came to the end of its
 /// range, the next ones have to be lighter. A tip that sticks draws itself deeper in, so what counts is the
@@ -58,4 +58,4 @@ class StrokeEffort {
   double limit_n_ = 1e9;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include <map>
 #include <tuple>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -193,4 +193,4 @@ std::vector<StrokePassage> StrokePassages::all() const {
   return passages;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include <deque>
 #include <vector>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// One instant of a stroke, in the plane of its line and up.
 struct StrokePoint {
@@ -100,4 +100,4 @@ class StrokePassages {
   double roughness_count_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

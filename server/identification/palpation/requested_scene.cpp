@@ -2,13 +2,14 @@
 
 namespace hapticd::server {
 
-std::optional<rt::SceneSpec> requested_scene(const rt::MotionRequest& request, const hal::RigInfo& rig) {
-  if (request.device == rt::MotionRequest::Device::kNothing) return std::nullopt;
+std::optional<rt::SceneSpec> requested_scene(const identification::MotionRequest& request,
+                                             const hal::RigInfo& rig) {
+  if (request.device == identification::MotionRequest::Device::kNothing) return std::nullopt;
   rt::SceneSpec scene;
   scene.name = "identification";
   scene.tool_mass_g = rig.sensor.tool_mass_g;
   scene.target = rt::linear_target(request.stiffness_n_per_mm);
-  if (request.device == rt::MotionRequest::Device::kWall) {
+  if (request.device == identification::MotionRequest::Device::kWall) {
     scene.kind = rt::SceneKind::kWall;
     scene.wall_position_mm = -request.place_mm.z;
     scene.structural_compensation = false;  // the encoders are to see the plain wall of (4.26)

@@ -8,7 +8,7 @@ namespace hapticd::server {
 namespace {
 
 using Kind = sim::HandProgram::Kind;
-using Motion = rt::MotionRequest::Motion;
+using Motion = identification::MotionRequest::Motion;
 
 constexpr double kFirmGrip = 8.0, kFirmGripDamping = 3.0;  // over those of a relaxed grip
 constexpr double kTravelS = 1.0;                           // from wherever the last request left the hand
@@ -39,7 +39,7 @@ Kind kind_of(Motion motion) {
 
 }  // namespace
 
-SimulatedMotion simulated_motion(const rt::MotionRequest& request) {
+SimulatedMotion simulated_motion(const identification::MotionRequest& request) {
   SimulatedMotion motion;
   sim::HandProgram& hand = motion.program;
   hand.kind = kind_of(request.motion);

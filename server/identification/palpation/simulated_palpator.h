@@ -12,6 +12,6 @@ struct SimulatedMotion {
 };
 
 /// What of a request concerns the hand; what the device is to do meanwhile is the caller's to arrange.
-SimulatedMotion simulated_motion(const rt::MotionRequest& request);
+SimulatedMotion simulated_motion(const identification::MotionRequest& request);
 
 }  // namespace hapticd::server

@@ -37,7 +37,7 @@ std::string text_of(IdentificationState state) {
 }
 
 void IdentificationRunner::conclude(Run& run, const Ended& ended) {
-  rt::IdentificationProgress progress = run.identification->progress();
+  identification::IdentificationProgress progress = run.identification->progress();
   std::optional<hal::Error> problem = ended.problem;
   std::string hash;
   bool converged = false;

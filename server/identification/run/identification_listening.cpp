@@ -34,7 +34,7 @@ bool IdentificationRunner::is_held_back(const IdentificationTask& task) {
   return renders_force(task) || last.guard_fault == rt::GuardFault::kStopped;
 }
 
-std::optional<Refusal> IdentificationRunner::arrange(Run& run, const rt::MotionRequest& request) {
+std::optional<Refusal> IdentificationRunner::arrange(Run& run, const identification::MotionRequest& request) {
   run.instruction = request.words;
   const Caller no_caller;
   auto scene = requested_scene(request, session_.rig_info());
@@ -99,9 +99,9 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
       run.identification->add(run.view->see(observation));
       if (run.kept) run.kept->add(observation);
       // Who searches a limit finds it: what is rendered on an object may have to end at once.
-      if (run.device == rt::MotionRequest::Device::kModulation &&
+      if (run.device == identification::MotionRequest::Device::kModulation &&
           observation.sample.tick % kTicksBetweenLooks == 0 &&
-          run.identification->next_request().device == rt::MotionRequest::Device::kNothing) {
+          run.identification->next_request().device == identification::MotionRequest::Device::kNothing) {
         next_request_s = now_s;
       }
       if (now_s >= run.request.time_limit_s) break;
@@ -115,16 +115,17 @@ IdentificationRunner::Ended IdentificationRunner::listen_to_rig(Run& run) {
     const auto now = Clock::now();
     const bool ask = now_s >= next_request_s;
     if (ask || now >= next_report) {
-      const rt::IdentificationProgress progress = run.identification->progress();
+      const identification::IdentificationProgress progress = run.identification->progress();
       publish(run, progress);
       next_report = now + kReportEvery;
       if (progress.converged) return {Ending::kConverged, {}};
     }
     if (now_s >= run.request.time_limit_s) return {Ending::kNoMoreData, {}};
     if (ask) {
-      const rt::MotionRequest request = run.identification->next_request();
+      const identification::MotionRequest request = run.identification->next_request();
       // Rest without an end, twice: nothing more is wanted.
-      const bool idle = request.motion == rt::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
+      const bool idle =
+          request.motion == identification::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
       idle_requests = idle ? idle_requests + 1 : 0;
       if (idle_requests >= 2) return {Ending::kNoMoreData, {}};
       if (auto refusal = arrange(run, request)) return fault(*refusal);

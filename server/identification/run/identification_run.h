@@ -39,7 +39,7 @@ class OpenInstrument {
 struct IdentificationRunner::Run {
   IdentificationRequest request;
   std::string id;
-  std::unique_ptr<rt::Identification> identification;
+  std::unique_ptr<identification::Identification> identification;
   std::shared_ptr<const ShelvedRecording> recording;
   std::optional<RecordedObservations> rows;
   std::optional<SceneHost::Reservation> reservation;
@@ -48,8 +48,9 @@ struct IdentificationRunner::Run {
   std::optional<RigView> view;          ///< of the live rig
   std::optional<ObservationFile> kept;  ///< what the rig measured, where the store has a place for it
   std::string instruction;
-  rt::MotionRequest::Device device = rt::MotionRequest::Device::kNothing;  ///< what it does now
-  std::optional<rt::SceneSpec> rendered;                                   ///< the scene that does it
+  identification::MotionRequest::Device device =
+      identification::MotionRequest::Device::kNothing;  ///< what it does now
+  std::optional<rt::SceneSpec> rendered;                ///< the scene that does it
   rt::GuardLimits usual;  ///< of the scene before: how late sensor and loop may be on this rig
 };
 

@@ -126,7 +126,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     auto rows = RecordedObservations::open(run->recording->file.path(), *motion, run->recording->description,
                                            request.geometry.press_direction);
     if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
-    if (auto* friction = std::get_if<rt::FrictionTask>(&run->request.task)) {
+    if (auto* friction = std::get_if<identification::FrictionTask>(&run->request.task)) {
       friction->normal_force_n = run->recording->normal_force_n;
     }
     if (auto refusal = check(run->request.task)) return *refusal;
@@ -140,8 +140,8 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
                      {"the guard is latched", "guard", "", "", "fix the cause and clear it first"},
                      Reason::kGuardLatched};
     }
-    const bool presses_down_only =
-        session_.simulation() != nullptr || std::holds_alternative<rt::InclusionTask>(request.task);
+    const bool presses_down_only = session_.simulation() != nullptr ||
+                                   std::holds_alternative<identification::InclusionTask>(request.task);
     if (auto refusal = check_geometry(request.geometry, presses_down_only)) return *refusal;
     if (const auto scene = scenes_.current()) run->usual = scene->spec.guard;
     auto reservation = scenes_.reserve("identification '" + run->id + "'");
@@ -150,7 +150,7 @@ Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& re
     const hal::RigInfo& rig = session_.rig_info();
     run->view.emplace(request.task, request.geometry, rig, scenes_.models().of_rig(rig),
                       biases_.zero_in_force());
-    auto* inclusion = std::get_if<rt::InclusionTask>(&run->request.task);
+    auto* inclusion = std::get_if<identification::InclusionTask>(&run->request.task);
     if (inclusion != nullptr && !inclusion->tip_radius_mm && session_.simulation() != nullptr) {
       inclusion->tip_radius_mm = sim::PhantomParameters::kTipRadiusMm;
     }
@@ -191,7 +191,7 @@ void IdentificationRunner::perform(Run& run) {
   conclude(run, ended);
 }
 
-void IdentificationRunner::publish(const Run& run, const rt::IdentificationProgress& progress) {
+void IdentificationRunner::publish(const Run& run, const identification::IdentificationProgress& progress) {
   {
     const std::lock_guard lock(mutex_);
     IdentificationReport& report = reports_.front();

@@ -29,8 +29,8 @@ class TelemetryHub;
 struct IdentificationRequest {
   IdentificationTask task;
   std::string object;
-  rt::PressGeometry geometry;       ///< on the rig
-  std::string recording;            ///< id of an uploaded one; empty = on the rig
+  identification::PressGeometry geometry;  ///< on the rig
+  std::string recording;                   ///< id of an uploaded one; empty = on the rig
   std::string reference_recording;  ///< inclusion: of the object without it, id of an uploaded one; or empty
   std::string reference_model;      ///< inclusion: of the object without it, NAME or NAME@TAG; or empty
   double time_limit_s = 60.0;       ///< of the rig's time
@@ -47,7 +47,7 @@ struct IdentificationReport {
   std::string recording;
   IdentificationState state = IdentificationState::kRunning;
   double time_limit_s = 0.0;
-  rt::IdentificationProgress progress;
+  identification::IdentificationProgress progress;
   std::string instruction;
   std::string model;  ///< hash of what was stored
   std::optional<hal::Error> problem;
@@ -99,10 +99,10 @@ class IdentificationRunner {
   Ended listen_to_recording(Run& run);
   void conclude(Run& run, const Ended& ended);
   /// What the rig is to do next; an error where the rig does not.
-  std::optional<Refusal> arrange(Run& run, const rt::MotionRequest& request);
+  std::optional<Refusal> arrange(Run& run, const identification::MotionRequest& request);
   /// The guard is latched, and that matters: someone stopped everything, or force is needed.
   bool is_held_back(const IdentificationTask& task);
-  void publish(const Run& run, const rt::IdentificationProgress& progress);
+  void publish(const Run& run, const identification::IdentificationProgress& progress);
   IdentificationReport* find_locked(const std::string& id);
 
   Session& session_;

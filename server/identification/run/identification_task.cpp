@@ -26,7 +26,7 @@ Overloaded(Cases...) -> Overloaded<Cases...>;
 
 /// The tip as an instrument from outside sees it, against the encoders: the force sensor has no say.
 bool is_by_instrument(const IdentificationTask& task) noexcept {
-  const auto* structure = std::get_if<rt::StructuralStiffnessTask>(&task);
+  const auto* structure = std::get_if<identification::StructuralStiffnessTask>(&task);
   return structure != nullptr && !structure->rigid_contact;
 }
 
@@ -57,18 +57,20 @@ double default_time_limit_s(const IdentificationTask& task) noexcept {
 }
 
 bool is_about_object(const IdentificationTask& task) noexcept {
-  return std::holds_alternative<rt::ContactTask>(task) || std::holds_alternative<rt::FrictionTask>(task) ||
-         std::holds_alternative<rt::InclusionTask>(task);
+  return std::holds_alternative<identification::ContactTask>(task) ||
+         std::holds_alternative<identification::FrictionTask>(task) ||
+         std::holds_alternative<identification::InclusionTask>(task);
 }
 
 std::optional<RecordedMotion> recorded_motion(const IdentificationTask& task) noexcept {
-  if (std::holds_alternative<rt::ContactTask>(task)) return RecordedMotion::kPress;
-  if (std::holds_alternative<rt::FrictionTask>(task)) return RecordedMotion::kStroke;
-  if (std::holds_alternative<rt::InclusionTask>(task)) return RecordedMotion::kScan;
-  if (std::holds_alternative<rt::ToolTask>(task) || std::holds_alternative<rt::ThresholdTask>(task)) {
+  if (std::holds_alternative<identification::ContactTask>(task)) return RecordedMotion::kPress;
+  if (std::holds_alternative<identification::FrictionTask>(task)) return RecordedMotion::kStroke;
+  if (std::holds_alternative<identification::InclusionTask>(task)) return RecordedMotion::kScan;
+  if (std::holds_alternative<identification::ToolTask>(task) ||
+      std::holds_alternative<identification::ThresholdTask>(task)) {
     return RecordedMotion::kFree;
   }
-  if (const auto* structure = std::get_if<rt::StructuralStiffnessTask>(&task)) {
+  if (const auto* structure = std::get_if<identification::StructuralStiffnessTask>(&task)) {
     return structure->rigid_contact ? RecordedMotion::kRigid : RecordedMotion::kBend;
   }
   return std::nullopt;
@@ -78,29 +80,29 @@ std::optional<Refusal> check(const IdentificationTask& task) {
   FieldCheck fields;
   std::visit(
       Overloaded{
-          [&](const rt::ContactTask& t) {
+          [&](const identification::ContactTask& t) {
             fields.range(t.force_n, {0.2, 30.0, "N"}, "force", "contact.force_n");
             fields.range(t.displacement_mm, {0.0, 100.0, "mm"}, "displacement", "contact.displacement_mm");
             fields.range(t.speed_mm_per_s, {0.0, 1000.0, "mm/s"}, "speed", "contact.speed_mm_per_s");
           },
-          [&](const rt::FrictionTask& t) {
+          [&](const identification::FrictionTask& t) {
             fields.range(t.length_mm, {5.0, 200.0, "mm"}, "length", "friction.length_mm");
             fields.range(t.normal_force_n, {0.0, 1000.0, "N"}, "normal force", "recording.normal_force_n");
           },
-          [&](const rt::StructuralStiffnessTask& t) {
+          [&](const identification::StructuralStiffnessTask& t) {
             fields.range(t.least_object_stiffness_n_per_mm, {10.0, 1e6, "N/mm"},
                          "least stiffness of the object",
                          "structural_stiffness.least_object_stiffness_n_per_mm");
           },
-          [](const rt::ToolTask&) {},
-          [&](const rt::ThresholdTask& t) {
+          [](const identification::ToolTask&) {},
+          [&](const identification::ThresholdTask& t) {
             fields.range(t.duration_s, {5.0, 600.0, "s"}, "duration", "threshold.duration_s");
           },
-          [&](const rt::GainsTask& t) {
+          [&](const identification::GainsTask& t) {
             fields.range(t.target_stiffness_n_per_mm, {0.05, 20.0, "N/mm"}, "target stiffness",
                          "gains.target_stiffness_n_per_mm");
           },
-          [&](const rt::InclusionTask& t) {
+          [&](const identification::InclusionTask& t) {
             fields.range(t.reach_mm, {10.0, 100.0, "mm"}, "reach", "inclusion.reach_mm");
             fields.range(t.spacing_mm, {3.0, 30.0, "mm"}, "spacing", "inclusion.spacing_mm");
             fields.range(t.displacement_mm, {3.0, 50.0, "mm"}, "displacement", "inclusion.displacement_mm");
@@ -145,22 +147,22 @@ bool uses_instrument(const IdentificationTask& task) noexcept {
 }
 
 bool renders_force(const IdentificationTask& task) noexcept {
-  return std::holds_alternative<rt::StructuralStiffnessTask>(task) ||
-         std::holds_alternative<rt::GainsTask>(task);
+  return std::holds_alternative<identification::StructuralStiffnessTask>(task) ||
+         std::holds_alternative<identification::GainsTask>(task);
 }
 
 bool needs_bias(const IdentificationTask& task) noexcept {
-  return uses_sensor(task) && !std::holds_alternative<rt::ToolTask>(task);
+  return uses_sensor(task) && !std::holds_alternative<identification::ToolTask>(task);
 }
 
-std::optional<Refusal> check_geometry(const rt::PressGeometry& geometry, bool hand_is_simulated) {
+std::optional<Refusal> check_geometry(const identification::PressGeometry& geometry, bool hand_is_simulated) {
   constexpr const char* kPlace = "StartIdentificationRequest.press_direction, line_direction";
-  if (!rt::is_usable(geometry)) {
+  if (!identification::is_usable(geometry)) {
     return Refusal{RefusalKind::kInvalidArgument,
                    {"the directions are not usable", kPlace, "",
                     "finite, longer than 0, more than 10° between them", "leave them out for -z and x"}};
   }
-  const rt::PressGeometry usual;
+  const identification::PressGeometry usual;
   const bool is_usual = rt::norm(geometry.press_direction - usual.press_direction) == 0.0 &&
                         rt::norm(geometry.line_direction - usual.line_direction) == 0.0;
   if (hand_is_simulated && !is_usual) {
@@ -171,29 +173,31 @@ std::optional<Refusal> check_geometry(const rt::PressGeometry& geometry, bool ha
   return std::nullopt;
 }
 
-std::unique_ptr<rt::Identification> make_identification(const IdentificationTask& task,
-                                                        const hal::RigInfo& rig) {
-  using Made = std::unique_ptr<rt::Identification>;
-  return std::visit(
-      Overloaded{
-          [&](const rt::ContactTask& t) -> Made {
-            return std::make_unique<rt::ContactIdentification>(t, rig);
-          },
-          [&](const rt::FrictionTask& t) -> Made {
-            return std::make_unique<rt::FrictionIdentification>(t, rig);
-          },
-          [&](const rt::StructuralStiffnessTask& t) -> Made {
-            return std::make_unique<rt::StructuralIdentification>(t, rig);
-          },
-          [&](const rt::ToolTask& t) -> Made { return std::make_unique<rt::ToolIdentification>(t, rig); },
-          [&](const rt::ThresholdTask& t) -> Made {
-            return std::make_unique<rt::ThresholdIdentification>(t, rig);
-          },
-          [&](const rt::GainsTask& t) -> Made { return std::make_unique<rt::GainsIdentification>(t, rig); },
-          [&](const rt::InclusionTask& t) -> Made {
-            return std::make_unique<rt::InclusionIdentification>(t, rig);
-          }},
-      task);
+std::unique_ptr<identification::Identification> make_identification(const IdentificationTask& task,
+                                                                    const hal::RigInfo& rig) {
+  using Made = std::unique_ptr<identification::Identification>;
+  return std::visit(Overloaded{[&](const identification::ContactTask& t) -> Made {
+                                 return std::make_unique<identification::ContactIdentification>(t, rig);
+                               },
+                               [&](const identification::FrictionTask& t) -> Made {
+                                 return std::make_unique<identification::FrictionIdentification>(t, rig);
+                               },
+                               [&](const identification::StructuralStiffnessTask& t) -> Made {
+                                 return std::make_unique<identification::StructuralIdentification>(t, rig);
+                               },
+                               [&](const identification::ToolTask& t) -> Made {
+                                 return std::make_unique<identification::ToolIdentification>(t, rig);
+                               },
+                               [&](const identification::ThresholdTask& t) -> Made {
+                                 return std::make_unique<identification::ThresholdIdentification>(t, rig);
+                               },
+                               [&](const identification::GainsTask& t) -> Made {
+                                 return std::make_unique<identification::GainsIdentification>(t, rig);
+                               },
+                               [&](const identification::InclusionTask& t) -> Made {
+                                 return std::make_unique<identification::InclusionIdentification>(t, rig);
+                               }},
+                    task);
 }
 
 }  // namespace hapticd::server

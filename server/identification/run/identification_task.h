@@ -14,8 +14,10 @@
 namespace hapticd::server {
 
 /// What to identify.
-using IdentificationTask = std::variant<rt::ContactTask, rt::FrictionTask, rt::StructuralStiffnessTask,
-                                        rt::ToolTask, rt::ThresholdTask, rt::GainsTask, rt::InclusionTask>;
+using IdentificationTask =
+    std::variant<identification::ContactTask, identification::FrictionTask,
+                 identification::StructuralStiffnessTask, identification::ToolTask,
+                 identification::ThresholdTask, identification::GainsTask, identification::InclusionTask>;
 
 /// "contact", "friction", "structural_stiffness", "tool", "threshold", "gains" or "inclusion".
 const char* kind_name(const IdentificationTask& task) noexcept;
@@ -50,9 +52,9 @@ bool renders_force(const IdentificationTask& task) noexcept;
 bool needs_bias(const IdentificationTask& task) noexcept;
 
 /// Where the object lies and the strokes go. The simulated hand knows one press only, along -z.
-std::optional<Refusal> check_geometry(const rt::PressGeometry& geometry, bool hand_is_simulated);
+std::optional<Refusal> check_geometry(const identification::PressGeometry& geometry, bool hand_is_simulated);
 
-std::unique_ptr<rt::Identification> make_identification(const IdentificationTask& task,
-                                                        const hal::RigInfo& rig);
+std::unique_ptr<identification::Identification> make_identification(const IdentificationTask& task,
+                                                                    const hal::RigInfo& rig);
 
 }  // namespace hapticd::server

@@ -15,13 +15,13 @@ constexpr const char* kRecording = "StartIdentificationRequest.inclusion.referen
 constexpr const char* kModel = "StartIdentificationRequest.inclusion.reference_model";
 
 std::optional<Refusal> read_presses(const std::string& id, const RecordingShelf& shelf,
-                                    rt::InclusionTask& task) {
+                                    identification::InclusionTask& task) {
   auto recording = shelf.find(id);
   if (!recording) return recording.refusal();
   const auto rows =
       RecordedObservations::open((*recording)->file.path(), RecordedMotion::kScan, (*recording)->description);
   if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
-  rt::PressCollector collector(rows->rig_info(), task.threshold_n);
+  identification::PressCollector collector(rows->rig_info(), task.threshold_n);
   if (auto error = rows->read([&](const rt::Observation& observation) {
         collector.add(observation);
         return true;
@@ -43,7 +43,7 @@ std::optional<Refusal> read_presses(const std::string& id, const RecordingShelf&
 }
 
 std::optional<Refusal> take_law(const std::string& name, const ModelLibrary& models,
-                                rt::InclusionTask& task) {
+                                identification::InclusionTask& task) {
   const auto found = models.find_parts(name);
   if (!found) return found.refusal();
   if (!found->model.hunt_crossley) {
@@ -62,7 +62,7 @@ std::optional<Refusal> take_law(const std::string& name, const ModelLibrary& mod
 
 std::optional<Refusal> fill_reference(IdentificationRequest& request, const RecordingShelf& shelf,
                                       const ModelLibrary& models) {
-  auto* task = std::get_if<rt::InclusionTask>(&request.task);
+  auto* task = std::get_if<identification::InclusionTask>(&request.task);
   if (task == nullptr) return std::nullopt;
   if (!request.reference_recording.empty() && !request.reference_model.empty()) {
     return Refusal{RefusalKind::kInvalidArgument,

@@ -8,13 +8,13 @@ namespace hapticd::server {
 
 RigView::Needs RigView::needs_of(const IdentificationTask& task) noexcept {
   // Of an inclusion the place is found, in the rig's frame.
-  if (std::holds_alternative<rt::InclusionTask>(task)) return Needs::kSeated;
+  if (std::holds_alternative<identification::InclusionTask>(task)) return Needs::kSeated;
   if (is_about_object(task)) return Needs::kUpright;
-  return std::holds_alternative<rt::ThresholdTask>(task) ? Needs::kSeated : Needs::kRaw;
+  return std::holds_alternative<identification::ThresholdTask>(task) ? Needs::kSeated : Needs::kRaw;
 }
 
-RigView::RigView(const IdentificationTask& task, const rt::PressGeometry& geometry, const hal::RigInfo& rig,
-                 const RigModels& models, const ZeroInForce& zero)
+RigView::RigView(const IdentificationTask& task, const identification::PressGeometry& geometry,
+                 const hal::RigInfo& rig, const RigModels& models, const ZeroInForce& zero)
     : needs_(needs_of(task)), rig_(rig) {
   if (needs_ == Needs::kRaw) return;
   const hal::Vector3 gravity = zero.gravity.value_or(hal::Vector3{0.0, 0.0, -1.0});

@@ -18,8 +18,8 @@ namespace hapticd::server {
 class RigView {
  public:
   /// `geometry`: usable.
-  RigView(const IdentificationTask& task, const rt::PressGeometry& geometry, const hal::RigInfo& rig,
-          const RigModels& models, const ZeroInForce& zero);
+  RigView(const IdentificationTask& task, const identification::PressGeometry& geometry,
+          const hal::RigInfo& rig, const RigModels& models, const ZeroInForce& zero);
 
   /// With the mass of the tool that is used.
   const hal::RigInfo& rig_info() const { return rig_; }
@@ -39,7 +39,7 @@ class RigView {
   Needs needs_;
   hal::RigInfo rig_;
   std::string remark_;
-  std::optional<rt::PressFrame> frame_;
+  std::optional<identification::PressFrame> frame_;
 };
 
 }  // namespace hapticd::server

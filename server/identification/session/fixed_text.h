@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// A number with so many digits behind the point; "unknown" where it is none.
 inline std::string fixed_text(double value, int digits) {
@@ -25,4 +25,4 @@ std::string formatted(const char* format, Values... values) {
   return line;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/friction_plan.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -43,7 +43,7 @@ FrictionIdentification::FrictionIdentification(const FrictionTask& task, const h
   task_.length_mm = length_of(task);
 }
 
-void FrictionIdentification::add(const Observation& observation) {
+void FrictionIdentification::add(const rt::Observation& observation) {
   const hal::RigSample& sample = observation.sample;
   const SampleGate::Verdict verdict = gate_.judge(sample);
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
@@ -77,10 +77,10 @@ void FrictionIdentification::add(const Observation& observation) {
   if (replay_) {
     normal_recorded_ = normal_recorded_ || reaction_n.z != 0.0;
     if (task_.normal_force_n <= 0.0 && normal_recorded_) {
-      contact = norm(reaction_n) > 5.0 * threshold_of(task_);
+      contact = rt::norm(reaction_n) > 5.0 * threshold_of(task_);
     }
   } else {
-    contact = scan_.add(sample) && norm(reaction_n) > kMinReactionN;
+    contact = scan_.add(sample) && rt::norm(reaction_n) > kMinReactionN;
   }
   if (!contact) {
     if (in_contact_) {
@@ -156,8 +156,8 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
                   "friction that turns with the motion", "check which column is the friction force");
   }
   FrictionFitOptions options;
-  options.law = task_.tip == Tip::kRod ? FrictionLaw::kDahl : FrictionLaw::kCoulombViscous;
-  options.exponent = exponent && task_.tip == Tip::kRod;
+  options.law = task_.tip == rt::Tip::kRod ? rt::FrictionLaw::kDahl : rt::FrictionLaw::kCoulombViscous;
+  options.exponent = exponent && task_.tip == rt::Tip::kRod;
   options.bias = replay_;
   options.doubt_viscous = replay_;
   options.least_speed_mm_per_s = replay_ ? 0.0 : kMinStrokeSpeedMmPerS;
@@ -194,11 +194,11 @@ void FrictionIdentification::refit() const {
   if (!reference_) {
     reference_ = Reference{next->law.parameters, fitted_passages_};
   } else if (fitted_passages_ > reference_->passages + 2) {
-    const FrictionParameters& a = reference_->parameters;
-    const FrictionParameters& b = next->law.parameters;
+    const rt::FrictionParameters& a = reference_->parameters;
+    const rt::FrictionParameters& b = next->law.parameters;
     change_ = std::abs(b.kinetic / a.kinetic - 1.0);
     // The presliding distance is known three times as badly and matters a third as much.
-    if (task_.tip == Tip::kRod) {
+    if (task_.tip == rt::Tip::kRod) {
       change_ = std::max(change_, std::abs(b.presliding_mm / a.presliding_mm - 1.0) / 3.0);
     }
     reference_ = Reference{b, fitted_passages_};
@@ -208,10 +208,10 @@ void FrictionIdentification::refit() const {
 }
 
 bool FrictionIdentification::certain(const Fit& fit) const {
-  const FrictionParameters& p = fit.law.parameters;
-  const FrictionParameters& e = fit.law.error;
+  const rt::FrictionParameters& p = fit.law.parameters;
+  const rt::FrictionParameters& e = fit.law.error;
   return e.kinetic < kCertainLevel * p.kinetic &&
-         (task_.tip != Tip::kRod || e.presliding_mm < kCertainPresliding * p.presliding_mm);
+         (task_.tip != rt::Tip::kRod || e.presliding_mm < kCertainPresliding * p.presliding_mm);
 }
 
 IdentificationProgress FrictionIdentification::progress() const {
@@ -230,7 +230,8 @@ IdentificationProgress FrictionIdentification::progress() const {
     progress.certain = certain(*fitted_);
     progress.steady = change_ < kSteady;
     const std::vector<FrictionRow>& rows = fitted_->rows.rows;
-    const FrictionLaw law = task_.tip == Tip::kRod ? FrictionLaw::kDahl : FrictionLaw::kCoulombViscous;
+    const rt::FrictionLaw law =
+        task_.tip == rt::Tip::kRod ? rt::FrictionLaw::kDahl : rt::FrictionLaw::kCoulombViscous;
     const std::vector<double> model =
         predicted_friction_n(rows, fitted_->law.parameters, law, fitted_->law.bias_n);
     const std::size_t stride = rows.size() / kFitPoints + 1;
@@ -255,11 +256,11 @@ IdentificationProgress FrictionIdentification::progress() const {
   return progress;
 }
 
-hal::Result<IdentifiedModel> FrictionIdentification::finish() const {
+hal::Result<rt::IdentifiedModel> FrictionIdentification::finish() const {
   const IdentificationProgress last = progress();
   hal::Result<Fit> found = fit(task_.exponent);
   if (!found) return found.error();
-  const bool chooses = task_.tip == Tip::kRod && !task_.exponent && !task_.exponent_is_one;
+  const bool chooses = task_.tip == rt::Tip::kRod && !task_.exponent && !task_.exponent_is_one;
   std::optional<FrictionLawChoice> choice;
   if (chooses) {
     choice = choose_friction_law(found->rows.rows, found->options);
@@ -267,13 +268,13 @@ hal::Result<IdentifiedModel> FrictionIdentification::finish() const {
     if (choice->form() == FrictionForm::kDahlExponent) found = fit(true);
     if (!found) return found.error();
   }
-  IdentifiedModel model;
-  model.content = FrictionModel{task_.tip, found->law.parameters};
+  rt::IdentifiedModel model;
+  model.content = rt::FrictionModel{task_.tip, found->law.parameters};
   model.parameters = parameters_of(*found);
   model.residual = found->law.residual;
   model.converged = last.converged;
   model.procedure = found->law.parameters.maxwell_slip ? "Maxwell-slip law"
-                    : task_.tip == Tip::kRod           ? "Dahl's law"
+                    : task_.tip == rt::Tip::kRod       ? "Dahl's law"
                                                        : "Coulomb-viscous law";
   model.procedure +=
       found->law.divided ? ", sliding and presliding apart" : ", sliding and presliding together";
@@ -289,11 +290,11 @@ hal::Result<IdentifiedModel> FrictionIdentification::finish() const {
   }
   model.validity.max_force_n = found->rows.most_normal_n;
   model.validity.max_speed_mm_per_s = found->rows.most_speed_mm_per_s;
-  if (auto error = check(model)) {
+  if (auto error = rt::check(model)) {
     error->remedy = "check unit and column of force and position, or stroke again";
     return *error;
   }
   return model;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -17,7 +17,7 @@
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Friction of a tip on an object (D§4.4.1): first a scan of the surface by light taps along the line, then
 /// strokes back and forth along it at several forces up to 110 mm/s. kRod: Dahl's law by divide and conquer;
@@ -48,10 +48,10 @@ class FrictionIdentification final : public Identification {
 
   FrictionIdentification(const FrictionTask& task, const hal::RigInfo& rig);
 
-  void add(const Observation& observation) override;
+  void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
-  hal::Result<IdentifiedModel> finish() const override;
+  hal::Result<rt::IdentifiedModel> finish() const override;
 
  private:
   struct Fit {
@@ -75,7 +75,7 @@ class FrictionIdentification final : public Identification {
   int lacking_force_row() const;  ///< -1: all covered
   bool certain(const Fit& fit) const;
   std::vector<std::string> missing(bool steady, bool is_certain) const;
-  std::vector<EstimatedParameter> parameters_of(const Fit& fit) const;
+  std::vector<rt::EstimatedParameter> parameters_of(const Fit& fit) const;
   std::vector<std::string> remarks(const Fit* fit) const;
 
   FrictionTask task_;
@@ -83,8 +83,8 @@ class FrictionIdentification final : public Identification {
   bool replay_;
   SampleGate gate_;
   SurfaceScan scan_;
-  ToolLoad load_;
-  ThreeAxisMotion motion_;
+  rt::ToolLoad load_;
+  rt::ThreeAxisMotion motion_;
   StrokePassages passages_;
   StrokeEffort effort_;
   bool in_contact_ = false;
@@ -102,7 +102,7 @@ class FrictionIdentification final : public Identification {
   mutable std::optional<hal::Error> failed_;
   /// What the present fit is compared with.
   struct Reference {
-    FrictionParameters parameters;
+    rt::FrictionParameters parameters;
     std::uint64_t passages = 0;
   };
   mutable std::optional<Reference> reference_;
@@ -110,4 +110,4 @@ class FrictionIdentification final : public Identification {
   mutable double completion_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -6,7 +6,7 @@
 #include "server/identification/estimate/friction/friction_law_choice.h"
 #include "server/identification/estimate/friction/friction_rows.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 // The plane of conditions: what strokes up to 110 mm/s at three forces visit.
 inline constexpr int kSpeedBins = 3;
@@ -25,4 +25,4 @@ inline std::string in_newton(double force_n) {
 }
 const char* words_of(FrictionForm form);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

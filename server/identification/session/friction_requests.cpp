@@ -5,7 +5,7 @@
 #include "server/identification/session/friction_identification.h"
 #include "server/identification/session/friction_plan.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -99,7 +99,7 @@ MotionRequest FrictionIdentification::next_request() const {
   if (row < 0 && fitted_ && certain(*fitted_) && change_ < kSteady) return request;
   // Calm strokes first, and again where all is covered but not known well enough.
   constexpr std::uint64_t kCalmPassages = 3;
-  const bool calm = task_.tip == Tip::kRod && (passages_.completed() < kCalmPassages || row < 0);
+  const bool calm = task_.tip == rt::Tip::kRod && (passages_.completed() < kCalmPassages || row < 0);
   const int force = passages_.completed() < kCalmPassages ? kForceBins / 2
                     : row < 0 ? static_cast<int>(passages_.completed() % kForceBins)
                               : row;
@@ -113,4 +113,4 @@ MotionRequest FrictionIdentification::next_request() const {
   return request;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

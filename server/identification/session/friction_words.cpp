@@ -4,7 +4,7 @@
 #include "server/identification/session/friction_identification.h"
 #include "server/identification/session/friction_plan.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -34,11 +34,11 @@ const char* words_of(FrictionForm form) {
   return "; exponent 1: held-out strokes ask for no other";
 }
 
-std::vector<EstimatedParameter> FrictionIdentification::parameters_of(const Fit& fit) const {
-  const FrictionParameters& p = fit.law.parameters;
-  const FrictionParameters& e = fit.law.error;
-  std::vector<EstimatedParameter> list{{"kinetic", "1", p.kinetic, e.kinetic}};
-  if (task_.tip == Tip::kRod) {
+std::vector<rt::EstimatedParameter> FrictionIdentification::parameters_of(const Fit& fit) const {
+  const rt::FrictionParameters& p = fit.law.parameters;
+  const rt::FrictionParameters& e = fit.law.error;
+  std::vector<rt::EstimatedParameter> list{{"kinetic", "1", p.kinetic, e.kinetic}};
+  if (task_.tip == rt::Tip::kRod) {
     list.push_back({"presliding_mm", "mm", p.presliding_mm, e.presliding_mm});
     if (fit.options.exponent) list.push_back({"exponent", "1", p.exponent, e.exponent});
     if (p.maxwell_slip) {
@@ -107,7 +107,7 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
         "nominal " +
         in_newton(kNominalNormalN));
   }
-  if (!fit->law.divided && task_.tip == Tip::kRod) {
+  if (!fit->law.divided && task_.tip == rt::Tip::kRod) {
     words.push_back("no stroke slid farther than 3 mm: sliding and presliding were fitted together");
   }
   if (!fit->law.viscous_is_identified)
@@ -115,4 +115,4 @@ std::vector<std::string> FrictionIdentification::remarks(const Fit* fit) const {
   return words;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

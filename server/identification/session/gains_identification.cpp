@@ -10,7 +10,7 @@
 #include "rt/target/desired_force.h"
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -41,8 +41,8 @@ GainsIdentification::GainsIdentification(const GainsTask& task, const hal::RigIn
     refuse("the target stiffness must be between 0 and 100 N/mm");
   }
   const double structural = rig.device.structural_stiffness_n_per_mm;
-  if (structural > 0.0 && task.target_stiffness_n_per_mm > kMaxCompensableRatio * structural) {
-    refuse("the target stiffness is more than " + fixed_text(kMaxCompensableRatio, 1) +
+  if (structural > 0.0 && task.target_stiffness_n_per_mm > rt::kMaxCompensableRatio * structural) {
+    refuse("the target stiffness is more than " + fixed_text(rt::kMaxCompensableRatio, 1) +
            " of the device's own structural stiffness, " + fixed_text(structural, 2) +
            " N/mm: no scene renders it");
   }
@@ -91,7 +91,8 @@ void GainsIdentification::go_on() {
 /// The next gains to try; the one gate to what is ever requested.
 void GainsIdentification::propose(double gain, double derivative_ms) {
   gain = std::min(gain, kLastGain);
-  if (!gains_are_stable({ControlLaw::kClosedLoop, gain, derivative_ms}, rig_.rate_hz)) derivative_ms = 0.0;
+  if (!rt::gains_are_stable({rt::ControlLaw::kClosedLoop, gain, derivative_ms}, rig_.rate_hz))
+    derivative_ms = 0.0;
   gain_ = gain;
   derivative_ms_ = derivative_ms;
 }
@@ -155,7 +156,7 @@ void GainsIdentification::end_trial(bool oscillates) {
   }
 }
 
-void GainsIdentification::add(const Observation& observation) {
+void GainsIdentification::add(const rt::Observation& observation) {
   const hal::RigSample& sample = observation.sample;
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
   if (gate_.judged() == 0) first_s_ = now_s;
@@ -179,9 +180,9 @@ void GainsIdentification::add(const Observation& observation) {
 
   // What the hand bears: the object's share of a press may be small next to the device's.
   const hal::Vector3 load_n =
-      rotated(unit(sample.tip_orientation), sample.sensor_force_n) + observation.device_command_n;
-  const double force_n = norm(load_n);
-  const double command_n = norm(observation.device_command_n);
+      rt::rotated(rt::unit(sample.tip_orientation), sample.sensor_force_n) + observation.device_command_n;
+  const double force_n = rt::norm(load_n);
+  const double command_n = rt::norm(observation.device_command_n);
   const bool free = force_n < kFreeN;
   free_s_ = free ? free_s_ + step_s : 0.0;
   if (backing_off_) {
@@ -198,7 +199,7 @@ void GainsIdentification::add(const Observation& observation) {
     acted_ = false;
     pressed_s_ = 0.0;
     silent_s_ = 0.0;
-    axis_ = direction_or(load_n, {0.0, 0.0, 1.0});
+    axis_ = rt::direction_or(load_n, {0.0, 0.0, 1.0});
     oscillation_.reset();
     in_force_.reset();
   }
@@ -326,7 +327,7 @@ IdentificationProgress GainsIdentification::progress() const {
   return progress;
 }
 
-hal::Result<IdentifiedModel> GainsIdentification::finish() const {
+hal::Result<rt::IdentifiedModel> GainsIdentification::finish() const {
   const char* where = "gains identification";
   if (phase_ == Phase::kRefused) {
     return hal::Error{"the search was given up", where, refusal_, "", "see to it, then start again"};
@@ -337,13 +338,13 @@ hal::Result<IdentifiedModel> GainsIdentification::finish() const {
         highest_holding_ > 0.0 ? "Kp up to " + fixed_text(highest_holding_, 2) + " holds" : "no press judged",
         "presses of " + fixed_text(kWatchS, 1) + " s at rising gain", next_request().words};
   }
-  GainsModel gains;
+  rt::GainsModel gains;
   gains.proportional_gain = gain_;
   gains.derivative_ms = derivative_ms_;
   gains.ultimate_gain = ultimate_;
   gains.ultimate_period_ms = 1e3 * period_s_;
   const IdentificationProgress now = progress();
-  IdentifiedModel model;
+  rt::IdentifiedModel model;
   model.content = gains;
   model.procedure = std::to_string(trials_.size()) + " presses at rising gain, target " +
                     fixed_text(task_.target_stiffness_n_per_mm, 2) +
@@ -353,8 +354,8 @@ hal::Result<IdentifiedModel> GainsIdentification::finish() const {
   model.parameters = now.parameters;
   model.converged = now.converged;
   model.validity.max_force_n = kPressN;
-  if (auto error = check(model)) return *error;
+  if (auto error = rt::check(model)) return *error;
   return model;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -11,7 +11,7 @@
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Controller gains by the method of Ziegler and Nichols (D§3.3.2): press after press on an object, Kp rises
 /// by kStep with Kd = 0 until the tip keeps oscillating; then Kp = 0.6 K_c, Kd = Kp T_c / 8, tried in a last
@@ -32,10 +32,10 @@ class GainsIdentification final : public Identification {
  public:
   GainsIdentification(const GainsTask& task, const hal::RigInfo& rig);
 
-  void add(const Observation& observation) override;
+  void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
-  hal::Result<IdentifiedModel> finish() const override;
+  hal::Result<rt::IdentifiedModel> finish() const override;
 
   static constexpr double kFirstGain = 0.3;
   static constexpr double kStep = 1.15;
@@ -102,4 +102,4 @@ class GainsIdentification final : public Identification {
   mutable double completion_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -9,7 +9,7 @@
 #include "rt/model/identified_model.h"
 #include "rt/record/observation.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What an identification wants to happen next: said in words to a user, done by the simulated hand.
 struct MotionRequest {
@@ -88,7 +88,7 @@ struct FitPoint {
 struct IdentificationProgress {
   std::uint64_t samples = 0;  ///< that carried information
   double duration_s = 0.0;    ///< of data so far
-  std::vector<EstimatedParameter> parameters;
+  std::vector<rt::EstimatedParameter> parameters;
   double residual = 0.0;  ///< rms left over rms explained; NaN before there is a fit
   std::vector<Coverage> coverage;
   std::string fit_x, fit_y;          ///< axis labels with unit, e.g. "displacement [mm]"
@@ -108,13 +108,13 @@ class Identification {
  public:
   virtual ~Identification() = default;
 
-  virtual void add(const Observation& observation) = 0;
+  virtual void add(const rt::Observation& observation) = 0;
   /// What should happen next. Asked again once it has been done; ends with kRest when nothing is wanted.
   virtual MotionRequest next_request() const = 0;
   virtual IdentificationProgress progress() const = 0;
   /// The model as far as the data go, `converged` or not. An error where they do not show it at all, saying
   /// what is missing. `device`, `sensor`, `object` and `data_reference` are left for the caller.
-  virtual hal::Result<IdentifiedModel> finish() const = 0;
+  virtual hal::Result<rt::IdentifiedModel> finish() const = 0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -59,7 +59,7 @@ StructuralIdentification::StructuralIdentification(const StructuralStiffnessTask
   }
 }
 
-void StructuralIdentification::add(const Observation& observation) {
+void StructuralIdentification::add(const rt::Observation& observation) {
   const hal::RigSample& sample = observation.sample;
   const bool rigid = task_.rigid_contact;
   if (gate_.refuse(observation)) {
@@ -75,16 +75,16 @@ void StructuralIdentification::add(const Observation& observation) {
   }
   const Raw raw{sample.time_ns, sample.tip_position_mm,
                 rigid ? hal::Vector3{} : observation.external_position_mm, observation.device_command_n,
-                rigid ? norm(sample.sensor_force_n) : 0.0};
-  greatest_force_n_ = std::max(greatest_force_n_, norm(raw.force_n));
+                rigid ? rt::norm(sample.sensor_force_n) : 0.0};
+  greatest_force_n_ = std::max(greatest_force_n_, rt::norm(raw.force_n));
   const SampleGate::Verdict verdict = gate_.follow(observation);
   if (verdict == SampleGate::Verdict::kSkip) return;
   if (verdict == SampleGate::Verdict::kRestart) {
     window_count_ = 0;
   } else if (window_count_ > 0) {
     const Raw& last = window_[(window_next_ + window_ticks_ - 1) % window_ticks_];
-    if ((!rigid || norm(raw.force_n) > kSettledN) &&
-        norm((raw.outside_mm - raw.encoder_mm) - (last.outside_mm - last.encoder_mm)) > 1.0) {
+    if ((!rigid || rt::norm(raw.force_n) > kSettledN) &&
+        rt::norm((raw.outside_mm - raw.encoder_mm) - (last.outside_mm - last.encoder_mm)) > 1.0) {
       ++jumps_;  // one wild reading of either instrument; under force no structure bends so fast
       window_count_ = 0;
     }
@@ -114,7 +114,7 @@ StructuralFit StructuralIdentification::fit(int highest_order) const {
 }
 
 StructuralIdentification::RigidBounds StructuralIdentification::bounds_of(
-    const StructuralModel& model) const noexcept {
+    const rt::StructuralModel& model) const noexcept {
   RigidBounds bounds;
   double device_n = 0.0, object_n = 0.0;
   for (const Press& press : presses_) {
@@ -130,11 +130,11 @@ StructuralIdentification::RigidBounds StructuralIdentification::bounds_of(
   return bounds;
 }
 
-std::vector<EstimatedParameter> StructuralIdentification::parameters_of(const StructuralFit& fit) const {
-  std::vector<EstimatedParameter> parameters = fit.parameters;
+std::vector<rt::EstimatedParameter> StructuralIdentification::parameters_of(const StructuralFit& fit) const {
+  std::vector<rt::EstimatedParameter> parameters = fit.parameters;
   if (!task_.rigid_contact) return parameters;
   const RigidBounds bounds = bounds_of(fit.model);
-  EstimatedParameter& stiffness = parameters.front();
+  rt::EstimatedParameter& stiffness = parameters.front();
   stiffness.standard_error = std::hypot(stiffness.standard_error, bounds.relative_error * stiffness.value);
   if (std::isfinite(bounds.upper_n_per_mm)) {
     parameters.push_back(
@@ -189,7 +189,7 @@ IdentificationProgress StructuralIdentification::progress() const {
   return progress;
 }
 
-hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
+hal::Result<rt::IdentifiedModel> StructuralIdentification::finish() const {
   const char* where = "structural stiffness identification";
   const bool rigid = task_.rigid_contact;
   if (gate_.judged() == 0) {
@@ -246,7 +246,7 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
                       "press on a block of wood or steel, and say how stiff it is at least "
                       "(least_object_stiffness_n_per_mm)"};
   }
-  IdentifiedModel model;
+  rt::IdentifiedModel model;
   model.content = now.model;
   if (rigid) {
     model.procedure = std::to_string(presses_seen_) +
@@ -266,8 +266,8 @@ hal::Result<IdentifiedModel> StructuralIdentification::finish() const {
   }
   model.residual = now.residual;
   model.converged = progress().converged;
-  if (auto error = check(model)) return *error;
+  if (auto error = rt::check(model)) return *error;
   return model;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -13,7 +13,7 @@
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Structural stiffness of the device from virtual walls pressed at various places while an instrument from
 /// outside says where the tip really is (D§4.6.1).
@@ -41,10 +41,10 @@ class StructuralIdentification final : public Identification {
  public:
   StructuralIdentification(const StructuralStiffnessTask& task, const hal::RigInfo& rig);
 
-  void add(const Observation& observation) override;
+  void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
-  hal::Result<IdentifiedModel> finish() const override;
+  hal::Result<rt::IdentifiedModel> finish() const override;
 
   static constexpr double kAsideMm = 80.0;         ///< presses are requested so far from the home, along x
   static constexpr double kAcrossMm = 50.0;        ///< along y
@@ -92,7 +92,7 @@ class StructuralIdentification final : public Identification {
     double relative_error = 0.0;       ///< of the lower bound, as a standard error
   };
   // structural_presses.cpp
-  void warm_up(const Observation& observation) noexcept;
+  void warm_up(const rt::Observation& observation) noexcept;
   bool must_cool() const noexcept { return cooling_; }
   void take(const Row& row);
   void accumulate(Press& press, const Row& row) const noexcept;
@@ -108,8 +108,8 @@ class StructuralIdentification final : public Identification {
   // structural_words.cpp
   std::vector<std::string> missing(const StructuralFit& fit, bool certain, bool steady) const;
   std::vector<std::string> remarks(const StructuralFit& fit) const;
-  RigidBounds bounds_of(const StructuralModel& model) const noexcept;
-  std::vector<EstimatedParameter> parameters_of(const StructuralFit& fit) const;
+  RigidBounds bounds_of(const rt::StructuralModel& model) const noexcept;
+  std::vector<rt::EstimatedParameter> parameters_of(const StructuralFit& fit) const;
 
   StructuralStiffnessTask task_;
   hal::RigInfo rig_;
@@ -145,4 +145,4 @@ class StructuralIdentification final : public Identification {
   mutable double completion_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

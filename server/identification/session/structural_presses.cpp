@@ -4,7 +4,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/structural_identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -27,7 +27,7 @@ double component(const hal::Vector3& v, std::size_t i) noexcept {
 
 }  // namespace
 
-void StructuralIdentification::warm_up(const Observation& observation) noexcept {
+void StructuralIdentification::warm_up(const rt::Observation& observation) noexcept {
   const double continuous_n = rig_.device.max_continuous_force_n;
   if (rig_.kind != hal::RigKind::kHardware || !(continuous_n > 0.0)) return;
   const std::int64_t now_ns = observation.sample.time_ns;
@@ -38,13 +38,13 @@ void StructuralIdentification::warm_up(const Observation& observation) noexcept 
   const double pose_n = observation.sample.max_force_n;
   const double weaker =
       pose_n > 0.0 && rig_.device.max_force_n > pose_n ? rig_.device.max_force_n / pose_n : 1.0;
-  const double ratio = norm(observation.device_command_n) / continuous_n * weaker;
+  const double ratio = rt::norm(observation.device_command_n) / continuous_n * weaker;
   heat_ += (ratio * ratio - heat_) * std::min(1.0, step_s / kCoolingTimeS);
   cooling_ = heat_ > (cooling_ ? kCooledHeat : kWarmedHeat);
 }
 
 void StructuralIdentification::take(const Row& row) {
-  const bool loaded = norm(row.force_n) > (task_.rigid_contact ? kSettledN : kLoadedN);
+  const bool loaded = rt::norm(row.force_n) > (task_.rigid_contact ? kSettledN : kLoadedN);
   if (!pressing_) {
     if (!loaded) {
       if (task_.rigid_contact) return;  // off the object the tip goes anywhere
@@ -63,13 +63,13 @@ void StructuralIdentification::take(const Row& row) {
     }
     if (task_.rigid_contact) {
       press_.points_zero_mm = row.deflection_mm;
-      press_.points_zero_n = norm(row.force_n);
+      press_.points_zero_n = rt::norm(row.force_n);
     }
     before_count_ = 0;
     before_next_ = 0;
   }
   if (loaded || !task_.rigid_contact) accumulate(press_, row);
-  const double force_n = norm(row.force_n);
+  const double force_n = rt::norm(row.force_n);
   if (force_n > press_.force_n) {
     press_.force_n = force_n;
     press_.reaction_n = row.reaction_n;
@@ -123,4 +123,4 @@ void StructuralIdentification::close_press() {
   if (task_.rigid_contact) rigid_enough_ = progress().converged;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include "server/identification/session/fixed_text.h"
 #include "server/identification/session/structural_identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -24,7 +24,7 @@ constexpr std::size_t kMaxRounds = 8;
 bool StructuralIdentification::visited(std::size_t target) const noexcept {
   constexpr double kNearMm = 45.0;  // a press ends well below where it began
   return std::any_of(presses_.begin(), presses_.end(), [&](const Press& press) {
-    return norm(press.place_mm - targets_mm_[target]) < kNearMm && press.force_n > 0.5 * press_force_n_;
+    return rt::norm(press.place_mm - targets_mm_[target]) < kNearMm && press.force_n > 0.5 * press_force_n_;
   });
 }
 
@@ -135,4 +135,4 @@ MotionRequest StructuralIdentification::next_request() const {
   return {};
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -4,7 +4,7 @@
 #include "server/identification/session/fixed_text.h"
 #include "server/identification/session/structural_identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 std::vector<std::string> StructuralIdentification::missing(const StructuralFit& fit, bool certain,
                                                            bool steady) const {
@@ -68,4 +68,4 @@ std::vector<std::string> StructuralIdentification::remarks(const StructuralFit& 
   return remarks;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -10,7 +10,7 @@
 #include "rt/scene/scene_spec.h"
 #include "server/identification/estimate/inclusion/inclusion_fit.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What is to be identified and how far. Each task is carried out by the Identification of its name, which is
 /// given the rig's properties next to it. A recording is a rig of kind RigKind::kReplay whose `rate_hz` is
@@ -25,7 +25,7 @@ enum class ContactFitMethod : std::uint8_t {
 };
 
 struct ContactTask {
-  std::optional<ContactLawKind> law;  ///< none = all laws
+  std::optional<rt::ContactLawKind> law;  ///< none = all laws
   ContactFitMethod method = ContactFitMethod::kRecursiveThenBatch;
   double force_n = 6.0;          ///< what presses shall reach
   double displacement_mm = 0.0;  ///< coverage required; 0 = what `force_n` gives
@@ -34,7 +34,7 @@ struct ContactTask {
 };
 
 struct FrictionTask {
-  Tip tip = Tip::kRod;
+  rt::Tip tip = rt::Tip::kRod;
   double length_mm = 30.0;  ///< of the line scanned and stroked, along x, centred on the home
   double threshold_n = 0.02;
   double normal_force_n =
@@ -62,7 +62,7 @@ struct ThresholdTask {
 /// The object without its inclusion, as far as it is known: presses on it, or its law. One of them, or none.
 struct InclusionReference {
   std::vector<Press> presses;
-  std::optional<HuntCrossleyParameters> law;
+  std::optional<rt::HuntCrossleyParameters> law;
   std::string words;  ///< "recording 'x.csv'"; empty where there is none
 
   bool is_there() const noexcept { return law.has_value() || !presses.empty(); }
@@ -84,4 +84,4 @@ struct GainsTask {
   double target_stiffness_n_per_mm = 1.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

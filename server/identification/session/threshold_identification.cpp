@@ -9,7 +9,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -61,7 +61,7 @@ void ThresholdIdentification::close_second() {
   second_top_speed_ = 0.0;
 }
 
-void ThresholdIdentification::add(const Observation& observation) {
+void ThresholdIdentification::add(const rt::Observation& observation) {
   const hal::RigSample& sample = observation.sample;
   const SampleGate::Verdict verdict = gate_.judge(observation);
   if (verdict == SampleGate::Verdict::kSkip) return;
@@ -92,7 +92,7 @@ void ThresholdIdentification::add(const Observation& observation) {
   ++used_;
   observed_s_ += step_s;
   // The detector allows for what irregular ticks leave uncertain: it is no part of the threshold.
-  const double size_n = std::max(0.0, norm(r) - residual_.irregular_n());
+  const double size_n = std::max(0.0, rt::norm(r) - residual_.irregular_n());
   second_s_ += step_s;
   second_largest_n_ = std::max(second_largest_n_, size_n);
   if (size_n > largest_n_) {
@@ -101,20 +101,20 @@ void ThresholdIdentification::add(const Observation& observation) {
     largest_n_ = size_n;
     largest_at_s_ = observed_s_;
   }
-  second_top_speed_ = std::max(second_top_speed_, norm(velocity_mm_per_s_));
+  second_top_speed_ = std::max(second_top_speed_, rt::norm(velocity_mm_per_s_));
   top_speed_mm_per_s_ = std::max(top_speed_mm_per_s_, second_top_speed_);
   if (second_s_ >= kSecondS) close_second();
 
   const auto bin = [](double value, double top, int bins) {
     return static_cast<std::size_t>(std::clamp(std::floor(value / top * bins), 0.0, bins - 1.0));
   };
-  const hal::Quaternion orientation = unit(sample.tip_orientation);
+  const hal::Quaternion orientation = rt::unit(sample.tip_orientation);
   if (!first_orientation_) first_orientation_ = orientation;
   const double turn_deg = angle_deg(*first_orientation_, orientation);
   const auto visit = [](std::uint32_t& visits) {
     if (visits < std::numeric_limits<std::uint32_t>::max()) ++visits;
   };
-  visit(speed_visits_[bin(norm(velocity_mm_per_s_), kTopSpeedMmPerS, kSpeeds)]);
+  visit(speed_visits_[bin(rt::norm(velocity_mm_per_s_), kTopSpeedMmPerS, kSpeeds)]);
   visit(turn_visits_[bin(turn_deg, kTopTurnDeg, kTurns)]);
 }
 
@@ -295,7 +295,7 @@ IdentificationProgress ThresholdIdentification::progress() const {
   return progress;
 }
 
-hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
+hal::Result<rt::IdentifiedModel> ThresholdIdentification::finish() const {
   const char* where = "threshold identification";
   const Tail tail = this->tail();
   if (!tail.known) {
@@ -307,12 +307,12 @@ hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
     return hal::Error{"the residual never moves", where, "0 N", "a sensor's own noise at least",
                       "check that the sensor delivers force"};
   }
-  ThresholdModel threshold;
+  rt::ThresholdModel threshold;
   threshold.largest_residual_n = largest_n_;
   threshold.threshold_n = std::max({largest_n_, tail.level_n, 1e-4});
   threshold.observed_s = observed_s_;
   const IdentificationProgress now = progress();
-  IdentifiedModel model;
+  rt::IdentifiedModel model;
   model.content = threshold;
   model.procedure =
       "no alarm in " + fixed_text(observed_s_, 0) + " s of free motion; margin " +
@@ -322,8 +322,8 @@ hal::Result<IdentifiedModel> ThresholdIdentification::finish() const {
   model.validity.max_speed_mm_per_s = top_speed_mm_per_s_;
   model.residual = std::isfinite(now.residual) ? now.residual : 0.0;
   model.converged = now.converged;
-  if (auto error = check(model)) return *error;
+  if (auto error = rt::check(model)) return *error;
   return model;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -11,7 +11,7 @@
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// ε_f of the contact detection: the smallest threshold without a false alarm in free motion (D§3.2.2), on
 /// the residual that the detection itself listens to.
@@ -28,10 +28,10 @@ class ThresholdIdentification final : public Identification {
  public:
   ThresholdIdentification(const ThresholdTask& task, const hal::RigInfo& rig);
 
-  void add(const Observation& observation) override;
+  void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
-  hal::Result<IdentifiedModel> finish() const override;
+  hal::Result<rt::IdentifiedModel> finish() const override;
 
   /// Of free motion for one false alarm expected. All of it as violent as the worst class: of use that
   /// strikes the air now and then this is hours.
@@ -61,8 +61,8 @@ class ThresholdIdentification final : public Identification {
   ThresholdTask task_;
   hal::RigInfo rig_;
   SampleGate gate_;
-  ToolLoad load_;
-  FreeMotionResidual3 residual_;
+  rt::ToolLoad load_;
+  rt::FreeMotionResidual3 residual_;
   hal::Vector3 last_position_mm_, velocity_mm_per_s_;
   double settled_s_ = 0.0;
 
@@ -84,4 +84,4 @@ class ThresholdIdentification final : public Identification {
   mutable double completion_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -9,7 +9,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -47,7 +47,7 @@ ToolIdentification::ToolIdentification(const ToolTask& /*task*/, const hal::RigI
   shown_.reserve(kShown);
 }
 
-void ToolIdentification::add(const Observation& observation) {
+void ToolIdentification::add(const rt::Observation& observation) {
   const SampleGate::Verdict verdict = gate_.judge(observation);
   // A force missing from one tick is part of the next mean.
   if (verdict == SampleGate::Verdict::kSkip) return;
@@ -145,8 +145,8 @@ ToolIdentification::Estimate ToolIdentification::estimate(std::size_t count) con
   return result;
 }
 
-std::vector<EstimatedParameter> ToolIdentification::parameters(const ToolLoadFit& fit) const {
-  std::vector<EstimatedParameter> all;
+std::vector<rt::EstimatedParameter> ToolIdentification::parameters(const ToolLoadFit& fit) const {
+  std::vector<rt::EstimatedParameter> all;
   const auto vector = [&](const std::string& name, const std::string& unit, const std::string& unit_name,
                           const hal::Vector3& value, const hal::Vector3& error) {
     all.push_back({name + "_x" + unit_name, unit, value.x, error.x});
@@ -159,7 +159,7 @@ std::vector<EstimatedParameter> ToolIdentification::parameters(const ToolLoadFit
   vector("torque_bias", "N·mm", "_n_mm", fit.torque_bias_n_mm, fit.torque_bias_error_n_mm);
   const hal::Quaternion& q = fit.sensor_to_tool;
   const hal::Vector3 axis{q.x, q.y, q.z};
-  const double sine = norm(axis);
+  const double sine = rt::norm(axis);
   const double angle = 2.0 * std::atan2(sine, q.w);
   vector("sensor_to_tool", "rad", "_rad", axis * (sine > 1e-9 ? angle / sine : 2.0), fit.rotation_error_rad);
   vector("tip_to_centre", "mm", "_mm", fit.arm_mm, fit.arm_error_mm);
@@ -229,7 +229,7 @@ IdentificationProgress ToolIdentification::progress() const {
       const Estimate before = estimate(2 * now.blocks / 3);
       progress.steady = before.fit.good &&
                         std::abs(before.fit.mass_g - fit.mass_g) < kSteadyMass * std::abs(fit.mass_g) &&
-                        (!fit.has_torque || norm(before.fit.centre_mm - fit.centre_mm) < kSteadyCentreMm);
+                        (!fit.has_torque || rt::norm(before.fit.centre_mm - fit.centre_mm) < kSteadyCentreMm);
     }
     progress.certain = mass_share < kEnoughMass && (!fit.has_torque || centre_error < kEnoughCentreMm);
     for (const ToolExcitation& e : shown_) {
@@ -237,7 +237,7 @@ IdentificationProgress ToolIdentification::progress() const {
       const hal::Vector3 turning{dot(e.turning_n_per_g_mm[0], arm), dot(e.turning_n_per_g_mm[1], arm),
                                  dot(e.turning_n_per_g_mm[2], arm)};
       const hal::Vector3 tool = (e.weight_n_per_g - turning) * fit.mass_g;
-      const hal::Vector3 measured = rotated(fit.sensor_to_tool, e.force_n - fit.force_bias_n);
+      const hal::Vector3 measured = rt::rotated(fit.sensor_to_tool, e.force_n - fit.force_bias_n);
       // The components take turns.
       const std::size_t i = progress.fit.size() % 3;
       const double model = i == 0 ? tool.x : i == 1 ? tool.y : tool.z;
@@ -279,7 +279,7 @@ IdentificationProgress ToolIdentification::progress() const {
   return progress;
 }
 
-hal::Result<IdentifiedModel> ToolIdentification::finish() const {
+hal::Result<rt::IdentifiedModel> ToolIdentification::finish() const {
   const char* where = "tool identification";
   if (used_ < 30) {
     return hal::Error{"too few samples", where,
@@ -299,7 +299,7 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
     return hal::Error{"the mass comes out negative", where, fixed_text(fit.mass_g, 2) + " g", "more than 0 g",
                       "the sensor's sign is reversed: it must show the force on the tool"};
   }
-  ToolModel tool;
+  rt::ToolModel tool;
   tool.mass_g = fit.mass_g;
   tool.centre_mm = fit.centre_mm;
   tool.force_bias_n = fit.force_bias_n;
@@ -307,15 +307,15 @@ hal::Result<IdentifiedModel> ToolIdentification::finish() const {
   tool.sensor_to_tool = fit.sensor_to_tool;
   constexpr double kUsefulArmMm = 5.0;  // three sigma of it are a small part of any tool
   if (greatest(fit.arm_error_mm) < kUsefulArmMm) tool.tip_to_centre_mm = fit.arm_mm;
-  IdentifiedModel model;
+  rt::IdentifiedModel model;
   model.content = tool;
   model.procedure =
       fixed_text(gate_.watched_s(), 1) + " s of free motion, least squares over weight and inertia (4.5)";
   model.parameters = parameters(fit);
   model.residual = fit.residual;
   model.converged = progress().converged;
-  if (auto error = check(model)) return *error;
+  if (auto error = rt::check(model)) return *error;
   return model;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

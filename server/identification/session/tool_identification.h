@@ -10,7 +10,7 @@
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Mass, centre of mass, biases and mounting of what hangs on the sensor, from free motion ((4.5)-(4.8)): the
 /// tool is turned and waved while nothing touches it. What the motion did not show has an infinite standard
@@ -19,10 +19,10 @@ class ToolIdentification final : public Identification {
  public:
   ToolIdentification(const ToolTask& task, const hal::RigInfo& rig);
 
-  void add(const Observation& observation) override;
+  void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
-  hal::Result<IdentifiedModel> finish() const override;
+  hal::Result<rt::IdentifiedModel> finish() const override;
 
   static constexpr std::size_t kMaxBlocks = 128;  ///< when they are full, neighbours are joined
 
@@ -38,7 +38,7 @@ class ToolIdentification final : public Identification {
   /// The sums of all, stretch by stretch about its own mean but for the last: the sensor's zero drifts, and
   /// the bias wanted is that of the end.
   ToolMoments without_drift(const std::vector<ToolMoments>& blocks) const;
-  std::vector<EstimatedParameter> parameters(const ToolLoadFit& fit) const;
+  std::vector<rt::EstimatedParameter> parameters(const ToolLoadFit& fit) const;
   bool cell_enough(int x, int y) const noexcept;
   std::uint32_t enough_per_cell() const noexcept;
 
@@ -56,4 +56,4 @@ class ToolIdentification final : public Identification {
   mutable double completion_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -38,12 +38,12 @@ const std::vector<Press>& moderate_presses() {
 constexpr Press kDeepPress{12.0, 12.0, 0.2};
 
 /// Presses on one spot and lets go; if `deep`, presses harder as well and taps.
-std::vector<rt::PalpationSample> palpate(const std::string& object, bool deep) {
+std::vector<identification::PalpationSample> palpate(const std::string& object, bool deep) {
   rt::SceneSpec scene;
   VirtualRun run = watching(object, scene);
-  rt::PalpationTracker tracker(scene.tool_mass_g, scene.contact.threshold_n,
-                               run.info().device.position_resolution_mm, run.info().rate_hz);
-  std::vector<rt::PalpationSample> palpation;
+  identification::PalpationTracker tracker(scene.tool_mass_g, scene.contact.threshold_n,
+                                           run.info().device.position_resolution_mm, run.info().rate_hz);
+  std::vector<identification::PalpationSample> palpation;
 
   const auto record_for = [&](double seconds) {
     const double until_s = run.time_s() + seconds;
@@ -76,11 +76,11 @@ std::vector<rt::PalpationSample> palpate(const std::string& object, bool deep) {
   return palpation;
 }
 
-std::vector<rt::StrokeSample> stroke(const std::string& object) {
+std::vector<identification::StrokeSample> stroke(const std::string& object) {
   rt::SceneSpec scene;
   VirtualRun run = watching(object, scene);
   rt::MotionEstimator motion(run.info().device.position_resolution_mm, 1000.0);
-  std::vector<rt::StrokeSample> strokes;
+  std::vector<identification::StrokeSample> strokes;
   for (const auto& [force_n, speed] : {std::pair{2.0, 60.0}, {4.0, 100.0}, {3.0, 150.0}}) {
     sim::HandProgram hand;
     hand.kind = sim::HandProgram::Kind::kStroke;
@@ -105,7 +105,7 @@ std::vector<rt::StrokeSample> stroke(const std::string& object) {
 }  // namespace
 
 IdentificationResult identify(const std::string& object) {
-  const std::vector<rt::PalpationSample> palpation = palpate(object, true);
+  const std::vector<identification::PalpationSample> palpation = palpate(object, true);
   IdentificationResult result;
   rt::ObjectModel& model = result.model;
   model.name = object;
@@ -113,19 +113,20 @@ IdentificationResult identify(const std::string& object) {
   if (current_plant() != sim::Plant::kSeparable) {
     model.identified_on += std::string(", plant ") + sim::name_of(current_plant());
   }
-  for (const rt::PalpationSample& s : palpation) {
+  for (const identification::PalpationSample& s : palpation) {
     if (!s.in_contact) continue;
     model.max_displacement_mm = std::max(model.max_displacement_mm, s.displacement_mm);
     model.max_force_n = std::max(model.max_force_n, s.normal_force_n);
   }
-  model.hunt_crossley = value_of(rt::fit_hunt_crossley(palpation));
-  model.creep = value_of(rt::fit_creep(palpation, 1000.0));
-  const rt::FrictionFit friction = value_of(rt::fit_friction(stroke(object), {1.0, 0.0, 0.0}));
+  model.hunt_crossley = value_of(identification::fit_hunt_crossley(palpation));
+  model.creep = value_of(identification::fit_creep(palpation, 1000.0));
+  const identification::FrictionFit friction =
+      value_of(identification::fit_friction(stroke(object), {1.0, 0.0, 0.0}));
   model.rod_friction = friction.parameters;
   result.friction_error = friction.relative_error;
 
   result.dissertation.name = object;
-  result.dissertation.hunt_crossley = value_of(rt::fit_hunt_crossley(palpate(object, false)));
+  result.dissertation.hunt_crossley = value_of(identification::fit_hunt_crossley(palpate(object, false)));
   result.dissertation.rod_friction = friction.parameters;
   return result;
 }

@@ -26,8 +26,8 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Displacement error at half the depth, of a law found; an estimator that finds none is wrong by all.
-double error_of(const std::optional<rt::HuntCrossleyEstimate>& found, const rt::HuntCrossleyParameters& truth,
-                double deepest_mm) {
+double error_of(const std::optional<identification::HuntCrossleyEstimate>& found,
+                const rt::HuntCrossleyParameters& truth, double deepest_mm) {
   if (!found) return 1.0;
   const double force = rt::hunt_crossley_force_n(truth, 0.5 * deepest_mm, 0.0);
   return std::abs(rt::hunt_crossley_displacement(found->parameters, force, 0.0).displacement_mm /
@@ -49,16 +49,16 @@ double over_the_range(const Fit& fit) {
 }
 
 double single_over_the_range(const Effort&) {
-  return over_the_range([](const std::vector<rt::PalpationSample>& samples) {
-    rt::SingleStageEstimator estimator;
+  return over_the_range([](const std::vector<identification::PalpationSample>& samples) {
+    identification::SingleStageEstimator estimator;
     for (const auto& s : samples) estimator.add(s);
     return estimator.estimate();
   });
 }
 
 double projection_over_the_range(const Effort&) {
-  return over_the_range([](const std::vector<rt::PalpationSample>& samples) {
-    return rt::fit_by_variable_projection(samples);
+  return over_the_range([](const std::vector<identification::PalpationSample>& samples) {
+    return identification::fit_by_variable_projection(samples);
   });
 }
 
@@ -70,9 +70,9 @@ double ill_conditioned(const Fit& fit) {
   Largest largest;
   for (double spread = 0.3; spread > 1e-9; spread *= 0.3) {
     sim::Random random(7);
-    std::vector<rt::PalpationSample> samples;
+    std::vector<identification::PalpationSample> samples;
     for (int i = 0; i < 20'000; ++i) {
-      rt::PalpationSample s;
+      identification::PalpationSample s;
       s.displacement_mm = 3.0 * (1.0 + spread * std::sin(0.01 * i));
       s.rate_mm_per_s = 3.0 * spread * 10.0 * std::cos(0.01 * i);
       s.normal_force_n =
@@ -81,7 +81,7 @@ double ill_conditioned(const Fit& fit) {
       s.time_s = 1e-3 * i;
       samples.push_back(s);
     }
-    const std::optional<rt::HuntCrossleyEstimate> found = fit(samples);
+    const std::optional<identification::HuntCrossleyEstimate> found = fit(samples);
     if (!found) continue;
     const double truth = rt::hunt_crossley_force_n(law, 3.0, 0.0);
     largest.see(rt::hunt_crossley_force_n(found->parameters, 3.0, 0.0) / truth - 1.0);
@@ -90,28 +90,28 @@ double ill_conditioned(const Fit& fit) {
 }
 
 double single_ill_conditioned(const Effort&) {
-  return ill_conditioned([](const std::vector<rt::PalpationSample>& samples) {
-    rt::SingleStageEstimator estimator;
+  return ill_conditioned([](const std::vector<identification::PalpationSample>& samples) {
+    identification::SingleStageEstimator estimator;
     for (const auto& s : samples) estimator.add(s);
     return estimator.estimate();
   });
 }
 double double_ill_conditioned(const Effort&) {
-  return ill_conditioned([](const std::vector<rt::PalpationSample>& samples) {
-    rt::DoubleStageEstimator estimator;
+  return ill_conditioned([](const std::vector<identification::PalpationSample>& samples) {
+    identification::DoubleStageEstimator estimator;
     for (const auto& s : samples) estimator.add(s);
     return estimator.estimate();
   });
 }
 double projection_ill_conditioned(const Effort&) {
-  return ill_conditioned([](const std::vector<rt::PalpationSample>& samples) {
-    return rt::fit_by_variable_projection(samples);
+  return ill_conditioned([](const std::vector<identification::PalpationSample>& samples) {
+    return identification::fit_by_variable_projection(samples);
   });
 }
 
 /// The same depth for ten hours: nothing distinguishes exponent from stiffness, and nothing may be claimed.
 double single_held(const Effort& effort) {
-  rt::SingleStageEstimator estimator;
+  identification::SingleStageEstimator estimator;
   const long ticks = effort.ticks(10.0);
   for (long i = 0; i < ticks; ++i) estimator.add({3.0, 0.0, 2.0, true, 1e-3 * static_cast<double>(i)});
   return estimator.estimate().has_value() ? 1.0 : 0.0;
@@ -123,12 +123,12 @@ double with_nan() {
   const rt::HuntCrossleyParameters law{0.5, 5e-4, 1.5};
   Estimator clean, dirty;
   int i = 0;
-  for (const rt::PalpationSample& s : palpated(law, 3.0, 20.0, 0.003, 3)) {
+  for (const identification::PalpationSample& s : palpated(law, 3.0, 20.0, 0.003, 3)) {
     clean.add(s);
     dirty.add(s);
     if (++i % 40 != 0) continue;  // between two means of four
     for (int field = 0; field < 3; ++field) {
-      rt::PalpationSample bad = s;
+      identification::PalpationSample bad = s;
       (field == 0 ? bad.displacement_mm : field == 1 ? bad.rate_mm_per_s : bad.normal_force_n) = kNan;
       for (int n = 0; n < 4; ++n) dirty.add(bad);
     }
@@ -141,17 +141,17 @@ double with_nan() {
 
 double projection_with_nan(const Effort&) {
   const rt::HuntCrossleyParameters law{0.5, 5e-4, 1.5};
-  std::vector<rt::PalpationSample> samples = palpated(law, 3.0, 20.0, 0.0, 3);
+  std::vector<identification::PalpationSample> samples = palpated(law, 3.0, 20.0, 0.0, 3);
   for (std::size_t i = 0; i < samples.size(); i += 100) samples[i].rate_mm_per_s = kNan;
   for (std::size_t i = 50; i < samples.size(); i += 100) samples[i].normal_force_n = kNan;
-  return error_of(rt::fit_by_variable_projection(samples), law, 3.0);
+  return error_of(identification::fit_by_variable_projection(samples), law, 3.0);
 }
 
 /// Creep law of a palpation that holds one force only, or is noise: claimed displacement at that force.
 double creep_of_one_force(const Effort&) {
-  rt::CreepFit fit(rt::creep_times_s(1e-3));
+  identification::CreepFit fit(identification::creep_times_s(1e-3));
   for (int i = 0; i < 60'000; ++i) fit.add({3.0, 0.0, 2.0, true, 1e-3 * i}, 1e-3);
-  const std::optional<rt::CreepEstimate> found = fit.solve();
+  const std::optional<identification::CreepEstimate> found = fit.solve();
   if (!found) return 0.0;
   rt::CreepLaw law(found->law.parameters, 1000.0);
   rt::LawEstimate now;
@@ -161,14 +161,14 @@ double creep_of_one_force(const Effort&) {
 
 double creep_with_nan(const Effort&) {
   const rt::HuntCrossleyParameters law{0.5, 0.0, 1.5};
-  rt::CreepFit fit(rt::creep_times_s(1e-3));
+  identification::CreepFit fit(identification::creep_times_s(1e-3));
   int i = 0;
-  for (rt::PalpationSample s : palpated(law, 3.0, 20.0, 0.0, 3)) {
+  for (identification::PalpationSample s : palpated(law, 3.0, 20.0, 0.0, 3)) {
     if (++i % 1000 == 0) s.normal_force_n = kNan;
     if (i % 1000 == 500) s.displacement_mm = kNan;
     fit.add(s, 1e-3);
   }
-  const std::optional<rt::CreepEstimate> found = fit.solve();
+  const std::optional<identification::CreepEstimate> found = fit.solve();
   if (!found) return 1.0;
   return std::abs(rt::CreepLaw(found->law.parameters, 1000.0).curve(1.0).displacement_mm /
                       rt::hunt_crossley_displacement(law, 1.0, 0.0).displacement_mm -
@@ -177,11 +177,11 @@ double creep_with_nan(const Effort&) {
 
 // -- the tool
 
-rt::ToolExcitation held_tool(const hal::Vector3& turn_rad, sim::Random& random, double noise_n) {
+identification::ToolExcitation held_tool(const hal::Vector3& turn_rad, sim::Random& random, double noise_n) {
   const double angle = rt::norm(turn_rad);
   const double s = angle > 0.0 ? std::sin(0.5 * angle) / angle : 0.0;
   const hal::Quaternion q{std::cos(0.5 * angle), -turn_rad.x * s, -turn_rad.y * s, -turn_rad.z * s};
-  rt::ToolExcitation e;
+  identification::ToolExcitation e;
   e.gravity_in_tool = rt::rotated(q, {0.0, 0.0, -1.0});
   e.weight_n_per_g = e.gravity_in_tool * (1e-6 * rt::ToolLoad::kGravityMmPerS2);
   e.force_n = e.weight_n_per_g * 12.59 + hal::Vector3{0.1, -0.2, 0.3} +
@@ -193,10 +193,10 @@ rt::ToolExcitation held_tool(const hal::Vector3& turn_rad, sim::Random& random, 
 /// error over what it says of it.
 double tool_in_one_posture(const Effort& effort) {
   sim::Random random(5);
-  rt::ToolMoments moments;
+  identification::ToolMoments moments;
   const long ticks = effort.ticks(1.0);
   for (long i = 0; i < ticks; ++i) moments.add(held_tool({0.2, 0.1, 0.0}, random, 0.002));
-  const rt::ToolLoadFit fit = rt::fit_tool_load(moments);
+  const identification::ToolLoadFit fit = identification::fit_tool_load(moments);
   if (!fit.good || !std::isfinite(fit.mass_error_g)) return 0.0;
   return std::abs(fit.mass_g - 12.59) / fit.mass_error_g;
 }
@@ -204,34 +204,34 @@ double tool_in_one_posture(const Effort& effort) {
 /// Ten hours of sums of a tool that turns: error of the mass.
 double tool_sums_of_ten_hours(const Effort& effort) {
   sim::Random random(6);
-  rt::ToolMoments moments;
+  identification::ToolMoments moments;
   const long ticks = effort.ticks(2.0);
   for (long i = 0; i < ticks; ++i) {
     const double t = 1e-3 * static_cast<double>(i);
     moments.add(held_tool({0.7 * std::sin(0.3 * t), 0.7 * std::cos(0.17 * t), 0.0}, random, 0.0));
   }
-  rt::ToolMoments all;
+  identification::ToolMoments all;
   for (int i = 0; i < 5; ++i) all.add(moments);  // the same again, five times
-  const rt::ToolLoadFit fit = rt::fit_tool_load(all);
+  const identification::ToolLoadFit fit = identification::fit_tool_load(all);
   return fit.good ? std::abs(fit.mass_g / 12.59 - 1.0) : kNan;
 }
 
 double tool_with_nan(const Effort&) {
   sim::Random random(6);
-  rt::ToolMoments moments;
+  identification::ToolMoments moments;
   for (int i = 0; i < 100; ++i) moments.add(held_tool({0.01 * i, 0.0, 0.0}, random, 0.0));
-  rt::ToolExcitation bad = held_tool({}, random, 0.0);
+  identification::ToolExcitation bad = held_tool({}, random, 0.0);
   bad.force_n.y = kNan;
   moments.add(bad);
-  return rt::fit_tool_load(moments).good ? 1.0 : 0.0;
+  return identification::fit_tool_load(moments).good ? 1.0 : 0.0;
 }
 
 // -- friction
 
 /// Strokes of 20 mm back and forth under this load and speed.
-std::vector<rt::FrictionRow> strokes(const rt::FrictionParameters& friction, double normal_n,
-                                     const std::vector<double>& speeds_mm_per_s) {
-  std::vector<rt::FrictionRow> rows;
+std::vector<identification::FrictionRow> strokes(const rt::FrictionParameters& friction, double normal_n,
+                                                 const std::vector<double>& speeds_mm_per_s) {
+  std::vector<identification::FrictionRow> rows;
   double z = 0.0;
   int passage = 0;
   for (const double speed : speeds_mm_per_s) {
@@ -239,7 +239,7 @@ std::vector<rt::FrictionRow> strokes(const rt::FrictionParameters& friction, dou
       double way = 0.0;
       const double heading = back == 0 ? 1.0 : -1.0;
       for (double along = 0.0; along < 20.0; along += 1e-3 * speed) {
-        rt::FrictionRow row;
+        identification::FrictionRow row;
         row.slide_mm = heading * 1e-3 * speed;
         way += 1e-3 * speed;
         z = rt::dahl_step(z, row.slide_mm, friction.presliding_mm, friction.exponent);
@@ -264,14 +264,16 @@ double friction_of_light_touch(const Effort&) {
   for (const double normal_n : {1e-6, 1e-3, 1.0, 35.0}) {
     rt::FrictionParameters scaled = truth;
     scaled.viscous_n_s_per_mm *= normal_n;
-    const auto fit = rt::fit_friction_law(strokes(scaled, normal_n, {20.0, 60.0, 120.0, 40.0}), {});
+    const auto fit =
+        identification::fit_friction_law(strokes(scaled, normal_n, {20.0, 60.0, 120.0, 40.0}), {});
     largest.see(fit ? fit->parameters.kinetic / truth.kinetic - 1.0 : 1.0);
   }
   return largest.value();
 }
 
 double friction_of_one_speed(const Effort&) {
-  const auto fit = rt::fit_friction_law(strokes({0.3, 0.1, 1e-3}, 1.0, {50.0, 50.0, 50.0, 50.0}), {});
+  const auto fit =
+      identification::fit_friction_law(strokes({0.3, 0.1, 1e-3}, 1.0, {50.0, 50.0, 50.0, 50.0}), {});
   if (!fit) return 0.0;
   // Nothing reported viscosity: it must not be called reported, and the sum of both must still be right.
   const double sum = fit->parameters.kinetic + 50.0 * fit->parameters.viscous_n_s_per_mm;
@@ -279,9 +281,9 @@ double friction_of_one_speed(const Effort&) {
 }
 
 double friction_without_load(const Effort&) {
-  std::vector<rt::FrictionRow> rows = strokes({0.3, 0.1, 0.0}, 1.0, {50.0, 100.0});
-  for (rt::FrictionRow& row : rows) row.normal_n = row.friction_n = 0.0;
-  const auto fit = rt::fit_friction_law(rows, {});
+  std::vector<identification::FrictionRow> rows = strokes({0.3, 0.1, 0.0}, 1.0, {50.0, 100.0});
+  for (identification::FrictionRow& row : rows) row.normal_n = row.friction_n = 0.0;
+  const auto fit = identification::fit_friction_law(rows, {});
   return fit && !(std::isfinite(fit->parameters.kinetic) && std::isfinite(fit->parameters.presliding_mm))
              ? kNan
              : 0.0;
@@ -309,9 +311,9 @@ ExtremeGroup identify_extremes() {
                "nothing distinguishes m from K", single_held},
               {"recursive single stage", "NaN in every field, now and then", "change of K and m", "1", 1e-3,
                "left out with its mean of four",
-               [](const Effort&) { return with_nan<rt::SingleStageEstimator>(); }},
+               [](const Effort&) { return with_nan<identification::SingleStageEstimator>(); }},
               {"recursive double stage", "NaN in every field, now and then", "change of K and m", "1", 0.0,
-               "left out", [](const Effort&) { return with_nan<rt::DoubleStageEstimator>(); }},
+               "left out", [](const Effort&) { return with_nan<identification::DoubleStageEstimator>(); }},
               {"variable projection", "NaN in 2 % of the samples", "displacement error", "1", 1e-4,
                "left out", projection_with_nan},
               {"creep fit", "one force for a minute", "displacement error there", "1", 0.01,

@@ -44,7 +44,7 @@ double error_of(double stiffness, double exponent) {
   const double force = rt::hunt_crossley_force_n(kLaw, 0.5 * kMaxDepthMm, 0.0);
   return std::abs(std::pow(force / stiffness, 1.0 / exponent) / (0.5 * kMaxDepthMm) - 1.0);
 }
-double error_of(const std::optional<rt::HuntCrossleyEstimate>& found) {
+double error_of(const std::optional<identification::HuntCrossleyEstimate>& found) {
   return found ? error_of(found->parameters.stiffness_n_per_mm_m, found->parameters.exponent) : kNan;
 }
 
@@ -52,11 +52,11 @@ double error_of(const std::optional<rt::HuntCrossleyEstimate>& found) {
 template <class Add, class Report>
 report::CellValues course_of(bool quick, const Add& add, const Report& fill_record) {
   const auto palpate = [&](std::uint64_t seed) {
-    for (const rt::PalpationSample& s : palpated(kLaw, kMaxDepthMm, 20.0, kNoiseN, seed)) add(s);
+    for (const identification::PalpationSample& s : palpated(kLaw, kMaxDepthMm, 20.0, kNoiseN, seed)) add(s);
   };
   palpate(1);
   sim::Random random(2);
-  rt::PalpationSample held;
+  identification::PalpationSample held;
   held.displacement_mm = 0.6 * kMaxDepthMm;
   held.in_contact = true;
   const double force = rt::hunt_crossley_force_n(kLaw, held.displacement_mm, 0.0);
@@ -81,7 +81,7 @@ report::CellValues textbook(bool quick) {
   TextbookRls rls(kForgetting, kFirst);
   return course_of(
       quick,
-      [&](const rt::PalpationSample& s) {
+      [&](const identification::PalpationSample& s) {
         if (s.normal_force_n > 0.1) {
           rls.add({1.0, std::log(s.displacement_mm), s.rate_mm_per_s}, std::log(s.normal_force_n));
         }
@@ -103,29 +103,29 @@ report::CellValues textbook(bool quick) {
 }
 
 report::CellValues double_stage(bool quick) {
-  rt::DoubleStageEstimator estimator;
+  identification::DoubleStageEstimator estimator;
   return course_of(
-      quick, [&](const rt::PalpationSample& s) { estimator.add(s); },
+      quick, [&](const identification::PalpationSample& s) { estimator.add(s); },
       [&]() -> Look {
         return {estimator.covariance_share(), kNan, kNan, error_of(estimator.estimate())};
       });
 }
 
 report::CellValues single_stage(bool quick) {
-  rt::SingleStageEstimator::Options options;
+  identification::SingleStageEstimator::Options options;
   options.forgetting = kForgetting;
-  rt::SingleStageEstimator estimator(options);
+  identification::SingleStageEstimator estimator(options);
   return course_of(
-      quick, [&](const rt::PalpationSample& s) { estimator.add(s); },
+      quick, [&](const identification::PalpationSample& s) { estimator.add(s); },
       [&]() -> Look {
         return {kNan, kNan, kNan, error_of(estimator.estimate())};
       });
 }
 
 report::CellValues single_stage_shipped(bool quick) {
-  rt::SingleStageEstimator estimator;
+  identification::SingleStageEstimator estimator;
   return course_of(
-      quick, [&](const rt::PalpationSample& s) { estimator.add(s); },
+      quick, [&](const identification::PalpationSample& s) { estimator.add(s); },
       [&]() -> Look {
         return {kNan, kNan, kNan, error_of(estimator.estimate())};
       });
@@ -138,7 +138,7 @@ report::CellValues fused(bool quick) {
   double truth = 0.0;
   return course_of(
       quick,
-      [&](const rt::PalpationSample& s) {
+      [&](const identification::PalpationSample& s) {
         const double way = s.displacement_mm - truth;
         truth = s.displacement_mm;
         displacement.update(way, 0.1 * std::abs(way),
@@ -158,7 +158,7 @@ report::CellValues tracked(bool quick) {
   double before = 0.0;
   return course_of(
       quick,
-      [&](const rt::PalpationSample& s) {
+      [&](const identification::PalpationSample& s) {
         direction.update({0.0, 0.0, s.normal_force_n}, {0.0, 0.0, before - s.displacement_mm},
                          {0.0, 0.0, -s.rate_mm_per_s});
         before = s.displacement_mm;

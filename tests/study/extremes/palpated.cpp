@@ -7,10 +7,11 @@
 
 namespace hapticd::study::extremes {
 
-std::vector<rt::PalpationSample> palpated(const rt::HuntCrossleyParameters& law, double deepest_mm,
-                                          double seconds, double noise_n, std::uint64_t seed) {
+std::vector<identification::PalpationSample> palpated(const rt::HuntCrossleyParameters& law,
+                                                      double deepest_mm, double seconds, double noise_n,
+                                                      std::uint64_t seed) {
   sim::Random random(seed);
-  std::vector<rt::PalpationSample> samples;
+  std::vector<identification::PalpationSample> samples;
   const auto ticks = static_cast<int>(1000.0 * seconds);
   for (int i = 0; i < ticks; ++i) {
     // A press that swells and fades over 5 s, at a rate that wanders between 0.2 and 1 Hz.
@@ -20,7 +21,7 @@ std::vector<rt::PalpationSample> palpated(const rt::HuntCrossleyParameters& law,
     const double depth_rate = 0.35 * two_pi * 0.2 * std::sin(two_pi * 0.2 * t);
     const double phase = two_pi * 0.6 * t + 2.0 * std::sin(two_pi * 0.1 * t);
     const double phase_rate = two_pi * 0.6 + 2.0 * two_pi * 0.1 * std::cos(two_pi * 0.1 * t);
-    rt::PalpationSample s;
+    identification::PalpationSample s;
     s.displacement_mm = 0.5 * deepest_mm * depth * (1.05 - std::cos(phase));
     s.rate_mm_per_s =
         0.5 * deepest_mm * (depth_rate * (1.05 - std::cos(phase)) + depth * phase_rate * std::sin(phase));

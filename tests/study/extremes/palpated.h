@@ -10,7 +10,8 @@ namespace hapticd::study::extremes {
 
 /// Presses back and forth on an object that is exactly this law, at 1 kHz: depths up to `deepest_mm`, rates
 /// that change all the time, white noise of the force.
-std::vector<rt::PalpationSample> palpated(const rt::HuntCrossleyParameters& law, double deepest_mm,
-                                          double seconds, double noise_n, std::uint64_t seed);
+std::vector<identification::PalpationSample> palpated(const rt::HuntCrossleyParameters& law,
+                                                      double deepest_mm, double seconds, double noise_n,
+                                                      std::uint64_t seed);
 
 }  // namespace hapticd::study::extremes

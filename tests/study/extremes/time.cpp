@@ -73,8 +73,8 @@ double residual_later(const Effort&) {
 }
 
 double tool_later(const Effort&) {
-  return hundred_days_later([] { return rt::ToolExcitationFilter(kRateHz, true); },
-                            [](rt::ToolExcitationFilter& f, const hal::RigSample& s) {
+  return hundred_days_later([] { return identification::ToolExcitationFilter(kRateHz, true); },
+                            [](identification::ToolExcitationFilter& f, const hal::RigSample& s) {
                               const auto e = f.update(s);
                               return e ? rt::norm(e->force_n) + rt::norm(e->weight_n_per_g) : 0.0;
                             });
@@ -91,7 +91,8 @@ double scene_later(const Effort&) {
 /// Identification counts time in seconds as doubles: a hundred days later a tick is known to 1.9 ns.
 double identified_later(const Effort&) {
   const auto stiffness = [](std::int64_t later_ns) {
-    rt::ContactIdentification identification(rt::ContactTask{}, FedScene(tap_scene(), nullptr).info());
+    identification::ContactIdentification identification(identification::ContactTask{},
+                                                         FedScene(tap_scene(), nullptr).info());
     rt::Observation observation;
     for (const hal::RigSample& sample : presses()) {
       observation.sample = sample;

@@ -63,13 +63,13 @@ class WholeCost final : public ceres::CostFunction {
 
 }  // namespace
 
-hal::Result<rt::HuntCrossleyEstimate> fit_with_ceres(std::span<const rt::PalpationSample> palpation,
-                                                     CeresLayout layout) {
+hal::Result<identification::HuntCrossleyEstimate> fit_with_ceres(
+    std::span<const identification::PalpationSample> palpation, CeresLayout layout) {
   std::vector<Row> rows;
   rows.reserve(palpation.size());
   Row deepest{};
-  for (const rt::PalpationSample& s : palpation) {
-    if (!rt::identifies_contact(s)) continue;
+  for (const identification::PalpationSample& s : palpation) {
+    if (!identification::identifies_contact(s)) continue;
     rows.push_back({s.displacement_mm, std::log(s.displacement_mm), s.rate_mm_per_s, s.normal_force_n});
     if (s.displacement_mm > deepest.displacement_mm) deepest = rows.back();
   }
@@ -95,12 +95,14 @@ hal::Result<rt::HuntCrossleyEstimate> fit_with_ceres(std::span<const rt::Palpati
   ceres::Solve(options, &problem, &summary);
   if (!summary.IsSolutionUsable())
     return hal::Error{"no solution", "batch reference", summary.message, "", ""};
-  return rt::HuntCrossleyEstimate{{parameters[0], parameters[1], parameters[2]}, 0.0, rows.size()};
+  return identification::HuntCrossleyEstimate{
+      {parameters[0], parameters[1], parameters[2]}, 0.0, rows.size()};
 }
 
 #else
 
-hal::Result<rt::HuntCrossleyEstimate> fit_with_ceres(std::span<const rt::PalpationSample>, CeresLayout) {
+hal::Result<identification::HuntCrossleyEstimate> fit_with_ceres(
+    std::span<const identification::PalpationSample>, CeresLayout) {
   return hal::Error{"the study was built without Ceres", "batch reference", "", "",
                     "install libceres-dev and build again"};
 }

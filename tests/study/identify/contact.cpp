@@ -20,7 +20,7 @@ namespace {
 
 using report::fixed;
 using report::significant;
-using Palpation = std::vector<rt::PalpationSample>;
+using Palpation = std::vector<identification::PalpationSample>;
 
 constexpr double kSessionLimitS = 60.0;
 /// Seconds a fit takes.
@@ -62,14 +62,14 @@ double published_displacement_error(const std::string& object) {
 struct SessionMethod {
   const char* method;
   const char* law;
-  rt::ContactTask task;
+  identification::ContactTask task;
 };
 
 std::vector<SessionMethod> session_methods() {
-  using rt::ContactFitMethod;
+  using identification::ContactFitMethod;
   using rt::ContactLawKind;
   const auto task = [](ContactFitMethod method, ContactLawKind law) {
-    rt::ContactTask t;
+    identification::ContactTask t;
     t.method = method;
     t.law = law;
     return t;
@@ -92,7 +92,7 @@ void study_sessions(StudyContext& context) {
     const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
     const auto rig = create_rig(config);
     for (const SessionMethod& m : session_methods()) {
-      rt::ContactIdentification identification(m.task, (*rig)->info());
+      identification::ContactIdentification identification(m.task, (*rig)->info());
       std::size_t ticks = 0;
       const SessionResult result =
           run_session(identification, config, kSessionLimitS,
@@ -141,7 +141,7 @@ void plot_fit(StudyContext& context, const std::string& object, const TruePalpat
     plot.series.push_back(std::move(line));
   };
   std::vector<double> measured;
-  for (const rt::PalpationSample& s : validation.samples) measured.push_back(s.normal_force_n);
+  for (const identification::PalpationSample& s : validation.samples) measured.push_back(s.normal_force_n);
   series("measured", measured, 0);
   int colour = 0;
   for (const auto& [label, fitted] : fits) {
@@ -269,9 +269,9 @@ void study_errors(StudyContext& context) {
 
 // --- what bad coverage costs ---
 
-rt::MotionRequest press(double force_n, double rate_n_per_s, double hold_s) {
-  rt::MotionRequest request;
-  request.motion = rt::MotionRequest::Motion::kPress;
+identification::MotionRequest press(double force_n, double rate_n_per_s, double hold_s) {
+  identification::MotionRequest request;
+  request.motion = identification::MotionRequest::Motion::kPress;
   request.force_n = force_n;
   request.force_rate_n_per_s = rate_n_per_s;
   request.hold_s = hold_s;
@@ -281,7 +281,7 @@ rt::MotionRequest press(double force_n, double rate_n_per_s, double hold_s) {
 void study_coverage(StudyContext& context) {
   report::MarkdownTable table({"object", "palpation", "recursive %", "batch %", "creep law %", "covered",
                                "converged", "most wanted"});
-  const std::vector<std::pair<std::string, std::vector<rt::MotionRequest>>> palpations{
+  const std::vector<std::pair<std::string, std::vector<identification::MotionRequest>>> palpations{
       {"shallow only, up to 1.5 N",
        {press(1.0, 2.0, 0.3), press(1.5, 6.0, 0.2), press(1.5, 1.0, 1.0), press(1.2, 12.0, 0.1)}},
       {"slow only, 1 N/s", {press(6.0, 1.0, 1.0), press(4.0, 1.0, 0.2)}},
@@ -293,7 +293,7 @@ void study_coverage(StudyContext& context) {
     const auto row = [&](const std::string& name, const TruePalpation& training) {
       const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
       const auto rig = create_rig(config);
-      rt::ContactIdentification identification(rt::ContactTask{}, (*rig)->info());
+      identification::ContactIdentification identification(identification::ContactTask{}, (*rig)->info());
       rt::Observation observation;
       double asked_s = 1.0;
       for (const hal::RigSample& sample : training.recorded) {
@@ -304,7 +304,7 @@ void study_coverage(StudyContext& context) {
           (void)identification.progress();
         }
       }
-      const rt::IdentificationProgress progress = identification.progress();
+      const identification::IdentificationProgress progress = identification.progress();
       std::vector<std::string> cells{object, name};
       for (const ContactMethod& method : contact_methods()) {
         if (method.name == std::string("double_stage")) continue;
@@ -337,7 +337,7 @@ void study_uncertainty(StudyContext& context) {
       sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
       config.seed = static_cast<std::uint64_t>(seed);
       const auto rig = create_rig(config);
-      rt::ContactIdentification identification(rt::ContactTask{}, (*rig)->info());
+      identification::ContactIdentification identification(identification::ContactTask{}, (*rig)->info());
       run_session(identification, config, kSessionLimitS);
       const auto model = identification.finish();
       if (model) found.push_back(model->parameters);

@@ -14,7 +14,7 @@ namespace hapticd::study {
 
 namespace {
 
-using Palpation = std::vector<rt::PalpationSample>;
+using Palpation = std::vector<identification::PalpationSample>;
 
 constexpr double kSessionLimitS = 60.0;
 
@@ -35,17 +35,17 @@ const ContactMethod& contact_reference() {
 const std::vector<ContactMethod>& contact_methods() {
   static const std::vector<ContactMethod> all{
       {"recursive", kHuntCrossley,
-       [](const Palpation& p) { return fit_recursively(rt::SingleStageEstimator(), p); }},
+       [](const Palpation& p) { return fit_recursively(identification::SingleStageEstimator(), p); }},
       {"double_stage", kHuntCrossley,
-       [](const Palpation& p) { return fit_recursively(rt::DoubleStageEstimator(), p); }},
+       [](const Palpation& p) { return fit_recursively(identification::DoubleStageEstimator(), p); }},
       {"batch", kHuntCrossley,
        [](const Palpation& palpation) {
-         const auto estimate = rt::fit_by_variable_projection(palpation);
+         const auto estimate = identification::fit_by_variable_projection(palpation);
          return estimate ? FittedLaw{estimate->parameters, {}, {}} : FittedLaw{{}, {}, "not determined"};
        }},
       {"batch", kCreep, [](const Palpation& palpation) {
-         rt::CreepFit fit(rt::CreepParameters{}.time_s);
-         for (const rt::PalpationSample& s : palpation) fit.add(s, 1e-3);
+         identification::CreepFit fit(rt::CreepParameters{}.time_s);
+         for (const identification::PalpationSample& s : palpation) fit.add(s, 1e-3);
          const auto estimate = fit.solve();
          return estimate ? FittedLaw{{}, estimate->law.parameters, {}} : FittedLaw{{}, {}, "not determined"};
        }}};
@@ -60,9 +60,9 @@ TruePalpation requested_palpation(const std::string& object) {
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
   const auto rig = create_rig(config);
   const hal::RigInfo info = (*rig)->info();
-  rt::ContactIdentification identification(rt::ContactTask{}, info);
-  rt::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,
-                               info.rate_hz);
+  identification::ContactIdentification identification(identification::ContactTask{}, info);
+  identification::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,
+                                           info.rate_hz);
   TruePalpation palpation;
   run_session(identification, config, kSessionLimitS,
               [&](const rt::Observation& o, const hal::TruthSample& truth) {

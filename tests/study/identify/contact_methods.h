@@ -26,7 +26,7 @@ inline constexpr const char* kCreep = "creep";
 struct ContactMethod {
   const char* name;
   const char* law;
-  std::function<FittedLaw(const std::vector<rt::PalpationSample>&)> fit;
+  std::function<FittedLaw(const std::vector<identification::PalpationSample>&)> fit;
 };
 
 /// What the service has: recursive, double_stage and batch for the Hunt-Crossley law, batch for the creep
@@ -34,12 +34,13 @@ struct ContactMethod {
 const std::vector<ContactMethod>& contact_methods();
 /// Nonlinear least squares by Ceres, a block a sample.
 const ContactMethod& contact_reference();
-FittedLaw fit_by_ceres(const std::vector<rt::PalpationSample>& palpation, CeresLayout layout);
+FittedLaw fit_by_ceres(const std::vector<identification::PalpationSample>& palpation, CeresLayout layout);
 
 /// An estimator fed sample by sample, and asked at the end.
 template <class Estimator>
-FittedLaw fit_recursively(Estimator estimator, const std::vector<rt::PalpationSample>& palpation) {
-  for (const rt::PalpationSample& s : palpation) estimator.add(s);
+FittedLaw fit_recursively(Estimator estimator,
+                          const std::vector<identification::PalpationSample>& palpation) {
+  for (const identification::PalpationSample& s : palpation) estimator.add(s);
   const auto estimate = estimator.estimate();
   return estimate ? FittedLaw{estimate->parameters, {}, {}} : FittedLaw{{}, {}, "not determined"};
 }

@@ -22,9 +22,9 @@ using test::value_of;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-rt::MotionRequest press(double force_n, double rate_n_per_s, double hold_s) {
-  rt::MotionRequest request;
-  request.motion = rt::MotionRequest::Motion::kPress;
+identification::MotionRequest press(double force_n, double rate_n_per_s, double hold_s) {
+  identification::MotionRequest request;
+  request.motion = identification::MotionRequest::Motion::kPress;
   request.force_n = force_n;
   request.force_rate_n_per_s = rate_n_per_s;
   request.hold_s = hold_s;
@@ -40,7 +40,7 @@ ContactErrors errors_of(const std::vector<double>& force_n, const std::vector<do
   std::size_t samples = 0;
   std::vector<double> relative;
   for (std::size_t i = 0; i < palpation.samples.size(); ++i) {
-    const rt::PalpationSample& s = palpation.samples[i];
+    const identification::PalpationSample& s = palpation.samples[i];
     if (!s.in_contact || !(s.normal_force_n > 0.0)) continue;
     const double error_n = std::abs(force_n[i] - s.normal_force_n);
     off_n += error_n;
@@ -65,19 +65,19 @@ ContactErrors errors_of(const std::vector<double>& force_n, const std::vector<do
 
 }  // namespace
 
-TruePalpation palpate(const std::string& object, const std::vector<rt::MotionRequest>& requests,
+TruePalpation palpate(const std::string& object, const std::vector<identification::MotionRequest>& requests,
                       std::uint64_t seed) {
   sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, "rod");
   config.seed = seed;
   const auto rig = value_of(create_rig(config));
   const hal::RigInfo& info = rig->info();
-  rt::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,
-                               info.rate_hz);
+  identification::PalpationTracker tracker(info.sensor.tool_mass_g, 0.02, info.device.position_resolution_mm,
+                                           info.rate_hz);
   TruePalpation palpation;
   hal::RigSample sample;
   hal::TruthSample truth;
   double until_s = 0.0;
-  for (const rt::MotionRequest& request : requests) {
+  for (const identification::MotionRequest& request : requests) {
     const server::SimulatedMotion motion = server::simulated_motion(request);
     demand(rig->set_program(motion.program));
     until_s += motion.duration_s;
@@ -93,16 +93,16 @@ TruePalpation palpate(const std::string& object, const std::vector<rt::MotionReq
   return palpation;
 }
 
-const std::vector<rt::MotionRequest>& validation_requests() {
-  static const std::vector<rt::MotionRequest> requests{press(1.5, 3.0, 0.2), press(4.5, 12.0, 0.4),
-                                                       press(5.5, 4.0, 0.1), press(3.0, 20.0, 0.2)};
+const std::vector<identification::MotionRequest>& validation_requests() {
+  static const std::vector<identification::MotionRequest> requests{
+      press(1.5, 3.0, 0.2), press(4.5, 12.0, 0.4), press(5.5, 4.0, 0.1), press(3.0, 20.0, 0.2)};
   return requests;
 }
 
 std::vector<double> predicted_force_n(const rt::HuntCrossleyParameters& law,
-                                      const std::vector<rt::PalpationSample>& palpation) {
+                                      const std::vector<identification::PalpationSample>& palpation) {
   std::vector<double> force_n;
-  for (const rt::PalpationSample& s : palpation) {
+  for (const identification::PalpationSample& s : palpation) {
     force_n.push_back(s.in_contact ? rt::hunt_crossley_force_n(law, s.displacement_mm, s.rate_mm_per_s)
                                    : kNone);
   }
@@ -110,11 +110,11 @@ std::vector<double> predicted_force_n(const rt::HuntCrossleyParameters& law,
 }
 
 std::vector<double> predicted_force_n(const rt::CreepParameters& law,
-                                      const std::vector<rt::PalpationSample>& palpation) {
+                                      const std::vector<identification::PalpationSample>& palpation) {
   std::vector<double> force_n;
-  rt::CreepForce inverse(law);
+  identification::CreepForce inverse(law);
   double last_s = palpation.empty() ? 0.0 : palpation.front().time_s - 1e-3;
-  for (const rt::PalpationSample& s : palpation) {
+  for (const identification::PalpationSample& s : palpation) {
     const double f = inverse.update(s.in_contact ? s.displacement_mm : 0.0, s.time_s - last_s);
     last_s = s.time_s;
     force_n.push_back(s.in_contact ? f : kNone);
@@ -124,7 +124,7 @@ std::vector<double> predicted_force_n(const rt::CreepParameters& law,
 
 ContactErrors errors_of(const rt::HuntCrossleyParameters& law, const TruePalpation& palpation) {
   std::vector<double> displacement_mm;
-  for (const rt::PalpationSample& s : palpation.samples) {
+  for (const identification::PalpationSample& s : palpation.samples) {
     displacement_mm.push_back(
         rt::hunt_crossley_displacement(law, s.normal_force_n, s.rate_mm_per_s).displacement_mm);
   }
@@ -134,7 +134,7 @@ ContactErrors errors_of(const rt::HuntCrossleyParameters& law, const TruePalpati
 ContactErrors errors_of(const rt::CreepParameters& law, const TruePalpation& palpation) {
   rt::CreepLaw run(law, 1000.0);
   std::vector<double> displacement_mm;
-  for (const rt::PalpationSample& s : palpation.samples) {
+  for (const identification::PalpationSample& s : palpation.samples) {
     displacement_mm.push_back(run.update(s.in_contact ? s.normal_force_n : 0.0).displacement_mm);
   }
   return errors_of(predicted_force_n(law, palpation.samples), displacement_mm, palpation);

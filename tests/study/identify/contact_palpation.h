@@ -13,17 +13,17 @@ namespace hapticd::study {
 
 /// A palpation of a simulated object as the encoders and the sensor show it, and the truth to judge by.
 struct TruePalpation {
-  std::vector<rt::PalpationSample> samples;
+  std::vector<identification::PalpationSample> samples;
   std::vector<double> true_displacement_mm;
   std::vector<hal::RigSample> recorded;  ///< to be fed to an identification again
 };
 
 /// A request each, done one after the other on phantom_1_5_high_force without any force of the device.
-TruePalpation palpate(const std::string& object, const std::vector<rt::MotionRequest>& requests,
+TruePalpation palpate(const std::string& object, const std::vector<identification::MotionRequest>& requests,
                       std::uint64_t seed);
 
 /// Presses as a hand mixes them, unlike any an identification asks for: what laws are judged by.
-const std::vector<rt::MotionRequest>& validation_requests();
+const std::vector<identification::MotionRequest>& validation_requests();
 
 /// What a law makes of a palpation it was not fitted to.
 struct ContactErrors {
@@ -37,8 +37,8 @@ ContactErrors errors_of(const rt::CreepParameters& law, const TruePalpation& pal
 
 /// The force a law predicts at every sample in contact; NaN elsewhere.
 std::vector<double> predicted_force_n(const rt::HuntCrossleyParameters& law,
-                                      const std::vector<rt::PalpationSample>& palpation);
+                                      const std::vector<identification::PalpationSample>& palpation);
 std::vector<double> predicted_force_n(const rt::CreepParameters& law,
-                                      const std::vector<rt::PalpationSample>& palpation);
+                                      const std::vector<identification::PalpationSample>& palpation);
 
 }  // namespace hapticd::study

@@ -39,15 +39,15 @@ Identified identified_on(const std::string& object, rt::Tip tip) {
   const std::string tip_name = tip == rt::Tip::kRod ? "rod" : "ball_bearing";
   const sim::SimulationConfig config = explore_rig("phantom_1_5_high_force", object, tip_name);
   const hal::RigInfo info = value_of(create_rig(config))->info();
-  rt::FrictionTask task;
+  identification::FrictionTask task;
   task.tip = tip;
   task.exponent_is_one = true;
-  rt::FrictionIdentification identification(task, info);
+  identification::FrictionIdentification identification(task, info);
   task.exponent_is_one = false;
   task.exponent = true;
-  rt::FrictionIdentification with_exponent(task, info);
-  rt::FrictionIdentification by_data({.tip = tip}, info);
-  rt::SurfaceScan scan(task.threshold_n, info);
+  identification::FrictionIdentification with_exponent(task, info);
+  identification::FrictionIdentification by_data({.tip = tip}, info);
+  identification::SurfaceScan scan(task.threshold_n, info);
   Identified result;
   result.session = run_session(identification, config, kLimitS,
                                [&](const rt::Observation& observation, const hal::TruthSample&) {
@@ -70,7 +70,7 @@ Identified identified_on(const std::string& object, rt::Tip tip) {
     double sum = 0.0;
     double count = 0.0;
     for (const FrictionInstant& s : result.strokes) {
-      const auto normal = rt::normal_at(*surface, s.tip_mm);
+      const auto normal = identification::normal_at(*surface, s.tip_mm);
       if (!normal) continue;
       // In the plane of the line and up: the scan sees no other.
       const double angle =
@@ -307,7 +307,7 @@ void study_bearing(StudyContext& context) {
       return judge_friction(found.strokes, p).error;
     };
     const double error = judged(friction_of(*found.model));
-    const auto mean = rt::combine_friction(others);
+    const auto mean = identification::combine_friction(others);
     const double by_others = mean ? judged(friction_of(*mean)) : std::nan("");
     sum += error;
     sum_others += by_others;
@@ -326,7 +326,7 @@ void study_bearing(StudyContext& context) {
   }
   add_figure(context, "friction_error", "mean", "ball_bearing",
              count > 0.0 ? std::optional(sum / count) : std::nullopt, kPublishedBearingError, "");
-  const auto mean = rt::combine_friction(models);
+  const auto mean = identification::combine_friction(models);
   if (mean) {
     const rt::FrictionParameters& p = friction_of(*mean);
     table.add_row({"mean", fixed(100.0 * sum / count, 1), fixed(100.0 * sum_others / count, 1),

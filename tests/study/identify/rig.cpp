@@ -36,7 +36,7 @@ std::unique_ptr<sim::SimulatedRig> rig_of(const sim::SimulationConfig& config) {
   return value_of(create_rig(config));
 }
 
-double deviation_of(const rt::IdentificationProgress& progress, const std::string& name) {
+double deviation_of(const identification::IdentificationProgress& progress, const std::string& name) {
   for (const rt::EstimatedParameter& p : progress.parameters) {
     if (p.name == name) return p.standard_error;
   }
@@ -122,7 +122,7 @@ void structural(StudyContext& context) {
       config.structural_curvature_per_mm2 = field.curvature;
       const hal::RigInfo info = rig_of(config)->info();
       const double home = info.device.structural_stiffness_n_per_mm;
-      rt::StructuralIdentification identification({.constant = !models_field}, info);
+      identification::StructuralIdentification identification({.constant = !models_field}, info);
       const SessionResult session = run_session(identification, config, context.quick ? 240.0 : 480.0);
       const auto result = identification.finish();
       if (!result) {
@@ -205,7 +205,7 @@ void tool(StudyContext& context) {
       report::Figure centre_figure{"tool_centre_error_mm", {{"tool", t.name}, {"device", device}}};
       centre_figure.unit = "mm";
       centre_figure.goal = 0.5;
-      rt::ToolIdentification identification({}, rig_of(config)->info());
+      identification::ToolIdentification identification({}, rig_of(config)->info());
       report::PlotSeries masses{t.name}, centres{masses.label};
       double next_s = 2.5;
       const SessionResult session =
@@ -300,7 +300,7 @@ void threshold(StudyContext& context) {
     figure.unit = "N";
     figure.reference = 0.015;
     figure.source = "D§3.2.2";
-    rt::ThresholdIdentification identification({.duration_s = 30.0}, rig_of(config)->info());
+    identification::ThresholdIdentification identification({.duration_s = 30.0}, rig_of(config)->info());
     const SessionResult session = run_session(identification, config, context.quick ? 40.0 : 180.0);
     const auto result = identification.finish();
     if (!result) {
@@ -349,7 +349,7 @@ void threshold(StudyContext& context) {
     const int colour = device == devices().front() ? 0 : 1;
     seen.style = report::PlotSeries::Style::kPoints;
     seen.colour = tail.colour = colour;
-    for (const rt::FitPoint& p : session.progress.fit) {
+    for (const identification::FitPoint& p : session.progress.fit) {
       if (p.measured > 0.0) seen.x.push_back(p.x), seen.y.push_back(p.measured);
     }
     double scale_n = 1e-3;
@@ -358,7 +358,7 @@ void threshold(StudyContext& context) {
     }
     // The tail's model, drawn on beyond what was seen: where it begins follows from any of its points.
     double begins_n = 0.0;
-    for (const rt::FitPoint& p : session.progress.fit) {
+    for (const identification::FitPoint& p : session.progress.fit) {
       if (p.model < 1.0) begins_n = p.x + scale_n * std::log(p.model / 0.25);
     }
     for (int i = 0; i <= 40; ++i) {
@@ -407,7 +407,8 @@ void gains(StudyContext& context) {
                            {"amplifier_pole_hz", c.amplifier_hz},
                            {"object", c.object},
                            {"target_n_per_mm", c.target}}};
-    rt::GainsIdentification identification({.target_stiffness_n_per_mm = c.target}, rig_of(config)->info());
+    identification::GainsIdentification identification({.target_stiffness_n_per_mm = c.target},
+                                                       rig_of(config)->info());
     double swing = 0.0, force_n = 0.0, slow = 10.0;
     const SessionResult session = run_session(
         identification, config, 240.0, [&](const rt::Observation& o, const hal::TruthSample& truth) {
@@ -428,7 +429,7 @@ void gains(StudyContext& context) {
       continue;
     }
     const auto& model = std::get<rt::GainsModel>(result->content);
-    const bool limit = model.ultimate_gain >= rt::GainsIdentification::kControllerLimit;
+    const bool limit = model.ultimate_gain >= identification::GainsIdentification::kControllerLimit;
     figure.value = model.ultimate_gain;
     figure.source = limit ? "at least: the controller's own limit comes first" : "D§3.3.2";
     context.report.add(figure);

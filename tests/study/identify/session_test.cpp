@@ -8,37 +8,38 @@ namespace hapticd::study {
 namespace {
 
 /// Loses what a busy machine would: some ticks, again and again.
-class Gappy final : public rt::Identification {
+class Gappy final : public identification::Identification {
  public:
-  Gappy(rt::Identification& identification, int every, int lost)
+  Gappy(identification::Identification& identification, int every, int lost)
       : identification_(identification), every_(every), lost_(lost) {}
   void add(const rt::Observation& observation) override {
     if (++ticks_ % every_ >= lost_) identification_.add(observation);
   }
-  rt::MotionRequest next_request() const override { return identification_.next_request(); }
-  rt::IdentificationProgress progress() const override { return identification_.progress(); }
+  identification::MotionRequest next_request() const override { return identification_.next_request(); }
+  identification::IdentificationProgress progress() const override { return identification_.progress(); }
   hal::Result<rt::IdentifiedModel> finish() const override { return identification_.finish(); }
 
  private:
-  rt::Identification& identification_;
+  identification::Identification& identification_;
   int every_, lost_;
   int ticks_ = 0;
 };
 
 /// Asks for progress as often as a daemon does that shows it.
-class Watched final : public rt::Identification {
+class Watched final : public identification::Identification {
  public:
-  Watched(rt::Identification& identification, int every) : identification_(identification), every_(every) {}
+  Watched(identification::Identification& identification, int every)
+      : identification_(identification), every_(every) {}
   void add(const rt::Observation& observation) override {
     identification_.add(observation);
     if (++ticks_ % every_ == 0) (void)identification_.progress();
   }
-  rt::MotionRequest next_request() const override { return identification_.next_request(); }
-  rt::IdentificationProgress progress() const override { return identification_.progress(); }
+  identification::MotionRequest next_request() const override { return identification_.next_request(); }
+  identification::IdentificationProgress progress() const override { return identification_.progress(); }
   hal::Result<rt::IdentifiedModel> finish() const override { return identification_.finish(); }
 
  private:
-  rt::Identification& identification_;
+  identification::Identification& identification_;
   int every_;
   int ticks_ = 0;
 };
@@ -49,7 +50,7 @@ TEST(FrictionSession, ConvergesHoweverOftenItsProgressIsAskedFor) {
   rig.object = "foam_ball_3d";
   const hal::RigInfo info = (*sim::SimulatedRig::create(rig))->info();
   for (const int every_ticks : {50, 100}) {
-    rt::FrictionIdentification identification(rt::FrictionTask{}, info);
+    identification::FrictionIdentification identification(identification::FrictionTask{}, info);
     Watched watched(identification, every_ticks);
     const SessionResult result = run_session(watched, rig, 60.0);
     EXPECT_GT(result.converged_s, 0.0) << "asked every " << every_ticks << " ticks";
@@ -63,7 +64,7 @@ TEST(ContactSession, ConvergesThoughTicksAreLostEverySecond) {
   const hal::RigInfo info = (*sim::SimulatedRig::create(rig))->info();
   double whole_s = 0.0;
   for (const int lost : {0, 6, 20}) {
-    rt::ContactIdentification identification(rt::ContactTask{}, info);
+    identification::ContactIdentification identification(identification::ContactTask{}, info);
     Gappy gappy(identification, 1000, lost);
     const SessionResult result = run_session(gappy, rig, 60.0);
     ASSERT_GT(result.converged_s, 0.0) << lost << " of 1000 ticks lost";

@@ -47,11 +47,12 @@ std::string without_power_law(const rt::IdentifiedModel& contact) {
 }  // namespace
 
 ShippedModel identify_to_ship(const std::string& object) {
-  rt::ContactTask press;
+  identification::ContactTask press;
   press.force_n = kDeepForceN;
   ShippedModel shipped;
-  shipped.contact = identified<rt::ContactIdentification>(press, object, kContactLimitS);
-  shipped.friction = identified<rt::FrictionIdentification>(rt::FrictionTask{}, object, kFrictionLimitS);
+  shipped.contact = identified<identification::ContactIdentification>(press, object, kContactLimitS);
+  shipped.friction = identified<identification::FrictionIdentification>(identification::FrictionTask{},
+                                                                        object, kFrictionLimitS);
   const auto& laws = std::get<rt::ContactModel>(shipped.contact.content);
   rt::ObjectModel& model = shipped.model;
   model.name = object;

@@ -16,7 +16,7 @@ namespace hapticd::study {
 using test::demand;
 using test::value_of;
 
-SessionResult run_session(rt::Identification& identification, const sim::SimulationConfig& config,
+SessionResult run_session(identification::Identification& identification, const sim::SimulationConfig& config,
                           double limit_s,
                           const std::function<void(const rt::Observation&, const hal::TruthSample&)>& watch) {
   const std::unique_ptr<sim::SimulatedRig> rig = value_of(create_rig(config));
@@ -29,7 +29,7 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
 
   SessionResult result;
   double next_request_s = 0.0;
-  rt::MotionRequest request;
+  identification::MotionRequest request;
   int idle_requests = 0;
   rt::Observation observation;
   rt::TickRecord record;
@@ -43,7 +43,8 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
       if (result.progress.converged || result.duration_s >= limit_s) break;
       request = identification.next_request();
       // Rest without an end in sight, twice: nothing more is wanted.
-      const bool idle = request.motion == rt::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
+      const bool idle =
+          request.motion == identification::MotionRequest::Motion::kRest && request.hold_s <= 0.0;
       idle_requests = idle ? idle_requests + 1 : 0;
       if (idle_requests >= 2) break;
       const server::SimulatedMotion motion = server::simulated_motion(request);
@@ -71,8 +72,8 @@ SessionResult run_session(rt::Identification& identification, const sim::Simulat
     computation += Clock::now() - before;
     result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns);
     // What renders on an object may have to end at once: the one who searches a limit finds it.
-    if (request.device == rt::MotionRequest::Device::kModulation && tick % 5 == 0 &&
-        identification.next_request().device == rt::MotionRequest::Device::kNothing) {
+    if (request.device == identification::MotionRequest::Device::kModulation && tick % 5 == 0 &&
+        identification.next_request().device == identification::MotionRequest::Device::kNothing) {
       next_request_s = result.duration_s;
     }
   }

@@ -13,7 +13,7 @@ struct SessionResult {
   double duration_s = 0.0;     ///< of the rig's time
   double converged_s = -1.0;   ///< when it had converged; negative: it did not
   double computation_s = 0.0;  ///< processor time spent in the identification itself
-  rt::IdentificationProgress progress;
+  identification::IdentificationProgress progress;
 };
 
 /// Does what the identification requests on a simulated rig in virtual time until it has converged, wants
@@ -21,7 +21,7 @@ struct SessionResult {
 /// given, sees every observation with the truth behind it, e.g. to keep a recording for other methods. Throws
 /// std::runtime_error where the rig cannot be made.
 SessionResult run_session(
-    rt::Identification& identification, const sim::SimulationConfig& rig, double limit_s,
+    identification::Identification& identification, const sim::SimulationConfig& rig, double limit_s,
     const std::function<void(const rt::Observation&, const hal::TruthSample&)>& watch = {});
 
 }  // namespace hapticd::study

@@ -49,7 +49,7 @@ struct Kind {
   std::string object;
   test::SeenAs seen_as;
   sim::SimulationConfig simulation;
-  std::function<std::unique_ptr<rt::Identification>(const hal::RigInfo&)> make;
+  std::function<std::unique_ptr<identification::Identification>(const hal::RigInfo&)> make;
   std::function<double(const rt::IdentifiedModel&)> error;
   std::string measure;
   std::vector<std::string> parameters;  ///< that are shown
@@ -73,7 +73,8 @@ Kind contact_of(const std::string& object) {
           test::SeenAs::kUpright,
           explore_rig(kDevice, object, "ball_bearing"),
           [](const hal::RigInfo& rig) {
-            return std::make_unique<rt::ContactIdentification>(rt::ContactTask{}, rig);
+            return std::make_unique<identification::ContactIdentification>(identification::ContactTask{},
+                                                                           rig);
           },
           [object](const rt::IdentifiedModel& model) {
             const auto& contact = std::get<rt::ContactModel>(model.content);
@@ -91,7 +92,8 @@ Kind friction_of(const std::string& object) {
           test::SeenAs::kUpright,
           explore_rig(kDevice, object, "rod"),
           [](const hal::RigInfo& rig) {
-            return std::make_unique<rt::FrictionIdentification>(rt::FrictionTask{}, rig);
+            return std::make_unique<identification::FrictionIdentification>(identification::FrictionTask{},
+                                                                            rig);
           },
           [object](const rt::IdentifiedModel& model) {
             return judge_friction(validation_strokes(object, "rod", kStrokeMm),
@@ -106,17 +108,18 @@ Kind tool() {
   sim::SimulationConfig simulation;
   simulation.device = kDevice;
   simulation.object = "none";
-  return {
-      "tool",
-      "none",
-      test::SeenAs::kRaw,
-      simulation,
-      [](const hal::RigInfo& rig) { return std::make_unique<rt::ToolIdentification>(rt::ToolTask{}, rig); },
-      [mass_g = simulation.tool_mass_g](const rt::IdentifiedModel& model) {
-        return std::abs(std::get<rt::ToolModel>(model.content).mass_g / mass_g - 1.0);
-      },
-      "error of the mass",
-      {"mass_g"}};
+  return {"tool",
+          "none",
+          test::SeenAs::kRaw,
+          simulation,
+          [](const hal::RigInfo& rig) {
+            return std::make_unique<identification::ToolIdentification>(identification::ToolTask{}, rig);
+          },
+          [mass_g = simulation.tool_mass_g](const rt::IdentifiedModel& model) {
+            return std::abs(std::get<rt::ToolModel>(model.content).mass_g / mass_g - 1.0);
+          },
+          "error of the mass",
+          {"mass_g"}};
 }
 
 /// By how much other free motion, on the direct rig, exceeds it.
@@ -129,14 +132,14 @@ Kind threshold(bool quick) {
           test::SeenAs::kSeated,
           simulation,
           [quick](const hal::RigInfo& rig) {
-            return std::make_unique<rt::ThresholdIdentification>(
-                rt::ThresholdTask{.duration_s = quick ? 10.0 : 20.0}, rig);
+            return std::make_unique<identification::ThresholdIdentification>(
+                identification::ThresholdTask{.duration_s = quick ? 10.0 : 20.0}, rig);
           },
           [simulation](const rt::IdentifiedModel& model) {
             sim::SimulationConfig other = simulation;
             other.seed += 1000;
-            rt::ThresholdIdentification watched({.duration_s = 30.0},
-                                                test::value_of(create_rig(other))->info());
+            identification::ThresholdIdentification watched({.duration_s = 30.0},
+                                                            test::value_of(create_rig(other))->info());
             run_session(watched, other, 60.0);
             const auto seen = test::value_of(watched.finish());
             const double largest_n = std::get<rt::ThresholdModel>(seen.content).largest_residual_n;
@@ -153,8 +156,8 @@ Kind gains(double target_n_per_mm, double amplifier_pole_hz) {
   simulation.object = "sponge_block";
   simulation.amplifier_pole_hz = amplifier_pole_hz;
   const auto make = [target_n_per_mm](const hal::RigInfo& rig) {
-    return std::make_unique<rt::GainsIdentification>(
-        rt::GainsTask{.target_stiffness_n_per_mm = target_n_per_mm}, rig);
+    return std::make_unique<identification::GainsIdentification>(
+        identification::GainsTask{.target_stiffness_n_per_mm = target_n_per_mm}, rig);
   };
   return {"gains",
           "sponge_block, amplifier of " + fixed(amplifier_pole_hz, 0) + " Hz",
@@ -181,26 +184,27 @@ Kind structural(bool rigid) {
   simulation.device = kLightDevice;
   simulation.object = rigid ? "wood_plate" : "none";
   const double truth = test::value_of(create_rig(simulation))->info().device.structural_stiffness_n_per_mm;
-  rt::StructuralStiffnessTask task;
+  identification::StructuralStiffnessTask task;
   task.constant = true;
   task.rigid_contact = rigid;
-  return {
-      rigid ? "structural, rigid contact" : "structural, instrument",
-      simulation.object,
-      test::SeenAs::kRaw,
-      simulation,
-      [task](const hal::RigInfo& rig) { return std::make_unique<rt::StructuralIdentification>(task, rig); },
-      [truth](const rt::IdentifiedModel& model) {
-        return std::abs(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm / truth - 1.0);
-      },
-      "error of the stiffness",
-      {"structural_stiffness_n_per_mm"},
-      120.0};
+  return {rigid ? "structural, rigid contact" : "structural, instrument",
+          simulation.object,
+          test::SeenAs::kRaw,
+          simulation,
+          [task](const hal::RigInfo& rig) {
+            return std::make_unique<identification::StructuralIdentification>(task, rig);
+          },
+          [truth](const rt::IdentifiedModel& model) {
+            return std::abs(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm / truth - 1.0);
+          },
+          "error of the stiffness",
+          {"structural_stiffness_n_per_mm"},
+          120.0};
 }
 
 /// What an identification over one of the transports came to.
 struct Outcome {
-  std::unique_ptr<rt::Identification> identification;
+  std::unique_ptr<identification::Identification> identification;
   SessionResult session;
 };
 

@@ -35,21 +35,21 @@ bool begins(const FrictionInstant& now, double last_s) {
 }
 
 /// What laws are fitted to: each instant, resolved along the true normal as D§4.4.1 does it.
-std::vector<rt::FrictionRow> rows_of(const Strokes& strokes) {
+std::vector<identification::FrictionRow> rows_of(const Strokes& strokes) {
   constexpr double kTurnMm = 0.05;
   constexpr double kSlidingPathMm = 3.0;
-  std::vector<rt::FrictionRow> rows;
+  std::vector<identification::FrictionRow> rows;
   double last_s = -1.0;
   double path_mm = 0.0, farthest_mm = 0.0;
   int heading = 0;
   int passage = 0;
   bool known = false;
   for (const FrictionInstant& s : strokes) {
-    rt::FrictionRow row;
+    identification::FrictionRow row;
     const bool first = begins(s, last_s);
     last_s = s.time_s;
     if (first) {
-      row.before = rt::FrictionRow::State::kNothing;
+      row.before = identification::FrictionRow::State::kNothing;
       heading = 0;
       path_mm = 0.0;
       farthest_mm = s.along_mm;
@@ -93,27 +93,27 @@ struct Fitted {
 
 /// The Maxwell-slip fit takes all rows that are settled; the others are reported what is too slow for
 /// encoders.
-std::vector<rt::FrictionRow> moving(std::vector<rt::FrictionRow> rows) {
-  for (rt::FrictionRow& row : rows) {
+std::vector<identification::FrictionRow> moving(std::vector<identification::FrictionRow> rows) {
+  for (identification::FrictionRow& row : rows) {
     row.settled = row.settled && std::abs(row.speed_mm_per_s) >= kMovesMmPerS;
   }
   return rows;
 }
 
 Fitted fitted_to(const Strokes& strokes) {
-  const std::vector<rt::FrictionRow> rows = rows_of(strokes);
-  rt::FrictionFitOptions options;
+  const std::vector<identification::FrictionRow> rows = rows_of(strokes);
+  identification::FrictionFitOptions options;
   options.least_speed_mm_per_s = kMovesMmPerS;
-  options.presliding_mm_per_s = 40.0;  // as rt::FrictionIdentification has them
+  options.presliding_mm_per_s = 40.0;  // as identification::FrictionIdentification has them
   options.sliding_mm_per_s = 10.0;
   Fitted fitted;
-  fitted.dahl = value_of(rt::fit_friction_law(rows, options)).parameters;
+  fitted.dahl = value_of(identification::fit_friction_law(rows, options)).parameters;
   options.exponent = true;
-  fitted.bent = value_of(rt::fit_friction_law(rows, options)).parameters;
+  fitted.bent = value_of(identification::fit_friction_law(rows, options)).parameters;
   options.exponent = false;
   options.law = rt::FrictionLaw::kCoulombViscous;
-  fitted.coulomb = value_of(rt::fit_friction_law(rows, options)).parameters;
-  fitted.slip = value_of(rt::fit_maxwell_slip(moving(rows), {})).parameters;
+  fitted.coulomb = value_of(identification::fit_friction_law(rows, options)).parameters;
+  fitted.slip = value_of(identification::fit_maxwell_slip(moving(rows), {})).parameters;
   for (const FrictionInstant& s : strokes) {
     fitted.mean_normal_n += s.normal_n / static_cast<double>(strokes.size());
   }

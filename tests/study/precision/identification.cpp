@@ -21,15 +21,15 @@ namespace {
 
 using report::fixed;
 using report::significant;
-using Palpation = std::vector<rt::PalpationSample>;
+using Palpation = std::vector<identification::PalpationSample>;
 
-rt::SingleStageEstimator ungated() {
-  rt::SingleStageEstimator::Options options;
+identification::SingleStageEstimator ungated() {
+  identification::SingleStageEstimator::Options options;
   options.least_force_n = 1e-3;
   options.least_share = 0.0;
   options.largest_rate_term = 1e6;
   options.mean_of = 1;
-  return rt::SingleStageEstimator(options);
+  return identification::SingleStageEstimator(options);
 }
 
 struct Candidate {
@@ -90,15 +90,15 @@ struct ObjectData {
 /// Presses as a hand mixes them, for as long as wanted: the requests of an identification come in the same
 /// order and stop too early to see what length does.
 TruePalpation long_palpation(const std::string& object, double duration_s) {
-  std::vector<rt::MotionRequest> requests;
+  std::vector<identification::MotionRequest> requests;
   const double forces_n[] = {2.0, 5.0, 3.5, 6.0, 1.2, 4.2};
   const double rates_n_per_s[] = {4.0, 15.0, 2.5, 30.0, 8.0};
   const double holds_s[] = {0.1, 0.5, 0.2};
   // A press with its way there and back takes two seconds or more.
   const auto presses = static_cast<std::size_t>(std::ceil(duration_s / 2.0));
   for (std::size_t i = 0; i < presses; ++i) {
-    rt::MotionRequest request;
-    request.motion = rt::MotionRequest::Motion::kPress;
+    identification::MotionRequest request;
+    request.motion = identification::MotionRequest::Motion::kPress;
     request.force_n = forces_n[i % 6];
     request.force_rate_n_per_s = rates_n_per_s[i % 5];
     request.hold_s = holds_s[i % 3];
@@ -174,7 +174,7 @@ void study_length(StudyContext& context, const std::vector<std::string>& objects
     const auto first =
         std::find_if(samples.begin(), samples.end(), [](const auto& s) { return s.in_contact; });
     for (std::size_t l = 0; l < lengths_s.size(); ++l) {
-      const auto last = std::find_if(first, samples.end(), [&](const rt::PalpationSample& s) {
+      const auto last = std::find_if(first, samples.end(), [&](const identification::PalpationSample& s) {
         return s.time_s > first->time_s + lengths_s[l];
       });
       const Palpation part(samples.begin(), last);

@@ -17,8 +17,8 @@ namespace hapticd::study {
 /// estimate as the recursion with a covariance that began large.
 class LogLeastSquares {
  public:
-  void add(const rt::PalpationSample& s) noexcept {
-    if (!rt::identifies_contact(s)) return;
+  void add(const identification::PalpationSample& s) noexcept {
+    if (!identification::identifies_contact(s)) return;
     const Eigen::Vector3d phi(1.0, std::log(s.displacement_mm), s.rate_mm_per_s);
     normal_ += phi * phi.transpose();
     right_ += std::log(s.normal_force_n) * phi;
@@ -26,13 +26,13 @@ class LogLeastSquares {
   }
 
   /// None where the samples do not determine the parameters apart.
-  std::optional<rt::HuntCrossleyEstimate> estimate() const {
+  std::optional<identification::HuntCrossleyEstimate> estimate() const {
     if (!(normal_.diagonal().minCoeff() > 0.0)) return std::nullopt;
     const Eigen::Vector3d scale = normal_.diagonal().cwiseSqrt().cwiseInverse();
     const auto factors = Eigen::Matrix3d(scale.asDiagonal() * normal_ * scale.asDiagonal()).ldlt();
     if (samples_ < 3 || !(factors.rcond() > 1e-12)) return std::nullopt;
     const Eigen::Vector3d solution = scale.asDiagonal() * factors.solve(scale.asDiagonal() * right_);
-    rt::HuntCrossleyEstimate estimate;
+    identification::HuntCrossleyEstimate estimate;
     estimate.parameters.stiffness_n_per_mm_m = std::exp(solution(0));
     estimate.parameters.exponent = solution(1);
     estimate.parameters.damping_n_s_per_mm_m1 = solution(2) * estimate.parameters.stiffness_n_per_mm_m;

@@ -49,12 +49,12 @@ sim::ObjectModel phantom_with_inclusion_at(double x_mm, double y_mm, double dept
   return object;
 }
 
-std::vector<rt::Press> palpate_phantom(const sim::ObjectModel& phantom,
-                                       const std::vector<PhantomPress>& all) {
+std::vector<identification::Press> palpate_phantom(const sim::ObjectModel& phantom,
+                                                   const std::vector<PhantomPress>& all) {
   VirtualRun run(phantom_rig(phantom), watching_scene(), false);
   rt::ThreeAxisMotion motion(run.info().device.position_resolution_mm, 1000.0);
   rt::ToolLoad load(kExploreToolMassG, {0.0, 0.0, -1.0});
-  std::vector<rt::PressSample> recording;
+  std::vector<identification::PressSample> recording;
   for (const PhantomPress& press : all) {
     press_phantom(run, press, [&] {
       const hal::RigSample& s = run.sample();
@@ -64,16 +64,16 @@ std::vector<rt::Press> palpate_phantom(const sim::ObjectModel& phantom,
                            load_n + load.inertia_n(motion.acceleration_mm_per_s2())});
     });
   }
-  return rt::cut_into_presses(recording, 1000.0);
+  return identification::cut_into_presses(recording, 1000.0);
 }
 
 const rt::ObjectModel& phantom_model() {
   static const rt::ObjectModel model = [] {
     const rt::SceneSpec scene = watching_scene();
     VirtualRun run(phantom_rig(phantom_object("phantom")), scene, false);
-    rt::PalpationTracker tracker(scene.tool_mass_g, scene.contact.threshold_n,
-                                 run.info().device.position_resolution_mm, run.info().rate_hz);
-    std::vector<rt::PalpationSample> palpation;
+    identification::PalpationTracker tracker(scene.tool_mass_g, scene.contact.threshold_n,
+                                             run.info().device.position_resolution_mm, run.info().rate_hz);
+    std::vector<identification::PalpationSample> palpation;
     for (const PhantomPress& press : {PhantomPress{0.0, 0.0, 5.0, 20.0},
                                       {0.0, 0.0, 10.0, 60.0},
                                       {0.0, 0.0, 15.0, 30.0},
@@ -84,13 +84,13 @@ const rt::ObjectModel& phantom_model() {
     rt::ObjectModel found;
     found.name = "phantom";
     found.identified_on = "sim:phantom_1_5_high_force, five presses to 5 ... 16 mm";
-    for (const rt::PalpationSample& s : palpation) {
+    for (const identification::PalpationSample& s : palpation) {
       if (!s.in_contact) continue;
       found.max_displacement_mm = std::max(found.max_displacement_mm, s.displacement_mm);
       found.max_force_n = std::max(found.max_force_n, s.normal_force_n);
     }
-    found.hunt_crossley = test::value_of(rt::fit_hunt_crossley(palpation));
-    found.creep = test::value_of(rt::fit_creep(palpation, 1000.0));
+    found.hunt_crossley = test::value_of(identification::fit_hunt_crossley(palpation));
+    found.creep = test::value_of(identification::fit_creep(palpation, 1000.0));
     return found;
   }();
   return model;

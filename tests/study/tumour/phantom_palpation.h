@@ -49,7 +49,8 @@ void press_phantom(VirtualRun& run, const PhantomPress& press, Each&& each) {
 
 /// What encoders and sensor say of presses of a phantom, nothing rendered; the tool's weight and inertia
 /// taken off.
-std::vector<rt::Press> palpate_phantom(const sim::ObjectModel& phantom, const std::vector<PhantomPress>& all);
+std::vector<identification::Press> palpate_phantom(const sim::ObjectModel& phantom,
+                                                   const std::vector<PhantomPress>& all);
 
 /// Contact law of the phantom without a tumour, for scenes; identified once a run.
 const rt::ObjectModel& phantom_model();

@@ -10,7 +10,7 @@ namespace hapticd::study {
 
 namespace {
 
-constexpr rt::Estimated kTipRadius{sim::PhantomParameters::kTipRadiusMm, 0.0};
+constexpr identification::Estimated kTipRadius{sim::PhantomParameters::kTipRadiusMm, 0.0};
 
 }  // namespace
 
@@ -29,11 +29,11 @@ void run_inclusion_place(StudyContext& context) {
     const auto scan = scan_presses(24.0, 8.0, 13.0);
     const auto with = palpate_phantom(phantom, scan);
     for (const bool pair : {true, false}) {
-      std::vector<rt::Press> without;
+      std::vector<identification::Press> without;
       if (pair)
         without =
             palpate_phantom(phantom_object("phantom"), {{0, 0, 11, 60}, {10, 0, 11, 60}, {0, 20, 11, 60}});
-      const auto fit = rt::fit_inclusion_scan(without, with, {}, kTipRadius);
+      const auto fit = identification::fit_inclusion_scan(without, with, {}, kTipRadius);
       report::Figure figure{"inclusion_place_error_mm",
                             {{"inclusion", std::to_string(i)}, {"data", pair ? "pair" : "one_phantom"}}};
       report::Figure deep = figure;

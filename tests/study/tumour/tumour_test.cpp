@@ -34,10 +34,10 @@ TEST(Tumour, OffTheAxisTheEnergyLawIsBetterThanThePublishedOne) {
 
 TEST(Tumour, ItsPlaceIsFoundByAScan) {
   const sim::ObjectModel phantom = phantom_with_inclusion_at(8.0, -6.0, 24.0, 0.4);
-  const auto fit =
-      rt::fit_inclusion_scan(palpate_phantom(phantom_object("phantom"), {{0, 0, 11, 60}, {10, 0, 11, 60}}),
-                             palpate_phantom(phantom, scan_presses(24.0, 8.0, 11.0)), {},
-                             {sim::PhantomParameters::kTipRadiusMm, 0.0});
+  const auto fit = identification::fit_inclusion_scan(
+      palpate_phantom(phantom_object("phantom"), {{0, 0, 11, 60}, {10, 0, 11, 60}}),
+      palpate_phantom(phantom, scan_presses(24.0, 8.0, 11.0)), {},
+      {sim::PhantomParameters::kTipRadiusMm, 0.0});
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->depth_mm.value, 24.0, 5.0);
   EXPECT_NEAR(fit->depth_mm.value, 24.0, 2.0 * fit->depth_mm.standard_error);

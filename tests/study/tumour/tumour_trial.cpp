@@ -110,14 +110,14 @@ const IdentifiedTumour& identified_tumour(const char* phantom) {
   IdentifiedTumour tumour;
   std::vector<PhantomPress> presses;
   for (const double speed : {20.0, 50.0, 100.0}) presses.push_back({0.0, 0.0, 13.0, speed});
-  tumour.by_pair =
-      value_of(rt::fit_inclusion_response(palpate_phantom(phantom_object("phantom"), presses),
-                                          palpate_phantom(phantom_object(phantom), presses), kSphereDepthMm));
+  tumour.by_pair = value_of(identification::fit_inclusion_response(
+      palpate_phantom(phantom_object("phantom"), presses), palpate_phantom(phantom_object(phantom), presses),
+      kSphereDepthMm));
   tumour.by_pair.inclusion.variant = rt::InclusionVariant::kPublished;
   const auto scan = scan_presses(24.0, 8.0, 13.0);
-  tumour.by_scan = value_of(rt::fit_inclusion_scan(palpate_phantom(phantom_object("phantom"), scan),
-                                                   palpate_phantom(phantom_object(phantom), scan), {},
-                                                   {sim::PhantomParameters::kTipRadiusMm, 0.0}));
+  tumour.by_scan = value_of(identification::fit_inclusion_scan(
+      palpate_phantom(phantom_object("phantom"), scan), palpate_phantom(phantom_object(phantom), scan), {},
+      {sim::PhantomParameters::kTipRadiusMm, 0.0}));
   return known.emplace(phantom, tumour).first->second;
 }
 

@@ -18,9 +18,9 @@ struct PressCurve {
 
 /// The tumour of a phantom as identified, once a run.
 struct IdentifiedTumour {
-  rt::InclusionFit
+  identification::InclusionFit
       by_pair;  ///< response by two palpations straight over it (5.3), its place known: published
-  rt::InclusionFit by_scan;  ///< place, response and how it falls off, by a scan of both phantoms
+  identification::InclusionFit by_scan;  ///< place, response and how it falls off, by a scan of both phantoms
 };
 const IdentifiedTumour& identified_tumour(const char* phantom);
 

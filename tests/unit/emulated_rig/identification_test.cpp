@@ -67,10 +67,10 @@ class InAnyDirection : public testing::TestWithParam<Placed> {};
 
 TEST_P(InAnyDirection, ASpongeIsTheSameOnTheBoard) {
   const RunConfig config = rig_for_identification(world("phantom_1_0", "sponge_cut", "ball_bearing"));
-  const rt::IdentifiedModel upright =
-      identified_on_board<rt::ContactIdentification>(config, rt::ContactTask{}, SeenAs::kUpright);
-  const rt::IdentifiedModel turned =
-      identified_on_board<rt::ContactIdentification>(config, rt::ContactTask{}, SeenAs::kUpright, GetParam());
+  const rt::IdentifiedModel upright = identified_on_board<identification::ContactIdentification>(
+      config, identification::ContactTask{}, SeenAs::kUpright);
+  const rt::IdentifiedModel turned = identified_on_board<identification::ContactIdentification>(
+      config, identification::ContactTask{}, SeenAs::kUpright, GetParam());
   EXPECT_NEAR(turned.validity.max_displacement_mm / upright.validity.max_displacement_mm, 1.0, 0.05);
 }
 
@@ -86,15 +86,15 @@ INSTANTIATE_TEST_SUITE_P(Places, InAnyDirection,
 
 TEST(OnTheBoard, ATool) {
   const RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
-  const rt::IdentifiedModel model =
-      identified_on_board<rt::ToolIdentification>(config, rt::ToolTask{}, SeenAs::kRaw);
+  const rt::IdentifiedModel model = identified_on_board<identification::ToolIdentification>(
+      config, identification::ToolTask{}, SeenAs::kRaw);
   EXPECT_NEAR(std::get<rt::ToolModel>(model.content).mass_g / config.simulation.tool_mass_g, 1.0, 0.05);
 }
 
 TEST(OnTheBoard, AThreshold) {
   const RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
-  const rt::IdentifiedModel model = identified_on_board<rt::ThresholdIdentification>(
-      config, rt::ThresholdTask{}, SeenAs::kSeated, kUpright, 240.0);
+  const rt::IdentifiedModel model = identified_on_board<identification::ThresholdIdentification>(
+      config, identification::ThresholdTask{}, SeenAs::kSeated, kUpright, 240.0);
   const auto& found = std::get<rt::ThresholdModel>(model.content);
   EXPECT_GE(found.threshold_n, found.largest_residual_n);
   EXPECT_LT(found.threshold_n, 0.1);
@@ -102,27 +102,27 @@ TEST(OnTheBoard, AThreshold) {
 
 TEST(OnTheBoard, Gains) {
   const RunConfig config = rig_for_identification(world("phantom_1_0", "sponge_block", "rod"));
-  const rt::IdentifiedModel model =
-      identified_on_board<rt::GainsIdentification>(config, rt::GainsTask{}, SeenAs::kRaw, kUpright, 240.0);
+  const rt::IdentifiedModel model = identified_on_board<identification::GainsIdentification>(
+      config, identification::GainsTask{}, SeenAs::kRaw, kUpright, 240.0);
   EXPECT_GT(std::get<rt::GainsModel>(model.content).proportional_gain, 0.5);
 }
 
 TEST(OnTheBoard, StructuralStiffnessByAnInstrumentOnIt) {
   RunConfig config = rig_for_identification(world("phantom_1_0", "none", "rod"));
   config.instrument_mm_per_v = 25.0;
-  rt::StructuralStiffnessTask task;
+  identification::StructuralStiffnessTask task;
   task.constant = true;
-  const rt::IdentifiedModel model =
-      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 240.0);
+  const rt::IdentifiedModel model = identified_on_board<identification::StructuralIdentification>(
+      config, task, SeenAs::kRaw, kUpright, 240.0);
   EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.1);
 }
 
 TEST(OnTheBoard, StructuralStiffnessOfARigidContact) {
   const RunConfig config = rig_for_identification(world("phantom_1_0", "wood_plate", "rod"));
-  rt::StructuralStiffnessTask task;
+  identification::StructuralStiffnessTask task;
   task.rigid_contact = true;
-  const rt::IdentifiedModel model =
-      identified_on_board<rt::StructuralIdentification>(config, task, SeenAs::kRaw, kUpright, 240.0);
+  const rt::IdentifiedModel model = identified_on_board<identification::StructuralIdentification>(
+      config, task, SeenAs::kRaw, kUpright, 240.0);
   EXPECT_NEAR(std::get<rt::StructuralModel>(model.content).stiffness_n_per_mm, 3.5, 0.35);
 }
 
@@ -134,7 +134,7 @@ TEST(ALiveMix, OfTheVendorsLibraryAndASensorOnTheBoardIdentifies) {
   config.instrument_mm_per_v = 25.0;
   config.stall_s = 2.0;
   EmulatedRig rig(config);
-  rt::ContactIdentification identification(rt::ContactTask{}, rig.rig_info());
+  identification::ContactIdentification identification(identification::ContactTask{}, rig.rig_info());
   const IdentifyRunResult result =
       identify_on(rig, identification, {SeenAs::kUpright, {}, config.simulation.tool_mass_g, 10.0});
   // How far it comes in this time is a matter of the machine.

@@ -15,7 +15,7 @@
 #include "tests/reference/contact_point.h"
 #include "tests/reference/creep_force.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using namespace test;
@@ -31,7 +31,7 @@ std::optional<HuntCrossleyEstimate> fed(Estimator estimator, const std::vector<P
 // --- single stage ---
 
 TEST(ContactSingleStage, IsRecursiveLeastSquaresInTheTextbooksForm) {
-  const HuntCrossleyParameters law{0.4, 2e-4, 1.4};  // |B/K·ẋ| < 0.1 throughout: the gates leave all in
+  const rt::HuntCrossleyParameters law{0.4, 2e-4, 1.4};  // |B/K·ẋ| < 0.1 throughout: the gates leave all in
   for (const double lambda : {1.0, 0.999}) {
     SingleStageEstimator::Options options;
     options.mean_of = 1;
@@ -52,7 +52,7 @@ TEST(ContactSingleStage, IsRecursiveLeastSquaresInTheTextbooksForm) {
     }
     const auto estimate = estimator.estimate();
     ASSERT_TRUE(estimate);
-    const HuntCrossleyParameters& p = estimate->parameters;
+    const rt::HuntCrossleyParameters& p = estimate->parameters;
     EXPECT_NEAR(std::log(p.stiffness_n_per_mm_m), theta(0), 1e-5) << lambda;
     EXPECT_NEAR(p.exponent, theta(1), 1e-5) << lambda;
     EXPECT_NEAR(p.damping_n_s_per_mm_m1 / p.stiffness_n_per_mm_m, theta(2), 1e-7) << lambda;
@@ -61,7 +61,7 @@ TEST(ContactSingleStage, IsRecursiveLeastSquaresInTheTextbooksForm) {
 
 TEST(ContactSingleStage, FindsLawsUnderNoise) {
   struct Case {
-    HuntCrossleyParameters law;
+    rt::HuntCrossleyParameters law;
     double depth_mm;
   };
   for (const Case& c :
@@ -78,7 +78,7 @@ TEST(ContactSingleStage, FindsLawsUnderNoise) {
 }
 
 TEST(ContactSingleStage, ItsGateOfDisplacementActsOnWhatWasSeenBefore) {
-  const HuntCrossleyParameters law{0.1, 0.0, 1.8};
+  const rt::HuntCrossleyParameters law{0.1, 0.0, 1.8};
   SingleStageEstimator estimator;
   // At first the skin alone, ten times as stiff; it is below a tenth of what is pressed later.
   for (const PalpationSample& s : synthetic_palpation({3.0, 0.0, 1.0}, 0.7)) estimator.add(s);
@@ -125,8 +125,8 @@ TEST(ContactSingleStage, ForgetsWithoutWindingUp) {
 // --- double stage ---
 
 TEST(ContactDoubleStage, FindsLawsAndKeepsItsCovarianceBounded) {
-  for (const HuntCrossleyParameters& law :
-       {HuntCrossleyParameters{0.3, 3e-4, 1.3}, {0.02, 2e-5, 2.1}, {0.5, 0.0, 1.0}}) {
+  for (const rt::HuntCrossleyParameters& law :
+       {rt::HuntCrossleyParameters{0.3, 3e-4, 1.3}, {0.02, 2e-5, 2.1}, {0.5, 0.0, 1.0}}) {
     DoubleStageEstimator estimator;
     for (int round = 0; round < 2; ++round) {
       for (const PalpationSample& s : synthetic_palpation(law, 8.0, 0.01)) estimator.add(s);
@@ -135,11 +135,12 @@ TEST(ContactDoubleStage, FindsLawsAndKeepsItsCovarianceBounded) {
     ASSERT_TRUE(estimate);
     EXPECT_LT(law_displacement_error(law, estimate->parameters, 8.0), 0.03) << "m " << law.exponent;
     // Hours of one force excite nothing; forgetting alone would blow the covariance up.
-    for (int i = 0; i < 500'000; ++i) estimator.add({3.0, 0.0, hunt_crossley_force_n(law, 3.0, 0.0), true});
+    for (int i = 0; i < 500'000; ++i)
+      estimator.add({3.0, 0.0, rt::hunt_crossley_force_n(law, 3.0, 0.0), true});
     EXPECT_LE(estimator.covariance_share(), 1.0);
     ASSERT_TRUE(estimator.estimate());
-    EXPECT_NEAR(hunt_crossley_force_n(estimator.estimate()->parameters, 3.0, 0.0) /
-                    hunt_crossley_force_n(law, 3.0, 0.0),
+    EXPECT_NEAR(rt::hunt_crossley_force_n(estimator.estimate()->parameters, 3.0, 0.0) /
+                    rt::hunt_crossley_force_n(law, 3.0, 0.0),
                 1.0, 0.02);
   }
 }
@@ -147,8 +148,8 @@ TEST(ContactDoubleStage, FindsLawsAndKeepsItsCovarianceBounded) {
 // --- variable projection ---
 
 TEST(ContactVariableProjection, IsExactWhereNothingDisturbs) {
-  for (const HuntCrossleyParameters& law :
-       {HuntCrossleyParameters{0.3, 3e-3, 1.3}, {0.02, 2e-5, 2.1}, {0.5, 0.0, 1.0}, {0.01, 1e-4, 3.0}}) {
+  for (const rt::HuntCrossleyParameters& law :
+       {rt::HuntCrossleyParameters{0.3, 3e-3, 1.3}, {0.02, 2e-5, 2.1}, {0.5, 0.0, 1.0}, {0.01, 1e-4, 3.0}}) {
     const auto estimate = fit_by_variable_projection(synthetic_palpation(law, 6.0));
     ASSERT_TRUE(estimate);
     EXPECT_NEAR(estimate->parameters.exponent, law.exponent, 2e-5);
@@ -159,7 +160,7 @@ TEST(ContactVariableProjection, IsExactWhereNothingDisturbs) {
 }
 
 TEST(ContactVariableProjection, FindsTheContactOffset) {
-  const HuntCrossleyParameters law{0.2, 1e-4, 1.6};
+  const rt::HuntCrossleyParameters law{0.2, 1e-4, 1.6};
   auto palpation = synthetic_palpation(law, 6.0, 0.003);
   for (PalpationSample& s : palpation) s.displacement_mm -= 0.25;  // the zero is a preload behind the surface
   const auto estimate = fit_by_variable_projection(palpation, {-0.6, 0.6, 30});
@@ -191,7 +192,7 @@ TEST(ContactVariableProjection, TellsWhatItCannotTell) {
 // --- standard errors ---
 
 TEST(ContactUncertainty, IsTheScatterOverSeedsThoughErrorsHangTogether) {
-  const HuntCrossleyParameters law{0.25, 5e-4, 1.5};
+  const rt::HuntCrossleyParameters law{0.25, 5e-4, 1.5};
   for (const double correlation_s : {0.0, 0.05}) {
     double reported = 0.0, sum = 0.0, squares = 0.0, reported_force = 0.0, sum_force = 0.0,
            squares_force = 0.0;
@@ -207,8 +208,8 @@ TEST(ContactUncertainty, IsTheScatterOverSeedsThoughErrorsHangTogether) {
       const double m = estimate->parameters.exponent;
       sum += m / kSeeds;
       squares += m * m / kSeeds;
-      const double f =
-          hunt_crossley_force_n(estimate->parameters, 6.0, 0.0) / hunt_crossley_force_n(law, 6.0, 0.0);
+      const double f = rt::hunt_crossley_force_n(estimate->parameters, 6.0, 0.0) /
+                       rt::hunt_crossley_force_n(law, 6.0, 0.0);
       sum_force += f / kSeeds;
       squares_force += f * f / kSeeds;
     }
@@ -231,11 +232,11 @@ TEST(ContactUncertainty, IsInfiniteWhereNothingIsReported) {
 
 // --- creep law ---
 
-CreepParameters some_creep() {
-  CreepParameters law;
+rt::CreepParameters some_creep() {
+  rt::CreepParameters law;
   law.weight = {0.55, 0.1, 0.15, 0.1, 0.1};
   law.max_force_n = 2.0;
-  for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
+  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
     const double share = std::pow(static_cast<double>(j) / 16.0, 2);
     law.displacement_mm[j] = 9.0 * (0.7 * std::pow(share, 0.6) + 0.3 * share);
   }
@@ -243,7 +244,7 @@ CreepParameters some_creep() {
 }
 
 /// Presses and holds of changing force on a creep law's object.
-PalpationSample creep_sample(CreepLaw& law, int i, double noise_mm) {
+PalpationSample creep_sample(rt::CreepLaw& law, int i, double noise_mm) {
   const double t = 1e-3 * i;
   double force_n = std::max(0.0, (1.2 + 0.8 * std::sin(0.7 * t)) * std::sin(2.5 * t));
   if (std::fmod(t, 24.0) > 14.0 && std::fmod(t, 24.0) < 18.0) force_n = 1.5;
@@ -257,8 +258,8 @@ PalpationSample creep_sample(CreepLaw& law, int i, double noise_mm) {
 }
 
 TEST(ContactCreepFit, FindsTheLawInBoundedMemoryAndSaysItsErrors) {
-  const CreepParameters truth = some_creep();
-  CreepLaw law(truth, 1000.0);
+  const rt::CreepParameters truth = some_creep();
+  rt::CreepLaw law(truth, 1000.0);
   CreepFit fit(truth.time_s, 3, 2048);
   for (int i = 0; i < 200'000; ++i) {
     fit.add(creep_sample(law, i, 0.02), 1e-3);
@@ -294,15 +295,15 @@ TEST(SingleStage, ClaimsNothingOfADepthThatIsHeld) {
 
 // One force and one depth are explained to the last bit, and the search must end all the same.
 TEST(CreepFit, EndsOnDataThatLeaveNothing) {
-  CreepFit fit(CreepParameters{}.time_s);
+  CreepFit fit(rt::CreepParameters{}.time_s);
   for (int i = 0; i < 60'000; ++i) fit.add({3.0, 0.0, 2.0, true, 1e-3 * i}, 1e-3);
   const auto found = fit.solve();
   ASSERT_TRUE(found.has_value());
-  EXPECT_NEAR(CreepLaw(found->law.parameters, 1000.0).curve(2.0).displacement_mm, 3.0, 0.03);
+  EXPECT_NEAR(rt::CreepLaw(found->law.parameters, 1000.0).curve(2.0).displacement_mm, 3.0, 0.03);
 }
 
 TEST(ContactCreepFit, TellsWhatItCannotTell) {
-  CreepFit fit(CreepParameters{}.time_s);
+  CreepFit fit(rt::CreepParameters{}.time_s);
   EXPECT_FALSE(fit.solve());
   for (int i = 0; i < 10'000; ++i) fit.add({kNan, 0.0, kNan, true}, 1e-3);
   EXPECT_FALSE(fit.solve());
@@ -311,8 +312,8 @@ TEST(ContactCreepFit, TellsWhatItCannotTell) {
 }
 
 TEST(ContactCreepForce, UndoesTheLaw) {
-  const CreepParameters parameters = some_creep();
-  CreepLaw law(parameters, 1000.0);
+  const rt::CreepParameters parameters = some_creep();
+  rt::CreepLaw law(parameters, 1000.0);
   CreepForce inverse(parameters);
   for (int i = 0; i < 20'000; ++i) {
     const PalpationSample s = creep_sample(law, i, 0.0);
@@ -326,7 +327,7 @@ TEST(ContactCreepForce, UndoesTheLaw) {
 }
 
 TEST(ContactCreepFit, TakesTimesThatASlowRecordingResolves) {
-  EXPECT_EQ(creep_times_s(1e-3), CreepParameters{}.time_s);
+  EXPECT_EQ(creep_times_s(1e-3), rt::CreepParameters{}.time_s);
   const auto slow = creep_times_s(0.1);
   EXPECT_NEAR(slow.front(), 1.0, 1e-9);
   EXPECT_NEAR(slow.back(), 100.0, 1e-9);
@@ -386,4 +387,4 @@ TEST(ContactApproach, DriftIsNoContactAndTheContactPointIsWithinItsUncertainty) 
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -14,12 +14,12 @@
 #include "server/identification/session/contact/contact_requests.h"
 #include "server/identification/session/contact/coverage_map.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using namespace test;
 
-constexpr HuntCrossleyParameters kLaw{0.25, 4e-4, 1.6};
+constexpr rt::HuntCrossleyParameters kLaw{0.25, 4e-4, 1.6};
 constexpr double kDepthMm = 7.0;
 /// Where this law's force has reached what shows a contact from noise: half the threshold, 10 mN.
 const double kLateMm = std::pow(0.010 / kLaw.stiffness_n_per_mm_m, 1.0 / kLaw.exponent);
@@ -37,16 +37,16 @@ hal::RigInfo rig(hal::RigKind kind = hal::RigKind::kHardware, double rate_hz = 1
 
 ContactTask hunt_crossley_task() {
   ContactTask task;
-  task.law = ContactLawKind::kHuntCrossley;
+  task.law = rt::ContactLawKind::kHuntCrossley;
   return task;
 }
 
-void feed(Identification& identification, const std::vector<Observation>& observations) {
-  for (const Observation& o : observations) identification.add(o);
+void feed(Identification& identification, const std::vector<rt::Observation>& observations) {
+  for (const rt::Observation& o : observations) identification.add(o);
 }
 
-double parameter(const IdentifiedModel& model, const std::string& name) {
-  for (const EstimatedParameter& p : model.parameters) {
+double parameter(const rt::IdentifiedModel& model, const std::string& name) {
+  for (const rt::EstimatedParameter& p : model.parameters) {
     if (p.name == name) return p.value;
   }
   return std::numeric_limits<double>::quiet_NaN();
@@ -62,14 +62,14 @@ TEST(ContactIdentification, FindsALawWithItsErrorsByEveryMethod) {
     feed(identification, observations);
     const auto model = identification.finish();
     ASSERT_TRUE(model) << model.error().text();
-    const auto& law = std::get<ContactModel>(model->content).hunt_crossley;
+    const auto& law = std::get<rt::ContactModel>(model->content).hunt_crossley;
     ASSERT_TRUE(law);
     EXPECT_LT(law_displacement_error(kLaw, law->parameters, kDepthMm, kLateMm), 0.03)
         << static_cast<int>(method);
     EXPECT_NEAR(model->validity.max_displacement_mm, kDepthMm - kLateMm, 0.05);
     EXPECT_LT(model->residual, 0.03);
-    EXPECT_FALSE(std::get<ContactModel>(model->content).creep);
-    for (const EstimatedParameter& p : model->parameters) {
+    EXPECT_FALSE(std::get<rt::ContactModel>(model->content).creep);
+    for (const rt::EstimatedParameter& p : model->parameters) {
       EXPECT_TRUE(std::isfinite(p.standard_error)) << p.name;
       EXPECT_GT(p.standard_error, 0.0) << p.name;
     }
@@ -83,7 +83,7 @@ TEST(ContactIdentification, TellsWhatIsMissingUntilItHasConverged) {
   double before = 0.0;
   bool converged = false;
   std::size_t i = 0;
-  for (const Observation& o : synthetic_observations(kLaw, kDepthMm)) {
+  for (const rt::Observation& o : synthetic_observations(kLaw, kDepthMm)) {
     identification.add(o);
     if (++i % 200 != 0) continue;
     const IdentificationProgress progress = identification.progress();
@@ -128,7 +128,7 @@ TEST(ContactIdentification, LeavesOutWhatIsUnfitAndSaysSo) {
   feed(identification, observations);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  EXPECT_LT(law_displacement_error(kLaw, std::get<ContactModel>(model->content).hunt_crossley->parameters,
+  EXPECT_LT(law_displacement_error(kLaw, std::get<rt::ContactModel>(model->content).hunt_crossley->parameters,
                                    kDepthMm, kLateMm),
             0.04);
   std::string remarks;
@@ -142,12 +142,12 @@ TEST(ContactIdentification, RefusesWhatIsNoPalpationAndSaysWhatToDo) {
   const auto good = synthetic_observations(kLaw, kDepthMm, 0.003, 0.0);
   const auto changed = [&](const auto& change) {
     auto observations = good;
-    for (Observation& o : observations) change(o.sample);
+    for (rt::Observation& o : observations) change(o.sample);
     return observations;
   };
   struct Case {
     const char* name;
-    std::vector<Observation> observations;
+    std::vector<rt::Observation> observations;
     const char* what;
   };
   using hal::RigSample;
@@ -186,7 +186,7 @@ TEST(ContactIdentification, RefusesWhatIsNoPalpationAndSaysWhatToDo) {
 TEST(ContactIdentification, AFewSamplesThatPullAreNoReversedSensor) {
   auto observations = synthetic_observations(kLaw, kDepthMm, 0.003, 0.0);
   double largest_n = 0.0;
-  for (const Observation& o : observations) largest_n = std::max(largest_n, o.sample.sensor_force_n.z);
+  for (const rt::Observation& o : observations) largest_n = std::max(largest_n, o.sample.sensor_force_n.z);
   for (std::size_t i = 300; i < 303; ++i) observations[i].sample.sensor_force_n.z = -3.0 * largest_n;
   ContactIdentification identification(ContactTask{}, rig(hal::RigKind::kHardware));
   feed(identification, observations);
@@ -199,7 +199,7 @@ TEST(ContactIdentification, TakesTwoMillionSamplesInBoundedMemory) {
   auto observations = synthetic_observations(kLaw, kDepthMm);
   std::int64_t time_ns = 0;
   for (std::size_t total = 0; total < 2'000'000;) {
-    for (Observation& o : observations) {
+    for (rt::Observation& o : observations) {
       time_ns += 1'000'000;
       o.sample.time_ns = time_ns;
       identification.add(o);
@@ -208,7 +208,7 @@ TEST(ContactIdentification, TakesTwoMillionSamplesInBoundedMemory) {
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model);
-  EXPECT_LT(law_displacement_error(kLaw, std::get<ContactModel>(model->content).hunt_crossley->parameters,
+  EXPECT_LT(law_displacement_error(kLaw, std::get<rt::ContactModel>(model->content).hunt_crossley->parameters,
                                    kDepthMm, kLateMm),
             0.03);
   EXPECT_LE(identification.progress().fit.size(), 200U);
@@ -217,7 +217,7 @@ TEST(ContactIdentification, TakesTwoMillionSamplesInBoundedMemory) {
 TEST(ContactIdentification, FindsTheSurfaceOfASlowUnevenRecording) {
   constexpr double kRateHz = 10.0;
   ContactIdentification identification(hunt_crossley_task(), rig(hal::RigKind::kReplay, kRateHz));
-  Observation o;
+  rt::Observation o;
   double t = 0.0;
   for (int i = 0; i < 900; ++i) {
     t += i % 3 == 0 ? 0.07 : 0.115;
@@ -226,7 +226,7 @@ TEST(ContactIdentification, FindsTheSurfaceOfASlowUnevenRecording) {
     const double rate = t < 40.0 ? 0.15 : (t < 50.0 || way <= 0.0 ? 0.0 : -0.8);
     o.sample.time_ns = std::llround(1e9 * t);
     o.sample.tip_position_mm.z = -way;
-    o.sample.sensor_force_n.z = hunt_crossley_force_n({0.2, 0.01, 1.4}, way + 0.2, rate);
+    o.sample.sensor_force_n.z = rt::hunt_crossley_force_n({0.2, 0.01, 1.4}, way + 0.2, rate);
     identification.add(o);
   }
   const auto model = identification.finish();
@@ -245,7 +245,7 @@ TEST(ContactIdentification, FitsARealCycleWithUnloadingAsOthersDo) {
   ASSERT_TRUE(recording) << recording.error().text();
   ContactIdentification identification(ContactTask{},
                                        rig(hal::RigKind::kReplay, 1.0 / recording->median_step_s));
-  Observation o;
+  rt::Observation o;
   for (std::size_t i = 0; i < recording->time_s.size(); ++i) {
     o.sample.time_ns = std::llround(1e9 * recording->time_s[i]);
     o.sample.tip_position_mm.z = -recording->depth_mm[i];
@@ -255,7 +255,7 @@ TEST(ContactIdentification, FitsARealCycleWithUnloadingAsOthersDo) {
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_LT(model->residual, 0.10);
-  EXPECT_LT(std::get<ContactModel>(model->content).creep->relative_error, 0.03);
+  EXPECT_LT(std::get<rt::ContactModel>(model->content).creep->relative_error, 0.03);
 }
 
 // --- its parts ---
@@ -341,4 +341,4 @@ TEST(ContactRequests, BeginGentlyAndNeverAskForMoreThanTwiceTheForce) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

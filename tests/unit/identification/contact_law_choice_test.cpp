@@ -13,7 +13,7 @@
 #include "server/identification/session/contact/contact_identification.h"
 #include "tests/reference/creep_force.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 constexpr double kStepS = 1e-2;
@@ -21,7 +21,7 @@ constexpr double kStepS = 1e-2;
 /// Presses of two speeds and depths with a hold each, on an object that gives `displacement_mm(force_n, i)`.
 template <class Object>
 CreepFit palpation_of(Object object, double noise_n) {
-  CreepFit fit(CreepParameters{}.time_s, 1);
+  CreepFit fit(rt::CreepParameters{}.time_s, 1);
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise(0.0, noise_n);
   double last_mm = 0.0;
@@ -55,12 +55,12 @@ double sponge_mm(double force_n) {
   return 12.0 * std::pow(force_n / 6.0, 1.2) / (0.15 + std::pow(force_n / 6.0, 1.2));
 }
 
-CreepParameters creeping() {
-  CreepParameters law;
+rt::CreepParameters creeping() {
+  rt::CreepParameters law;
   law.weight = {0.5, 0.1, 0.15, 0.15, 0.1};
   law.max_force_n = 6.0;
-  for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
-    const double share = static_cast<double>(j) / (CreepParameters::kKnots - 1);
+  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
+    const double share = static_cast<double>(j) / (rt::CreepParameters::kKnots - 1);
     law.displacement_mm[j] = 12.0 * std::pow(share, 1.1);
   }
   return law;
@@ -81,7 +81,7 @@ TEST(ContactLawChoice, TakesACurveWhereNoPowerFitsAndNoCreepWithoutNeed) {
 }
 
 TEST(ContactLawChoice, TakesCreepWhereTheObjectCreeps) {
-  CreepLaw law(creeping(), 1.0 / kStepS);
+  rt::CreepLaw law(creeping(), 1.0 / kStepS);
   const auto choice = chosen(palpation_of([&](double f) { return law.update(f).displacement_mm; }, 0.005));
   EXPECT_EQ(choice.form, ContactLawForm::kCreep);
   EXPECT_LT(choice.creep.relative, 0.5 * choice.elastic_curve.relative);
@@ -101,7 +101,7 @@ TEST(ContactLawChoice, TellsAPowerLawThatIsNoLawToRenderWith) {
 }
 
 TEST(ContactLawChoice, HasNothingToChooseFromTooFewSamples) {
-  CreepFit fit(CreepParameters{}.time_s, 1);
+  CreepFit fit(rt::CreepParameters{}.time_s, 1);
   EXPECT_FALSE(choose_contact_law(fit, 0.0, 0.0, 80));
   for (int i = 0; i < 50; ++i) fit.add({0.1 * i, 1.0, 0.1 * i, true, kStepS * i}, kStepS);
   EXPECT_FALSE(choose_contact_law(fit, 0.0, 0.0, 80));
@@ -134,7 +134,7 @@ TEST(ContactLawChoice, ACompressedElastomerGetsACurveThatItsWholeLoadingObeys) {
   rig.kind = hal::RigKind::kReplay;
   rig.rate_hz = 1.0 / recording->median_step_s;
   ContactIdentification identification(ContactTask{}, rig);
-  Observation o;
+  rt::Observation o;
   for (std::size_t i = 0; i < recording->time_s.size(); ++i) {
     o.sample.time_ns = std::llround(1e9 * recording->time_s[i]);
     o.sample.tip_position_mm.z = -recording->depth_mm[i];
@@ -143,12 +143,12 @@ TEST(ContactLawChoice, ACompressedElastomerGetsACurveThatItsWholeLoadingObeys) {
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  const auto& curve = std::get<ContactModel>(model->content).creep;
+  const auto& curve = std::get<rt::ContactModel>(model->content).creep;
   ASSERT_TRUE(curve);
   EXPECT_NE(model->procedure.find("chosen: "), std::string::npos) << model->procedure;
   EXPECT_EQ(model->procedure.find("chosen: power law"), std::string::npos) << model->procedure;
   double surface_mm = 0.0;
-  for (const EstimatedParameter& p : model->parameters) {
+  for (const rt::EstimatedParameter& p : model->parameters) {
     if (p.name == "curve_surface_mm") surface_mm = p.value;
   }
   EXPECT_NEAR(model->validity.max_displacement_mm, 20.0 - surface_mm, 0.1);
@@ -163,4 +163,4 @@ TEST(ContactLawChoice, ACompressedElastomerGetsACurveThatItsWholeLoadingObeys) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -11,7 +11,7 @@
 #include "rt/record/observation.h"
 #include "server/identification/gate/palpation_sample.h"
 
-namespace hapticd::rt::test {
+namespace hapticd::identification::test {
 
 /// Smooth presses of given depths and rates, with pauses outside of the object in between.
 struct SyntheticPress {
@@ -47,9 +47,10 @@ inline std::vector<SyntheticMotion> synthetic_motion(const std::vector<Synthetic
 }
 
 /// Samples of a Hunt-Crossley law under that motion, with noise that hangs together over `correlation_s`.
-inline std::vector<PalpationSample> synthetic_palpation(const HuntCrossleyParameters& law, double scale_mm,
-                                                        double noise_n = 0.0, double correlation_s = 0.0,
-                                                        std::uint64_t seed = 1, double rate_hz = 1000.0) {
+inline std::vector<PalpationSample> synthetic_palpation(const rt::HuntCrossleyParameters& law,
+                                                        double scale_mm, double noise_n = 0.0,
+                                                        double correlation_s = 0.0, std::uint64_t seed = 1,
+                                                        double rate_hz = 1000.0) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0.0, 1.0);
   const double keep = correlation_s > 0.0 ? std::exp(-1.0 / (correlation_s * rate_hz)) : 0.0;
@@ -61,7 +62,7 @@ inline std::vector<PalpationSample> synthetic_palpation(const HuntCrossleyParame
     s.displacement_mm = m.depth_mm;
     s.rate_mm_per_s = m.rate_mm_per_s;
     s.in_contact = m.depth_mm > 0.0;
-    s.normal_force_n = hunt_crossley_force_n(law, m.depth_mm, m.rate_mm_per_s) + noise_n * noise;
+    s.normal_force_n = rt::hunt_crossley_force_n(law, m.depth_mm, m.rate_mm_per_s) + noise_n * noise;
     s.time_s = static_cast<double>(samples.size()) / rate_hz;
     samples.push_back(s);
   }
@@ -69,20 +70,20 @@ inline std::vector<PalpationSample> synthetic_palpation(const HuntCrossleyParame
 }
 
 /// The same as a rig would deliver it: encoders of `step_mm`, sensor noise, the surface at -3 mm.
-inline std::vector<Observation> synthetic_observations(const HuntCrossleyParameters& law, double scale_mm,
-                                                       double noise_n = 0.003, double step_mm = 0.007,
-                                                       double rate_hz = 1000.0) {
+inline std::vector<rt::Observation> synthetic_observations(const rt::HuntCrossleyParameters& law,
+                                                           double scale_mm, double noise_n = 0.003,
+                                                           double step_mm = 0.007, double rate_hz = 1000.0) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal(0.0, 1.0);
-  std::vector<Observation> observations;
+  std::vector<rt::Observation> observations;
   for (const SyntheticMotion& m : synthetic_motion(mixed_presses(), scale_mm, rate_hz)) {
-    Observation o;
+    rt::Observation o;
     const double depth = m.depth_mm + 3.0;
     o.sample.tick = observations.size();
     o.sample.time_ns = std::llround(1e9 * static_cast<double>(observations.size()) / rate_hz);
     o.sample.tip_position_mm.z = -(step_mm > 0.0 ? step_mm * std::round(depth / step_mm) : depth);
     o.sample.sensor_force_n.z =
-        hunt_crossley_force_n(law, m.depth_mm, m.rate_mm_per_s) + noise_n * normal(random);
+        rt::hunt_crossley_force_n(law, m.depth_mm, m.rate_mm_per_s) + noise_n * normal(random);
     o.sample.force_count = 10;
     observations.push_back(o);
   }
@@ -91,16 +92,17 @@ inline std::vector<Observation> synthetic_observations(const HuntCrossleyParamet
 
 /// rms of x̂/x - 1 against the true law at rest, beyond a tenth of the deepest. `late_mm`: so far behind the
 /// true surface the found law counts from; what a threshold of force sees late on a soft onset.
-inline double law_displacement_error(const HuntCrossleyParameters& truth, const HuntCrossleyParameters& found,
-                                     double deepest_mm, double late_mm = 0.0) {
+inline double law_displacement_error(const rt::HuntCrossleyParameters& truth,
+                                     const rt::HuntCrossleyParameters& found, double deepest_mm,
+                                     double late_mm = 0.0) {
   double sum = 0.0;
   int count = 0;
   for (double x = 0.1 * deepest_mm; x <= deepest_mm; x += 0.01 * deepest_mm) {
-    const double f = hunt_crossley_force_n(truth, x + late_mm, 0.0);
-    sum += std::pow(hunt_crossley_displacement(found, f, 0.0).displacement_mm / x - 1.0, 2);
+    const double f = rt::hunt_crossley_force_n(truth, x + late_mm, 0.0);
+    sum += std::pow(rt::hunt_crossley_displacement(found, f, 0.0).displacement_mm / x - 1.0, 2);
     ++count;
   }
   return std::sqrt(sum / count);
 }
 
-}  // namespace hapticd::rt::test
+}  // namespace hapticd::identification::test

@@ -8,18 +8,18 @@
 #include "rt/deformation/creep_law.h"
 #include "server/identification/estimate/contact/contact_creep_fit.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 constexpr double kNPerMm = 0.2;
 
 /// An object whose settled curve is straight, a fifth of which creeps over a second and more.
-CreepParameters object() {
-  CreepParameters law;
+rt::CreepParameters object() {
+  rt::CreepParameters law;
   law.weight = {0.6, 0.1, 0.1, 0.1, 0.1};
   law.max_force_n = 4.0;
-  for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
-    const double share = static_cast<double>(j) / (CreepParameters::kKnots - 1);
+  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
+    const double share = static_cast<double>(j) / (rt::CreepParameters::kKnots - 1);
     law.displacement_mm[j] = law.max_force_n * share * share / kNPerMm;
   }
   return law;
@@ -30,8 +30,8 @@ CreepFit palpated(unsigned seed, double hold_s) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0.0, 1.0);
   std::uniform_real_distribution<double> strength(0.7, 1.3);
-  CreepFit fit(CreepParameters{}.time_s, 1);
-  CreepLaw law(object(), 1000.0);
+  CreepFit fit(rt::CreepParameters{}.time_s, 1);
+  rt::CreepLaw law(object(), 1000.0);
   double time_s = 0.0;
   const auto give = [&](double force_n) {
     const double x = law.update(force_n).displacement_mm;
@@ -54,9 +54,9 @@ CreepFit palpated(unsigned seed, double hold_s) {
 }
 
 /// Displacement after 2 s under 1 N, over the object's own.
-double held_ratio(const CreepParameters& found) {
-  CreepLaw truth(object(), 1000.0);
-  CreepLaw law(found, 1000.0);
+double held_ratio(const rt::CreepParameters& found) {
+  rt::CreepLaw truth(object(), 1000.0);
+  rt::CreepLaw law(found, 1000.0);
   double x = 0.0, true_x = 0.0;
   for (int i = 0; i < 2000; ++i) {
     true_x = truth.update(1.0).displacement_mm;
@@ -98,4 +98,4 @@ TEST(CreepFit, OfHeldPressesFindsEveryLag) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

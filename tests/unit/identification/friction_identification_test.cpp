@@ -13,12 +13,12 @@
 #include "server/identification/gate/stroke_effort.h"
 #include "tests/reference/friction_combination.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 /// A recording of strokes back and forth, sample by sample.
 struct Strokes {
-  FrictionParameters truth{0.5, 0.2, 0.0};
+  rt::FrictionParameters truth{0.5, 0.2, 0.0};
   double amplitude_mm = 20.0;
   double hz = 0.5;
   double rate_hz = 200.0;
@@ -39,14 +39,14 @@ hal::RigInfo recorder(double rate_hz) {
   return info;
 }
 
-using Spoil = std::function<void(std::int64_t tick, Observation&)>;
+using Spoil = std::function<void(std::int64_t tick, rt::Observation&)>;
 
 void play(FrictionIdentification& identification, const Strokes& s, const Spoil& spoil = {}) {
   std::mt19937_64 random(s.seed);
   std::normal_distribution<double> noise(0.0, 1.0);
   double z = 0.0;
   double last_mm = 0.0;
-  MaxwellSlip elements(s.truth.maxwell_slip.value_or(MaxwellSlipParameters{}));
+  rt::MaxwellSlip elements(s.truth.maxwell_slip.value_or(rt::MaxwellSlipParameters{}));
   const auto samples = static_cast<std::int64_t>(s.seconds * s.rate_hz);
   constexpr int kFine = 10;
   for (std::int64_t tick = 0; tick < samples; ++tick) {
@@ -55,14 +55,14 @@ void play(FrictionIdentification& identification, const Strokes& s, const Spoil&
       const double t = (static_cast<double>(tick) + static_cast<double>(k + 1) / kFine) / s.rate_hz;
       x = s.amplitude_mm * std::sin(2.0 * M_PI * s.hz * t);
       z = s.truth.maxwell_slip ? elements.step(x - last_mm) / s.truth.kinetic
-                               : dahl_step(z, x - last_mm, s.truth.presliding_mm, s.truth.exponent);
+                               : rt::dahl_step(z, x - last_mm, s.truth.presliding_mm, s.truth.exponent);
       last_mm = x;
     }
     const double t = static_cast<double>(tick + 1) / s.rate_hz;
     const double speed = s.amplitude_mm * 2.0 * M_PI * s.hz * std::cos(2.0 * M_PI * s.hz * t);
     const double friction = s.truth.kinetic * s.normal_n * z + s.truth.viscous_n_s_per_mm * speed + s.bias_n +
                             s.force_noise_n * noise(random);
-    Observation observation;
+    rt::Observation observation;
     observation.sample.tick = static_cast<std::uint64_t>(tick);
     observation.sample.time_ns = std::llround(1e9 * t);
     observation.sample.tip_position_mm.x = s.position_scale * (x + s.position_noise_mm * noise(random));
@@ -74,18 +74,19 @@ void play(FrictionIdentification& identification, const Strokes& s, const Spoil&
   }
 }
 
-hal::Result<IdentifiedModel> found(const Strokes& strokes, FrictionTask task = {}, const Spoil& spoil = {}) {
+hal::Result<rt::IdentifiedModel> found(const Strokes& strokes, FrictionTask task = {},
+                                       const Spoil& spoil = {}) {
   FrictionIdentification identification(task, recorder(strokes.rate_hz));
   play(identification, strokes, spoil);
   return identification.finish();
 }
 
-const FrictionParameters& friction_of(const IdentifiedModel& model) {
-  return std::get<FrictionModel>(model.content).friction;
+const rt::FrictionParameters& friction_of(const rt::IdentifiedModel& model) {
+  return std::get<rt::FrictionModel>(model.content).friction;
 }
 
-const EstimatedParameter& parameter(const IdentifiedModel& model, const std::string& name) {
-  for (const EstimatedParameter& p : model.parameters) {
+const rt::EstimatedParameter& parameter(const rt::IdentifiedModel& model, const std::string& name) {
+  for (const rt::EstimatedParameter& p : model.parameters) {
     if (p.name == name) return p;
   }
   throw std::out_of_range(name);
@@ -154,8 +155,8 @@ TEST(FrictionIdentification, TakesAnotherExponentOnlyWhereHeldOutStrokesAskForIt
 }
 
 /// One that sticks to 0.8 of its level and one that slips farther on: no Dahl law turns like that.
-FrictionParameters kinked() {
-  const MaxwellSlipParameters elements{{0.4, 3.0}, {1.0, 0.033}};
+rt::FrictionParameters kinked() {
+  const rt::MaxwellSlipParameters elements{{0.4, 3.0}, {1.0, 0.033}};
   return {elements.kinetic(), elements.presliding_mm(), 0.0, 1.0, elements};
 }
 
@@ -165,7 +166,7 @@ TEST(FrictionIdentification, TakesMaxwellSlipElementsWhereHeldOutStrokesAskForTh
   strokes.force_noise_n = 0.01;
   const auto model = found(strokes);
   ASSERT_TRUE(model) << model.error().text();
-  const FrictionParameters& friction = friction_of(*model);
+  const rt::FrictionParameters& friction = friction_of(*model);
   ASSERT_TRUE(friction.maxwell_slip) << model->procedure;
   EXPECT_NE(model->procedure.find("held-out strokes ask for them"), std::string::npos) << model->procedure;
   EXPECT_NEAR(friction.kinetic, strokes.truth.kinetic, 0.01);
@@ -173,8 +174,8 @@ TEST(FrictionIdentification, TakesMaxwellSlipElementsWhereHeldOutStrokesAskForTh
   EXPECT_LT(parameter(*model, "held_out_maxwell_slip").value,
             parameter(*model, "held_out_dahl_exponent").value);
   // What is found predicts the true one, not the recording alone.
-  MaxwellSlip truth(*strokes.truth.maxwell_slip);
-  MaxwellSlip by_model(*friction.maxwell_slip);
+  rt::MaxwellSlip truth(*strokes.truth.maxwell_slip);
+  rt::MaxwellSlip by_model(*friction.maxwell_slip);
   double worst = 0.0;
   double last_mm = 0.0;
   for (int i = 0; i < 4000; ++i) {
@@ -183,7 +184,7 @@ TEST(FrictionIdentification, TakesMaxwellSlipElementsWhereHeldOutStrokesAskForTh
     last_mm = x;
   }
   EXPECT_LT(worst, 0.1 * strokes.truth.kinetic);
-  EXPECT_FALSE(check(*model));
+  EXPECT_FALSE(rt::check(*model));
 }
 
 TEST(FrictionIdentification, TakesTheLawItsTaskNames) {
@@ -210,14 +211,14 @@ TEST(FrictionIdentification, SaysHowSureItIs) {
     std::normal_distribution<double> level(1.0, 0.05);
     double now = 1.0;
     int half = -1;
-    const auto model = found({.seed = seed}, {}, [&](std::int64_t tick, Observation& o) {
+    const auto model = found({.seed = seed}, {}, [&](std::int64_t tick, rt::Observation& o) {
       const int passage = static_cast<int>(std::floor(static_cast<double>(tick) / 200.0 + 0.5));
       if (passage != half) now = level(random);
       half = passage;
       o.sample.sensor_force_n.x *= now;
     });
     ASSERT_TRUE(model);
-    const EstimatedParameter& p = parameter(*model, "kinetic");
+    const rt::EstimatedParameter& p = parameter(*model, "kinetic");
     squared += (p.value - 0.5) * (p.value - 0.5);
     normed += (p.value - 0.5) * (p.value - 0.5) / (p.standard_error * p.standard_error);
   }
@@ -244,7 +245,7 @@ TEST(FrictionIdentification, TellsFrictionInNewtonWithoutANormalForce) {
 
 TEST(FrictionIdentification, StandsGapsOutliersAndSaturation) {
   Strokes strokes;
-  const auto spoilt = found(strokes, {}, [](std::int64_t tick, Observation& o) {
+  const auto spoilt = found(strokes, {}, [](std::int64_t tick, rt::Observation& o) {
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     if (tick % 97 == 0) o.sample.tip_position_mm.x += 0.5;  // single outliers
     if (tick % 211 == 0) o.sample.sensor_force_n.x = kNaN;
@@ -259,7 +260,7 @@ TEST(FrictionIdentification, StandsGapsOutliersAndSaturation) {
     EXPECT_NE(spoilt->procedure.find(word), std::string::npos) << spoilt->procedure;
   }
   // A clipped force is what it is; the remark says what that may mean.
-  const auto clipped = found(strokes, {}, [](std::int64_t, Observation& o) {
+  const auto clipped = found(strokes, {}, [](std::int64_t, rt::Observation& o) {
     o.sample.sensor_force_n.x = std::clamp(o.sample.sensor_force_n.x, -1.5, 10.0);
   });
   ASSERT_TRUE(clipped) << clipped.error().text();
@@ -278,24 +279,25 @@ TEST(FrictionIdentification, RefusesWhatSaysNothing) {
   };
   refused({}, {}, "too little data", 0.05);
   refused(
-      {}, [](std::int64_t, Observation& o) { o.sample.tip_position_mm.x = 3.0; }, "did not move");
+      {}, [](std::int64_t, rt::Observation& o) { o.sample.tip_position_mm.x = 3.0; }, "did not move");
   refused(
-      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n.x = 1.0; }, "does not vary");
+      {}, [](std::int64_t, rt::Observation& o) { o.sample.sensor_force_n.x = 1.0; }, "does not vary");
   refused(
-      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n.x *= -1.0; }, "along with the motion");
+      {}, [](std::int64_t, rt::Observation& o) { o.sample.sensor_force_n.x *= -1.0; },
+      "along with the motion");
   refused(
-      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n = {}; }, "does not vary");
+      {}, [](std::int64_t, rt::Observation& o) { o.sample.sensor_force_n = {}; }, "does not vary");
   refused(
-      {}, [](std::int64_t, Observation& o) { o.sample.sensor_force_n.x *= 1000.0; }, "unit");  // N as mN
+      {}, [](std::int64_t, rt::Observation& o) { o.sample.sensor_force_n.x *= 1000.0; }, "unit");  // N as mN
   Strokes metres;
   metres.position_scale = 1e-3;
   metres.amplitude_mm = 4.0;
   refused(metres, {}, "unit");
   refused(
-      {}, [](std::int64_t tick, Observation& o) { o.sample.time_ns = -tick; }, "too little data");
+      {}, [](std::int64_t tick, rt::Observation& o) { o.sample.time_ns = -tick; }, "too little data");
   refused(
       {},
-      [](std::int64_t tick, Observation& o) {
+      [](std::int64_t tick, rt::Observation& o) {
         o.sample.tip_position_mm.x = 0.01 * static_cast<double>(tick);
       },
       "back and forth");
@@ -383,10 +385,10 @@ TEST(SampleGate, ALateTickIsNoGap) {
 }
 
 TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {
-  MaxwellSlipParameters p;
+  rt::MaxwellSlipParameters p;
   p.reach_mm = {0.05, 0.1};
   p.stiffness_per_mm = {5.0, 2.0};
-  MaxwellSlip law(p);
+  rt::MaxwellSlip law(p);
   EXPECT_NEAR(law.step(10.0), p.kinetic(), 1e-12);
   const double before = law.step(-0.03);
   law.step(0.01);
@@ -403,10 +405,10 @@ TEST(MaxwellSlip, ClosesItsLoopsAndHoldsItsLevel) {
 }
 
 TEST(MaxwellSlip, IsFoundFromItsLoops) {
-  MaxwellSlipParameters truth;
+  rt::MaxwellSlipParameters truth;
   truth.reach_mm = {0.03, 0.08};
   truth.stiffness_per_mm = {6.0, 3.0};
-  MaxwellSlip law(truth);
+  rt::MaxwellSlip law(truth);
   std::vector<FrictionRow> rows;
   double last_mm = 0.0;
   for (int i = 0; i < 4000; ++i) {
@@ -431,11 +433,11 @@ TEST(MaxwellSlip, IsFoundFromItsLoops) {
 }
 
 TEST(MaxwellSlip, AFitHasAViscousPartWhereItIsAskedFor) {
-  MaxwellSlipParameters truth;
+  rt::MaxwellSlipParameters truth;
   truth.reach_mm = {0.1};
   truth.stiffness_per_mm = {4.0};
   constexpr double kViscous = 2e-3;
-  MaxwellSlip law(truth);
+  rt::MaxwellSlip law(truth);
   std::vector<FrictionRow> rows;
   double last_mm = 0.0;
   for (int i = 0; i < 4000; ++i) {
@@ -461,9 +463,9 @@ TEST(MaxwellSlip, AFitHasAViscousPartWhereItIsAskedFor) {
   EXPECT_NEAR(with->friction().kinetic, truth.kinetic(), 0.02);
 }
 
-IdentifiedModel bearing(double kinetic, double error) {
-  IdentifiedModel model;
-  model.content = FrictionModel{Tip::kBallBearing, {kinetic, 0.05, 0.0}};
+rt::IdentifiedModel bearing(double kinetic, double error) {
+  rt::IdentifiedModel model;
+  model.content = rt::FrictionModel{rt::Tip::kBallBearing, {kinetic, 0.05, 0.0}};
   model.parameters = {{"kinetic", "1", kinetic, error}, {"viscous_n_s_per_mm", "N·s/mm", 1e-4, HUGE_VAL}};
   model.object = "o";
   model.converged = true;
@@ -482,14 +484,14 @@ TEST(FrictionCombination, WeighsByWhatIsKnown) {
   EXPECT_GT(parameter(*unlike, "kinetic_spread").value, 0.01);
 
   EXPECT_FALSE(combine_friction({bearing(0.07, 0.001)}));
-  IdentifiedModel rod = bearing(0.5, 0.01);
-  std::get<FrictionModel>(rod.content).tip = Tip::kRod;
+  rt::IdentifiedModel rod = bearing(0.5, 0.01);
+  std::get<rt::FrictionModel>(rod.content).tip = rt::Tip::kRod;
   EXPECT_FALSE(combine_friction({bearing(0.07, 0.001), rod}));
   EXPECT_FALSE(combine_friction({bearing(0.07, HUGE_VAL), bearing(0.07, HUGE_VAL)}));
-  IdentifiedModel tool;
-  tool.content = ToolModel{};
+  rt::IdentifiedModel tool;
+  tool.content = rt::ToolModel{};
   EXPECT_FALSE(combine_friction({bearing(0.07, 0.001), tool}));
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -9,7 +9,7 @@
 
 #include "rt/control/force_controller.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 hal::RigInfo rig() {
@@ -38,13 +38,14 @@ struct Bench {
     const MotionRequest w = identification.next_request();
     if (w.motion == MotionRequest::Motion::kRest && w.hold_s <= 0.0) return false;
     highest_gain = std::max(highest_gain, w.proportional_gain);
-    EXPECT_TRUE(w.device == MotionRequest::Device::kNothing ||
-                gains_are_stable({ControlLaw::kClosedLoop, w.proportional_gain, w.derivative_ms}, 1000.0));
+    EXPECT_TRUE(
+        w.device == MotionRequest::Device::kNothing ||
+        rt::gains_are_stable({rt::ControlLaw::kClosedLoop, w.proportional_gain, w.derivative_ms}, 1000.0));
     const double duration_s = w.device == MotionRequest::Device::kModulation ? 2.0 : 0.6;
     double swinging_s = 0.0;
     for (int i = 0; i < static_cast<int>(1e3 * duration_s); ++i) {
       const double t = 1e-3 * i;
-      Observation o;
+      rt::Observation o;
       time_ns += 1'000'000;
       o.sample.time_ns = time_ns;
       o.sample.tip_position_mm = {0.0, 0.0, 10.0};
@@ -88,13 +89,13 @@ TEST(GainsIdentification, FindsWhereItOscillatesAndTakesSixTenths) {
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_TRUE(model->converged);
-  const auto& gains = std::get<GainsModel>(model->content);
+  const auto& gains = std::get<rt::GainsModel>(model->content);
   EXPECT_GE(gains.ultimate_gain, 1.2);
   EXPECT_LE(gains.ultimate_gain, 1.2 * GainsIdentification::kStep);
   EXPECT_NEAR(gains.proportional_gain, 0.6 * gains.ultimate_gain, 1e-9);
   EXPECT_NEAR(gains.ultimate_period_ms, 1e3 / 12.0, 3.0);
-  EXPECT_TRUE(
-      gains_are_stable({ControlLaw::kClosedLoop, gains.proportional_gain, gains.derivative_ms}, 1000.0));
+  EXPECT_TRUE(rt::gains_are_stable(
+      {rt::ControlLaw::kClosedLoop, gains.proportional_gain, gains.derivative_ms}, 1000.0));
   EXPECT_LT(bench.longest_swing_s, 0.7) << "half a second after the touch has settled";
   EXPECT_LT(bench.highest_gain, 1.2 * GainsIdentification::kStep + 1e-9) << "no step beyond";
 }
@@ -105,7 +106,7 @@ TEST(GainsIdentification, SaysWhenTheControllersOwnLimitComesFirst) {
   bench.run(identification);
   const auto model = identification.finish();
   ASSERT_TRUE(model);
-  EXPECT_EQ(std::get<GainsModel>(model->content).ultimate_gain, GainsIdentification::kControllerLimit);
+  EXPECT_EQ(std::get<rt::GainsModel>(model->content).ultimate_gain, GainsIdentification::kControllerLimit);
   EXPECT_LT(bench.highest_gain, GainsIdentification::kControllerLimit);
   EXPECT_TRUE(std::isinf(model->parameters.front().standard_error));
   ASSERT_FALSE(identification.progress().remarks.empty());
@@ -119,7 +120,7 @@ TEST(GainsIdentification, PassesThroughGainsThatAreTooLow) {
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_TRUE(model->converged);
-  EXPECT_GE(std::get<GainsModel>(model->content).ultimate_gain, 1.5);
+  EXPECT_GE(std::get<rt::GainsModel>(model->content).ultimate_gain, 1.5);
 }
 
 TEST(GainsIdentification, GivesUpWhereNoGainHolds) {
@@ -152,7 +153,7 @@ TEST(GainsIdentification, EndsWhereTheGuardLatched) {
 /// Ticks of a hand that presses for so long, without or with force of the device, and lets go.
 void press(GainsIdentification& identification, std::int64_t& time_ns, double seconds, double device_n) {
   for (int i = 0; i < static_cast<int>(1e3 * (seconds + 0.6)); ++i) {
-    Observation o;
+    rt::Observation o;
     o.sample.time_ns = time_ns += 1'000'000;
     if (1e-3 * i < seconds) {
       o.sample.sensor_force_n = {0.0, 0.0, 0.8};
@@ -240,4 +241,4 @@ TEST(UltimateOscillation, TakesNoNotNumbers) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -9,10 +9,10 @@
 #include "tests/unit/rt/deformation/directions.h"
 #include "tests/unit/rt/deformation/stroked_surface.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
-using namespace test;
+using namespace rt::test;
 
 struct Tap {
   double depth_mm, hz, seconds;
@@ -44,13 +44,13 @@ std::vector<PalpationSample> palpate(const Force& force_n, const std::vector<Tap
 }
 
 /// rms of x̂/x - 1 against the true law, beyond a tenth of the deepest.
-double displacement_error(const HuntCrossleyParameters& truth, const HuntCrossleyParameters& found,
+double displacement_error(const rt::HuntCrossleyParameters& truth, const rt::HuntCrossleyParameters& found,
                           double deepest_mm) {
   double sum = 0.0;
   int count = 0;
   for (double x = 0.1 * deepest_mm; x <= deepest_mm; x += 0.01 * deepest_mm) {
-    const double f = hunt_crossley_force_n(truth, x, 0.0);
-    sum += std::pow(hunt_crossley_displacement(found, f, 0.0).displacement_mm / x - 1.0, 2);
+    const double f = rt::hunt_crossley_force_n(truth, x, 0.0);
+    sum += std::pow(rt::hunt_crossley_displacement(found, f, 0.0).displacement_mm / x - 1.0, 2);
     ++count;
   }
   return std::sqrt(sum / count);
@@ -58,17 +58,17 @@ double displacement_error(const HuntCrossleyParameters& truth, const HuntCrossle
 
 TEST(Identify, FindsAHuntCrossleyLawUnderNoiseAndQuantisation) {
   struct Case {
-    HuntCrossleyParameters law;
+    rt::HuntCrossleyParameters law;
     double depth_mm;
   };
   for (const Case& c : {Case{{0.0059, 1e-5, 2.1}, 18.0}, Case{{0.3, 1e-4, 1.3}, 6.0},
                         Case{{2.0, 1e-3, 1.5}, 2.0}, Case{{0.5, 0.0, 1.0}, 5.0}}) {
     const auto palpation =
-        palpate([&](double x, double rate) { return hunt_crossley_force_n(c.law, x, rate); },
+        palpate([&](double x, double rate) { return rt::hunt_crossley_force_n(c.law, x, rate); },
                 {{c.depth_mm, 0.3, 7.0}, {0.6 * c.depth_mm, 1.0, 4.0}, {c.depth_mm, 0.7, 6.0}}, 0.010, 0.03);
     const auto fit = fit_hunt_crossley(palpation);
     ASSERT_TRUE(fit) << fit.error().text();
-    const HuntCrossleyParameters& found = fit->parameters;
+    const rt::HuntCrossleyParameters& found = fit->parameters;
     EXPECT_NEAR(found.exponent, c.law.exponent, 0.04) << "m " << c.law.exponent;
     EXPECT_NEAR(found.stiffness_n_per_mm_m / c.law.stiffness_n_per_mm_m, 1.0, 0.10) << "m " << c.law.exponent;
     EXPECT_NEAR(found.damping_n_s_per_mm_m1 / found.stiffness_n_per_mm_m,
@@ -80,21 +80,21 @@ TEST(Identify, FindsAHuntCrossleyLawUnderNoiseAndQuantisation) {
 }
 
 TEST(Identify, FindsAHuntCrossleyLawExactlyWhereNothingDisturbs) {
-  const HuntCrossleyParameters truth{0.05, 0.0, 1.8};
-  const auto fit =
-      fit_hunt_crossley(palpate([&](double x, double rate) { return hunt_crossley_force_n(truth, x, rate); },
-                                {{10.0, 0.5, 6.0}, {6.0, 1.0, 3.0}}, 0.0, 0.0));
+  const rt::HuntCrossleyParameters truth{0.05, 0.0, 1.8};
+  const auto fit = fit_hunt_crossley(
+      palpate([&](double x, double rate) { return rt::hunt_crossley_force_n(truth, x, rate); },
+              {{10.0, 0.5, 6.0}, {6.0, 1.0, 3.0}}, 0.0, 0.0));
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->parameters.exponent, 1.8, 1e-6);
   EXPECT_NEAR(fit->parameters.stiffness_n_per_mm_m, 0.05, 1e-6);
 }
 
 /// A creep law's displacement under given forces.
-std::vector<PalpationSample> creep_palpation(const CreepParameters& truth, double noise_n) {
+std::vector<PalpationSample> creep_palpation(const rt::CreepParameters& truth, double noise_n) {
   std::mt19937_64 random(61);
   std::normal_distribution<double> noise(0.0, 1.0);
   std::vector<PalpationSample> samples;
-  CreepLaw law(truth, 1000.0);
+  rt::CreepLaw law(truth, 1000.0);
   double before = 0.0;
   for (int i = 0; i < 24'000; ++i) {
     const double t = 1e-3 * i;
@@ -113,10 +113,10 @@ std::vector<PalpationSample> creep_palpation(const CreepParameters& truth, doubl
 }
 
 TEST(Identify, FindsACreepLawsDisplacement) {
-  CreepParameters truth;
+  rt::CreepParameters truth;
   truth.weight = {0.55, 0.1, 0.15, 0.1, 0.1};
   truth.max_force_n = 2.0;
-  for (std::size_t j = 0; j < CreepParameters::kKnots; ++j) {
+  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
     const double share = std::pow(static_cast<double>(j) / 16.0, 2);
     truth.displacement_mm[j] = 9.0 * (0.7 * std::pow(share, 0.6) + 0.3 * share);
   }
@@ -124,8 +124,8 @@ TEST(Identify, FindsACreepLawsDisplacement) {
     const auto palpation = creep_palpation(truth, noise_n);
     const auto fit = fit_creep(palpation, 1000.0);
     ASSERT_TRUE(fit) << fit.error().text();
-    CreepLaw found(fit->parameters, 1000.0);
-    CreepLaw law(truth, 1000.0);
+    rt::CreepLaw found(fit->parameters, 1000.0);
+    rt::CreepLaw law(truth, 1000.0);
     double squared = 0.0;
     int count = 0;
     for (std::size_t i = 0; i < palpation.size(); ++i) {
@@ -150,10 +150,10 @@ struct Stroking {
   double reach_mm = 25.0;
 };
 
-std::vector<StrokeSample> strokes(const FrictionParameters& friction, const Stroking& how) {
+std::vector<StrokeSample> strokes(const rt::FrictionParameters& friction, const Stroking& how) {
   std::mt19937_64 random(62);
   StrokedSurface surface(friction);
-  const hal::Vector3 along = direction_or(across({1.0, 0.0, 0.0}, how.normal), {});
+  const hal::Vector3 along = rt::direction_or(rt::across({1.0, 0.0, 0.0}, how.normal), {});
   const auto normal_at = [&](double s) {
     const double angle = how.radius_mm > 0.0 ? s / how.radius_mm : 0.0;
     return how.normal * std::cos(angle) + along * std::sin(angle);
@@ -166,7 +166,7 @@ std::vector<StrokeSample> strokes(const FrictionParameters& friction, const Stro
     const double way = how.to_and_fro ? how.reach_mm * std::sin(omega * t) : 0.01 * i;
     const double mm_per_s = how.to_and_fro ? how.reach_mm * omega * std::cos(omega * t) : 10.01;
     const hal::Vector3 normal = normal_at(way);
-    const hal::Vector3 tangent = direction_or(across(along, normal), {});
+    const hal::Vector3 tangent = rt::direction_or(rt::across(along, normal), {});
     const hal::Vector3 felt = surface.move(tangent * (way - before), normal, 1.2 + 0.6 * std::sin(0.9 * t));
     before = way;
     StrokeSample s;
@@ -181,18 +181,18 @@ std::vector<StrokeSample> strokes(const FrictionParameters& friction, const Stro
 
 TEST(Identify, FindsFrictionWithoutKnowingTheSurface) {
   // What of friction and viscosity together is felt at 60 mm/s under 1.2 N.
-  const auto felt_n = [](const FrictionParameters& f) {
+  const auto felt_n = [](const rt::FrictionParameters& f) {
     return 1.2 * f.kinetic + 60.0 * f.viscous_n_s_per_mm;
   };
-  for (const FrictionParameters& truth :
-       {FrictionParameters{0.3, 0.3, 0.0}, FrictionParameters{0.6, 0.5, 5e-4},
-        FrictionParameters{0.1, 0.2, 0.0}}) {
-    for (const hal::Vector3& normal : {hal::Vector3{0.0, 0.0, 1.0}, direction_or({0.3, 0.2, 1.0}, {})}) {
+  for (const rt::FrictionParameters& truth :
+       {rt::FrictionParameters{0.3, 0.3, 0.0}, rt::FrictionParameters{0.6, 0.5, 5e-4},
+        rt::FrictionParameters{0.1, 0.2, 0.0}}) {
+    for (const hal::Vector3& normal : {hal::Vector3{0.0, 0.0, 1.0}, rt::direction_or({0.3, 0.2, 1.0}, {})}) {
       for (const double radius_mm : {0.0, 50.0}) {
         Stroking how;
         how.normal = normal;
         how.radius_mm = radius_mm;
-        const hal::Vector3 along = direction_or(across({1.0, 0.0, 0.0}, normal), {});
+        const hal::Vector3 along = rt::direction_or(rt::across({1.0, 0.0, 0.0}, normal), {});
         const auto fit = fit_friction(strokes(truth, how), along);
         ASSERT_TRUE(fit) << fit.error().text();
         EXPECT_NEAR(felt_n(fit->parameters) / felt_n(truth), 1.0, 0.08) << "radius " << radius_mm;
@@ -205,8 +205,8 @@ TEST(Identify, FindsFrictionWithoutKnowingTheSurface) {
 }
 
 TEST(Identify, FindsCoulombFrictionExactly) {
-  for (const FrictionParameters& truth :
-       {FrictionParameters{0.3, 1e-3, 0.0}, FrictionParameters{0.6, 1e-3, 5e-4}}) {
+  for (const rt::FrictionParameters& truth :
+       {rt::FrictionParameters{0.3, 1e-3, 0.0}, rt::FrictionParameters{0.6, 1e-3, 5e-4}}) {
     Stroking how;
     how.noise_n = how.step_mm = 0.0;
     const auto fit = fit_friction(strokes(truth, how), {1.0, 0.0, 0.0});
@@ -219,8 +219,8 @@ TEST(Identify, FindsCoulombFrictionExactly) {
 // Right after a turn friction has not turned yet, and the mean of the two ways is not the normal: those
 // samples must stay out of the bins.
 TEST(Identify, FindsTheLevelOfFrictionThatPreslides) {
-  for (const FrictionParameters& truth :
-       {FrictionParameters{0.3, 0.3, 0.0}, FrictionParameters{0.6, 0.5, 5e-4}}) {
+  for (const rt::FrictionParameters& truth :
+       {rt::FrictionParameters{0.3, 0.3, 0.0}, rt::FrictionParameters{0.6, 0.5, 5e-4}}) {
     Stroking how;
     how.noise_n = how.step_mm = 0.0;
     const auto fit = fit_friction(strokes(truth, how), {1.0, 0.0, 0.0});
@@ -231,8 +231,8 @@ TEST(Identify, FindsTheLevelOfFrictionThatPreslides) {
 }
 
 TEST(Identify, RefusesWhatDoesNotTellAndSaysWhatWould) {
-  const HuntCrossleyParameters law{0.3, 0.0, 1.5};
-  auto palpation = palpate([&](double x, double rate) { return hunt_crossley_force_n(law, x, rate); },
+  const rt::HuntCrossleyParameters law{0.3, 0.0, 1.5};
+  auto palpation = palpate([&](double x, double rate) { return rt::hunt_crossley_force_n(law, x, rate); },
                            {{5.0, 0.5, 4.0}}, 0.0, 0.0);
   const std::vector<PalpationSample> few(palpation.begin() + 300, palpation.begin() + 380);
   const std::vector<PalpationSample> held(1000, PalpationSample{3.0, 0.0, 1.5, true});
@@ -256,7 +256,7 @@ TEST(Identify, RefusesWhatDoesNotTellAndSaysWhatWould) {
 }
 
 TEST(Identify, RefusesStrokesThatDoNotTellFriction) {
-  const FrictionParameters truth{0.3, 0.3, 0.0};
+  const rt::FrictionParameters truth{0.3, 0.3, 0.0};
   Stroking one_way;
   one_way.to_and_fro = false;
   const auto once = fit_friction(strokes(truth, one_way), {1.0, 0.0, 0.0});
@@ -279,4 +279,4 @@ TEST(Identify, RefusesStrokesThatDoNotTellFriction) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

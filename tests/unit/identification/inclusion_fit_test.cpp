@@ -10,18 +10,18 @@
 #include "rt/inclusion/inclusion_energy.h"
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using hal::Vector3;
 
 constexpr double kRadiusMm = 60.0;
 
-InclusionParameters inclusion_at(double x, double y, double depth_mm) {
-  InclusionParameters inclusion;
+rt::InclusionParameters inclusion_at(double x, double y, double depth_mm) {
+  rt::InclusionParameters inclusion;
   inclusion.surface_mm = {x, y, std::sqrt(kRadiusMm * kRadiusMm - x * x - y * y) - kRadiusMm};
   const Vector3 from_centre = inclusion.surface_mm + Vector3{0.0, 0.0, kRadiusMm};
-  inclusion.place_mm = inclusion.surface_mm - from_centre * (depth_mm / norm(from_centre));
+  inclusion.place_mm = inclusion.surface_mm - from_centre * (depth_mm / rt::norm(from_centre));
   inclusion.response = {0.03, 2e-5, 2.1};
   inclusion.attenuation = 4.0;
   inclusion.max_displacement_mm = 100.0;
@@ -30,7 +30,7 @@ InclusionParameters inclusion_at(double x, double y, double depth_mm) {
 
 /// Presses straight down on a sphere of 60 mm whose own force is 0.08 x + 0.004 x², by a ball whose lowest
 /// point is the tip.
-std::vector<Press> presses(const std::vector<Vector3>& places, const InclusionParameters* inclusion,
+std::vector<Press> presses(const std::vector<Vector3>& places, const rt::InclusionParameters* inclusion,
                            double ball_mm = 0.0) {
   const double reach_mm = kRadiusMm + ball_mm;
   std::mt19937 random(3);
@@ -47,17 +47,17 @@ std::vector<Press> presses(const std::vector<Vector3>& places, const InclusionPa
       s.velocity_mm_per_s = {0.0, 0.0, -40.0 * std::cos(t)};
       const Vector3 out = s.tip_mm + Vector3{0.0, 0.0, reach_mm};
       // What touches is the ball's point that is nearest to the sphere's middle.
-      const Vector3 normal = out * (1.0 / norm(out));
-      const Vector3 touching_mm = normal * (norm(out) - ball_mm) - Vector3{0.0, 0.0, kRadiusMm};
-      Indentation at{touching_mm, normal, reach_mm - norm(out), 0.0};
+      const Vector3 normal = out * (1.0 / rt::norm(out));
+      const Vector3 touching_mm = normal * (rt::norm(out) - ball_mm) - Vector3{0.0, 0.0, kRadiusMm};
+      rt::Indentation at{touching_mm, normal, reach_mm - rt::norm(out), 0.0};
       at.rate_mm_per_s = -dot(s.velocity_mm_per_s, at.normal);
       const double x = at.displacement_mm;
       s.force_n = at.normal * (0.08 * x + 0.004 * x * x);
       if (inclusion != nullptr) {
-        const Vector3 added = energy_force_n(*inclusion, at);
+        const Vector3 added = rt::energy_force_n(*inclusion, at);
         // The tip goes farther across than the point that touches, and the work is the same.
         s.force_n = s.force_n + normal * dot(added, normal) +
-                    across(added, normal) * ((norm(out) - ball_mm) / norm(out));
+                    rt::across(added, normal) * ((rt::norm(out) - ball_mm) / rt::norm(out));
       }
       s.force_n = s.force_n + Vector3{noise(random), noise(random), noise(random)};
       press.samples.push_back(s);
@@ -75,14 +75,14 @@ std::vector<Vector3> grid() {
 }
 
 TEST(InclusionFit, ResponseAlongTheLineByTwoPalpations) {
-  const InclusionParameters truth = inclusion_at(0.0, 0.0, 25.0);
+  const rt::InclusionParameters truth = inclusion_at(0.0, 0.0, 25.0);
   const std::vector<Vector3> apex(4, Vector3{});
   const auto fit = fit_inclusion_response(presses(apex, nullptr), presses(apex, &truth), 25.0);
   ASSERT_TRUE(fit);
   EXPECT_TRUE(fit->converged);
   for (const double x : {3.0, 6.0, 10.0}) {
-    EXPECT_NEAR(hunt_crossley_force_n(fit->inclusion.response, x, 0.0) /
-                    hunt_crossley_force_n(truth.response, x, 0.0),
+    EXPECT_NEAR(rt::hunt_crossley_force_n(fit->inclusion.response, x, 0.0) /
+                    rt::hunt_crossley_force_n(truth.response, x, 0.0),
                 1.0, 0.03)
         << x;
   }
@@ -93,12 +93,12 @@ TEST(InclusionFit, ResponseAlongTheLineByTwoPalpations) {
 }
 
 TEST(InclusionFit, PlaceByAScanOfOnePhantomOrTwo) {
-  const InclusionParameters truth = inclusion_at(6.0, -4.0, 22.0);
+  const rt::InclusionParameters truth = inclusion_at(6.0, -4.0, 22.0);
   for (const bool pair : {true, false}) {
     const auto fit = fit_inclusion_scan(
         pair ? presses({{0, 0, 0}, {10, 0, 0}}, nullptr) : std::vector<Press>{}, presses(grid(), &truth));
     ASSERT_TRUE(fit);
-    EXPECT_NEAR(norm(fit->inclusion.place_mm - truth.place_mm), 0.0, 1.0) << "pair " << pair;
+    EXPECT_NEAR(rt::norm(fit->inclusion.place_mm - truth.place_mm), 0.0, 1.0) << "pair " << pair;
     EXPECT_NEAR(fit->depth_mm.value, 22.0, 1.0);
     EXPECT_GT(fit->depth_mm.standard_error, 0.0);
     EXPECT_LT(fit->depth_mm.standard_error, 3.0);
@@ -107,19 +107,19 @@ TEST(InclusionFit, PlaceByAScanOfOnePhantomOrTwo) {
 
 TEST(InclusionFit, ABallOnARoundObjectIsNotTakenForAPoint) {
   constexpr double kBallMm = 8.0;
-  const InclusionParameters truth = inclusion_at(6.0, -4.0, 22.0);
+  const rt::InclusionParameters truth = inclusion_at(6.0, -4.0, 22.0);
   const std::vector<Press> with = presses(grid(), &truth, kBallMm);
   const auto fit = fit_inclusion_scan({}, with, {}, {kBallMm, 0.0});
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->depth_mm.value, 22.0, 1.0);
-  EXPECT_NEAR(norm(fit->place_mm - truth.place_mm), 0.0, 1.0);
+  EXPECT_NEAR(rt::norm(fit->place_mm - truth.place_mm), 0.0, 1.0);
   // Places of the tip are as many times farther apart as its surface is larger than the body.
   const double widening = (kRadiusMm + kBallMm) / kRadiusMm;
   const auto point = fit_inclusion_scan({}, with);
   ASSERT_TRUE(point);
   EXPECT_NEAR(point->depth_mm.value, widening * fit->depth_mm.value, 0.5);
   // Both render the same place.
-  EXPECT_NEAR(norm(point->inclusion.place_mm - fit->inclusion.place_mm), 0.0, 0.5);
+  EXPECT_NEAR(rt::norm(point->inclusion.place_mm - fit->inclusion.place_mm), 0.0, 0.5);
   // What is not known of the ball is in the error.
   const auto unknown = fit_inclusion_scan({}, with, {}, {5.0, 2.9});
   ASSERT_TRUE(unknown);
@@ -146,4 +146,4 @@ TEST(InclusionFit, ARecordingIsCutIntoPresses) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -11,13 +11,13 @@
 #include "rt/inclusion/inclusion_energy.h"
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using hal::Vector3;
 
 constexpr double kSurfaceRadiusMm = 60.0;
-constexpr HuntCrossleyParameters kOwnLaw{0.1, 2e-5, 1.2};
+constexpr rt::HuntCrossleyParameters kOwnLaw{0.1, 2e-5, 1.2};
 
 hal::RigInfo session_rig(hal::RigKind kind) {
   hal::RigInfo info;
@@ -26,12 +26,12 @@ hal::RigInfo session_rig(hal::RigKind kind) {
   return info;
 }
 
-InclusionParameters hidden_at(double x, double y, double depth_mm) {
-  InclusionParameters inclusion;
+rt::InclusionParameters hidden_at(double x, double y, double depth_mm) {
+  rt::InclusionParameters inclusion;
   inclusion.surface_mm = {x, y,
                           std::sqrt(kSurfaceRadiusMm * kSurfaceRadiusMm - x * x - y * y) - kSurfaceRadiusMm};
   const Vector3 from_centre = inclusion.surface_mm + Vector3{0.0, 0.0, kSurfaceRadiusMm};
-  inclusion.place_mm = inclusion.surface_mm - from_centre * (depth_mm / norm(from_centre));
+  inclusion.place_mm = inclusion.surface_mm - from_centre * (depth_mm / rt::norm(from_centre));
   inclusion.response = {0.03, 2e-5, 2.1};
   inclusion.attenuation = 4.0;
   inclusion.max_displacement_mm = 100.0;
@@ -48,7 +48,7 @@ InclusionTask pressed_by_point() {
 /// A hand that presses straight down, a tick at a time.
 class MadePresses {
  public:
-  MadePresses(Identification& identification, const InclusionParameters* inclusion)
+  MadePresses(Identification& identification, const rt::InclusionParameters* inclusion)
       : identification_(identification), inclusion_(inclusion) {}
 
   void press(double x, double y, double depth_mm = 11.0) {
@@ -61,16 +61,16 @@ class MadePresses {
   }
   void tick(const Vector3& tip_mm, double up_mm_per_s) {
     const Vector3 out = tip_mm + Vector3{0.0, 0.0, kSurfaceRadiusMm};
-    Indentation at{tip_mm, out * (1.0 / norm(out)), kSurfaceRadiusMm - norm(out), 0.0};
+    rt::Indentation at{tip_mm, out * (1.0 / rt::norm(out)), kSurfaceRadiusMm - rt::norm(out), 0.0};
     at.rate_mm_per_s = -at.normal.z * up_mm_per_s;
-    Observation observation;
+    rt::Observation observation;
     observation.sample.time_ns = tick_++ * 1'000'000;
     observation.sample.force_count = 1;
     observation.sample.tip_position_mm = tip_mm;
     Vector3 force{noise_(random_), noise_(random_), noise_(random_)};
     if (at.displacement_mm > 0.0) {
-      force = force + at.normal * hunt_crossley_force_n(kOwnLaw, at.displacement_mm, at.rate_mm_per_s);
-      if (inclusion_ != nullptr) force = force + energy_force_n(*inclusion_, at);
+      force = force + at.normal * rt::hunt_crossley_force_n(kOwnLaw, at.displacement_mm, at.rate_mm_per_s);
+      if (inclusion_ != nullptr) force = force + rt::energy_force_n(*inclusion_, at);
     }
     observation.sample.sensor_force_n = force + Vector3{0.0, 0.0, zero_n};
     identification_.add(observation);
@@ -83,14 +83,14 @@ class MadePresses {
 
  private:
   Identification& identification_;
-  const InclusionParameters* inclusion_;
+  const rt::InclusionParameters* inclusion_;
   std::int64_t tick_ = 0;
   std::mt19937 random_{5};
   std::normal_distribution<double> noise_{0.0, 0.004};
 };
 
-double parameter(const std::vector<EstimatedParameter>& all, const std::string& name) {
-  for (const EstimatedParameter& p : all) {
+double parameter(const std::vector<rt::EstimatedParameter>& all, const std::string& name) {
+  for (const rt::EstimatedParameter& p : all) {
     if (p.name == name) return p.value;
   }
   ADD_FAILURE() << "no parameter " << name;
@@ -98,7 +98,7 @@ double parameter(const std::vector<EstimatedParameter>& all, const std::string& 
 }
 
 TEST(InclusionSession, ARecordedScanGivesPlaceAndResponse) {
-  const InclusionParameters truth = hidden_at(6.0, -4.0, 22.0);
+  const rt::InclusionParameters truth = hidden_at(6.0, -4.0, 22.0);
   for (const bool with_law : {false, true}) {
     InclusionTask task = pressed_by_point();
     if (with_law) task.reference = {{}, kOwnLaw, "the law of 'x'"};
@@ -108,19 +108,20 @@ TEST(InclusionSession, ARecordedScanGivesPlaceAndResponse) {
     const auto model = identification.finish();
     ASSERT_TRUE(model) << model.error().text();
     EXPECT_TRUE(model->converged) << "law " << with_law;
-    const auto& found = std::get<InclusionModel>(model->content);
-    EXPECT_LT(norm(across(found.place_mm - truth.place_mm, {0.0, 0.0, 1.0})), 1.5) << "law " << with_law;
+    const auto& found = std::get<rt::InclusionModel>(model->content);
+    EXPECT_LT(rt::norm(rt::across(found.place_mm - truth.place_mm, {0.0, 0.0, 1.0})), 1.5)
+        << "law " << with_law;
     EXPECT_NEAR(parameter(model->parameters, "depth_mm"), 22.0, 2.5) << "law " << with_law;
     EXPECT_NEAR(model->validity.max_displacement_mm, 11.0, 1.0);
     EXPECT_GT(model->validity.max_force_n, 2.0);
     EXPECT_NE(model->procedure.find(with_law ? "the law of 'x'" : "far from it"), std::string::npos)
         << model->procedure;
-    EXPECT_FALSE(check(*model));
+    EXPECT_FALSE(rt::check(*model));
   }
 }
 
 TEST(InclusionSession, WhereItsDepthIsKnownPressesOverItAreEnough) {
-  const InclusionParameters truth = hidden_at(0.0, 0.0, 25.0);
+  const rt::InclusionParameters truth = hidden_at(0.0, 0.0, 25.0);
   InclusionTask task = pressed_by_point();
   task.known_depth_mm = 25.0;
   task.reference = {{}, kOwnLaw, "the law of 'x'"};
@@ -129,15 +130,15 @@ TEST(InclusionSession, WhereItsDepthIsKnownPressesOverItAreEnough) {
   for (int i = 0; i < 4; ++i) hand.press(0.0, 0.0);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  const auto& found = std::get<InclusionModel>(model->content);
+  const auto& found = std::get<rt::InclusionModel>(model->content);
   EXPECT_NEAR(found.place_mm.z, -25.0, 1.0);
-  EXPECT_NEAR(
-      hunt_crossley_force_n(found.response, 8.0, 0.0) / hunt_crossley_force_n(truth.response, 8.0, 0.0), 1.0,
-      0.1);
+  EXPECT_NEAR(rt::hunt_crossley_force_n(found.response, 8.0, 0.0) /
+                  rt::hunt_crossley_force_n(truth.response, 8.0, 0.0),
+              1.0, 0.1);
 }
 
 TEST(InclusionSession, TooFewPressesAreRefusedWithTheirNumber) {
-  const InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
+  const rt::InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
   InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, &truth);
   for (const double x : {-8.0, 0.0, 8.0}) hand.press(x, 0.0);
@@ -151,7 +152,7 @@ TEST(InclusionSession, TooFewPressesAreRefusedWithTheirNumber) {
 }
 
 TEST(InclusionSession, PressesAtOnePlaceAreRefused) {
-  const InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
+  const rt::InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
   InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, &truth);
   for (int i = 0; i < 12; ++i) hand.press(0.3 * i, 0.0);
@@ -162,7 +163,7 @@ TEST(InclusionSession, PressesAtOnePlaceAreRefused) {
 }
 
 TEST(InclusionSession, AScanIsNotTakenForPressesOverAKnownDepth) {
-  const InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
+  const rt::InclusionParameters truth = hidden_at(0.0, 0.0, 22.0);
   InclusionTask task = pressed_by_point();
   task.known_depth_mm = 22.0;
   task.reference = {{}, kOwnLaw, "the law of 'x'"};
@@ -197,7 +198,7 @@ TEST(InclusionSession, AHomogeneousObjectHasNone) {
 
 TEST(InclusionSession, APartOfTheSurfaceIsNotEnough) {
   // The inclusion lies outside of what was pressed: no press on its far side.
-  const InclusionParameters truth = hidden_at(26.0, 0.0, 22.0);
+  const rt::InclusionParameters truth = hidden_at(26.0, 0.0, 22.0);
   InclusionIdentification identification(pressed_by_point(), session_rig(hal::RigKind::kReplay));
   MadePresses hand(identification, &truth);
   for (const double x : {-16.0, -8.0, 0.0, 8.0, 16.0})
@@ -208,7 +209,7 @@ TEST(InclusionSession, APartOfTheSurfaceIsNotEnough) {
 }
 
 TEST(InclusionSession, APersonIsGuidedOverTheSurfaceUntilItIsFound) {
-  const InclusionParameters truth = hidden_at(6.0, -4.0, 22.0);
+  const rt::InclusionParameters truth = hidden_at(6.0, -4.0, 22.0);
   InclusionTask task = pressed_by_point();
   task.reach_mm = 16.0;
   task.reference = {{}, kOwnLaw, "the law of 'x'"};
@@ -242,4 +243,4 @@ TEST(InclusionSession, APersonIsGuidedOverTheSurfaceUntilItIsFound) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

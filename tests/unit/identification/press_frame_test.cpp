@@ -10,20 +10,20 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/contact/contact_identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using hal::Quaternion;
 using hal::Vector3;
 
 constexpr double kPressToolG = 12.6;
-constexpr double kWeightN = 1e-6 * kPressToolG * ToolLoad::kGravityMmPerS2;
+constexpr double kWeightN = 1e-6 * kPressToolG * rt::ToolLoad::kGravityMmPerS2;
 constexpr Vector3 kDown{0.0, 0.0, -1.0};
-constexpr HuntCrossleyParameters kFoldedLaw{0.25, 4e-4, 1.6};
+constexpr rt::HuntCrossleyParameters kFoldedLaw{0.25, 4e-4, 1.6};
 
 Quaternion turn(const Vector3& axis, double deg) {
   const double half = deg * 0.008726646259971648;
-  const Vector3 unit_axis = direction_or(axis, kDown);
+  const Vector3 unit_axis = rt::direction_or(axis, kDown);
   return {std::cos(half), std::sin(half) * unit_axis.x, std::sin(half) * unit_axis.y,
           std::sin(half) * unit_axis.z};
 }
@@ -46,38 +46,39 @@ struct Awkward {
   Quaternion at_bias = turn({0.1, 0.9, 0.3}, -50.0);
   Vector3 sensor_turn_deg{3.0, -2.0, 20.0};
 
-  Observation measured(const Observation& upright) const {
-    Observation out = upright;
-    const Vector3 load_n = rotated(to_rig, upright.sample.sensor_force_n);
-    const SensorMounting mounting{sensor_turn_deg, {}};
-    const Vector3 in_tool = rotated(conjugate(tool), load_n + kDown * kWeightN);
-    const Vector3 taken_n = rotated(conjugate(at_bias), kDown * kWeightN);
-    out.sample.tip_position_mm = rotated(to_rig, upright.sample.tip_position_mm);
+  rt::Observation measured(const rt::Observation& upright) const {
+    rt::Observation out = upright;
+    const Vector3 load_n = rt::rotated(to_rig, upright.sample.sensor_force_n);
+    const rt::SensorMounting mounting{sensor_turn_deg, {}};
+    const Vector3 in_tool = rt::rotated(rt::conjugate(tool), load_n + kDown * kWeightN);
+    const Vector3 taken_n = rt::rotated(rt::conjugate(at_bias), kDown * kWeightN);
+    out.sample.tip_position_mm = rt::rotated(to_rig, upright.sample.tip_position_mm);
     out.sample.tip_orientation = tool;
-    out.sample.sensor_force_n = rotated(conjugate(mounting.to_tool()), in_tool - taken_n);
+    out.sample.sensor_force_n = rt::rotated(rt::conjugate(mounting.to_tool()), in_tool - taken_n);
     out.sample.bias_serial = 1;
     return out;
   }
   PressFrame frame() const {
-    SensorMounting mounting{sensor_turn_deg, {}};
-    const Vector3 taken_n = rotated(conjugate(at_bias), kDown * kWeightN);
-    mounting.force_bias_n = rotated(conjugate(mounting.to_tool()), taken_n) * -1.0;
-    const PressGeometry geometry{rotated(to_rig, kDown) * 3.0, rotated(to_rig, {1.0, 0.0, 0.0}) * 0.2};
-    return {geometry, ToolLoad::mounted(kPressToolG, mounting), kPressToolG, press_rig()};
+    rt::SensorMounting mounting{sensor_turn_deg, {}};
+    const Vector3 taken_n = rt::rotated(rt::conjugate(at_bias), kDown * kWeightN);
+    mounting.force_bias_n = rt::rotated(rt::conjugate(mounting.to_tool()), taken_n) * -1.0;
+    const PressGeometry geometry{rt::rotated(to_rig, kDown) * 3.0,
+                                 rt::rotated(to_rig, {1.0, 0.0, 0.0}) * 0.2};
+    return {geometry, rt::ToolLoad::mounted(kPressToolG, mounting), kPressToolG, press_rig()};
   }
 };
 
 double apart(const Vector3& a, const Vector3& b) {
-  return norm(a - b);
+  return rt::norm(a - b);
 }
 
 TEST(PressFrame, SetsAnAwkwardPressUpright) {
   const Awkward awkward;
   const PressFrame frame = awkward.frame();
-  Observation wanted;
+  rt::Observation wanted;
   wanted.sample.tip_position_mm = {4.0, -2.0, -7.0};
   wanted.sample.sensor_force_n = {0.3, -0.2, 2.5};
-  const Observation seen = frame.upright(awkward.measured(wanted));
+  const rt::Observation seen = frame.upright(awkward.measured(wanted));
   EXPECT_LT(apart(seen.sample.tip_position_mm, wanted.sample.tip_position_mm), 1e-9);
   EXPECT_LT(apart(seen.sample.sensor_force_n, wanted.sample.sensor_force_n), 1e-9);
   EXPECT_EQ(seen.sample.tip_orientation.w, 1.0);
@@ -85,20 +86,20 @@ TEST(PressFrame, SetsAnAwkwardPressUpright) {
 
 TEST(PressFrame, SeatsTheSensorAndLeavesTheToolAsItIsHeld) {
   const Awkward awkward;
-  const Observation free = awkward.measured(Observation{});
-  const Observation seen = awkward.frame().seated(free);
-  const ToolLoad straight(kPressToolG, kDown);
-  EXPECT_LT(norm(straight.without_weight_n(seen.sample)), 1e-9);
+  const rt::Observation free = awkward.measured(rt::Observation{});
+  const rt::Observation seen = awkward.frame().seated(free);
+  const rt::ToolLoad straight(kPressToolG, kDown);
+  EXPECT_LT(rt::norm(straight.without_weight_n(seen.sample)), 1e-9);
   EXPECT_EQ(seen.sample.tip_orientation.x, awkward.tool.x);
 }
 
 TEST(PressFrame, ChangesNothingOfAnUprightPressAlongZ) {
-  const PressFrame frame({}, ToolLoad(kPressToolG, kDown), kPressToolG, press_rig());
-  Observation wanted;
+  const PressFrame frame({}, rt::ToolLoad(kPressToolG, kDown), kPressToolG, press_rig());
+  rt::Observation wanted;
   wanted.sample.tip_position_mm = {4.0, -2.0, -7.0};
   wanted.sample.sensor_force_n = {0.3, -0.2, 2.5};
   wanted.device_command_n = {0.0, 1.0, 2.0};
-  const Observation seen = frame.upright(wanted);
+  const rt::Observation seen = frame.upright(wanted);
   EXPECT_LT(apart(seen.sample.tip_position_mm, wanted.sample.tip_position_mm), 1e-12);
   EXPECT_LT(apart(seen.sample.sensor_force_n, wanted.sample.sensor_force_n), 1e-12);
   EXPECT_LT(apart(seen.device_command_n, wanted.device_command_n), 1e-12);
@@ -107,12 +108,12 @@ TEST(PressFrame, ChangesNothingOfAnUprightPressAlongZ) {
 TEST(PressFrame, PressesUpAndSidewaysAreTurnedAsWell) {
   for (const Vector3& press : {Vector3{0.0, 0.0, 1.0}, Vector3{0.0, 0.0, -1.0}, Vector3{1.0, 0.0, 0.0},
                                Vector3{0.0, -1.0, 0.0}, Vector3{1.0, 1.0, 1.0}}) {
-    const Vector3 line = cross(press, {0.2, 0.5, -0.7});
-    const PressFrame frame({press, line}, ToolLoad(0.0, kDown), 0.0, press_rig());
-    Observation at;
-    at.sample.tip_position_mm = direction_or(press, kDown) * 5.0;
+    const Vector3 line = rt::cross(press, {0.2, 0.5, -0.7});
+    const PressFrame frame({press, line}, rt::ToolLoad(0.0, kDown), 0.0, press_rig());
+    rt::Observation at;
+    at.sample.tip_position_mm = rt::direction_or(press, kDown) * 5.0;
     EXPECT_LT(apart(frame.upright(at).sample.tip_position_mm, kDown * 5.0), 1e-9);
-    at.sample.tip_position_mm = direction_or(line, kDown) * 5.0;
+    at.sample.tip_position_mm = rt::direction_or(line, kDown) * 5.0;
     EXPECT_LT(apart(frame.upright(at).sample.tip_position_mm, {5.0, 0.0, 0.0}), 1e-9);
   }
 }
@@ -128,11 +129,11 @@ TEST(PressFrame, DirectionsThatTellNothingAreNotUsable) {
 }
 
 TEST(PressFrame, FollowsADriftOfTheZeroWhileFreeAndNotWhilePressed) {
-  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, press_rig());
+  PressFrame frame({}, rt::ToolLoad(0.0, kDown), 0.0, press_rig());
   const auto look = [&frame](int from, int to, double load_n) {
-    Observation seen;
+    rt::Observation seen;
     for (int tick = from; tick < to; ++tick) {
-      Observation now;
+      rt::Observation now;
       now.sample.time_ns = std::int64_t{1'000'000} * tick;
       now.sample.bias_serial = 1;
       now.sample.force_count = 7;
@@ -151,12 +152,12 @@ TEST(PressFrame, FollowsADriftOfTheZeroWhileFreeAndNotWhilePressed) {
 
 TEST(PressFrame, WhatDriftedInDuringALongPressIsFollowedOnceTheTipHasDrawnBack) {
   // 30 mN within one press: more than the threshold, so that the free tool reads like a contact.
-  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, press_rig());
-  Observation seen;
+  PressFrame frame({}, rt::ToolLoad(0.0, kDown), 0.0, press_rig());
+  rt::Observation seen;
   const auto look = [&](int ticks, double load_n, double height_mm) {
     static int tick = 0;
     for (int end = tick + ticks; tick < end; ++tick) {
-      Observation now;
+      rt::Observation now;
       now.sample.time_ns = std::int64_t{1'000'000} * tick;
       now.sample.bias_serial = 1;
       now.sample.force_count = 7;
@@ -176,7 +177,7 @@ TEST(PressFrame, WhatDriftedInDuringALongPressIsFollowedOnceTheTipHasDrawnBack) 
 }
 
 TEST(PressFrame, UnfitSamplesLeaveTheZeroAlone) {
-  PressFrame frame({}, ToolLoad(0.0, kDown), 0.0, press_rig());
+  PressFrame frame({}, rt::ToolLoad(0.0, kDown), 0.0, press_rig());
   for (int tick = 0; tick < 5000; ++tick) {
     hal::RigSample sample;
     sample.time_ns = std::int64_t{1'000'000} * tick;
@@ -187,8 +188,8 @@ TEST(PressFrame, UnfitSamplesLeaveTheZeroAlone) {
     if (tick % 3 == 0) sample.sensor_force_n.x = std::numeric_limits<double>::quiet_NaN();
     frame.follow_zero(sample);
   }
-  EXPECT_TRUE(std::isfinite(norm(frame.zero().force_n)));
-  EXPECT_LE(norm(frame.zero().force_n), 0.0101);
+  EXPECT_TRUE(std::isfinite(rt::norm(frame.zero().force_n)));
+  EXPECT_LE(rt::norm(frame.zero().force_n), 0.0101);
 }
 
 TEST(PressFrame, AContactIsIdentifiedTheSameWhereverItIs) {
@@ -196,30 +197,30 @@ TEST(PressFrame, AContactIsIdentifiedTheSameWhereverItIs) {
   const auto observations = test::synthetic_observations(kFoldedLaw, 7.0);
   const auto identified = [&](bool is_awkward) {
     ContactTask task;
-    task.law = ContactLawKind::kHuntCrossley;
+    task.law = rt::ContactLawKind::kHuntCrossley;
     ContactIdentification identification(task, press_rig());
     PressFrame frame = awkward.frame();
-    for (const Observation& observation : observations) {
+    for (const rt::Observation& observation : observations) {
       if (!is_awkward) {
         identification.add(observation);
         continue;
       }
-      const Observation seen = awkward.measured(observation);
+      const rt::Observation seen = awkward.measured(observation);
       frame.follow_zero(seen.sample);
       identification.add(frame.upright(seen));
     }
     const auto model = identification.finish();
     if (!model) {
       ADD_FAILURE() << model.error().text();
-      return HuntCrossleyParameters{};
+      return rt::HuntCrossleyParameters{};
     }
-    return std::get<ContactModel>(model->content).hunt_crossley->parameters;
+    return std::get<rt::ContactModel>(model->content).hunt_crossley->parameters;
   };
-  const HuntCrossleyParameters plain = identified(false);
-  const HuntCrossleyParameters turned = identified(true);
+  const rt::HuntCrossleyParameters plain = identified(false);
+  const rt::HuntCrossleyParameters turned = identified(true);
   EXPECT_NEAR(turned.stiffness_n_per_mm_m / plain.stiffness_n_per_mm_m, 1.0, 0.02);
   EXPECT_NEAR(turned.exponent, plain.exponent, 0.02);
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

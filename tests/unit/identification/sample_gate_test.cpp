@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using Verdict = SampleGate::Verdict;
@@ -28,7 +28,7 @@ Verdicts verdicts(const Spoil& spoil, double rate_hz = 1000.0) {
   const hal::RigInfo rig = rig_of(rate_hz);
   const auto second = [&](const SamplePolicy& policy) {
     SampleGate gate(policy);
-    Observation o;
+    rt::Observation o;
     o.sample.time_ns = 1'000'000'000;
     EXPECT_EQ(gate.judge(o), Verdict::kUse);
     o.sample.time_ns += static_cast<std::int64_t>(1e9 / rate_hz);
@@ -40,7 +40,7 @@ Verdicts verdicts(const Spoil& spoil, double rate_hz = 1000.0) {
 }
 
 Verdicts with_status(std::uint32_t bits) {
-  return verdicts([bits](Observation& o) { o.sample.status = bits; });
+  return verdicts([bits](rt::Observation& o) { o.sample.status = bits; });
 }
 
 constexpr Verdict kUse = Verdict::kUse, kSkip = Verdict::kSkip, kInterrupt = Verdict::kInterrupt,
@@ -58,7 +58,7 @@ TEST(SampleGate, EachKindHasItsPolicyForTheStatus) {
 
 TEST(SampleGate, EachKindHasItsLongestStep) {
   const auto after = [](std::int64_t more_ms) {
-    return verdicts([more_ms](Observation& o) { o.sample.time_ns += more_ms * 1'000'000; });
+    return verdicts([more_ms](rt::Observation& o) { o.sample.time_ns += more_ms * 1'000'000; });
   };
   EXPECT_EQ(after(3), (Verdicts{kUse, kUse, kUse, kUse, kUse, kUse}));
   EXPECT_EQ(after(5), (Verdicts{kRestart, kUse, kUse, kUse, kUse, kUse}));
@@ -66,7 +66,7 @@ TEST(SampleGate, EachKindHasItsLongestStep) {
   EXPECT_EQ(after(-1), (Verdicts{kSkip, kSkip, kSkip, kSkip, kSkip, kSkip}));
   // At 100 Hz: five periods, or three.
   const auto slow = [](std::int64_t more_ms) {
-    return verdicts([more_ms](Observation& o) { o.sample.time_ns += more_ms * 1'000'000; }, 100.0);
+    return verdicts([more_ms](rt::Observation& o) { o.sample.time_ns += more_ms * 1'000'000; }, 100.0);
   };
   EXPECT_EQ(slow(25), (Verdicts{kUse, kUse, kRestart, kRestart, kRestart, kRestart}));
   EXPECT_EQ(slow(45), (Verdicts{kRestart, kRestart, kRestart, kRestart, kRestart, kRestart}));
@@ -74,7 +74,7 @@ TEST(SampleGate, EachKindHasItsLongestStep) {
 
 TEST(SampleGate, EachKindHasItsEndOfRange) {
   const auto under = [](const hal::Vector3& force_n) {
-    return verdicts([&force_n](Observation& o) { o.sample.sensor_force_n = force_n; });
+    return verdicts([&force_n](rt::Observation& o) { o.sample.sensor_force_n = force_n; });
   };
   EXPECT_EQ(under({0.0, 0.0, -9.96}), (Verdicts{kUse, kSkip, kUse, kUse, kUse, kUse}));
   EXPECT_EQ(under({0.0, 0.0, -9.995}), (Verdicts{kSkip, kSkip, kUse, kUse, kUse, kUse}));
@@ -86,7 +86,7 @@ TEST(SampleGate, EachKindHasItsEndOfRange) {
 
 TEST(SampleGate, CountsAndNamesWhatItLeavesOut) {
   SampleGate gate(tool_policy(rig_of(1000.0)));
-  Observation o;
+  rt::Observation o;
   for (int i = 0; i < 100; ++i) {
     o.sample.time_ns += i == 50 ? 40'000'000 : 1'000'000;
     o.sample.force_age_ns = i == 10 ? 30'000'000 : 0;
@@ -105,7 +105,7 @@ TEST(SampleGate, CountsAndNamesWhatItLeavesOut) {
 
 TEST(SampleGate, WhatFollowsAnInterruptionIsNoGap) {
   SampleGate gate(threshold_policy());
-  Observation o;
+  rt::Observation o;
   o.sample.time_ns = 1'000'000;
   gate.judge(o);
   o.sample.time_ns += 1'000'000;
@@ -121,4 +121,4 @@ TEST(SampleGate, WhatFollowsAnInterruptionIsNoGap) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using hal::Vector3;
@@ -35,8 +35,8 @@ struct StructuralBench {
   double continuous_n = 0.0;  ///< of the motors; 0: they never warm
   double heat = 0.0, hottest = 0.0;
 
-  Observation at(const Vector3& encoder_mm, double force_n, double speed_mm_per_s) {
-    Observation o;
+  rt::Observation at(const Vector3& encoder_mm, double force_n, double speed_mm_per_s) {
+    rt::Observation o;
     time_ns += 1'000'000;
     if (continuous_n > 0.0) {
       const double end = force_n * force_n / (continuous_n * continuous_n);
@@ -85,7 +85,7 @@ TEST(StructuralIdentification, FindsAConstantStiffnessExactly) {
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_TRUE(model->converged);
-  const auto& structure = std::get<StructuralModel>(model->content);
+  const auto& structure = std::get<rt::StructuralModel>(model->content);
   EXPECT_NEAR(structure.stiffness_n_per_mm, 2.537, 1e-6);
   EXPECT_EQ(structure.gradient_per_mm.x, 0.0);
   EXPECT_LT(model->residual, 1e-4);
@@ -98,9 +98,9 @@ TEST(StructuralIdentification, DryFrictionOfTheMotorsIsReportedFromTheBend) {
   bench.follow(identification, 8);
   const auto model = identification.finish();
   ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
   bool reported = false;
-  for (const EstimatedParameter& p : model->parameters) {
+  for (const rt::EstimatedParameter& p : model->parameters) {
     if (p.name != "back_drive_friction_n") continue;
     reported = true;
     EXPECT_NEAR(p.value, 0.2, 1e-3);
@@ -121,7 +121,7 @@ TEST(StructuralIdentification, FindsAQuadraticField) {
   const auto model = identification.finish();
   ASSERT_TRUE(model);
   EXPECT_TRUE(model->converged);
-  const auto& structure = std::get<StructuralModel>(model->content);
+  const auto& structure = std::get<rt::StructuralModel>(model->content);
   for (const Vector3& p :
        {Vector3{0.0, 0.0, 70.0}, Vector3{70.0, -40.0, 100.0}, Vector3{-80.0, 50.0, 40.0}}) {
     EXPECT_NEAR(structure.stiffness_at(p) * c(p), 1.0, 1e-4);
@@ -146,7 +146,7 @@ TEST(StructuralIdentification, OnePressSaysNoField) {
   const auto model = identification.finish();
   ASSERT_TRUE(model);
   EXPECT_FALSE(model->converged);
-  EXPECT_EQ(std::get<StructuralModel>(model->content).curvature_per_mm2[0], 0.0);
+  EXPECT_EQ(std::get<rt::StructuralModel>(model->content).curvature_per_mm2[0], 0.0);
   EXPECT_FALSE(identification.progress().missing.empty());
 }
 
@@ -185,7 +185,7 @@ TEST(StructuralIdentification, MotorsOfHardwareCoolBetweenPresses) {
     const auto model = identification.finish();
     ASSERT_TRUE(model) << model.error().text();
     EXPECT_TRUE(model->converged);
-    EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
+    EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-4);
     if (hardware) {
       EXPECT_GT(rests, 0);
       EXPECT_LT(bench.hottest, 0.8) << "where a device warns";
@@ -263,7 +263,7 @@ TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
       continue;
     }
     bench.press(identification, {0.0, 0.0, 65.0 + i}, 0.5, 5.0);
-    Observation bad = bench.at({}, 0.0, 0.0);
+    rt::Observation bad = bench.at({}, 0.0, 0.0);
     bad.sample.tip_position_mm.x = std::numeric_limits<double>::quiet_NaN();
     identification.add(bad);
     bad = bench.at({0.0, 0.0, 70.0}, 0.0, 0.0);
@@ -272,7 +272,7 @@ TEST(StructuralIdentification, AWildPressAndUnfitSamplesAreLeftOut) {
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 0.02);
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 0.02);
   bool reported = false;
   for (const std::string& remark : identification.progress().remarks) {
     reported = reported || remark.find("left out") != std::string::npos;
@@ -300,16 +300,16 @@ hal::RigInfo recording_of(double rate_hz) {
   return rig;
 }
 
-double error_of(const IdentifiedModel& model, const std::string& name) {
-  for (const EstimatedParameter& p : model.parameters) {
+double error_of(const rt::IdentifiedModel& model, const std::string& name) {
+  for (const rt::EstimatedParameter& p : model.parameters) {
     if (p.name == name) return p.standard_error;
   }
   ADD_FAILURE() << "no parameter " << name;
   return 0.0;
 }
 
-double parameter_of(const IdentifiedModel& model, const std::string& name) {
-  for (const EstimatedParameter& p : model.parameters) {
+double parameter_of(const rt::IdentifiedModel& model, const std::string& name) {
+  for (const rt::EstimatedParameter& p : model.parameters) {
     if (p.name == name) return p.value;
   }
   ADD_FAILURE() << "no parameter " << name;
@@ -331,7 +331,7 @@ struct WatchedWalls {
     const double force_n = depth_mm > 0.0 ? 0.5 * depth_mm : 0.0;
     std::normal_distribution<double> noise(0.0, noise_mm > 0.0 ? noise_mm : 1e-12);
     const double time_s = static_cast<double>(tick++) / rate_hz;
-    Observation o;
+    rt::Observation o;
     o.sample.time_ns = std::llround(1e9 * time_s);
     o.sample.tip_position_mm = press * depth_mm;
     o.device_command_n = press * -force_n;
@@ -359,7 +359,7 @@ TEST(StructuralIdentification, ARecordingMayBeSlowAndAlongAnyDirection) {
       walls.follow(identification, 4);
       const auto model = identification.finish();
       ASSERT_TRUE(model) << rate_hz << " Hz: " << model.error().text();
-      EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-3) << rate_hz;
+      EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-3) << rate_hz;
       EXPECT_FALSE(model->converged) << "one place is not five";
     }
   }
@@ -373,7 +373,7 @@ TEST(StructuralIdentification, NoiseAndDriftOfTheInstrumentStayWithinItsUncertai
   walls.follow(identification, 6);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  const double found = std::get<StructuralModel>(model->content).stiffness_n_per_mm;
+  const double found = std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm;
   const double error = error_of(*model, "structural_stiffness_n_per_mm");
   EXPECT_NEAR(found, 2.5, 0.025);
   EXPECT_LT(std::abs(found - 2.5), 4.0 * error);
@@ -387,7 +387,7 @@ TEST(StructuralIdentification, OneDirectionOnlyAndAnEndUnderLoadAreEnough) {
   walls.follow(identification, 1);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-3);
+  EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 1e-3);
   EXPECT_EQ(error_of(*model, "back_drive_friction_n"), HUGE_VAL) << "nothing is known of friction";
 }
 
@@ -421,14 +421,14 @@ struct RigidBench {
   double bending_n = 0.0;
   std::int64_t tick = 0;
 
-  Observation at(double force_n, double lifted_mm) {
+  rt::Observation at(double force_n, double lifted_mm) {
     std::normal_distribution<double> noise(0.0, noise_mm > 0.0 ? noise_mm : 1e-12);
     const double time_s = 1e-3 * static_cast<double>(tick++);
     const double reaction_n = (1.0 + hand_share) * force_n;
     // Dry friction: the encoders stick until the force has overcome it.
     bending_n = std::clamp(bending_n, force_n - friction_n, force_n + friction_n);
     const double bend_mm = bending_n / stiffness_n_per_mm;
-    Observation o;
+    rt::Observation o;
     o.sample.time_ns = std::llround(1e9 * time_s);
     o.sample.tip_position_mm = into * (sign * (bend_mm + reaction_n / object_n_per_mm - lifted_mm) +
                                        drift_mm_per_s * time_s + noise(random));
@@ -458,7 +458,7 @@ TEST(StructuralIdentification, OnARigidObjectTheEncodersTellTheBend) {
     const auto model = identification.finish();
     ASSERT_TRUE(model) << model.error().text();
     EXPECT_TRUE(model->converged);
-    EXPECT_NEAR(std::get<StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 2.5e-3);
+    EXPECT_NEAR(std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm, 2.5, 2.5e-3);
     EXPECT_NEAR(parameter_of(*model, "back_drive_friction_n"), 0.2, 0.03) << "turns of motion blur it";
     EXPECT_NE(model->procedure.find("lower bound"), std::string::npos);
     EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
@@ -476,7 +476,7 @@ TEST(StructuralIdentification, WhatTheObjectGivesWayIsBetweenTheBounds) {
     return *model;
   };
   for (const double hand_share : {0.0, 0.5}) {
-    const IdentifiedModel model = found(200.0, 100.0, hand_share);
+    const rt::IdentifiedModel model = found(200.0, 100.0, hand_share);
     const double lower = parameter_of(model, "structural_stiffness_n_per_mm");
     EXPECT_NEAR(lower, 1.0 / (1.0 / 2.5 + (1.0 + hand_share) / 200.0), 1e-3) << "as the formula has it";
     EXPECT_LT(lower, 2.5);
@@ -487,7 +487,7 @@ TEST(StructuralIdentification, WhatTheObjectGivesWayIsBetweenTheBounds) {
   // The object is just as stiff as was assumed: the upper bound is the truth.
   EXPECT_NEAR(parameter_of(found(200.0, 200.0, 0.5), "structural_stiffness_upper_n_per_mm"), 2.5, 2e-3);
   // Nothing assumed but what is usual: the error widens by little.
-  const IdentifiedModel usual = found(1e9, 1000.0, 0.0);
+  const rt::IdentifiedModel usual = found(1e9, 1000.0, 0.0);
   EXPECT_EQ(parameter_of(usual, "least_object_stiffness_n_per_mm"), 1000.0);
   EXPECT_NEAR(error_of(usual, "structural_stiffness_n_per_mm"), 2.5 * 2.5 / 1000.0, 1e-4);
 }
@@ -498,7 +498,7 @@ TEST(StructuralIdentification, NoiseAndDriftOfTheEncodersOnARigidObjectStayWithi
   for (int i = 0; i < 6; ++i) bench.press(identification);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  const double found = std::get<StructuralModel>(model->content).stiffness_n_per_mm;
+  const double found = std::get<rt::StructuralModel>(model->content).stiffness_n_per_mm;
   EXPECT_NEAR(found, 2.5, 0.025);
   EXPECT_LT(std::abs(found - 2.5), 4.0 * error_of(*model, "structural_stiffness_n_per_mm"));
 }
@@ -533,7 +533,7 @@ TEST(StructuralIdentification, ARigidContactThatSaysNothingIsRefused) {
   // No numbers at all.
   StructuralIdentification unfit({.rigid_contact = true}, high_force());
   for (int i = 0; i < 100; ++i) {
-    Observation o = still.at(4.0, 0.0);
+    rt::Observation o = still.at(4.0, 0.0);
     o.sample.sensor_force_n.z = std::numeric_limits<double>::quiet_NaN();
     unfit.add(o);
   }
@@ -542,4 +542,4 @@ TEST(StructuralIdentification, ARigidContactThatSaysNothingIsRefused) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

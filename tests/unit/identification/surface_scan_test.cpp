@@ -8,7 +8,7 @@
 
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 struct Profile {
@@ -146,4 +146,4 @@ TEST(SurfaceScan, KeepsNoMoreThanItMay) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

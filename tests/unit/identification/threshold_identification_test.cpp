@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using hal::Vector3;
@@ -19,8 +19,8 @@ hal::RigInfo threshold_rig() {
 }
 
 /// A tool that is exactly what the rig says, waved at up to `speed`, with a force of `extra` next to it.
-Observation free_sample(double t, double speed_mm_per_s, double extra_n, double tilt_rad = 0.0) {
-  Observation o;
+rt::Observation free_sample(double t, double speed_mm_per_s, double extra_n, double tilt_rad = 0.0) {
+  rt::Observation o;
   o.sample.time_ns = std::llround(1e9 * t) + 1'000'000;
   const double w = 9.0;
   o.sample.tip_position_mm = {speed_mm_per_s / w * std::sin(w * t), 0.0, 100.0};
@@ -52,7 +52,7 @@ TEST(ThresholdIdentification, LiesAboveTheLargestResidualAndSaysByHowMuch) {
   run(identification, 50.0, 0.02);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  const auto& threshold = std::get<ThresholdModel>(model->content);
+  const auto& threshold = std::get<rt::ThresholdModel>(model->content);
   EXPECT_GT(threshold.largest_residual_n, 0.017);
   EXPECT_LT(threshold.largest_residual_n, 0.05);
   EXPECT_GE(threshold.threshold_n, threshold.largest_residual_n);
@@ -79,7 +79,7 @@ TEST(ThresholdIdentification, AnExponentialTailIsExtrapolatedAsItIs) {
   const auto model = identification.finish();
   ASSERT_TRUE(model);
   const double expected = 0.010 + 0.003 * std::log(ThresholdIdentification::kAlarmFreeS);
-  EXPECT_NEAR(std::get<ThresholdModel>(model->content).threshold_n, expected, 0.2 * expected);
+  EXPECT_NEAR(std::get<rt::ThresholdModel>(model->content).threshold_n, expected, 0.2 * expected);
 }
 
 TEST(ThresholdIdentification, WantsMotionThatItHasNotSeen) {
@@ -96,7 +96,7 @@ TEST(ThresholdIdentification, AcceptsFastMotionOfAToolHeldAtAnyOrientation) {
   const auto missing_with = [&](double tilt_rad) {
     static int i = 0;
     for (int n = 0; n < 2000; ++n, ++i) {
-      Observation sample = free_sample(1e-3 * i, 0.0, 1e-3 * std::sin(0.1 * i));
+      rt::Observation sample = free_sample(1e-3 * i, 0.0, 1e-3 * std::sin(0.1 * i));
       sample.sample.tip_orientation = {std::cos(0.5 * tilt_rad), std::sin(0.5 * tilt_rad), 0.0, 0.0};
       sample.sample.tip_position_mm.x += 30.0 * std::sin(8.0 * 1e-3 * i);  // up to 240 mm/s
       identification.add(sample);
@@ -143,7 +143,7 @@ TEST(ThresholdIdentification, TicksWithoutAFreshForceAreBridged) {
   ThresholdIdentification identification({}, threshold_rig());
   for (int i = 0; i < 30'000; ++i) {
     const double t = 1e-3 * i;
-    Observation o = free_sample(t, 100.0, 1e-3 * std::sin(0.3 * i));
+    rt::Observation o = free_sample(t, 100.0, 1e-3 * std::sin(0.3 * i));
     if (i % 8 == 1) o.sample.status = hal::sample_status::kForceMissing;
     if (i % 8 == 2) {
       o.sample.sensor_force_n = free_sample(t - 5e-4, 100.0, 0.0).sample.sensor_force_n;
@@ -152,7 +152,7 @@ TEST(ThresholdIdentification, TicksWithoutAFreshForceAreBridged) {
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  const auto& threshold = std::get<ThresholdModel>(model->content);
+  const auto& threshold = std::get<rt::ThresholdModel>(model->content);
   EXPECT_GT(threshold.observed_s, 29.0);
   EXPECT_LT(threshold.threshold_n, 0.02);
 }
@@ -160,7 +160,7 @@ TEST(ThresholdIdentification, TicksWithoutAFreshForceAreBridged) {
 TEST(ThresholdIdentification, GapsAndNaNStartItAgain) {
   ThresholdIdentification identification({}, threshold_rig());
   for (int i = 0; i < 30'000; ++i) {
-    Observation o = free_sample(1e-3 * i, 100.0, 1e-3 * std::sin(0.3 * i));
+    rt::Observation o = free_sample(1e-3 * i, 100.0, 1e-3 * std::sin(0.3 * i));
     if (i % 3000 == 0) o.sample.sensor_force_n.y = std::numeric_limits<double>::quiet_NaN();
     if (i % 5000 == 1) o.sample.status = hal::sample_status::kForceSaturated;
     if (i % 7000 < 100) continue;
@@ -168,9 +168,9 @@ TEST(ThresholdIdentification, GapsAndNaNStartItAgain) {
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  EXPECT_LT(std::get<ThresholdModel>(model->content).threshold_n, 0.02);
+  EXPECT_LT(std::get<rt::ThresholdModel>(model->content).threshold_n, 0.02);
   EXPECT_EQ(identification.progress().remarks.size(), 3U);
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -9,7 +9,7 @@
 
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 namespace {
 
 using hal::Quaternion;
@@ -25,7 +25,7 @@ struct Body {
 };
 
 Quaternion turned(const Vector3& rad) {
-  const double angle = norm(rad);
+  const double angle = rt::norm(rad);
   if (angle == 0.0) return {};
   const Vector3 n = rad * (std::sin(0.5 * angle) / angle);
   return {std::cos(0.5 * angle), n.x, n.y, n.z};
@@ -48,16 +48,17 @@ struct Motion {
 };
 
 /// The sample of a body at a time, from differences fine enough to be exact.
-Observation sample_at(const Body& body, const Motion& motion, double t, double period_s) {
+rt::Observation sample_at(const Body& body, const Motion& motion, double t, double period_s) {
   const auto centre = [&](double at) {
-    return motion.position(at) + rotated(motion.orientation(at), body.arm_mm);
+    return motion.position(at) + rt::rotated(motion.orientation(at), body.arm_mm);
   };
   constexpr double h = 1e-3;
   const auto load = [&](double at) {
     const Vector3 a = (centre(at + h) - centre(at) * 2.0 + centre(at - h)) * (1.0 / (h * h));
-    return rotated(inverse(motion.orientation(at)), Vector3{0.0, 0.0, -9807.0} - a) * (1e-6 * body.mass_g);
+    return rt::rotated(inverse(motion.orientation(at)), Vector3{0.0, 0.0, -9807.0} - a) *
+           (1e-6 * body.mass_g);
   };
-  Observation o;
+  rt::Observation o;
   o.sample.time_ns = std::llround(1e9 * t);
   o.sample.tip_position_mm = motion.position(t);
   o.sample.tip_orientation = motion.orientation(t);
@@ -65,8 +66,8 @@ Observation sample_at(const Body& body, const Motion& motion, double t, double p
   // The sensor's value is the mean since the tick before.
   const Vector3 tool = load(t - 0.5 * period_s);
   const Quaternion back = inverse(body.sensor_to_tool);
-  o.sample.sensor_force_n = rotated(back, tool) + body.force_bias_n;
-  o.sample.sensor_torque_n_mm = rotated(back, cross(body.centre_mm, tool)) + body.torque_bias_n_mm;
+  o.sample.sensor_force_n = rt::rotated(back, tool) + body.force_bias_n;
+  o.sample.sensor_torque_n_mm = rt::rotated(back, rt::cross(body.centre_mm, tool)) + body.torque_bias_n_mm;
   return o;
 }
 
@@ -83,8 +84,8 @@ void run(Identification& identification, const Body& body, const Motion& motion,
   }
 }
 
-double tool_error_of(const IdentifiedModel& model, const std::string& name) {
-  for (const EstimatedParameter& p : model.parameters) {
+double tool_error_of(const rt::IdentifiedModel& model, const std::string& name) {
+  for (const rt::EstimatedParameter& p : model.parameters) {
     if (p.name == name) return p.standard_error;
   }
   ADD_FAILURE() << name;
@@ -102,13 +103,13 @@ TEST_P(TurnedSensor, EverythingIsFound) {
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_TRUE(model->converged);
-  const auto& tool = std::get<ToolModel>(model->content);
+  const auto& tool = std::get<rt::ToolModel>(model->content);
   EXPECT_NEAR(tool.mass_g, body.mass_g, 0.002 * body.mass_g);
-  EXPECT_LT(norm(tool.centre_mm - body.centre_mm), 0.05);
+  EXPECT_LT(rt::norm(tool.centre_mm - body.centre_mm), 0.05);
   ASSERT_TRUE(tool.tip_to_centre_mm);
-  EXPECT_LT(norm(*tool.tip_to_centre_mm - body.arm_mm), 1.0);
-  EXPECT_LT(norm(tool.force_bias_n - body.force_bias_n), 5e-4);
-  EXPECT_LT(norm(tool.torque_bias_n_mm - body.torque_bias_n_mm), 0.02);
+  EXPECT_LT(rt::norm(*tool.tip_to_centre_mm - body.arm_mm), 1.0);
+  EXPECT_LT(rt::norm(tool.force_bias_n - body.force_bias_n), 5e-4);
+  EXPECT_LT(rt::norm(tool.torque_bias_n_mm - body.torque_bias_n_mm), 0.02);
   const Quaternion& q = tool.sensor_to_tool;
   const Quaternion& p = body.sensor_to_tool;
   EXPECT_GT(std::abs(q.w * p.w + q.x * p.x + q.y * p.y + q.z * p.z), 1.0 - 1e-5);
@@ -132,8 +133,8 @@ TEST(ToolIdentification, UprightWavesTellTheMassButNotTheBiasAlongGravity) {
   // Waved along x only: mass yes; the bias along z cannot be distinguished from the weight as long as the
   // seat of the sensor is open, nor can the turn about x.
   struct AlongX {
-    static Observation at(double t) {
-      Observation o;
+    static rt::Observation at(double t) {
+      rt::Observation o;
       o.sample.time_ns = std::llround(1e9 * t);
       const double a = -20.0 * 81.0 * std::sin(9.0 * (t - 5e-4));
       o.sample.tip_position_mm = {20.0 * std::sin(9.0 * t), 0.0, 0.0};
@@ -147,8 +148,8 @@ TEST(ToolIdentification, UprightWavesTellTheMassButNotTheBiasAlongGravity) {
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_FALSE(model->converged);
-  EXPECT_NEAR(std::get<ToolModel>(model->content).mass_g, 12.0, 0.05);
-  EXPECT_FALSE(std::get<ToolModel>(model->content).tip_to_centre_mm) << "it was never turned";
+  EXPECT_NEAR(std::get<rt::ToolModel>(model->content).mass_g, 12.0, 0.05);
+  EXPECT_FALSE(std::get<rt::ToolModel>(model->content).tip_to_centre_mm) << "it was never turned";
   EXPECT_TRUE(std::isinf(tool_error_of(*model, "sensor_to_tool_x_rad")));
   EXPECT_TRUE(std::isinf(tool_error_of(*model, "centre_x_mm"))) << "no torque came";
   EXPECT_TRUE(std::isinf(tool_error_of(*model, "tip_to_centre_z_mm"))) << "nothing turned";
@@ -158,13 +159,13 @@ TEST(ToolIdentification, SecondsOfContactAreLeftOut) {
   const Body body;
   ToolIdentification identification({}, rig_at(1000.0));
   for (int i = 0; i < 14000; ++i) {
-    Observation o = sample_at(body, {}, 1e-3 * i, 1e-3);
+    rt::Observation o = sample_at(body, {}, 1e-3 * i, 1e-3);
     if (i > 6000 && i < 7500) o.sample.sensor_force_n.z += 2.0 * std::sin(1e-2 * i);
     identification.add(o);
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<ToolModel>(model->content).mass_g, body.mass_g, 0.01 * body.mass_g);
+  EXPECT_NEAR(std::get<rt::ToolModel>(model->content).mass_g, body.mass_g, 0.01 * body.mass_g);
   bool reported = false;
   for (const std::string& remark : identification.progress().remarks) {
     reported = reported || remark.find("touched") != std::string::npos;
@@ -176,7 +177,7 @@ TEST(ToolIdentification, BadSamplesAreCountedAndDoNoHarm) {
   const Body body;
   ToolIdentification identification({}, rig_at(1000.0));
   for (int i = 0; i < 12000; ++i) {
-    Observation o = sample_at(body, {}, 1e-3 * i, 1e-3);
+    rt::Observation o = sample_at(body, {}, 1e-3 * i, 1e-3);
     if (i == 2000) o.sample.sensor_force_n.x = std::numeric_limits<double>::quiet_NaN();
     if (i == 4000) o.sample.tip_orientation = {0.0, 0.0, 0.0, 0.0};
     if (i == 6000) o.sample.status = hal::sample_status::kForceSaturated;
@@ -185,7 +186,7 @@ TEST(ToolIdentification, BadSamplesAreCountedAndDoNoHarm) {
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<ToolModel>(model->content).mass_g, body.mass_g, 0.002 * body.mass_g);
+  EXPECT_NEAR(std::get<rt::ToolModel>(model->content).mass_g, body.mass_g, 0.002 * body.mass_g);
   EXPECT_EQ(identification.progress().remarks.size(), 3U) << "unfit, saturated, gap";
 }
 
@@ -197,7 +198,7 @@ TEST(ToolIdentification, ReversedSignAndTenSamplesAreRefused) {
   // A reversed sensor is a sensor turned inside out: no rotation does that.
   ToolIdentification reversed({}, rig_at(1000.0));
   for (int i = 0; i < 8000; ++i) {
-    Observation o = sample_at({}, {}, 1e-3 * i, 1e-3);
+    rt::Observation o = sample_at({}, {}, 1e-3 * i, 1e-3);
     o.sample.sensor_force_n = o.sample.sensor_force_n * -1.0;
     reversed.add(o);
   }
@@ -212,14 +213,14 @@ TEST(ToolIdentification, MemoryStaysWhatItIs) {
   const Motion motion;
   for (int i = 0; i < 300'000; ++i) {
     if (i % 3 == 0) continue;
-    Observation o = sample_at(body, motion, 1e-3 * (i % 40'000), 1e-3);
+    rt::Observation o = sample_at(body, motion, 1e-3 * (i % 40'000), 1e-3);
     o.sample.time_ns = 1'000'000LL * i;
     if (i % 40'000 < 400) o.sample.status = hal::sample_status::kForceMissing;  // the motion jumps there
     identification.add(o);
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model);
-  EXPECT_NEAR(std::get<ToolModel>(model->content).mass_g, body.mass_g, 0.02 * body.mass_g);
+  EXPECT_NEAR(std::get<rt::ToolModel>(model->content).mass_g, body.mass_g, 0.02 * body.mass_g);
 }
 
 TEST(ToolLoadFit, StandardErrorsAreThoseOfTheNoise) {
@@ -239,8 +240,8 @@ TEST(ToolLoadFit, StandardErrorsAreThoseOfTheNoise) {
     ToolMoments moments;
     for (int i = 0; i < 300; ++i) {
       ToolExcitation e;
-      const Vector3 g = rotated(inverse(turned({0.7 * std::sin(0.3 * i), 0.7 * std::cos(0.17 * i), 0.0})),
-                                Vector3{0.0, 0.0, -9807e-6});
+      const Vector3 g = rt::rotated(inverse(turned({0.7 * std::sin(0.3 * i), 0.7 * std::cos(0.17 * i), 0.0})),
+                                    Vector3{0.0, 0.0, -9807e-6});
       e.weight_n_per_g = g;
       e.force_n = g * 10.0 + Vector3{noise(), noise(), noise()} * 2e-3;
       moments.add(e);
@@ -261,8 +262,8 @@ TEST(ToolLoadFit, StretchesAboutTheirMeansLeaveADriftOut) {
     drift_n += i < 1700 ? 3e-5 : -2e-5;  // up and down again
     ToolExcitation e;
     // Turned further and further, so that the drift looks like a part of the weight.
-    e.weight_n_per_g =
-        rotated(inverse(turned({0.0002 * i, 0.7 * std::cos(0.17 * i), 0.0})), Vector3{0.0, 0.0, -9807e-6});
+    e.weight_n_per_g = rt::rotated(inverse(turned({0.0002 * i, 0.7 * std::cos(0.17 * i), 0.0})),
+                                   Vector3{0.0, 0.0, -9807e-6});
     e.force_n = e.weight_n_per_g * 9.35 + bias_n + Vector3{1.0, -2.0, 1.5} * drift_n;
     plain.add(e);
     stretch.add(e);
@@ -287,4 +288,4 @@ TEST(ToolLoadFit, EmptyAndAbsurdSumsAreNotGood) {
 }
 
 }  // namespace
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

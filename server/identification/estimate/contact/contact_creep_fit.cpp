@@ -7,12 +7,12 @@
 
 #include "server/identification/estimate/contact/contact_sandwich.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
-constexpr Eigen::Index kSteps = CreepParameters::kKnots - 1;
-constexpr std::size_t kWeights = CreepParameters::kLags + 1;
+constexpr Eigen::Index kSteps = rt::CreepParameters::kKnots - 1;
+constexpr std::size_t kWeights = rt::CreepParameters::kLags + 1;
 using Curve = Eigen::Matrix<double, kSteps, kSteps>;
 using Steps = Eigen::Matrix<double, kSteps, 1>;
 
@@ -94,7 +94,7 @@ class Curves {
   const std::vector<Point>& points() const { return points_; }
 
   /// Mean squared relative error; fills in Ψ and max_force_n.
-  double fit(CreepParameters& parameters) {
+  double fit(rt::CreepParameters& parameters) {
     double sum = 0.0;
     for (const double w : parameters.weight) sum += w;
     std::array<double, kWeights> share{};
@@ -164,19 +164,19 @@ class Curves {
   double deepest_mm_;
 };
 
-double effective_n(const Point& point, const CreepParameters& law) {
+double effective_n(const Point& point, const rt::CreepParameters& law) {
   double e = 0.0;
   for (std::size_t j = 0; j < kWeights; ++j) e += law.weight[j] * point.force_n[j];
   return e;
 }
 
 /// Lags whose force came to a fair share of the force.
-std::array<bool, CreepParameters::kLags> determined_lags(const std::vector<Point>& points) {
+std::array<bool, rt::CreepParameters::kLags> determined_lags(const std::vector<Point>& points) {
   std::array<double, kWeights> most_n{};
   for (const Point& p : points) {
     for (std::size_t j = 0; j < kWeights; ++j) most_n[j] = std::max(most_n[j], p.force_n[j]);
   }
-  std::array<bool, CreepParameters::kLags> determined{};
+  std::array<bool, rt::CreepParameters::kLags> determined{};
   for (std::size_t l = 0; l < determined.size(); ++l) {
     determined[l] = most_n[l + 1] >= CreepFit::kMinReach * most_n[0];
   }
@@ -187,8 +187,8 @@ std::array<bool, CreepParameters::kLags> determined_lags(const std::vector<Point
 /// weights among those others that were found, 1 … kLags.
 void find_errors(const std::vector<Point>& points, double deepest_mm,
                  const std::vector<std::size_t>& searched, CreepEstimate& estimate) {
-  const CreepParameters& parameters = estimate.law.parameters;
-  const CreepLaw law(parameters, 1000.0);
+  const rt::CreepParameters& parameters = estimate.law.parameters;
+  const rt::CreepLaw law(parameters, 1000.0);
   double left = 0.0, whole = 0.0, relative = 0.0;
   std::size_t relative_count = 0;
   // Intervals that hold samples are parameters, the others only follow.
@@ -219,7 +219,7 @@ void find_errors(const std::vector<Point>& points, double deepest_mm,
   SandwichCovariance<kMax>::Vector jacobian(next);
   for (const Point& p : points) {
     const double e = effective_n(p, parameters);
-    const LawEstimate at = law.curve(e);
+    const rt::LawEstimate at = law.curve(e);
     const Place place = place_of(e, parameters.max_force_n);
     for (Eigen::Index j = 0; j < weights; ++j) {
       jacobian(j) =
@@ -254,18 +254,18 @@ void find_errors(const std::vector<Point>& points, double deepest_mm,
 
 }  // namespace
 
-std::array<double, CreepParameters::kLags> creep_times_s(double step_s) noexcept {
-  const CreepParameters defaults;
+std::array<double, rt::CreepParameters::kLags> creep_times_s(double step_s) noexcept {
+  const rt::CreepParameters defaults;
   constexpr double kLoopStepS = 3e-3;
   if (step_s < kLoopStepS) return defaults.time_s;
-  std::array<double, CreepParameters::kLags> times{};
+  std::array<double, rt::CreepParameters::kLags> times{};
   for (std::size_t i = 0; i < times.size(); ++i) {
     times[i] = std::min(1e3, 10.0 * step_s * std::pow(100.0, static_cast<double>(i) / (times.size() - 1)));
   }
   return times;
 }
 
-CreepFit::CreepFit(const std::array<double, CreepParameters::kLags>& time_s, std::size_t stride,
+CreepFit::CreepFit(const std::array<double, rt::CreepParameters::kLags>& time_s, std::size_t stride,
                    std::size_t capacity)
     : time_s_(time_s), rows_(capacity, stride) {}
 
@@ -314,7 +314,7 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
     return std::nullopt;
 
   Curves curves(std::move(points), deepest_mm);
-  CreepParameters best;
+  rt::CreepParameters best;
   best.time_s = time_s_;
   if (!options.elastic) best.weight = {0.6, 0.1, 0.1, 0.1, 0.1};
   if (!options.elastic && options.start != nullptr) best.weight = options.start->weight;
@@ -336,7 +336,7 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
       for (std::size_t j = 0; j < best.weight.size(); ++j) {
         if (j > 0 && !determined[j - 1]) continue;
         for (const double sign : {1.0, -1.0}) {
-          CreepParameters trial = best;
+          rt::CreepParameters trial = best;
           trial.weight[j] = std::max(0.0, trial.weight[j] + sign * step);
           double sum = 0.0;
           for (const double w : trial.weight) sum += w;
@@ -361,4 +361,4 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
   return estimate;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

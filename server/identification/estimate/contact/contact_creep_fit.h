@@ -11,15 +11,15 @@
 #include "server/identification/estimate/held_out_blocks.h"
 #include "server/identification/gate/palpation_sample.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// A creep law found, with what is known of its errors (see HuntCrossleyUncertainty for how).
 struct CreepEstimate {
-  IdentifiedLaw<CreepParameters> law;
+  rt::IdentifiedLaw<rt::CreepParameters> law;
   /// Standard errors of w_0, w_1 …; infinite for lags that the palpation does not determine.
-  std::array<double, CreepParameters::kLags + 1> weight_error{};
+  std::array<double, rt::CreepParameters::kLags + 1> weight_error{};
   /// Lags that a contact lasted long enough for; the weight of the others is 0.
-  std::array<bool, CreepParameters::kLags> lag_determined{};
+  std::array<bool, rt::CreepParameters::kLags> lag_determined{};
   /// Relative standard error of Ψ at max_force_n and at half of it.
   double relative_displacement = std::numeric_limits<double>::infinity();
   double relative_displacement_half = std::numeric_limits<double>::infinity();
@@ -29,7 +29,7 @@ struct CreepEstimate {
 
 /// Retardation times a creep law is given for samples this far apart: its own for a live loop; for slow
 /// recordings four from ten steps to a thousand, beyond what the steps resolve nothing can be reported.
-std::array<double, CreepParameters::kLags> creep_times_s(double step_s) noexcept;
+std::array<double, rt::CreepParameters::kLags> creep_times_s(double step_s) noexcept;
 
 /// Batch fit of the creep law to a palpation from a rested object, fed sample by sample, pauses out of
 /// contact included, in bounded memory: only the lags run over all samples, what they say is kept thinned
@@ -44,7 +44,7 @@ std::array<double, CreepParameters::kLags> creep_times_s(double step_s) noexcept
 class CreepFit {
  public:
   struct Row {
-    std::array<double, CreepParameters::kLags + 1> force_n{};  ///< as it is, and lagged
+    std::array<double, rt::CreepParameters::kLags + 1> force_n{};  ///< as it is, and lagged
     double displacement_mm = 0.0;
     double rate_mm_per_s = 0.0;
     double time_s = 0.0;
@@ -54,7 +54,7 @@ class CreepFit {
   static constexpr double kMinReach = 0.15;
 
   /// `stride`: every so-maniest sample is kept at first; 1 kHz gains nothing from every one.
-  explicit CreepFit(const std::array<double, CreepParameters::kLags>& time_s, std::size_t stride = 3,
+  explicit CreepFit(const std::array<double, rt::CreepParameters::kLags>& time_s, std::size_t stride = 3,
                     std::size_t capacity = 16'384);
 
   /// `step_s`: since the sample before; the force is held over it.
@@ -66,9 +66,9 @@ class CreepFit {
   struct Options {
     double surface_mm = 0.0;  ///< displacement counts from here
     std::size_t fewest_samples = 100;
-    std::size_t most_rows = 16'384;          ///< fewer for a quick look
-    const CreepParameters* start = nullptr;  ///< weights to begin the search with
-    double first_step = 0.1;                 ///< of the pattern search
+    std::size_t most_rows = 16'384;              ///< fewer for a quick look
+    const rt::CreepParameters* start = nullptr;  ///< weights to begin the search with
+    double first_step = 0.1;                     ///< of the pattern search
     bool with_errors = true;
     /// The object answers at once: w_0 = 1, Ψ alone is found.
     bool elastic = false;
@@ -83,14 +83,14 @@ class CreepFit {
 
   /// What was kept, samples in contact only.
   std::span<const Row> rows() const noexcept { return rows_.items(); }
-  const std::array<double, CreepParameters::kLags>& time_s() const noexcept { return time_s_; }
+  const std::array<double, rt::CreepParameters::kLags>& time_s() const noexcept { return time_s_; }
 
  private:
-  std::array<double, CreepParameters::kLags> time_s_;
-  std::array<double, CreepParameters::kLags> lagged_n_{};
-  std::array<double, CreepParameters::kLags> decay_{};
+  std::array<double, rt::CreepParameters::kLags> time_s_;
+  std::array<double, rt::CreepParameters::kLags> lagged_n_{};
+  std::array<double, rt::CreepParameters::kLags> decay_{};
   double decay_step_s_ = -1.0;  ///< the step decay_ belongs to
   ThinnedSeries<Row> rows_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

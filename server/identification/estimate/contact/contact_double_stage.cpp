@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 // Where nothing is known: a newton's worth of data outweighs it at once.
@@ -74,4 +74,4 @@ std::optional<HuntCrossleyEstimate> DoubleStageEstimator::estimate() const {
       {scale * stiffness_, scale * std::max(0.0, damping_), exponent_}, 0.0, samples_};
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

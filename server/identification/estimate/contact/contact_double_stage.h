@@ -6,7 +6,7 @@
 
 #include "server/identification/estimate/contact/contact_estimate.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Recursive double-stage estimator of (4.22) (Diolaiti, Melchiorri, Stramigioli 2005): one least-squares
 /// estimator of K and B with the exponent of the other, f = K x^m + B x^m ẋ; one of the exponent with K and B
@@ -48,4 +48,4 @@ class DoubleStageEstimator {
   double p00_, p01_ = 0.0, p11_, q_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,12 +5,12 @@
 
 #include "server/identification/estimate/contact/contact_sandwich.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 HuntCrossleyUncertainty hunt_crossley_uncertainty(const HuntCrossleyEstimate& estimate,
                                                   std::span<const PalpationSample> palpation,
                                                   bool with_offset) {
-  const HuntCrossleyParameters& law = estimate.parameters;
+  const rt::HuntCrossleyParameters& law = estimate.parameters;
   const double offset_mm = estimate.contact_offset_mm;
   const bool with_damping = law.damping_n_s_per_mm_m1 > 0.0;  // at its bound it is no free parameter
   const auto reported = static_cast<std::size_t>(
@@ -62,4 +62,4 @@ HuntCrossleyUncertainty hunt_crossley_uncertainty(const HuntCrossleyEstimate& es
   return result;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

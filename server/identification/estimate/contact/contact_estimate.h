@@ -7,11 +7,11 @@
 #include "rt/deformation/hunt_crossley.h"
 #include "server/identification/gate/palpation_sample.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// A Hunt-Crossley law (4.22) found by one of the methods.
 struct HuntCrossleyEstimate {
-  HuntCrossleyParameters parameters;
+  rt::HuntCrossleyParameters parameters;
   double contact_offset_mm = 0.0;  ///< the surface lies so far before the samples' zero
   std::size_t samples = 0;         ///< the estimate rests on
 };
@@ -43,4 +43,4 @@ constexpr bool identifies_contact(const PalpationSample& s, double contact_offse
   return s.in_contact && s.displacement_mm + contact_offset_mm > 0.0 && s.normal_force_n > 0.0;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -7,7 +7,7 @@
 #include "rt/deformation/hunt_crossley.h"
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -53,8 +53,8 @@ std::optional<SquaredError> judge_power(const Rows& rows, const HeldOutBlocks& b
   if (!found) return std::nullopt;
   SquaredError squares;
   rows.each(blocks, true, [&](const CreepFit::Row& row, double x) {
-    const LawEstimate estimate =
-        hunt_crossley_displacement(found->parameters, row.force_n[0], row.rate_mm_per_s);
+    const rt::LawEstimate estimate =
+        rt::hunt_crossley_displacement(found->parameters, row.force_n[0], row.rate_mm_per_s);
     squares.add(estimate.displacement_mm, x + found->contact_offset_mm);
   });
   return squares;
@@ -65,8 +65,8 @@ std::optional<SquaredError> judge_curve(const CreepFit& palpation, const Rows& r
   options.elastic = elastic;
   const auto found = palpation.solve(options);
   if (!found) return std::nullopt;
-  const CreepParameters& parameters = found->law.parameters;
-  const CreepLaw law(parameters, 1000.0);
+  const rt::CreepParameters& parameters = found->law.parameters;
+  const rt::CreepLaw law(parameters, 1000.0);
   SquaredError squares;
   rows.each(options.held_out, true, [&](const CreepFit::Row& row, double x) {
     double effective_n = 0.0;
@@ -128,4 +128,4 @@ std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, do
   return choice;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

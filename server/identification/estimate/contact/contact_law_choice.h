@@ -6,7 +6,7 @@
 #include "server/identification/estimate/contact/contact_creep_fit.h"
 #include "server/identification/estimate/held_out_error.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What the elastic part of an object is taken for, the simpler first.
 enum class ContactLawForm : std::uint8_t {
@@ -40,4 +40,4 @@ struct ContactLawChoice {
 std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, double surface_mm,
                                                    double offset_mm, std::size_t fewest_samples);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Covariance of least-squares parameters under residuals that hang together over time: the normal matrix,
 /// and the scores Jᵀe summed over consecutive blocks (Newey and West 1987, Bartlett's weights over a reach of
@@ -62,4 +62,4 @@ class SandwichCovariance {
   Eigen::MatrixXd scores_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

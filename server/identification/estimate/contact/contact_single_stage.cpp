@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -160,4 +160,4 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
   return estimate;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -7,7 +7,7 @@
 
 #include "server/identification/estimate/contact/contact_estimate.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Recursive single-stage log-linear estimator of (4.22) (D§4.5.1, Haddadi and Hashtrudi-Zaad):
 ///
@@ -78,4 +78,4 @@ class SingleStageEstimator {
   std::vector<Cell> cells_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 std::optional<SurfaceEstimate> surface_from_first_loading(std::span<const PalpationSample> palpation) {
   const auto begin = std::find_if(palpation.begin(), palpation.end(), [](const PalpationSample& s) {
@@ -37,4 +37,4 @@ std::optional<SurfaceEstimate> surface_from_first_loading(std::span<const Palpat
   return found;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 
 #include "server/identification/gate/palpation_sample.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Where the surface of an object lies in a recording that does not say so.
 struct SurfaceEstimate {
@@ -20,4 +20,4 @@ struct SurfaceEstimate {
 /// with the position.
 std::optional<SurfaceEstimate> surface_from_first_loading(std::span<const PalpationSample> palpation);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

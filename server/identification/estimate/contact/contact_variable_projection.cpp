@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -100,4 +100,4 @@ std::optional<HuntCrossleyEstimate> fit_by_variable_projection(std::span<const P
   return estimate;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 
 #include "server/identification/estimate/contact/contact_estimate.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Batch fit of (4.22) to the force by variable projection (Golub and Pereyra 1973): for a given exponent K
 /// and B ≥ 0 follow by linear least squares, and what they leave is a function of the exponent alone, which
@@ -61,4 +61,4 @@ double search_minimum(double from, double to, int looks, double tolerance, const
   return function(middle) <= least ? middle : best;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -4,35 +4,35 @@
 
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
 /// The shortest rotation that takes the unit vector `from` to the unit vector `to`.
 hal::Quaternion between(const hal::Vector3& from, const hal::Vector3& to) noexcept {
-  const hal::Vector3 axis = cross(from, to);
+  const hal::Vector3 axis = rt::cross(from, to);
   const hal::Quaternion q{1.0 + dot(from, to), axis.x, axis.y, axis.z};
-  if (q.w > 1e-9) return unit(q);
+  if (q.w > 1e-9) return rt::unit(q);
   // Opposite: half a turn about any axis across.
   const hal::Vector3 any = std::abs(from.x) < 0.9 ? hal::Vector3{1.0, 0.0, 0.0} : hal::Vector3{0.0, 1.0, 0.0};
-  const hal::Vector3 across_it = direction_or(cross(from, any), {0.0, 1.0, 0.0});
+  const hal::Vector3 across_it = rt::direction_or(rt::cross(from, any), {0.0, 1.0, 0.0});
   return {0.0, across_it.x, across_it.y, across_it.z};
 }
 
 hal::Quaternion to_press_frame(const PressGeometry& geometry) noexcept {
   const hal::Vector3 down{0.0, 0.0, -1.0};
-  const hal::Vector3 press = direction_or(geometry.press_direction, down);
+  const hal::Vector3 press = rt::direction_or(geometry.press_direction, down);
   const hal::Quaternion upright = between(press, down);
   const hal::Vector3 line =
-      direction_or(rotated(upright, across(geometry.line_direction, press)), {1.0, 0.0, 0.0});
+      rt::direction_or(rt::rotated(upright, rt::across(geometry.line_direction, press)), {1.0, 0.0, 0.0});
   // Both lie in the plane across z: a turn about z, half a turn for opposite ones.
   const double half_rad = -0.5 * std::atan2(line.y, line.x);
-  return unit(product({std::cos(half_rad), 0.0, 0.0, std::sin(half_rad)}, upright));
+  return rt::unit(rt::product({std::cos(half_rad), 0.0, 0.0, std::sin(half_rad)}, upright));
 }
 
 /// What scenes detect contact with in three dimensions.
-ContactParameters contact_parameters() noexcept {
-  ContactParameters parameters;
+rt::ContactParameters contact_parameters() noexcept {
+  rt::ContactParameters parameters;
   parameters.threshold_n = 0.02;
   return parameters;
 }
@@ -55,19 +55,19 @@ bool is_fit(const hal::RigSample& sample) noexcept {
 
 bool is_usable(const PressGeometry& geometry) noexcept {
   constexpr double kMinSine = 0.17;
-  const double press = norm(geometry.press_direction);
-  const double line = norm(geometry.line_direction);
+  const double press = rt::norm(geometry.press_direction);
+  const double line = rt::norm(geometry.line_direction);
   return std::isfinite(press) && std::isfinite(line) && press > 1e-6 && line > 1e-6 &&
-         norm(cross(geometry.press_direction, geometry.line_direction)) > kMinSine * press * line;
+         rt::norm(rt::cross(geometry.press_direction, geometry.line_direction)) > kMinSine * press * line;
 }
 
-PressFrame::PressFrame(const PressGeometry& geometry, const ToolLoad& load, double tool_mass_g,
+PressFrame::PressFrame(const PressGeometry& geometry, const rt::ToolLoad& load, double tool_mass_g,
                        const hal::RigInfo& rig)
     : load_(load),
-      weight_n_{0.0, 0.0, -inertial_force_n(tool_mass_g, ToolLoad::kGravityMmPerS2)},
-      press_(direction_or(geometry.press_direction, {0.0, 0.0, -1.0})),
+      weight_n_{0.0, 0.0, -rt::inertial_force_n(tool_mass_g, rt::ToolLoad::kGravityMmPerS2)},
+      press_(rt::direction_or(geometry.press_direction, {0.0, 0.0, -1.0})),
       to_press_(to_press_frame(geometry)),
-      zero_(ContactParameters{}.zero_bound_n),
+      zero_(rt::ContactParameters{}.zero_bound_n),
       timer_(rig.rate_hz),
       contact_(contact_parameters(), tool_mass_g, rig.rate_hz) {}
 
@@ -75,14 +75,14 @@ void PressFrame::follow_zero(const hal::RigSample& sample) noexcept {
   if (!is_fit(sample)) return;
   if (zero_.take_bias(sample.bias_serial)) contact_.await_free();
   const std::int64_t position_ns = sample.time_ns - sample.position_age_ns;
-  ContactStage3::Input input;
+  rt::ContactStage3::Input input;
   input.interval = timer_.update(position_ns);
   const hal::Vector3 load_n =
       load_.without_weight_n(sample.sensor_force_n - zero_.zero().force_n, sample.tip_orientation);
   input.free_motion = {load_n * -1.0, sample.tip_position_mm, position_ns,
                        sample.time_ns - sample.force_mean_age_ns};
   input.tip_mm = sample.tip_position_mm;
-  input.reaction_n = norm(load_n);
+  input.reaction_n = rt::norm(load_n);
   input.depth_mm = dot(sample.tip_position_mm, press_);
   input.contact_depth_mm = contact_depth_mm_;
   contact_.detect(input);
@@ -93,17 +93,17 @@ void PressFrame::follow_zero(const hal::RigSample& sample) noexcept {
   // What drifted beyond the threshold during a contact would pass for one for ever after.
   const bool is_clear = has_touched_ && !contact_.in_contact() &&
                         input.depth_mm < contact_depth_mm_ - kClearMm &&
-                        contact_.force_n() < ZeroTracker::kMaxErrorN;
+                        contact_.force_n() < rt::ZeroTracker::kMaxErrorN;
   if (!contact_.zero_shows() && !is_clear) return;
-  TickInterval interval = input.interval;
+  rt::TickInterval interval = input.interval;
   interval.s *= kFollowsFaster;
   zero_.update({load_.in_sensor_frame(contact_.residual_n() * -1.0, sample.tip_orientation),
                 sample.sensor_torque_n_mm - zero_.zero().torque_n_mm},
                interval);
 }
 
-Observation PressFrame::upright(const Observation& observation) const noexcept {
-  Observation out = observation;
+rt::Observation PressFrame::upright(const rt::Observation& observation) const noexcept {
+  rt::Observation out = observation;
   const hal::RigSample& in = observation.sample;
   out.sample.tip_position_mm = turned(in.tip_position_mm);
   out.sample.tip_orientation = {};
@@ -115,13 +115,14 @@ Observation PressFrame::upright(const Observation& observation) const noexcept {
   return out;
 }
 
-Observation PressFrame::seated(const Observation& observation) const noexcept {
-  Observation out = observation;
+rt::Observation PressFrame::seated(const rt::Observation& observation) const noexcept {
+  rt::Observation out = observation;
   const hal::RigSample& in = observation.sample;
   const hal::Vector3 with_weight_n =
       load_.without_weight_n(in.sensor_force_n - zero_.zero().force_n, in.tip_orientation) + weight_n_;
-  out.sample.sensor_force_n = rotated(conjugate(unit(in.tip_orientation)), with_weight_n) - weight_n_;
+  out.sample.sensor_force_n =
+      rt::rotated(rt::conjugate(rt::unit(in.tip_orientation)), with_weight_n) - weight_n_;
   return out;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

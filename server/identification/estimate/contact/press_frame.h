@@ -8,7 +8,7 @@
 #include "rt/signal/tick_interval.h"
 #include "rt/signal/tool_load.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// How an object stands to the rig. Rig frame; lengths do not matter.
 struct PressGeometry {
@@ -26,31 +26,31 @@ bool is_usable(const PressGeometry& geometry) noexcept;
 class PressFrame {
  public:
   /// `geometry`: usable. `load`: weight of the tool and seat of the sensor.
-  PressFrame(const PressGeometry& geometry, const ToolLoad& load, double tool_mass_g,
+  PressFrame(const PressGeometry& geometry, const rt::ToolLoad& load, double tool_mass_g,
              const hal::RigInfo& rig);
 
   /// Follows the sensor's zero: once a tick, before the others.
   void follow_zero(const hal::RigSample& sample) noexcept;
   /// Positions, command and the load without the tool's weight, turned so that the press goes along -z; the
   /// tool upright. Inertia is left in, as a sensor has it.
-  Observation upright(const Observation& observation) const noexcept;
+  rt::Observation upright(const rt::Observation& observation) const noexcept;
   /// The tool as it is held, its sensor straight and biased with the tool upright.
-  Observation seated(const Observation& observation) const noexcept;
+  rt::Observation seated(const rt::Observation& observation) const noexcept;
 
-  const SensorZero& zero() const noexcept { return zero_.zero(); }
+  const rt::SensorZero& zero() const noexcept { return zero_.zero(); }
 
  private:
-  hal::Vector3 turned(const hal::Vector3& v) const noexcept { return rotated(to_press_, v); }
+  hal::Vector3 turned(const hal::Vector3& v) const noexcept { return rt::rotated(to_press_, v); }
 
-  ToolLoad load_;
+  rt::ToolLoad load_;
   hal::Vector3 weight_n_;
   hal::Vector3 press_;
   hal::Quaternion to_press_;  ///< rig frame → press frame
-  ZeroTracker zero_;
-  TickTimer timer_;
-  ContactStage3 contact_;
+  rt::ZeroTracker zero_;
+  rt::TickTimer timer_;
+  rt::ContactStage3 contact_;
   double contact_depth_mm_ = 0.0;
   bool has_touched_ = false;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

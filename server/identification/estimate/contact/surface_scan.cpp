@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
 constexpr double kBeyondScanMm = 2.0;
 constexpr double kFinestMm = 0.01;  // of a touch, for a device whose resolution is not known
 
-ContactParameters parameters_of(double threshold_n) {
-  ContactParameters parameters;
+rt::ContactParameters parameters_of(double threshold_n) {
+  rt::ContactParameters parameters;
   parameters.threshold_n = threshold_n;
   return parameters;
 }
@@ -32,7 +32,7 @@ bool SurfaceScan::add(const hal::RigSample& sample) {
   const hal::Vector3 force_n = load_.without_weight_n(sample) * -1.0;
   const hal::Vector3 r = residual_.update(force_n, tip_mm, sample.time_ns, contact_.in_contact());
   onset_.remember(tip_mm, residual_.prompt_force_n());
-  contact_.update(norm(r), -tip_mm.z, contact_depth_mm_);
+  contact_.update(rt::norm(r), -tip_mm.z, contact_depth_mm_);
   if (contact_.just_left_surface()) residual_.assume_free();
   const double now_s = 1e-9 * static_cast<double>(sample.time_ns);
   if (contact_.just_declared()) {
@@ -52,7 +52,7 @@ bool SurfaceScan::add(const hal::RigSample& sample) {
 }
 
 void SurfaceScan::follow(const hal::Vector3& force_n, const hal::Vector3& tip_mm, double now_s) {
-  hardest_n_ = std::max(hardest_n_, norm(force_n));
+  hardest_n_ = std::max(hardest_n_, rt::norm(force_n));
   aside_mm_ = std::max(aside_mm_, std::abs(tip_mm.x - place_mm_.x));
   if (hardest_n_ > kLightN) recovered_s_ = now_s + kRecoveryS;
 }
@@ -108,4 +108,4 @@ std::optional<ScannedNormal> normal_at(const SurfaceSpline& surface, const hal::
   return normal;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

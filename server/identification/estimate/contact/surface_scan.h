@@ -12,7 +12,7 @@
 #include "rt/signal/tool_load.h"
 #include "server/identification/estimate/contact/surface_spline.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// A normal in the plane of a line (x of the rig) and up.
 struct ScannedNormal {
@@ -54,10 +54,10 @@ class SurfaceScan {
 
   double threshold_n_;
   double least_error_mm_;
-  ToolLoad load_;
-  BasicFreeMotionResidual<hal::Vector3> residual_;
-  ContactDetector contact_;
-  ContactOnset3 onset_;
+  rt::ToolLoad load_;
+  rt::BasicFreeMotionResidual<hal::Vector3> residual_;
+  rt::ContactDetector contact_;
+  rt::ContactOnset3 onset_;
   double contact_depth_mm_ = 0.0;
   bool touching_ = false;
   hal::Vector3 place_mm_;  ///< of the contact under way
@@ -73,4 +73,4 @@ class SurfaceScan {
 /// None farther than 2 mm beyond the ends of the scan.
 std::optional<ScannedNormal> normal_at(const SurfaceSpline& surface, const hal::Vector3& tip_mm);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -262,4 +262,4 @@ double SurfaceSpline::nearest_along_mm(double along_mm, double height_mm) const 
   return s;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

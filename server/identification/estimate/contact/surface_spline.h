@@ -4,7 +4,7 @@
 
 #include "hal/error.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// A touched point of a profile.
 struct ProfilePoint {
@@ -60,4 +60,4 @@ class SurfaceSpline {
   double point_error_mm_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

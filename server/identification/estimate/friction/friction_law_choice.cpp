@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -68,4 +68,4 @@ FrictionLawChoice choose_friction_law(const std::vector<FrictionRow>& rows, Fric
   return {dahl.error(), dahl_exponent.error(), maxwell_slip.error()};
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "server/identification/estimate/held_out_error.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What a solid tip's friction is taken for, the simpler first.
 enum class FrictionForm : std::uint8_t {
@@ -32,4 +32,4 @@ MaxwellSlipFitOptions maxwell_slip_options(const FrictionFitOptions& options) no
 /// what is left of a passage lasts as long as it does. `options.exponent` does not matter.
 FrictionLawChoice choose_friction_law(const std::vector<FrictionRow>& rows, FrictionFitOptions options);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

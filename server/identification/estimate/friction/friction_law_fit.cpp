@@ -11,7 +11,7 @@
 #include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "server/identification/gate/stroke_passages.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -24,13 +24,13 @@ constexpr double kMinInstants = 50.0;
 constexpr int kRounds = 12;
 
 /// z at each row.
-std::vector<double> built_up(const std::vector<FrictionRow>& rows, FrictionLaw law, double presliding_mm,
+std::vector<double> built_up(const std::vector<FrictionRow>& rows, rt::FrictionLaw law, double presliding_mm,
                              double exponent) {
   std::vector<double> z(rows.size());
   double now = 0.0;
-  if (law == FrictionLaw::kCoulombViscous) presliding_mm = 0.0;
+  if (law == rt::FrictionLaw::kCoulombViscous) presliding_mm = 0.0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    now = dahl_step(state_before(rows[i], now), rows[i].slide_mm, presliding_mm, exponent);
+    now = rt::dahl_step(state_before(rows[i], now), rows[i].slide_mm, presliding_mm, exponent);
     z[i] = now;
   }
   return z;
@@ -42,7 +42,7 @@ class LawFit {
       : rows_(rows), options_(options), trust_(rows.size(), 1.0), slope_(rows.size(), 1.0) {
     // A rolling tip has turned long before D's three millimetres.
     const double sliding_path_mm =
-        options.law == FrictionLaw::kDahl ? StrokePassages::kSlidingPathMm : 2.0 * kPreslidingDistanceMm;
+        options.law == rt::FrictionLaw::kDahl ? StrokePassages::kSlidingPathMm : 2.0 * kPreslidingDistanceMm;
     for (const FrictionRow& row : rows) {
       const bool usable =
           row.settled && row.weight > 0.0 && std::abs(row.speed_mm_per_s) >= options.least_speed_mm_per_s;
@@ -61,7 +61,7 @@ class LawFit {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (sliding_[i]) sliding.add(rows_[i], rows_[i].heading);
     }
-    fit_.divided = sliding.instants() >= kMinInstants || options_.law == FrictionLaw::kCoulombViscous;
+    fit_.divided = sliding.instants() >= kMinInstants || options_.law == rt::FrictionLaw::kCoulombViscous;
     if (fit_.divided) {
       if (sliding.instants() < kMinInstants) {
         return cannot_fit_friction("too little of the strokes was sliding",
@@ -79,7 +79,7 @@ class LawFit {
         take(again.solve(options_.viscous, options_.bias));
       }
     }
-    if (options_.law == FrictionLaw::kDahl) {
+    if (options_.law == rt::FrictionLaw::kDahl) {
       search();
       if (!fit_.divided) {
         const std::vector<double> z =
@@ -95,7 +95,7 @@ class LawFit {
         take(all.solve(options_.viscous, options_.bias));
       }
     } else {
-      fit_.parameters.presliding_mm = kBallBearingFriction.presliding_mm;
+      fit_.parameters.presliding_mm = rt::kBallBearingFriction.presliding_mm;
     }
     if (!(fit_.parameters.kinetic > 0.0)) {
       std::string value = std::to_string(fit_.parameters.kinetic);
@@ -226,8 +226,8 @@ class LawFit {
 
   /// Residuals and standard errors.
   void judge() {
-    const FrictionParameters& p = fit_.parameters;
-    const bool dahl = options_.law == FrictionLaw::kDahl;
+    const rt::FrictionParameters& p = fit_.parameters;
+    const bool dahl = options_.law == rt::FrictionLaw::kDahl;
     const std::vector<double> z = built_up(rows_, options_.law, p.presliding_mm, p.exponent);
     constexpr double kNudge = 0.01;
     std::vector<double> z_longer, z_bent;
@@ -336,9 +336,9 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
 }
 
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
-                                         const FrictionParameters& parameters, FrictionLaw law,
+                                         const rt::FrictionParameters& parameters, rt::FrictionLaw law,
                                          double bias_n) {
-  if (law == FrictionLaw::kDahl && parameters.maxwell_slip) {
+  if (law == rt::FrictionLaw::kDahl && parameters.maxwell_slip) {
     return predicted_friction_n(rows, {*parameters.maxwell_slip, parameters.viscous_n_s_per_mm, bias_n, 0.0});
   }
   std::vector<double> friction = built_up(rows, law, parameters.presliding_mm, parameters.exponent);
@@ -349,4 +349,4 @@ std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
   return friction;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -6,11 +6,11 @@
 #include "rt/friction/friction_model.h"
 #include "server/identification/estimate/friction/friction_rows.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What is to be found and what is reported already.
 struct FrictionFitOptions {
-  FrictionLaw law = FrictionLaw::kDahl;
+  rt::FrictionLaw law = rt::FrictionLaw::kDahl;
   bool exponent = false;  ///< Dahl's exponent is to be found too; else it is 1
   bool bias = false;      ///< the friction channel may have a constant offset
   bool viscous = true;    ///< false: no viscous part
@@ -27,11 +27,11 @@ struct FrictionFitOptions {
 };
 
 struct FrictionLawFit {
-  FrictionParameters parameters;
+  rt::FrictionParameters parameters;
   double bias_n = 0.0;
   /// One sigma, robust against errors that last as long as a passage: each passage counts as one observation
   /// of how wrong the law is (cluster-robust, Liang and Zeger 1986). Infinite where undetermined.
-  FrictionParameters error;
+  rt::FrictionParameters error;
   double bias_error_n = 0.0;
   double residual = 0.0;               ///< rms left over rms of the friction, the offset subtracted
   double relative_error = 0.0;         ///< mean |left| over mean |friction|
@@ -54,7 +54,7 @@ hal::Result<FrictionLawFit> fit_friction_law(const std::vector<FrictionRow>& row
 /// Friction a law gives at each row, the bias included; starts where a row says what is known. A solid tip's
 /// parameters with Maxwell-slip elements are that law's.
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows,
-                                         const FrictionParameters& parameters, FrictionLaw law,
+                                         const rt::FrictionParameters& parameters, rt::FrictionLaw law,
                                          double bias_n);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

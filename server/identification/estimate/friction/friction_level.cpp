@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -36,4 +36,4 @@ FrictionLevel FrictionLevelSums::solve(bool viscous, bool bias) const {
   }
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -4,7 +4,7 @@
 
 #include "server/identification/estimate/friction/friction_rows.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Level, viscosity and bias by weighted linear least squares; the state is given.
 struct FrictionLevel {
@@ -36,4 +36,4 @@ class FrictionLevelSums {
   double instants_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

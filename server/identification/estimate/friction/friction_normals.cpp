@@ -4,7 +4,7 @@
 
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 constexpr double kBinMm = 2.0;
@@ -15,7 +15,7 @@ constexpr int kMinPerDirection = 5;
 void MeanDirectionNormals::add(double along_mm, double heading, const hal::Vector3& reaction_n) {
   Bin& bin = bins_[std::lround(along_mm / kBinMm)];
   const int side = heading > 0.0 ? 0 : 1;
-  bin.sum[side] = bin.sum[side] + direction_or(reaction_n, {});
+  bin.sum[side] = bin.sum[side] + rt::direction_or(reaction_n, {});
   ++bin.count[side];
 }
 
@@ -23,8 +23,8 @@ void MeanDirectionNormals::settle() {
   normals_.clear();
   for (const auto& [place, bin] : bins_) {
     if (bin.count[0] < kMinPerDirection || bin.count[1] < kMinPerDirection) continue;
-    normals_[place] =
-        direction_or(direction_or(bin.sum[0], {}) + direction_or(bin.sum[1], {}), {0.0, 0.0, 1.0});
+    normals_[place] = rt::direction_or(rt::direction_or(bin.sum[0], {}) + rt::direction_or(bin.sum[1], {}),
+                                       {0.0, 0.0, 1.0});
   }
 }
 
@@ -38,8 +38,8 @@ bool MeanDirectionNormals::at(double along_mm, hal::Vector3& normal) const {
   const double to = static_cast<double>(after->first);
   if (place < from - kBeyondMm / kBinMm || place > to + kBeyondMm / kBinMm) return false;
   const double share = (place - from) / (to - from);
-  normal = direction_or(before->second * (1.0 - share) + after->second * share, before->second);
+  normal = rt::direction_or(before->second * (1.0 - share) + after->second * share, before->second);
   return true;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

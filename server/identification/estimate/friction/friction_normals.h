@@ -4,7 +4,7 @@
 
 #include "hal/samples.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Normals along a line without a scan of the surface: where the tip passes a place both ways, friction turns
 /// its sign and the normal does not, so the mean direction of the reaction is the normal.
@@ -28,4 +28,4 @@ class MeanDirectionNormals {
   std::map<long, hal::Vector3> normals_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -7,7 +7,7 @@
 #include "server/identification/estimate/contact/surface_scan.h"
 #include "server/identification/estimate/friction/friction_normals.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -89,7 +89,7 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
       }
       if (!has_normal && !mean.empty()) has_normal = mean.at(p.along_mm, normal);
       total += rows[i].count;
-      const hal::Vector3 tangent = direction_or(across(kAlong, normal), kAlong);
+      const hal::Vector3 tangent = rt::direction_or(rt::across(kAlong, normal), kAlong);
       const double per_along = 1.0 / std::max(0.2, dot(tangent, kAlong));
       const double step_mm = (ways[i] - (i > 0 ? ways[i - 1] : 0.0)) * per_along;
       path_mm += step_mm;
@@ -131,4 +131,4 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
   return result;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -9,7 +9,7 @@
 #include "server/identification/estimate/contact/surface_spline.h"
 #include "server/identification/gate/stroke_passages.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What friction laws are fitted to: one moment of a stroke, resolved into the surface's own directions.
 struct FrictionRow {
@@ -70,4 +70,4 @@ inline hal::Error cannot_fit_friction(const std::string& what, const std::string
   return {what, "identification of friction", value, limit, remedy};
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -121,7 +121,7 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
   double squared = 0.0;
   Eigen::VectorXd y = solve(reaches, left, squared);
   // The few that carry most of the level, then once more.
-  for (std::size_t most = MaxwellSlipParameters::kElements; true;) {
+  for (std::size_t most = rt::MaxwellSlipParameters::kElements; true;) {
     std::vector<std::size_t> order;
     for (std::size_t j = 0; j < reaches.size(); ++j) {
       if (y(static_cast<Eigen::Index>(j)) > 0.0) order.push_back(j);
@@ -154,7 +154,7 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
 }
 
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, const MaxwellSlipFit& fit) {
-  const MaxwellSlipParameters& parameters = fit.parameters;
+  const rt::MaxwellSlipParameters& parameters = fit.parameters;
   std::vector<double> friction(rows.size(), fit.bias_n);
   for (std::size_t i = 0; i < rows.size(); ++i)
     friction[i] += fit.viscous_n_s_per_mm * rows[i].speed_mm_per_s;
@@ -168,4 +168,4 @@ std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, c
   return friction;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -7,16 +7,16 @@
 #include "rt/friction/maxwell_slip.h"
 #include "server/identification/estimate/friction/friction_rows.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 struct MaxwellSlipFit {
-  MaxwellSlipParameters parameters;
+  rt::MaxwellSlipParameters parameters;
   double viscous_n_s_per_mm = 0.0;
   double bias_n = 0.0;
   double residual = 0.0;  ///< rms left over rms of the friction
 
   /// As models hold it: level and presliding are those of the elements together.
-  FrictionParameters friction() const noexcept {
+  rt::FrictionParameters friction() const noexcept {
     return {parameters.kinetic(), parameters.presliding_mm(), viscous_n_s_per_mm, 1.0, parameters};
   }
 };
@@ -36,4 +36,4 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
 /// What the fit gives at each row, the bias included.
 std::vector<double> predicted_friction_n(const std::vector<FrictionRow>& rows, const MaxwellSlipFit& fit);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -154,4 +154,4 @@ LeastSquaresSolution grouped_least_squares(const Residuals& residuals, VectorXd 
   return s;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What is known of a parameter without the data.
 struct PriorKnowledge {
@@ -34,4 +34,4 @@ LeastSquaresSolution grouped_least_squares(
     const std::vector<std::size_t>& group_of, const std::vector<PriorKnowledge>& priors = {},
     std::size_t components = 1);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/estimate/inclusion/grouped_least_squares.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -40,7 +40,7 @@ Eigen::Matrix<double, kTissueTerms, 1> tissue_terms(double x, double rate) {
 
 /// One sample as the fits see it.
 struct Row {
-  Indentation at;
+  rt::Indentation at;
   double normal_n = 0.0;
   hal::Vector3 lateral_n;
   std::size_t press = 0;
@@ -50,7 +50,9 @@ struct Row {
 struct Sphere {
   hal::Vector3 centre_mm;
   double radius_mm = 0.0;
-  hal::Vector3 normal_at(const hal::Vector3& p) const { return direction_or(p - centre_mm, {0.0, 0.0, 1.0}); }
+  hal::Vector3 normal_at(const hal::Vector3& p) const {
+    return rt::direction_or(p - centre_mm, {0.0, 0.0, 1.0});
+  }
 };
 
 /// Through the surface points, by linear least squares; a plane counts as a sphere of 1 m.
@@ -78,16 +80,16 @@ void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has
   for (const Press& press : presses) {
     const std::size_t number = rows.empty() ? 0 : rows.back().press + 1;
     // The onset is seen late by what the threshold takes: each press counts from its own surface point.
-    const double own_radius_mm = norm(press.surface_mm - surface.centre_mm);
+    const double own_radius_mm = rt::norm(press.surface_mm - surface.centre_mm);
     for (const PressSample& s : press.samples) {
       Row row;
       row.at.tip_mm = s.tip_mm;
       row.at.normal = surface.normal_at(s.tip_mm);
-      row.at.displacement_mm = own_radius_mm - norm(s.tip_mm - surface.centre_mm);
+      row.at.displacement_mm = own_radius_mm - rt::norm(s.tip_mm - surface.centre_mm);
       row.at.rate_mm_per_s = -dot(s.velocity_mm_per_s, row.at.normal);
       if (row.at.displacement_mm < kMinDisplacementMm) continue;
       row.normal_n = dot(s.force_n, row.at.normal);
-      row.lateral_n = across(s.force_n, row.at.normal);
+      row.lateral_n = rt::across(s.force_n, row.at.normal);
       row.press = number;
       row.has_inclusion = has_inclusion;
       rows.push_back(row);
@@ -96,11 +98,11 @@ void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has
 }
 
 /// The object's own law as samples without the inclusion, at the displacements and speeds of the others.
-void add_law_rows(const HuntCrossleyParameters& law, std::size_t count, std::vector<Row>& rows) {
+void add_law_rows(const rt::HuntCrossleyParameters& law, std::size_t count, std::vector<Row>& rows) {
   const std::size_t first = rows.empty() ? 0 : rows.back().press + 1;
   for (std::size_t i = 0; i < count; ++i) {
     Row row = rows[i];
-    row.normal_n = hunt_crossley_force_n(law, row.at.displacement_mm, row.at.rate_mm_per_s);
+    row.normal_n = rt::hunt_crossley_force_n(law, row.at.displacement_mm, row.at.rate_mm_per_s);
     row.press += first;
     row.has_inclusion = false;
     rows.push_back(row);
@@ -154,7 +156,7 @@ std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, d
   bool touching = false;
   std::size_t since = 0;
   for (const PressSample& s : recording) {
-    const double force_n = norm(s.force_n);
+    const double force_n = rt::norm(s.force_n);
     if (!touching && force_n > threshold_n) {
       touching = true;
       since = 0;
@@ -170,7 +172,7 @@ std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, d
 
 hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
                                                  const std::vector<Press>& with, double depth_mm,
-                                                 const std::optional<HuntCrossleyParameters>& law) {
+                                                 const std::optional<rt::HuntCrossleyParameters>& law) {
   const Sphere flat = surface_of({});
   const auto flat_for = [&](const std::vector<Press>& presses) {
     Sphere s = flat;
@@ -195,7 +197,7 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
   std::vector<std::size_t> groups;
   VectorXd excess(static_cast<Eigen::Index>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Indentation& at = rows[i].at;
+    const rt::Indentation& at = rows[i].at;
     excess[static_cast<Eigen::Index>(i)] =
         rows[i].normal_n - tissue_terms(at.displacement_mm, at.rate_mm_per_s).dot(tissue);
     groups.push_back(rows[i].press);
@@ -204,7 +206,7 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
   const auto residuals = [&](const VectorXd& p) {
     VectorXd r(excess.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const Indentation& at = rows[i].at;
+      const rt::Indentation& at = rows[i].at;
       r[static_cast<Eigen::Index>(i)] =
           std::exp(p[0]) * std::pow(at.displacement_mm / 5.0, p[2]) * (1.0 + p[1] * at.rate_mm_per_s) -
           excess[static_cast<Eigen::Index>(i)];
@@ -236,18 +238,18 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
   note_range(rows, fit);
   const std::size_t stride = rows.size() / kPoints + 1;
   for (std::size_t i = 0; i < rows.size(); i += stride) {
-    const Indentation& at = rows[i].at;
+    const rt::Indentation& at = rows[i].at;
     const double own_n = tissue_terms(at.displacement_mm, at.rate_mm_per_s).dot(tissue);
     fit.points.push_back(
         {at.displacement_mm, rows[i].normal_n,
-         own_n + hunt_crossley_force_n(fit.inclusion.response, at.displacement_mm, at.rate_mm_per_s)});
+         own_n + rt::hunt_crossley_force_n(fit.inclusion.response, at.displacement_mm, at.rate_mm_per_s)});
   }
   return fit;
 }
 
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const std::vector<Press>& with,
-                                             const std::optional<HuntCrossleyParameters>& own,
+                                             const std::optional<rt::HuntCrossleyParameters>& own,
                                              const Estimated& tip_radius_mm) {
   std::vector<Press> all = with;
   all.insert(all.end(), without.begin(), without.end());
@@ -267,7 +269,7 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   hal::Vector3 sum;
   double weight = 0.0;
   for (std::size_t i = 0; i < with_count; ++i) {
-    const Indentation& at = rows[i].at;
+    const rt::Indentation& at = rows[i].at;
     const double more = rows[i].normal_n - tissue_terms(at.displacement_mm, at.rate_mm_per_s).dot(rough);
     if (!(more > 0.0)) continue;
     sum = sum + at.tip_mm * (more * more);
@@ -286,7 +288,7 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   // object's own response.
   constexpr Eigen::Index kOwn = 8;
   const auto inclusion_of = [&](const VectorXd& p) {
-    InclusionParameters inclusion;
+    rt::InclusionParameters inclusion;
     const double dx = p[0] - surface.centre_mm.x, dy = p[1] - surface.centre_mm.y;
     const double up = std::sqrt(std::max(1.0, surface.radius_mm * surface.radius_mm - dx * dx - dy * dy));
     // (x, y) is that of the surface point; the centre is below it along the normal.
@@ -301,16 +303,16 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   };
   const auto residuals = [&](const VectorXd& p) {
     VectorXd r(static_cast<Eigen::Index>(3 * rows.size()));
-    const InclusionParameters inclusion = inclusion_of(p);
+    const rt::InclusionParameters inclusion = inclusion_of(p);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const Row& row = rows[i];
       double normal_n =
           tissue_terms(row.at.displacement_mm, row.at.rate_mm_per_s).dot(p.segment<kTissueTerms>(kOwn));
       double side_x = 0.0, side_y = 0.0;
       if (row.has_inclusion) {
-        const hal::Vector3 added = energy_force_n(inclusion, row.at);
+        const hal::Vector3 added = rt::energy_force_n(inclusion, row.at);
         normal_n += dot(added, row.at.normal);
-        const hal::Vector3 side = across(added, row.at.normal) - row.lateral_n;
+        const hal::Vector3 side = rt::across(added, row.at.normal) - row.lateral_n;
         side_x = side.x;
         side_y = side.y;
       }
@@ -371,8 +373,8 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   double added = 0.0;
   const std::size_t stride = with_count / kPoints + 1;
   for (std::size_t i = 0; i < with_count; ++i) {
-    const Indentation& at = rows[i].at;
-    const hal::Vector3 f = energy_force_n(fit.inclusion, at);
+    const rt::Indentation& at = rows[i].at;
+    const hal::Vector3 f = rt::energy_force_n(fit.inclusion, at);
     added += dot(f, f);
     if (i % stride != 0) continue;
     const double own_n =
@@ -390,4 +392,4 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
   return fit;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -7,7 +7,7 @@
 #include "hal/samples.h"
 #include "rt/inclusion/inclusion_parameters.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// One sample of a press: where the tip is, how fast, and the force on it.
 struct PressSample {
@@ -42,7 +42,7 @@ struct InclusionFitPoint {
 
 /// What an inclusion adds to an object, and where it is.
 struct InclusionFit {
-  InclusionParameters inclusion;               ///< as the tip's own coordinates have it, for rendering
+  rt::InclusionParameters inclusion;           ///< as the tip's own coordinates have it, for rendering
   hal::Vector3 place_mm;                       ///< of its centre in the body
   Estimated place_x_mm, place_y_mm, depth_mm;  ///< of its centre; depth below the nearest surface
   Estimated added_at_5mm_n;                    ///< H_t at 5 mm: known better than its K and m apart
@@ -66,7 +66,7 @@ struct InclusionFit {
 /// `without`.
 hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
                                                  const std::vector<Press>& with, double depth_mm,
-                                                 const std::optional<HuntCrossleyParameters>& own = {});
+                                                 const std::optional<rt::HuntCrossleyParameters>& own = {});
 
 /// From presses all over the object: place, response and attenuation together with the object's own response,
 /// by least squares. `without`: presses on the same object without an inclusion; may be empty, then those of
@@ -75,7 +75,7 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
 /// point is the tip; 0 = a point. Its error is in that of the depth.
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const std::vector<Press>& with,
-                                             const std::optional<HuntCrossleyParameters>& own = {},
+                                             const std::optional<rt::HuntCrossleyParameters>& own = {},
                                              const Estimated& tip_radius_mm = {});
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

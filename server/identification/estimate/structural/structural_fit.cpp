@@ -8,7 +8,7 @@
 
 #include "rt/signal/vector.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -343,4 +343,4 @@ StructuralFit fit_structural(const std::vector<const StructuralPress*>& presses,
   return none;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "rt/model/identified_model.h"
 #include "rt/model/structural_model.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// One tick of a press along one axis.
 struct StructuralRow {
@@ -42,8 +42,8 @@ struct StructuralPress {
 struct StructuralFit {
   bool good = false;
   int order = -1;  ///< 0 constant, 1 linear, 2 quadratic
-  StructuralModel model;
-  std::vector<EstimatedParameter> parameters;
+  rt::StructuralModel model;
+  std::vector<rt::EstimatedParameter> parameters;
   double centre_error = 0.0;  ///< relative standard error of c at the centre
   double worst_error = 0.0;   ///< and the greatest at any of the presses
   double residual = 0.0;      ///< rms left over rms of the deflection
@@ -59,4 +59,4 @@ struct StructuralFit {
 StructuralFit fit_structural(const std::vector<const StructuralPress*>& presses, int highest_order,
                              double rate_hz);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

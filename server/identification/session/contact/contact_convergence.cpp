@@ -4,7 +4,7 @@
 
 #include "server/identification/session/contact/contact_state.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -28,7 +28,7 @@ double largest_weight_error(const CreepEstimate& estimate) {
 
 ContactSnapshot snapshot_of(const HuntCrossleyEstimate& estimate, double contact_s, double deepest_mm,
                             double speed_mm_per_s) {
-  const HuntCrossleyParameters& p = estimate.parameters;
+  const rt::HuntCrossleyParameters& p = estimate.parameters;
   const double log_k = std::log(p.stiffness_n_per_mm_m);
   return {contact_s, log_k + p.exponent * std::log(deepest_mm),
           log_k + p.exponent * std::log(0.5 * deepest_mm), p.exponent,
@@ -104,4 +104,4 @@ PalpationNeeds ContactIdentification::State::needs_of(const Fit& current) const 
   return needs;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -5,7 +5,7 @@
 #include "server/identification/estimate/contact/contact_variable_projection.h"
 #include "server/identification/session/contact/contact_state.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -109,8 +109,8 @@ void ContactIdentification::State::refresh() {
       next.creep = creep_law(next.creep ? fit : next, false);
     if (fit.creep && next.creep && contact_s > fit.at_contact_s) {
       const auto& before = fit.creep->law.parameters;
-      const CreepParameters& after = next.creep->law.parameters;
-      const CreepLaw was(before, rig.rate_hz), is(after, rig.rate_hz);
+      const rt::CreepParameters& after = next.creep->law.parameters;
+      const rt::CreepLaw was(before, rig.rate_hz), is(after, rig.rate_hz);
       double moved = std::abs(before.weight[0] + before.weight[1] - after.weight[0] - after.weight[1]);
       for (const double share : {0.5, 1.0}) {
         const double n = share * before.max_force_n;
@@ -126,4 +126,4 @@ void ContactIdentification::State::refresh() {
   judge(fit);
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -10,20 +10,20 @@
 #include "server/identification/session/contact/contact_state.h"
 #include "server/identification/session/contact/contact_words.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
 constexpr std::size_t kFitPoints = 200;
 
 /// rms of x̂/x - 1 beyond a tenth of the deepest (IdentifiedLaw::relative_error).
-double relative_displacement_error(const HuntCrossleyParameters& law,
+double relative_displacement_error(const rt::HuntCrossleyParameters& law,
                                    const std::vector<PalpationSample>& palpation, double deepest_mm) {
   double sum = 0.0;
   std::size_t count = 0;
   for (const PalpationSample& s : palpation) {
     if (!identifies_contact(s) || s.displacement_mm < 0.1 * deepest_mm) continue;
-    const double x = hunt_crossley_displacement(law, s.normal_force_n, s.rate_mm_per_s).displacement_mm;
+    const double x = rt::hunt_crossley_displacement(law, s.normal_force_n, s.rate_mm_per_s).displacement_mm;
     sum += std::pow(x / s.displacement_mm - 1.0, 2);
     ++count;
   }
@@ -67,7 +67,7 @@ ContactIdentification::ContactIdentification(const ContactTask& task, const hal:
     : state_(std::make_unique<State>(task, rig)) {}
 ContactIdentification::~ContactIdentification() = default;
 
-void ContactIdentification::add(const Observation& observation) {
+void ContactIdentification::add(const rt::Observation& observation) {
   State& s = *state_;
   const hal::RigSample& sample = observation.sample;
   const SampleGate::Verdict verdict = s.gate.judge(sample);
@@ -117,7 +117,7 @@ IdentificationProgress ContactIdentification::progress() const {
       const PalpationSample& p = fit.palpation[i];
       progress.fit.push_back(
           {p.displacement_mm, p.normal_force_n,
-           hunt_crossley_force_n(fit.hunt_crossley->parameters, p.displacement_mm, p.rate_mm_per_s)});
+           rt::hunt_crossley_force_n(fit.hunt_crossley->parameters, p.displacement_mm, p.rate_mm_per_s)});
     }
   }
   progress.steady = fit.steady;
@@ -137,7 +137,7 @@ IdentificationProgress ContactIdentification::progress() const {
   return progress;
 }
 
-hal::Result<IdentifiedModel> ContactIdentification::finish() const {
+hal::Result<rt::IdentifiedModel> ContactIdentification::finish() const {
   State& s = *state_;
   if (auto refused = palpation_refusal(s.extent, s.gate, s.task.threshold_n, s.recorded)) return *refused;
   s.refresh();
@@ -146,7 +146,7 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
   const bool recursive =
       s.task.method == ContactFitMethod::kRecursive || s.task.method == ContactFitMethod::kDoubleStage;
 
-  ContactModel contact;
+  rt::ContactModel contact;
   std::optional<HuntCrossleyEstimate> law;
   HuntCrossleyUncertainty uncertainty;
   if (s.wants_hunt_crossley()) {
@@ -188,7 +188,7 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
         "at least 100, at different depths and speeds",
         missing.empty() || s.recorded ? "press deeper, at several speeds, and for longer" : missing.front()};
   }
-  IdentifiedModel model;
+  rt::IdentifiedModel model;
   model.content = contact;
   char text[160];
   std::snprintf(text, sizeof text, "%u contacts in %.1f s, up to %.3g N; %s",
@@ -211,8 +211,8 @@ hal::Result<IdentifiedModel> ContactIdentification::finish() const {
   model.validity = {deepest_mm, s.fastest_mm_per_s, s.largest_n};
   model.residual = law ? uncertainty.residual : creep->residual;
   model.converged = fit.converged;
-  if (auto bad = check(model)) return *bad;
+  if (auto bad = rt::check(model)) return *bad;
   return model;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

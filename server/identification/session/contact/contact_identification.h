@@ -6,7 +6,7 @@
 #include "server/identification/session/identification.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// Contact dynamics of an object from pressing it and letting go on one spot (D§4.5.1): the Hunt-Crossley law
 /// (4.22) and the creep law. On a rig it is fed live and asks for what is missing; from a recording it
@@ -27,14 +27,14 @@ class ContactIdentification final : public Identification {
   ContactIdentification(const ContactTask& task, const hal::RigInfo& rig);
   ~ContactIdentification() override;
 
-  void add(const Observation& observation) override;
+  void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
-  hal::Result<IdentifiedModel> finish() const override;
+  hal::Result<rt::IdentifiedModel> finish() const override;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

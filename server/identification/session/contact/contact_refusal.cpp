@@ -6,7 +6,7 @@
 
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -103,4 +103,4 @@ std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const
   return std::nullopt;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

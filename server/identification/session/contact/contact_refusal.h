@@ -6,7 +6,7 @@
 #include "hal/error.h"
 #include "server/identification/gate/sample_gate.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What a palpation spans: enough to see that it is none.
 class PalpationExtent {
@@ -35,4 +35,4 @@ class PalpationExtent {
 std::optional<hal::Error> palpation_refusal(const PalpationExtent& extent, const SampleGate& gate,
                                             double threshold_n, bool recorded);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

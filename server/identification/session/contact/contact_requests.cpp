@@ -6,7 +6,7 @@
 
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -99,4 +99,4 @@ MotionRequest next_palpation(const PalpationNeeds& n) {
   return press(v.force * f, v.rate * f, v.hold_s, words);
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "server/identification/session/contact/coverage_map.h"
 #include "server/identification/session/identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// How far a palpation has come, and what is still wanted of it.
 struct PalpationNeeds {
@@ -33,4 +33,4 @@ std::vector<std::string> missing_in_words(const PalpationNeeds& needs);
 /// end other forces and rates, until the estimate is steady and certain.
 MotionRequest next_palpation(const PalpationNeeds& needs);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

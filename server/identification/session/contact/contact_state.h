@@ -19,7 +19,7 @@
 #include "server/identification/session/contact/contact_requests.h"
 #include "server/identification/session/contact/coverage_map.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 inline constexpr std::size_t kContactSamplesKept = 16'384;
 inline constexpr double kSnapshotS = 0.25;  ///< of contact, between looks at whether the estimate still moves
@@ -51,8 +51,8 @@ struct ContactIdentification::State {
         creep(creep_times_s(1.0 / rig_info.rate_hz), recorded ? 1 : 3),
         kept(kContactSamplesKept) {}
 
-  bool wants_hunt_crossley() const { return !task.law || *task.law == ContactLawKind::kHuntCrossley; }
-  bool wants_creep() const { return !task.law || *task.law == ContactLawKind::kCreep; }
+  bool wants_hunt_crossley() const { return !task.law || *task.law == rt::ContactLawKind::kHuntCrossley; }
+  bool wants_creep() const { return !task.law || *task.law == rt::ContactLawKind::kCreep; }
 
   SingleStageEstimator::Options single_options() const {
     SingleStageEstimator::Options options;
@@ -107,7 +107,7 @@ struct ContactIdentification::State {
   void list_parameters(const Fit& current, const std::optional<HuntCrossleyEstimate>& law,
                        const HuntCrossleyUncertainty& uncertainty,
                        const std::optional<CreepEstimate>& creep_found,
-                       std::vector<EstimatedParameter>& parameters) const;
+                       std::vector<rt::EstimatedParameter>& parameters) const;
 
   ContactTask task;
   hal::RigInfo rig;
@@ -135,4 +135,4 @@ struct ContactIdentification::State {
   double creep_moved = 1.0;  ///< relative change of Ψ per second of contact between the last two looks
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

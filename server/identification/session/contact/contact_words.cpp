@@ -7,7 +7,7 @@
 
 #include "server/identification/session/contact/contact_state.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 const char* words_of(ContactFitMethod method) {
   switch (method) {
@@ -66,7 +66,7 @@ void ContactIdentification::State::list_parameters(const Fit& current,
                                                    const std::optional<HuntCrossleyEstimate>& law,
                                                    const HuntCrossleyUncertainty& u,
                                                    const std::optional<CreepEstimate>& creep_found,
-                                                   std::vector<EstimatedParameter>& parameters) const {
+                                                   std::vector<rt::EstimatedParameter>& parameters) const {
   if (recorded && current.surface) {
     const double offset = law ? law->contact_offset_mm : 0.0;
     const bool searched = law && std::isfinite(u.contact_offset_mm) && u.contact_offset_mm > 0.0;
@@ -74,7 +74,7 @@ void ContactIdentification::State::list_parameters(const Fit& current,
                           searched ? u.contact_offset_mm : current.surface->standard_error_mm});
   }
   if (wants_hunt_crossley() && law) {
-    const HuntCrossleyParameters& p = law->parameters;
+    const rt::HuntCrossleyParameters& p = law->parameters;
     parameters.push_back({"stiffness_n_per_mm_m", "N/mm^m", p.stiffness_n_per_mm_m, u.stiffness_n_per_mm_m});
     parameters.push_back(
         {"damping_n_s_per_mm_m1", "N s/mm^(m+1)", p.damping_n_s_per_mm_m1, u.damping_n_s_per_mm_m1});
@@ -85,7 +85,7 @@ void ContactIdentification::State::list_parameters(const Fit& current,
       parameters.push_back(
           {"curve_surface_mm", "mm", current.surface->surface_mm, current.surface->standard_error_mm});
     }
-    const CreepParameters& p = creep_found->law.parameters;
+    const rt::CreepParameters& p = creep_found->law.parameters;
     for (std::size_t j = 0; j < p.weight.size(); ++j) {
       parameters.push_back({"weight_" + std::to_string(j), "1", p.weight[j], creep_found->weight_error[j]});
     }
@@ -94,4 +94,4 @@ void ContactIdentification::State::list_parameters(const Fit& current,
   }
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -6,7 +6,7 @@
 #include "server/identification/estimate/contact/contact_law_choice.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 const char* words_of(ContactFitMethod method);
 /// What each law leaves of the displacement held out, and which was chosen.
@@ -14,4 +14,4 @@ std::string words_of(const ContactLawChoice& choice);
 /// What creeps more slowly than any contact lasted; empty where all was seen.
 std::string words_of_unseen(const CreepEstimate& creep);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -6,7 +6,7 @@
 
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -93,4 +93,4 @@ std::vector<MissingCoverage> missing_coverage(const Coverage& map, const Contact
   return missing;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "server/identification/gate/palpation_sample.h"
 #include "server/identification/session/identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// What of a contact law's domain a palpation has to visit before the law may be trusted there: bad coverage
 /// is the main source of error (D§4.7.3).
@@ -34,4 +34,4 @@ struct MissingCoverage {
 };
 std::vector<MissingCoverage> missing_coverage(const Coverage& coverage, const ContactDomain& domain);
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

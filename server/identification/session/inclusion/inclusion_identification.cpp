@@ -7,7 +7,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -15,10 +15,10 @@ constexpr std::size_t kRefitEvery = 3;
 constexpr double kSteadyMm = 0.7;
 
 /// A press is seen from the threshold on; a law counts from the surface. Two recordings are late alike.
-std::vector<Press> counted_from_surface(std::vector<Press> presses, const HuntCrossleyParameters& law) {
+std::vector<Press> counted_from_surface(std::vector<Press> presses, const rt::HuntCrossleyParameters& law) {
   constexpr double kMaxLateMm = 3.0;
   for (Press& press : presses) {
-    const double force_n = norm(press.samples.front().force_n);
+    const double force_n = rt::norm(press.samples.front().force_n);
     const double late_mm = std::pow(force_n / law.stiffness_n_per_mm_m, 1.0 / law.exponent);
     press.surface_mm.z += std::min(kMaxLateMm, late_mm);
   }
@@ -40,7 +40,7 @@ InclusionIdentification::InclusionIdentification(const InclusionTask& task, cons
       replay_(rig.kind == hal::RigKind::kReplay),
       collector_(rig, task.threshold_n) {}
 
-void InclusionIdentification::add(const Observation& observation) {
+void InclusionIdentification::add(const rt::Observation& observation) {
   collector_.add(observation);
 }
 
@@ -65,7 +65,7 @@ void InclusionIdentification::refit(bool now) const {
     return;
   }
   failed_.reset();
-  moved_mm_ = fit_ ? norm(found->inclusion.place_mm - fit_->inclusion.place_mm) : 1e9;
+  moved_mm_ = fit_ ? rt::norm(found->inclusion.place_mm - fit_->inclusion.place_mm) : 1e9;
   fit_ = std::move(*found);
 }
 
@@ -111,7 +111,7 @@ IdentificationProgress InclusionIdentification::progress() const {
   return progress;
 }
 
-hal::Result<IdentifiedModel> InclusionIdentification::finish() const {
+hal::Result<rt::IdentifiedModel> InclusionIdentification::finish() const {
   // The last press may have no end in the data; the copy has it.
   InclusionIdentification whole = *this;
   whole.collector_.end();
@@ -129,8 +129,8 @@ hal::Result<IdentifiedModel> InclusionIdentification::finish() const {
         "press deeper, and closer to where the object feels hard; give a reference of the object "
         "without it"};
   }
-  IdentifiedModel model;
-  InclusionModel content;
+  rt::IdentifiedModel model;
+  rt::InclusionModel content;
   content.place_mm = found.inclusion.place_mm;
   content.surface_mm = found.inclusion.surface_mm;
   content.response = found.inclusion.response;
@@ -142,11 +142,11 @@ hal::Result<IdentifiedModel> InclusionIdentification::finish() const {
   model.residual = found.residual;
   model.converged = whole.progress().converged;
   model.procedure = whole.procedure(found);
-  if (auto error = check(model)) {
+  if (auto error = rt::check(model)) {
     error->remedy = "check unit and column of force and position, or press again";
     return *error;
   }
   return model;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -11,7 +11,7 @@
 #include "server/identification/session/inclusion/press_collector.h"
 #include "server/identification/session/tasks.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// A stiff inclusion in an object (D§5.3): its place and what it adds, from presses spread over the object;
 /// presses straight over it are enough where its depth is known beforehand. The object without it is known by
@@ -20,10 +20,10 @@ class InclusionIdentification final : public Identification {
  public:
   InclusionIdentification(const InclusionTask& task, const hal::RigInfo& rig);
 
-  void add(const Observation& observation) override;
+  void add(const rt::Observation& observation) override;
   MotionRequest next_request() const override;
   IdentificationProgress progress() const override;
-  hal::Result<IdentifiedModel> finish() const override;
+  hal::Result<rt::IdentifiedModel> finish() const override;
 
   static constexpr std::size_t kMinPresses = 8;      ///< of a scan
   static constexpr std::size_t kMinPressesOver = 2;  ///< straight over it
@@ -55,7 +55,7 @@ class InclusionIdentification final : public Identification {
   std::optional<hal::Error> too_little() const;
   std::vector<std::string> unseen(const InclusionFit& fit) const;
   std::vector<std::string> missing(bool is_certain, bool is_steady) const;
-  std::vector<EstimatedParameter> parameters_of(const InclusionFit& fit) const;
+  std::vector<rt::EstimatedParameter> parameters_of(const InclusionFit& fit) const;
   std::vector<std::string> remarks() const;
   std::string procedure(const InclusionFit& fit) const;
 
@@ -70,4 +70,4 @@ class InclusionIdentification final : public Identification {
   mutable double completion_ = 0.0;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

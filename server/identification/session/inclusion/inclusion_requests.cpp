@@ -7,7 +7,7 @@
 #include "server/identification/session/fixed_text.h"
 #include "server/identification/session/inclusion/inclusion_identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -20,7 +20,7 @@ constexpr std::size_t kPressesOver = 6;
 double depth_of(const Press& press) {
   double deepest = 0.0;
   for (const PressSample& s : press.samples) {
-    deepest = std::max(deepest, norm(s.tip_mm - press.surface_mm));
+    deepest = std::max(deepest, rt::norm(s.tip_mm - press.surface_mm));
   }
   return deepest;
 }
@@ -84,7 +84,7 @@ std::optional<hal::Vector3> InclusionIdentification::open_place_mm() const {
     const auto row = static_cast<double>(cell / static_cast<std::size_t>(map.x.bins));
     const hal::Vector3 place{map.x.from + (column + 0.5) * task_.spacing_mm,
                              map.y.from + (row + 0.5) * task_.spacing_mm, 0.0};
-    if (!nearest || norm(place) < norm(*nearest) - 1e-9) nearest = place;
+    if (!nearest || rt::norm(place) < rt::norm(*nearest) - 1e-9) nearest = place;
   }
   return nearest;
 }
@@ -155,4 +155,4 @@ MotionRequest InclusionIdentification::next_request() const {
                   kPressMmPerS);
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

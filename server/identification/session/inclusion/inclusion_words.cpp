@@ -5,7 +5,7 @@
 #include "server/identification/session/fixed_text.h"
 #include "server/identification/session/inclusion/inclusion_identification.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -102,8 +102,8 @@ std::vector<std::string> InclusionIdentification::missing(bool is_certain, bool 
   return words;
 }
 
-std::vector<EstimatedParameter> InclusionIdentification::parameters_of(const InclusionFit& fit) const {
-  std::vector<EstimatedParameter> list;
+std::vector<rt::EstimatedParameter> InclusionIdentification::parameters_of(const InclusionFit& fit) const {
+  std::vector<rt::EstimatedParameter> list;
   const auto add = [&](const char* name, const char* unit, const Estimated& e) {
     list.push_back({name, unit, e.value, std::isfinite(e.standard_error) ? e.standard_error : HUGE_VAL});
   };
@@ -154,4 +154,4 @@ std::string InclusionIdentification::procedure(const InclusionFit& fit) const {
   return text;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -8,7 +8,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/gate/sample_policy.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 namespace {
 
@@ -26,9 +26,9 @@ PressCollector::PressCollector(const hal::RigInfo& rig, double threshold_n)
       motion_(rig.device.position_resolution_mm, usable_rate_hz(rig)),
       load_(rig.sensor.tool_mass_g, {0.0, 0.0, -1.0}),
       threshold_n_(threshold_n),
-      settling_ticks_(ticks_of(kPalpationSettlingS, usable_rate_hz(rig))) {}
+      settling_ticks_(rt::ticks_of(kPalpationSettlingS, usable_rate_hz(rig))) {}
 
-void PressCollector::add(const Observation& observation) {
+void PressCollector::add(const rt::Observation& observation) {
   const SampleGate::Verdict verdict = gate_.judge(observation);
   if (verdict == SampleGate::Verdict::kSkip) return;
   if (verdict != SampleGate::Verdict::kUse) {
@@ -46,7 +46,7 @@ void PressCollector::add(const Observation& observation) {
   s.tip_mm = sample.tip_position_mm;
   s.velocity_mm_per_s = motion_.velocity_mm_per_s();
   s.force_n = load_.without_weight_n(sample) + load_.inertia_n(motion_.acceleration_mm_per_s2());
-  const double force_n = norm(s.force_n);
+  const double force_n = rt::norm(s.force_n);
   const double step_s = gate_.step_s();
   if (!touching_) {
     if (force_n < 0.5 * threshold_n_) was_free_ = seen_free_ = true;
@@ -59,7 +59,7 @@ void PressCollector::add(const Observation& observation) {
   } else {
     since_s_ += step_s;
   }
-  deepest_mm_ = std::max(deepest_mm_, norm(s.tip_mm - press_.surface_mm));
+  deepest_mm_ = std::max(deepest_mm_, rt::norm(s.tip_mm - press_.surface_mm));
   largest_n_ = std::max(largest_n_, force_n);
   below_s_ = force_n < 0.5 * threshold_n_ ? below_s_ + step_s : 0.0;
   if (below_s_ > kFreeAgainS) return finish_press();
@@ -103,4 +103,4 @@ std::vector<std::string> PressCollector::remarks() const {
   return words;
 }
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -12,7 +12,7 @@
 #include "server/identification/estimate/inclusion/inclusion_fit.h"
 #include "server/identification/gate/sample_gate.h"
 
-namespace hapticd::rt {
+namespace hapticd::identification {
 
 /// From observations to presses: where the surface was met and what came after until the tip was free again.
 /// What is no press (the tool's inertia, noise, a light touch) is left out. Bounded memory: of many presses
@@ -26,7 +26,7 @@ class PressCollector {
 
   PressCollector(const hal::RigInfo& rig, double threshold_n);
 
-  void add(const Observation& observation);
+  void add(const rt::Observation& observation);
   /// A press that the data end in the middle of counts as well.
   void end();
 
@@ -45,8 +45,8 @@ class PressCollector {
   void finish_press();
 
   SampleGate gate_;
-  ThreeAxisMotion motion_;
-  ToolLoad load_;
+  rt::ThreeAxisMotion motion_;
+  rt::ToolLoad load_;
   double threshold_n_;
   std::size_t settling_ticks_;
   std::size_t ticks_since_restart_ = 0;
@@ -67,4 +67,4 @@ class PressCollector {
   bool seen_free_ = false;
 };
 
-}  // namespace hapticd::rt
+}  // namespace hapticd::identification

@@ -22,7 +22,7 @@ namespace hapticd::study {
 namespace {
 
 using report::fixed;
-using Palpation = std::vector<rt::PalpationSample>;
+using Palpation = std::vector<identification::PalpationSample>;
 
 constexpr const char* kSet = "ecoflex_compression";
 constexpr double kHeightMm = 30.0;
@@ -66,8 +66,8 @@ std::optional<Loading> load(RecordingEntry entry, double to_mm) {
   loading.recording.time_s.assign(recording->time_s.begin(), recording->time_s.begin() + end);
   loading.recording.force_n.assign(recording->force_n.begin(), recording->force_n.begin() + end);
   loading.recording.depth_mm.assign(recording->depth_mm.begin(), recording->depth_mm.begin() + end);
-  rt::RecordedPalpation tracker(kTraceN, 1.0 / recording->median_step_s);
-  rt::PalpationSample sample;
+  identification::RecordedPalpation tracker(kTraceN, 1.0 / recording->median_step_s);
+  identification::PalpationSample sample;
   for (std::size_t i = 0; i < loading.recording.time_s.size(); ++i) {
     if (tracker.update(sample_of(loading.recording, i), sample)) loading.samples.push_back(sample);
   }
@@ -76,18 +76,18 @@ std::optional<Loading> load(RecordingEntry entry, double to_mm) {
 
 /// A law fitted to one loading: the force at each sample of any other, its memory that of a rested object.
 using Prediction = std::function<std::vector<double>(const Loading&)>;
-using Fit = std::function<std::optional<Prediction>(const Loading&, const rt::HeldOutBlocks&)>;
+using Fit = std::function<std::optional<Prediction>(const Loading&, const identification::HeldOutBlocks&)>;
 
 std::vector<double> forces_of(const rt::CreepParameters& law, double surface_mm, const Loading& loading) {
-  rt::CreepForce inverse(law);
+  identification::CreepForce inverse(law);
   std::vector<double> force_n;
-  for (const rt::PalpationSample& s : loading.samples) {
+  for (const identification::PalpationSample& s : loading.samples) {
     force_n.push_back(inverse.update(s.displacement_mm - surface_mm, loading.recording.median_step_s));
   }
   return force_n;
 }
 
-std::optional<Prediction> fit_power(const Loading& loading, const rt::HeldOutBlocks& held_out) {
+std::optional<Prediction> fit_power(const Loading& loading, const identification::HeldOutBlocks& held_out) {
   Palpation training;
   double deepest_mm = 0.0;
   for (std::size_t i = 0; i < loading.samples.size(); ++i) {
@@ -96,14 +96,14 @@ std::optional<Prediction> fit_power(const Loading& loading, const rt::HeldOutBlo
     deepest_mm = std::max(deepest_mm, training.back().displacement_mm);
   }
   // The one loading cannot distinguish stiffness from damping; its surface may lie a little off.
-  rt::VariableProjectionOptions options;
+  identification::VariableProjectionOptions options;
   options.least_offset_mm = -0.1 * deepest_mm;
   options.most_offset_mm = 0.1 * deepest_mm;
-  const auto found = rt::fit_by_variable_projection(training, options);
+  const auto found = identification::fit_by_variable_projection(training, options);
   if (!found) return std::nullopt;
   return [law = *found](const Loading& judged) {
     std::vector<double> force_n;
-    for (const rt::PalpationSample& s : judged.samples) {
+    for (const identification::PalpationSample& s : judged.samples) {
       force_n.push_back(rt::hunt_crossley_force_n(law.parameters, s.displacement_mm + law.contact_offset_mm,
                                                   s.rate_mm_per_s));
     }
@@ -111,10 +111,11 @@ std::optional<Prediction> fit_power(const Loading& loading, const rt::HeldOutBlo
   };
 }
 
-std::optional<Prediction> fit_curve(const Loading& loading, const rt::HeldOutBlocks& held_out) {
-  rt::CreepFit fit(rt::creep_times_s(loading.recording.median_step_s), 1);
-  for (const rt::PalpationSample& s : loading.samples) fit.add(s, loading.recording.median_step_s);
-  rt::CreepFit::Options options;
+std::optional<Prediction> fit_curve(const Loading& loading, const identification::HeldOutBlocks& held_out) {
+  identification::CreepFit fit(identification::creep_times_s(loading.recording.median_step_s), 1);
+  for (const identification::PalpationSample& s : loading.samples)
+    fit.add(s, loading.recording.median_step_s);
+  identification::CreepFit::Options options;
   options.fewest_samples = 30;
   options.with_errors = false;
   options.for_force = true;
@@ -130,7 +131,7 @@ hal::Result<rt::IdentifiedModel> identify(const Loading& loading) {
   rig.kind = hal::RigKind::kReplay;
   rig.rate_hz = 1.0 / loading.recording.median_step_s;
   rig.renders_force = false;
-  rt::ContactIdentification identification(rt::ContactTask{}, rig);
+  identification::ContactIdentification identification(identification::ContactTask{}, rig);
   rt::Observation observation;
   for (std::size_t i = 0; i < loading.recording.time_s.size(); ++i) {
     observation.sample = sample_of(loading.recording, i);
@@ -147,7 +148,7 @@ double parameter(const rt::IdentifiedModel& model, const std::string& name) {
 }
 
 /// What the service stores of the loading: its choice of a law, made on that loading alone.
-std::optional<Prediction> fit_identified(const Loading& loading, const rt::HeldOutBlocks&) {
+std::optional<Prediction> fit_identified(const Loading& loading, const identification::HeldOutBlocks&) {
   const auto model = identify(loading);
   if (!model) {
     report::Report::note(loading.name + ": " + model.error().text());
@@ -204,7 +205,8 @@ struct Squares {
 double residual_of(const Split& split, const Law& law, const Prediction* whole, const Loading& fitted,
                    const Loading& judged) {
   Squares squares;
-  const auto add = [&](const std::vector<double>& force_n, double scale, const rt::HeldOutBlocks* blocks) {
+  const auto add = [&](const std::vector<double>& force_n, double scale,
+                       const identification::HeldOutBlocks* blocks) {
     for (std::size_t i = 0; i < force_n.size(); ++i) {
       if (blocks != nullptr && !blocks->contains(i, force_n.size())) continue;
       const double measured_n = judged.samples[i].normal_force_n;
@@ -213,7 +215,8 @@ double residual_of(const Split& split, const Law& law, const Prediction* whole, 
     }
   };
   if (split.held_out) {
-    for (rt::HeldOutBlocks blocks{0}; blocks.fold < rt::HeldOutBlocks::kFolds; ++blocks.fold) {
+    for (identification::HeldOutBlocks blocks{0}; blocks.fold < identification::HeldOutBlocks::kFolds;
+         ++blocks.fold) {
       const auto found = law.fit(fitted, blocks);
       if (!found) return std::nan("");
       add((*found)(judged), 1.0, &blocks);

@@ -25,7 +25,7 @@ namespace {
 
 using report::fixed;
 using report::significant;
-using Palpation = std::vector<rt::PalpationSample>;
+using Palpation = std::vector<identification::PalpationSample>;
 
 constexpr double kTrace = 1e-3;  ///< N; whatever is above counts as contact, the preload too
 
@@ -72,21 +72,21 @@ std::optional<Cycle> cycle_of(const RecordingEntry& entry, const replay::Recordi
   Cycle cycle;
   cycle.name = entry.name.substr(entry.set.size() + 1);
   cycle.step_s = recording.median_step_s;
-  rt::RecordedPalpation tracker(kTrace, 1.0 / recording.median_step_s);
-  rt::PalpationSample sample;
+  identification::RecordedPalpation tracker(kTrace, 1.0 / recording.median_step_s);
+  identification::PalpationSample sample;
   for (std::size_t i = 0; i < recording.time_s.size(); ++i) {
     if (tracker.update(sample_of(recording, i), sample)) cycle.samples.push_back(sample);
   }
-  const auto surface = rt::surface_from_first_loading(cycle.samples);
+  const auto surface = identification::surface_from_first_loading(cycle.samples);
   if (!surface) return std::nullopt;
   double deepest_mm = 0.0;
-  for (rt::PalpationSample& s : cycle.samples) {
+  for (identification::PalpationSample& s : cycle.samples) {
     s.displacement_mm -= surface->surface_mm;
     deepest_mm = std::max(deepest_mm, s.displacement_mm);
   }
-  const auto peak =
-      std::find_if(cycle.samples.begin(), cycle.samples.end(),
-                   [&](const rt::PalpationSample& s) { return s.displacement_mm > deepest_mm - 0.02; });
+  const auto peak = std::find_if(
+      cycle.samples.begin(), cycle.samples.end(),
+      [&](const identification::PalpationSample& s) { return s.displacement_mm > deepest_mm - 0.02; });
   cycle.loaded = static_cast<std::size_t>(peak - cycle.samples.begin()) + 1;
   return cycle;
 }
@@ -109,7 +109,7 @@ using Prediction = std::function<std::vector<double>(const Cycle&, const Spot&)>
 
 Palpation on_spot(const Cycle& cycle, const Spot& spot) {
   Palpation samples = cycle.samples;
-  for (rt::PalpationSample& s : samples) {
+  for (identification::PalpationSample& s : samples) {
     s.displacement_mm += spot.offset_mm;
     s.normal_force_n /= spot.scale;
   }
@@ -123,20 +123,20 @@ std::optional<Prediction> fit_hunt_crossley(const std::vector<const Cycle*>& cyc
     const Palpation samples = on_spot(*cycles[i], spots[i]);
     all.insert(all.end(), samples.begin(), samples.end());
   }
-  rt::VariableProjectionOptions options;
+  identification::VariableProjectionOptions options;
   if (own_offset) {
     // One cycle: the search finds its surface as well.
     double deepest_mm = 0.0;
-    for (const rt::PalpationSample& s : all) deepest_mm = std::max(deepest_mm, s.displacement_mm);
+    for (const identification::PalpationSample& s : all) deepest_mm = std::max(deepest_mm, s.displacement_mm);
     options.least_offset_mm = -0.1 * deepest_mm;
     options.most_offset_mm = 0.1 * deepest_mm;
   }
-  const auto estimate = rt::fit_by_variable_projection(all, options);
+  const auto estimate = identification::fit_by_variable_projection(all, options);
   if (!estimate) return std::nullopt;
   return [law = estimate->parameters, offset = estimate->contact_offset_mm](const Cycle& cycle,
                                                                             const Spot& spot) {
     std::vector<double> force_n;
-    for (const rt::PalpationSample& s : cycle.samples) {
+    for (const identification::PalpationSample& s : cycle.samples) {
       force_n.push_back(spot.scale * rt::hunt_crossley_force_n(
                                          law, s.displacement_mm + offset + spot.offset_mm, s.rate_mm_per_s));
     }
@@ -146,12 +146,13 @@ std::optional<Prediction> fit_hunt_crossley(const std::vector<const Cycle*>& cyc
 
 std::optional<Prediction> fit_creep(const std::vector<const Cycle*>& cycles, const std::vector<Spot>& spots,
                                     bool) {
-  rt::CreepFit fit(rt::creep_times_s(cycles.front()->step_s), 1);
+  identification::CreepFit fit(identification::creep_times_s(cycles.front()->step_s), 1);
   for (std::size_t i = 0; i < cycles.size(); ++i) {
     fit.rest();
-    for (const rt::PalpationSample& s : on_spot(*cycles[i], spots[i])) fit.add(s, cycles[i]->step_s);
+    for (const identification::PalpationSample& s : on_spot(*cycles[i], spots[i]))
+      fit.add(s, cycles[i]->step_s);
   }
-  rt::CreepFit::Options options;
+  identification::CreepFit::Options options;
   options.fewest_samples = 30;
   options.with_errors = false;
   options.for_force = true;
@@ -159,8 +160,8 @@ std::optional<Prediction> fit_creep(const std::vector<const Cycle*>& cycles, con
   if (!estimate) return std::nullopt;
   return [law = estimate->law.parameters](const Cycle& cycle, const Spot& spot) {
     std::vector<double> force_n;
-    rt::CreepForce inverse(law);
-    for (const rt::PalpationSample& s : cycle.samples) {
+    identification::CreepForce inverse(law);
+    for (const identification::PalpationSample& s : cycle.samples) {
       force_n.push_back(spot.scale * inverse.update(s.displacement_mm + spot.offset_mm, cycle.step_s));
     }
     return force_n;
@@ -307,7 +308,7 @@ void study_set(StudyContext& context, const Set& set, const std::vector<Cycle>& 
   plot.y = {"force", "N"};
   plot.y.minimum = 0.0;
   report::PlotSeries measured{"measured", {}, {}};
-  for (const rt::PalpationSample& s : cycles[shown].samples) {
+  for (const identification::PalpationSample& s : cycles[shown].samples) {
     measured.add(s.displacement_mm, s.normal_force_n);
   }
   plot.series.push_back(std::move(measured));
@@ -318,7 +319,7 @@ void study_set(StudyContext& context, const Set& set, const std::vector<Cycle>& 
 /// What the service itself makes of each file.
 void add_identification(const RecordingEntry& entry, const replay::Recording& recording,
                         report::MarkdownTable& table) {
-  rt::ContactIdentification identification(rt::ContactTask{}, rig_of(recording));
+  identification::ContactIdentification identification(identification::ContactTask{}, rig_of(recording));
   rt::Observation observation;
   for (std::size_t i = 0; i < recording.time_s.size(); ++i) {
     observation.sample = sample_of(recording, i);
@@ -361,8 +362,8 @@ void study_approach(StudyContext& context, const std::filesystem::path& folder) 
     return;
   }
   constexpr double kThresholdN = 0.015;
-  rt::ApproachDetector detector(kThresholdN);
-  std::vector<rt::ApproachSample> approach;
+  identification::ApproachDetector detector(kThresholdN);
+  std::vector<identification::ApproachSample> approach;
   std::vector<std::size_t> declared;
   std::size_t peak = 0;
   for (std::size_t i = 0; i < recording->time_s.size(); ++i) {
@@ -375,14 +376,15 @@ void study_approach(StudyContext& context, const std::filesystem::path& folder) 
   for (std::size_t i = 0; i < declared.size(); ++i) {
     if (declared[i] <= peak) true_one = i;
   }
-  const auto point = declared.empty() ? std::nullopt : rt::find_contact_point(approach, declared[true_one]);
+  const auto point =
+      declared.empty() ? std::nullopt : identification::find_contact_point(approach, declared[true_one]);
   report::MarkdownTable table({"recording", "false alarms", "declared at [s]", "at [mN]", "noise [mN]",
                                "contact point [µm]", "± [µm]", "of it: law unknown [µm]",
                                "samples to declaration"});
   if (point) {
     alarms.value = static_cast<double>(true_one);
     detection.value = static_cast<double>(declared[true_one]) - static_cast<double>(point->sample);
-    const rt::ApproachSample& at = approach[declared[true_one]];
+    const identification::ApproachSample& at = approach[declared[true_one]];
     table.add_row({entries.front().name, std::to_string(true_one), fixed(at.time_s, 3),
                    fixed(1e3 * at.force_n, 1), fixed(1e3 * detector.noise_n(), 1), fixed(point->depth_mm, 3),
                    fixed(point->standard_error_mm, 3), fixed(point->model_error_mm, 3),

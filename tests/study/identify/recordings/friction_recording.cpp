@@ -51,7 +51,7 @@ FrictionRecording part_of(const FrictionRecording& recording, double from_s, dou
 }
 
 hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& recording,
-                                                    const rt::FrictionTask& task) {
+                                                    const identification::FrictionTask& task) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < recording.size(); ++i) {
     steps.push_back(recording[i].time_s - recording[i - 1].time_s);
@@ -64,7 +64,7 @@ hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& rec
     std::nth_element(steps.begin(), middle, steps.end());
     info.rate_hz = 1.0 / *middle;
   }
-  rt::FrictionIdentification identification(task, info);
+  identification::FrictionIdentification identification(task, info);
   rt::Observation observation;
   observation.sample.force_count = 1;
   for (const RecordedFriction& r : recording) {
@@ -77,7 +77,7 @@ hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& rec
   return identification.finish();
 }
 
-std::vector<rt::FrictionRow> rows_of(const FrictionRecording& raw) {
+std::vector<identification::FrictionRow> rows_of(const FrictionRecording& raw) {
   // Single outliers of the position are no motion.
   FrictionRecording recording = raw;
   for (std::size_t i = 1; i + 1 < raw.size(); ++i) {
@@ -86,8 +86,8 @@ std::vector<rt::FrictionRow> rows_of(const FrictionRecording& raw) {
     const double c = raw[i + 1].position_mm;
     recording[i].position_mm = std::max(std::min(a, b), std::min(std::max(a, b), c));
   }
-  rt::StrokePassages passages(0.0);
-  std::vector<rt::FrictionRow> rows;
+  identification::StrokePassages passages(0.0);
+  std::vector<identification::FrictionRow> rows;
   std::uint64_t turns = 0;
   double turned_mm = recording.empty() ? 0.0 : recording.front().position_mm;
   for (std::size_t i = 0; i < recording.size(); ++i) {
@@ -95,8 +95,9 @@ std::vector<rt::FrictionRow> rows_of(const FrictionRecording& raw) {
     passages.add({r.time_s, r.position_mm, 0.0, -r.force_n, r.normal_n});
     if (passages.completed() != turns) turned_mm = r.position_mm;
     turns = passages.completed();
-    rt::FrictionRow row;
-    row.before = i == 0 ? rt::FrictionRow::State::kNothing : rt::FrictionRow::State::kGoesOn;
+    identification::FrictionRow row;
+    row.before =
+        i == 0 ? identification::FrictionRow::State::kNothing : identification::FrictionRow::State::kGoesOn;
     if (i > 0) {
       row.slide_mm = r.position_mm - recording[i - 1].position_mm;
       row.speed_mm_per_s = row.slide_mm / (r.time_s - recording[i - 1].time_s);

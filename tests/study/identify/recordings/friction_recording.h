@@ -30,11 +30,11 @@ FrictionRecording part_of(const FrictionRecording& recording, double from_s, dou
 
 /// What FrictionIdentification makes of it.
 hal::Result<rt::IdentifiedModel> identify_recording(const FrictionRecording& recording,
-                                                    const rt::FrictionTask& task);
+                                                    const identification::FrictionTask& task);
 
 /// Every instant as a row of its own, the position through a median of three. `settled` from the second turn
 /// on: where the state was when the part began no one knows.
-std::vector<rt::FrictionRow> rows_of(const FrictionRecording& recording);
+std::vector<identification::FrictionRow> rows_of(const FrictionRecording& recording);
 
 /// How much later than the position the force is, model-free: after each rest the tip starts at once, and the
 /// force should bend at that moment. Symmetric smoothing, as recorders do it, leaves the bend where half the

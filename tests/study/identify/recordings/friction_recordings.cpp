@@ -34,7 +34,7 @@ std::string with_error(double value, double error) {
 }
 
 /// A law as fitted to one part: predicts any other.
-using Prediction = std::function<std::vector<double>(const std::vector<rt::FrictionRow>&)>;
+using Prediction = std::function<std::vector<double>(const std::vector<identification::FrictionRow>&)>;
 struct FittedLaw {
   Prediction predict;
   double bias_n = 0.0;
@@ -44,10 +44,10 @@ struct FittedLaw {
 FittedLaw fit_law(const std::string& law, const FrictionRecording& part) {
   FittedLaw fitted;
   if (law == "maxwell_slip") {
-    const auto fit = value_of(rt::fit_maxwell_slip(rows_of(part), {.bias = true}));
+    const auto fit = value_of(identification::fit_maxwell_slip(rows_of(part), {.bias = true}));
     fitted.bias_n = fit.bias_n;
-    fitted.predict = [fit](const std::vector<rt::FrictionRow>& rows) {
-      return rt::predicted_friction_n(rows, fit);
+    fitted.predict = [fit](const std::vector<identification::FrictionRow>& rows) {
+      return identification::predicted_friction_n(rows, fit);
     };
     for (std::size_t i = 0; i < fit.parameters.reach_mm.size(); ++i) {
       if (!(fit.parameters.reach_mm[i] > 0.0)) continue;
@@ -58,15 +58,15 @@ FittedLaw fit_law(const std::string& law, const FrictionRecording& part) {
     fitted.words += "; μ_k " + significant(fit.parameters.kinetic());
     return fitted;
   }
-  rt::FrictionTask task;
+  identification::FrictionTask task;
   task.exponent = law == "dahl_exponent";
   task.exponent_is_one = law == "dahl";
   const auto model = value_of(identify_recording(part, task));
   const rt::FrictionParameters p = std::get<rt::FrictionModel>(model.content).friction;
   const double bias_n = parameter(model, "force_bias_n");
   fitted.bias_n = bias_n;
-  fitted.predict = [p, bias_n](const std::vector<rt::FrictionRow>& rows) {
-    return rt::predicted_friction_n(rows, p, rt::FrictionLaw::kDahl, bias_n);
+  fitted.predict = [p, bias_n](const std::vector<identification::FrictionRow>& rows) {
+    return identification::predicted_friction_n(rows, p, rt::FrictionLaw::kDahl, bias_n);
   };
   fitted.words = "μ_k " + with_error(p.kinetic, parameter(model, "kinetic", true)) + ", δ " +
                  with_error(p.presliding_mm, parameter(model, "presliding_mm", true)) + " mm, μ_b " +
@@ -82,7 +82,7 @@ struct Residual {
   double whole = 0.0;
   double value() const { return std::sqrt(left / whole); }
   void add(const FittedLaw& law, const FrictionRecording& part) {
-    const std::vector<rt::FrictionRow> rows = rows_of(part);
+    const std::vector<identification::FrictionRow> rows = rows_of(part);
     const std::vector<double> predicted = law.predict(rows);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (!rows[i].settled) continue;
@@ -110,7 +110,7 @@ void plot_loop(StudyContext& context, const FrictionRecording& judged,
   plot.title = "Reciprocating friction: a cycle the laws were not fitted to";
   plot.x = {"position", "mm"};
   plot.y = {"friction", "N"};
-  const std::vector<rt::FrictionRow> rows = rows_of(judged);
+  const std::vector<identification::FrictionRow> rows = rows_of(judged);
   // One whole cycle, well after the start.
   std::size_t from = 0;
   while (from < rows.size() && rows[from].passage < 4) ++from;
@@ -263,7 +263,7 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
     double bar[2] = {0.0, 0.0};
     double count[2] = {0.0, 0.0};
     double force = 0.0, pressure = 0.0;
-    const std::vector<rt::FrictionRow> rows = rows_of(whole);
+    const std::vector<identification::FrictionRow> rows = rows_of(whole);
     constexpr std::size_t kLook = 10;
     for (std::size_t i = kLook; i + kLook < rows.size(); ++i) {
       force += whole[i].force_n;
@@ -288,7 +288,7 @@ void study_seal(StudyContext& context, const std::filesystem::path& folder) {
       const FittedLaw fitted = fit_law("dahl", halves[0]);
       FrictionRecording other = halves[1];
       for (RecordedFriction& r : other) r.normal_n = 10.0;
-      const std::vector<rt::FrictionRow> judged = rows_of(other);
+      const std::vector<identification::FrictionRow> judged = rows_of(other);
       const std::vector<double> predicted = fitted.predict(judged);
       report::PlotSeries measured{"measured, second half", {}, {}, report::PlotSeries::Style::kPoints};
       report::PlotSeries model{"Dahl, fitted to the first half"};

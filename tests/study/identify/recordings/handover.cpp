@@ -70,8 +70,8 @@ class MedianOfThree {
 };
 
 /// What the tool does not explain, N, at each sample, from samples up to that one only.
-std::vector<double> residuals_n(const std::vector<hal::RigSample>& samples, const rt::ToolLoadFit& tool,
-                                std::size_t window, bool smoothed) {
+std::vector<double> residuals_n(const std::vector<hal::RigSample>& samples,
+                                const identification::ToolLoadFit& tool, std::size_t window, bool smoothed) {
   const auto inverse = [](const hal::Quaternion& q) { return hal::Quaternion{q.w, -q.x, -q.y, -q.z}; };
   MedianOfThree median;
   std::vector<double> residuals;
@@ -115,7 +115,7 @@ double smallest_threshold_n(const std::vector<double>& greatest) {
 }
 
 /// With an allowance for what was not seen: the greatest residuals beyond their upper quartile fall off
-/// exponentially, as rt::ThresholdIdentification has it.
+/// exponentially, as identification::ThresholdIdentification has it.
 double extrapolated_threshold_n(const std::vector<double>& greatest) {
   const double n = static_cast<double>(greatest.size());
   const double quartile = greatest[static_cast<std::size_t>(0.75 * n)];
@@ -184,7 +184,7 @@ void run_identify_handover(StudyContext& context) {
   struct Candidate {
     const QuaternionReading* reading = nullptr;
     std::vector<hal::RigSample> samples;
-    rt::ToolLoadFit tool;
+    identification::ToolLoadFit tool;
   };
   report::MarkdownTable readings({"quaternion", "mass g", "± g", "turn of the sensor",
                                   "residual, fitted part", "rms N, fitted", "rms N, 2.2-3.05 s"});
@@ -192,8 +192,8 @@ void run_identify_handover(StudyContext& context) {
   for (const QuaternionReading& reading : quaternion_readings()) {
     auto loaded = load_handover(path, reading);
     if (!loaded) return fail(loaded.error().text());
-    rt::ToolExcitationFilter filter(kRateHz, false);
-    rt::ToolMoments fitted, rest;
+    identification::ToolExcitationFilter filter(kRateHz, false);
+    identification::ToolMoments fitted, rest;
     for (const hal::RigSample& sample : *loaded) {
       const auto excitation = filter.update(sample);
       if (!excitation) continue;
@@ -201,12 +201,13 @@ void run_identify_handover(StudyContext& context) {
       if (time_s(sample) >= kFittedUntilS && time_s(sample) < 3.05) rest.add(*excitation);
     }
     // Two seconds of slow turns say no arm.
-    const rt::ToolLoadFit tool = rt::fit_tool_load(fitted, {.turning = false, .start = {}});
+    const identification::ToolLoadFit tool =
+        identification::fit_tool_load(fitted, {.turning = false, .start = {}});
     const double angle_deg = 2.0 * std::acos(std::min(1.0, tool.sensor_to_tool.w)) * 57.29577951308232;
     readings.add_row({reading.name, fixed(tool.mass_g, 1), fixed(tool.mass_error_g * std::sqrt(10.0), 1),
                       fixed(angle_deg, 0) + "°", fixed(tool.residual, 3),
-                      fixed(std::sqrt(rt::misfit(tool, fitted).force_n2), 4),
-                      fixed(std::sqrt(rt::misfit(tool, rest).force_n2), 4)});
+                      fixed(std::sqrt(identification::misfit(tool, fitted).force_n2), 4),
+                      fixed(std::sqrt(identification::misfit(tool, rest).force_n2), 4)});
     if (!best || tool.residual < best->tool.residual) best = Candidate{&reading, *loaded, tool};
   }
   context.report.add_table(
@@ -222,7 +223,7 @@ void run_identify_handover(StudyContext& context) {
   std::size_t window = kBaseline;
   double least = HUGE_VAL;
   report::MarkdownTable inertia({"acceleration", "residual rms N, 0.3-2.2 s", "2.2-3.1 s"});
-  rt::ToolLoadFit bias_only;
+  identification::ToolLoadFit bias_only;
   double count_of_fitted = 0.0;
   for (const hal::RigSample& sample : samples) {
     if (time_s(sample) >= kFittedUntilS) break;

@@ -8,6 +8,8 @@
 namespace hapticd::rt {
 namespace {
 
+using identification::CreepForce;
+
 /// An object that stiffens: the curve flattens towards its end.
 CreepParameters stiffening(std::array<double, CreepParameters::kLags + 1> weight) {
   CreepParameters law;
