@@ -39,7 +39,7 @@ class SampleClock {
       drift_ns_ -= time_ns_ - arrival;
       time_ns_ = arrival;
     }
-    least_delay_ns_ = std::min(least_delay_ns_, arrival - time_ns_);
+    min_delay_ns_ = std::min(min_delay_ns_, arrival - time_ns_);
     if (arrival - block_begin_ns_ >= kBlockNs) end_block(number, arrival_ns);
     return base_ns_ + static_cast<std::int64_t>(time_ns_);
   }
@@ -62,16 +62,16 @@ class SampleClock {
     if (!anchored_) base_ns_ = arrival_ns;
     block_number_ = number;
     block_begin_ns_ = static_cast<double>(arrival_ns - base_ns_);
-    least_delay_ns_ = std::numeric_limits<double>::infinity();
+    min_delay_ns_ = std::numeric_limits<double>::infinity();
     drift_ns_ = 0.0;
   }
 
   void end_block(std::uint32_t number, std::int64_t arrival_ns) noexcept {
     const double length_ns = static_cast<double>(arrival_ns - base_ns_) - block_begin_ns_;
     const double samples = static_cast<double>(number - block_number_);
-    if (least_delay_ns_ > 0.0 && std::isfinite(least_delay_ns_)) {
-      time_ns_ += least_delay_ns_;
-      drift_ns_ += least_delay_ns_;
+    if (min_delay_ns_ > 0.0 && std::isfinite(min_delay_ns_)) {
+      time_ns_ += min_delay_ns_;
+      drift_ns_ += min_delay_ns_;
     }
     const double disagreement = drift_ns_ / length_ns;
     if (period_ns_ == 0.0 || (!settled_ && std::abs(disagreement) > kDisagreement)) {
@@ -95,7 +95,7 @@ class SampleClock {
   // Of the present tenth of a second:
   double block_begin_ns_ = 0.0;
   std::uint32_t block_number_ = 0;
-  double least_delay_ns_ = std::numeric_limits<double>::infinity();
+  double min_delay_ns_ = std::numeric_limits<double>::infinity();
   double drift_ns_ = 0.0;  ///< by how much the line was moved
 };
 

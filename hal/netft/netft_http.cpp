@@ -54,7 +54,7 @@ class Watchdog {
 }  // namespace
 
 hal::Result<std::string> fetch_page(const std::string& address, int port, const std::string& path,
-                                    Clock::time_point deadline, std::size_t most_bytes,
+                                    Clock::time_point deadline, std::size_t max_bytes,
                                     const std::stop_token& cancel) {
   const std::string where = "http://" + address + ":" + std::to_string(port) + path;
   const auto refusal = [&where](std::string what, std::string value) {
@@ -83,7 +83,7 @@ hal::Result<std::string> fetch_page(const std::string& address, int port, const 
   bool too_long = false;
   Watchdog watchdog(client, deadline, cancel);
   const httplib::Result result = client.Get(path, headers, [&](const char* data, std::size_t length) {
-    too_long = length > most_bytes - body.size();
+    too_long = length > max_bytes - body.size();
     if (too_long) return false;
     body.append(data, length);
     return true;
@@ -92,7 +92,7 @@ hal::Result<std::string> fetch_page(const std::string& address, int port, const 
 
   if (too_long) {
     return refusal("the page is too long for a box's configuration",
-                   "more than " + std::to_string(most_bytes) + " bytes");
+                   "more than " + std::to_string(max_bytes) + " bytes");
   }
   if (!result && (out_of_time || result.error() == httplib::Error::ConnectionTimeout)) {
     return refusal("the box did not answer over HTTP in time", "");

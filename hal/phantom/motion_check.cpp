@@ -25,9 +25,8 @@ bool MotionCheck::plausible(const JointAngles& q, std::int64_t now_ns) noexcept 
   if (has_joints_) {
     const double dt_s = std::clamp(kSPerNs * static_cast<double>(now_ns - last_ns_), kMinStepS, kMaxStepS);
     for (std::size_t i = 0; i < 3; ++i) {
-      const double most_rad =
-          max_joint_speed_rad_per_s_ * dt_s + kCountsToSpare * std::abs(rad_per_count_[i]);
-      if (std::abs(q[i] - last_q_rad_[i]) <= most_rad) continue;
+      const double max_rad = max_joint_speed_rad_per_s_ * dt_s + kCountsToSpare * std::abs(rad_per_count_[i]);
+      if (std::abs(q[i] - last_q_rad_[i]) <= max_rad) continue;
       jumped_joint_ = static_cast<int>(i);
       return false;
     }

@@ -19,10 +19,10 @@ void ContactEvidence::reset() noexcept {
 }
 
 void ContactEvidence::begin() noexcept {
-  least_n_.fill(-std::numeric_limits<double>::infinity());
+  min_n_.fill(-std::numeric_limits<double>::infinity());
   slot_ = 0;
   slot_s_ = 0.0;
-  least_n_[slot_] = std::numeric_limits<double>::infinity();
+  min_n_[slot_] = std::numeric_limits<double>::infinity();
   earned_ = goal_ = 0.0;
   support_ = 1.0;
   secant_n_per_mm_ = 0.0;
@@ -40,15 +40,15 @@ void ContactEvidence::rest(double acceleration_mm_per_s2, const TickInterval& in
 }
 
 double ContactEvidence::sustained_n(double evidence_n, double s) noexcept {
-  least_n_[slot_] = std::min(least_n_[slot_], evidence_n);
-  const double least_n = *std::min_element(least_n_.begin(), least_n_.end());
+  min_n_[slot_] = std::min(min_n_[slot_], evidence_n);
+  const double min_n = *std::min_element(min_n_.begin(), min_n_.end());
   slot_s_ += s;
   if (slot_s_ * kSlots >= kSustainedS) {
     slot_ = slot_ + 1 < kSlots ? slot_ + 1 : 0;
-    least_n_[slot_] = std::numeric_limits<double>::infinity();
+    min_n_[slot_] = std::numeric_limits<double>::infinity();
     slot_s_ = 0.0;
   }
-  return least_n;
+  return min_n;
 }
 
 void ContactEvidence::follow_support(const Observation& now, double s) noexcept {

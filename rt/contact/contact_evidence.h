@@ -101,8 +101,8 @@ class ContactEvidence {
   EvidenceParameters parameters_;
   double threshold_n_;
   double tool_mass_g_;
-  double acceleration_mm_per_s2_ = 0.0;   ///< A
-  std::array<double, kSlots> least_n_{};  ///< a ring of minima, each over kSustainedS/kSlots
+  double acceleration_mm_per_s2_ = 0.0;  ///< A
+  std::array<double, kSlots> min_n_{};   ///< a ring of minima, each over kSustainedS/kSlots
   std::size_t slot_ = 0;
   double slot_s_ = 0.0;  ///< so far in the present slot
   double earned_ = 0.0;

@@ -13,9 +13,9 @@ constexpr double kUnseenDeviationMm = 0.15;
 }  // namespace
 
 void Displacement::start(const hal::Vector3& began_mm, double deviation_mm,
-                         double least_deviation_mm) noexcept {
+                         double min_deviation_mm) noexcept {
   if (auto* fused = std::get_if<FusedDisplacement>(&path_)) {
-    fused->begin(displacement_mm_, deviation_mm, least_deviation_mm);
+    fused->begin(displacement_mm_, deviation_mm, min_deviation_mm);
   } else if (auto* inverse = std::get_if<InverseDisplacement>(&path_)) {
     inverse->filter.seed(0.0);
   } else {

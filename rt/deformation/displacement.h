@@ -59,7 +59,7 @@ class Displacement {
  private:
   LawEstimate law_estimate(double normal_n, double rate_mm_per_s, double periods) noexcept;
   double displacement_below_threshold_mm(double below_threshold_n) const noexcept;
-  void start(const hal::Vector3& began_mm, double deviation_mm, double least_deviation_mm) noexcept;
+  void start(const hal::Vector3& began_mm, double deviation_mm, double min_deviation_mm) noexcept;
 
   Way path_;
   ContactLaw law_;

@@ -10,11 +10,10 @@ FusedDisplacement::FusedDisplacement(double law_error, double force_noise_n, dou
       law_error_ticks_(kLawErrorTimeS * rate_hz),
       force_variance_n2_(force_noise_n * force_noise_n) {}
 
-void FusedDisplacement::begin(double displacement_mm, double deviation_mm,
-                              double least_deviation_mm) noexcept {
+void FusedDisplacement::begin(double displacement_mm, double deviation_mm, double min_deviation_mm) noexcept {
   displacement_mm_ = displacement_mm;
   variance_mm2_ = deviation_mm * deviation_mm;
-  least_variance_mm2_ = least_deviation_mm * least_deviation_mm;
+  min_variance_mm2_ = min_deviation_mm * min_deviation_mm;
 }
 
 void FusedDisplacement::update(double path_mm, double slide_mm, const LawEstimate& law,
@@ -28,7 +27,7 @@ void FusedDisplacement::update(double path_mm, double slide_mm, const LawEstimat
   displacement_mm_ += gain * (law.displacement_mm - displacement_mm_);
   // While the law sees a force there is no negative displacement, whatever the way added up to.
   if (law.displacement_mm > 0.0) displacement_mm_ = std::max(0.0, displacement_mm_);
-  variance_mm2_ = std::max(least_variance_mm2_, variance_mm2_ * (1.0 - gain));
+  variance_mm2_ = std::max(min_variance_mm2_, variance_mm2_ * (1.0 - gain));
 }
 
 double FusedDisplacement::deviation_mm() const noexcept {

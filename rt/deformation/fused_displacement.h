@@ -21,8 +21,8 @@ class FusedDisplacement {
   FusedDisplacement(double law_error, double force_noise_n, double rate_hz) noexcept;
 
   /// The tip is this deep, known within `deviation_mm`. A contact that was not seen to begin has no way that
-  /// could be trusted more than `least_deviation_mm` later on: there the law goes on to be followed.
-  void begin(double displacement_mm, double deviation_mm, double least_deviation_mm = 0.0) noexcept;
+  /// could be trusted more than `min_deviation_mm` later on: there the law goes on to be followed.
+  void begin(double displacement_mm, double deviation_mm, double min_deviation_mm = 0.0) noexcept;
   /// `path_mm`: -Δp·u, into the object; `slide_mm`: |Δp_t|; `periods` of the loop since the last.
   void update(double path_mm, double slide_mm, const LawEstimate& law, double periods = 1.0) noexcept;
 
@@ -41,7 +41,7 @@ class FusedDisplacement {
   double force_variance_n2_;
   double displacement_mm_ = 0.0;
   double variance_mm2_ = 0.0;
-  double least_variance_mm2_ = 0.0;
+  double min_variance_mm2_ = 0.0;
 };
 
 }  // namespace hapticd::rt

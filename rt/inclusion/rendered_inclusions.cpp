@@ -52,7 +52,7 @@ hal::Vector3 RenderedInclusions::internal_friction_n(One& one, const Indentation
 
 hal::Vector3 RenderedInclusions::update(const Indentation& at) noexcept {
   force_n_ = {};
-  double most_n = -1.0;
+  double max_n = -1.0;
   const bool pressed = at.displacement_mm > 0.0;
   for (std::size_t i = 0; i < all_.size(); ++i) {
     One& one = all_[i];
@@ -70,8 +70,8 @@ hal::Vector3 RenderedInclusions::update(const Indentation& at) noexcept {
       one.friction_stiffness_n_per_mm = 0.0;
     }
     const double size_n = norm(force_n);
-    if (size_n > most_n) {
-      most_n = size_n;
+    if (size_n > max_n) {
+      max_n = size_n;
       strongest_ = i;
       strongest_place_mm_ = one.parameters.place_mm + one.moved_mm;
     }

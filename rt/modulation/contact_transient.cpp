@@ -26,7 +26,7 @@ void ContactTransient::begin(const Input& now) noexcept {
   awaits_ = false;
   is_running_ = true;
   normal_ = now.normal;
-  most_authority_ = late_ticks_ = 0.0;
+  max_authority_ = late_ticks_ = 0.0;
   ++count_;
   const double v = impact_mm_per_s_;
   speed_mm_per_s_ = v;
@@ -63,12 +63,12 @@ hal::Vector3 ContactTransient::update(const Input& now) noexcept {
     }
   }
   if (!is_running_) return {};
-  most_authority_ = std::max(most_authority_, now.authority);
+  max_authority_ = std::max(max_authority_, now.authority);
   late_ticks_ += now.interval.s * rate_hz_;
   const double ticks = std::round(late_ticks_);
   late_ticks_ -= ticks;
   waveform_.advance(static_cast<std::uint32_t>(std::max(0.0, ticks)));
-  const double left = needs_evidence_ ? now.authority / most_authority_ : 1.0;
+  const double left = needs_evidence_ ? now.authority / max_authority_ : 1.0;
   if (waveform_.is_over() || !(left > 0.0)) {
     is_running_ = false;
     return {};

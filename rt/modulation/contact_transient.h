@@ -63,7 +63,7 @@ class ContactTransient {
   double impact_mm_per_s_ = 0.0;
   double speed_mm_per_s_ = 0.0;  ///< that the waveform is scaled by, after all bounds
   double share_ = 0.0;
-  double most_authority_ = 0.0;
+  double max_authority_ = 0.0;
   double late_ticks_ = 0.0;  ///< measured, not rendered yet
   double force_n_ = 0.0;
   hal::Vector3 normal_;

@@ -195,8 +195,8 @@ std::optional<Refusal> TargetControl::wait_until_near(std::int64_t time_ns, Call
 void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec& scene,
                                   TargetSet& set) const {
   const double wanted_s = set.ramp_s;
-  double least_s = ceilings_.min_target_ramp_s;
-  std::string why = fmt::format("[guard] min_target_ramp_s = {:g} s", least_s);
+  double min_s = ceilings_.min_target_ramp_s;
+  std::string why = fmt::format("[guard] min_target_ramp_s = {:g} s", min_s);
   const rt::TickRecord now = hub_.latest();
   constexpr std::uint32_t kNeeded = rt::channel::kDeformation | rt::channel::kTarget;
   if ((now.channels & kNeeded) == kNeeded && now.displacement_mm > 0.0) {
@@ -207,19 +207,19 @@ void TargetControl::lengthen_ramp(const rt::TargetLaw& law, const rt::SceneSpec&
             ? std::abs(law.stiffness_n_per_mm - now_n_per_mm)
             : std::max(rt::greatest_stiffness_n_per_mm(law, rt::kMaxTargetDepthMm), now_n_per_mm);
     const double change_n = change_n_per_mm * now.displacement_mm;
-    if (const double needed_s = change_n / scene.max_target_change_n_per_s; needed_s > least_s) {
-      least_s = needed_s;
+    if (const double needed_s = change_n / scene.max_target_change_n_per_s; needed_s > min_s) {
+      min_s = needed_s;
       why =
           fmt::format("target.max_change_n_per_s = {:g} N/s, and at {:.3g} mm the force changes by {:.3g} N",
                       scene.max_target_change_n_per_s, now.displacement_mm, change_n);
     }
   }
-  least_s = std::min(least_s, kRampS.max);
-  if (wanted_s >= least_s) return;
-  set.ramp_s = least_s;
+  min_s = std::min(min_s, kRampS.max);
+  if (wanted_s >= min_s) return;
+  set.ramp_s = min_s;
   std::string& said = set.grant.explanation;
   if (!said.empty()) said += "; ";
-  said += fmt::format("the ramp of {:g} s was lengthened to {:.3g} s: {}", wanted_s, least_s, why);
+  said += fmt::format("the ramp of {:g} s was lengthened to {:.3g} s: {}", wanted_s, min_s, why);
 }
 
 Outcome<TargetSet> TargetControl::set(const TargetRequest& request, const Caller& caller) {

@@ -29,13 +29,13 @@ hal::Error too_little(std::size_t samples) {
 
 /// rms of x̂/x - 1 beyond a tenth of the deepest displacement.
 template <class Estimate>
-double relative_error(const std::vector<PalpationSample>& palpation, double least_mm,
+double relative_error(const std::vector<PalpationSample>& palpation, double min_mm,
                       const Estimate& estimate) {
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < palpation.size(); ++i) {
     const double estimated_mm = estimate(palpation[i]);
-    if (!palpation[i].in_contact || palpation[i].displacement_mm < least_mm) continue;
+    if (!palpation[i].in_contact || palpation[i].displacement_mm < min_mm) continue;
     const double error = estimated_mm / palpation[i].displacement_mm - 1.0;
     sum += error * error;
     ++count;
@@ -47,7 +47,7 @@ double relative_error(const std::vector<PalpationSample>& palpation, double leas
 
 hal::Result<rt::IdentifiedLaw<rt::HuntCrossleyParameters>> fit_hunt_crossley(
     const std::vector<PalpationSample>& palpation) {
-  const double least_mm = 0.1 * deepest_mm(palpation);
+  const double min_mm = 0.1 * deepest_mm(palpation);
   constexpr double kMinForceN = 0.1;
   constexpr double kMaxRateTerm = 0.1;
   Eigen::Vector3d solution = Eigen::Vector3d::Zero();
@@ -56,7 +56,7 @@ hal::Result<rt::IdentifiedLaw<rt::HuntCrossleyParameters>> fit_hunt_crossley(
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     std::size_t used = 0;
     for (const PalpationSample& s : palpation) {
-      if (!s.in_contact || s.displacement_mm < least_mm || s.normal_force_n < kMinForceN) continue;
+      if (!s.in_contact || s.displacement_mm < min_mm || s.normal_force_n < kMinForceN) continue;
       if (pass == 1 && std::abs(solution(2) * s.rate_mm_per_s) > kMaxRateTerm) continue;
       const Eigen::Vector3d phi(1.0, std::log(s.displacement_mm), s.rate_mm_per_s);
       const double weight = s.normal_force_n * s.normal_force_n;
@@ -73,7 +73,7 @@ hal::Result<rt::IdentifiedLaw<rt::HuntCrossleyParameters>> fit_hunt_crossley(
   law.parameters.exponent = std::clamp(solution(1), 1.0, 3.0);
   law.parameters.damping_n_s_per_mm_m1 = std::max(0.0, solution(2)) * law.parameters.stiffness_n_per_mm_m;
   law.relative_error =
-      std::clamp(relative_error(palpation, least_mm,
+      std::clamp(relative_error(palpation, min_mm,
                                 [&](const PalpationSample& s) {
                                   return rt::hunt_crossley_displacement(law.parameters, s.normal_force_n,
                                                                         s.rate_mm_per_s)

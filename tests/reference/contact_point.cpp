@@ -24,10 +24,10 @@ bool ApproachDetector::update(const ApproachSample& sample) noexcept {
   const double step_s = std::max(0.0, sample.time_s - last_s_);
   last_s_ = sample.time_s;
   const double off_n = sample.force_n - mean_n_;
-  const double least_n = std::max(threshold_n_, kDeviations * noise_n());
-  const bool above = std::abs(off_n) > least_n;
+  const double min_n = std::max(threshold_n_, kDeviations * noise_n());
+  const bool above = std::abs(off_n) > min_n;
   above_ = above ? above_ + 1 : 0;
-  below_ = std::abs(off_n) > 0.5 * least_n ? 0 : below_ + 1;
+  below_ = std::abs(off_n) > 0.5 * min_n ? 0 : below_ + 1;
   if (in_contact_) {
     if (below_ >= kOnEnd) in_contact_ = false;
     return false;

@@ -21,7 +21,7 @@ double resident_mb(pid_t process) {
   return status_mb(process, "VmRSS");
 }
 
-double most_resident_mb(pid_t process) {
+double max_resident_mb(pid_t process) {
   return status_mb(process, "VmHWM");
 }
 

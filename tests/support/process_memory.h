@@ -7,6 +7,6 @@ namespace hapticd::test {
 /// Megabytes that a process has in memory now.
 double resident_mb(pid_t process);
 /// The most it ever had.
-double most_resident_mb(pid_t process);
+double max_resident_mb(pid_t process);
 
 }  // namespace hapticd::test

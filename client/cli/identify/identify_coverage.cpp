@@ -79,13 +79,13 @@ std::string axis_label(const v1::CoverageMap::Axis& axis) {
   return axis.quantity() + (compound ? " / (" + axis.unit() + ")" : " / " + axis.unit());
 }
 
-std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t most_columns,
-                                          std::size_t most_rows) {
-  if (!fits_together(map) || most_columns == 0 || most_rows == 0) return std::nullopt;
+std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t max_columns,
+                                          std::size_t max_rows) {
+  if (!fits_together(map) || max_columns == 0 || max_rows == 0) return std::nullopt;
   const std::size_t x_bins = map.x().bins();
   const std::size_t y_bins = std::max(map.y().bins(), 1U);
-  const std::size_t x_merged = merged(x_bins, most_columns);
-  const std::size_t y_merged = merged(y_bins, most_rows);
+  const std::size_t x_merged = merged(x_bins, max_columns);
+  const std::size_t y_merged = merged(y_bins, max_rows);
   CoverageGrid grid{.columns = merged(x_bins, x_merged), .rows = merged(y_bins, y_merged), .cells = {}};
   grid.cells.resize(grid.columns * grid.rows);
   for (std::size_t i = 0; i < x_bins * y_bins; ++i) {

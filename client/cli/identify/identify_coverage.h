@@ -38,8 +38,8 @@ struct CoverageGrid {
 /// The map's cells, neighbours put together until there are no more than so many columns and rows; a cell put
 /// together has enough once all that is asked for in it has. Nothing for a map whose parts do not fit
 /// together, or of an older daemon that does not report which cells have enough.
-std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t most_columns,
-                                          std::size_t most_rows);
+std::optional<CoverageGrid> coverage_grid(const v1::CoverageMap& map, std::size_t max_columns,
+                                          std::size_t max_rows);
 
 /// "speed / (mm/s)".
 std::string axis_label(const v1::CoverageMap::Axis& axis);

@@ -104,16 +104,15 @@ Vector3 MaxwellSlipFriction::advance(const Vector3& free_slide_mm, double compli
   double level = 0.0;
   Vector3 force;
   Forces end;
-  double least_slip_mm = 0.0;
+  double min_slip_mm = 0.0;
   constexpr int kMaxPasses = 4;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
     // The level's own speed dependence is mild: twice is enough.
     if (pass < 2) {
-      level =
-          level_at_rest * speed_factor(length(slide) / step_s_) * ripple(slipped_mm_ + 0.5 * least_slip_mm);
+      level = level_at_rest * speed_factor(length(slide) / step_s_) * ripple(slipped_mm_ + 0.5 * min_slip_mm);
     }
     Vector3 sum = slide * (viscous_n_s_per_mm / step_s_);
-    double least_squared_mm2 = HUGE_VAL;
+    double min_squared_mm2 = HUGE_VAL;
     for (std::size_t i = 0; i < force_n_.size(); ++i) {
       const FrictionElement& element = shape_.elements[i];
       const double k = element.stiffness_share * stiffness;
@@ -125,10 +124,10 @@ Vector3 MaxwellSlipFriction::advance(const Vector3& free_slide_mm, double compli
       const Vector3 over = stretched - end[i];
       const double slip_squared = dot(over, over) / (k * k);
       if (slip_squared == 0.0) sum = sum + slide * (element.stiffness_share * damping_n_s_per_mm / step_s_);
-      least_squared_mm2 = std::min(least_squared_mm2, slip_squared);
+      min_squared_mm2 = std::min(min_squared_mm2, slip_squared);
     }
     force = sum * -1.0;
-    least_slip_mm = std::sqrt(least_squared_mm2);
+    min_slip_mm = std::sqrt(min_squared_mm2);
     const Vector3 next =
         (free_slide_mm + (force + slide * stiffest) * compliance_mm_per_n) * (1.0 / (1.0 + yielding));
     const Vector3 change = next - slide;
@@ -136,7 +135,7 @@ Vector3 MaxwellSlipFriction::advance(const Vector3& free_slide_mm, double compli
     if (pass + 1 < kMaxPasses) slide = next;
   }
   force_n_ = end;
-  slipped_mm_ += least_slip_mm;
+  slipped_mm_ += min_slip_mm;
   return force;
 }
 

@@ -21,8 +21,8 @@ class ClipWatch {
   bool clipped(double force_n, double position_mm) noexcept {
     if (policy_.run == 0) return false;
     const double magnitude = std::abs(force_n);
-    least_mm_ = std::min(least_mm_, position_mm);
-    most_mm_ = std::max(most_mm_, position_mm);
+    min_mm_ = std::min(min_mm_, position_mm);
+    max_mm_ = std::max(max_mm_, position_mm);
     largest_n_ = std::max(largest_n_, magnitude);
     if (force_n == last_n_ && magnitude > 0.0 && magnitude >= largest_n_) {
       ++run_;
@@ -31,14 +31,14 @@ class ClipWatch {
       run_from_mm_ = position_mm;
     }
     last_n_ = force_n;
-    const double moved_mm = std::max(policy_.moved_mm, policy_.moved_share_of_range * (most_mm_ - least_mm_));
+    const double moved_mm = std::max(policy_.moved_mm, policy_.moved_share_of_range * (max_mm_ - min_mm_));
     return run_ >= policy_.run && std::abs(position_mm - run_from_mm_) > moved_mm;
   }
 
  private:
   ClipPolicy policy_;
   double last_n_ = 0.0, largest_n_ = 0.0, run_from_mm_ = 0.0;
-  double least_mm_ = 0.0, most_mm_ = 0.0;
+  double min_mm_ = 0.0, max_mm_ = 0.0;
   int run_ = 0;
 };
 

@@ -37,9 +37,9 @@ class StrokeEffort {
     counts_ = false;
   }
 
-  /// What to ask for where `force_n` is wanted; no less than `least_n`.
-  double asked_n(double force_n, double least_n) const noexcept {
-    return std::min(force_n, std::max(least_n, limit_n_));
+  /// What to ask for where `force_n` is wanted; no less than `min_n`.
+  double asked_n(double force_n, double min_n) const noexcept {
+    return std::min(force_n, std::max(min_n, limit_n_));
   }
   /// Above this no stroke is asked for; practically none before one was too hard.
   double limit_n() const noexcept { return limit_n_; }

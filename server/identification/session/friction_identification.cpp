@@ -54,14 +54,14 @@ void FrictionIdentification::add(const rt::Observation& observation) {
   const hal::Vector3& tip_mm = sample.tip_position_mm;
   if (gate_.used() == 1) {
     begun_s_ = now_s;
-    least_height_mm_ = most_height_mm_ = tip_mm.z;
-    least_along_mm_ = most_along_mm_ = tip_mm.x;
+    min_height_mm_ = max_height_mm_ = tip_mm.z;
+    min_along_mm_ = max_along_mm_ = tip_mm.x;
   }
   last_s_ = now_s;
-  least_height_mm_ = std::min(least_height_mm_, tip_mm.z);
-  most_height_mm_ = std::max(most_height_mm_, tip_mm.z);
-  least_along_mm_ = std::min(least_along_mm_, tip_mm.x);
-  most_along_mm_ = std::max(most_along_mm_, tip_mm.x);
+  min_height_mm_ = std::min(min_height_mm_, tip_mm.z);
+  max_height_mm_ = std::max(max_height_mm_, tip_mm.z);
+  min_along_mm_ = std::min(min_along_mm_, tip_mm.x);
+  max_along_mm_ = std::max(max_along_mm_, tip_mm.x);
   if (verdict == SampleGate::Verdict::kRestart) {
     scan_.restart();
     motion_.reset();
@@ -104,7 +104,7 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
     return hal::Error{what, "identification of friction", value, limit, remedy};
   };
   constexpr double kMinMotionMm = 0.01;
-  const double moved_mm = most_along_mm_ - least_along_mm_;
+  const double moved_mm = max_along_mm_ - min_along_mm_;
   if (gate_.used() < 20) {
     return refuse("too little data", std::to_string(gate_.used()) + " fit samples", "at least 20",
                   replay_ ? "record strokes back and forth" : next_request().words);
@@ -130,7 +130,7 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
                         : normal_recorded_         ? 0.0
                                                    : kNominalNormalN;
     fit.nominal_normal = task_.normal_force_n <= 0.0 && !normal_recorded_;
-    const bool curved = most_height_mm_ - least_height_mm_ > kCurvedMm && constant_normal_n == 0.0;
+    const bool curved = max_height_mm_ - min_height_mm_ > kCurvedMm && constant_normal_n == 0.0;
     fit.source = curved ? NormalSource::kMeanDirection : NormalSource::kFlat;
   }
   fit.rows = friction_rows(passages_.all(), fit.source, surface ? &*surface : nullptr, constant_normal_n);
@@ -145,14 +145,14 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
       fit.normal_error_rad += value.slope_error / (1.0 + value.slope * value.slope) / kLooks;
     }
   }
-  double least_n = std::numeric_limits<double>::infinity();
-  double most_n = -least_n;
+  double min_n = std::numeric_limits<double>::infinity();
+  double max_n = -min_n;
   for (const FrictionRow& row : fit.rows.rows) {
-    least_n = std::min(least_n, row.friction_n);
-    most_n = std::max(most_n, row.friction_n);
+    min_n = std::min(min_n, row.friction_n);
+    max_n = std::max(max_n, row.friction_n);
   }
-  if (!fit.rows.rows.empty() && !(most_n - least_n > 1e-6)) {
-    return refuse("the force along the line does not vary", std::to_string(most_n) + " N throughout",
+  if (!fit.rows.rows.empty() && !(max_n - min_n > 1e-6)) {
+    return refuse("the force along the line does not vary", std::to_string(max_n) + " N throughout",
                   "friction that turns with the motion", "check which column is the friction force");
   }
   FrictionFitOptions options;
@@ -160,7 +160,7 @@ hal::Result<FrictionIdentification::Fit> FrictionIdentification::fit(bool expone
   options.exponent = exponent && task_.tip == rt::Tip::kRod;
   options.bias = replay_;
   options.doubt_viscous = replay_;
-  options.least_speed_mm_per_s = replay_ ? 0.0 : kMinStrokeSpeedMmPerS;
+  options.min_speed_mm_per_s = replay_ ? 0.0 : kMinStrokeSpeedMmPerS;
   if (!replay_) options.presliding_mm_per_s = kPreslidingMmPerS;
   options.sliding_mm_per_s = replay_ ? 0.2 * fit.rows.most_speed_mm_per_s : kSlidingStrokeMmPerS;
   hal::Result<FrictionLawFit> law = fit_friction_law(fit.rows.rows, options);
@@ -288,7 +288,7 @@ hal::Result<rt::IdentifiedModel> FrictionIdentification::finish() const {
         model.parameters.push_back({name, "1", error.relative, error.deviation});
     }
   }
-  model.validity.max_force_n = found->rows.most_normal_n;
+  model.validity.max_force_n = found->rows.max_normal_n;
   model.validity.max_speed_mm_per_s = found->rows.most_speed_mm_per_s;
   if (auto error = rt::check(model)) {
     error->remedy = "check unit and column of force and position, or stroke again";

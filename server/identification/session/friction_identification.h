@@ -89,12 +89,12 @@ class FrictionIdentification final : public Identification {
   StrokeEffort effort_;
   bool in_contact_ = false;
   bool normal_recorded_ = false;
-  double least_height_mm_ = 0.0, most_height_mm_ = 0.0;
-  double least_along_mm_ = 0.0, most_along_mm_ = 0.0;
+  double min_height_mm_ = 0.0, max_height_mm_ = 0.0;
+  double min_along_mm_ = 0.0, max_along_mm_ = 0.0;
   double begun_s_ = 0.0, last_s_ = 0.0;
   std::uint64_t contact_samples_ = 0;
   std::vector<std::uint32_t> counts_;
-  double most_force_n_ = 0.0, most_speed_mm_per_s_ = 0.0;
+  double max_force_n_ = 0.0, max_speed_mm_per_s_ = 0.0;
 
   // What progress() last found; fitting again is not worth it before another passage is complete.
   mutable std::uint64_t fitted_passages_ = 0;

@@ -23,8 +23,8 @@ constexpr double kScanBeyondMm = 8.0;
 void FrictionIdentification::count_coverage(const hal::Vector3& reaction_n, double speed_mm_per_s) {
   if (!(speed_mm_per_s > kSlidingStrokeMmPerS)) return;
   const double force_n = task_.normal_force_n > 0.0 && replay_ ? task_.normal_force_n : reaction_n.z;
-  most_force_n_ = std::max(most_force_n_, force_n);
-  most_speed_mm_per_s_ = std::max(most_speed_mm_per_s_, speed_mm_per_s);
+  max_force_n_ = std::max(max_force_n_, force_n);
+  max_speed_mm_per_s_ = std::max(max_speed_mm_per_s_, speed_mm_per_s);
   const double column = speed_mm_per_s / kMaxSpeedMmPerS * kSpeedBins;
   const double row = force_n / kMaxForceN * kForceBins;
   if (!(column < kSpeedBins && row >= 0.0 && row < kForceBins)) return;

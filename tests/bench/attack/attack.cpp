@@ -161,7 +161,7 @@ Outcome attack_daemon(const Attack& attack, double scale, const std::filesystem:
   const double before_mb = test::resident_mb(daemon.pid());
   attack.run(daemon.address(), scale);
   Outcome outcome;
-  outcome.growth_mb = test::most_resident_mb(daemon.pid()) - before_mb;
+  outcome.growth_mb = test::max_resident_mb(daemon.pid()) - before_mb;
   try {
     client::Client afterwards({.address = daemon.address(), .timeout = kTimeout});
     outcome.crashed = !afterwards.rig_state().loop().running();

@@ -42,13 +42,13 @@ void expect_no_jolt(const RunningService& service, double hand_force_n) {
   EXPECT_EQ(hard, kTimes);
   const auto ticks = record.stop();
   EXPECT_GT(ticks.size(), 2000U);
-  double least_n = 1e9;
-  double most_n = -1e9;
+  double min_n = 1e9;
+  double max_n = -1e9;
   for (const auto& [tick, command] : ticks) {
-    least_n = std::min(least_n, command.force_n.z);
-    most_n = std::max(most_n, command.force_n.z);
+    min_n = std::min(min_n, command.force_n.z);
+    max_n = std::max(max_n, command.force_n.z);
   }
-  EXPECT_GT(most_n - least_n, 0.2) << "the targets did change the force";
+  EXPECT_GT(max_n - min_n, 0.2) << "the targets did change the force";
   const LargestStep largest = largest_step(ticks);
   testing::Test::RecordProperty("largest_step_n", std::to_string(largest.step_n));
   EXPECT_LE(largest.step_n, 0.3) << largest.around;

@@ -163,7 +163,7 @@ TEST_P(FloodOfResets, TakesABoundedMemoryAndStopsNoStop) {
   const ServiceClient client(connect(address));
   client.state();
   const double before_mb = resident_mb(process.pid());
-  double most_mb = before_mb;
+  double max_mb = before_mb;
   std::atomic<bool> done{false};
   int sent = 0;
   std::thread flooding([&] {
@@ -173,7 +173,7 @@ TEST_P(FloodOfResets, TakesABoundedMemoryAndStopsNoStop) {
   });
   int stops = 0;
   while (!done || stops == 0) {
-    most_mb = std::max(most_mb, resident_mb(process.pid()));
+    max_mb = std::max(max_mb, resident_mb(process.pid()));
     if (stops == 200) continue;  // the log is read at the end
     v1::StopResponse stopped;
     const grpc::Status stop = client.safety->Stop(call_context().get(), {}, &stopped);
@@ -183,10 +183,10 @@ TEST_P(FloodOfResets, TakesABoundedMemoryAndStopsNoStop) {
   flooding.join();
   EXPECT_GT(sent, 5000) << "the flood was none";
   RecordProperty("sent", sent);
-  RecordProperty("grown_mb", std::to_string(most_mb - before_mb));
+  RecordProperty("grown_mb", std::to_string(max_mb - before_mb));
   // 256 MB, and what comes until that is seen, which is a matter of how busy the machine is; without a bound
   // such a flood took 1.4 GB and more.
-  EXPECT_LT(most_mb - before_mb, 1000.0);
+  EXPECT_LT(max_mb - before_mb, 1000.0);
   v1::ClearResponse cleared;
   const grpc::Status clear = client.safety->Clear(call_context().get(), {}, &cleared);
   EXPECT_TRUE(clear.ok()) << clear.error_message();

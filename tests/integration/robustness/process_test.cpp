@@ -73,9 +73,9 @@ void expect_force_first(int signal) {
   const auto ticks = record.read_to_the_end();
   EXPECT_EQ(process.wait(), 0) << process.errors();
   ASSERT_FALSE(ticks.empty());
-  double most_n = 0.0;
-  for (const auto& [tick, command] : ticks) most_n = std::max(most_n, std::abs(command.force_n.z));
-  EXPECT_GT(most_n, 0.1) << "there was a force to take away";
+  double max_n = 0.0;
+  for (const auto& [tick, command] : ticks) max_n = std::max(max_n, std::abs(command.force_n.z));
+  EXPECT_GT(max_n, 0.1) << "there was a force to take away";
   const hal::Vector3& last = ticks.rbegin()->second.force_n;
   EXPECT_EQ(dot(last, last), 0.0) << "tick " << ticks.rbegin()->first;
 }

@@ -115,9 +115,9 @@ TEST(ServiceStop, StopsWhateverItsRequestHolds) {
   }
   // So that zero means something: there was force before the first. After it the hand presses on, and what
   // was cut in contact comes back only once the tool was free.
-  double most_n = 0.0;
-  for (const auto& [tick, command] : ticks) most_n = std::max(most_n, std::abs(command.force_n.z));
-  EXPECT_GT(most_n, 0.1);
+  double max_n = 0.0;
+  for (const auto& [tick, command] : ticks) max_n = std::max(max_n, std::abs(command.force_n.z));
+  EXPECT_GT(max_n, 0.1);
 }
 
 // The one request that never arrives here. Its limit is in the contract.

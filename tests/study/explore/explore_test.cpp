@@ -159,15 +159,15 @@ TEST(ExploredStability, AStiffBallThatIsSoftenedMuchIsStrokedWithoutASwing) {
         hand.approach_mm_per_s = 30.0;
         hand.force_rate_n_per_s = 2.0;
         run.set_hand(hand);
-        double most_n = 0.0;
+        double max_n = 0.0;
         bool latched = false;
         while (run.time_s() < 10.0) {
           run.step();
-          most_n = std::max(most_n, rt::norm(run.record().device_command_n));
+          max_n = std::max(max_n, rt::norm(run.record().device_command_n));
           latched = latched || run.record().guard_state == rt::GuardState::kLatched;
         }
         EXPECT_FALSE(latched) << device << ", " << speed << " mm/s, " << force << " N";
-        EXPECT_GT(most_n, 3.0) << "the device does pull";
+        EXPECT_GT(max_n, 3.0) << "the device does pull";
       }
     }
   }

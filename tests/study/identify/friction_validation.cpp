@@ -126,12 +126,12 @@ FrictionJudgement judge_friction(const std::vector<FrictionInstant>& strokes,
   judgement.error = left / whole;
   judgement.sliding_error = left_sliding / whole_sliding;
   judgement.error_at_rest_too = left_all / whole_all;
-  const double least_n = 0.2 * whole / moving;
+  const double min_n = 0.2 * whole / moving;
   double ratios = 0.0;
   double count = 0.0;
   for (std::size_t i = 0; i < strokes.size(); ++i) {
     const double truth = std::abs(strokes[i].true_friction_n);
-    if (truth < least_n || std::abs(strokes[i].speed_mm_per_s) < kMovesMmPerS) continue;
+    if (truth < min_n || std::abs(strokes[i].speed_mm_per_s) < kMovesMmPerS) continue;
     ratios += std::abs(judgement.predicted_n[i] - strokes[i].true_friction_n) / truth;
     count += 1.0;
   }

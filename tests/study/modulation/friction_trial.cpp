@@ -113,7 +113,7 @@ FrictionOutcome run_trial(const FrictionTrial& trial) {
     if (run.record().in_contact) ++contact;
     if (run.record().passivity_damping_n_s_per_mm > 0.0) ++damped;
     if (run.record().friction_is_bounded) ++bounded;
-    out.least_energy_mj = std::min(out.least_energy_mj, run.record().hand_energy_mj);
+    out.min_energy_mj = std::min(out.min_energy_mj, run.record().hand_energy_mj);
     force -= dot(truth.hand_force_n, n);
     depth += truth.displacement_mm;
     sliding_s = std::abs(now.speed_mm_per_s) < kSlidesMmPerS ? 0.0 : sliding_s + 1.0 / trial.rate_hz;

@@ -103,7 +103,7 @@ std::vector<identification::FrictionRow> moving(std::vector<identification::Fric
 Fitted fitted_to(const Strokes& strokes) {
   const std::vector<identification::FrictionRow> rows = rows_of(strokes);
   identification::FrictionFitOptions options;
-  options.least_speed_mm_per_s = kMovesMmPerS;
+  options.min_speed_mm_per_s = kMovesMmPerS;
   options.presliding_mm_per_s = 40.0;  // as identification::FrictionIdentification has them
   options.sliding_mm_per_s = 10.0;
   Fitted fitted;

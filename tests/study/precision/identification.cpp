@@ -25,8 +25,8 @@ using Palpation = std::vector<identification::PalpationSample>;
 
 identification::SingleStageEstimator ungated() {
   identification::SingleStageEstimator::Options options;
-  options.least_force_n = 1e-3;
-  options.least_share = 0.0;
+  options.min_force_n = 1e-3;
+  options.min_share = 0.0;
   options.largest_rate_term = 1e6;
   options.mean_of = 1;
   return identification::SingleStageEstimator(options);

@@ -35,7 +35,7 @@ TEST(ContactSingleStage, IsRecursiveLeastSquaresInTheTextbooksForm) {
   for (const double lambda : {1.0, 0.999}) {
     SingleStageEstimator::Options options;
     options.mean_of = 1;
-    options.least_share = 0.0;
+    options.min_share = 0.0;
     options.forgetting = lambda;
     SingleStageEstimator estimator(options);
     // L = Pφ/(λ/w + φᵀPφ), from no knowledge at all.

@@ -129,13 +129,13 @@ TEST(PhantomDevice, SaysWhatItGivesInItsPoseAndGivesThatInAnyDirection) {
   bench.make_ready();
   EXPECT_NEAR(bench.read().max_force_n, bench.device->info().max_force_n, 1e-6) << "in the reset pose";
   std::array<double, 3> pose{};
-  double least_n = 100.0;
+  double min_n = 100.0;
   for (const std::array<double, 3>& to :
        {std::array{0.3, 0.5, 0.4}, std::array{-0.4, 0.0, 0.9}, std::array{0.0, -0.2, 0.2}}) {
     bench.turn_to(pose, to);
     pose = to;
     const double given_n = bench.tick().max_force_n;
-    least_n = std::min(least_n, given_n);
+    min_n = std::min(min_n, given_n);
     ASSERT_GT(given_n, 1.0);
     for (const hal::Vector3& way : {hal::Vector3{1, 0, 0}, hal::Vector3{0, 1, 0}, hal::Vector3{0, 0, 1},
                                     hal::Vector3{-0.6, 0, 0.8}, hal::Vector3{0, -0.8, -0.6}}) {
@@ -145,7 +145,7 @@ TEST(PhantomDevice, SaysWhatItGivesInItsPoseAndGivesThatInAnyDirection) {
       EXPECT_EQ(bench.tick().status & status::kDeviceOverForce, 0U);
     }
   }
-  EXPECT_LT(least_n, 0.95 * bench.device->info().max_force_n) << "or this proves little";
+  EXPECT_LT(min_n, 0.95 * bench.device->info().max_force_n) << "or this proves little";
 }
 
 TEST(PhantomDevice, AWarmMotorIsSaidAndSpared) {

@@ -31,17 +31,17 @@ TEST(ChangingObject, APressingHandLiftsOffFirstAndPressesAgain) {
     rig.set_object(after);
     EXPECT_EQ(rig.rig().object(), after);
     bool lifted = false;
-    double last_n = rig.truth().normal_force_n, most_n = 0.0;
+    double last_n = rig.truth().normal_force_n, max_n = 0.0;
     rig.run(8.0, [&] {
       const double normal_n = rig.truth().normal_force_n;
       if (!rig.truth().in_contact) lifted = true;
       ASSERT_LT(normal_n, lifted ? 1.15 * 3.0 : last_n + 0.1) << "only ever less until the tip is clear";
       ASSERT_LT(std::abs(normal_n - last_n), 1.0) << "no jolt";
       last_n = normal_n;
-      most_n = std::max(most_n, normal_n);
+      max_n = std::max(max_n, normal_n);
     });
     EXPECT_TRUE(lifted);
-    EXPECT_LT(most_n, 1.15 * 3.0);
+    EXPECT_LT(max_n, 1.15 * 3.0);
     EXPECT_NEAR(rig.truth().normal_force_n, 3.0, 0.15) << "the program goes on with the new object";
     const double stiffness = object_preset(after)->material.stiffness_at_4n_n_per_mm;
     EXPECT_LT(rig.truth().displacement_mm, 3.0 / stiffness * 1.5);
@@ -56,9 +56,9 @@ TEST(ChangingObject, AnObjectIsNotPutAroundTheTip) {
     rig.run(8.0);
     ASSERT_LT(rig.truth().tip_position_mm.z, -20.0);
     rig.set_object(object.c_str());
-    double most_n = 0.0;
-    rig.run(10.0, [&] { most_n = std::max(most_n, rig.truth().normal_force_n); });
-    EXPECT_LT(most_n, 2.5) << object;
+    double max_n = 0.0;
+    rig.run(10.0, [&] { max_n = std::max(max_n, rig.truth().normal_force_n); });
+    EXPECT_LT(max_n, 2.5) << object;
     EXPECT_NEAR(rig.truth().reaction_force_n.z, 2.0, 0.2) << object;
   }
 }
@@ -77,9 +77,9 @@ TEST(ChangingObject, AHandBesideABallIsNotInsideThePlate) {
   }
   ASSERT_LT(lowest_mm, -5.0) << "the hand got next to the ball";
   rig.set_object("rubber_eraser");
-  double most_n = 0.0;
-  rig.run(1.5, [&] { most_n = std::max(most_n, rig.truth().normal_force_n); });
-  EXPECT_LT(most_n, 5.0);
+  double max_n = 0.0;
+  rig.run(1.5, [&] { max_n = std::max(max_n, rig.truth().normal_force_n); });
+  EXPECT_LT(max_n, 5.0);
 }
 
 TEST(ChangingObject, AWeightIsLiftedOffAndLetDownAgain) {
@@ -151,16 +151,16 @@ TEST(ChangingProgram, AnotherThreadMayDoItWhileTheClockRuns) {
       std::this_thread::yield();
     }
   });
-  double most_n = 0.0;
+  double max_n = 0.0;
   bool sane = true;
   rig.run(20.0, [&] {
-    most_n = std::max(most_n, rig.truth().normal_force_n);
+    max_n = std::max(max_n, rig.truth().normal_force_n);
     sane = sane && finite(rig.truth().tip_position_mm) && finite(rig.sample().sensor_force_n);
   });
   over = true;
   other.join();
   EXPECT_TRUE(sane);
-  EXPECT_LT(most_n, 200.0) << "a hard tap on wood at most";
+  EXPECT_LT(max_n, 200.0) << "a hard tap on wood at most";
 }
 
 }  // namespace

@@ -54,18 +54,18 @@ TEST(Place, APressSeeksItsForceAtAPlaceOfTheObject) {
                           .place_mm = {15.0, 10.0, 0.0},
                           .travel_s = 1.0};
   VirtualRig rig({.object = "sponge_block"}, press);
-  double most_n = 0.0;
+  double max_n = 0.0;
   const double over_s = planned_duration_s(press);
   bool clear_at_the_end = false;
   rig.run(over_s, [&] {
-    most_n = std::max(most_n, rig.truth().normal_force_n);
+    max_n = std::max(max_n, rig.truth().normal_force_n);
     if (rig.truth().in_contact) {
       ASSERT_NEAR(rig.truth().tip_position_mm.x, 15.0, 0.5);
       ASSERT_NEAR(rig.truth().tip_position_mm.y, 10.0, 0.5);
     }
     clear_at_the_end = !rig.truth().in_contact;
   });
-  EXPECT_GT(most_n, 1.8);
+  EXPECT_GT(max_n, 1.8);
   EXPECT_TRUE(clear_at_the_end) << "the planned duration covers it";
 }
 
@@ -112,7 +112,7 @@ TEST(Scan, TouchesLightlyAlongTheLineAndComesBackUp) {
   for (const char* object : {"foam_ball_3d", "rubber_ball_3d", "sponge_cut"}) {
     VirtualRig rig({.object = object}, scan);
     std::set<int> touched;
-    double most_n = 0.0;
+    double max_n = 0.0;
     int taps = 0;
     bool before = false;
     rig.run(planned_duration_s(scan), [&] {
@@ -121,11 +121,11 @@ TEST(Scan, TouchesLightlyAlongTheLineAndComesBackUp) {
       before = now;
       if (!now) return;
       touched.insert(static_cast<int>(std::lround((rig.truth().tip_position_mm.x + 18.0) / 4.0)));
-      most_n = std::max(most_n, rig.truth().normal_force_n);
+      max_n = std::max(max_n, rig.truth().normal_force_n);
     });
     EXPECT_GE(touched.size(), 9U) << object;
     EXPECT_GE(taps, 9) << object;
-    EXPECT_LT(most_n, 1.5) << object;
+    EXPECT_LT(max_n, 1.5) << object;
   }
 }
 

@@ -68,13 +68,13 @@ TEST_F(Recorded, TheRealRecordingsPlay) {
     const auto sequence = TickSequence::load(std::string(folder) + "/tick_intervals/" + name + ".csv");
     ASSERT_TRUE(sequence) << sequence.error().text();
     EXPECT_GT(sequence->ticks().size(), 50'000U);
-    double longest_us = 0.0, most_late_us = 0.0;
+    double longest_us = 0.0, max_late_us = 0.0;
     for (const TickInterval& tick : sequence->ticks()) {
       longest_us = std::max(longest_us, tick.interval_us);
-      most_late_us = std::max(most_late_us, tick.sensor_late_us);
+      max_late_us = std::max(max_late_us, tick.sensor_late_us);
     }
     EXPECT_GT(longest_us, 5000.0) << name;
-    EXPECT_GT(most_late_us, 5000.0) << name;
+    EXPECT_GT(max_late_us, 5000.0) << name;
     VirtualRig rig(on(*sequence));
     double passed_us = 0.0;
     for (std::size_t i = 0; i < 5000; ++i) {

@@ -92,7 +92,7 @@ TEST_P(TiltedTool, ItsWeightIsReportedFromContactByTheGimbal) {
     // a millisecond in which the tool turned on while the sensor took its mean.
     const double per_axis_n = 0.012 + 1e-3 * mass_g * (0.25 + kGravityNPerKg * 0.003);
     Vector3 sum_n;
-    double most_n = 0.0;
+    double max_n = 0.0;
     int ticks = 0;
     rig.run(2.0);  // at its home
     rig.run(20.0, [&] {
@@ -103,18 +103,18 @@ TEST_P(TiltedTool, ItsWeightIsReportedFromContactByTheGimbal) {
       ASSERT_LT(std::abs(contact_n.y), per_axis_n) << rig.time_s();
       ASSERT_LT(std::abs(contact_n.z), per_axis_n) << rig.time_s();
       sum_n = sum_n + contact_n;
-      most_n = std::max(most_n, test::length(read_n));
+      max_n = std::max(max_n, test::length(read_n));
       ++ticks;
     });
     EXPECT_LT(test::length(sum_n * (1.0 / ticks)), 1e-3);
     const double tilt_rad = GetParam() * 3.14159265 / 180.0;
-    EXPECT_GT(most_n, 2.0 * std::sin(0.5 * tilt_rad) * -weight_n.z) << "the raw reading does carry it";
+    EXPECT_GT(max_n, 2.0 * std::sin(0.5 * tilt_rad) * -weight_n.z) << "the raw reading does carry it";
   }
 }
 
 TEST_P(TiltedTool, SwaysFromUprightAsFarAsAskedAndWithoutAJump) {
   VirtualRig rig({.object = "none"}, {.tilt_deg = GetParam()});
-  double most_x_rad = 0.0, most_y_rad = 0.0;
+  double max_x_rad = 0.0, max_y_rad = 0.0;
   Vector3 up_before;
   const auto up = [&] { return rotated(rig.sample().tip_orientation, {0.0, 0.0, 1.0}); };
   rig.tick();
@@ -126,16 +126,16 @@ TEST_P(TiltedTool, SwaysFromUprightAsFarAsAskedAndWithoutAJump) {
     // A rotation's vector; about z only what wobble and noise make of it.
     const double angle = 2.0 * std::acos(std::min(1.0, q.w));
     const double scale = angle > 1e-9 ? angle / std::sin(0.5 * angle) : 2.0;
-    most_x_rad = std::max(most_x_rad, std::abs(scale * q.x));
-    most_y_rad = std::max(most_y_rad, std::abs(scale * q.y));
+    max_x_rad = std::max(max_x_rad, std::abs(scale * q.x));
+    max_y_rad = std::max(max_y_rad, std::abs(scale * q.y));
     ASSERT_LT(std::abs(scale * q.z), 0.01);
     ASSERT_LT(test::length(up() - up_before), 8e-3) << "no faster than a wrist turns";
     up_before = up();
   };
   rig.run(30.0, observe);
   const double tilt_rad = GetParam() * 3.14159265 / 180.0;
-  EXPECT_NEAR(most_x_rad, tilt_rad, 0.01);
-  EXPECT_NEAR(most_y_rad, tilt_rad, 0.01);
+  EXPECT_NEAR(max_x_rad, tilt_rad, 0.01);
+  EXPECT_NEAR(max_y_rad, tilt_rad, 0.01);
   // Another program takes over from where the tool is, and brings it upright.
   rig.set_program({});
   rig.run(1.5, observe);
@@ -150,16 +150,16 @@ TEST(TiltedToolInContact, IsReadInTheToolsFrameAndTheTipIsWhereAnUprightOnesIs) 
   VirtualRig one({.tool_mass_g = 0.0}, upright), other({.tool_mass_g = 0.0}, tilted);
   one.run(6.0);
   other.run(6.0);
-  double most_across_n = 0.0;
+  double max_across_n = 0.0;
   for (int i = 0; i < 5000; ++i) {
     one.tick();
     other.tick();
     ASSERT_EQ(one.truth().tip_position_mm.z, other.truth().tip_position_mm.z);
     const Vector3 read_n = rotated(other.sample().tip_orientation, other.sample().sensor_force_n);
     ASSERT_LT(test::length(read_n - other.truth().reaction_force_n), 0.025);
-    most_across_n = std::max(most_across_n, std::abs(other.sample().sensor_force_n.x));
+    max_across_n = std::max(max_across_n, std::abs(other.sample().sensor_force_n.x));
   }
-  EXPECT_GT(most_across_n, 1.0);
+  EXPECT_GT(max_across_n, 1.0);
 }
 
 TEST(ToolLoad, ContactIsReadInTheToolsFrame) {

@@ -172,13 +172,13 @@ double effective_n(const Point& point, const rt::CreepParameters& law) {
 
 /// Lags whose force came to a fair share of the force.
 std::array<bool, rt::CreepParameters::kLags> determined_lags(const std::vector<Point>& points) {
-  std::array<double, kWeights> most_n{};
+  std::array<double, kWeights> max_n{};
   for (const Point& p : points) {
-    for (std::size_t j = 0; j < kWeights; ++j) most_n[j] = std::max(most_n[j], p.force_n[j]);
+    for (std::size_t j = 0; j < kWeights; ++j) max_n[j] = std::max(max_n[j], p.force_n[j]);
   }
   std::array<bool, rt::CreepParameters::kLags> determined{};
   for (std::size_t l = 0; l < determined.size(); ++l) {
-    determined[l] = most_n[l + 1] >= CreepFit::kMinReach * most_n[0];
+    determined[l] = max_n[l + 1] >= CreepFit::kMinReach * max_n[0];
   }
   return determined;
 }
@@ -297,17 +297,17 @@ std::optional<CreepEstimate> CreepFit::solve(const Options& options) const {
   double deepest_mm = 0.0;
   for (const Row& row : rows) deepest_mm = std::max(deepest_mm, row.displacement_mm - options.surface_mm);
   const std::size_t every =
-      rows.empty() ? 1 : (rows.size() - 1) / std::max<std::size_t>(1, options.most_rows) + 1;
+      rows.empty() ? 1 : (rows.size() - 1) / std::max<std::size_t>(1, options.max_rows) + 1;
   std::vector<Point> points;
   points.reserve(rows.size() / every + 1);
-  double largest_n = 0.0, most_n = 0.0;
-  for (const Row& row : rows) most_n = std::max(most_n, row.force_n[0]);
+  double largest_n = 0.0, max_n = 0.0;
+  for (const Row& row : rows) max_n = std::max(max_n, row.force_n[0]);
   for (std::size_t i = 0; i < rows.size(); i += every) {
     const double x = rows[i].displacement_mm - options.surface_mm;
     if (x < 0.01 * deepest_mm || options.held_out.contains(i, rows.size())) continue;
     const double relative = 1.0 / (x + 0.05 * deepest_mm);
     points.push_back(
-        {rows[i].force_n, x, options.for_force ? relative * (rows[i].force_n[0] + 0.05 * most_n) : relative});
+        {rows[i].force_n, x, options.for_force ? relative * (rows[i].force_n[0] + 0.05 * max_n) : relative});
     largest_n = std::max(largest_n, rows[i].force_n[0]);
   }
   if (points.size() < options.fewest_samples || !(deepest_mm > 0.0) || !(largest_n > 0.0))

@@ -66,7 +66,7 @@ class CreepFit {
   struct Options {
     double surface_mm = 0.0;  ///< displacement counts from here
     std::size_t fewest_samples = 100;
-    std::size_t most_rows = 16'384;              ///< fewer for a quick look
+    std::size_t max_rows = 16'384;               ///< fewer for a quick look
     const rt::CreepParameters* start = nullptr;  ///< weights to begin the search with
     double first_step = 0.1;                     ///< of the pattern search
     bool with_errors = true;

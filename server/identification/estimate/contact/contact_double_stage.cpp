@@ -32,7 +32,7 @@ void DoubleStageEstimator::change_unit(double unit_mm) noexcept {
 void DoubleStageEstimator::take(double x, double v, double f) noexcept {
   if (!std::isfinite(x) || !std::isfinite(v) || !std::isfinite(f)) return;
   deepest_mm_ = std::max(deepest_mm_, x);
-  if (x < options_.least_share * deepest_mm_) return;
+  if (x < options_.min_share * deepest_mm_) return;
   constexpr double kUnitShare = 0.7;
   if (kUnitShare * deepest_mm_ > 1.1 * unit_mm_) change_unit(kUnitShare * deepest_mm_);
   ++samples_;

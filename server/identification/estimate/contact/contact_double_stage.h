@@ -17,8 +17,8 @@ namespace hapticd::identification {
 class DoubleStageEstimator {
  public:
   struct Options {
-    double least_force_n = 0.1;
-    double least_share = 0.1;    ///< of the deepest displacement
+    double min_force_n = 0.1;
+    double min_share = 0.1;      ///< of the deepest displacement
     double forgetting = 0.9997;  ///< λ per sample taken
     std::size_t fewest_samples = 100;
   };
@@ -27,7 +27,7 @@ class DoubleStageEstimator {
   explicit DoubleStageEstimator(const Options& options) noexcept;
 
   void add(const PalpationSample& sample) noexcept {
-    if (sample.in_contact && sample.normal_force_n > options_.least_force_n && sample.displacement_mm > 0.0) {
+    if (sample.in_contact && sample.normal_force_n > options_.min_force_n && sample.displacement_mm > 0.0) {
       take(sample.displacement_mm, sample.rate_mm_per_s, sample.normal_force_n);
     }
   }

@@ -46,8 +46,8 @@ std::optional<SquaredError> judge_power(const Rows& rows, const HeldOutBlocks& b
     training.push_back({x, row.rate_mm_per_s, row.force_n[0], true, row.time_s});
   });
   VariableProjectionOptions options;
-  options.least_offset_mm = -offset_mm;
-  options.most_offset_mm = offset_mm;
+  options.min_offset_mm = -offset_mm;
+  options.max_offset_mm = offset_mm;
   options.fewest_samples = fewest_samples;
   const auto found = fit_by_variable_projection(training, options);
   if (!found) return std::nullopt;
@@ -81,7 +81,7 @@ bool identifies_creep(const CreepFit& palpation, double surface_mm, std::size_t 
   CreepFit::Options options;
   options.surface_mm = surface_mm;
   options.fewest_samples = fewest_samples;
-  options.most_rows = kRows;
+  options.max_rows = kRows;
   const auto found = palpation.solve(options);
   // What yields at once and what within the shortest lag look alike, and it does not matter.
   return found &&
@@ -107,7 +107,7 @@ std::optional<ContactLawChoice> choose_contact_law(const CreepFit& palpation, do
     CreepFit::Options options;
     options.surface_mm = surface_mm;
     options.fewest_samples = fewest_samples;
-    options.most_rows = kRows;
+    options.max_rows = kRows;
     options.with_errors = false;
     options.held_out = blocks;
     const auto take = [](HeldOutTrial& trial, const std::optional<SquaredError>& fold) {

@@ -56,7 +56,7 @@ void SingleStageEstimator::take(double displacement_mm, double rate_mm_per_s, do
   if (!std::isfinite(displacement_mm) || !std::isfinite(rate_mm_per_s) || !std::isfinite(force_n)) return;
   deepest_mm_ = std::max(deepest_mm_, displacement_mm);
   // What is too shallow now is too shallow for ever.
-  if (displacement_mm < options_.least_share * deepest_mm_) return;
+  if (displacement_mm < options_.min_share * deepest_mm_) return;
   const double speed = std::abs(rate_mm_per_s);
   const std::size_t fast = speed < 1.0 ? 0 : 1 + octave_part(speed, 1, 0, kSpeeds - 1);
   Cell& c = cells_[octave_part(displacement_mm, 2, -7, kDepths) * kSpeeds + fast];
@@ -90,14 +90,14 @@ void SingleStageEstimator::rescale() noexcept {
   weight_ = 1.0;
 }
 
-SingleStageEstimator::Cell SingleStageEstimator::gated(double least_mm,
+SingleStageEstimator::Cell SingleStageEstimator::gated(double min_mm,
                                                        double greatest_mm_per_s) const noexcept {
   Cell sum;
   // Cells on the edge count in part, so that an estimate does not jump as its gate moves.
   for (std::size_t depth = 0; depth < kDepths; ++depth) {
     const double from_mm = part_begins(depth, 2, -7);
     const double to_mm = part_begins(depth + 1, 2, -7);
-    const double deep = std::clamp((to_mm - least_mm) / (to_mm - from_mm), 0.0, 1.0);
+    const double deep = std::clamp((to_mm - min_mm) / (to_mm - from_mm), 0.0, 1.0);
     if (deep == 0.0) continue;
     for (std::size_t fast = 0; fast < kSpeeds; ++fast) {
       const double from = fast > 0 ? part_begins(fast - 1, 1, 0) : 0.0;
@@ -115,7 +115,7 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
   double greatest_mm_per_s = std::numeric_limits<double>::infinity();
   HuntCrossleyEstimate estimate;
   for (int pass = 0; pass < 6; ++pass) {
-    const Cell s = gated(options_.least_share * deepest_mm_, greatest_mm_per_s);
+    const Cell s = gated(options_.min_share * deepest_mm_, greatest_mm_per_s);
     if (s.count * options_.mean_of < static_cast<double>(options_.fewest_samples)) return std::nullopt;
     Eigen::Matrix3d normal;
     normal << s.w, s.wl, s.wv, s.wl, s.wll, s.wlv, s.wv, s.wlv, s.wvv;

@@ -22,8 +22,8 @@ namespace hapticd::identification {
 class SingleStageEstimator {
  public:
   struct Options {
-    double least_force_n = 0.1;
-    double least_share = 0.1;        ///< of the deepest displacement
+    double min_force_n = 0.1;
+    double min_share = 0.1;          ///< of the deepest displacement
     double largest_rate_term = 0.1;  ///< |B/K·ẋ|
     double forgetting = 1.0;         ///< λ per sample taken, 0.99 … 1
     std::size_t fewest_samples = 100;
@@ -36,7 +36,7 @@ class SingleStageEstimator {
   explicit SingleStageEstimator(const Options& options);
 
   void add(const PalpationSample& sample) noexcept {
-    if (!sample.in_contact || !(sample.normal_force_n > options_.least_force_n) ||
+    if (!sample.in_contact || !(sample.normal_force_n > options_.min_force_n) ||
         !(sample.displacement_mm > kMinMm)) {
       gathered_ = 0;
       return;
@@ -66,7 +66,7 @@ class SingleStageEstimator {
 
   void take(double displacement_mm, double rate_mm_per_s, double force_n) noexcept;
   void rescale() noexcept;
-  Cell gated(double least_mm, double greatest_mm_per_s) const noexcept;
+  Cell gated(double min_mm, double greatest_mm_per_s) const noexcept;
 
   Options options_;
   double share_ = 1.0;  ///< 1 / mean_of

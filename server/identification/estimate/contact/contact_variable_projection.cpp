@@ -59,7 +59,7 @@ std::optional<HuntCrossleyEstimate> fit_by_variable_projection(std::span<const P
   double shallowest_mm = std::numeric_limits<double>::infinity();
   double deepest_mm = 0.0;
   for (const PalpationSample& s : palpation) {
-    if (!identifies_contact(s, options.most_offset_mm) || !std::isfinite(s.displacement_mm) ||
+    if (!identifies_contact(s, options.max_offset_mm) || !std::isfinite(s.displacement_mm) ||
         !std::isfinite(s.rate_mm_per_s) || !std::isfinite(s.normal_force_n)) {
       continue;
     }
@@ -80,13 +80,13 @@ std::optional<HuntCrossleyEstimate> fit_by_variable_projection(std::span<const P
     return search_minimum(1.0, 3.0, 8, tolerance, [&](double m) { return solve(rows, log_x, m).squared_n2; });
   };
   double offset_mm = 0.0;
-  const double span_mm = options.most_offset_mm - options.least_offset_mm;
+  const double span_mm = options.max_offset_mm - options.min_offset_mm;
   if (span_mm > 0.0) {
-    offset_mm = search_minimum(options.least_offset_mm, options.most_offset_mm, 8, 1e-3 * span_mm,
-                               [&](double trial_mm) {
-                                 shift(trial_mm);
-                                 return solve(rows, log_x, best_exponent(1e-3)).squared_n2;
-                               });
+    offset_mm =
+        search_minimum(options.min_offset_mm, options.max_offset_mm, 8, 1e-3 * span_mm, [&](double trial_mm) {
+          shift(trial_mm);
+          return solve(rows, log_x, best_exponent(1e-3)).squared_n2;
+        });
   }
   shift(offset_mm);
   HuntCrossleyEstimate estimate;

@@ -13,8 +13,8 @@ namespace hapticd::identification {
 /// (or behind it, if negative), and the offset is searched as well. None where fewer than `fewest_samples`
 /// samples show anything, or all lie at one displacement.
 struct VariableProjectionOptions {
-  double least_offset_mm = 0.0;
-  double most_offset_mm = 0.0;
+  double min_offset_mm = 0.0;
+  double max_offset_mm = 0.0;
   std::size_t fewest_samples = 30;
 };
 std::optional<HuntCrossleyEstimate> fit_by_variable_projection(std::span<const PalpationSample> palpation,

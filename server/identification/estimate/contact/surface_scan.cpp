@@ -21,7 +21,7 @@ rt::ContactParameters parameters_of(double threshold_n) {
 
 SurfaceScan::SurfaceScan(double threshold_n, const hal::RigInfo& rig)
     : threshold_n_(threshold_n),
-      least_error_mm_(std::max(kFinestMm, rig.device.position_resolution_mm / std::sqrt(12.0))),
+      min_error_mm_(std::max(kFinestMm, rig.device.position_resolution_mm / std::sqrt(12.0))),
       load_(rig.sensor.tool_mass_g, hal::Vector3{0.0, 0.0, -1.0}),
       residual_(rig.sensor.tool_mass_g, rig.rate_hz),
       contact_(parameters_of(threshold_n), rig.rate_hz),
@@ -81,11 +81,11 @@ void SurfaceScan::touch(const hal::Vector3& place_mm) {
       point);
   if (touches_.size() <= kMaxTouches) return;
   std::size_t crowded = 1;
-  double least_mm = std::numeric_limits<double>::infinity();
+  double min_mm = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i + 1 < touches_.size(); ++i) {
     const double room_mm = touches_[i + 1].along_mm - touches_[i - 1].along_mm;
-    if (room_mm < least_mm) {
-      least_mm = room_mm;
+    if (room_mm < min_mm) {
+      min_mm = room_mm;
       crowded = i;
     }
   }
@@ -93,7 +93,7 @@ void SurfaceScan::touch(const hal::Vector3& place_mm) {
 }
 
 hal::Result<SurfaceSpline> SurfaceScan::surface() const {
-  return SurfaceSpline::fit(touches_, least_error_mm_);
+  return SurfaceSpline::fit(touches_, min_error_mm_);
 }
 
 std::optional<ScannedNormal> normal_at(const SurfaceSpline& surface, const hal::Vector3& tip_mm) {

@@ -53,7 +53,7 @@ class SurfaceScan {
   void touch(const hal::Vector3& place_mm);
 
   double threshold_n_;
-  double least_error_mm_;
+  double min_error_mm_;
   rt::ToolLoad load_;
   rt::BasicFreeMotionResidual<hal::Vector3> residual_;
   rt::ContactDetector contact_;

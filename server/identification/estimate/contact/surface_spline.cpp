@@ -71,7 +71,7 @@ double scatter_mm2(const std::vector<double>& s, const std::vector<double>& heig
 
 }  // namespace
 
-hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, double least_error_mm) {
+hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, double min_error_mm) {
   for (const ProfilePoint& p : points) {
     if (!std::isfinite(p.along_mm) || !std::isfinite(p.height_mm)) {
       return cannot("a touched point is not finite", points.size(), "finite coordinates", "leave it out");
@@ -156,14 +156,14 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
     return sum / static_cast<double>(n - 2);
   };
   // A spline that may be as rough as it likes takes noise for roughness; what cubics leave is surely noise.
-  const double least_mm2 = std::max({least_error_mm * least_error_mm, scattered_mm2, 1e-12});
+  const double min_mm2 = std::max({min_error_mm * min_error_mm, scattered_mm2, 1e-12});
   double best_lambda = 0.0;
   double best = std::numeric_limits<double>::infinity();
   const double scale = std::max(modes.eigenvalues()(n - 1), 1e-300);
   for (double log_lambda = -6.0; log_lambda <= 10.0; log_lambda += 0.1) {
     const double lambda = std::pow(10.0, log_lambda) / scale;
     // Profiled over the noise; a noise below what the heights were measured to is not believed.
-    const double profiled = std::max(noise_mm2(lambda), least_mm2);
+    const double profiled = std::max(noise_mm2(lambda), min_mm2);
     double deviance = static_cast<double>(n - 2) * std::log(profiled) +
                       static_cast<double>(n - 2) * noise_mm2(lambda) / profiled;
     for (Eigen::Index i = 2; i < n; ++i) {
@@ -175,7 +175,7 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
       best_lambda = lambda;
     }
   }
-  const double variance = std::max(noise_mm2(best_lambda), least_mm2);
+  const double variance = std::max(noise_mm2(best_lambda), min_mm2);
   spline.point_error_mm_ = std::sqrt(variance);
   spline.curvature_error_per_mm_ = std::sqrt(variance / bow_squared);
 

@@ -29,10 +29,10 @@ class SurfaceSpline {
  public:
   static constexpr std::size_t kMaxPoints = 200;
 
-  /// Points closer than 1e-3 mm along count as one. `least_error_mm`: what a point's height is uncertain by
+  /// Points closer than 1e-3 mm along count as one. `min_error_mm`: what a point's height is uncertain by
   /// at least, e.g. the encoders' rounding. Fails with fewer than five places, more than kMaxPoints, or
   /// points that are not finite.
-  static hal::Result<SurfaceSpline> fit(std::vector<ProfilePoint> points, double least_error_mm);
+  static hal::Result<SurfaceSpline> fit(std::vector<ProfilePoint> points, double min_error_mm);
 
   ProfileValue at(double along_mm) const;
   /// Where the profile is nearest to a point, e.g. a tip that has pressed it down.

@@ -14,11 +14,11 @@ bool is_held_out(const FrictionRow& row, int fold) {
 }
 
 void judge(HeldOutTrial& trial, const std::vector<FrictionRow>& rows, const std::vector<double>& predicted_n,
-           double bias_n, int fold, double least_speed_mm_per_s) {
+           double bias_n, int fold, double min_speed_mm_per_s) {
   SquaredError squares;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const FrictionRow& row = rows[i];
-    if (!row.settled || !is_held_out(row, fold) || std::abs(row.speed_mm_per_s) < least_speed_mm_per_s)
+    if (!row.settled || !is_held_out(row, fold) || std::abs(row.speed_mm_per_s) < min_speed_mm_per_s)
       continue;
     squares.add(predicted_n[i] - bias_n, row.friction_n - bias_n, row.weight);
   }
@@ -29,7 +29,7 @@ void judge(HeldOutTrial& trial, const std::vector<FrictionRow>& rows, const std:
 
 MaxwellSlipFitOptions maxwell_slip_options(const FrictionFitOptions& options) noexcept {
   // Where a viscous part is in doubt a law without one is the simpler.
-  return {options.bias, options.viscous && !options.doubt_viscous, options.least_speed_mm_per_s};
+  return {options.bias, options.viscous && !options.doubt_viscous, options.min_speed_mm_per_s};
 }
 
 FrictionForm FrictionLawChoice::form() const noexcept {
@@ -55,7 +55,7 @@ FrictionLawChoice choose_friction_law(const std::vector<FrictionRow>& rows, Fric
         continue;
       }
       judge(trial, rows, predicted_friction_n(rows, fit->parameters, options.law, fit->bias_n), fit->bias_n,
-            fold, options.least_speed_mm_per_s);
+            fold, options.min_speed_mm_per_s);
     }
     const auto fit = fit_maxwell_slip(training, maxwell_slip_options(options));
     if (!fit) {
@@ -63,7 +63,7 @@ FrictionLawChoice choose_friction_law(const std::vector<FrictionRow>& rows, Fric
       continue;
     }
     judge(maxwell_slip, rows, predicted_friction_n(rows, *fit), fit->bias_n, fold,
-          options.least_speed_mm_per_s);
+          options.min_speed_mm_per_s);
   }
   return {dahl.error(), dahl_exponent.error(), maxwell_slip.error()};
 }

@@ -45,7 +45,7 @@ class LawFit {
         options.law == rt::FrictionLaw::kDahl ? StrokePassages::kSlidingPathMm : 2.0 * kPreslidingDistanceMm;
     for (const FrictionRow& row : rows) {
       const bool usable =
-          row.settled && row.weight > 0.0 && std::abs(row.speed_mm_per_s) >= options.least_speed_mm_per_s;
+          row.settled && row.weight > 0.0 && std::abs(row.speed_mm_per_s) >= options.min_speed_mm_per_s;
       const bool slides =
           usable && row.path_mm > sliding_path_mm && std::abs(row.speed_mm_per_s) >= options.sliding_mm_per_s;
       usable_.push_back(usable);
@@ -171,13 +171,13 @@ class LawFit {
 
   /// A ladder over the presliding way, then a pattern search that halves its step, over the exponent as well.
   void search() {
-    double most_mm = 0.0;
-    for (const FrictionRow& row : rows_) most_mm = std::max(most_mm, row.path_mm);
-    most_mm = std::clamp(2.0 * most_mm, 10.0 * kMinPreslidingMm, kMaxPreslidingMm);
-    if (fit_.divided) most_mm = std::min(most_mm, StrokePassages::kSlidingPathMm);
+    double max_mm = 0.0;
+    for (const FrictionRow& row : rows_) max_mm = std::max(max_mm, row.path_mm);
+    max_mm = std::clamp(2.0 * max_mm, 10.0 * kMinPreslidingMm, kMaxPreslidingMm);
+    if (fit_.divided) max_mm = std::min(max_mm, StrokePassages::kSlidingPathMm);
     double best_mm = kMinPreslidingMm;
     double least = kInfinity;
-    for (double trial_mm = kMinPreslidingMm; trial_mm < most_mm; trial_mm *= 1.3) {
+    for (double trial_mm = kMinPreslidingMm; trial_mm < max_mm; trial_mm *= 1.3) {
       const double c = cost(trial_mm, 1.0, false);
       if (c < least) {
         least = c;
@@ -202,7 +202,7 @@ class LawFit {
       bool better = false;
       const auto attempt = [&](double trial_log, double trial_exponent) {
         trial_exponent = std::clamp(trial_exponent, 0.0, kMaxExponent);
-        trial_log = std::clamp(trial_log, std::log(kMinPreslidingMm), std::log(most_mm));
+        trial_log = std::clamp(trial_log, std::log(kMinPreslidingMm), std::log(max_mm));
         const double c = cost(std::exp(trial_log), trial_exponent);
         if (!(c < least * (1.0 - 1e-9))) return;
         least = c;

@@ -19,7 +19,7 @@ struct FrictionFitOptions {
   bool doubt_viscous = false;
   /// Slower than this the position does not show whether the tip moves: held by its own dry friction a device
   /// does not see the tip bend what it is on. Such rows are left out.
-  double least_speed_mm_per_s = 0.0;
+  double min_speed_mm_per_s = 0.0;
   /// A turn taken faster bends the device: its encoders run ahead of the tip. Presliding is read below this.
   double presliding_mm_per_s = 1e9;
   /// Slower than this is no sliding.

@@ -116,8 +116,8 @@ FrictionRows friction_rows(const std::vector<StrokePassage>& passages, NormalSou
       row.passage = static_cast<int>(k);
       row.heading = passage.heading;
       row.settled = known || path_mm >= StrokePassages::kSlidingPathMm;
-      result.least_normal_n = first ? row.normal_n : std::min(result.least_normal_n, row.normal_n);
-      result.most_normal_n = first ? row.normal_n : std::max(result.most_normal_n, row.normal_n);
+      result.min_normal_n = first ? row.normal_n : std::min(result.min_normal_n, row.normal_n);
+      result.max_normal_n = first ? row.normal_n : std::max(result.max_normal_n, row.normal_n);
       first = false;
       result.most_speed_mm_per_s = std::max(result.most_speed_mm_per_s, std::abs(row.speed_mm_per_s));
       result.max_path_mm = std::max(result.max_path_mm, path_mm);

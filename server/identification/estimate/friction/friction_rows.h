@@ -39,7 +39,7 @@ struct FrictionRows {
   std::vector<FrictionRow> rows;
   double share_by_scan = 0.0;  ///< of the instants; the others had their normals from the mean direction
   double outside_share = 0.0;  ///< of the instants whose normal is unknown; left out
-  double least_normal_n = 0.0, most_normal_n = 0.0;
+  double min_normal_n = 0.0, max_normal_n = 0.0;
   double most_speed_mm_per_s = 0.0;
   double max_path_mm = 0.0;
 };

@@ -95,7 +95,7 @@ hal::Result<MaxwellSlipFit> fit_maxwell_slip(const std::vector<FrictionRow>& row
     squared = 0.0;
     Eigen::VectorXd a(n);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (!rows[i].settled || std::abs(rows[i].speed_mm_per_s) < options.least_speed_mm_per_s) continue;
+      if (!rows[i].settled || std::abs(rows[i].speed_mm_per_s) < options.min_speed_mm_per_s) continue;
       for (std::size_t j = 0; j < reaches.size(); ++j) {
         a(static_cast<Eigen::Index>(j)) = rows[i].normal_n * stretch[j][i];
       }

@@ -25,7 +25,7 @@ struct MaxwellSlipFit {
 struct MaxwellSlipFitOptions {
   bool bias = false;
   bool viscous = false;
-  double least_speed_mm_per_s = 0.0;
+  double min_speed_mm_per_s = 0.0;
 };
 
 /// Maxwell-slip law: stiffnesses by non-negative least squares over a ladder of reaches up to the longest

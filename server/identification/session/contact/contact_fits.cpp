@@ -54,8 +54,8 @@ std::optional<HuntCrossleyEstimate> ContactIdentification::State::batch(
   if (!recorded) return fit_by_variable_projection(palpation, options);
   double deepest = 0.0;
   for (const PalpationSample& s : palpation) deepest = std::max(deepest, s.displacement_mm);
-  options.least_offset_mm = -0.1 * deepest;
-  options.most_offset_mm = 0.1 * deepest;
+  options.min_offset_mm = -0.1 * deepest;
+  options.max_offset_mm = 0.1 * deepest;
   return fit_by_variable_projection(palpation, options);
 }
 
@@ -74,7 +74,7 @@ std::optional<CreepEstimate> ContactIdentification::State::creep_law(const Fit& 
   options.surface_mm = recorded && current.surface ? current.surface->surface_mm : 0.0;
   if (recorded) options.fewest_samples = 60;
   if (!thorough) {
-    options.most_rows = 1500;
+    options.max_rows = 1500;
     if (current.creep) {
       options.start = &current.creep->law.parameters;
       options.first_step = 0.02;

@@ -56,14 +56,14 @@ struct ContactIdentification::State {
 
   SingleStageEstimator::Options single_options() const {
     SingleStageEstimator::Options options;
-    options.least_force_n = 5.0 * task.threshold_n;
+    options.min_force_n = 5.0 * task.threshold_n;
     if (recorded) options.fewest_samples = 30;
     options.mean_of = std::clamp(static_cast<int>(rig.rate_hz / 250.0), 1, 4);
     return options;
   }
   DoubleStageEstimator::Options double_options() const {
     DoubleStageEstimator::Options options;
-    options.least_force_n = 5.0 * task.threshold_n;
+    options.min_force_n = 5.0 * task.threshold_n;
     if (recorded) {
       // A recording is short and over: nothing of it is to be forgotten.
       options.fewest_samples = 30;

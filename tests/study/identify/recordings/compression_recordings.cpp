@@ -97,8 +97,8 @@ std::optional<Prediction> fit_power(const Loading& loading, const identification
   }
   // The one loading cannot distinguish stiffness from damping; its surface may lie a little off.
   identification::VariableProjectionOptions options;
-  options.least_offset_mm = -0.1 * deepest_mm;
-  options.most_offset_mm = 0.1 * deepest_mm;
+  options.min_offset_mm = -0.1 * deepest_mm;
+  options.max_offset_mm = 0.1 * deepest_mm;
   const auto found = identification::fit_by_variable_projection(training, options);
   if (!found) return std::nullopt;
   return [law = *found](const Loading& judged) {

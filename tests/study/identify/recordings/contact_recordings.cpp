@@ -128,8 +128,8 @@ std::optional<Prediction> fit_hunt_crossley(const std::vector<const Cycle*>& cyc
     // One cycle: the search finds its surface as well.
     double deepest_mm = 0.0;
     for (const identification::PalpationSample& s : all) deepest_mm = std::max(deepest_mm, s.displacement_mm);
-    options.least_offset_mm = -0.1 * deepest_mm;
-    options.most_offset_mm = 0.1 * deepest_mm;
+    options.min_offset_mm = -0.1 * deepest_mm;
+    options.max_offset_mm = 0.1 * deepest_mm;
   }
   const auto estimate = identification::fit_by_variable_projection(all, options);
   if (!estimate) return std::nullopt;

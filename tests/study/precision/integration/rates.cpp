@@ -69,12 +69,12 @@ PressTask press_at(double rate_hz, Kept kept, const std::string& object, double 
 /// Mean |hand force/(k~ x) - 1| while the force builds up, beyond a tenth of the final depth.
 double pressing_error(const PressTask& task, const PressOutcome& outcome) {
   const double target = task.scene.target.stiffness_n_per_mm;
-  const double least_mm = 0.1 * task.hand.force_n / target;
+  const double min_mm = 0.1 * task.hand.force_n / target;
   double sum = 0.0;
   int counted = 0;
   for (const PressPoint& point : outcome.points) {
     if (point.since_s >= task.load_s()) break;
-    if (point.depth_mm < least_mm) continue;
+    if (point.depth_mm < min_mm) continue;
     sum += std::abs(point.hand_force_n / point.depth_mm / target - 1.0);
     ++counted;
   }

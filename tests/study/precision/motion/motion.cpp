@@ -211,7 +211,7 @@ void add_accelerations(MotionBench& bench, double step_mm) {
   }
 }
 
-double least_error(const std::vector<MethodResult>& results) {
+double min_error(const std::vector<MethodResult>& results) {
   double least = std::numeric_limits<double>::infinity();
   for (const MethodResult& m : results) least = std::min(least, m.error());
   return least;
@@ -413,7 +413,7 @@ void run_motion_precision(StudyContext& context) {
     context.report.say(
         "Positions of such encoders do not give the acceleration of taps and strokes to better "
         "than about " +
-        fixed(100.0 * least_error(accelerations.results()), 0) +
+        fixed(100.0 * min_error(accelerations.results()), 0) +
         " % with any filter tried here: contact is therefore not decided on it.");
   }
 }

@@ -48,7 +48,7 @@ TEST(HandPortPassivity, SofteningIsNoFaultWhereTheHandStillPays) {
 }
 
 struct Shaken {
-  double least_energy_mj = 0.0;
+  double min_energy_mj = 0.0;
   double largest_damping = 0.0;
   double largest_force_share = 0.0;  ///< of what the bound allows
   int damped_ticks = 0;
@@ -75,7 +75,7 @@ Shaken shake_a_delayed_spring(int delay_ticks, bool controlled) {
         port.update({}, {0.0, 0.0, kStiffness * delayed + (controlled ? damper_n : 0.0)}, step, velocity);
     damper_n = added.z;
     EXPECT_LE(dot(added, velocity), 0.0) << "it only ever takes";
-    seen.least_energy_mj = std::min(seen.least_energy_mj, port.energy_mj());
+    seen.min_energy_mj = std::min(seen.min_energy_mj, port.energy_mj());
     seen.largest_damping = std::max(seen.largest_damping, port.damping_n_s_per_mm());
     if (norm(velocity) > 0.0) {
       seen.largest_force_share = std::max(
@@ -90,9 +90,9 @@ TEST(HandPortPassivity, ASpringThatIsLateIsDampedAndItsDeficitBounded) {
   for (const int delay : {5, 10, 20}) {
     const Shaken without = shake_a_delayed_spring(delay, false);
     const Shaken with = shake_a_delayed_spring(delay, true);
-    EXPECT_LT(without.least_energy_mj, -5.0) << delay << " ms: it gives and gives";
+    EXPECT_LT(without.min_energy_mj, -5.0) << delay << " ms: it gives and gives";
     EXPECT_GT(with.damped_ticks, 0) << delay;
-    EXPECT_GT(with.least_energy_mj, -3.5) << delay << " ms: bounded, over 60 cycles";
+    EXPECT_GT(with.min_energy_mj, -3.5) << delay << " ms: bounded, over 60 cycles";
     EXPECT_LE(with.largest_damping, HandPortPassivity::kMaxDampingNsPerMm);
     EXPECT_LE(with.largest_force_share, 1.0 + 1e-9);
   }

@@ -108,8 +108,8 @@ TEST(Inclusion, AddsNoMoreThanOnItsLineWhereverTheSurfaceSeemsToBe) {
     for (double height = -60.0; height <= 30.0; height += 0.5) {
       const Indentation at{{1.0, 0.0, height}, normal, 8.0, 0.0};
       EXPECT_LE(share_at(inclusion, at).value, 1.0 + 1e-12) << height;
-      const double most_n = 1.5 * response_at(inclusion, 8.0).elastic_n;
-      EXPECT_LE(norm(energy_force_n(inclusion, at)), most_n) << height;
+      const double max_n = 1.5 * response_at(inclusion, 8.0).elastic_n;
+      EXPECT_LE(norm(energy_force_n(inclusion, at)), max_n) << height;
     }
   }
 }

@@ -44,19 +44,19 @@ class Watch {
       ++ticks_free;
     }
     if (seen_ && record.in_contact && last.in_contact) {
-      most_turned_rad = std::max(most_turned_rad, angle_rad(record.normal, first_.normal));
-      most_drifted_mm = std::max(most_drifted_mm, std::abs(record.displacement_mm - first_.displacement_mm));
-      most_command_change_n =
-          std::max(most_command_change_n, norm(record.device_command_n - first_.device_command_n));
+      max_turned_rad = std::max(max_turned_rad, angle_rad(record.normal, first_.normal));
+      max_drifted_mm = std::max(max_drifted_mm, std::abs(record.displacement_mm - first_.displacement_mm));
+      max_command_change_n =
+          std::max(max_command_change_n, norm(record.device_command_n - first_.device_command_n));
     }
     if (!seen_) first_ = record;
     seen_ = true;
     last = record;
   }
   int ticks_free = 0;
-  double most_turned_rad = 0.0;  ///< and the like: against the first record seen, in contact
-  double most_drifted_mm = 0.0;
-  double most_command_change_n = 0.0;
+  double max_turned_rad = 0.0;  ///< and the like: against the first record seen, in contact
+  double max_drifted_mm = 0.0;
+  double max_command_change_n = 0.0;
   TickRecord last;
 
  private:
@@ -107,8 +107,8 @@ const std::vector<Extreme>& extremes() {
          Watch watch(bench);
          for (int i = 0; i < 180'000; ++i) watch.see(bench.tick(bench.at(kHeld)));
          EXPECT_EQ(watch.ticks_free, 0);
-         EXPECT_LT(watch.most_turned_rad, 0.1 * kDegree);
-         EXPECT_LT(watch.most_drifted_mm, 0.25) << "towards the law, which is 5 % off at the most";
+         EXPECT_LT(watch.max_turned_rad, 0.1 * kDegree);
+         EXPECT_LT(watch.max_drifted_mm, 0.25) << "towards the law, which is 5 % off at the most";
        }},
       {"TouchedWithNextToNothing", none,
        [](ExploreBench& bench) {
@@ -164,9 +164,9 @@ const std::vector<Extreme>& extremes() {
        [](ExploreBench& bench) {
          const Watch watch = dither(bench, 0.1);
          EXPECT_EQ(watch.ticks_free, 0);
-         EXPECT_LT(watch.most_turned_rad, 5.0 * kDegree);
+         EXPECT_LT(watch.max_turned_rad, 5.0 * kDegree);
          if (bench.scene().explore.displacement == DisplacementEstimator::kRecursive) return;  // see below
-         EXPECT_LT(watch.most_drifted_mm, 0.1);
+         EXPECT_LT(watch.max_drifted_mm, 0.1);
        }},
       {"GapsOfFiveMilliseconds", none,
        [](ExploreBench& bench) {
@@ -487,8 +487,8 @@ TEST(SceneDithering, TurnsTheNormalLittleAndLosesNoDisplacement) {
     ExploreBench bench(spec);
     const Watch watch = dither(bench, 0.1);
     const bool recursive = spec.explore.displacement == DisplacementEstimator::kRecursive;
-    EXPECT_LT(watch.most_turned_rad, 3.0 * kDegree) << spec.name;
-    EXPECT_LT(watch.most_drifted_mm, recursive ? 1.0 : 0.1) << spec.name;
+    EXPECT_LT(watch.max_turned_rad, 3.0 * kDegree) << spec.name;
+    EXPECT_LT(watch.max_drifted_mm, recursive ? 1.0 : 0.1) << spec.name;
   }
 }
 

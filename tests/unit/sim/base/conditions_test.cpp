@@ -96,12 +96,12 @@ TEST(Conditions, TheLabIsBitRepeatableToo) {
 TEST(Conditions, ASeedlessLabStillTapsAndFeelsTheObject) {
   VirtualRig rig({.object = "rubber_ball", .conditions = "lab"},
                  {.kind = HandProgram::Kind::kTap, .speed_mm_per_s = 200.0, .repetitions = -1});
-  double most_n = 0.0;
+  double max_n = 0.0;
   rig.run(4.0, [&] {
-    most_n = std::max(most_n, rig.truth().normal_force_n);
+    max_n = std::max(max_n, rig.truth().normal_force_n);
     ASSERT_TRUE(finite(rig.sample().sensor_force_n));
   });
-  EXPECT_GT(most_n, 0.5);
+  EXPECT_GT(max_n, 0.5);
 }
 
 TEST(SensorZero, DriftsAtItsRateAndTurnsBackAtItsBound) {
@@ -111,22 +111,22 @@ TEST(SensorZero, DriftsAtItsRateAndTurnsBackAtItsBound) {
   rig.run(8.0);
   const hal::Vector3 moved = mean_reading(rig) - before;
   for (const double axis : {moved.x, moved.y, moved.z}) EXPECT_NEAR(std::abs(axis), 2e-3 * 9.0, 1.5e-3);
-  double most_n = 0.0;
-  rig.run(40.0, [&] { most_n = std::max(most_n, std::abs(rig.sample().sensor_force_n.z)); });
-  EXPECT_LT(most_n, 0.03 + 0.015) << "the bound and noise";
-  EXPECT_GT(most_n, 0.025);
+  double max_n = 0.0;
+  rig.run(40.0, [&] { max_n = std::max(max_n, std::abs(rig.sample().sensor_force_n.z)); });
+  EXPECT_LT(max_n, 0.03 + 0.015) << "the bound and noise";
+  EXPECT_GT(max_n, 0.025);
 }
 
 TEST(SensorZero, WandersNoFurtherThanItsBound) {
   VirtualRig rig(
       with({{"sensor_drift_n_per_s", 5e-3}, {"sensor_drift_bound_n", 0.02}, {"sensor_drift_wanders", 1.0}}));
-  double least_n = 0.0, most_n = 0.0;
+  double min_n = 0.0, max_n = 0.0;
   rig.run(60.0, [&] {
-    least_n = std::min(least_n, rig.sample().sensor_force_n.x);
-    most_n = std::max(most_n, rig.sample().sensor_force_n.x);
+    min_n = std::min(min_n, rig.sample().sensor_force_n.x);
+    max_n = std::max(max_n, rig.sample().sensor_force_n.x);
   });
-  EXPECT_LT(std::max(most_n, -least_n), 0.02 + 0.015);
-  EXPECT_GT(most_n - least_n, 0.015);
+  EXPECT_LT(std::max(max_n, -min_n), 0.02 + 0.015);
+  EXPECT_GT(max_n - min_n, 0.015);
 }
 
 TEST(SensorZero, JumpsByItsStepWithinOneSample) {
@@ -237,18 +237,18 @@ TEST(BaseVibration, PositionVelocityAndAccelerationBelongTogether) {
     BaseVibration vibration(*conditions, 5);
     constexpr double kStepS = 1e-4;
     BaseMotion before = vibration.at(0.0);
-    double most_mm_per_s2 = 0.0;
+    double max_mm_per_s2 = 0.0;
     for (double t = kStepS; t < 8.0; t += kStepS) {
       const BaseMotion now = vibration.at(t);
       const hal::Vector3 mean_v = (now.velocity_mm_per_s + before.velocity_mm_per_s) * 0.5;
       ASSERT_LT(length(now.position_mm - before.position_mm - mean_v * kStepS), 2e-5) << t;
       const hal::Vector3 mean_a = (now.acceleration_mm_per_s2 + before.acceleration_mm_per_s2) * 0.5;
       ASSERT_LT(length(now.velocity_mm_per_s - before.velocity_mm_per_s - mean_a * kStepS), 5e-3) << t;
-      most_mm_per_s2 = std::max(most_mm_per_s2, length(now.acceleration_mm_per_s2));
+      max_mm_per_s2 = std::max(max_mm_per_s2, length(now.acceleration_mm_per_s2));
       before = now;
     }
-    EXPECT_GT(most_mm_per_s2, 500.0);
-    EXPECT_LT(most_mm_per_s2, 2000.0);
+    EXPECT_GT(max_mm_per_s2, 500.0);
+    EXPECT_LT(max_mm_per_s2, 2000.0);
   }
 }
 

@@ -43,7 +43,7 @@ TEST_P(Press, ReachesItsForceAndLetsGoAgain) {
       {.object = object},
       {.kind = HandProgram::Kind::kPress, .force_n = force_n, .force_rate_n_per_s = 2.0, .hold_s = 4.0});
   const double load_s = 1.875 * force_n / 2.0;
-  double touched_s = 0.0, most_n = 0.0;
+  double touched_s = 0.0, max_n = 0.0;
   while (touched_s == 0.0 && rig.time_s() < 5.0) {
     rig.tick();
     if (rig.truth().in_contact) touched_s = rig.time_s();
@@ -52,7 +52,7 @@ TEST_P(Press, ReachesItsForceAndLetsGoAgain) {
   double sum_n = 0.0;
   int ticks = 0;
   rig.run(load_s + 3.9, [&] {
-    most_n = std::max(most_n, -rig.truth().hand_force_n.z);
+    max_n = std::max(max_n, -rig.truth().hand_force_n.z);
     // Soft matter creeps, and a hand corrects no faster than with a time constant of about 0.5 s.
     if (rig.time_s() > touched_s + load_s + 2.9) {
       sum_n -= rig.truth().hand_force_n.z;
@@ -60,7 +60,7 @@ TEST_P(Press, ReachesItsForceAndLetsGoAgain) {
     }
   });
   EXPECT_NEAR(sum_n / ticks, force_n, 0.03 * force_n);
-  EXPECT_LT(most_n, 1.15 * force_n + 0.2);
+  EXPECT_LT(max_n, 1.15 * force_n + 0.2);
   rig.run(3.0);
   EXPECT_FALSE(rig.truth().in_contact);
   EXPECT_NEAR(rig.truth().tip_position_mm.z, 10.0, 0.3);
@@ -163,7 +163,7 @@ TEST_P(Stroke, MovesAlongAndKeepsItsForce) {
   double furthest_mm = 0.0, nearest_mm = 0.0, last_mm = 0.0;
   double middle_sum_mm_per_s = 0.0;
   int middle_ticks = 0;
-  double sum_n = 0.0, least_n = 1e9, most_n = 0.0;
+  double sum_n = 0.0, min_n = 1e9, max_n = 0.0;
   int ticks = 0;
   rig.run(12.0, [&] {
     const Vector3& tip = rig.truth().tip_position_mm;
@@ -181,8 +181,8 @@ TEST_P(Stroke, MovesAlongAndKeepsItsForce) {
     last_mm = along_mm;
     if (speed_mm_per_s > 20.0 && rig.truth().in_contact) {
       sum_n += rig.truth().normal_force_n;
-      least_n = std::min(least_n, rig.truth().normal_force_n);
-      most_n = std::max(most_n, rig.truth().normal_force_n);
+      min_n = std::min(min_n, rig.truth().normal_force_n);
+      max_n = std::max(max_n, rig.truth().normal_force_n);
       ++ticks;
     }
   });
@@ -192,18 +192,18 @@ TEST_P(Stroke, MovesAlongAndKeepsItsForce) {
   EXPECT_NEAR(nearest_mm, -20.0, 3.5);
   EXPECT_NEAR(middle_sum_mm_per_s / middle_ticks, 80.0, 0.1 * 80.0);
   EXPECT_NEAR(sum_n / ticks, 2.0, 0.1);
-  EXPECT_GT(least_n, 1.6);
-  EXPECT_LT(most_n, 2.4);
+  EXPECT_GT(min_n, 1.6);
+  EXPECT_LT(max_n, 2.4);
 }
 
 TEST(Shake, AcceleratesTheFreeDeviceWithItsForce) {
   VirtualRig rig({.object = "none"}, {.kind = HandProgram::Kind::kShake, .force_n = 1.0, .rate_hz = 5.0});
-  double most_n = 0.0;
+  double max_n = 0.0;
   rig.run(3.0, [&] {
-    most_n = std::max(most_n, std::abs(rig.truth().device_force_n.z));
+    max_n = std::max(max_n, std::abs(rig.truth().device_force_n.z));
     ASSERT_FALSE(rig.truth().in_contact);
   });
-  EXPECT_NEAR(most_n, 1.0, 1e-3);
+  EXPECT_NEAR(max_n, 1.0, 1e-3);
 }
 
 TEST(Shake, ActsAlongItsDirection) {
@@ -211,16 +211,16 @@ TEST(Shake, ActsAlongItsDirection) {
                                       .force_n = 1.0,
                                       .rate_hz = 5.0,
                                       .shake_direction = {3.0, 0.0, -4.0}});
-  double most_n = 0.0, most_mm = 0.0;
+  double max_n = 0.0, max_mm = 0.0;
   rig.run(3.0, [&] {
     const Vector3& force_n = rig.truth().device_force_n;
     ASSERT_NEAR(0.8 * force_n.x + 0.6 * force_n.z, 0.0, 1e-12);
     ASSERT_EQ(force_n.y, 0.0);
-    most_n = std::max(most_n, test::length(force_n));
-    most_mm = std::max(most_mm, std::abs(rig.truth().tip_position_mm.x));
+    max_n = std::max(max_n, test::length(force_n));
+    max_mm = std::max(max_mm, std::abs(rig.truth().tip_position_mm.x));
   });
-  EXPECT_NEAR(most_n, 1.0, 1e-3);
-  EXPECT_GT(most_mm, 1.0);
+  EXPECT_NEAR(max_n, 1.0, 1e-3);
+  EXPECT_GT(max_mm, 1.0);
 }
 
 class SlantedTap : public testing::TestWithParam<double> {};

@@ -91,13 +91,13 @@ TEST_P(GeneralMatter, NoPathAndNoStepGainsWork) {
   for (const double step_s : {1e-4, 3e-3}) {
     Random random(23);
     GeneralDepthControl tip(matter(step_s));
-    double target_mm = 0.0, most_n_mm = 0.0;
+    double target_mm = 0.0, max_n_mm = 0.0;
     for (int i = 0; i < 20'000; ++i) {
       if (i % 50 == 0) target_mm = (1.7 * random.uniform() - 0.2) * depth_at_4n_mm;
       const double fastest_mm = 0.05 * depth_at_4n_mm;
       tip.move_to(tip.depth_mm() + std::clamp(target_mm - tip.depth_mm(), -fastest_mm, fastest_mm));
-      most_n_mm = std::max(most_n_mm, tip.work_n_mm());
-      ASSERT_GE(tip.work_n_mm(), tip.material().stored_n_mm() - 1e-10 * most_n_mm - 1e-12)
+      max_n_mm = std::max(max_n_mm, tip.work_n_mm());
+      ASSERT_GE(tip.work_n_mm(), tip.material().stored_n_mm() - 1e-10 * max_n_mm - 1e-12)
           << step_s << " s, step " << i;
     }
   }

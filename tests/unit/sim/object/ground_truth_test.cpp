@@ -151,7 +151,7 @@ TEST(Truth, InMotionForcesMakeTheMomentumOfToolAndDevice) {
   const DeviceModel device = *device_preset("phantom_1_0");
   const double mass_kg = device.apparent_mass_kg + device.sensor_mass_kg + 0.00935;
   double momentum_n_s = 0.0, last_mm = 10.0;
-  double bound_n_s = 0.0, most_n_s = 0.0;
+  double bound_n_s = 0.0, max_n_s = 0.0;
   rig.run(1.5, [&] {
     const hal::TruthSample& t = rig.truth();
     momentum_n_s += 1e-4 * (t.hand_force_n.z + t.device_force_n.z + t.reaction_force_n.z);
@@ -160,9 +160,9 @@ TEST(Truth, InMotionForcesMakeTheMomentumOfToolAndDevice) {
     last_mm = t.tip_position_mm.z;
     // The structure lets the motor side lag: a share of the momentum of one swing.
     ASSERT_NEAR(momentum_n_s, actual_n_s, bound_n_s + 0.03);
-    most_n_s = std::max(most_n_s, std::abs(actual_n_s));
+    max_n_s = std::max(max_n_s, std::abs(actual_n_s));
   });
-  EXPECT_GT(most_n_s, 0.02);
+  EXPECT_GT(max_n_s, 0.02);
 }
 
 }  // namespace

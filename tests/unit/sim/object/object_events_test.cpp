@@ -167,9 +167,9 @@ TEST(LooseObject, SlidesWithTheStrokeInsteadOfResisting) {
                             .speed_mm_per_s = 50.0,
                             .repetitions = -1,
                             .stroke_length_mm = 40.0});
-    double most_n = 0.0;
-    rig.run(10.0, [&] { most_n = std::max(most_n, std::abs(rig.truth().reaction_force_n.x)); });
-    return most_n;
+    double max_n = 0.0;
+    rig.run(10.0, [&] { max_n = std::max(max_n, std::abs(rig.truth().reaction_force_n.x)); });
+    return max_n;
   };
   const double held_n = friction_n(0.0);
   EXPECT_GT(held_n, 1.4);
