@@ -18,6 +18,7 @@
 #include "hapticd/v1/simulation.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
 #include "hapticd/v1/turntable.pb.h"
+#include "hapticd/v1/watchdog.pb.h"
 
 namespace hapticd::client {
 
@@ -95,6 +96,14 @@ class Client {
   void return_lease();
   /// The state of the lease now, then each change.
   LeaseStream watch_lease();
+
+  // The watchdog.
+
+  /// Its endpoints, and how the daemon stands with each; none where it is not configured.
+  v1::Watchdog watchdog();
+  /// One message of an endpoint. WatchdogEndpoint follows the nonces and is easier to use. Refused:
+  /// NOT_FOUND, BUSY, INVALID, STATE_CHANGED (not the awaited nonce).
+  v1::CheckInResponse check_in(const v1::CheckInRequest& request);
 
   // The rig.
 

@@ -1,4 +1,4 @@
-// Who may do what, and who controls the rig.
+// Who may do what, who controls the rig, and who must be there.
 
 #include "client/cpp/client.h"
 #include "client/cpp/client_state.h"
@@ -34,6 +34,14 @@ v1::LeaseGrant Client::take_lease(const v1::TakeLeaseRequest& request) {
 
 void Client::return_lease() {
   state_->keeper->give_back();
+}
+
+v1::Watchdog Client::watchdog() {
+  return state_->call(*state_->watchdog, &v1::WatchdogService::Stub::GetWatchdog, v1::GetWatchdogRequest());
+}
+
+v1::CheckInResponse Client::check_in(const v1::CheckInRequest& request) {
+  return state_->call(*state_->watchdog, &v1::WatchdogService::Stub::CheckIn, request);
 }
 
 LeaseStream Client::watch_lease() {

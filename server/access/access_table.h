@@ -36,6 +36,8 @@ inline constexpr auto kAccessTable = [] {
     AccessRow{"LeaseService/ReturnLease",                   kOperator,   kNoLease, kAudited},
     AccessRow{"LeaseService/GetLease",                      kObserver,   kNoLease, kUnaudited},
     AccessRow{"LeaseService/WatchLease",                    kObserver,   kNoLease, kUnaudited},
+    AccessRow{"WatchdogService/CheckIn",                    kOperator,   kNoLease, kUnaudited},
+    AccessRow{"WatchdogService/GetWatchdog",                kObserver,   kNoLease, kUnaudited},
     AccessRow{"RigService/GetRigInfo",                      kObserver,   kNoLease, kUnaudited},
     AccessRow{"RigService/GetRigState",                     kObserver,   kNoLease, kUnaudited},
     AccessRow{"RigService/Diagnose",                        kObserver,   kNoLease, kUnaudited},

@@ -33,6 +33,7 @@
 #include "server/grpc/services/simulation_service.h"
 #include "server/grpc/services/telemetry_service.h"
 #include "server/grpc/services/turntable_service.h"
+#include "server/grpc/services/watchdog_service.h"
 #include "server/process/crash_guard.h"
 #include "server/process/log.h"
 #include "server/process/memory_watch.h"
@@ -91,7 +92,8 @@ void pass_on(gpr_log_func_args* line) {
 
 struct GrpcServer::State {
   State(const Parts& parts, const std::string& certificates)
-      : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable, certificates),
+      : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable, parts.watchdog,
+            certificates),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),
@@ -101,7 +103,8 @@ struct GrpcServer::State {
         turntable(parts.turntable),
         safety(parts.latch),
         access(parts.policy),
-        lease(parts.desk) {}
+        lease(parts.desk),
+        watchdog(parts.watchdog) {}
 
   /// All of the contract, behind the gate.
   void add_services();
@@ -117,6 +120,7 @@ struct GrpcServer::State {
   SafetyService safety;
   AccessService access;
   LeaseService lease;
+  WatchdogService watchdog;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
   std::vector<std::unique_ptr<GatedService>> gated;
@@ -170,6 +174,13 @@ void GrpcServer::State::add_services() {
       *gate, "TelemetryService", "Subscribe",
       [this](Context* context, const Bytes* request) { return telemetry.Subscribe(context, request); }));
   add("TelemetryService", telemetry, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
+      *gate, "WatchdogService", "CheckIn",
+      [this](Context* context, const v1::CheckInRequest* request, v1::CheckInResponse* response) {
+        return watchdog.CheckIn(context, request, response);
+      }));
+  add("WatchdogService", watchdog, std::move(callbacks));
 }
 
 std::optional<hal::Error> GrpcServer::check(const DaemonConfig& config) {
