@@ -9,6 +9,7 @@
 #include "client/cpp/message_stream.h"
 #include "client/cpp/recording_upload.h"
 #include "hapticd/v1/access.pb.h"
+#include "hapticd/v1/clock.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
 #include "hapticd/v1/rendering.pb.h"
@@ -96,6 +97,14 @@ class Client {
   void return_lease();
   /// The state of the lease now, then each change.
   LeaseStream watch_lease();
+
+  // Clocks.
+
+  /// Four stamps, of which the answer has three. ClockSync makes bounds of the offset of them, and is easier
+  /// to use.
+  v1::ExchangeResponse exchange_clocks(const v1::ExchangeRequest& request);
+  /// The daemon's clock against UTC, and who keeps UTC on its machine.
+  v1::ClockState clock();
 
   // The watchdog.
 

@@ -1,4 +1,4 @@
-// Who may do what, who controls the rig, and who must be there.
+// Who may do what, who controls the rig, who must be there; clocks.
 
 #include "client/cpp/client.h"
 #include "client/cpp/client_state.h"
@@ -42,6 +42,14 @@ v1::Watchdog Client::watchdog() {
 
 v1::CheckInResponse Client::check_in(const v1::CheckInRequest& request) {
   return state_->call(*state_->watchdog, &v1::WatchdogService::Stub::CheckIn, request);
+}
+
+v1::ExchangeResponse Client::exchange_clocks(const v1::ExchangeRequest& request) {
+  return state_->call(*state_->clock, &v1::ClockService::Stub::Exchange, request);
+}
+
+v1::ClockState Client::clock() {
+  return state_->call(*state_->clock, &v1::ClockService::Stub::GetClock, v1::GetClockRequest());
 }
 
 LeaseStream Client::watch_lease() {

@@ -14,6 +14,7 @@
 #include "client/cpp/lease_keeper.h"
 #include "client/cpp/server_stream.h"
 #include "hapticd/v1/access.grpc.pb.h"
+#include "hapticd/v1/clock.grpc.pb.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
@@ -53,6 +54,7 @@ struct Client::State {
         turntable(v1::TurntableService::NewStub(channel)),
         access(v1::AccessService::NewStub(channel)),
         watchdog(v1::WatchdogService::NewStub(channel)),
+        clock(v1::ClockService::NewStub(channel)),
         keeper(std::make_unique<LeaseKeeper>(channel, options.lease_token)) {}
 
   /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
@@ -113,6 +115,7 @@ struct Client::State {
   std::unique_ptr<v1::TurntableService::Stub> turntable;
   std::unique_ptr<v1::AccessService::Stub> access;
   std::unique_ptr<v1::WatchdogService::Stub> watchdog;
+  std::unique_ptr<v1::ClockService::Stub> clock;
   std::unique_ptr<LeaseKeeper> keeper;
 };
 

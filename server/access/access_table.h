@@ -38,6 +38,8 @@ inline constexpr auto kAccessTable = [] {
     AccessRow{"LeaseService/WatchLease",                    kObserver,   kNoLease, kUnaudited},
     AccessRow{"WatchdogService/CheckIn",                    kOperator,   kNoLease, kUnaudited},
     AccessRow{"WatchdogService/GetWatchdog",                kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ClockService/Exchange",                      kObserver,   kNoLease, kUnaudited},
+    AccessRow{"ClockService/GetClock",                      kObserver,   kNoLease, kUnaudited},
     AccessRow{"RigService/GetRigInfo",                      kObserver,   kNoLease, kUnaudited},
     AccessRow{"RigService/GetRigState",                     kObserver,   kNoLease, kUnaudited},
     AccessRow{"RigService/Diagnose",                        kObserver,   kNoLease, kUnaudited},

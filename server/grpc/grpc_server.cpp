@@ -23,6 +23,7 @@
 #include "server/grpc/gate/gated_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
+#include "server/grpc/services/clock_service.h"
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
 #include "server/grpc/services/model_service.h"
@@ -104,7 +105,8 @@ struct GrpcServer::State {
         safety(parts.latch),
         access(parts.policy),
         lease(parts.desk),
-        watchdog(parts.watchdog) {}
+        watchdog(parts.watchdog),
+        clock(parts.session) {}
 
   /// All of the contract, behind the gate.
   void add_services();
@@ -121,6 +123,7 @@ struct GrpcServer::State {
   AccessService access;
   LeaseService lease;
   WatchdogService watchdog;
+  ClockService clock;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
   std::vector<std::unique_ptr<GatedService>> gated;
@@ -181,6 +184,13 @@ void GrpcServer::State::add_services() {
         return watchdog.CheckIn(context, request, response);
       }));
   add("WatchdogService", watchdog, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_unary<v1::ExchangeRequest, v1::ExchangeResponse>(
+      *gate, "ClockService", "Exchange",
+      [this](Context* context, const v1::ExchangeRequest* request, v1::ExchangeResponse* response) {
+        return clock.Exchange(context, request, response);
+      }));
+  add("ClockService", clock, std::move(callbacks));
 }
 
 std::optional<hal::Error> GrpcServer::check(const DaemonConfig& config) {
