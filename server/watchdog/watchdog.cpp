@@ -1,6 +1,5 @@
 #include "server/watchdog/watchdog.h"
 
-#include <fmt/format.h>
 #include <pthread.h>
 #include <sys/random.h>
 
@@ -23,12 +22,18 @@ std::uint64_t random_nonce() {
   return nonce;
 }
 
+void write_lines(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) log_warning(line);
+}
+
 }  // namespace
 
 Watchdog::Watchdog(const WatchdogConfig& config, Effects effects)
     : effects_(std::move(effects)), table_(config, random_nonce) {
   if (table_.empty()) return;
-  pass_on();
+  LogLines lines;
+  pass_on(lines);
+  write_lines(lines);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -42,14 +47,17 @@ Watchdog::~Watchdog() {
 }
 
 Outcome<CheckInAnswer> Watchdog::check_in(const CheckInRecord& check_in) {
-  const std::lock_guard lock(mutex_);
+  LogLines lines;
+  std::unique_lock lock(mutex_);
   // What was missing until now is known before it is alive again: it latches.
   const auto now = Clock::now();
   table_.lapse(now);
-  pass_on();
+  pass_on(lines);
   const auto answer = table_.check_in(check_in, now);
-  pass_on();
+  pass_on(lines);
+  lock.unlock();
   if (answer && answer->counted) wake_.notify_all();
+  write_lines(lines);
   return answer;
 }
 
@@ -58,7 +66,7 @@ std::vector<EndpointView> Watchdog::views() const {
   return table_.views(Clock::now());
 }
 
-void Watchdog::pass_on() {
+void Watchdog::pass_on(LogLines& lines) {
   if (table_.empty()) return;
   const bool missing = !table_.all_alive();
   const bool released = table_.any_released();
@@ -66,13 +74,12 @@ void Watchdog::pass_on() {
   if (const auto until = table_.next_lapse(); until && !missing) effects_.permit_until(*until);
   if (missing != std::exchange(missing_, missing)) {
     effects_.missing(missing);
-    const std::string words = missing_words(table_.views(Clock::now()));
-    if (missing) log_warning("no force: " + words);
-    if (!missing) log_info("all endpoints of the watchdog check in");
+    lines.push_back(missing ? "no force: " + missing_words(table_.views(Clock::now()))
+                            : "all endpoints of the watchdog check in");
   }
   if (released != std::exchange(released_, released)) {
     effects_.released(released);
-    log_info(released ? "no force: a pedal was released" : "the pedals are pressed");
+    lines.emplace_back(released ? "no force: a pedal was released" : "the pedals are pressed");
   }
 }
 
@@ -85,8 +92,13 @@ void Watchdog::run() {
     } else {
       wake_.wait(lock);
     }
+    LogLines lines;
     table_.lapse(Clock::now());
-    pass_on();
+    pass_on(lines);
+    if (lines.empty()) continue;
+    lock.unlock();
+    write_lines(lines);
+    lock.lock();
   }
 }
 

@@ -39,8 +39,10 @@ class Watchdog {
   std::vector<EndpointView> views() const;
 
  private:
+  /// What is to be logged once the lock is free: a log that blocks must not delay a check-in.
+  using LogLines = std::vector<std::string>;
   /// Tells the rest what has changed.
-  void pass_on();
+  void pass_on(LogLines& lines);
   void run();
 
   const Effects effects_;

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -41,6 +42,21 @@ void show_watchdog(Session& session) {
   for (const std::string& line : table.lines(Terminal::detect())) fmt::print("{}\n", line);
 }
 
+/// The daemon is away for a moment, or has too much to do.
+bool may_pass(const client::Error& error) {
+  return error.kind() != client::ErrorKind::kRefused || error.code() == "RESOURCE_EXHAUSTED" ||
+         error.code() == "UNAVAILABLE" || error.code() == "ABORTED";
+}
+
+/// Until the time is over, or it is interrupted.
+void rest(std::chrono::nanoseconds time) {
+  const auto until = std::chrono::steady_clock::now() + time;
+  while (!interrupted() && std::chrono::steady_clock::now() < until) {
+    const auto left = until - std::chrono::steady_clock::now();
+    std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(left, std::chrono::milliseconds(50)));
+  }
+}
+
 /// Checks in until it is interrupted. A daemon that is away for a moment is tried again; a refusal is not.
 void hold_endpoint(Session& session, const EndpointOptions& options) {
   constexpr std::chrono::milliseconds kAgain{100};
@@ -58,11 +74,10 @@ void hold_endpoint(Session& session, const EndpointOptions& options) {
                    std::chrono::duration_cast<std::chrono::milliseconds>(endpoint.pause()).count());
       }
       alive = true;
-      std::this_thread::sleep_for(endpoint.pause());
+      rest(endpoint.pause());
     } catch (const client::Error& error) {
-      if (!alive || error.kind() == client::ErrorKind::kRefused) throw;
+      if (!alive || !may_pass(error)) throw;
       fmt::print(stderr, "hapticctl: {}\n", error.what());
-      alive = endpoint.timeout() > std::chrono::nanoseconds::zero();
       std::this_thread::sleep_for(kAgain);
     }
   }
