@@ -17,7 +17,7 @@ namespace hapticd::client {
 struct ClockSyncOptions {
   /// Of the daemon's clock against this one, 0.001 … 10000 ppm. The bounds hold only where this does.
   double max_drift_ppm = ClockEstimator::kDefaultMaxDriftPpm;
-  /// Between two exchanges in the first two seconds, then from there on.
+  /// Between two rounds of five exchanges in the first two seconds, then from there on.
   std::chrono::milliseconds first_pause{10};
   std::chrono::milliseconds pause{100};
 };
