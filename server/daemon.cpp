@@ -25,6 +25,7 @@
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "server/turntable/turntable_host.h"
+#include "server/watchdog/watchdog.h"
 
 namespace hapticd::server {
 
@@ -47,7 +48,13 @@ struct Daemon::Parts {
         identifications(session, scenes, hub, biases, *store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
         policy(config.access),
-        desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))) {
+        desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
+        watchdog(config.watchdog, watchdog_effects()) {
+    latch.explain_with([this](rt::GuardFault fault) {
+      const bool of_watchdog =
+          fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
+      return of_watchdog ? missing_words(watchdog.views()) : std::string();
+    });
     scenes.know_zero_by([this] { return biases.zero_in_force(); });
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
   }
@@ -65,6 +72,22 @@ struct Daemon::Parts {
             }};
   }
 
+  /// A fault of the watchdog is raised as well: one that is over before the next tick latches, too.
+  void set_watchdog_fault(rt::GuardFault fault, bool present) {
+    session.engine().set_standing(fault, present);
+    if (present) session.engine().raise(fault);
+  }
+  Watchdog::Effects watchdog_effects() {
+    return {[this](bool missing) { set_watchdog_fault(rt::GuardFault::kEndpointMissing, missing); },
+            [this](bool released) { set_watchdog_fault(rt::GuardFault::kPedalReleased, released); },
+            [this](Watchdog::Clock::time_point until) {
+              // A rig that owns its time runs faster or slower than what the watchdog counts in.
+              if (session.rig_owns_clock()) return;
+              const std::chrono::nanoseconds left = until - Watchdog::Clock::now();
+              session.engine().set_permit_until(session.now_ns() + left.count());
+            }};
+  }
+
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;
   Session session;
@@ -77,6 +100,7 @@ struct Daemon::Parts {
   TurntableHost turntable;
   RolePolicy policy;
   LeaseDesk desk;
+  Watchdog watchdog;
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
   std::unique_ptr<GrpcServer> network;
@@ -177,7 +201,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // creator.
   auto network = GrpcServer::start(
       {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->turntable, parts->policy, parts->desk, *parts->audit},
+       parts->identifications, parts->turntable, parts->policy, parts->desk, *parts->audit, parts->watchdog},
       config);
   if (!network) {
     failure = {ExitCode::kCannotListen, network.error()};

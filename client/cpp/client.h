@@ -9,6 +9,7 @@
 #include "client/cpp/message_stream.h"
 #include "client/cpp/recording_upload.h"
 #include "hapticd/v1/access.pb.h"
+#include "hapticd/v1/clock.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
 #include "hapticd/v1/rendering.pb.h"
@@ -18,6 +19,7 @@
 #include "hapticd/v1/simulation.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
 #include "hapticd/v1/turntable.pb.h"
+#include "hapticd/v1/watchdog.pb.h"
 
 namespace hapticd::client {
 
@@ -95,6 +97,22 @@ class Client {
   void return_lease();
   /// The state of the lease now, then each change.
   LeaseStream watch_lease();
+
+  // Clocks.
+
+  /// Four stamps, of which the answer has three. ClockSync makes bounds of the offset of them, and is easier
+  /// to use.
+  v1::ExchangeResponse exchange_clocks(const v1::ExchangeRequest& request);
+  /// The daemon's clock against UTC, and who keeps UTC on its machine.
+  v1::ClockState clock();
+
+  // The watchdog.
+
+  /// Its endpoints, and how the daemon stands with each; none where it is not configured.
+  v1::Watchdog watchdog();
+  /// One message of an endpoint. WatchdogEndpoint follows the nonces and is easier to use. Refused:
+  /// NOT_FOUND, BUSY, INVALID, STATE_CHANGED (not the awaited nonce).
+  v1::CheckInResponse check_in(const v1::CheckInRequest& request);
 
   // The rig.
 

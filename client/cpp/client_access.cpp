@@ -1,4 +1,4 @@
-// Who may do what, and who controls the rig.
+// Who may do what, who controls the rig, who must be there; clocks.
 
 #include "client/cpp/client.h"
 #include "client/cpp/client_state.h"
@@ -34,6 +34,22 @@ v1::LeaseGrant Client::take_lease(const v1::TakeLeaseRequest& request) {
 
 void Client::return_lease() {
   state_->keeper->give_back();
+}
+
+v1::Watchdog Client::watchdog() {
+  return state_->call(*state_->watchdog, &v1::WatchdogService::Stub::GetWatchdog, v1::GetWatchdogRequest());
+}
+
+v1::CheckInResponse Client::check_in(const v1::CheckInRequest& request) {
+  return state_->call(*state_->watchdog, &v1::WatchdogService::Stub::CheckIn, request);
+}
+
+v1::ExchangeResponse Client::exchange_clocks(const v1::ExchangeRequest& request) {
+  return state_->call(*state_->clock, &v1::ClockService::Stub::Exchange, request);
+}
+
+v1::ClockState Client::clock() {
+  return state_->call(*state_->clock, &v1::ClockService::Stub::GetClock, v1::GetClockRequest());
 }
 
 LeaseStream Client::watch_lease() {

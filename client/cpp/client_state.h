@@ -14,6 +14,7 @@
 #include "client/cpp/lease_keeper.h"
 #include "client/cpp/server_stream.h"
 #include "hapticd/v1/access.grpc.pb.h"
+#include "hapticd/v1/clock.grpc.pb.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
@@ -23,6 +24,7 @@
 #include "hapticd/v1/simulation.grpc.pb.h"
 #include "hapticd/v1/telemetry.grpc.pb.h"
 #include "hapticd/v1/turntable.grpc.pb.h"
+#include "hapticd/v1/watchdog.grpc.pb.h"
 
 namespace hapticd::client {
 
@@ -51,6 +53,8 @@ struct Client::State {
         identification(v1::IdentificationService::NewStub(channel)),
         turntable(v1::TurntableService::NewStub(channel)),
         access(v1::AccessService::NewStub(channel)),
+        watchdog(v1::WatchdogService::NewStub(channel)),
+        clock(v1::ClockService::NewStub(channel)),
         keeper(std::make_unique<LeaseKeeper>(channel, options.lease_token)) {}
 
   /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
@@ -110,6 +114,8 @@ struct Client::State {
   std::unique_ptr<v1::IdentificationService::Stub> identification;
   std::unique_ptr<v1::TurntableService::Stub> turntable;
   std::unique_ptr<v1::AccessService::Stub> access;
+  std::unique_ptr<v1::WatchdogService::Stub> watchdog;
+  std::unique_ptr<v1::ClockService::Stub> clock;
   std::unique_ptr<LeaseKeeper> keeper;
 };
 

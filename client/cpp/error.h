@@ -15,6 +15,7 @@ enum class ErrorKind {
   kTimedOut,     ///< it is there, but did not answer within the timeout
   kRefused,      ///< it answered with a refusal; the detail says what, where, the limit and the remedy
   kUnreadable,   ///< what it sent is not what the contract says
+  kBadClock,     ///< a clock ran backwards, or runs away faster than was stated
 };
 
 /// Thrown by every call of the library that does not succeed. what() is one line with all that is known:

@@ -37,7 +37,11 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
       renderer_.raise(static_cast<GuardFault>(std::countr_zero(raised)));
   }
 
-  renderer_.set_standing(standing_.load(std::memory_order_acquire));
+  FaultSet standing = standing_.load(std::memory_order_acquire);
+  if (sample.time_ns > permit_until_ns_.load(std::memory_order_acquire)) [[unlikely]] {
+    standing |= set_of(GuardFault::kEndpointMissing);
+  }
+  renderer_.set_standing(standing);
 
   TickRecord* const place = records_.claim();  // made where it is read: a record is some 600 bytes
   TickRecord& record = place != nullptr ? *place : unsent_;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -92,6 +93,12 @@ class Engine final : public hal::TickHandler {
             : standing_.fetch_and(~set_of(fault), std::memory_order_acq_rel);
   }
 
+  /// Force is permitted until this time of the rig: from then on the fault kEndpointMissing is present, also
+  /// where no other thread of the process runs any more. At first there is no such time.
+  void set_permit_until(std::int64_t time_ns) noexcept {
+    permit_until_ns_.store(time_ns, std::memory_order_release);
+  }
+
   /// Control changes hands: commands that were admitted under another number take no effect any more, from
   /// the tick after the present one on, however long they have been waiting. Never blocks.
   void set_lease(std::uint64_t number) noexcept { lease_.store(number, std::memory_order_seq_cst); }
@@ -144,6 +151,7 @@ class Engine final : public hal::TickHandler {
   std::atomic<std::uint64_t> lease_{0};
   std::atomic<FaultSet> raised_{0};
   std::atomic<FaultSet> standing_{0};
+  std::atomic<std::int64_t> permit_until_ns_{std::numeric_limits<std::int64_t>::max()};
   SpscRing<TickRecord> records_;
   TickRecord unsent_;  ///< made here while the ring is full
   std::atomic<std::uint64_t> records_dropped_{0};

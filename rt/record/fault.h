@@ -30,6 +30,8 @@ enum class GuardFault : std::uint8_t {
   kSensorZeroFar,      ///< the sensor's zero has drifted half as far from its bias as it is followed
   kSensorZeroLost,     ///< it has drifted as far as it is followed
   kClientLost,         ///< the client that controls the rig was not heard of for too long
+  kEndpointMissing,    ///< an endpoint of the watchdog does not check in
+  kPedalReleased,      ///< one reports that its pedal is released
 };
 
 }  // namespace hapticd::rt

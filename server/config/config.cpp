@@ -7,6 +7,7 @@
 
 #include "server/config/access_section.h"
 #include "server/config/config_words.h"
+#include "server/config/watchdog_section.h"
 #include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
 #include "server/rig_file/netft_section.h"
@@ -260,6 +261,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   read_turntable(rig.table("turntable"), config.turntable);
   read_guard(root.table("guard"), config.guard);
   read_access(root.table("access"), config.access);
+  read_watchdog(root.table("watchdog"), config.watchdog);
   TomlTable scene = root.table("scene");
   scene.read("load", config.scene, 256);
   scene.read("folder", config.scene_folder, 4096);

@@ -18,6 +18,7 @@
 #include "server/config/access_config.h"
 #include "server/config/guard_ceilings.h"
 #include "server/config/listen_address.h"
+#include "server/config/watchdog_config.h"
 #include "server/process/log_level.h"
 #include "server/rig_file/turntable_config.h"
 
@@ -65,6 +66,8 @@ struct DaemonConfig {
   GuardCeilings guard;  ///< [guard]
 
   AccessConfig access;  ///< [access]
+
+  WatchdogConfig watchdog;  ///< [watchdog]
 
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
 

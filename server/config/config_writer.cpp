@@ -4,6 +4,7 @@
 
 #include "server/config/access_section.h"
 #include "server/config/config_words.h"
+#include "server/config/watchdog_section.h"
 #include "server/rig_file/daq_section.h"
 #include "server/rig_file/instrument_section.h"
 #include "server/rig_file/netft_section.h"
@@ -73,6 +74,7 @@ std::string write_config(const DaemonConfig& config) {
   text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),
                       toml_quoted(config.model_store.value_or("")));
   text += write_access(config.access);
+  text += write_watchdog(config.watchdog);
   text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
   return text;
 }

@@ -24,6 +24,7 @@
 #include "server/grpc/gate/gated_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
+#include "server/grpc/services/clock_service.h"
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
 #include "server/grpc/services/model_service.h"
@@ -34,6 +35,7 @@
 #include "server/grpc/services/simulation_service.h"
 #include "server/grpc/services/telemetry_service.h"
 #include "server/grpc/services/turntable_service.h"
+#include "server/grpc/services/watchdog_service.h"
 #include "server/process/crash_guard.h"
 #include "server/process/log.h"
 #include "server/process/memory_watch.h"
@@ -92,7 +94,8 @@ void pass_on(gpr_log_func_args* line) {
 
 struct GrpcServer::State {
   State(const Parts& parts, const std::string& certificates)
-      : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable, certificates),
+      : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable, parts.watchdog,
+            certificates),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),
@@ -103,6 +106,8 @@ struct GrpcServer::State {
         safety(parts.latch),
         access(parts.policy),
         lease(parts.desk),
+        watchdog(parts.watchdog),
+        clock(parts.session),
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
@@ -119,6 +124,8 @@ struct GrpcServer::State {
   SafetyService safety;
   AccessService access;
   LeaseService lease;
+  WatchdogService watchdog;
+  ClockService clock;
   CallQuota quota;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
@@ -173,6 +180,20 @@ void GrpcServer::State::add_services() {
       *gate, "TelemetryService", "Subscribe",
       [this](Context* context, const Bytes* request) { return telemetry.Subscribe(context, request); }));
   add("TelemetryService", telemetry, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
+      *gate, "WatchdogService", "CheckIn",
+      [this](Context* context, const v1::CheckInRequest* request, v1::CheckInResponse* response) {
+        return watchdog.CheckIn(context, request, response);
+      }));
+  add("WatchdogService", watchdog, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_unary<v1::ExchangeRequest, v1::ExchangeResponse>(
+      *gate, "ClockService", "Exchange",
+      [this](Context* context, const v1::ExchangeRequest* request, v1::ExchangeResponse* response) {
+        return clock.Exchange(context, request, response);
+      }));
+  add("ClockService", clock, std::move(callbacks));
 }
 
 std::optional<hal::Error> GrpcServer::check(const DaemonConfig& config) {

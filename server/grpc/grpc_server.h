@@ -21,6 +21,7 @@ class Session;
 class TargetControl;
 class TelemetryHub;
 class TurntableHost;
+class Watchdog;
 
 /// The network side of the daemon: all services, health checking and reflection, on loopback TCP, a
 /// unix socket, and with certificates on any other address.
@@ -38,6 +39,7 @@ class GrpcServer {
     const RolePolicy& policy;
     LeaseDesk& desk;
     AuditLog& audit;
+    Watchdog& watchdog;
   };
 
   /// An error when someone listens there already, or the certificates cannot be used: to be asked before

@@ -13,6 +13,15 @@ namespace {
 constexpr std::chrono::milliseconds kLastTickTimeout{100};
 constexpr std::chrono::microseconds kPollInterval{200};
 
+/// Of the faults that take the force away, the first that is present; `otherwise` where none is any more.
+rt::GuardFault present_fault(rt::FaultSet present, rt::GuardFault otherwise) {
+  for (const rt::FaultRule& rule : rt::kFaultTable) {
+    const bool takes = rule.action != rt::FaultAction::kWarn;
+    if (takes && (present & rt::set_of(rule.fault)) != 0) return rule.fault;
+  }
+  return otherwise;
+}
+
 std::string_view name_of(rt::GuardFault fault) {
   return fault == rt::GuardFault::kNone ? "nothing was latched" : rt::rule_of(fault).cause;
 }
@@ -56,8 +65,10 @@ Outcome<SafetyLatch::Cleared> SafetyLatch::clear(const Caller& caller) {
   if (!outcome) {
     Refusal refusal = outcome.refusal();
     if (refusal.kind == RefusalKind::kFailedPrecondition && cleared.fault != rt::GuardFault::kNone) {
-      refusal.error.value = name_of(cleared.fault);
-      refusal.error.remedy = std::string(rt::rule_of(cleared.fault).remedy) + ", then clear again";
+      const rt::GuardFault persists = present_fault(hub_.latest().faults_present, cleared.fault);
+      const std::string more = explain_(persists);
+      refusal.error.value = more.empty() ? name_of(persists) : more;
+      refusal.error.remedy = std::string(rt::rule_of(persists).remedy) + ", then clear again";
     }
     return refusal;
   }

@@ -2,7 +2,10 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "rt/record/tick_record.h"
 #include "server/session/caller.h"
@@ -16,6 +19,10 @@ namespace hapticd::server {
 class SafetyLatch {
  public:
   SafetyLatch(Session& session, TelemetryHub& hub) : session_(session), hub_(hub) {}
+
+  /// `explain`: what is known about a fault beyond its line in the table, e.g. who is missing; may be empty.
+  /// To be set before anyone clears.
+  void explain_with(std::function<std::string(rt::GuardFault)> explain) { explain_ = std::move(explain); }
 
   /// Zero force from the next tick. Returns the last tick that was completed when the loop was reported: by
   /// the second one after it the force is zero. Waits for nothing, cannot fail.
@@ -37,6 +44,7 @@ class SafetyLatch {
  private:
   Session& session_;
   TelemetryHub& hub_;
+  std::function<std::string(rt::GuardFault)> explain_ = [](rt::GuardFault) { return std::string(); };
   std::atomic<bool> stopped_{false};          ///< since the last clear
   std::atomic<std::uint64_t> stopped_by_{0};  ///< the loop knows of it by this tick
 };

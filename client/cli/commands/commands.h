@@ -24,6 +24,8 @@ void add_turntable_command(CLI::App& app, Session& session);
 void add_safety_commands(CLI::App& app, Session& session);
 void add_access_command(CLI::App& app, Session& session);
 void add_lease_commands(CLI::App& app, Session& session);
+void add_watchdog_command(CLI::App& app, Session& session);
+void add_clock_command(CLI::App& app, Session& session);
 void add_plot_command(CLI::App& app, Session& session);
 void add_demo_command(CLI::App& app, Session& session);
 void add_completion_command(CLI::App& app);

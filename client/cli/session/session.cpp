@@ -100,6 +100,9 @@ ExitCode report(const client::Error& error, const Session& session) {
     case client::ErrorKind::kUnreadable:
       print_error("unreadable", error.code(), error.detail(), session.json);
       return ExitCode::kUnreachable;
+    case client::ErrorKind::kBadClock:
+      print_error("clock", error.code(), error.detail(), session.json);
+      return ExitCode::kUsage;
   }
   return ExitCode::kUsage;
 }

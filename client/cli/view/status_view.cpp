@@ -7,6 +7,7 @@
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
 #include "client/cli/view/live_state.h"
+#include "client/cli/view/watchdog_view.h"
 
 namespace hapticd::cli {
 namespace {
@@ -162,6 +163,8 @@ std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState
                  ? "none (hapticctl scene list)"
                  : fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm())});
   facts.add({terminal.bold("guard"), guard_text(state, terminal)});
+  if (!state.watchdog_endpoints().empty())
+    facts.add({terminal.bold("watchdog"), watchdog_words(state.watchdog_endpoints())});
   facts.add({terminal.bold("now"), now_text(state)});
   facts.add({terminal.bold("sensor zero"), sensor_zero_words(state)});
   facts.add({terminal.bold("clock"),

@@ -9,12 +9,14 @@
 #include "server/grpc/messages/part_messages.h"
 #include "server/grpc/messages/status.h"
 #include "server/grpc/messages/telemetry_messages.h"
+#include "server/grpc/messages/watchdog_messages.h"
 #include "server/process/version.h"
 #include "server/rig/sensor_bias.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "server/turntable/turntable_host.h"
+#include "server/watchdog/watchdog.h"
 
 namespace hapticd::server {
 
@@ -178,6 +180,7 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   }
   for (const hal::PartReport& report : session_.part_reports()) fill_record(report, *response->add_parts());
   if (turntable_.table() != nullptr) fill_record(turntable_.table()->report(), *response->add_parts());
+  for (const EndpointView& view : watchdog_.views()) fill(view, *response->add_watchdog_endpoints());
   return grpc::Status::OK;
 }
 

@@ -13,17 +13,19 @@ class SceneHost;
 class SensorBiases;
 class TelemetryHub;
 class TurntableHost;
+class Watchdog;
 
 /// Properties and state of the rig, from copies; bias and homing of hardware.
 class RigService final : public v1::RigService::Service {
  public:
   RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, SensorBiases& biases,
-             TurntableHost& turntable, std::string certificates = {})
+             TurntableHost& turntable, const Watchdog& watchdog, std::string certificates = {})
       : session_(session),
         scenes_(scenes),
         hub_(hub),
         biases_(biases),
         turntable_(turntable),
+        watchdog_(watchdog),
         certificates_(std::move(certificates)) {}
 
   grpc::Status GetRigInfo(grpc::ServerContext* context, const v1::GetRigInfoRequest* request,
@@ -43,6 +45,7 @@ class RigService final : public v1::RigService::Service {
   TelemetryHub& hub_;
   SensorBiases& biases_;
   TurntableHost& turntable_;
+  const Watchdog& watchdog_;
   const std::string certificates_;  ///< folder; empty: served without
   std::atomic<int> diagnoses_{0};
   std::atomic<int> bias_calls_{0};

@@ -17,6 +17,7 @@
 
 #include "client/cpp/client.h"
 #include "tests/bench/access/block_decode.h"
+#include "tests/bench/access/clock.h"
 #include "tests/bench/benchmark.h"
 #include "tests/bench/live/daemon_process.h"
 #include "tests/study/report/child_process.h"
@@ -343,6 +344,8 @@ int run_access(const AccessOptions& options) {
   report::Report::note("a holder that freezes …");
   add("force_beyond_ttl_s", measured({.figure = "force_beyond_ttl_s", .unit = "s", .goal = 0.1},
                                      [&] { return force_beyond_ttl_s(logs); }));
+  report::Report::note("clocks …");
+  add_clock_figures(logs, options.quick, add);
   report::Report::note("decoding …");
   add_decode_costs(logs / "decode", options.quick ? 2.0 : 5.0, add);
   report.add_table(

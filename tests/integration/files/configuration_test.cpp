@@ -99,9 +99,10 @@ TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
                         {"unknown key 'fifo_prioity' in [loop]", "hapticd.toml, line 3", "",
                          "rate_hz, fifo_priority, cpu, wake_early_share, lock_memory, keep_cpu_awake",
                          "did you mean 'fifo_priority'?"});
-  expect_config_refused("[lop]\nrate_hz = 1000\n",
-                        {"unknown key 'lop'", "hapticd.toml, line 1", "",
-                         "loop, network, rig, guard, access, scene, models, log", "did you mean 'loop'?"});
+  expect_config_refused(
+      "[lop]\nrate_hz = 1000\n",
+      {"unknown key 'lop'", "hapticd.toml, line 1", "",
+       "loop, network, rig, guard, access, watchdog, scene, models, log", "did you mean 'loop'?"});
   expect_config_refused(
       "[rig.sim]\nforce = 3\n",
       {"unknown key 'force' in [rig.sim]", "hapticd.toml, line 2", "",

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "client/cpp/client.h"
+#include "client/cpp/clock/clock_converter.h"
+#include "client/cpp/clock/clock_estimator.h"
+
+namespace hapticd::client {
+
+struct ClockSyncOptions {
+  /// Of the daemon's clock against this one, 0.001 … 10000 ppm. The bounds hold only where this does.
+  double max_drift_ppm = ClockEstimator::kDefaultMaxDriftPpm;
+  /// Between two rounds of five exchanges in the first two seconds, then from there on.
+  std::chrono::milliseconds first_pause{10};
+  std::chrono::milliseconds pause{100};
+};
+
+/// A time of the daemon's clock.
+struct DaemonTime {
+  std::int64_t daemon_ns = 0;  ///< CLOCK_MONOTONIC of the daemon's machine
+  double bound_ms = 0.0;       ///< how wrong this can be at most
+};
+
+/// Exchanges stamps with a daemon in the background, and converts times of this machine's CLOCK_MONOTONIC
+/// (std::chrono::steady_clock) into those of the daemon's. Any thread.
+///
+///     hapticd::client::ClockSync clock(client);
+///     const auto exposed = clock.to_daemon(camera_stamp_ns);  // exposed.daemon_ns ± exposed.bound_ms
+class ClockSync {
+ public:
+  /// Makes the first exchange; `client` must outlive it. Throws Error: of the call, or kBadClock.
+  explicit ClockSync(Client& client, ClockSyncOptions options = {});
+  ~ClockSync();
+  ClockSync(const ClockSync&) = delete;
+  ClockSync& operator=(const ClockSync&) = delete;
+
+  /// This machine's clock, in ns.
+  static std::int64_t now_ns();
+  /// Of the offset (daemon's clock minus this one), now. Throws Error as to_daemon().
+  ClockBounds bounds() const;
+  ClockDrift drift() const;
+  /// Later times never become earlier ones, nor jump: see ClockConverter. It begins anew only after a clock ran
+  /// backwards or was set, or the daemon's machine was started again. Throws Error (kBadClock) until then, and
+  /// for a time more than 1 s ahead of now.
+  DaemonTime to_daemon(std::int64_t client_ns) const;
+  /// Why the last exchange failed; nothing where it did not. The bounds widen meanwhile.
+  std::optional<Error> problem() const;
+  /// Exchanges that went well.
+  std::uint64_t exchanges() const;
+
+ private:
+  /// One exchange. Throws Error.
+  void exchange();
+  void run();
+  void require_known() const;
+
+  Client& client_;
+  const ClockSyncOptions options_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  ClockEstimator estimator_;
+  mutable ClockConverter converter_;
+  std::string clock_;  ///< name of the daemon's clock
+  std::uint64_t exchanges_ = 0;
+  std::optional<Error> problem_;
+  bool ending_ = false;
+  std::thread thread_;  // last: uses all of the above
+};
+
+}  // namespace hapticd::client

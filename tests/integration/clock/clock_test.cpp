@@ -1,0 +1,119 @@
+// The daemon's clock, over the network. Client and daemon share one machine, so the true offset is 0.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <limits>
+#include <thread>
+
+#include "client/cpp/clock/clock_sync.h"
+#include "hapticd/v1/clock.grpc.pb.h"
+#include "tests/integration/running_service.h"
+#include "tests/support/child_process.h"
+
+namespace hapticd::test {
+namespace {
+
+client::Client clock_client(const std::string& address) {
+  return client::Client({.address = address, .timeout = std::chrono::milliseconds(kTimeout)});
+}
+
+/// Waits for so many exchanges.
+void await_exchanges(const client::ClockSync& clock, std::uint64_t count) {
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
+  while (clock.exchanges() < count && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  ASSERT_GE(clock.exchanges(), count);
+}
+
+TEST(ClockService, TheTrueOffsetIsWithinTheBounds) {
+  const RunningService service;
+  client::Client client = clock_client(service.address());
+  const client::ClockSync clock(client);
+  std::int64_t last_ns = 0;
+  for (std::uint64_t count = 1; count <= 50; ++count) {
+    await_exchanges(clock, count);
+    const client::ClockBounds bounds = clock.bounds();
+    EXPECT_LE(bounds.lower_ns, 0);
+    EXPECT_GE(bounds.upper_ns, 0);
+    const std::int64_t now_ns = client::ClockSync::now_ns();
+    const client::DaemonTime converted = clock.to_daemon(now_ns);
+    EXPECT_LE(std::abs(converted.daemon_ns - now_ns),
+              static_cast<std::int64_t>(1e6 * converted.bound_ms) + 1);
+    EXPECT_GE(converted.daemon_ns, last_ns);
+    last_ns = converted.daemon_ns;
+  }
+  EXPECT_FALSE(clock.problem());
+}
+
+TEST(ClockService, EchoesAnyStamp) {
+  const RunningService service;
+  const auto stub = v1::ClockService::NewStub(service.channel);
+  for (const std::int64_t stamp : {std::int64_t{0}, std::numeric_limits<std::int64_t>::min(),
+                                   std::numeric_limits<std::int64_t>::max()}) {
+    v1::ExchangeRequest request;
+    request.set_client_sent_ns(stamp);
+    v1::ExchangeResponse response;
+    ASSERT_TRUE(stub->Exchange(call_context().get(), request, &response).ok());
+    EXPECT_EQ(response.client_sent_ns(), stamp);
+    EXPECT_GT(response.daemon_received_ns(), 0);
+    EXPECT_GE(response.daemon_sent_ns(), response.daemon_received_ns());
+    EXPECT_FALSE(response.clock().empty());
+  }
+}
+
+TEST(ClockService, StatesItsRelationToUtc) {
+  const RunningService service;
+  client::Client client = clock_client(service.address());
+  using std::chrono::nanoseconds;
+  const auto utc_ns = [] { return nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count(); };
+  const std::int64_t before = client::ClockSync::now_ns();
+  const v1::ClockState state = client.clock();
+  const std::int64_t after = client::ClockSync::now_ns();
+  EXPECT_GE(state.monotonic_ns(), before);
+  EXPECT_LE(state.monotonic_ns(), after);
+  constexpr std::int64_t kMinuteNs = 60'000'000'000;
+  EXPECT_LT(std::abs(state.utc_ns() - utc_ns()), kMinuteNs);
+  EXPECT_GE(state.read_apart_ns(), 0);
+  EXPECT_NE(state.utc_state(), v1::UTC_STATE_UNSPECIFIED);
+  EXPECT_GE(state.kept_by_size(), 1);
+}
+
+TEST(ClockService, BoundsOutliveARestartOfTheDaemon) {
+  server::DaemonConfig config = quiet_config();
+  auto service = std::make_unique<RunningService>(config);
+  client::Client client = clock_client(service->address());
+  const client::ClockSync clock(client);
+  await_exchanges(clock, 5);
+  config.listen.port = service->daemon->port();
+  service.reset();
+  const auto until = std::chrono::steady_clock::now() + kTimeout;
+  while (!clock.problem() && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_TRUE(clock.problem()) << "no daemon answers";
+  const client::ClockBounds alone = clock.bounds();
+  EXPECT_LE(alone.lower_ns, 0);
+  EXPECT_GE(alone.upper_ns, 0);
+  service = std::make_unique<RunningService>(config);
+  await_exchanges(clock, clock.exchanges() + 2);
+  EXPECT_LE(clock.bounds().lower_ns, 0);
+  EXPECT_GE(clock.bounds().upper_ns, 0);
+}
+
+TEST(ClockService, NeedsADaemon) {
+  auto service = std::make_unique<RunningService>();
+  client::Client client = clock_client(service->address());
+  service.reset();
+  EXPECT_THROW(client::ClockSync{client}, client::Error);
+}
+
+TEST(ClockService, TheCommandShowsIt) {
+  const RunningService service;
+  ChildProcess command(HAPTICCTL_BINARY, {"--server", service.address(), "clock", "--seconds", "0.2"});
+  EXPECT_EQ(command.wait(), 0);
+}
+
+}  // namespace
+}  // namespace hapticd::test
