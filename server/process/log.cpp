@@ -12,19 +12,33 @@ namespace {
 
 constexpr std::size_t kMaxLines = 2048;
 
+/// Lines are written by a thread of its own: a reader that does not read (a terminal, a pipe) must hold up no
+/// call, least of all a stop. If lines come faster than they are read, the oldest are dropped.
+class Log {
+ public:
+  Log()
+      : writer_(std::make_shared<spdlog::details::thread_pool>(kMaxLines, 1)),
+        logger_(std::make_shared<spdlog::async_logger>(
+            "hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), writer_,
+            spdlog::async_overflow_policy::overrun_oldest)) {
+    logger_->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+    logger_->flush_on(spdlog::level::info);
+  }
+  /// The thread ends before what it writes to does.
+  ~Log() { writer_.reset(); }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+
+  spdlog::logger& logger() { return *logger_; }
+
+ private:
+  std::shared_ptr<spdlog::details::thread_pool> writer_;
+  const std::shared_ptr<spdlog::async_logger> logger_;
+};
+
 spdlog::logger& logger() {
-  static const auto instance = [] {
-    // Written by a thread of its own: a reader that does not read (a terminal, a pipe) must hold up no call,
-    // least of all a stop. If lines come faster than they are read, the oldest are dropped.
-    static const auto writer = std::make_shared<spdlog::details::thread_pool>(kMaxLines, 1);
-    auto created = std::make_shared<spdlog::async_logger>(
-        "hapticd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), writer,
-        spdlog::async_overflow_policy::overrun_oldest);
-    created->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
-    created->flush_on(spdlog::level::info);
-    return created;
-  }();
-  return *instance;
+  static Log log;
+  return log.logger();
 }
 
 }  // namespace
