@@ -41,7 +41,7 @@ class Watchdog {
  private:
   /// What is to be logged once the lock is free: a log that blocks must not delay a check-in.
   using LogLines = std::vector<std::string>;
-  /// Tells the rest what has changed.
+  /// Reports to the other parts what has changed.
   void pass_on(LogLines& lines);
   void run();
 

@@ -93,7 +93,7 @@ void ClockEstimator::add(const ClockExchange& exchange) {
     throw clock_error("the clocks run apart faster than stated, or one was set", "exchange of clocks",
                       in_ns(now.lower_ns - now.upper_ns) + " outside of the bounds",
                       "at most " + std::to_string(max_drift_ppm_) + " ppm",
-                      "state a larger drift; a machine that slept or whose clock was set begins anew");
+                      "state a larger drift; a machine that slept or whose clock was set begins again");
   }
   note(now);
 }

@@ -52,7 +52,7 @@ class ClockEstimator {
 
   /// Of exchanges that followed one another. Throws Error (kBadClock) where a clock ran backwards, a stamp is
   /// absurd (beyond 73 years), or the clocks run apart faster than stated: what was known is forgotten, and
-  /// the next exchange begins anew.
+  /// the next exchange begins afresh.
   void add(const ClockExchange& exchange);
 
   bool empty() const noexcept { return !known_; }

@@ -46,7 +46,7 @@ class ClockSync {
   /// Of the offset (daemon's clock minus this one), now. Throws Error as to_daemon().
   ClockBounds bounds() const;
   ClockDrift drift() const;
-  /// Later times never become earlier ones, nor jump: see ClockConverter. It begins anew only after a clock ran
+  /// Later times never become earlier ones, nor jump: see ClockConverter. It begins afresh only after a clock ran
   /// backwards or was set, or the daemon's machine was started again. Throws Error (kBadClock) until then, and
   /// for a time more than 1 s ahead of now.
   DaemonTime to_daemon(std::int64_t client_ns) const;

@@ -28,7 +28,7 @@ class WatchdogEndpoint {
 
   /// Alive. `pressed`: of a pedal, and then always; false cuts the force at the next tick. Throws Error;
   /// refused: NOT_FOUND (no such endpoint), BUSY (another sender is alive under this name), INVALID (a pedal
-  /// must say whether it is pressed). After an Error the next call begins anew.
+  /// must say whether it is pressed). After an Error the next call begins afresh.
   void check_in(std::optional<bool> pressed = std::nullopt);
 
   /// After a check-in, until this endpoint is missing; zero before the first one.

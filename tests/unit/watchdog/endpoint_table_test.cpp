@@ -121,9 +121,9 @@ TEST_F(EndpointTableTest, RefusesUnknownNamesAndMissingSenders) {
   ASSERT_FALSE(unknown);
   EXPECT_EQ(unknown.refusal().kind, RefusalKind::kNotFound);
   EXPECT_EQ(unknown.refusal().error.remedy, "did you mean 'pedal'?");
-  const auto nobody = table.check_in(from("pedal", 0, 0), now);
-  ASSERT_FALSE(nobody);
-  EXPECT_EQ(nobody.refusal().kind, RefusalKind::kInvalidArgument);
+  const auto without_sender = table.check_in(from("pedal", 0, 0), now);
+  ASSERT_FALSE(without_sender);
+  EXPECT_EQ(without_sender.refusal().kind, RefusalKind::kInvalidArgument);
   EndpointTable none({}, [] { return 1U; });
   EXPECT_EQ(none.check_in(from("pedal", 0), now).refusal().error.what, "this daemon has no watchdog");
 }
