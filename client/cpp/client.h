@@ -156,7 +156,7 @@ class Client {
 
   /// What scenes get by name: displacements to mm, forces to N, errors as fractions.
   v1::ListModelsResponse models();
-  /// One of them as a model file (TOML): NAME or NAME@TAG. Refused: NOT_FOUND, INVALID (its file cannot be
+  /// One of them as a model file (TOML): `NAME` or `NAME@TAG`. Refused: NOT_FOUND, INVALID (its file cannot be
   /// used).
   v1::GetModelResponse model(const std::string& name);
   /// Identified models, newest first; an empty field of the request is no condition.
