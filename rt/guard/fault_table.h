@@ -102,6 +102,8 @@ inline constexpr auto kFaultTable = [] {
               "bias the sensor with the tool free and at rest (hapticctl sensor bias), then clear"},
     FaultRule{kClientLost, "client_lost", "the holder of the lease was not heard of for its time to live", kRamp, kAnyClient, false, false, false, 0,
               "see to the client and its connection, then clear"},
+    FaultRule{kUncleanEnd, "unclean_end", "the last run of the daemon did not end cleanly: a crash, a kill, a loss of power", kCut, kAnyClient, false, true, false, 0,
+              "read in the log why it ended; hold the tool in free air, then clear"},
   };
 }();
 // clang-format on
@@ -127,7 +129,7 @@ static_assert(
       for (std::size_t i = 0; i < kFaultTable.size(); ++i) {
         if (static_cast<std::size_t>(kFaultTable[i].fault) != i + 1) return false;
       }
-      return kFaultTable.back().fault == GuardFault::kClientLost;
+      return kFaultTable.back().fault == GuardFault::kUncleanEnd;
     }(),
     "one line a fault, in the order of GuardFault");
 static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.action == FaultAction::kCut); }) ==

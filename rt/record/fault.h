@@ -30,6 +30,7 @@ enum class GuardFault : std::uint8_t {
   kSensorZeroFar,      ///< the sensor's zero has drifted half as far from its bias as it is followed
   kSensorZeroLost,     ///< it has drifted as far as it is followed
   kClientLost,         ///< the client that controls the rig was not heard of for too long
+  kUncleanEnd,         ///< the last run of the daemon did not end cleanly, and no one has cleared since
 };
 
 }  // namespace hapticd::rt

@@ -73,6 +73,7 @@ std::string write_config(const DaemonConfig& config) {
   text += fmt::format("\n[models]\nfolder = {}\nstore = {}\n", toml_quoted(config.model_folder),
                       toml_quoted(config.model_store.value_or("")));
   text += write_access(config.access);
+  text += write_metrics(config.metrics);
   text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
   return text;
 }
