@@ -24,7 +24,7 @@ declare -A packages=(
   # The documentation as HTML, and what the Python example needs; only when asked for.
   [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
   # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
-  [packaging]="dpkg-dev debhelper fakeroot lintian help2man mmdebstrap bash-completion prometheus"
+  [packaging]="dpkg-dev debhelper fakeroot lintian help2man mmdebstrap prometheus"
 )
 all_groups=(build libraries run tests)
 
