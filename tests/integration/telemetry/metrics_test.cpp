@@ -74,7 +74,7 @@ TEST(Metrics, ShowTheLoopTheGuardAndTheSubscribers) {
   EXPECT_EQ(http_get(port, "/").find("hapticd_loop"), std::string::npos);
 
   v1::StopResponse stopped;
-  ASSERT_TRUE(service.safety->Stop(call_context().http_get(), {}, &stopped).ok());
+  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
   service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
   const std::string after = http_get(port, "/metrics");
   EXPECT_EQ(metric_in(after, "hapticd_guard_latched"), 1.0);
