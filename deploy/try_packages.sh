@@ -82,11 +82,17 @@ try_service() {
   local unit=$system/lib/systemd/system/hapticd.service line groups
   line=$(sed -n 's/^ExecStart=//p' "$unit")
   groups=$(sed -n 's/^SupplementaryGroups=//p' "$unit" | tr ' ' ,)
+  # The limits of the unit, as far as this machine lets root raise them.
+  local raise=
+  for limit in --rtprio=99 --memlock=unlimited; do
+    if prlimit "$limit" true 2>/dev/null; then raise+="prlimit $limit "; else say "  not tried: the unit's limit $limit cannot be raised here"; fi
+  done
   inside install -d -o hapticd -g hapticd /run/hapticd /var/lib/hapticd
   cat >"$system/packages/try.sh" <<END
 set -e
 cd /
-setpriv --reuid=hapticd --regid=hapticd --groups=hapticd,$groups --no-new-privs --bounding-set=-all \\
+$raise setpriv --reuid=hapticd --regid=hapticd --groups=hapticd,$groups \\
+  --no-new-privs --bounding-set=-all \\
   env STATE_DIRECTORY=/var/lib/hapticd $line &
 daemon=\$!
 for i in \$(seq 300); do
