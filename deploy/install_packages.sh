@@ -2,7 +2,8 @@
 # The one list of the Debian 12 packages hapticd is built, tested and run with. Installs those that are missing, as root
 # or with sudo; touches nothing, and needs neither, when all are there. Quiet unless it fails.
 #
-#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz docs; none = all but fuzz, docs
+#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz docs packaging;
+#                                                   none = all but the last three
 #   bash deploy/install_packages.sh --list [GROUP ...]
 set -euo pipefail
 
@@ -12,7 +13,7 @@ declare -A packages=(
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
                libmodbus-dev libasio-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
                libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libkainjow-mustache-dev
-               libsqlitecpp-dev libsqlite3-dev libssl-dev libsystemd-dev
+               libsqlitecpp-dev libsqlite3-dev libssl-dev libsystemd-dev prometheus-cpp-dev
                libgtest-dev libbenchmark-dev libceres-dev"
   # hapticctl plot and demo draw with the first; make_certificates.sh calls the second.
   [run]="gnuplot-nox openssl"
@@ -22,6 +23,8 @@ declare -A packages=(
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.
   [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
+  # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
+  [packaging]="dpkg-dev debhelper fakeroot lintian help2man mmdebstrap prometheus"
 )
 all_groups=(build libraries run tests)
 
@@ -36,7 +39,7 @@ groups=("$@")
 wanted=()
 for group in "${groups[@]}"; do
   if [[ -z "${packages[$group]:-}" ]]; then
-    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]} fuzz docs" >&2
+    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]} fuzz docs packaging" >&2
     exit 2
   fi
   read -r -d '' -a names <<<"${packages[$group]}" || true

@@ -10,10 +10,13 @@
 #include "server/access/role_policy.h"
 #include "server/grpc/grpc_server.h"
 #include "server/identification/run/identification_runner.h"
+#include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
 #include "server/process/log.h"
+#include "server/process/run_marker.h"
+#include "server/process/service_manager.h"
 #include "server/process/version.h"
 #include "server/rig/rig_factory.h"
 #include "server/rig/sensor_bias.h"
@@ -21,6 +24,7 @@
 #include "server/scene/scene_host.h"
 #include "server/scene/target_control.h"
 #include "server/session/guard_log.h"
+#include "server/session/loop_watchdog.h"
 #include "server/session/safety_latch.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
@@ -103,7 +107,21 @@ struct Daemon::Parts {
   Watchdog watchdog;
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
+  std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
+  std::unique_ptr<MetricsServer> metrics;
+  std::unique_ptr<LoopWatchdog> loop_watchdog;
+
+  RigFigures figures() {
+    return {.version = version(),
+            .rig = session.rig_info().name,
+            .running = session.running(),
+            .loop = session.statistics(),
+            .last = hub.latest(),
+            .has_scene = scenes.current() != nullptr,
+            .subscribers = hub.subscriber_count(),
+            .records_lost = hub.records_dropped()};
+  }
 };
 
 Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -197,6 +215,15 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     return nullptr;
   }
   parts->audit = std::move(*audit);
+  if (!config.state_folder.empty()) {
+    auto marker = RunMarker::leave_in(config.state_folder);
+    if (!marker) {
+      failure = {ExitCode::kBadConfiguration, marker.error()};
+      return nullptr;
+    }
+    parts->marker = std::move(*marker);
+    parts->latch.on_cleared([here = parts.get()] { here->marker->acknowledge(); });
+  }
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
   auto network = GrpcServer::start(
@@ -204,15 +231,37 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
        parts->identifications, parts->turntable, parts->policy, parts->desk, *parts->audit, parts->watchdog},
       config);
   if (!network) {
+    if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
     failure = {ExitCode::kCannotListen, network.error()};
     return nullptr;
   }
   parts->network = std::move(*network);
+  if (config.metrics.listen) {
+    auto metrics =
+        MetricsServer::start(*config.metrics.listen, [here = parts.get()] { return here->figures(); });
+    if (!metrics) {
+      if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
+      failure = {ExitCode::kCannotListen, metrics.error()};
+      return nullptr;
+    }
+    parts->metrics = std::move(*metrics);
+    log_info("metrics are shown on http://" +
+             ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
+  }
   parts->hub.start();
   parts->guard_log.start();
+  if (parts->marker && parts->marker->found()) {
+    parts->session.engine().raise(rt::GuardFault::kUncleanEnd);  // from the first tick on
+    log_warning("the last run did not end cleanly (" + parts->marker->path() +
+                " was left): no force until someone clears");
+  }
   parts->session.start();
   write_zero_in_crash_of(&parts->session.rig());
   parts->network->set_serving(true);
+  if (const auto timeout = watchdog_timeout()) {
+    parts->loop_watchdog =
+        std::make_unique<LoopWatchdog>(progress_of(parts->session), notify_alive, *timeout);
+  }
 
   log_info("hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
            " and listens on " + ListenAddress{config.listen.host, parts->network->port()}.text() +
@@ -244,6 +293,10 @@ std::uint16_t Daemon::tls_port() const {
   return parts_->network->tls_port();
 }
 
+std::uint16_t Daemon::metrics_port() const {
+  return parts_->metrics ? parts_->metrics->port() : 0;
+}
+
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
@@ -255,8 +308,10 @@ void Daemon::shutdown() {
   parts_->turntable.shutdown();
   parts_->desk.shutdown();
   parts_->network->set_serving(false);
+  parts_->metrics.reset();
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);
+  if (parts_->marker) parts_->marker->end_cleanly();
   log_info("shut down");
 }
 

@@ -38,6 +38,8 @@ class Daemon {
   std::uint16_t port() const;
   /// That of connections with certificates; 0 where there are none.
   std::uint16_t tls_port() const;
+  /// That of metrics; 0 where they are off.
+  std::uint16_t metrics_port() const;
   /// Zero force first; then streams end, waiting calls are ended, and the sockets close.
   void shutdown();
 

@@ -13,6 +13,8 @@
 #include "server/process/crash_guard.h"
 #include "server/process/ending_signals.h"
 #include "server/process/log.h"
+#include "server/process/memory_budget.h"
+#include "server/process/service_manager.h"
 
 namespace {
 
@@ -60,6 +62,7 @@ int run(int argc, char** argv) {
   if (!config) return fail(ExitCode::kBadConfiguration, config.error());
 
   if (!config->model_store) config->model_store = server::default_model_store();
+  config->state_folder = server::state_directory();
   if (line->check_config) {
     if (const auto failure = server::Daemon::check(*config)) return fail(failure->code, failure->error);
     std::fputs(server::write_config(*config).c_str(), stdout);
@@ -70,6 +73,7 @@ int run(int argc, char** argv) {
     std::fprintf(stderr, "hapticd: %s\n", failure->text().c_str());
     return 1;
   }
+  server::set_memory_budget();
   server::hold_back_ending_signals();  // before there are threads: they inherit it
   server::install_crash_handlers();
   raise_descriptor_limit();
@@ -83,8 +87,10 @@ int run(int argc, char** argv) {
   std::printf("hapticd listens on %s\n",
               server::ListenAddress{config->listen.host, daemon->port()}.text().c_str());
   std::fflush(stdout);
+  server::notify_ready("serves " + server::ListenAddress{config->listen.host, daemon->port()}.text());
 
   server::log_info(server::name_of_signal(server::await_ending_signal()) + ": shutting down");
+  server::notify_stopping();
   daemon->shutdown();
   return static_cast<int>(ExitCode::kClean);
 }

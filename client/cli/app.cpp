@@ -48,6 +48,10 @@ void build_app(CLI::App& app, Session& session) {
       ->envname("HAPTICD_CERTIFICATES");
   app.add_flag("--json", session.json, "JSON for programs instead of text for people");
 
+  app.add_option(
+      "--rigs", session.rigs,
+      "Rigs of rigs.toml, e.g. left,right or all, in place of --server: with status, doctor, stop");
+
   add_status_command(app, session);
   add_scene_command(app, session);
   add_model_command(app, session);
@@ -68,6 +72,7 @@ void build_app(CLI::App& app, Session& session) {
   add_clock_command(app, session);
   add_plot_command(app, session);
   add_demo_command(app, session);
+  add_rigs_command(app, session);
   add_completion_command(app);
   add_footers(app);
 }

@@ -106,6 +106,8 @@ inline constexpr auto kFaultTable = [] {
               "see in hapticctl status which one, and start it"},
     FaultRule{kPedalReleased, "pedal_released", "an endpoint of the watchdog reports its pedal released", kCut, kAnyClient, false, true, false, 0,
               "press the pedal"},
+    FaultRule{kUncleanEnd, "unclean_end", "the last run of the daemon did not end cleanly: a crash, a kill, a loss of power", kCut, kAnyClient, false, true, false, 0,
+              "read in the log why it ended; hold the tool in free air, then clear"},
   };
 }();
 // clang-format on
@@ -131,7 +133,7 @@ static_assert(
       for (std::size_t i = 0; i < kFaultTable.size(); ++i) {
         if (static_cast<std::size_t>(kFaultTable[i].fault) != i + 1) return false;
       }
-      return kFaultTable.back().fault == GuardFault::kPedalReleased;
+      return kFaultTable.back().fault == GuardFault::kUncleanEnd;
     }(),
     "one line a fault, in the order of GuardFault");
 static_assert(faults_that([](const FaultRule& r) { return r.restarts != (r.action == FaultAction::kCut); }) ==

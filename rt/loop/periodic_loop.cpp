@@ -3,11 +3,9 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <sched.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -17,6 +15,7 @@
 #include <thread>
 
 #include "rt/loop/flush_denormals.h"
+#include "rt/loop/loop_memory.h"
 #include "rt/loop/virtual_time_runner.h"
 
 namespace hapticd::rt {
@@ -39,12 +38,6 @@ void sleep_until_ns(std::int64_t time_ns) noexcept {
 
 void increment(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noexcept {
   counter.store(counter.load(std::memory_order_relaxed) + by, std::memory_order_relaxed);
-}
-
-/// Touches the stack the loop will use, so that no page of it is first met inside a tick.
-void prefault_stack() noexcept {
-  std::array<volatile unsigned char, std::size_t{256} * 1024> pages{};
-  for (std::size_t i = 0; i < pages.size(); i += 4096) pages[i] = 0;
 }
 
 /// Keeps the cores out of deep sleep for as long as it lives; the kernel listens to the open file.
@@ -134,13 +127,16 @@ void PeriodicLoop::prepare_thread() {
     errno = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
     if (errno != 0) {
       missing("no SCHED_FIFO priority " + std::to_string(config_.fifo_priority),
-              "grant it with 'setcap cap_sys_nice,cap_ipc_lock+ep' on the binary, or run as root");
+              "LimitRTPRIO=99 in the service's unit, or ulimit -r 99 for the user (/etc/security/limits.d)");
     }
   }
-  if (config_.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
-    missing("memory is not locked", "grant cap_ipc_lock or raise the memlock limit");
-  }
   prefault_stack();
+  if (config_.lock_memory) {
+    if (const std::string why = lock_used_memory(); !why.empty()) {
+      shortcomings_.push_back("memory is not locked: " + why +
+                              "; LimitMEMLOCK=infinity in the service's unit, or ulimit -l unlimited");
+    }
+  }
 }
 
 void PeriodicLoop::thread_main() {

@@ -21,7 +21,7 @@ struct LoopConfig {
   /// 0 … 0.5 of a period: woken so long before a tick, the thread waits awake, so that what the timer is late
   /// does not become what the tick is late. Takes up to that share of a core.
   double wake_early_share = 0.05;
-  bool lock_memory = true;  ///< mlockall
+  bool lock_memory = true;  ///< keep what was touched in RAM
   bool keep_cpu_awake =
       true;  ///< hold /dev/cpu_dma_latency at 0: without it an idle core wakes tens of µs late
 };
@@ -60,6 +60,8 @@ class PeriodicLoop final : private hal::ServoBody {
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
 
   LoopStatistics statistics() const noexcept;
+  /// That of statistics(), for those who look often.
+  std::uint64_t clock_losses() const noexcept { return clock_losses_.load(std::memory_order_relaxed); }
   /// What was asked for but not granted, each with its remedy; complete once start() has returned.
   const std::vector<std::string>& shortcomings() const noexcept { return shortcomings_; }
 

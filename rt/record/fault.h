@@ -32,6 +32,7 @@ enum class GuardFault : std::uint8_t {
   kClientLost,         ///< the client that controls the rig was not heard of for too long
   kEndpointMissing,    ///< an endpoint of the watchdog does not check in
   kPedalReleased,      ///< one reports that its pedal is released
+  kUncleanEnd,         ///< the last run of the daemon did not end cleanly, and no one has cleared since
 };
 
 }  // namespace hapticd::rt

@@ -268,8 +268,10 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   TomlTable models = root.table("models");
   models.read("folder", config.model_folder, 4096);
   if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
+  const auto wrong_metrics = read_metrics(root.table("metrics"), document->source(), config.metrics);
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;
+  if (wrong_metrics) return *wrong_metrics;
 
   const auto where = [&](const char* key) {
     return network.has(key) ? fmt::format("{}, line {}", document->source(), network.line_of(key))

@@ -18,6 +18,7 @@
 #include "server/config/access_config.h"
 #include "server/config/guard_ceilings.h"
 #include "server/config/listen_address.h"
+#include "server/config/metrics_section.h"
 #include "server/config/watchdog_config.h"
 #include "server/process/log_level.h"
 #include "server/rig_file/turntable_config.h"
@@ -68,8 +69,13 @@ struct DaemonConfig {
   AccessConfig access;  ///< [access]
 
   WatchdogConfig watchdog;  ///< [watchdog]
+  MetricsConfig metrics;    ///< [metrics]
 
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
+
+  /// Where the daemon marks that it runs: after a crash it then starts without force. Empty: nowhere. No key:
+  /// hapticd itself takes the folder that systemd gives to a service.
+  std::string state_folder;
 
   DaemonConfig() {
     simulation.real_time = true;

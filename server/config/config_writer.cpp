@@ -75,6 +75,7 @@ std::string write_config(const DaemonConfig& config) {
                       toml_quoted(config.model_store.value_or("")));
   text += write_access(config.access);
   text += write_watchdog(config.watchdog);
+  text += write_metrics(config.metrics);
   text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
   return text;
 }

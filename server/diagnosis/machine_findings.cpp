@@ -110,12 +110,12 @@ Finding priority(const rt::LoopConfig& loop) {
   return {kWarning, "rights",
           fmt::format("the limit on real-time priority is {}, the loop asks for {}", limit.rlim_cur,
                       loop.fifo_priority),
-          "LimitRTPRIO=99 in the service's unit, or setcap cap_sys_nice,cap_ipc_lock+ep on the binary"};
+          "LimitRTPRIO=99 in the service's unit, or ulimit -r 99 for the user (/etc/security/limits.d)"};
 }
 
 /// Of this process, "VmLck:     1234 kB" → 1234; 0 if there is no such line.
-long status_kb(const fs::path& root, std::string_view key) {
-  std::ifstream status(root / "proc/self/status");
+long process_kb(const fs::path& file, std::string_view key) {
+  std::ifstream status(file);
   for (std::string line; std::getline(status, line);) {
     if (line.starts_with(key)) return std::strtol(line.c_str() + key.size(), nullptr, 10);
   }
@@ -123,17 +123,22 @@ long status_kb(const fs::path& root, std::string_view key) {
 }
 
 Finding memory(const rt::LoopConfig& loop, const fs::path& root) {
-  // The kernel counts locked address space: mostly stacks and reserves without pages.
-  if (status_kb(root, "VmLck:") > 0) {
+  // VmLck is address space, mostly stacks and reserves without pages: it only shows whether memory is locked.
+  const fs::path status = root / "proc/self/status";
+  if (process_kb(status, "VmLck:") > 0) {
+    const long locked_kb = process_kb(root / "proc/self/smaps_rollup", "Locked:");
+    const long used_kb = process_kb(status, "VmRSS:");
     return {kGood, "memory",
-            fmt::format("locked: the {} MB in use stay in memory", status_kb(root, "VmRSS:") / 1024), ""};
+            fmt::format("locked: {} MB stay in memory, of {} MB in use",
+                        (locked_kb > 0 ? locked_kb : used_kb) / 1024, used_kb / 1024),
+            ""};
   }
   if (!loop.lock_memory) {
     return {kWarning, "memory", "not locked, as configured: a page fault may stop the loop",
             "set lock_memory = true in [loop]"};
   }
   return {kWarning, "memory", "not locked: a page fault may stop the loop",
-          "LimitMEMLOCK=infinity in the service's unit, or setcap cap_ipc_lock+ep on the binary"};
+          "LimitMEMLOCK=infinity in the service's unit, or ulimit -l unlimited for the user"};
 }
 
 Finding clock_source(const fs::path& root) {

@@ -10,6 +10,7 @@
 #include <grpcpp/resource_quota.h>
 
 #include <atomic>
+#include <filesystem>
 #include <utility>
 #include <vector>
 
@@ -93,9 +94,9 @@ void pass_on(gpr_log_func_args* line) {
 }  // namespace
 
 struct GrpcServer::State {
-  State(const Parts& parts, const std::string& certificates)
+  State(const Parts& parts, const std::string& certificates, const std::string& state_folder)
       : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable, parts.watchdog,
-            certificates),
+            certificates, state_folder),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),
@@ -215,7 +216,10 @@ GrpcServer::~GrpcServer() {
 hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, const DaemonConfig& config) {
   auto listener = ConnectionListener::open(endpoints_of(config));
   if (!listener) return listener.error();
-  auto state = std::make_unique<State>(parts, config.listen_tls ? config.certificates : std::string());
+  const std::string store = config.model_store.value_or("");
+  auto state = std::make_unique<State>(
+      parts, config.listen_tls ? config.certificates : std::string(),
+      store == ":memory:" ? std::string() : std::filesystem::path(store).parent_path().string());
   state->listener = std::move(*listener);
   state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, state->quota,
                                         parts.session, state->listener->unix_group()});

@@ -73,6 +73,7 @@ Outcome<SafetyLatch::Cleared> SafetyLatch::clear(const Caller& caller) {
     return refusal;
   }
   stopped_.store(false);
+  if (on_cleared_) on_cleared_();
   cleared.state = cleared.fault == rt::GuardFault::kNone ? last.guard_state : rt::GuardState::kResuming;
   cleared.effective_tick = outcome->tick;
   log_info("cleared: " + std::string(name_of(cleared.fault)));

@@ -38,6 +38,8 @@ class SafetyLatch {
     rt::GuardFault fault = rt::GuardFault::kNone;  ///< what was cleared
     std::uint64_t effective_tick = 0;
   };
+  /// Called by each clear() that took effect. Set before there are callers.
+  void on_cleared(std::function<void()> cleared) { on_cleared_ = std::move(cleared); }
   /// Refused while the fault persists.
   Outcome<Cleared> clear(const Caller& caller);
 
@@ -45,6 +47,7 @@ class SafetyLatch {
   Session& session_;
   TelemetryHub& hub_;
   std::function<std::string(rt::GuardFault)> explain_ = [](rt::GuardFault) { return std::string(); };
+  std::function<void()> on_cleared_;
   std::atomic<bool> stopped_{false};          ///< since the last clear
   std::atomic<std::uint64_t> stopped_by_{0};  ///< the loop knows of it by this tick
 };

@@ -68,6 +68,8 @@ class Session {
   bool exhausted() const { return started_.load() && !stopping_.load() && !loop_.running(); }
   bool stopping() const { return stopping_.load(); }
   rt::LoopStatistics statistics() const { return loop_.statistics(); }
+  /// How often a device's scheduler was lost; it is engaged again once a second.
+  std::uint64_t clock_losses() const { return loop_.clock_losses(); }
   /// What the system did not grant to the loop's thread; empty before start() has returned.
   std::vector<std::string> realtime_shortcomings() const;
 

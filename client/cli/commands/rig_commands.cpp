@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/fleet/on_rigs.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -45,6 +46,9 @@ void add_doctor(CLI::App& app, Session& session) {
       "Examples:\n  hapticctl doctor\n  hapticctl doctor --json | jq '.findings[] | select(.severity == "
       "\"problem\")'");
   command->callback([&session, no_probe] {
+    std::vector<std::string> on_rigs{"doctor"};
+    if (*no_probe) on_rigs.emplace_back("--no-probe");
+    if (run_on_named_rigs(on_rigs, session)) return;
     const v1::Diagnosis diagnosis = session.connect().diagnose(!*no_probe);
     const auto is_problem = [](const v1::Finding& f) { return f.severity() == v1::FINDING_SEVERITY_PROBLEM; };
     if (std::any_of(diagnosis.findings().begin(), diagnosis.findings().end(), is_problem)) {

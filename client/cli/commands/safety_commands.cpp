@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/fleet/on_rigs.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 
@@ -14,6 +15,7 @@ void add_safety_commands(CLI::App& app, Session& session) {
   stop->footer("Examples:\n  hapticctl stop\n  hapticctl stop --reason \"tool change\"");
   stop->add_option("--reason", *reason, "Why, for the daemon's log");
   stop->callback([&session, reason] {
+    if (run_on_named_rigs({"stop", "--reason", *reason}, session)) return;
     const auto answer = session.connect().stop(*reason);
     if (session.json) return print_json(to_json(answer));
     fmt::print("guard {}: {}; hapticctl clear brings the force back\n", word(answer.guard_state()),

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/fleet/on_rigs.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/view/status_view.h"
 
@@ -18,6 +19,10 @@ void add_status_command(CLI::App& app, Session& session) {
       "Examples:\n  hapticctl status\n  hapticctl status --parts\n"
       "  hapticctl status --json | jq .state.loop.wakeup.p99_us");
   command->callback([&session, detail] {
+    std::vector<std::string> on_rigs{"status"};
+    if (detail->parts) on_rigs.emplace_back("--parts");
+    if (detail->rough) on_rigs.emplace_back("--rough");
+    if (run_on_named_rigs(on_rigs, session)) return;
     client::Client client = session.connect();
     const v1::RigInfo rig = client.rig_info();
     const v1::RigState state =

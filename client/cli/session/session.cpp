@@ -62,7 +62,13 @@ void print_error(const char* kind, const std::string& code, const v1::ErrorDetai
 
 }  // namespace
 
+LocalError no_command_for_rigs() {
+  return {"this command works on one rig", "--rigs", "", "status, doctor, stop",
+          "name one rig with --server"};
+}
+
 client::Client Session::connect() const {
+  if (!rigs.empty()) throw no_command_for_rigs();
   return client::Client({.address = server,
                          .timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0)),
                          .certificates = certificates,

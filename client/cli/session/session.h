@@ -20,6 +20,7 @@ struct Session {
   ExitCode exit_code = ExitCode::kOk;
   std::string certificates{};  ///< folder; empty: where the library looks
   std::string lease_token{};   ///< of a lease that another program keeps
+  std::string rigs{};          ///< --rigs: names of several rigs, for the commands that take them
   std::string command_line{};  ///< shown to others as the purpose of a lease
 
   /// Throws client::Error.
@@ -36,6 +37,9 @@ class LocalError : public std::runtime_error {
  private:
   v1::ErrorDetail detail_;
 };
+
+/// --rigs was given to a command that works on one rig.
+LocalError no_command_for_rigs();
 
 /// One JSON document on standard output, indented.
 void print_json(const Json& document);

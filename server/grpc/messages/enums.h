@@ -25,7 +25,7 @@ static_assert(to_proto(rt::GuardFault::kTurntableAlarm) == v1::GUARD_FAULT_TURNT
 static_assert(to_proto(rt::GuardFault::kOscillation) == v1::GUARD_FAULT_OSCILLATION);
 static_assert(to_proto(rt::GuardFault::kSensorZeroLost) == v1::GUARD_FAULT_SENSOR_ZERO_LOST);
 static_assert(to_proto(rt::GuardFault::kClientLost) == v1::GUARD_FAULT_CLIENT_LOST);
-static_assert(to_proto(rt::GuardFault::kPedalReleased) == v1::GUARD_FAULT_PEDAL_RELEASED);
+static_assert(to_proto(rt::GuardFault::kUncleanEnd) == v1::GUARD_FAULT_UNCLEAN_END);
 
 constexpr v1::FaultAction to_proto(rt::FaultAction action) {
   return static_cast<v1::FaultAction>(static_cast<int>(action) + 1);

@@ -3,6 +3,7 @@
 #include "rt/guard/fault_table.h"
 #include "server/diagnosis/certificate_findings.h"
 #include "server/diagnosis/diagnosis.h"
+#include "server/diagnosis/service_findings.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/messages/enums.h"
@@ -189,6 +190,8 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
   const CountedCall counted(diagnoses_, kMaxSlowCalls);
   if (!counted.admitted()) return counted.refusal("diagnoses", "RigService.Diagnose");
   Findings findings = diagnose({session_, scenes_, hub_, turntable_}, request->probe());
+  const Findings of_service = examine_service(session_.loop_config(), state_folder_);
+  findings.insert(findings.begin(), of_service.begin(), of_service.end());
   const Findings of_certificates = examine_certificates(certificates_, std::chrono::system_clock::now());
   findings.insert(findings.end(), of_certificates.begin(), of_certificates.end());
   for (const Finding& finding : findings) {

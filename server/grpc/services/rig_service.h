@@ -19,14 +19,16 @@ class Watchdog;
 class RigService final : public v1::RigService::Service {
  public:
   RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, SensorBiases& biases,
-             TurntableHost& turntable, const Watchdog& watchdog, std::string certificates = {})
+             TurntableHost& turntable, const Watchdog& watchdog, std::string certificates = {},
+             std::string state_folder = {})
       : session_(session),
         scenes_(scenes),
         hub_(hub),
         biases_(biases),
         turntable_(turntable),
         watchdog_(watchdog),
-        certificates_(std::move(certificates)) {}
+        certificates_(std::move(certificates)),
+        state_folder_(std::move(state_folder)) {}
 
   grpc::Status GetRigInfo(grpc::ServerContext* context, const v1::GetRigInfoRequest* request,
                           v1::RigInfo* response) override;
@@ -47,6 +49,7 @@ class RigService final : public v1::RigService::Service {
   TurntableHost& turntable_;
   const Watchdog& watchdog_;
   const std::string certificates_;  ///< folder; empty: served without
+  const std::string state_folder_;  ///< where models are kept; empty: nowhere
   std::atomic<int> diagnoses_{0};
   std::atomic<int> bias_calls_{0};
 };

@@ -94,7 +94,7 @@ TEST(Doctor, LooksAtMemoryAndClock) {
   Machine machine;
   EXPECT_EQ(machine.find("memory", {}).severity, kWarning);
   machine.file("proc/self/status", "VmPeak: 1 kB\nVmLck:    1187840 kB\nVmRSS:    163840 kB");
-  EXPECT_EQ(machine.find("memory", {}).text, "locked: the 160 MB in use stay in memory")
+  EXPECT_EQ(machine.find("memory", {}).text, "locked: 160 MB stay in memory, of 160 MB in use")
       << "not the address space, which frightens";
   const std::string source = "sys/devices/system/clocksource/clocksource0/current_clocksource";
   EXPECT_EQ(machine.find("clock", {}).severity, kNote);

@@ -1,0 +1,114 @@
+#include "client/cli/fleet/on_rigs.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <thread>
+
+extern char** environ;
+
+namespace hapticd::cli {
+
+namespace {
+
+/// A run of this program whose whole output is read.
+class Run {
+ public:
+  explicit Run(std::vector<std::string> arguments) {
+    int pipe[2];
+    if (pipe2(pipe, O_CLOEXEC) != 0) throw LocalError("no pipe for a command", "", std::strerror(errno));
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, pipe[1], STDERR_FILENO);
+    arguments.insert(arguments.begin(), "hapticctl");
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    const int failure = posix_spawn(&pid_, "/proc/self/exe", &actions, nullptr, pointers.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(pipe[1]);
+    output_ = pipe[0];
+    if (failure != 0) throw LocalError("the command cannot be started", "hapticctl", std::strerror(failure));
+    reader_ = std::thread([this] { read_all(); });
+  }
+  ~Run() {
+    if (reader_.joinable()) reader_.join();
+    close(output_);
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
+  /// Waits for its end. The exit code.
+  int wait() {
+    reader_.join();
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : static_cast<int>(ExitCode::kUsage);
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  void read_all() {
+    std::array<char, 4096> part{};
+    for (ssize_t n = 0; (n = read(output_, part.data(), part.size())) > 0;)
+      text_.append(part.data(), static_cast<std::size_t>(n));
+  }
+
+  pid_t pid_ = -1;
+  int output_ = -1;
+  std::string text_;
+  std::thread reader_;
+};
+
+std::vector<std::string> arguments_for(const ListedRig& rig, const std::vector<std::string>& command,
+                                       const Session& session) {
+  std::vector<std::string> arguments{"--server", rig.server, "--timeout",
+                                     fmt::format("{}", session.timeout_s)};
+  const std::string& certificates = rig.certificates.empty() ? session.certificates : rig.certificates;
+  if (!certificates.empty()) arguments.insert(arguments.end(), {"--certificates", certificates});
+  if (session.json) arguments.emplace_back("--json");
+  arguments.insert(arguments.end(), command.begin(), command.end());
+  return arguments;
+}
+
+}  // namespace
+
+void run_on_rigs(const std::vector<ListedRig>& rigs, const std::vector<std::string>& command,
+                 Session& session) {
+  std::vector<std::unique_ptr<Run>> runs;
+  for (const ListedRig& rig : rigs)
+    runs.push_back(std::make_unique<Run>(arguments_for(rig, command, session)));
+  Json answers = Json::object();
+  int worst = 0;
+  for (std::size_t i = 0; i < rigs.size(); ++i) {
+    worst = std::max(worst, runs[i]->wait());
+    if (session.json) {
+      answers[rigs[i].name] = Json::parse(runs[i]->text(), nullptr, false);
+      if (answers[rigs[i].name].is_discarded()) answers[rigs[i].name] = runs[i]->text();
+    } else {
+      fmt::print("{}{} ({})\n{}", i == 0 ? "" : "\n", Terminal::detect().bold(rigs[i].name), rigs[i].server,
+                 runs[i]->text());
+    }
+  }
+  if (session.json) print_json(answers);
+  session.exit_code = static_cast<ExitCode>(worst);
+}
+
+bool run_on_named_rigs(const std::vector<std::string>& command, Session& session) {
+  if (session.rigs.empty()) return false;
+  const std::string path = rigs_file_path();
+  run_on_rigs(choose_rigs(read_rigs(path), session.rigs, path), command, session);
+  return true;
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,145 @@
+// What Prometheus reads: the figures of the loop as they are, on the address that was configured and no
+// other.
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "server/metrics/metrics_server.h"
+#include "server/metrics/rig_metrics.h"
+#include "tests/integration/running_service.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+/// The whole answer to one GET; empty where no one listens.
+std::string http_get(std::uint16_t port, const std::string& path) {
+  const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  std::string answer;
+  if (connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+    EXPECT_EQ(send(descriptor, request.data(), request.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(request.size()));
+    std::array<char, 4096> part{};
+    for (ssize_t n = 0; (n = recv(descriptor, part.data(), part.size(), 0)) > 0;)
+      answer.append(part.data(), static_cast<std::size_t>(n));
+  }
+  close(descriptor);
+  return answer;
+}
+
+/// The value of the line that begins with `name` (labels included); NaN where there is none.
+double metric_in(const std::string& text, const std::string& name) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(name + " ")) return std::stod(line.substr(name.size() + 1));
+  }
+  return std::nan("");
+}
+
+server::DaemonConfig config_with_metrics() {
+  server::DaemonConfig config = quiet_config();
+  config.scene = "tap_1d";
+  config.metrics.listen = server::ListenAddress{"127.0.0.1", 0};
+  return config;
+}
+
+TEST(Metrics, ShowTheLoopTheGuardAndTheSubscribers) {
+  const RunningService service(config_with_metrics());
+  service.await([](const v1::RigState& s) { return s.tick() > 300; });
+  const std::uint16_t port = service.daemon->metrics_port();
+  const std::string text = http_get(port, "/metrics");
+  EXPECT_GT(metric_in(text, "hapticd_loop_ticks_total"), 300.0) << text;
+  EXPECT_EQ(metric_in(text, "hapticd_loop_running"), 1.0);
+  EXPECT_EQ(metric_in(text, "hapticd_scene_loaded"), 1.0);
+  EXPECT_EQ(metric_in(text, "hapticd_guard_latched"), 0.0);
+  EXPECT_EQ(metric_in(text, "hapticd_fault_present{fault=\"stopped\"}"), 0.0);
+  EXPECT_EQ(metric_in(text, "hapticd_loop_lateness_seconds_bucket{le=\"+Inf\"}"),
+            metric_in(text, "hapticd_loop_lateness_seconds_count"));
+  EXPECT_LT(text.size(), 20'000U);
+  EXPECT_EQ(http_get(port, "/").find("hapticd_loop"), std::string::npos);
+
+  v1::StopResponse stopped;
+  ASSERT_TRUE(service.safety->Stop(call_context().get(), {}, &stopped).ok());
+  service.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
+  const std::string after = http_get(port, "/metrics");
+  EXPECT_EQ(metric_in(after, "hapticd_guard_latched"), 1.0);
+  EXPECT_EQ(metric_in(after, "hapticd_guard_latched_by{fault=\"stopped\"}"), 1.0);
+}
+
+TEST(Metrics, AreOffUnlessAsked) {
+  const RunningService service;
+  EXPECT_EQ(service.daemon->metrics_port(), 0);
+}
+
+TEST(Metrics, APortThatIsTakenIsNamed) {
+  const auto first = server::MetricsServer::start({"127.0.0.1", 0}, [] { return server::RigFigures{}; });
+  ASSERT_TRUE(first);
+  const auto second =
+      server::MetricsServer::start({"127.0.0.1", (*first)->port()}, [] { return server::RigFigures{}; });
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().value, "127.0.0.1:" + std::to_string((*first)->port()));
+  EXPECT_FALSE(second.error().remedy.empty());
+}
+
+TEST(Metrics, HistogramsAreThoseOfTheLoop) {
+  server::RigFigures figures;
+  rt::LatencyHistogram times;
+  for (const std::int64_t ns : {500, 3'000, 3'000, 100'000'000}) times.record(ns);
+  figures.loop.wakeup = times.snapshot();
+  for (const prometheus::MetricFamily& family : server::metric_families(figures)) {
+    if (family.name != "hapticd_loop_lateness_seconds") continue;
+    const auto& histogram = family.metric.at(0).histogram;
+    EXPECT_EQ(histogram.sample_count, 4U);
+    EXPECT_NEAR(histogram.sample_sum, 0.1000065, 1e-9);
+    for (const auto& bucket : histogram.bucket) {
+      const std::uint64_t below = bucket.upper_bound < 3e-6 ? 1U : bucket.upper_bound < 0.1 ? 3U : 4U;
+      EXPECT_EQ(bucket.cumulative_count, below) << bucket.upper_bound;
+    }
+    return;
+  }
+  FAIL() << "no lateness";
+}
+
+TEST(Metrics, PromtoolFindsNothingWrong) {
+  if (std::system("command -v promtool >/dev/null 2>&1") != 0) {
+    GTEST_SKIP()
+        << "promtool is not installed (Debian package prometheus): the form of the metrics is not checked";
+  }
+  const RunningService service(config_with_metrics());
+  service.await([](const v1::RigState& s) { return s.tick() > 50; });
+  const std::string answer = http_get(service.daemon->metrics_port(), "/metrics");
+  const TemporaryFolder folder;
+  const std::string file = folder.path() + "/metrics.txt";
+  std::string own;
+  std::istringstream body(answer.substr(answer.find("\r\n\r\n") + 4));
+  // The library's own count of scrapes is not ours to name.
+  for (std::string line; std::getline(body, line);) {
+    if (line.find("exposer_") == std::string::npos) own += line + "\n";
+  }
+  std::ofstream(file) << own;
+  const std::string command = "promtool check metrics < " + file + " > " + file + ".said 2>&1";
+  const int status = std::system(command.c_str());
+  std::ifstream said(file + ".said");
+  std::ostringstream all;
+  all << said.rdbuf();
+  EXPECT_EQ(status, 0) << all.str();
+  EXPECT_EQ(all.str(), "");
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,74 @@
+// The list of rigs, and which of them --rigs means.
+
+#include <gtest/gtest.h>
+
+#include "client/cli/commands/commands.h"
+#include "client/cli/fleet/rigs_file.h"
+
+namespace hapticd::cli {
+namespace {
+
+constexpr const char* kTwoRigs =
+    "[right]\nserver = \"192.168.1.21:50051\"\ncertificates = \"/etc/right\"\n"
+    "[left]\nserver = \"192.168.1.20:50051\"\nnote = \"room 12\"\n";
+
+TEST(Rigs, AreReadByName) {
+  const auto rigs = parse_rigs(kTwoRigs, "rigs.toml");
+  ASSERT_EQ(rigs.size(), 2U);
+  EXPECT_EQ(rigs[0].name, "left");
+  EXPECT_EQ(rigs[0].server, "192.168.1.20:50051");
+  EXPECT_EQ(rigs[0].note, "room 12");
+  EXPECT_EQ(rigs[1].certificates, "/etc/right");
+}
+
+TEST(Rigs, AreChosenInTheOrderGiven) {
+  const auto rigs = parse_rigs(kTwoRigs, "rigs.toml");
+  const auto chosen = choose_rigs(rigs, "right,left", "rigs.toml");
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_EQ(chosen[0].name, "right");
+  EXPECT_EQ(choose_rigs(rigs, "all", "rigs.toml").size(), 2U);
+}
+
+/// What the error says about the text or the choice.
+v1::ErrorDetail refusal(const std::string& text, const std::string& names = "all") {
+  try {
+    choose_rigs(parse_rigs(text, "rigs.toml"), names, "rigs.toml");
+  } catch (const LocalError& error) {
+    return error.detail();
+  }
+  ADD_FAILURE() << "accepted: " << text;
+  return {};
+}
+
+TEST(Rigs, MistakesAreNamedWithLineAndRemedy) {
+  EXPECT_EQ(refusal("[a]\nserver = \"x:1\"\ncolour = \"red\"\n").where(), "rigs.toml, line 3");
+  EXPECT_EQ(refusal("[a]\nnote = \"x\"\n").what(), "rig 'a' has no server");
+  EXPECT_EQ(refusal("[a]\nserver = 5\n").what(), "'server' of rig 'a' is no text");
+  EXPECT_EQ(refusal("a = 1\n").what(), "'a' is no rig");
+  EXPECT_EQ(refusal("[all]\nserver = \"x:1\"\n").what(), "a rig cannot have this name");
+  EXPECT_NE(refusal("[a\n").what().find("not TOML"), std::string::npos);
+  const v1::ErrorDetail unknown = refusal(kTwoRigs, "left,middle");
+  EXPECT_EQ(unknown.value(), "middle");
+  EXPECT_EQ(unknown.limit(), "left, right, all");
+  EXPECT_EQ(refusal(kTwoRigs, ",").what(), "no rig has this name");
+}
+
+TEST(Rigs, AFileThatIsMissingIsNamedWithItsForm) {
+  try {
+    read_rigs("/nowhere/rigs.toml");
+    FAIL();
+  } catch (const LocalError& error) {
+    EXPECT_EQ(error.detail().where(), "/nowhere/rigs.toml");
+    EXPECT_NE(error.detail().remedy().find("HAPTICD_RIGS"), std::string::npos);
+  }
+}
+
+TEST(Rigs, ACommandOfOneRigRefusesSeveral) {
+  Session session{.server = "127.0.0.1:50051"};
+  CLI::App app;
+  build_app(app, session);
+  EXPECT_THROW(app.parse("--rigs left,right clear"), LocalError);
+}
+
+}  // namespace
+}  // namespace hapticd::cli
