@@ -120,6 +120,7 @@ void ComposedRig::read(RigSample& sample) noexcept {
     sample.status &= kOfForce;
     sample.tip_position_mm = last_.tip_position_mm;
     sample.tip_orientation = last_.tip_orientation;
+    sample.angles = last_.angles;
     sample.position_age_ns = 0;
     sample.max_force_n = 0.0;
     if (!device_access_.with([&] { parts_.device->read(sample); })) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <type_traits>
@@ -55,12 +56,20 @@ inline constexpr std::uint32_t kCommandStale = 1U
                                                << 10;  ///< no command came in time; the device cut the force
 }  // namespace sample_status
 
+/// Angles of a device's joints and of its gimbal as the device counts them: zero and sense are its own.
+struct DeviceAngles {
+  std::array<double, 3> joint_rad{};
+  std::array<double, 3> gimbal_rad{};
+  bool known = false;  ///< false: the device does not report them
+};
+
 /// One tick's measurement. Rig frame: right-handed, z up, millimetres.
 struct RigSample {
   std::uint64_t tick = 0;    ///< counts from 0 at the start of the rig, one a period
   std::int64_t time_ns = 0;  ///< the rig's own clock (virtual, recorded or monotonic), from its start
   Vector3 tip_position_mm;   ///< tool tip from the encoders; does not contain structural deflection
   Quaternion tip_orientation;
+  DeviceAngles angles;
   Vector3 sensor_force_n;      ///< tool frame, force *on* the tool; mean since the last tick; includes tool
                                ///< inertia and the change of its gravity since the sensor was biased
   Vector3 sensor_torque_n_mm;  ///< tool frame, about the sensor's origin

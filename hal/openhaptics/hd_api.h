@@ -53,9 +53,11 @@ inline constexpr ErrorCode kSchedulerFull = 0x0501;
 inline constexpr ErrorCode kInvalidLicense = 0x0600;
 
 // -- parameters that can be read and set
-inline constexpr Enum kCurrentPosition = 0x2050;   ///< 3 doubles, mm
-inline constexpr Enum kCurrentTransform = 0x2052;  ///< 16 doubles, column by column
-inline constexpr Enum kDeviceModelType = 0x2501;   ///< string
+inline constexpr Enum kCurrentPosition = 0x2050;      ///< 3 doubles, mm
+inline constexpr Enum kCurrentTransform = 0x2052;     ///< 16 doubles, column by column
+inline constexpr Enum kCurrentJointAngles = 0x2100;   ///< 3 doubles, rad
+inline constexpr Enum kCurrentGimbalAngles = 0x2150;  ///< 3 doubles, rad
+inline constexpr Enum kDeviceModelType = 0x2501;      ///< string
 inline constexpr Enum kDeviceDriverVersion = 0x2502;
 inline constexpr Enum kDeviceVendor = 0x2503;
 inline constexpr Enum kDeviceSerialNumber = 0x2504;

@@ -191,6 +191,7 @@ void Servo::calibrate() noexcept {
 void Servo::measure() noexcept {
   take_pose();
   drain();
+  take_angles();
   std::uint32_t status = slot_->take();
   if (pose_fault_) status |= kDeviceFault;
   if ((status & kDeviceFault) != 0) fault_until_ns_ = now_ns_ + kFaultHoldNs;
@@ -233,6 +234,24 @@ void Servo::take_pose() noexcept {
       rig_from_device(position - setup_.origin_mm) + geometry::rotated(orientation_, setup_.tip_offset_mm);
 }
 
+/// With the error stack empty, as for all that a device may not have.
+void Servo::take_angles() noexcept {
+  angles_.known = false;
+  if (!angles_known_) return;
+  double joint_rad[3] = {kNan, kNan, kNan};
+  double gimbal_rad[3] = {kNan, kNan, kNan};
+  api_.get_doublev(hd::kCurrentJointAngles, joint_rad);
+  api_.get_doublev(hd::kCurrentGimbalAngles, gimbal_rad);
+  angles_known_ = knows_what_was_asked();
+  if (!angles_known_) return;
+  angles_.known = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    angles_.joint_rad[i] = joint_rad[i];
+    angles_.gimbal_rad[i] = gimbal_rad[i];
+    angles_.known = angles_.known && std::isfinite(joint_rad[i]) && std::isfinite(gimbal_rad[i]);
+  }
+}
+
 /// Whether the library supports the last query; a device without that value is not faulty. The error stack
 /// was empty before.
 bool Servo::knows_what_was_asked() noexcept {
@@ -272,6 +291,7 @@ void Servo::feel_motors() noexcept {
 void Servo::read(hal::RigSample& sample) const noexcept {
   sample.tip_position_mm = tip_mm_;
   sample.tip_orientation = orientation_;
+  sample.angles = angles_;
   sample.position_age_ns = hal::monotonic_ns() - tip_ns_;
   sample.status |= status_;
 }

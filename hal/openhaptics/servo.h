@@ -105,6 +105,7 @@ class Servo {
   void calibrate() noexcept;
   void measure() noexcept;
   void take_pose() noexcept;
+  void take_angles() noexcept;
   void feel_motors() noexcept;
   void check_output() noexcept;
   bool knows_what_was_asked() noexcept;
@@ -128,11 +129,13 @@ class Servo {
   // Used by the callback only.
   hal::Vector3 tip_mm_;
   hal::Quaternion orientation_;
+  hal::DeviceAngles angles_;
   std::uint32_t status_ = 0;
   bool pose_fault_ = false;
   bool limited_ = false;
   bool temperature_known_ = true;  ///< false once the library reports that the device has none
   bool output_known_ = true;
+  bool angles_known_ = true;
   hal::Vector3 command_n_;
   std::uint64_t turns_ = 0;
   Nanoseconds now_ns_ = 0;

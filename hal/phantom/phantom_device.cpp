@@ -129,6 +129,7 @@ void PhantomDevice::read(hal::RigSample& sample) noexcept {
   for (std::size_t i = 0; i < 3; ++i) state.q_reported[i].store(state.q[i], std::memory_order_relaxed);
   sample.tip_position_mm = state.tip_mm;
   sample.tip_orientation = state.turned;
+  sample.angles = {state.q, state.gimbal_rad, state.is_home};
   sample.position_age_ns = 0;  // the counters are read in this call
   if (state.is_home && !state.jumped) sample.max_force_n = state.force_now_n();
   sample.status |= status;

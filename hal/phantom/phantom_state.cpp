@@ -63,7 +63,6 @@ void PhantomDevice::State::follow(std::int64_t now_ns) noexcept {
   tip_mm = forward_mm(config.arm, q) + config.origin_mm;
   motion.follow(tip_mm, now_ns);
   if (config.gimbal) {
-    std::array<double, 3> gimbal_rad{};
     for (std::size_t i = 0; i < 3; ++i) {
       gimbal_rad[i] = config.gimbal_reset_rad[i] + kRadPerTurn *
                                                        static_cast<double>(counts[3 + i] - zero[3 + i]) /

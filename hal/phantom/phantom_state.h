@@ -66,6 +66,7 @@ struct PhantomDevice::State final : CutAtExit {
   std::int64_t still_since_ns = 0;
   JointAngles q{};
   hal::Vector3 tip_mm;
+  std::array<double, 3> gimbal_rad{};
   hal::Quaternion turned;
   bool is_home = false;
   bool jumped = false;

@@ -204,6 +204,7 @@ void Simulation::read_device(hal::RigSample& sample, std::int64_t beyond_ns) noe
     const double error_rad = conditions_.orientation_error_deg * std::numbers::pi / 180.0;
     sample.tip_orientation = composed(rotation({error_rad, 0.0, 0.0}), sample.tip_orientation);
   }
+  sample.angles = angles_of(device_.arm, sample.tip_position_mm, sample.tip_orientation);
   sample.time_ns = time_ns() + beyond_ns;
 }
 

@@ -215,6 +215,7 @@ std::int64_t PeriodicLoop::tick(std::int64_t deadline_ns, std::int64_t woken_ns)
 
   rig_.read(sample_);
   const std::int64_t read_ns = now_ns();
+  last_reading_.publish({sample_.time_ns, woken_ns, read_ns});
   timing.device_ns += read_ns - woken_ns;  // with the last tick's write
   engine_.note_timing(timing);
   const hal::DeviceCommand command = engine_.on_tick(sample_);

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "hal/rig.h"
 #include "rt/loop/engine.h"
 #include "rt/loop/latency_histogram.h"
+#include "rt/loop/rig_reading.h"
 
 namespace hapticd::rt {
 
@@ -60,6 +62,8 @@ class PeriodicLoop final : private hal::ServoBody {
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
 
   LoopStatistics statistics() const noexcept;
+  /// Nothing before the first tick, and where the rig has a time of its own.
+  std::optional<RigReading> last_reading() const noexcept { return last_reading_.get(); }
   /// That of statistics(), for those who look often.
   std::uint64_t clock_losses() const noexcept { return clock_losses_.load(std::memory_order_relaxed); }
   /// What was asked for but not granted, each with its remedy; complete once start() has returned.
@@ -95,6 +99,7 @@ class PeriodicLoop final : private hal::ServoBody {
   TickTiming timing_;                   ///< of the tick to come, as far as known
   std::int64_t servo_deadline_ns_ = 0;  ///< when a device's scheduler is expected to call next; 0 = unknown
 
+  LastRigReading last_reading_;
   LatencyHistogram jitter_;
   LatencyHistogram timer_;
   LatencyHistogram wakeup_;

@@ -27,6 +27,7 @@ inline constexpr std::uint32_t kZero = 1U << 12;       ///< the sensor's zero as
 inline constexpr std::uint32_t kInclusion = 1U << 13;  ///< what inclusions add, and where the strongest is
 inline constexpr std::uint32_t kFriction = 1U << 14;   ///< what a friction target adds, and its range
 inline constexpr std::uint32_t kTransient = 1U << 15;  ///< the transient of a contact
+inline constexpr std::uint32_t kAngles = 1U << 16;     ///< joints and gimbal, where the device reports them
 }  // namespace channel
 
 /// Why the contact state is what it is.
@@ -81,6 +82,7 @@ struct TickRecord {
   // channel::kSample
   hal::Vector3 tip_position_mm;
   hal::Quaternion tip_orientation;
+  hal::Vector3 angular_velocity_rad_per_s;  ///< rig frame; what reads the records fills it, not the tick
   hal::Vector3 sensor_force_n;
   hal::Vector3 sensor_torque_n_mm;  ///< tool frame, about the sensor's origin
   std::uint32_t sample_status = 0;
@@ -143,6 +145,8 @@ struct TickRecord {
   double transient_impact_mm_per_s = 0.0;  ///< speed of the last impact
   double transient_share = 0.0;            ///< of the amplitude asked for, what the bounds left
   std::uint32_t transient_count = 0;       ///< since the scene was loaded
+  // channel::kAngles
+  hal::DeviceAngles angles;
   // channel::kTiming
   TickTiming timing;
   // channel::kTruth

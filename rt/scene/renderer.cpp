@@ -51,6 +51,10 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.channels = channel::kSample;
   record.tip_position_mm = sample.tip_position_mm;
   record.tip_orientation = sample.tip_orientation;
+  if (sample.angles.known) {
+    record.channels |= channel::kAngles;
+    record.angles = sample.angles;
+  }
   record.sensor_force_n = sample.sensor_force_n;
   record.sensor_torque_n_mm = sample.sensor_torque_n_mm;
   record.sample_status = sample.status;

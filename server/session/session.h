@@ -76,6 +76,8 @@ class Session {
   /// The rig's time of the last tick.
   std::int64_t now_ns() const { return engine_.last_time_ns(); }
   std::uint64_t last_tick() const { return engine_.last_tick(); }
+  /// Nothing before the first tick, and where the rig has a time of its own.
+  std::optional<rt::RigReading> last_reading() const { return loop_.last_reading(); }
 
   /// Nothing, or why the loop takes no commands now.
   std::optional<Refusal> unavailable() const;

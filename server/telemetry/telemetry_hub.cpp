@@ -115,7 +115,10 @@ void TelemetryHub::pump(Subscription::Clock::time_point now) {
   while (more) {
     auto chunk = std::make_shared<RecordChunk>();
     rt::TickRecord record;
-    while (chunk->records.size() < kMaxChunk && engine_.pop_record(record)) chunk->records.push_back(record);
+    while (chunk->records.size() < kMaxChunk && engine_.pop_record(record)) {
+      record.angular_velocity_rad_per_s = turning_.follow(record.tip_orientation, record.time_ns);
+      chunk->records.push_back(record);
+    }
     more = chunk->records.size() == kMaxChunk;
     chunk->received = now;
     chunk->dropped_by_server = engine_.records_dropped();

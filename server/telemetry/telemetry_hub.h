@@ -15,6 +15,7 @@
 
 #include "rt/loop/engine.h"
 #include "rt/record/tick_record.h"
+#include "server/telemetry/angular_velocity.h"
 
 namespace hapticd::server {
 
@@ -121,6 +122,7 @@ class TelemetryHub {
   rt::Engine& engine_;
 
   std::mutex pump_mutex_;     ///< its holder is the only reader of the ring
+  AngularVelocity turning_;   ///< of the records in the order of the ring
   mutable std::mutex mutex_;  ///< of the three below, held only briefly
   std::shared_ptr<const Subscribers> subscribers_ = std::make_shared<const Subscribers>();
   rt::TickRecord last_;

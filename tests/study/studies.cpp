@@ -75,6 +75,8 @@ const std::vector<Study>& studies() {
            {"place", "where an inclusion is, from a palpation scan", run_inclusion_place,
             PlantUse::kSeparable},
            {"bounds", "jumps, bounds and energy of the law", run_tumour_bounds, PlantUse::kNone},
+           {"stability", "how stiff a rendered inclusion may be", run_inclusion_stability,
+            PlantUse::kSeparable},
        }},
       {"friction",
        "the friction of a real object against its target",

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -26,8 +27,19 @@ struct ClockFindings {
   client::ClockBounds bounds;
   client::ClockDrift drift;
   std::uint64_t exchanges = 0;
+  std::optional<client::RigTime> rig;  ///< now; nothing where it is not known
+  std::int64_t now_ns = 0;
   v1::ClockState daemon;
 };
+
+/// Nothing on a rig that has a time of its own.
+std::optional<client::RigTime> rig_time(const client::ClockSync& clock, std::int64_t now_ns) {
+  try {
+    return clock.to_rig(now_ns);
+  } catch (const client::Error&) {
+    return std::nullopt;
+  }
+}
 
 ClockFindings find_out(Session& session, const ClockOptions& options) {
   using Clock = std::chrono::steady_clock;
@@ -39,7 +51,8 @@ ClockFindings find_out(Session& session, const ClockOptions& options) {
     if (const auto problem = clock.problem()) throw *problem;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  return {clock.bounds(), clock.drift(), clock.exchanges(), client.clock()};
+  const std::int64_t now_ns = client::ClockSync::now_ns();
+  return {clock.bounds(), clock.drift(), clock.exchanges(), rig_time(clock, now_ns), now_ns, client.clock()};
 }
 
 std::string drift_words(const client::ClockDrift& drift) {
@@ -58,6 +71,10 @@ std::string utc_words(const v1::ClockState& state) {
 }
 
 Json findings_json(const ClockFindings& found) {
+  Json rig;
+  if (found.rig) {
+    rig = {{"rig_ns", found.rig->rig_ns}, {"this_ns", found.now_ns}, {"bound_ms", found.rig->bound_ms}};
+  }
   return {{"clock",
            {{"offset_ns", found.bounds.offset_ns()},
             {"lower_ns", found.bounds.lower_ns},
@@ -66,6 +83,7 @@ Json findings_json(const ClockFindings& found) {
             {"drift_ppm", found.drift.ppm},
             {"drift_bound_ppm", found.drift.bound_ppm},
             {"exchanges", found.exchanges}}},
+          {"rig", rig},
           {"daemon", to_json(found.daemon)}};
 }
 
@@ -80,6 +98,10 @@ void show_clock(Session& session, const ClockOptions& options) {
   table.add({terminal.bold("drift"), drift_words(found.drift)});
   table.add({terminal.bold("exchanges"), fmt::format("{}", found.exchanges)});
   const v1::ClockState& daemon = found.daemon;
+  table.add({terminal.bold("rig"),
+             found.rig ? fmt::format("{:.6f} s after its start ± {:.4f} ms",
+                                     1e-9 * static_cast<double>(found.rig->rig_ns), found.rig->bound_ms)
+                       : "not known: no tick yet, or a time of its own"});
   table.add({terminal.bold("UTC there"),
              fmt::format("{:.6f} s after CLOCK_MONOTONIC (± {} ns)",
                          1e-9 * static_cast<double>(daemon.utc_ns() - daemon.monotonic_ns()),

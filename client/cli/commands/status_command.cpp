@@ -27,8 +27,11 @@ void add_status_command(CLI::App& app, Session& session) {
     const v1::RigInfo rig = client.rig_info();
     const v1::RigState state =
         client.rig_state(session.json ? client::Histograms::kWith : client::Histograms::kWithout);
-    if (session.json) return print_json({{"rig", to_json(rig)}, {"state", to_json(state)}});
-    for (const std::string& line : status_lines(rig, state, *detail, Terminal::detect())) {
+    const v1::LeaseState lease = client.lease();
+    if (session.json) {
+      return print_json({{"rig", to_json(rig)}, {"state", to_json(state)}, {"lease", to_json(lease)}});
+    }
+    for (const std::string& line : status_lines(rig, state, lease, *detail, Terminal::detect())) {
       fmt::print("{}\n", line);
     }
   });

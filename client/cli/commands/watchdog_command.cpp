@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,6 +58,18 @@ void rest(std::chrono::nanoseconds time) {
   }
 }
 
+/// Until when a sender that has just ended may still be taken for alive. Now, where the endpoint is not
+/// known.
+std::chrono::steady_clock::time_point others_lapse_by(client::Client& client, const std::string& name) {
+  constexpr std::chrono::milliseconds kMargin{200};
+  const auto now = std::chrono::steady_clock::now();
+  const v1::Watchdog watchdog = client.watchdog();
+  for (const v1::WatchdogEndpoint& one : watchdog.endpoints()) {
+    if (one.name() == name) return now + std::chrono::milliseconds(std::llround(one.timeout_ms())) + kMargin;
+  }
+  return now;
+}
+
 /// Checks in until it is interrupted. A daemon that is away for a moment is tried again; a refusal is not.
 void hold_endpoint(Session& session, const EndpointOptions& options) {
   constexpr std::chrono::milliseconds kAgain{100};
@@ -66,6 +79,7 @@ void hold_endpoint(Session& session, const EndpointOptions& options) {
   std::optional<bool> pressed;
   if (options.pressed || options.released) pressed = options.pressed;
   bool alive = false;
+  const auto others_lapse = others_lapse_by(client, options.name);
   while (!interrupted()) {
     try {
       endpoint.check_in(pressed);
@@ -76,6 +90,11 @@ void hold_endpoint(Session& session, const EndpointOptions& options) {
       alive = true;
       rest(endpoint.pause());
     } catch (const client::Error& error) {
+      if (!alive && error.detail().reason() == v1::ERROR_REASON_BUSY &&
+          std::chrono::steady_clock::now() < others_lapse) {
+        rest(kAgain);
+        continue;
+      }
       if (!alive || !may_pass(error)) throw;
       fmt::print(stderr, "hapticctl: {}\n", error.what());
       std::this_thread::sleep_for(kAgain);

@@ -6,6 +6,7 @@
 
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
+#include "client/cli/view/lease_view.h"
 #include "client/cli/view/live_state.h"
 #include "client/cli/view/watchdog_view.h"
 
@@ -153,7 +154,8 @@ std::string more_text(const v1::RigInfo& rig, const StatusDetail& detail) {
 }  // namespace
 
 std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState& state,
-                                      const StatusDetail& detail, const Terminal& terminal) {
+                                      const v1::LeaseState& lease, const StatusDetail& detail,
+                                      const Terminal& terminal) {
   TextTable facts;
   facts.add({terminal.bold("rig"), rig_text(rig)});
   facts.add({terminal.bold("device"), device_text(rig.device())});
@@ -163,6 +165,7 @@ std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState
                  ? "none (hapticctl scene list)"
                  : fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm())});
   facts.add({terminal.bold("guard"), guard_text(state, terminal)});
+  if (lease.has_lease() || !lease.taker().empty()) facts.add({terminal.bold("control"), lease_words(lease)});
   if (!state.watchdog_endpoints().empty())
     facts.add({terminal.bold("watchdog"), watchdog_words(state.watchdog_endpoints())});
   facts.add({terminal.bold("now"), now_text(state)});

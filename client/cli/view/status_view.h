@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "client/cli/session/terminal.h"
+#include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/rig.pb.h"
 
 namespace hapticd::cli {
@@ -17,6 +18,7 @@ struct StatusDetail {
 /// Rig, scene, guard and what is touched now; then parts and loop. Without details it fits 80 columns and 24
 /// rows, guard and contact among the first; no line is broken within a word.
 std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState& state,
-                                      const StatusDetail& detail, const Terminal& terminal);
+                                      const v1::LeaseState& lease, const StatusDetail& detail,
+                                      const Terminal& terminal);
 
 }  // namespace hapticd::cli

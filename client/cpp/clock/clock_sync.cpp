@@ -1,6 +1,6 @@
 #include "client/cpp/clock/clock_sync.h"
 
-#include <algorithm>
+#include <string>
 
 #include "client/cpp/clock/clock_error.h"
 
@@ -21,7 +21,7 @@ std::int64_t ClockSync::now_ns() {
 }
 
 ClockSync::ClockSync(Client& client, ClockSyncOptions options)
-    : client_(client), options_(options), estimator_(options.max_drift_ppm) {
+    : client_(client), options_(options), daemon_(options.max_drift_ppm) {
   exchange();
   thread_ = std::thread([this] { run(); });
 }
@@ -47,17 +47,25 @@ void ClockSync::exchange() {
   const std::lock_guard lock(mutex_);
   if (answer.clock() != clock_) {  // another start of the daemon's machine: nothing of before holds
     clock_ = answer.clock();
-    estimator_ = ClockEstimator(options_.max_drift_ppm);
-    converter_ = ClockConverter();
+    daemon_.forget();
   }
-  try {
-    estimator_.add(stamps);
-  } catch (...) {
-    converter_ = ClockConverter();
-    throw;
-  }
-  converter_.follow(estimator_.bounds(stamps.client_received_ns), estimator_.drift().ppm);
+  daemon_.add(stamps);
   ++exchanges_;
+  note_rig(answer);
+}
+
+void ClockSync::note_rig(const v1::ExchangeResponse& answer) {
+  if (answer.rig().clock() != rig_clock_) {
+    rig_clock_ = answer.rig().clock();
+    rig_.forget();
+    rig_read_ns_ = 0;
+  }
+  // Several exchanges meet the same reading.
+  if (!answer.has_rig() || answer.rig().begun_ns() <= rig_read_ns_) return;
+  rig_read_ns_ = answer.rig().done_ns();
+  // To read the rig is an exchange, too: sent, stamped by the rig, received.
+  rig_.add({answer.rig().begun_ns(), answer.rig().rig_time_ns(), answer.rig().rig_time_ns(),
+            answer.rig().done_ns()});
 }
 
 void ClockSync::run() {
@@ -80,7 +88,7 @@ void ClockSync::run() {
 }
 
 void ClockSync::require_known() const {
-  if (!estimator_.empty()) return;
+  if (!daemon_.empty()) return;
   throw clock_error("the daemon's clock is not known", "exchange of clocks", problem_ ? problem_->what() : "",
                     "", "wait for the next exchange");
 }
@@ -88,28 +96,40 @@ void ClockSync::require_known() const {
 ClockBounds ClockSync::bounds() const {
   const std::lock_guard lock(mutex_);
   require_known();
-  return estimator_.bounds(now_ns());
+  return daemon_.estimator().bounds(now_ns());
 }
 
 ClockDrift ClockSync::drift() const {
   const std::lock_guard lock(mutex_);
-  return estimator_.drift();
+  return daemon_.estimator().drift();
+}
+
+ClockLink::Converted ClockSync::converted(std::int64_t client_ns, const char* where) const {
+  const std::int64_t now = now_ns();
+  if (client_ns < -now || client_ns > now + kMaxAheadNs) {
+    throw clock_error("a time that cannot be converted", where, std::to_string(client_ns) + " ns",
+                      "at most 1 s after now, by CLOCK_MONOTONIC", "see which clock it is from");
+  }
+  require_known();
+  return daemon_.convert(client_ns);
 }
 
 DaemonTime ClockSync::to_daemon(std::int64_t client_ns) const {
-  const std::int64_t now = now_ns();
-  if (client_ns < -now || client_ns > now + kMaxAheadNs) {
-    throw clock_error("a time that cannot be converted", "ClockSync::to_daemon",
-                      std::to_string(client_ns) + " ns", "at most 1 s after now, by CLOCK_MONOTONIC",
-                      "see which clock it is from");
-  }
   const std::lock_guard lock(mutex_);
-  require_known();
-  const std::int64_t daemon_ns = converter_.to_daemon_ns(client_ns);
-  const ClockBounds bounds = estimator_.bounds(client_ns);
-  const std::int64_t offset_ns = daemon_ns - client_ns;
-  const std::int64_t worst_ns = std::max(bounds.upper_ns - offset_ns, offset_ns - bounds.lower_ns);
-  return {daemon_ns, 1e-6 * static_cast<double>(worst_ns)};
+  const ClockLink::Converted time = converted(client_ns, "ClockSync::to_daemon");
+  return {time.ns, time.bound_ms};
+}
+
+RigTime ClockSync::to_rig(std::int64_t client_ns) const {
+  const std::lock_guard lock(mutex_);
+  const ClockLink::Converted daemon = converted(client_ns, "ClockSync::to_rig");
+  if (rig_.empty()) {
+    throw clock_error("the rig's clock is not known", "ClockSync::to_rig", problem_ ? problem_->what() : "",
+                      "a rig that runs in real time, and whose loop runs",
+                      "see the loop in hapticctl status; a recording has a time of its own");
+  }
+  const ClockLink::Converted rig = rig_.convert(daemon.ns);
+  return {rig.ns, daemon.bound_ms + rig.bound_ms};
 }
 
 std::optional<Error> ClockSync::problem() const {

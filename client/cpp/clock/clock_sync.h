@@ -9,8 +9,7 @@
 #include <thread>
 
 #include "client/cpp/client.h"
-#include "client/cpp/clock/clock_converter.h"
-#include "client/cpp/clock/clock_estimator.h"
+#include "client/cpp/clock/clock_link.h"
 
 namespace hapticd::client {
 
@@ -26,6 +25,12 @@ struct ClockSyncOptions {
 struct DaemonTime {
   std::int64_t daemon_ns = 0;  ///< CLOCK_MONOTONIC of the daemon's machine
   double bound_ms = 0.0;       ///< how wrong this can be at most
+};
+
+/// A time of the rig's clock, on which telemetry and `at_time_ns` of targets count.
+struct RigTime {
+  std::int64_t rig_ns = 0;  ///< from the start of the daemon
+  double bound_ms = 0.0;    ///< how wrong this can be at most
 };
 
 /// Exchanges stamps with a daemon in the background, and converts times of this machine's CLOCK_MONOTONIC
@@ -46,28 +51,39 @@ class ClockSync {
   /// Of the offset (daemon's clock minus this one), now. Throws Error as to_daemon().
   ClockBounds bounds() const;
   ClockDrift drift() const;
-  /// Later times never become earlier ones, nor jump: see ClockConverter. It begins afresh only after a clock ran
-  /// backwards or was set, or the daemon's machine was started again. Throws Error (kBadClock) until then, and
-  /// for a time more than 1 s ahead of now.
+  /// Later times never become earlier ones, nor jump: see ClockConverter. It begins afresh only after a clock
+  /// ran backwards or was set, or the daemon's machine was started again. Throws Error (kBadClock) until
+  /// then, and for a time more than 1 s ahead of now.
   DaemonTime to_daemon(std::int64_t client_ns) const;
+  /// The same by the rig's clock. Throws Error (kBadClock) also where no tick of the rig is known, and where
+  /// the rig has a time of its own: in a replay.
+  RigTime to_rig(std::int64_t client_ns) const;
   /// Why the last exchange failed; nothing where it did not. The bounds widen meanwhile.
   std::optional<Error> problem() const;
   /// Exchanges that went well.
   std::uint64_t exchanges() const;
 
  private:
+  /// The rig's clock runs at the rate of the daemon's; this is what the estimator needs at least.
+  static constexpr double kRigDriftPpm = 0.001;
+
   /// One exchange. Throws Error.
   void exchange();
   void run();
+  /// What an exchange says of the rig's clock.
+  void note_rig(const v1::ExchangeResponse& answer);
   void require_known() const;
+  ClockLink::Converted converted(std::int64_t client_ns, const char* where) const;
 
   Client& client_;
   const ClockSyncOptions options_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  ClockEstimator estimator_;
-  mutable ClockConverter converter_;
-  std::string clock_;  ///< name of the daemon's clock
+  mutable ClockLink daemon_;             ///< from this machine's clock to the daemon's
+  mutable ClockLink rig_{kRigDriftPpm};  ///< from there to the rig's
+  std::string clock_;                    ///< name of the daemon's clock
+  std::string rig_clock_;
+  std::int64_t rig_read_ns_ = 0;  ///< by the daemon's clock: the last reading that was noted
   std::uint64_t exchanges_ = 0;
   std::optional<Error> problem_;
   bool ending_ = false;

@@ -94,6 +94,8 @@ std::vector<hal::UncertainParameter> DeviceModel::uncertain() const {
        "back-drive friction of the data sheet or of the literature"},
       {"viscous_friction_n_s_per_mm", viscous_friction_n_s_per_mm, "N·s/mm",
        "implied by published virtual-wall bounds"},
+      {"first_link_mm", arm.first_link_mm, "mm", "published for the Premium 1.5; assumed for others"},
+      {"second_link_mm", arm.second_link_mm, "mm", "published for the Premium 1.5; assumed for others"},
   };
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/rig.h"
+#include "hal/sim/device/arm.h"
 
 namespace hapticd::sim {
 
@@ -40,6 +41,7 @@ struct DeviceModel {
   double encoder_resolution_mm = 0.0;
   double command_latency_s = 0.001;  ///< one tick of a 1 kHz loop
   double gimbal_noise_rad = 2e-4;    ///< standard deviation of the orientation reading
+  Arm arm{};                         ///< uncertain: that of the 1.5
   double sensor_mass_kg = 0.009;     ///< Nano17, on the tip side
 
   double motor_side_mass_kg() const;

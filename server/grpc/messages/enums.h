@@ -64,5 +64,6 @@ static_assert(channel_of(v1::FIELD_GROUP_ZERO) == rt::channel::kZero);
 static_assert(channel_of(v1::FIELD_GROUP_INCLUSION) == rt::channel::kInclusion);
 static_assert(channel_of(v1::FIELD_GROUP_FRICTION) == rt::channel::kFriction);
 static_assert(channel_of(v1::FIELD_GROUP_TRANSIENT) == rt::channel::kTransient);
+static_assert(channel_of(v1::FIELD_GROUP_ANGLES) == rt::channel::kAngles);
 
 }  // namespace hapticd::server

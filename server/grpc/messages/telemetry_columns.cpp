@@ -28,6 +28,9 @@ constexpr TelemetryColumn kColumns[] = {
     {"sample_sensor_torque_n_x_mm", "N·mm", kSample, [](const R& r) -> double { return static_cast<double>(r.sensor_torque_n_mm.x); }},
     {"sample_sensor_torque_n_y_mm", "N·mm", kSample, [](const R& r) -> double { return static_cast<double>(r.sensor_torque_n_mm.y); }},
     {"sample_sensor_torque_n_z_mm", "N·mm", kSample, [](const R& r) -> double { return static_cast<double>(r.sensor_torque_n_mm.z); }},
+    {"sample_angular_velocity_x_rad_per_s", "rad/s", kSample, [](const R& r) -> double { return static_cast<double>(r.angular_velocity_rad_per_s.x); }},
+    {"sample_angular_velocity_y_rad_per_s", "rad/s", kSample, [](const R& r) -> double { return static_cast<double>(r.angular_velocity_rad_per_s.y); }},
+    {"sample_angular_velocity_z_rad_per_s", "rad/s", kSample, [](const R& r) -> double { return static_cast<double>(r.angular_velocity_rad_per_s.z); }},
     {"motion_velocity_mm_per_s", "mm/s", kMotion, [](const R& r) -> double { return static_cast<double>(r.velocity_mm_per_s); }},
     {"motion_acceleration_mm_per_s2", "mm/s²", kMotion, [](const R& r) -> double { return static_cast<double>(r.acceleration_mm_per_s2); }},
     {"contact_in_contact", "1", kContact, [](const R& r) -> double { return static_cast<double>(r.in_contact); }},
@@ -117,6 +120,12 @@ constexpr TelemetryColumn kColumns[] = {
     {"transient_impact_mm_per_s", "mm/s", kTransient, [](const R& r) -> double { return static_cast<double>(r.transient_impact_mm_per_s); }},
     {"transient_amplitude_share", "1", kTransient, [](const R& r) -> double { return static_cast<double>(r.transient_share); }},
     {"transient_count", "1", kTransient, [](const R& r) -> double { return static_cast<double>(r.transient_count); }},
+    {"angles_joint_1_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.joint_rad[0]; }},
+    {"angles_joint_2_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.joint_rad[1]; }},
+    {"angles_joint_3_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.joint_rad[2]; }},
+    {"angles_gimbal_1_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.gimbal_rad[0]; }},
+    {"angles_gimbal_2_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.gimbal_rad[1]; }},
+    {"angles_gimbal_3_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.gimbal_rad[2]; }},
 };
 // clang-format on
 

@@ -25,6 +25,18 @@ void fill_sample(const rt::TickRecord& record, v1::SampleGroup& group) {
   orientation.set_y(record.tip_orientation.y);
   orientation.set_z(record.tip_orientation.z);
   fill_vector(record.sensor_torque_n_mm, *group.mutable_sensor_torque_n_mm());
+  group.set_angular_velocity_x_rad_per_s(record.angular_velocity_rad_per_s.x);
+  group.set_angular_velocity_y_rad_per_s(record.angular_velocity_rad_per_s.y);
+  group.set_angular_velocity_z_rad_per_s(record.angular_velocity_rad_per_s.z);
+}
+
+void fill_angles(const hal::DeviceAngles& angles, v1::AngleGroup& group) {
+  group.set_joint_1_rad(angles.joint_rad[0]);
+  group.set_joint_2_rad(angles.joint_rad[1]);
+  group.set_joint_3_rad(angles.joint_rad[2]);
+  group.set_gimbal_1_rad(angles.gimbal_rad[0]);
+  group.set_gimbal_2_rad(angles.gimbal_rad[1]);
+  group.set_gimbal_3_rad(angles.gimbal_rad[2]);
 }
 
 void fill_motion(const rt::TickRecord& record, v1::MotionGroup& group) {
@@ -152,6 +164,7 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   if ((reported & kInclusion) != 0) fill_inclusion(record, *sample.mutable_inclusion());
   if ((reported & kFriction) != 0) fill_friction_target(record, *sample.mutable_friction());
   if ((reported & kTransient) != 0) fill_transient(record, *sample.mutable_transient());
+  if ((reported & kAngles) != 0) fill_angles(record.angles, *sample.mutable_angles());
 }
 
 }  // namespace hapticd::server

@@ -21,7 +21,7 @@ v1::UtcState to_proto(UtcKeeping state) {
 
 }  // namespace
 
-ClockService::ClockService(const Session& session) : session_(session), clock_(boot_name()) {}
+ClockService::ClockService(const Session& session) : session_(session), clock_(boot_name()), rig_clock_(clock_ + "/" + std::to_string(monotonic_ns())) {}
 
 grpc::ServerUnaryReactor* ClockService::Exchange(grpc::CallbackServerContext* context,
                                                  const v1::ExchangeRequest* request,
@@ -29,6 +29,13 @@ grpc::ServerUnaryReactor* ClockService::Exchange(grpc::CallbackServerContext* co
   response->set_daemon_received_ns(monotonic_ns());
   response->set_client_sent_ns(request->client_sent_ns());
   response->set_clock(clock_);
+  if (const auto reading = session_.last_reading()) {
+    v1::RigReading& rig = *response->mutable_rig();
+    rig.set_rig_time_ns(reading->rig_time_ns);
+    rig.set_begun_ns(reading->begun_ns);
+    rig.set_done_ns(reading->done_ns);
+    rig.set_clock(rig_clock_);
+  }
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   response->set_daemon_sent_ns(monotonic_ns());
   reactor->Finish(grpc::Status::OK);

@@ -20,7 +20,8 @@ class ClockService final : public v1::ClockService::WithCallbackMethod_Exchange<
 
  private:
   const Session& session_;
-  const std::string clock_;  ///< see ExchangeResponse.clock
+  const std::string clock_;      ///< see ExchangeResponse.clock
+  const std::string rig_clock_;  ///< see RigReading.clock
 };
 
 }  // namespace hapticd::server

@@ -32,7 +32,8 @@ constexpr ChannelName kChannelNames[] = {
     {rt::channel::kTruth, "truth"},       {rt::channel::kDirection, "direction"},
     {rt::channel::kFusion, "fusion"},     {rt::channel::kPassivity, "passivity"},
     {rt::channel::kZero, "zero"},         {rt::channel::kInclusion, "inclusion"},
-    {rt::channel::kFriction, "friction"}, {rt::channel::kTransient, "transient"}};
+    {rt::channel::kFriction, "friction"}, {rt::channel::kTransient, "transient"},
+    {rt::channel::kAngles, "angles"}};
 
 void fill_outline(const ResolvedScene& scene, v1::SceneOutline& outline) {
   outline.set_name(scene.spec.name);

@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "tests/emulators/board/arm_emulator.h"
 #include "tests/support/turn.h"
 
 namespace hapticd::emulators {
@@ -131,9 +132,11 @@ void EmulatedBench::State::run() {
 
 EmulatedBench::Peers EmulatedBench::peers_of(HdPage& page, const BenchConfig& config) {
   Peers peers;
-  peers.pose = [&page, origin_mm = config.origin_mm, device = config.page_device](
-                   const Vector3& tip_mm, const Quaternion& orientation) {
+  peers.pose = [&page, arm = ArmEmulator({.shoulder_mm = {-215.0, 0.0, 170.0}}), origin_mm = config.origin_mm,
+                device = config.page_device](const Vector3& tip_mm, const Quaternion& orientation) {
     page.set_pose(to_vendor(tip_mm) + origin_mm, to_vendor(orientation), device);
+    const auto joint_rad = arm.joints(tip_mm);
+    page.set_angles(joint_rad, arm.gimbal(joint_rad, orientation), device);
   };
   peers.force_n = [&page, device = config.page_device] { return to_rig(page.force_n(device)); };
   return peers;

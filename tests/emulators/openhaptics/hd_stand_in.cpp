@@ -249,6 +249,11 @@ std::size_t parameter(Library& lib, int index, Code name, double* values) {
         for (std::size_t i = 0; i < 3; ++i) values[i] = -values[i];
       }
       return 16;
+    case 0x2100:
+    case 0x2150:
+      if (!page.has_angles) return 0;
+      for (std::size_t i = 0; i < 3; ++i) values[i] = page.angles_rad[(name == 0x2150 ? 3 : 0) + i];
+      return 3;
     case 0x2554:
       values[0] = 3.0;
       return 1;

@@ -79,6 +79,16 @@ void HdPage::set_pose(const hal::Vector3& position_mm, const hal::Quaternion& q,
                 index);
 }
 
+void HdPage::set_angles(const std::array<double, 3>& joint_rad, const std::array<double, 3>& gimbal_rad,
+                        std::size_t index) noexcept {
+  HdPageDevice& device = layout_->devices[index];
+  for (std::size_t i = 0; i < 3; ++i) {
+    device.angles_rad[i] = joint_rad[i];
+    device.angles_rad[3 + i] = gimbal_rad[i];
+  }
+  device.has_angles = true;
+}
+
 void HdPage::set_transform(const std::array<double, 16>& transform, std::size_t index) noexcept {
   HdPageDevice& device = layout_->devices[index];
   const std::uint32_t sequence = device.pose_sequence.load(std::memory_order_relaxed);

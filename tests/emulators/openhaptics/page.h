@@ -23,6 +23,8 @@ struct HdPageDevice {
   char model_type[32];                       ///< what HD_DEVICE_MODEL_TYPE says
   std::atomic<std::uint32_t> pose_sequence;  ///< odd while the transform is being written
   std::atomic<double> transform[16];         ///< column by column, mm
+  std::atomic<double> angles_rad[6];         ///< joints, then gimbal
+  std::atomic<bool> has_angles;              ///< otherwise they are invalid parameters
   std::atomic<double> motor_temperature[3];  ///< 0 … 1
   std::atomic<double> max_force_n;
   std::atomic<double> max_continuous_force_n;
@@ -131,6 +133,8 @@ class HdPage {
   /// Rotation and position at once: what a frame reads is one pose, never half of two. Vendor's frame.
   void set_pose(const hal::Vector3& position_mm, const hal::Quaternion& orientation,
                 std::size_t index = 0) noexcept;
+  void set_angles(const std::array<double, 3>& joint_rad, const std::array<double, 3>& gimbal_rad,
+                  std::size_t index = 0) noexcept;
   void set_transform(const std::array<double, 16>& transform, std::size_t index = 0) noexcept;
   /// What the motors give now: nothing with the output disabled, the device closed or when the last frame is
   /// older than the device's own watchdog allows. Vendor's frame.

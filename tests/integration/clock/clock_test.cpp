@@ -102,6 +102,49 @@ TEST(ClockService, BoundsOutliveARestartOfTheDaemon) {
   EXPECT_GE(clock.bounds().upper_ns, 0);
 }
 
+TEST(ClockService, TheRigsTimeIsWithinItsBounds) {
+  server::DaemonConfig config = quiet_config();
+  config.simulation.real_time = true;
+  const RunningService service(config);
+  client::Client client = clock_client(service.address());
+  const client::ClockSync clock(client);
+  await_exchanges(clock, 20);
+  std::int64_t last_ns = 0;
+  for (int i = 0; i < 200; ++i) {
+    // The loop's last tick lies between a time before the question and one after it; it is at most so old as
+    // the loop is late.
+    const v1::RigState state = client.rig_state(client::Histograms::kWithout);
+    const std::int64_t after_ns = client::ClockSync::now_ns();
+    const client::RigTime now = clock.to_rig(after_ns);
+    EXPECT_LE(state.time_ns(), now.rig_ns + static_cast<std::int64_t>(1e6 * now.bound_ms) + 1);
+    EXPECT_GE(now.rig_ns, last_ns);
+    last_ns = now.rig_ns;
+  }
+  EXPECT_FALSE(clock.problem());
+  // Each reading is a truth of its own: what it says lies within the bounds that the others made.
+  const auto stub = v1::ClockService::NewStub(service.channel);
+  for (int i = 0; i < 200; ++i) {
+    v1::ExchangeResponse answer;
+    ASSERT_TRUE(stub->Exchange(call_context().get(), {}, &answer).ok());
+    ASSERT_TRUE(answer.has_rig());
+    const client::RigTime begun = clock.to_rig(answer.rig().begun_ns());
+    const client::RigTime done = clock.to_rig(answer.rig().done_ns());
+    EXPECT_GE(answer.rig().rig_time_ns(), begun.rig_ns - static_cast<std::int64_t>(1e6 * begun.bound_ms) - 1);
+    EXPECT_LE(answer.rig().rig_time_ns(), done.rig_ns + static_cast<std::int64_t>(1e6 * done.bound_ms) + 1);
+  }
+}
+
+TEST(ClockService, ARigWithATimeOfItsOwnHasNoRigTime) {
+  server::DaemonConfig config = quiet_config();
+  config.simulation.real_time = false;
+  const RunningService service(config);
+  client::Client client = clock_client(service.address());
+  const client::ClockSync clock(client);
+  await_exchanges(clock, 5);
+  EXPECT_THROW(clock.to_rig(client::ClockSync::now_ns()), client::Error);
+  EXPECT_NO_THROW(clock.to_daemon(client::ClockSync::now_ns()));
+}
+
 TEST(ClockService, NeedsADaemon) {
   auto service = std::make_unique<RunningService>();
   client::Client client = clock_client(service->address());

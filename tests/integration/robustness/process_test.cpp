@@ -80,11 +80,15 @@ void expect_force_first(int signal) {
   EXPECT_EQ(dot(last, last), 0.0) << "tick " << ticks.rbegin()->first;
 }
 
-TEST(ServiceProcess, ASignalThatEndsItTakesTheForceFirst) {
-  for (const int signal : {SIGHUP, SIGQUIT, SIGTERM, SIGINT, SIGUSR1, SIGALRM, SIGXCPU, SIGPWR, SIGRTMIN}) {
-    expect_force_first(signal);
-  }
+class EndingSignal : public testing::TestWithParam<int> {};
+
+TEST_P(EndingSignal, TakesTheForceFirst) {
+  expect_force_first(GetParam());
 }
+INSTANTIATE_TEST_SUITE_P(All, EndingSignal,
+                         testing::Values(SIGHUP, SIGQUIT, SIGTERM, SIGINT, SIGUSR1, SIGALRM, SIGXCPU, SIGPWR,
+                                         SIGRTMIN),
+                         [](const auto& signal) { return "Signal" + std::to_string(signal.param); });
 
 TEST(EndingSignals, AreAllThatEndAProcessAndAreNeitherCrashesNorTheMatterOfAWrite) {
   const std::set<int> not_ending = {SIGKILL, SIGSTOP, SIGTSTP,  SIGTTIN, SIGTTOU, SIGCONT,

@@ -232,7 +232,9 @@ TEST_F(ServiceTurntable, DoesNotTurnUnderLoadEvenWithoutAScene) {
   v1::SetHandProgramResponse unused;
   ASSERT_TRUE(service.simulation->SetHandProgram(call_context().get(), press, &unused).ok());
   const auto until = std::chrono::steady_clock::now() + kTimeout;
-  while (!get().has_interlock() && std::chrono::steady_clock::now() < until) std::this_thread::yield();
+  while (!get().has_interlock() && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
   const grpc::Status refused = move(to_station("rubber"));
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(detail_of(refused).what(), "the tool is under load");

@@ -302,5 +302,20 @@ TEST(WatchdogService, AHolderWhoseProcessIsStoppedIsMissing) {
   EXPECT_EQ(holder.wait(), 0);
 }
 
+TEST(WatchdogService, AHolderMayBeStartedAgainAtOnce) {
+  const RunningService service(watched({{"a", 1500.0, false}}));
+  {
+    ChildProcess first(HAPTICCTL_BINARY, {"--server", service.address(), "watchdog", "hold", "a"});
+    clear_when_possible(service);
+    first.signal(SIGKILL);
+    first.wait();
+  }
+  ChildProcess second(HAPTICCTL_BINARY, {"--server", service.address(), "watchdog", "hold", "a"});
+  service.await(is_latched);  // the first one lapses, the second waits for that
+  clear_when_possible(service);
+  second.signal(SIGTERM);
+  EXPECT_EQ(second.wait(), 0);
+}
+
 }  // namespace
 }  // namespace hapticd::test

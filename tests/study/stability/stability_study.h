@@ -9,6 +9,9 @@ namespace hapticd::study {
 /// ranges.
 void run_stability_maps(StudyContext& context);
 
+/// Object stiffness × device: how stiff an inclusion may be that is rendered in the object, both variants.
+void run_inclusion_stability(StudyContext& context);
+
 /// What each uncertain parameter does to the boundary.
 void run_stability_sensitivity(StudyContext& context);
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -207,6 +208,28 @@ TEST(OpenHapticsForce, MotorTemperaturesAreReportedAndWarmOnesWarnOf) {
   EXPECT_TRUE(bench.feels(1.0));  // what follows from it is not the driver's to decide
   bench.page.device().motor_temperature[1] = 0.3;
   EXPECT_TRUE(bench.sees_no(status::kDeviceWarm));
+}
+
+TEST(OpenHapticsForce, ReportsItsAngles) {
+  HdBench bench;
+  bench.page.set_angles({0.1, -0.2, 0.3}, {0.4, -0.5, 0.6});
+  ASSERT_FALSE(bench.device->engage());
+  bench.start_running();
+  ASSERT_TRUE(eventually([&] { return bench.body->sample().angles.known; }));
+  EXPECT_EQ(bench.body->sample().angles.joint_rad, (std::array<double, 3>{0.1, -0.2, 0.3}));
+  EXPECT_EQ(bench.body->sample().angles.gimbal_rad, (std::array<double, 3>{0.4, -0.5, 0.6}));
+  bench.page.set_angles({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0}, {});
+  EXPECT_TRUE(eventually([&] { return !bench.body->sample().angles.known; }));
+  EXPECT_EQ(bench.body->seen() & status::kDeviceFault, 0U) << "the pose does not come from them";
+}
+
+TEST(OpenHapticsForce, ADeviceWithoutAnglesIsNotAtFault) {
+  HdBench bench;
+  ASSERT_FALSE(bench.device->engage());
+  bench.start_running();
+  ASSERT_TRUE(bench.ticks(50));
+  EXPECT_FALSE(bench.body->sample().angles.known);
+  EXPECT_EQ(bench.body->seen() & status::kDeviceFault, 0U);
 }
 
 TEST(OpenHapticsForce, ADeviceWithoutTemperaturesIsNotAtFault) {

@@ -190,9 +190,12 @@ TEST(PhantomDevice, AGimbalTurnsTheOrientation) {
   DeviceBench bench(config);
   bench.make_ready();
   bench.board->turn_gimbal({0.0, 0.0, 0.6});
-  const hal::Quaternion turned = bench.tick().tip_orientation;
-  EXPECT_NEAR(turned.w, std::cos(0.3), 1e-3);
-  EXPECT_NEAR(turned.x, std::sin(0.3), 1e-3);
+  const hal::RigSample sample = bench.tick();
+  EXPECT_NEAR(sample.tip_orientation.w, std::cos(0.3), 1e-3);
+  EXPECT_NEAR(sample.tip_orientation.x, std::sin(0.3), 1e-3);
+  EXPECT_TRUE(sample.angles.known);
+  EXPECT_NEAR(sample.angles.gimbal_rad[2], 0.6, 2e-3);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(sample.angles.joint_rad[i], config.reset_pose_rad[i], 1e-3);
   DeviceBench plain;
   plain.make_ready();
   plain.board->turn_gimbal({0.0, 0.0, 0.6});

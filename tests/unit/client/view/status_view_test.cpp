@@ -62,7 +62,7 @@ std::string status_text(const std::vector<std::string>& lines) {
 }
 
 TEST(StatusView, FitsASmallTerminalWithGuardAndContactInView) {
-  const auto lines = status_lines(status_rig(), status_state(), {}, kSmallTerminal);
+  const auto lines = status_lines(status_rig(), status_state(), v1::LeaseState(), {}, kSmallTerminal);
   EXPECT_LE(lines.size(), 23U) << "with the prompt below it" << status_text(lines);
   for (const std::string& line : lines) EXPECT_LE(display_width(line), 80U) << line;
   const std::string all = status_text(lines);
@@ -72,8 +72,8 @@ TEST(StatusView, FitsASmallTerminalWithGuardAndContactInView) {
 }
 
 TEST(StatusView, CountsOfPartsAreBrokenBetweenWords) {
-  const auto lines =
-      status_lines(status_rig(), status_state(), {.parts = true, .rough = true}, kSmallTerminal);
+  const auto lines = status_lines(status_rig(), status_state(), v1::LeaseState(),
+                                  {.parts = true, .rough = true}, kSmallTerminal);
   const std::string all = status_text(lines);
   for (const std::string& line : lines) EXPECT_LE(display_width(line), 80U) << line;
   for (int i = 0; i < 24; ++i) {
@@ -84,11 +84,27 @@ TEST(StatusView, CountsOfPartsAreBrokenBetweenWords) {
 }
 
 TEST(StatusView, WithoutATerminalEachFactIsALine) {
-  const auto lines = status_lines(status_rig(), status_state(), {.parts = true}, Terminal{});
+  const auto lines =
+      status_lines(status_rig(), status_state(), v1::LeaseState(), {.parts = true}, Terminal{});
   EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
     return line.find("figure number 0 ") != std::string::npos &&
            line.find("figure number 23 ") != std::string::npos;
   })) << status_text(lines);
+}
+
+TEST(StatusView, NamesWhoControlsTheRig) {
+  v1::LeaseState lease;
+  lease.mutable_lease()->set_holder("user:anna");
+  lease.mutable_lease()->set_age_s(12.0);
+  lease.mutable_lease()->set_purpose("subject 7");
+  const auto lines = status_lines(status_rig(), status_state(), lease, {}, Terminal{});
+  const auto named = std::find_if(lines.begin(), lines.end(), [](const std::string& line) {
+    return line.find("control") != std::string::npos;
+  });
+  ASSERT_NE(named, lines.end());
+  EXPECT_NE(named->find("user:anna controls the rig for 12 s: subject 7"), std::string::npos) << *named;
+  EXPECT_EQ(lines.size(), status_lines(status_rig(), status_state(), {}, {}, Terminal{}).size() + 1)
+      << "nothing where no one holds it";
 }
 
 }  // namespace

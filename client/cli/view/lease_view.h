@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "hapticd/v1/access.pb.h"
+
+namespace hapticd::cli {
+
+/// Who controls the rig, and who is about to take it: a line each.
+std::string lease_words(const v1::LeaseState& state);
+
+}  // namespace hapticd::cli
