@@ -282,7 +282,8 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
 
   sample = hal::RigSample{};
   // An even clock falls on steps of the physics; any other one says how far beyond the last one it is.
-  const std::int64_t beyond_ns = s.config.real_time || s.clock.irregular() ? until_ns - s.simulation.time_ns() : 0;
+  const std::int64_t beyond_ns =
+      s.config.real_time || s.clock.irregular() ? until_ns - s.simulation.time_ns() : 0;
   s.simulation.read_device(sample, beyond_ns);
   s.simulation.sensor().read(sample, {beyond_ns, tick.sensor_late_ns, tick.sensor_lost});
   s.bias.follow(sample, s.simulation.time_ns(), s.simulation.sensor());

@@ -21,7 +21,8 @@ v1::UtcState to_proto(UtcKeeping state) {
 
 }  // namespace
 
-ClockService::ClockService(const Session& session) : session_(session), clock_(boot_name()), rig_clock_(clock_ + "/" + std::to_string(monotonic_ns())) {}
+ClockService::ClockService(const Session& session)
+    : session_(session), clock_(boot_name()), rig_clock_(clock_ + "/" + std::to_string(monotonic_ns())) {}
 
 grpc::ServerUnaryReactor* ClockService::Exchange(grpc::CallbackServerContext* context,
                                                  const v1::ExchangeRequest* request,

@@ -43,6 +43,7 @@ ExtremeGroup deformation_extremes();
 ExtremeGroup target_extremes();
 ExtremeGroup guard_extremes();
 ExtremeGroup identify_extremes();
+ExtremeGroup modulation_extremes();
 ExtremeGroup time_extremes();
 ExtremeGroup scene_extremes();
 ExtremeGroup simulator_extremes();

@@ -18,10 +18,10 @@ using extremes::ExtremeGroup;
 using report::significant;
 
 std::vector<ExtremeGroup> all_groups() {
-  return {extremes::signal_extremes(),      extremes::contact_extremes(), extremes::friction_extremes(),
-          extremes::deformation_extremes(), extremes::target_extremes(),  extremes::guard_extremes(),
-          extremes::identify_extremes(),    extremes::time_extremes(),    extremes::scene_extremes(),
-          extremes::simulator_extremes()};
+  return {extremes::signal_extremes(),     extremes::contact_extremes(),     extremes::friction_extremes(),
+          extremes::modulation_extremes(), extremes::deformation_extremes(), extremes::target_extremes(),
+          extremes::guard_extremes(),      extremes::identify_extremes(),    extremes::time_extremes(),
+          extremes::scene_extremes(),      extremes::simulator_extremes()};
 }
 
 /// 0.0023 and 1.2e-13, but not 0.00000000000012.

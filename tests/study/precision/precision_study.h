@@ -15,6 +15,9 @@ void run_detection_precision(StudyContext& context);
 /// Direction, displacement and friction while pressing and stroking.
 void run_estimation_precision(StudyContext& context);
 
+/// Inclusions, friction targets and transients.
+void run_modulation_precision(StudyContext& context);
+
 /// Identification of the contact law: recursive, gated, double-stage, batch.
 void run_identification_precision(StudyContext& context);
 
