@@ -11,6 +11,7 @@
 #include "tests/integration/command_record.h"
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -197,6 +198,7 @@ TEST(ServiceProcess, TellsBadCommandLinesAndConfigurationsApart) {
 
 /// Not by an abort once a thread cannot begin.
 TEST(ServiceProcess, SaysThatItsAddressSpaceIsLimitedTooFar) {
+  if (kUnderAddressSanitizer) GTEST_SKIP() << "its memory is the sanitizer's";
   DaemonProcess process("--as=419430400", {"--listen", "127.0.0.1:0"});
   const int code = process.wait();
   expect_ended({code, process.errors(), process.output()}, 1,

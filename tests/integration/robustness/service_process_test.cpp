@@ -16,6 +16,7 @@
 #include "tests/integration/daemon_process.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/process_memory.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -129,6 +130,7 @@ TEST(AfterACrash, AStateFolderThatCannotBeWrittenIsNamed) {
 }
 
 TEST(Memory, TheDaemonStaysSmall) {
+  if (kUnderAddressSanitizer) GTEST_SKIP() << "its memory is the sanitizer's";
   DaemonProcess daemon(kPlainService);
   const ServiceClient client(connect(daemon.await_address()));
   client.await([](const v1::RigState& s) { return s.tick() > 200; });

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace hapticd::test {
+
+/// AddressSanitizer takes memory and address space of its own: limits of the process mean nothing then.
+#if defined(__SANITIZE_ADDRESS__)
+inline constexpr bool kUnderAddressSanitizer = true;
+#else
+inline constexpr bool kUnderAddressSanitizer = false;
+#endif
+
+}  // namespace hapticd::test
