@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -69,6 +70,12 @@ int run(int argc, char** argv) {
     return static_cast<int>(ExitCode::kClean);
   }
 
+  // Next to the models; where these are in memory, nothing is written.
+  if (config->recording.folder.empty() && config->model_store != ":memory:") {
+    config->recording.folder = !config->state_folder.empty()
+                                   ? config->state_folder
+                                   : std::filesystem::path(*config->model_store).parent_path().string();
+  }
   if (const auto failure = check_address_space()) {
     std::fprintf(stderr, "hapticd: %s\n", failure->text().c_str());
     return 1;

@@ -268,6 +268,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   TomlTable models = root.table("models");
   models.read("folder", config.model_folder, 4096);
   if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
+  read_recording(root.table("recording"), config.recording);
   const auto wrong_metrics = read_metrics(root.table("metrics"), document->source(), config.metrics);
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;
