@@ -1,20 +1,15 @@
 #include "server/daemon.h"
 
-#include <unistd.h>
-
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <utility>
 
-#include "hal/recording/recording_names.h"
 #include "server/access/audit_log.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
 #include "server/grpc/grpc_server.h"
-#include "server/grpc/messages/recording_messages.h"
-#include "server/grpc/messages/telemetry_columns.h"
+#include "server/grpc/recording/recording_setup.h"
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
@@ -46,50 +41,6 @@ namespace hapticd::server {
 namespace {
 constexpr std::chrono::milliseconds kShutdownTimeout{1000};
 }
-
-namespace {
-
-/// What a call is among the events of a recording.
-recording::EventKind kind_of_call(std::string_view method) {
-  using enum recording::EventKind;
-  if (method == "SafetyService/Stop") return kStop;
-  if (method == "RenderingService/SetTarget") return kTarget;
-  if (method.starts_with("SceneService/")) return kScene;
-  if (method.starts_with("LeaseService/")) return kLease;
-  if (method.starts_with("TurntableService/")) return kTurntable;
-  return kCommand;
-}
-
-/// The loaded scene as metadata of a recording.
-recording::Texts texts_of(const ResolvedScene* scene) {
-  if (scene == nullptr) return {{"name", ""}};
-  std::string hashes;
-  for (const std::string& hash : scene->stored) hashes += (hashes.empty() ? "" : " ") + hash;
-  return {{"name", scene->spec.name},
-          {"toml", scene->written},
-          {"object_model", scene->model ? scene->model->model.name : ""},
-          {"stored_models", hashes}};
-}
-
-RecordingSources sources_of(const DaemonConfig& config, const Session& session, const SceneHost& scenes) {
-  const hal::RigInfo& rig = session.rig_info();
-  RecordingSources sources;
-  sources.columns = telemetry_columns();
-  sources.channels = rig.has_truth ? ~0U : ~rt::channel::kTruth;
-  sources.rate_hz = config.loop.rate_hz;
-  sources.block_schema = schema_of(recording::kBlockSchema);
-  sources.event_schema = schema_of(recording::kEventSchema);
-  sources.configuration = write_config(config);
-  std::array<char, 256> host{};
-  gethostname(host.data(), host.size() - 1);
-  sources.rig = {{"hapticd", std::string(version())}, {"host", host.data()},       {"rig", rig.name},
-                 {"device", rig.device.model},        {"sensor", rig.sensor.model}, {"boot", boot_name()}};
-  sources.scene = [&scenes] { return texts_of(scenes.current().get()); };
-  sources.rig_time_ns = [&session] { return session.now_ns(); };
-  return sources;
-}
-
-}  // namespace
 
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
@@ -313,11 +264,11 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start(
-      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->turntable, parts->policy, parts->desk, *parts->audit, parts->watchdog, parts->recorder,
-       parts->flight},
-      config);
+  auto network =
+      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
+                         parts->biases, parts->identifications, parts->turntable, parts->policy, parts->desk,
+                         *parts->audit, parts->watchdog, parts->recorder, parts->flight},
+                        config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
     failure = {ExitCode::kCannotListen, network.error()};

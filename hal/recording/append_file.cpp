@@ -59,8 +59,7 @@ std::optional<hal::Error> AppendFile::append(std::string_view bytes) {
     const ssize_t written = pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(at));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
-      hal::Error error =
-          file_error("the file cannot be written", path_, written == 0 ? ENOSPC : errno);
+      hal::Error error = file_error("the file cannot be written", path_, written == 0 ? ENOSPC : errno);
       // Half of a record is worth nothing, and a reader would have to find that out.
       if (at != size_) static_cast<void>(truncate(size_));
       return error;

@@ -11,7 +11,8 @@
 namespace hapticd::recording {
 
 /// A file that grows at its end. Nothing is kept back: what append() took is the kernel's, and survives the
-/// process. As long as it is open no other process can resume() it. One thread; sync() may be called by another.
+/// process. As long as it is open no other process can resume() it. One thread; sync() may be called by
+/// another.
 class AppendFile {
  public:
   /// Makes a new file; an error where there is one already, or none can be made.

@@ -40,8 +40,8 @@ class Row {
   const std::vector<Column>& columns_;
 };
 
-/// Rows as bytes of a v1::TelemetryBlock message. `columns` as describe() made them, or empty where an earlier
-/// block of the chunk has them.
+/// Rows as bytes of a v1::TelemetryBlock message. `columns` as describe() made them, or empty where an
+/// earlier block of the chunk has them.
 std::string block_message(std::string_view columns, std::string_view rows);
 /// The columns as the beginning of a block.
 std::string describe(const std::vector<Column>& columns);

@@ -84,7 +84,8 @@ void count(ChunkIndex index, Content& content) {
   }
   content.message_count += messages;
   if (messages > 0) {
-    content.start_time_ns = first ? index.start_time_ns : std::min(content.start_time_ns, index.start_time_ns);
+    content.start_time_ns =
+        first ? index.start_time_ns : std::min(content.start_time_ns, index.start_time_ns);
     content.end_time_ns = std::max(content.end_time_ns, index.end_time_ns);
   }
   content.chunks.push_back(std::move(index));
@@ -179,10 +180,10 @@ hal::Result<McapEnd> McapReader::read(const McapVisitor& visitor, std::uint64_t 
     // The end of the data; what follows repeats what was before.
     if (opcode == Opcode::kDataEnd) {
       std::string last;
-      end.is_finished =
-          size_ >= kFooterBytes + kMagic.size() && read_at(size_ - kMagic.size(), kMagic.size(), last) &&
-          last == kMagic && read_at(size_ - kMagic.size() - kFooterBytes, 1, last) &&
-          static_cast<Opcode>(last[0]) == Opcode::kFooter;
+      end.is_finished = size_ >= kFooterBytes + kMagic.size() &&
+                        read_at(size_ - kMagic.size(), kMagic.size(), last) && last == kMagic &&
+                        read_at(size_ - kMagic.size() - kFooterBytes, 1, last) &&
+                        static_cast<Opcode>(last[0]) == Opcode::kFooter;
       if (!end.is_finished) end.damage = "the end of the file is cut";
       return end;
     }

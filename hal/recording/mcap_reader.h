@@ -37,7 +37,9 @@ class McapReader {
   /// An error where there is no file, it cannot be read, or does not begin like one.
   static hal::Result<McapReader> open(const std::string& path);
   McapReader(McapReader&& other) noexcept
-      : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_) {}
+      : path_(std::move(other.path_)),
+        descriptor_(std::exchange(other.descriptor_, -1)),
+        size_(other.size_) {}
   McapReader& operator=(McapReader&&) = delete;
   ~McapReader();
 

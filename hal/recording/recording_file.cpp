@@ -48,10 +48,11 @@ hal::Result<RecordingFile> RecordingFile::open(const std::string& path) {
   if (!end) return end.error();
   if (columns.empty()) {
     const bool foreign = topics.telemetry < 0 || has_messages;
-    return hal::Error{foreign ? "the file has no telemetry of hapticd" : "there is not one row in the recording",
-                      "recording '" + path + "'", end->damage,
-                      "a channel 'telemetry' of TelemetryBlock messages that name their columns",
-                      foreign ? "give a file that hapticctl record made" : "record for longer"};
+    return hal::Error{
+        foreign ? "the file has no telemetry of hapticd" : "there is not one row in the recording",
+        "recording '" + path + "'", end->damage,
+        "a channel 'telemetry' of TelemetryBlock messages that name their columns",
+        foreign ? "give a file that hapticctl record made" : "record for longer"};
   }
   return RecordingFile(std::move(*reader), std::move(columns));
 }
@@ -120,9 +121,10 @@ hal::Result<bool> repair(const std::string& path) {
   if (auto error = writer.close_chunk()) return *error;
   const std::uint64_t lost_bytes = reader->size() - std::min(reader->size(), end->content.end);
   if (auto error = writer.add_metadata(
-          kEndMetadata, {{"reason", "the daemon ended before the recording was finished; it was finished later"},
-                         {"repaired", "true"},
-                         {"cut_bytes", std::to_string(lost_bytes)}})) {
+          kEndMetadata,
+          {{"reason", "the daemon ended before the recording was finished; it was finished later"},
+           {"repaired", "true"},
+           {"cut_bytes", std::to_string(lost_bytes)}})) {
     return *error;
   }
   if (auto error = writer.finish()) return *error;

@@ -6,8 +6,8 @@
 
 namespace hapticd::recording {
 
-// The fields of a protobuf message, for the two messages of a recording: a reader of a recording needs neither
-// protobuf nor the generated code.
+// The fields of a protobuf message, for the two messages of a recording: a reader of a recording needs
+// neither protobuf nor the generated code.
 
 void put_varint(std::uint64_t number, std::string& out);
 /// A number field; a zero is left out, as proto3 does.

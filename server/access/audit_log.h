@@ -49,7 +49,8 @@ class AuditLog {
   AuditLog& operator=(const AuditLog&) = delete;
 
   void write(AuditLine line);
-  /// Shows every line to `look` as well, in the thread of the call: must be short. Set before there are calls.
+  /// Shows every line to `look` as well, in the thread of the call: must be short. Set before there are
+  /// calls.
   void show_to(std::function<void(const AuditLine&)> look) { look_ = std::move(look); }
   std::uint64_t dropped() const;
 

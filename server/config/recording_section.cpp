@@ -32,7 +32,8 @@ std::string write_recording(const RecordingConfig& recording) {
       "ring_folder = {}\nincident_quota_mb = {}\n",
       toml_quoted(recording.folder), toml_number(recording.quota_mb),
       toml_quoted(text_of(recording.when_full, kWhenFullWords)), toml_number(recording.keep_free_mb),
-      recording.flight_recorder, toml_quoted(recording.ring_folder), toml_number(recording.incident_quota_mb));
+      recording.flight_recorder, toml_quoted(recording.ring_folder),
+      toml_number(recording.incident_quota_mb));
 }
 
 }  // namespace hapticd::server

@@ -15,15 +15,15 @@ enum class WhenFull : std::uint8_t {
 
 /// Recordings and incidents in the daemon.
 struct RecordingConfig {
-  /// [recording] folder: of recordings, incidents and the flight recorder. Empty: next to the store of models,
-  /// and where that is in memory nothing is recorded.
+  /// [recording] folder: of recordings, incidents and the flight recorder. Empty: next to the store of
+  /// models, and where that is in memory nothing is recorded.
   std::string folder;
-  double quota_mb = 20'000.0;  ///< [recording] quota_mb: of all recordings together, 10⁶ bytes
+  double quota_mb = 20'000.0;            ///< [recording] quota_mb: of all recordings together, 10⁶ bytes
   WhenFull when_full = WhenFull::kStop;  ///< [recording] when_full
   /// [recording] keep_free_mb: a recording ends before the disk has less than that left for others.
   double keep_free_mb = 500.0;
-  bool flight_recorder = true;  ///< [recording] flight_recorder: the last 30 s, always
-  std::string ring_folder;      ///< [recording] ring_folder: of its ring; empty = `folder`
+  bool flight_recorder = true;         ///< [recording] flight_recorder: the last 30 s, always
+  std::string ring_folder;             ///< [recording] ring_folder: of its ring; empty = `folder`
   double incident_quota_mb = 2'000.0;  ///< [recording] incident_quota_mb: the oldest make room
 };
 

@@ -29,7 +29,7 @@
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
 #include "server/grpc/services/model_service.h"
-#include "server/grpc/services/recording_service.h"
+#include "server/grpc/recording/recording_service.h"
 #include "server/grpc/services/rendering_service.h"
 #include "server/grpc/services/rig_service.h"
 #include "server/grpc/services/safety_service.h"

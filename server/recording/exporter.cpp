@@ -47,8 +47,8 @@ Refusal refusal_of(const std::string& words, int status) {
     const auto json = nlohmann::json::parse(words, nullptr, false);
     if (json.is_object()) {
       return {RefusalKind::kInvalidArgument,
-              {json.value("what", ""), json.value("where", ""), json.value("value", ""), json.value("limit", ""),
-               json.value("remedy", "")}};
+              {json.value("what", ""), json.value("where", ""), json.value("value", ""),
+               json.value("limit", ""), json.value("remedy", "")}};
     }
   }
   const std::string end = WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status))
@@ -123,10 +123,10 @@ Outcome<TemporaryExport> export_recording(const std::string& recording, const st
                                           const ExportOrder& order, const Caller& caller) {
   static std::atomic<std::uint64_t> count{0};
   TemporaryExport table(fmt::format("{}/export-{}-{}.part", folder, getpid(), ++count));
-  std::vector<std::string> words{program_path(), recording, "--out", table.path(), "--format", order.format,
-                                 "--json-errors"};
-  words.insert(words.end(), {"--from", toml_number(order.from_s), "--to", toml_number(order.to_s), "--decimation",
-                             std::to_string(order.decimation)});
+  std::vector<std::string> words{program_path(), recording,    "--out",        table.path(),
+                                 "--format",     order.format, "--json-errors"};
+  words.insert(words.end(), {"--from", toml_number(order.from_s), "--to", toml_number(order.to_s),
+                             "--decimation", std::to_string(order.decimation)});
   for (const std::string& column : order.columns) words.push_back("--columns=" + column);
   ExportProcess process(words);
   if (process.failure() != 0) {
@@ -136,7 +136,8 @@ Outcome<TemporaryExport> export_recording(const std::string& recording, const st
   std::string said;
   int status = 0;
   if (!process.await(caller, said, status)) {
-    return Refusal{RefusalKind::kCancelled, {"the client left, or its deadline is over", "export", "", "", ""}};
+    return Refusal{RefusalKind::kCancelled,
+                   {"the client left, or its deadline is over", "export", "", "", ""}};
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     Refusal refusal = refusal_of(said, status);

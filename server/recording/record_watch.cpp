@@ -67,15 +67,14 @@ std::vector<Event> RecordWatch::look(const rt::TickRecord& record) {
 void RecordWatch::look_at_guard(const rt::TickRecord& record, std::vector<Event>& events) const {
   const bool without = is_without_force(record.guard_state);
   const bool was_without = has_last_ && is_without_force(last_state_);
-  const bool is_known =
-      was_without && record.guard_fault == last_fault_ && record.guard_state == last_state_;
+  const bool is_known = was_without && record.guard_fault == last_fault_ && record.guard_state == last_state_;
   if (without && !is_known) {
     const bool stopped = record.guard_fault == rt::GuardFault::kStopped;
-    std::string text = stopped ? std::string("stopped: zero force until someone clears")
-                               : fmt::format("{}; {}", fault_words(record.guard_fault),
-                                             record.guard_state == rt::GuardState::kLatched
-                                                 ? "no force until it is cleared"
-                                                 : "no force until it is over");
+    std::string text =
+        stopped ? std::string("stopped: zero force until someone clears")
+                : fmt::format("{}; {}", fault_words(record.guard_fault),
+                              record.guard_state == rt::GuardState::kLatched ? "no force until it is cleared"
+                                                                             : "no force until it is over");
     if (!has_last_) text += "; so it was when the recording began";
     events.push_back(event_at(record, stopped ? EventKind::kStop : EventKind::kFault, std::move(text)));
   }
@@ -90,10 +89,10 @@ void RecordWatch::look_at_timing(const rt::TickRecord& record, std::vector<Event
   ++overruns_;
   if (record.time_ns < next_overrun_ns_) return;
   next_overrun_ns_ = record.time_ns + kOverrunPauseNs;
-  events.push_back(
-      event_at(record, EventKind::kOverrun,
-               fmt::format("a period was overrun by {} ({} since the last one reported; {} periods missed here)",
-                           words_of(record.timing.overrun), overruns_, record.timing.periods_missed)));
+  events.push_back(event_at(
+      record, EventKind::kOverrun,
+      fmt::format("a period was overrun by {} ({} since the last one reported; {} periods missed here)",
+                  words_of(record.timing.overrun), overruns_, record.timing.periods_missed)));
   overruns_ = 0;
 }
 

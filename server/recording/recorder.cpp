@@ -21,7 +21,8 @@ constexpr std::uint32_t kMaxDecimation = 10'000;
 constexpr std::size_t kNamedIds = 10;
 
 Refusal cannot_record(hal::Error error) {
-  const bool is_full = error.what.find("full") != std::string::npos || error.what.find("quota") != std::string::npos;
+  const bool is_full =
+      error.what.find("full") != std::string::npos || error.what.find("quota") != std::string::npos;
   return {is_full ? RefusalKind::kResourceExhausted : RefusalKind::kFailedPrecondition, std::move(error),
           is_full ? Reason::kDiskFull : Reason::kOfKind};
 }
@@ -106,8 +107,9 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
                     std::to_string(request.decimation), fmt::format("1 … {}", kMaxDecimation), ""}};
   }
   if (request.note.size() > kMaxText || request.name.size() > kMaxText) {
-    return Refusal{RefusalKind::kInvalidArgument,
-                   {"the text is too long", "StartRecordingRequest", "", fmt::format("{} bytes", kMaxText), ""}};
+    return Refusal{
+        RefusalKind::kInvalidArgument,
+        {"the text is too long", "StartRecordingRequest", "", fmt::format("{} bytes", kMaxText), ""}};
   }
   const std::lock_guard lock(changes_);
   if (ending_) return Refusal{RefusalKind::kUnavailable, {"the daemon is shutting down", "", "", "", ""}};
@@ -155,8 +157,8 @@ Outcome<RecordingInfo> Recorder::stop(const std::string& by) {
 std::optional<Refusal> Recorder::annotate(const std::string& text, const std::string& by) {
   if (text.empty() || text.size() > kMaxText) {
     return Refusal{RefusalKind::kInvalidArgument,
-                   {"the note has a wrong length", "AnnotateRequest.text", fmt::format("{} bytes", text.size()),
-                    fmt::format("1 … {} bytes", kMaxText), ""}};
+                   {"the note has a wrong length", "AnnotateRequest.text",
+                    fmt::format("{} bytes", text.size()), fmt::format("1 … {} bytes", kMaxText), ""}};
   }
   if (!running()) return not_recording();
   const ClockAnchor now = anchor_of(sources_);

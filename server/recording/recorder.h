@@ -31,7 +31,8 @@ class Recorder {
   static constexpr std::size_t kMaxText = 4096;
 
   /// `folder`: empty where nothing can be recorded. All must outlive it.
-  Recorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources, const RecordingConfig& config);
+  Recorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
+           const RecordingConfig& config);
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 

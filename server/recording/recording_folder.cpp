@@ -57,7 +57,8 @@ std::vector<std::string> RecordingFolder::repair_all() const {
     const std::string path = path_ + "/" + file.id + kEnding;
     if (const auto reader = recording::McapReader::open(path); !reader || reader->summary()) continue;
     const auto repaired = recording::repair(path);
-    if (!repaired) lines.push_back("recording '" + file.id + "' cannot be repaired: " + repaired.error().text());
+    if (!repaired)
+      lines.push_back("recording '" + file.id + "' cannot be repaired: " + repaired.error().text());
     if (repaired && *repaired) {
       lines.push_back("recording '" + file.id + "' was not finished by an earlier run, and is now");
     }
@@ -113,12 +114,13 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) co
   while (used_mb > limits_.quota_mb) {
     if (remove_oldest()) continue;
     const bool alone = oldest_other() == all.end();
-    return hal::Error{alone ? "the quota is too small for this recording" : "the quota of recordings is used up",
-                      limits_.quota_key, fmt::format("{:.1f} MB in {}", used_mb, path_),
-                      fmt::format("{:g} MB", limits_.quota_mb),
-                      alone ? "raise it, or record fewer groups, fewer ticks or for a shorter time"
-                            : "delete recordings (hapticctl record delete), raise it, or set when_full = "
-                              "\"remove_oldest\""};
+    return hal::Error{
+        alone ? "the quota is too small for this recording" : "the quota of recordings is used up",
+        limits_.quota_key, fmt::format("{:.1f} MB in {}", used_mb, path_),
+        fmt::format("{:g} MB", limits_.quota_mb),
+        alone ? "raise it, or record fewer groups, fewer ticks or for a shorter time"
+              : "delete recordings (hapticctl record delete), raise it, or set when_full = "
+                "\"remove_oldest\""};
   }
   while (limits_.keep_free_mb > 0.0) {
     struct statvfs disk {};

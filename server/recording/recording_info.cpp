@@ -80,7 +80,9 @@ RecordingInfo read_info(const std::string& path) {
         take_start(texts, info);
       }
     };
-    visitor.message = [](const recording::Message&) { return false; };  // the start stands before all messages
+    visitor.message = [](const recording::Message&) {
+      return false;
+    };  // the start stands before all messages
     static_cast<void>(reader->read(visitor));
   }
   if (!has_start) {
@@ -98,8 +100,8 @@ std::string file_id(std::int64_t unix_ns, const std::string& name) {
   std::strftime(text, sizeof text, "%Y%m%dT%H%M%SZ", &parts);
   std::string kept;
   for (const char c : name.substr(0, kMaxName)) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-                       c == '_' || c == '.';
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.';
     kept += plain ? c : '_';
   }
   return std::string(text) + "_" + (kept.empty() ? "recording" : kept);

@@ -33,7 +33,7 @@ struct RecordingInfo {
   std::string cause;  ///< "sensor_stale", "stopped", "overrun", "requested", "unclean_end"
   std::uint64_t cause_tick = 0;
   double cause_after_s = 0.0;  ///< after the first row
-  recording::Texts start;  ///< all that was known when it began
+  recording::Texts start;      ///< all that was known when it began
 };
 
 /// Reads it from a file that no one writes; never fails.

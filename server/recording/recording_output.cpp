@@ -9,7 +9,8 @@ namespace hapticd::server {
 
 hal::Result<RecordingOutput> RecordingOutput::begin(const std::string& path,
                                                     const std::vector<recording::Column>& columns,
-                                                    const RecordingSources& sources, const ClockAnchor& anchor,
+                                                    const RecordingSources& sources,
+                                                    const ClockAnchor& anchor,
                                                     const recording::Texts& start) {
   auto file = recording::AppendFile::create(path);
   if (!file) return file.error();
@@ -48,7 +49,8 @@ void RecordingOutput::add_event(const recording::Event& event) {
   writer_.add_message({events_, event_count_++, unix_ns, unix_ns, recording::event_message(event)});
 }
 
-std::optional<hal::Error> RecordingOutput::add_metadata(std::string_view name, const recording::Texts& texts) {
+std::optional<hal::Error> RecordingOutput::add_metadata(std::string_view name,
+                                                        const recording::Texts& texts) {
   return writer_.add_metadata(name, texts);
 }
 

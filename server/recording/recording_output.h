@@ -17,7 +17,8 @@ namespace hapticd::server {
 class RecordingOutput {
  public:
   /// Begins the file `path`, which must not exist. `start`: what is known of it, kStartMetadata.
-  static hal::Result<RecordingOutput> begin(const std::string& path, const std::vector<recording::Column>& columns,
+  static hal::Result<RecordingOutput> begin(const std::string& path,
+                                            const std::vector<recording::Column>& columns,
                                             const RecordingSources& sources, const ClockAnchor& anchor,
                                             const recording::Texts& start);
 
@@ -29,8 +30,8 @@ class RecordingOutput {
   std::optional<hal::Error> close_chunk();
   std::optional<hal::Error> sync() { return writer_.file().sync(); }
 
-  /// Finishes the file. Where there is no room for that, the last chunks make it; the rows that this costs are
-  /// counted in `end`. An error where the file has no end all the same: it can be repaired later.
+  /// Finishes the file. Where there is no room for that, the last chunks make it; the rows that this costs
+  /// are counted in `end`. An error where the file has no end all the same: it can be repaired later.
   std::optional<hal::Error> finish(recording::Texts end);
 
   std::uint64_t rows() const { return rows_; }

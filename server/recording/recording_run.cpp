@@ -162,7 +162,8 @@ void RecordingRun::take_events() {
   event.tick = last_tick_.value_or(0);
   event.unix_ns = output_.anchor().unix_at(last_time_ns_);
   event.kind = recording::EventKind::kLoss;
-  event.text = fmt::format("{} events are missing: there were too many at once", missed_events_ - missed_before);
+  event.text =
+      fmt::format("{} events are missing: there were too many at once", missed_events_ - missed_before);
   add_event(std::move(event));
 }
 
@@ -212,12 +213,11 @@ void RecordingRun::finish(const std::optional<hal::Error>& error) {
   output_.add_event(event);
   static_cast<void>(output_.add_metadata(recording::kAnchorMetadata, texts_of(anchor_of(sources_))));
   static_cast<void>(output_.close_chunk());
-  const auto unfinished =
-      output_.finish({{"reason", reason}, {"lost_ticks", std::to_string(lost_ticks_)}});
+  const auto unfinished = output_.finish({{"reason", reason}, {"lost_ticks", std::to_string(lost_ticks_)}});
   if (error) log_warning("recording '" + options_.id + "' ended: " + reason);
   if (unfinished) {
-    log_warning("recording '" + options_.id + "' has no end (it is repaired at the next start): " +
-                unfinished->text());
+    log_warning("recording '" + options_.id +
+                "' has no end (it is repaired at the next start): " + unfinished->text());
   }
   if (error) board_.add(event);
   publish(error, reason);

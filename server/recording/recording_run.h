@@ -34,7 +34,7 @@ struct RunReport {
   std::uint64_t lost_ticks = 0;
   std::uint64_t bytes = 0;
   double duration_s = 0.0;
-  std::string end_reason;         ///< empty while it runs
+  std::string end_reason;           ///< empty while it runs
   std::optional<hal::Error> error;  ///< what ended it against its will
   double longest_sync_s = 0.0;
 };
@@ -49,7 +49,8 @@ class RecordingRun {
   static constexpr std::chrono::milliseconds kSyncTime{1000};
 
   static hal::Result<std::unique_ptr<RecordingRun>> start(TelemetryHub& hub, EventBoard& board,
-                                                          const RecordingSources& sources, RunOptions options);
+                                                          const RecordingSources& sources,
+                                                          RunOptions options);
   /// Ends it.
   ~RecordingRun();
   RecordingRun(const RecordingRun&) = delete;

@@ -18,9 +18,9 @@ struct RecordingSources {
   /// Schemas for readers that know nothing of hapticd: FileDescriptorSets of the two messages.
   std::string block_schema;
   std::string event_schema;
-  recording::Texts rig;                      ///< what is known of rig, daemon and machine; any key
-  std::string configuration;                 ///< of the daemon, TOML
-  std::function<recording::Texts()> scene;   ///< the loaded one: name, text, hashes of its models; empty: none
+  recording::Texts rig;                     ///< what is known of rig, daemon and machine; any key
+  std::string configuration;                ///< of the daemon, TOML
+  std::function<recording::Texts()> scene;  ///< the loaded one: name, text, hashes of its models; empty: none
   std::function<std::int64_t()> rig_time_ns;  ///< of the last tick
 };
 

@@ -6,8 +6,8 @@
 
 namespace hapticd::server {
 
-/// A column of telemetry as a table: one number of a group of v1::TelemetrySample, named as `hapticctl telemetry
-/// record` names it.
+/// A column of telemetry as a table: one number of a group of v1::TelemetrySample, named as `hapticctl
+/// telemetry record` names it.
 struct TelemetryColumn {
   const char* name;       ///< group_quantity_unit, e.g. "contact_reaction_force_n"
   const char* unit;       ///< "1" where it has none

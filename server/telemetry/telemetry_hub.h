@@ -24,7 +24,7 @@ struct SubscriptionOptions {
   std::uint32_t batch_size = 20;
   std::uint32_t queue_samples = 4000;
   std::chrono::milliseconds longest_wait{100};  ///< a batch that is not full is ready when this old
-  bool is_own = false;  ///< of the daemon itself: not counted as a subscriber
+  bool is_own = false;                          ///< of the daemon itself: not counted as a subscriber
   std::function<void()> on_ready;  ///< a batch is ready; called by the hub's thread, must not block
 };
 

@@ -87,7 +87,8 @@ void show_incident(Session& session, const ShowOptions& options) {
   const std::vector<std::string> cause_ns = comments(csv.path(), "recording.cause_time_ns: ");
   if (!options.svg.empty()) {
     const double cause_s = cause_ns.empty() ? 0.0 : 1e-9 * std::stod(cause_ns.front());
-    write_svg(incident_figure(CsvTable::read(csv.path()), file.id(), file.end_reason(), cause_s), options.svg);
+    write_svg(incident_figure(CsvTable::read(csv.path()), file.id(), file.end_reason(), cause_s),
+              options.svg);
   }
   if (session.json) {
     Json document = to_json(file);
@@ -119,7 +120,8 @@ void add_incident_commands(CLI::App& app, Session& session) {
 
   const auto options = std::make_shared<ShowOptions>();
   CLI::App* show = incident->add_subcommand("show", "Cause, remedy, events; a plot of the last second");
-  show->footer("Examples:\n  hapticctl incident show last\n  hapticctl incident show last --out incident.svg");
+  show->footer(
+      "Examples:\n  hapticctl incident show last\n  hapticctl incident show last --out incident.svg");
   show->add_option("ID", options->id, "As `list` shows it, or `last`")->required();
   show->add_option("-o,--out", options->svg, "Where to draw the last second before it (SVG; needs gnuplot)");
   show->callback([&session, options] { show_incident(session, *options); });

@@ -23,18 +23,17 @@ constexpr IncidentTrace kForces[] = {{"sample_sensor_force_z_n", "sensor, z"},
                                      {"contact_reaction_force_n", "reaction"},
                                      {"control_hand_force_n", "hand, estimated"},
                                      {"control_commanded_force_n", "wanted of the device"}};
-constexpr IncidentTrace kDeviceForces[] = {{"guard_device_command_x_n", "x"},
-                                           {"guard_device_command_y_n", "y"},
-                                           {"guard_device_command_z_n", "z"}};
-constexpr IncidentTrace kTip[] = {{"sample_tip_position_x_mm", "x"},
-                                  {"sample_tip_position_y_mm", "y"},
-                                  {"sample_tip_position_z_mm", "z"}};
+constexpr IncidentTrace kDeviceForces[] = {
+    {"guard_device_command_x_n", "x"}, {"guard_device_command_y_n", "y"}, {"guard_device_command_z_n", "z"}};
+constexpr IncidentTrace kTip[] = {
+    {"sample_tip_position_x_mm", "x"}, {"sample_tip_position_y_mm", "y"}, {"sample_tip_position_z_mm", "z"}};
 constexpr IncidentTrace kTimes[] = {{"sample_force_age_ms", "age of the sensor's sample"},
                                     {"timing_wakeup_ns", "tick late by", 1e-6},
                                     {"timing_compute_ns", "computation", 1e-6},
                                     {"timing_device_ns", "device", 1e-6}};
 
-std::vector<Point> points_of(const std::vector<double>& time_ms, const std::vector<double>& values, double scale) {
+std::vector<Point> points_of(const std::vector<double>& time_ms, const std::vector<double>& values,
+                             double scale) {
   std::vector<Point> points;
   for (std::size_t i = 0; i < time_ms.size(); ++i) {
     if (std::isfinite(values[i])) {

@@ -4,9 +4,9 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/record/recording_files.h"
+#include "client/cli/record/recording_view.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
-#include "client/cli/record/recording_view.h"
 
 namespace hapticd::cli {
 namespace {
@@ -20,7 +20,8 @@ struct StartOptions {
 
 void add_start_command(CLI::App& record, Session& session) {
   const auto options = std::make_shared<StartOptions>();
-  CLI::App* start = record.add_subcommand("start", "Begins a recording in the daemon; it goes on when this ends");
+  CLI::App* start =
+      record.add_subcommand("start", "Begins a recording in the daemon; it goes on when this ends");
   start->footer(
       "Examples:\n  hapticctl record start press --note \"sponge, day 3\"\n"
       "  hapticctl record start long --groups sample,contact --decimation 10");
@@ -48,7 +49,8 @@ void add_start_command(CLI::App& record, Session& session) {
 
 void add_record_commands(CLI::App& app, Session& session) {
   constexpr auto kKind = v1::RECORDING_KIND_RECORDING;
-  CLI::App* record = app.add_subcommand("record", "Recordings in the daemon: every tick, events, nothing lost");
+  CLI::App* record =
+      app.add_subcommand("record", "Recordings in the daemon: every tick, events, nothing lost");
   record->require_subcommand(1);
   add_start_command(*record, session);
 
@@ -58,11 +60,13 @@ void add_record_commands(CLI::App& app, Session& session) {
     const v1::RecordingFile file = session.connect().stop_recording();
     if (session.json) return print_json(to_json(file));
     fmt::print("{}\n", recording_line(file));
-    if (!file.end_reason().starts_with("stopped by")) fmt::print("it had ended before: {}\n", file.end_reason());
+    if (!file.end_reason().starts_with("stopped by"))
+      fmt::print("it had ended before: {}\n", file.end_reason());
   });
 
   const auto note = std::make_shared<std::string>();
-  CLI::App* annotate = record->add_subcommand("annotate", "A note in the recording that runs, at this moment");
+  CLI::App* annotate =
+      record->add_subcommand("annotate", "A note in the recording that runs, at this moment");
   annotate->footer("Example:\n  hapticctl record annotate \"subject pressed too hard\"");
   annotate->add_option("TEXT", *note, "The note")->required();
   annotate->callback([&session, note] {

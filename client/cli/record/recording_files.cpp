@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "client/cli/record/download.h"
-#include "client/cli/text/message_json.h"
 #include "client/cli/record/recording_view.h"
+#include "client/cli/text/message_json.h"
 
 namespace hapticd::cli {
 namespace {
@@ -38,7 +38,8 @@ std::string file_id(client::Client& client, const std::string& id, v1::Recording
   if (id != "last") return id;
   const v1::ListRecordingsResponse list = client.recordings(kind);
   if (list.recordings().empty()) {
-    throw LocalError("there is none yet", command_of(kind), "", "", "see hapticctl " + command_of(kind) + " list");
+    throw LocalError("there is none yet", command_of(kind), "", "",
+                     "see hapticctl " + command_of(kind) + " list");
   }
   return list.recordings(list.recordings_size() - 1).id();
 }
@@ -87,7 +88,8 @@ void add_export_command(CLI::App& parent, Session& session, v1::RecordingKind ki
   command->add_option("-o,--out", options->out, "Where to write: .h5, .hdf5 or .csv")->required();
   command->add_option("--columns", options->columns, "Names, separated by commas [all]");
   command->add_option("--from", options->from_s, "Seconds after the first row")->capture_default_str();
-  command->add_option("--to", options->to_s, "Seconds after the first row; 0 = to the end")->capture_default_str();
+  command->add_option("--to", options->to_s, "Seconds after the first row; 0 = to the end")
+      ->capture_default_str();
   command->add_option("--decimation", options->decimation, "Every n-th row")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();

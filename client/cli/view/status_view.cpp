@@ -174,9 +174,9 @@ std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState
              fmt::format("{} subscribers, {} records lost for all of them", state.telemetry_subscribers(),
                          state.telemetry_records_dropped())});
   if (!state.recording().empty()) {
-    facts.add({terminal.bold("recording"),
-               fmt::format("{}, {} rows, {} ticks lost", state.recording(), state.recording_rows(),
-                           state.recording_lost_ticks())});
+    facts.add(
+        {terminal.bold("recording"), fmt::format("{}, {} rows, {} ticks lost", state.recording(),
+                                                 state.recording_rows(), state.recording_lost_ticks())});
   }
   if (!state.flight_recorder_on()) {
     facts.add({terminal.bold("last incident"), "not kept: the flight recorder is off"});

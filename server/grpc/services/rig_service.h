@@ -21,8 +21,8 @@ class Watchdog;
 class RigService final : public v1::RigService::Service {
  public:
   RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, SensorBiases& biases,
-             TurntableHost& turntable, const Watchdog& watchdog, Recorder& recorder, const FlightRecorder& flight,
-             std::string certificates = {}, std::string state_folder = {})
+             TurntableHost& turntable, const Watchdog& watchdog, Recorder& recorder,
+             const FlightRecorder& flight, std::string certificates = {}, std::string state_folder = {})
       : session_(session),
         scenes_(scenes),
         hub_(hub),

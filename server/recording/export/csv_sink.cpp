@@ -35,7 +35,8 @@ hal::Result<std::unique_ptr<TableSink>> CsvSink::create(const std::string& path,
                                                         std::vector<ExportColumn> columns) {
   std::unique_ptr<CsvSink> sink(new CsvSink(path, std::move(columns)));
   sink->stream_.open(path, std::ios::binary | std::ios::trunc);
-  if (!sink->stream_) return hal::Error{"the file cannot be written", path, "", "", "see the rights of its folder"};
+  if (!sink->stream_)
+    return hal::Error{"the file cannot be written", path, "", "", "see the rights of its folder"};
   return std::unique_ptr<TableSink>(std::move(sink));
 }
 

@@ -7,11 +7,13 @@
 
 namespace hapticd::server {
 
-/// CSV as `hapticctl telemetry record` writes it: lines with '#' for what is known, one of names that end in their
-/// units, one for each row. "time_ns" becomes "time_s". What is not there is "nan". Events are comments.
+/// CSV as `hapticctl telemetry record` writes it: lines with '#' for what is known, one of names that end in
+/// their units, one for each row. "time_ns" becomes "time_s". What is not there is "nan". Events are
+/// comments.
 class CsvSink final : public TableSink {
  public:
-  static hal::Result<std::unique_ptr<TableSink>> create(const std::string& path, std::vector<ExportColumn> columns);
+  static hal::Result<std::unique_ptr<TableSink>> create(const std::string& path,
+                                                        std::vector<ExportColumn> columns);
 
   void add_metadata(const std::string& name, const recording::Texts& texts) override;
   void add_event(const recording::Event& event) override;

@@ -62,7 +62,8 @@ void add_text_dataset(hid_t group, const std::string& name, const std::string& t
   const Handle type = text_type(text.size());
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle dataset(
-      H5Dcreate2(group, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+      H5Dcreate2(group, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+      H5Dclose);
   if (dataset.good()) H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str());
 }
 
@@ -99,27 +100,27 @@ std::string description_of(const std::string& column) {
 
 struct Hdf5Sink::State {
   explicit State(const std::string& file_path)
-      : path(file_path), file(H5Fcreate(file_path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose) {}
+      : path(file_path),
+        file(H5Fcreate(file_path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose) {}
 
   enum class Cells : std::uint8_t { kNumbers, kIntegers, kSeconds };
   struct Dataset {
     Handle handle;
     Cells content;
-    std::size_t index;  ///< of the cell; kSeconds: of that in ns
+    std::size_t index;    ///< of the cell; kSeconds: of that in ns
     std::string cells{};  ///< not written yet
     hid_t type() const { return content == Cells::kIntegers ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE; }
   };
 
-  hal::Error failed(const char* what) const {
-    return {what, path, "", "", "is the disk full?"};
-  }
+  hal::Error failed(const char* what) const { return {what, path, "", "", "is the disk full?"}; }
 
   std::optional<hal::Error> flush() {
     if (buffered == 0) return std::nullopt;
     const hsize_t size = rows + buffered;
     const Handle memory(H5Screate_simple(1, &buffered, nullptr), H5Sclose);
     for (Dataset& dataset : datasets) {
-      if (H5Dset_extent(dataset.handle.get(), &size) < 0) return failed("the file cannot be written to its end");
+      if (H5Dset_extent(dataset.handle.get(), &size) < 0)
+        return failed("the file cannot be written to its end");
       const Handle space(H5Dget_space(dataset.handle.get()), H5Sclose);
       H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &rows, nullptr, &buffered, nullptr);
       if (H5Dwrite(dataset.handle.get(), dataset.type(), memory.get(), space.get(), H5P_DEFAULT,
@@ -247,7 +248,8 @@ void Hdf5Sink::State::write_texts(hid_t group, const char* name, Get get) {
   const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
   const Handle dataset(
       H5Dcreate2(group, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
-  if (dataset.good() && count > 0) H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
+  if (dataset.good() && count > 0)
+    H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
 }
 
 void Hdf5Sink::State::write_events() {

@@ -1,5 +1,5 @@
-// hapticd-export: a recording as a table. A program of its own: the daemon has it do the work, so that no failure of
-// the HDF5 library, and none of its memory, is the daemon's. It needs no daemon.
+// hapticd-export: a recording as a table. A program of its own: the daemon has it do the work, so that no
+// failure of the HDF5 library, and none of its memory, is the daemon's. It needs no daemon.
 
 #include <fmt/core.h>
 #include <unistd.h>
@@ -39,7 +39,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "hapticd-export " HAPTICD_VERSION);
   ExportRequest request;
   bool json_errors = false;
-  app.add_option("RECORDING.mcap", request.input, "Made by hapticctl record or by the flight recorder")->required();
+  app.add_option("RECORDING.mcap", request.input, "Made by hapticctl record or by the flight recorder")
+      ->required();
   app.add_option("-o,--out", request.output, "Where to write: .h5, .hdf5 or .csv")->required();
   const std::map<std::string, TableFormat> formats{{"hdf5", TableFormat::kHdf5}, {"csv", TableFormat::kCsv}};
   CLI::Option* format = app.add_option("--format", request.format, "hdf5 or csv [by the ending of --out]")

@@ -49,7 +49,8 @@ std::optional<hal::Error> check_span(const ExportRequest& request) {
   const bool good = std::isfinite(request.from_s) && std::isfinite(request.to_s) && request.from_s >= 0.0 &&
                     (request.to_s == 0.0 || request.to_s > request.from_s);
   if (!good) {
-    return hal::Error{"the span is none", "from_s, to_s", fmt::format("{:g} … {:g} s", request.from_s, request.to_s),
+    return hal::Error{"the span is none", "from_s, to_s",
+                      fmt::format("{:g} … {:g} s", request.from_s, request.to_s),
                       "0 ≤ from_s < to_s, or to_s = 0: to the end", ""};
   }
   if (request.decimation >= 1 && request.decimation <= 10'000) return std::nullopt;

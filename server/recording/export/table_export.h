@@ -21,8 +21,8 @@ struct ExportRequest {
   std::uint32_t decimation = 1;      ///< every n-th row
 };
 
-/// Writes a recording as a table. Errors: a column that it does not have (those that it has are named), no row in
-/// the span, no recording, a file that cannot be written.
+/// Writes a recording as a table. Errors: a column that it does not have (those that it has are named), no
+/// row in the span, no recording, a file that cannot be written.
 std::optional<hal::Error> export_table(const ExportRequest& request);
 
 }  // namespace hapticd::server

@@ -50,8 +50,8 @@ FlightRecorder::FlightRecorder(TelemetryHub& hub, EventBoard& board, const Recor
       board_(board),
       sources_(sources),
       config_(config),
-      folder_(config.folder + "/incidents", {config.incident_quota_mb, WhenFull::kRemoveOldest, 0.0,
-                                             "[recording] incident_quota_mb"}),
+      folder_(config.folder + "/incidents",
+              {config.incident_quota_mb, WhenFull::kRemoveOldest, 0.0, "[recording] incident_quota_mb"}),
       table_(sources.columns, sources.channels) {}
 
 FlightRecorder::~FlightRecorder() {
@@ -131,10 +131,11 @@ void FlightRecorder::shutdown() {
 
 std::optional<Refusal> FlightRecorder::unavailable() const {
   if (config_.folder.empty() || !config_.flight_recorder) {
-    return Refusal{RefusalKind::kFailedPrecondition,
-                   {"the flight recorder is off", "[recording] flight_recorder, folder", "", "",
-                    config_.folder.empty() ? "name a folder, or start hapticd with a --model-store that is not in memory"
-                                           : "set flight_recorder = true"}};
+    return Refusal{
+        RefusalKind::kFailedPrecondition,
+        {"the flight recorder is off", "[recording] flight_recorder, folder", "", "",
+         config_.folder.empty() ? "name a folder, or start hapticd with a --model-store that is not in memory"
+                                : "set flight_recorder = true"}};
   }
   if (problem_) return Refusal{RefusalKind::kFailedPrecondition, *problem_};
   return std::nullopt;
@@ -143,9 +144,10 @@ std::optional<Refusal> FlightRecorder::unavailable() const {
 std::optional<Refusal> FlightRecorder::request(const std::string& reason, const std::string& by) {
   if (auto refusal = unavailable()) return refusal;
   if (reason.size() > kMaxRequest) {
-    return Refusal{RefusalKind::kInvalidArgument,
-                   {"the reason is too long", "MakeIncidentRequest.reason", fmt::format("{} bytes", reason.size()),
-                    fmt::format("at most {} bytes", kMaxRequest), ""}};
+    return Refusal{
+        RefusalKind::kInvalidArgument,
+        {"the reason is too long", "MakeIncidentRequest.reason", fmt::format("{} bytes", reason.size()),
+         fmt::format("at most {} bytes", kMaxRequest), ""}};
   }
   Event event;
   event.kind = EventKind::kAnnotation;
@@ -265,7 +267,8 @@ void FlightRecorder::look_at(const Event& event, const rt::TickRecord& record) {
   if (event.kind == EventKind::kStop) return begin_incident(incident_of(event, "stopped"));
   const bool is_overrun = event.kind == EventKind::kOverrun;
   if (event.kind != EventKind::kFault && !is_overrun) return;
-  if (!is_overrun && record.guard_fault == rt::GuardFault::kUncleanEnd) return;  // the ring that was left says it
+  if (!is_overrun && record.guard_fault == rt::GuardFault::kUncleanEnd)
+    return;  // the ring that was left says it
   const std::string cause =
       is_overrun ? std::string("overrun") : std::string(rt::rule_of(record.guard_fault).name);
   const bool ends_by_itself = is_overrun || record.guard_state == rt::GuardState::kSuspended;
@@ -275,9 +278,10 @@ void FlightRecorder::look_at(const Event& event, const rt::TickRecord& record) {
     quiet_until_ns = record.time_ns + kQuietNs;
   }
   Incident incident = incident_of(event, cause);
-  incident.remedy = is_overrun ? "see what took the time in hapticctl status; hapticctl doctor says how to set up "
-                                 "the machine"
-                               : std::string(rt::rule_of(record.guard_fault).remedy);
+  incident.remedy = is_overrun
+                        ? "see what took the time in hapticctl status; hapticctl doctor says how to set up "
+                          "the machine"
+                        : std::string(rt::rule_of(record.guard_fault).remedy);
   begin_incident(std::move(incident));
 }
 
@@ -298,8 +302,9 @@ void FlightRecorder::begin_incident(Incident incident) {
 void FlightRecorder::finish_pending(bool now) {
   if (!pending_) return;
   // A loop that no longer ticks: there is nothing to wait for.
-  const bool stands_still = Clock::now() > pending_->due - std::chrono::seconds(static_cast<int>(kMaxAfterS)) &&
-                            last_tick_ < pending_->due_tick;
+  const bool stands_still =
+      Clock::now() > pending_->due - std::chrono::seconds(static_cast<int>(kMaxAfterS)) &&
+      last_tick_ < pending_->due_tick;
   if (!now && last_tick_ < pending_->due_tick && Clock::now() < pending_->due && !stands_still) return;
   Incident incident = std::move(pending_->incident);
   pending_.reset();
@@ -364,7 +369,8 @@ void FlightRecorder::keep_left_rings() {
     Incident incident;
     incident.cause = "unclean_end";
     incident.words =
-        "an earlier run of the daemon ended in no orderly way (a crash, a kill, a loss of power): its last seconds";
+        "an earlier run of the daemon ended in no orderly way (a crash, a kill, a loss of power): its last "
+        "seconds";
     incident.remedy = "read in the log why it ended";
     incident.row_count = std::min(left.written(), left.capacity_rows());
     incident.first_row = left.written() - incident.row_count;

@@ -25,10 +25,10 @@
 
 namespace hapticd::server {
 
-/// Keeps the last 30 s of every tick, always, in a file that survives the daemon. What happened around a latched
-/// fault, a stop, an overrun or a request becomes an incident: a recording of 20 s before and 2 s after. So do the
-/// last 30 s of a run that ended in no orderly way, when the next begins. A fault that ends by itself, and an
-/// overrun, makes an incident at most every ten minutes. Any thread.
+/// Keeps the last 30 s of every tick, always, in a file that survives the daemon. What happened around a
+/// latched fault, a stop, an overrun or a request becomes an incident: a recording of 20 s before and 2 s
+/// after. So do the last 30 s of a run that ended in no orderly way, when the next begins. A fault that ends
+/// by itself, and an overrun, makes an incident at most every ten minutes. Any thread.
 class FlightRecorder {
  public:
   static constexpr double kRingS = 30.0;

@@ -100,7 +100,8 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::create(const std::string& p
   ring->capacity_rows_ = capacity_rows;
   ring->rate_hz_ = rate_hz;
   const std::uint64_t size = kRowsOffset + capacity_rows * ring->row_bytes();
-  const int failed = ftruncate(descriptor, 0) != 0 ? errno : posix_fallocate(descriptor, 0, static_cast<off_t>(size));
+  const int failed =
+      ftruncate(descriptor, 0) != 0 ? errno : posix_fallocate(descriptor, 0, static_cast<off_t>(size));
   if (failed != 0) {
     unlink(path.c_str());
     return hal::Error{"there is no room for the ring of the flight recorder", path, std::strerror(failed),

@@ -16,10 +16,10 @@
 
 namespace hapticd::server {
 
-/// The last rows of all that is recorded, in a file of fixed size that outlives the process: what was written is
-/// the kernel's, whatever becomes of the daemon. Written with pwrite and not through a mapping, so that it is
-/// neither resident nor locked memory of the daemon, and a full disk is an error and no signal. The file is as
-/// long as it will ever be from the beginning. One thread writes; another may read.
+/// The last rows of all that is recorded, in a file of fixed size that outlives the process: what was written
+/// is the kernel's, whatever becomes of the daemon. Written with pwrite and not through a mapping, so that it
+/// is neither resident nor locked memory of the daemon, and a full disk is an error and no signal. The file
+/// is as long as it will ever be from the beginning. One thread writes; another may read.
 class FlightRing {
  public:
   /// What is known of the run, by the name of the metadata.

@@ -25,7 +25,8 @@ struct Written {
   bool has_tick = false;
 };
 
-/// Takes out rows that do not follow the one before: pages that did not reach the disk before the power was lost.
+/// Takes out rows that do not follow the one before: pages that did not reach the disk before the power was
+/// lost.
 void take_in_order(const FlightRing& ring, std::string& rows, Written& written) {
   std::string good;
   good.reserve(rows.size());

@@ -1,4 +1,4 @@
-#include "server/grpc/messages/recording_messages.h"
+#include "server/grpc/recording/recording_messages.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>

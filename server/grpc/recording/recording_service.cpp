@@ -1,4 +1,4 @@
-#include "server/grpc/services/recording_service.h"
+#include "server/grpc/recording/recording_service.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/calls/served_call.h"
-#include "server/grpc/messages/recording_messages.h"
 #include "server/grpc/messages/status.h"
+#include "server/grpc/recording/recording_messages.h"
 #include "server/recording/exporter.h"
 #include "server/recording/flight/flight_recorder.h"
 #include "server/recording/recorder.h"
