@@ -1,5 +1,6 @@
 #include <sys/resource.h>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -84,6 +85,7 @@ int run(int argc, char** argv) {
   server::hold_back_ending_signals();  // before there are threads: they inherit it
   server::install_crash_handlers();
   raise_descriptor_limit();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of who writes it, not the end
   if (const std::string why = rt::leave_to_the_loop(config->loop.cpu); !why.empty()) {
     server::log_warning("threads of the service may run on the loop's CPU: " + why);
   }

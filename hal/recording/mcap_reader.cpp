@@ -184,7 +184,11 @@ hal::Result<McapEnd> McapReader::read(const McapVisitor& visitor, std::uint64_t 
                         read_at(size_ - kMagic.size(), kMagic.size(), last) && last == kMagic &&
                         read_at(size_ - kMagic.size() - kFooterBytes, 1, last) &&
                         static_cast<Opcode>(last[0]) == Opcode::kFooter;
-      if (!end.is_finished) end.damage = "the end of the file is cut";
+      if (!end.is_finished) {
+        end.damage = "the end of the file is cut";
+      } else if (const auto counted = summary(); counted && counted->message_count != content.message_count) {
+        end.damage = "messages that the summary counts are missing";
+      }
       return end;
     }
     const bool is_wanted = opcode == Opcode::kChunk || opcode == Opcode::kSchema ||

@@ -179,7 +179,7 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
     return hal::Error{"a replayed rig needs a recording",
                       "[rig.replay] path",
                       "",
-                      "a CSV file",
+                      "a CSV or MCAP file",
                       "name it in the file or as --rig replay:PATH",
                       hal::Mistake::kMissingKey};
   }

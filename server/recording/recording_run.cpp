@@ -211,6 +211,8 @@ void RecordingRun::finish(const std::optional<hal::Error>& error) {
   event.kind = recording::EventKind::kEnd;
   event.text = reason;
   output_.add_event(event);
+  // A disk that is full has no room for these; the end is written all the same.
+  if (scene_changed_) static_cast<void>(output_.add_metadata(recording::kSceneMetadata, sources_.scene()));
   static_cast<void>(output_.add_metadata(recording::kAnchorMetadata, texts_of(anchor_of(sources_))));
   static_cast<void>(output_.close_chunk());
   const auto unfinished = output_.finish({{"reason", reason}, {"lost_ticks", std::to_string(lost_ticks_)}});

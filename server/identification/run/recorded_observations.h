@@ -46,7 +46,7 @@ struct RecordingSummary {
 /// A recording as the observations a rig would have made, row by row: memory does not grow with the file.
 class RecordedObservations {
  public:
-  /// Reads the file once. Refuses, with line and column, what CsvFile and select_column() refuse, quantities
+  /// Reads the file once. Refuses, with line and column, what TableFile and select_column() refuse, quantities
   /// that are none of the motion's, time that does not increase, fewer than ten rows and more than a month.
   /// `press_direction` (rig frame, of any length): kBend and kRigid, of what was measured along one axis
   /// only.

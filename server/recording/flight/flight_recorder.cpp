@@ -112,6 +112,7 @@ std::optional<hal::Error> FlightRecorder::open() {
   options.queue_samples = static_cast<std::uint32_t>(ticks_in(kQueueS, sources_.rate_hz));
   subscription_ = hub_.subscribe(options);
   board_number_ = board_.last();
+  is_on_.store(true);
   thread_ = std::thread([this] { run(); });
   writer_ = std::thread([this] { run_writer(); });
   return std::nullopt;
@@ -125,6 +126,7 @@ void FlightRecorder::shutdown() {
   signal_.notify_all();
   if (thread_.joinable()) thread_.join();
   if (writer_.joinable()) writer_.join();
+  is_on_.store(false);
   if (ring_) ring_->remove();
   ring_.reset();
 }
@@ -232,6 +234,7 @@ void FlightRecorder::take_records() {
       log_error("flight recorder: " + error->text());
     }
     rows_.clear();
+    rows_kept_ += batch.entries.size();
   }
   std::uint64_t missed = 0;
   for (Event& event : board_.after(board_number_, missed)) {

@@ -44,7 +44,9 @@ class FlightRecorder {
 
   /// Begins. An error: it is off, and why; the daemon goes on.
   std::optional<hal::Error> open();
-  bool is_on() const { return ring_ != nullptr; }
+  bool is_on() const { return is_on_.load(); }
+  /// Since the start; the newest of them are in the ring.
+  std::uint64_t rows_kept() const { return rows_kept_.load(); }
   /// Before the daemon's own last stop: no incident begins any more. Returns at once.
   void end() { ends_.store(true); }
   /// Writes what is under way, and deletes the ring: the run ended in order.
@@ -112,6 +114,8 @@ class FlightRecorder {
   Clock::time_point anchor_due_{};
 
   std::atomic<bool> ends_{false};
+  std::atomic<bool> is_on_{false};
+  std::atomic<std::uint64_t> rows_kept_{0};
   mutable std::mutex mutex_;
   std::condition_variable signal_;
   bool ending_ = false;
