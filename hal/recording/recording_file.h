@@ -13,6 +13,10 @@
 
 namespace hapticd::recording {
 
+/// Columns that every recording begins with.
+inline constexpr std::size_t kTickColumn = 0;
+inline constexpr std::size_t kTimeColumn = 1;  ///< "time_ns"
+
 /// What a reader wants to see of a recording, in the order in which it was written.
 struct RecordingVisitor {
   /// False ends the reading.

@@ -1,6 +1,8 @@
 #include "hal/replay/table_file.h"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "hal/recording/recording_file.h"
@@ -45,6 +47,7 @@ std::optional<hal::Error> McapTable::read_rows(std::span<const std::size_t> colu
   std::optional<hal::Error> error;
   std::vector<double> numbers(columns.size());
   std::size_t row_number = 0;
+  std::int64_t last_time_ns = std::numeric_limits<std::int64_t>::min();
   recording::RecordingVisitor visitor;
   visitor.row = [&](const recording::Row& row) {
     if (++row_number > CsvFile::kMaxRows) {
@@ -52,6 +55,10 @@ std::optional<hal::Error> McapTable::read_rows(std::span<const std::size_t> colu
                          "up to " + std::to_string(CsvFile::kMaxRows) + " rows", "split it"};
       return false;
     }
+    // A loop that was held up may make two ticks at one time of the rig: the second says nothing new.
+    const std::int64_t time_ns = row.integer(recording::kTimeColumn);
+    if (time_ns <= last_time_ns) return true;
+    last_time_ns = time_ns;
     for (std::size_t i = 0; i < columns.size(); ++i) {
       numbers[i] = row.number(columns[i]);
       if (std::isfinite(numbers[i])) continue;

@@ -16,8 +16,8 @@ namespace hapticd::server {
 
 namespace {
 
-constexpr std::size_t kTickColumn = 0;
-constexpr std::size_t kTimeColumn = 1;
+using recording::kTickColumn;
+using recording::kTimeColumn;
 
 hal::Result<std::vector<ExportColumn>> chosen_columns(const recording::RecordingFile& file,
                                                       const ExportRequest& request) {

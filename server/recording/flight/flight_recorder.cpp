@@ -42,6 +42,12 @@ std::uint64_t ticks_in(double seconds, double rate_hz) {
   return static_cast<std::uint64_t>(std::llround(seconds * rate_hz));
 }
 
+/// Of causes that come one after another, the one that names the incident.
+int weight_of(const Incident& incident) {
+  if (incident.cause == "overrun") return 0;
+  return incident.cause == "requested" ? 1 : 2;
+}
+
 }  // namespace
 
 FlightRecorder::FlightRecorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
@@ -291,7 +297,15 @@ void FlightRecorder::look_at(const Event& event, const rt::TickRecord& record) {
 void FlightRecorder::begin_incident(Incident incident) {
   const std::uint64_t due_tick = incident.tick + ticks_in(kAfterS, sources_.rate_hz);
   if (pending_) {
-    pending_->incident.words += "; then " + incident.words;
+    Incident& first = pending_->incident;
+    if (weight_of(incident) > weight_of(first)) {
+      // What took the force names the incident; it keeps what was before the first.
+      incident.words += "; before: " + first.words;
+      incident.first_row = first.first_row;
+      first = std::move(incident);
+    } else {
+      first.words += "; then " + incident.words;
+    }
     pending_->due_tick = std::min(due_tick, pending_->latest_tick);
     return;
   }

@@ -89,6 +89,20 @@ TEST_F(FlightRecorderTest, CausesThatFollowOneAnotherAreOneIncident) {
   EXPECT_EQ(incidents(1).size(), 1U);
 }
 
+TEST_F(FlightRecorderTest, WhatTakesTheForceNamesTheIncident) {
+  flight();
+  flown(300);
+  ASSERT_FALSE(flight().request("what was that", ""));
+  flown(50);
+  engine_.stop();
+  flown(1000);
+  const auto list = incidents(1);
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0].cause, "stopped");
+  EXPECT_NE(list[0].end_reason.find("before: what was that"), std::string::npos) << list[0].end_reason;
+  EXPECT_GE(seen_of(list[0]).ticks.back(), static_cast<std::int64_t>(list[0].cause_tick) + kAfterTicks);
+}
+
 TEST_F(FlightRecorderTest, WhatIsUnderWayAtTheEndIsWritten) {
   flight();
   flown(300);
