@@ -126,7 +126,7 @@ TEST_F(RecordingCrash, KilledAtAnyMomentItLosesAtMostTheLastSecond) {
     EXPECT_GE(recorded.last, last - kTicksPerS);
     EXPECT_EQ(recorded.count, recorded.last - recorded.first + 1) << "ticks are missing";
 
-    const auto incidents = files("incidents");
+    const auto incidents = files("incidents", "_unclean_end");
     ASSERT_EQ(incidents.size(), static_cast<std::size_t>(round) + 1);
     const Ticks flown = ticks_of(incidents.back());
     EXPECT_EQ(flown.cause, "unclean_end");
