@@ -147,6 +147,7 @@ struct Daemon::Parts {
   std::unique_ptr<LoopWatchdog> loop_watchdog;
 
   RigFigures figures() {
+    const auto running = recorder.running();
     return {.version = version(),
             .rig = session.rig_info().name,
             .running = session.running(),
@@ -154,7 +155,11 @@ struct Daemon::Parts {
             .last = hub.latest(),
             .has_scene = scenes.current() != nullptr,
             .subscribers = hub.subscriber_count(),
-            .records_lost = hub.records_dropped()};
+            .records_lost = hub.records_dropped(),
+            .recording = running.has_value(),
+            .recording_lost_ticks = running ? running->lost_ticks : 0,
+            .flight_recorder_on = flight.is_on(),
+            .incidents = flight.incidents_written()};
   }
 };
 

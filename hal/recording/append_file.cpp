@@ -35,6 +35,12 @@ hal::Result<AppendFile> AppendFile::create(const std::string& path) {
   const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0640);
   if (descriptor < 0) return file_error("the file cannot be made", path, errno);
   flock(descriptor, LOCK_EX | LOCK_NB);
+  // Its name has to survive a loss of power as well.
+  const std::string folder = path.find('/') == std::string::npos ? "." : path.substr(0, path.rfind('/') + 1);
+  if (const int opened = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); opened >= 0) {
+    fsync(opened);
+    close(opened);
+  }
   return AppendFile(path, descriptor, 0);
 }
 

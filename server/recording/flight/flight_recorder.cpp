@@ -12,6 +12,7 @@
 #include "rt/guard/fault_table.h"
 #include "server/process/log.h"
 #include "server/process/system_clock.h"
+#include "server/recording/flight/ring_folder.h"
 #include "server/recording/recorder.h"
 
 namespace hapticd::server {
@@ -28,15 +29,9 @@ constexpr std::chrono::seconds kAfterTimeout{4};
 /// Causes that come one after another are one incident, but not for longer than the ring lasts.
 constexpr double kMaxAfterS = 8.0;
 constexpr std::int64_t kQuietNs = 600'000'000'000;
-constexpr int kMaxRings = 8;
 constexpr std::size_t kMaxRequest = 1024;
 constexpr std::uint32_t kRecordsAtOnce = 2048;
 constexpr double kQueueS = 10.0;
-
-std::string ring_path(const RecordingConfig& config, int number) {
-  const std::string& folder = config.ring_folder.empty() ? config.folder : config.ring_folder;
-  return fmt::format("{}/flight-{}.ring", folder, number);
-}
 
 std::uint64_t ticks_in(double seconds, double rate_hz) {
   return static_cast<std::uint64_t>(std::llround(seconds * rate_hz));
@@ -64,46 +59,14 @@ FlightRecorder::~FlightRecorder() {
   shutdown();
 }
 
-hal::Result<std::unique_ptr<FlightRing>> FlightRecorder::open_ring() {
-  std::error_code ignored;
-  std::filesystem::create_directories(std::filesystem::path(ring_path(config_, 0)).parent_path(), ignored);
-  std::optional<int> free;
-  for (int number = 0; number < kMaxRings; ++number) {
-    const std::string path = ring_path(config_, number);
-    const std::string left = path + ".left";
-    if (std::filesystem::exists(left, ignored)) left_.push_back(left);
-    if (!std::filesystem::exists(path, ignored)) {
-      if (!free) free = number;
-      continue;
-    }
-    // Of a daemon that still runs, or of one that ended in no orderly way.
-    if (const auto ring = FlightRing::open_left(path); !ring) {
-      const bool in_use = ring.error().what.find("another daemon") != std::string::npos;
-      if (in_use || std::filesystem::exists(left, ignored)) continue;
-      log_warning("flight recorder: " + ring.error().text() + "; it is removed");
-      std::filesystem::remove(path, ignored);
-    } else {
-      std::filesystem::rename(path, left, ignored);
-      if (std::find(left_.begin(), left_.end(), left) == left_.end()) left_.push_back(left);
-    }
-    if (!free) free = number;
-  }
-  if (!free) {
-    return hal::Error{"all rings of flight recorders are in use", ring_path(config_, 0), "",
-                      fmt::format("{} daemons with one folder", kMaxRings),
-                      "give each rig a folder of its own: [recording] folder"};
-  }
-  return FlightRing::create(ring_path(config_, *free), table_.columns(), ticks_in(kRingS, sources_.rate_hz),
-                            sources_.rate_hz);
-}
-
 std::optional<hal::Error> FlightRecorder::open() {
   if (config_.folder.empty() || !config_.flight_recorder) return std::nullopt;
   problem_ = folder_.open();
   if (problem_) return problem_;
   for (const std::string& line : folder_.repair_all()) log_warning(line);
   if (const auto all = folder_.list(); !all.empty()) last_ = Last{all.back().id, all.back().end_reason};
-  auto ring = open_ring();
+  auto ring = take_ring(config_.ring_folder.empty() ? config_.folder : config_.ring_folder, table_.columns(),
+                        ticks_in(kRingS, sources_.rate_hz), sources_.rate_hz, left_);
   if (!ring) {
     problem_ = ring.error();
     return problem_;
@@ -369,6 +332,7 @@ void FlightRecorder::write(const Incident& incident, const FlightRing& ring, con
   }
   static_cast<void>(folder_.make_room(id));
   log_warning("incident '" + id + "': " + incident.words);
+  ++incidents_written_;
   const std::lock_guard lock(mutex_);
   last_ = Last{id, incident.words};
 }

@@ -47,6 +47,7 @@ class FlightRecorder {
   bool is_on() const { return is_on_.load(); }
   /// Since the start; the newest of them are in the ring.
   std::uint64_t rows_kept() const { return rows_kept_.load(); }
+  std::uint64_t incidents_written() const { return incidents_written_.load(); }
   /// Before the daemon's own last stop: no incident begins any more. Returns at once.
   void end() { ends_.store(true); }
   /// Writes what is under way, and deletes the ring: the run ended in order.
@@ -74,7 +75,6 @@ class FlightRecorder {
     Clock::time_point due{};
   };
 
-  hal::Result<std::unique_ptr<FlightRing>> open_ring();
   void keep_left_rings();
   void run();
   void run_writer();
@@ -116,6 +116,7 @@ class FlightRecorder {
   std::atomic<bool> ends_{false};
   std::atomic<bool> is_on_{false};
   std::atomic<std::uint64_t> rows_kept_{0};
+  std::atomic<std::uint64_t> incidents_written_{0};
   mutable std::mutex mutex_;
   std::condition_variable signal_;
   bool ending_ = false;
