@@ -15,7 +15,7 @@
 #include "server/recording/recording_output.h"
 #include "tests/bench/live/daemon_process.h"
 #include "tests/bench/realtime/quantile_ratio.h"
-#include "tests/bench/recording/kills.h"
+#include "tests/bench/recording/parts.h"
 
 namespace hapticd::bench {
 namespace {

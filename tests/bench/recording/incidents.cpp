@@ -11,7 +11,7 @@
 #include "server/recording/event_board.h"
 #include "server/recording/flight/flight_recorder.h"
 #include "server/telemetry/telemetry_hub.h"
-#include "tests/bench/recording/kills.h"
+#include "tests/bench/recording/parts.h"
 
 namespace hapticd::bench {
 namespace {

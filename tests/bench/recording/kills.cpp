@@ -1,4 +1,4 @@
-#include "tests/bench/recording/kills.h"
+#include "tests/bench/recording/parts.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 #include <filesystem>
 
 #include "tests/bench/benchmark.h"
-#include "tests/bench/recording/kills.h"
+#include "tests/bench/recording/parts.h"
 #include "tests/study/report/report.h"
 
 namespace hapticd::bench {

@@ -5,7 +5,7 @@
 
 #include "hal/recording/recording_names.h"
 #include "rt/guard/fault_table.h"
-#include "tests/unit/recording/recording_bench.h"
+#include "tests/unit/recording/recording_fixture.h"
 
 namespace hapticd::server {
 namespace {

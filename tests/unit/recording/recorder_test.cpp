@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "hal/recording/recording_names.h"
-#include "tests/unit/recording/recording_bench.h"
+#include "tests/unit/recording/recording_fixture.h"
 
 namespace hapticd::server {
 namespace {
