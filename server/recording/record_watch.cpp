@@ -49,11 +49,11 @@ std::string fault_words(rt::GuardFault fault) {
   return fmt::format("{}: {}", rule.name, rule.cause);
 }
 
-std::vector<Event> RecordWatch::look(const rt::TickRecord& record) {
-  std::vector<Event> events;
+std::vector<WatchedEvent> RecordWatch::look(const rt::TickRecord& record) {
+  std::vector<WatchedEvent> events;
   if (has_last_ && record.scene_generation != last_scene_) {
-    events.push_back(event_at(record, EventKind::kScene,
-                              fmt::format("scene number {} is in force", record.scene_generation)));
+    events.push_back({event_at(record, EventKind::kScene,
+                               fmt::format("scene number {} is in force", record.scene_generation))});
   }
   look_at_guard(record, events);
   look_at_timing(record, events);
@@ -61,10 +61,11 @@ std::vector<Event> RecordWatch::look(const rt::TickRecord& record) {
   last_scene_ = record.scene_generation;
   last_state_ = record.guard_state;
   last_fault_ = record.guard_fault;
+  last_present_ = record.faults_present;
   return events;
 }
 
-void RecordWatch::look_at_guard(const rt::TickRecord& record, std::vector<Event>& events) const {
+void RecordWatch::look_at_guard(const rt::TickRecord& record, std::vector<WatchedEvent>& events) const {
   const bool without = is_without_force(record.guard_state);
   const bool was_without = has_last_ && is_without_force(last_state_);
   const bool is_known = was_without && record.guard_fault == last_fault_ && record.guard_state == last_state_;
@@ -76,23 +77,34 @@ void RecordWatch::look_at_guard(const rt::TickRecord& record, std::vector<Event>
                               record.guard_state == rt::GuardState::kLatched ? "no force until it is cleared"
                                                                              : "no force until it is over");
     if (!has_last_) text += "; so it was when the recording began";
-    events.push_back(event_at(record, stopped ? EventKind::kStop : EventKind::kFault, std::move(text)));
+    events.push_back({event_at(record, stopped ? EventKind::kStop : EventKind::kFault, std::move(text)),
+                      record.guard_fault, record.guard_state == rt::GuardState::kSuspended});
+  }
+  // One that is over within its tick takes the force for a moment, and shows in no state of the guard.
+  const rt::FaultSet reported = without ? rt::set_of(record.guard_fault) : 0;
+  for (const rt::FaultRule& rule : rt::kFaultTable) {
+    const bool is_new = (record.faults_present & ~last_present_ & ~reported & rt::set_of(rule.fault)) != 0;
+    const bool is_brief =
+        rule.action != rt::FaultAction::kWarn && rule.clearing == rt::FaultClearing::kItself;
+    if (!has_last_ || !is_new || !is_brief || was_without) continue;
+    events.push_back({event_at(record, EventKind::kFault, fault_words(rule.fault) + "; it was over at once"),
+                      rule.fault, true});
   }
   if (!without && was_without) {
     events.push_back(
-        event_at(record, EventKind::kCleared, "the force comes back after " + fault_words(last_fault_)));
+        {event_at(record, EventKind::kCleared, "the force comes back after " + fault_words(last_fault_))});
   }
 }
 
-void RecordWatch::look_at_timing(const rt::TickRecord& record, std::vector<Event>& events) {
+void RecordWatch::look_at_timing(const rt::TickRecord& record, std::vector<WatchedEvent>& events) {
   if (record.timing.overrun == rt::OverrunCause::kNone) return;
   ++overruns_;
   if (record.time_ns < next_overrun_ns_) return;
   next_overrun_ns_ = record.time_ns + kOverrunPauseNs;
-  events.push_back(event_at(
+  events.push_back({event_at(
       record, EventKind::kOverrun,
       fmt::format("a period was overrun by {} ({} since the last one reported; {} periods missed here)",
-                  words_of(record.timing.overrun), overruns_, record.timing.periods_missed)));
+                  words_of(record.timing.overrun), overruns_, record.timing.periods_missed))});
   overruns_ = 0;
 }
 

@@ -106,6 +106,11 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
                    {"the decimation is out of range", "StartRecordingRequest.decimation",
                     std::to_string(request.decimation), fmt::format("1 … {}", kMaxDecimation), ""}};
   }
+  if (request.channels != 0 && (request.channels & sources_.channels) == 0) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"this rig has none of these groups", "StartRecordingRequest.groups", "", "",
+                    "truth is known on a simulated rig only; name no group to record all"}};
+  }
   if (request.note.size() > kMaxText || request.name.size() > kMaxText) {
     return Refusal{
         RefusalKind::kInvalidArgument,

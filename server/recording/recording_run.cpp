@@ -115,7 +115,8 @@ void RecordingRun::take_records() {
       if (!last_tick_) first_time_ns_ = record.time_ns;
       last_tick_ = record.tick;
       last_time_ns_ = record.time_ns;
-      for (recording::Event& event : watch_.look(record)) {
+      for (WatchedEvent& watched : watch_.look(record)) {
+        recording::Event& event = watched.event;
         if (event.kind == recording::EventKind::kScene) scene_changed_ = true;
         event.unix_ns = output_.anchor().unix_at(event.time_ns);
         add_event(std::move(event));

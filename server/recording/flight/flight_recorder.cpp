@@ -24,8 +24,8 @@ using recording::EventKind;
 
 constexpr std::chrono::milliseconds kRingPoll{20};
 constexpr std::chrono::seconds kAnchorEvery{10};
-/// Of the loop's time; where it stands still, the ticks after an incident never come.
-constexpr std::chrono::seconds kAfterTimeout{4};
+/// A loop without a tick for so long has ended, or its device was lost.
+constexpr std::chrono::seconds kStandsStill{4};
 /// Causes that come one after another are one incident, but not for longer than the ring lasts.
 constexpr double kMaxAfterS = 8.0;
 constexpr std::int64_t kQuietNs = 600'000'000'000;
@@ -186,16 +186,18 @@ void FlightRecorder::take_records() {
   }
   Subscription::Batch batch;
   while (subscription_->take(batch, Clock::now())) {
+    last_record_ = Clock::now();
     for (const Subscription::Entry& entry : batch.entries) {
       const rt::TickRecord& record = entry.record();
       table_.append_row(record, rows_);
       last_tick_ = record.tick;
       last_time_ns_ = record.time_ns;
       const bool is_first = first_looks_++ == 0;
-      for (Event& event : watch_.look(record)) {
+      for (WatchedEvent& watched : watch_.look(record)) {
+        Event& event = watched.event;
         if (event.kind == EventKind::kScene) scene_changed_ = true;
         event.unix_ns = read_clocks().utc_ns;
-        if (!is_first && !ends_.load()) look_at(event, record);
+        if (!is_first && !ends_.load()) look_at(watched);
         events_.push_back(std::move(event));
       }
     }
@@ -235,25 +237,24 @@ Incident FlightRecorder::incident_of(const Event& event, const std::string& caus
   return incident;
 }
 
-void FlightRecorder::look_at(const Event& event, const rt::TickRecord& record) {
+void FlightRecorder::look_at(const WatchedEvent& watched) {
+  const Event& event = watched.event;
   if (event.kind == EventKind::kStop) return begin_incident(incident_of(event, "stopped"));
   const bool is_overrun = event.kind == EventKind::kOverrun;
   if (event.kind != EventKind::kFault && !is_overrun) return;
-  if (!is_overrun && record.guard_fault == rt::GuardFault::kUncleanEnd)
-    return;  // the ring that was left says it
+  if (watched.fault == rt::GuardFault::kUncleanEnd) return;  // the ring that was left says it
   const std::string cause =
-      is_overrun ? std::string("overrun") : std::string(rt::rule_of(record.guard_fault).name);
-  const bool ends_by_itself = is_overrun || record.guard_state == rt::GuardState::kSuspended;
-  if (ends_by_itself) {
+      is_overrun ? std::string("overrun") : std::string(rt::rule_of(watched.fault).name);
+  if (is_overrun || watched.ends_by_itself) {
     std::int64_t& quiet_until_ns = quiet_until_ns_[cause];
-    if (quiet_until_ns > record.time_ns) return;
-    quiet_until_ns = record.time_ns + kQuietNs;
+    if (quiet_until_ns > event.time_ns) return;
+    quiet_until_ns = event.time_ns + kQuietNs;
   }
   Incident incident = incident_of(event, cause);
   incident.remedy = is_overrun
                         ? "see what took the time in hapticctl status; hapticctl doctor says how to set up "
                           "the machine"
-                        : std::string(rt::rule_of(record.guard_fault).remedy);
+                        : std::string(rt::rule_of(watched.fault).remedy);
   begin_incident(std::move(incident));
 }
 
@@ -276,16 +277,13 @@ void FlightRecorder::begin_incident(Incident incident) {
   pending_->incident = std::move(incident);
   pending_->due_tick = due_tick;
   pending_->latest_tick = pending_->incident.tick + ticks_in(kMaxAfterS, sources_.rate_hz);
-  pending_->due = Clock::now() + kAfterTimeout + std::chrono::seconds(static_cast<int>(kMaxAfterS));
 }
 
 void FlightRecorder::finish_pending(bool now) {
   if (!pending_) return;
-  // A loop that no longer ticks: there is nothing to wait for.
-  const bool stands_still =
-      Clock::now() > pending_->due - std::chrono::seconds(static_cast<int>(kMaxAfterS)) &&
-      last_tick_ < pending_->due_tick;
-  if (!now && last_tick_ < pending_->due_tick && Clock::now() < pending_->due && !stands_still) return;
+  // Of a loop that no longer ticks there is nothing to wait for.
+  const bool stands_still = Clock::now() - last_record_ > kStandsStill;
+  if (!now && last_tick_ < pending_->due_tick && !stands_still) return;
   Incident incident = std::move(pending_->incident);
   pending_.reset();
   incident.row_count = ring_->written() - incident.first_row;

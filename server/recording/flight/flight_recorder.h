@@ -72,14 +72,13 @@ class FlightRecorder {
     Incident incident;
     std::uint64_t due_tick = 0;
     std::uint64_t latest_tick = 0;
-    Clock::time_point due{};
   };
 
   void keep_left_rings();
   void run();
   void run_writer();
   void take_records();
-  void look_at(const recording::Event& event, const rt::TickRecord& record);
+  void look_at(const WatchedEvent& watched);
   void begin_incident(Incident incident);
   void finish_pending(bool now);
   void note_scene();
@@ -103,6 +102,7 @@ class FlightRecorder {
   std::string rows_;
   std::uint64_t last_tick_ = 0;
   std::int64_t last_time_ns_ = 0;
+  Clock::time_point last_record_{};
   std::uint64_t first_looks_ = 0;
   std::uint64_t board_number_ = 0;
   bool scene_changed_ = true;

@@ -54,9 +54,10 @@ fs::path stat_of_thread(pid_t pid, const std::string& name) {
 }
 
 double flight_recorder_share(const fs::path& folder, double rate_hz, double seconds) {
-  DaemonProcess daemon(folder / "hapticd_flight.log",
-                       {.more_configuration = "[recording]\nfolder = \"" + (folder / "flight").string() + "\"\n",
-                        .rate_hz = rate_hz});
+  DaemonProcess daemon(
+      folder / "hapticd_flight.log",
+      {.more_configuration = "[recording]\nfolder = \"" + (folder / "flight").string() + "\"\n",
+       .rate_hz = rate_hz});
   std::this_thread::sleep_for(std::chrono::seconds(1));
   const fs::path stat = stat_of_thread(daemon.pid(), "flight");
   const double before = cpu_s(stat);

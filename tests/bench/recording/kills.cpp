@@ -1,5 +1,3 @@
-#include "tests/bench/recording/parts.h"
-
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -14,6 +12,7 @@
 #include "client/cpp/client.h"
 #include "hal/recording/recording_file.h"
 #include "tests/bench/live/daemon_process.h"
+#include "tests/bench/recording/parts.h"
 #include "tests/study/report/child_process.h"
 
 namespace hapticd::bench {

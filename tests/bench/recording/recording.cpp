@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <filesystem>
+#include <string>
 
 #include "tests/bench/benchmark.h"
 #include "tests/bench/recording/parts.h"
@@ -17,12 +19,15 @@ int run_recording(const RecordingOptions& options) {
     table.add_row({name, figure.value ? report::fixed(*figure.value, 3) : report::kNoNumber, figure.unit,
                    figure.goal ? report::fixed(*figure.goal, 2) : "", figure.failed});
   };
-  report::Report::note("incidents …");
-  add_incident_figures(logs, options.quick, add);
-  report::Report::note("cost …");
-  add_cost_figures(logs, options.quick, add);
-  report::Report::note("kills …");
-  add_kill_figures(logs, options.quick, add);
+  const auto wanted = [&](const char* part) {
+    const bool is_wanted = options.only.empty() ||
+                           std::find(options.only.begin(), options.only.end(), part) != options.only.end();
+    if (is_wanted) report::Report::note(std::string(part) + " …");
+    return is_wanted;
+  };
+  if (wanted("incidents")) add_incident_figures(logs, options.quick, add);
+  if (wanted("cost")) add_cost_figures(logs, options.quick, add);
+  if (wanted("kills")) add_kill_figures(logs, options.quick, add);
   report.add_table(
       "recording", "Recordings and incidents", table,
       "recording_lost_s: from the last tick that a client knew of before the kill to the last in the "

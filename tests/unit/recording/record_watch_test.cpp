@@ -22,16 +22,29 @@ TEST(RecordWatch, FaultsStopsAndTheirEndAreEvents) {
   EXPECT_TRUE(watch.look(record_at(0)).empty());
   const auto fault = watch.look(record_at(1, rt::GuardState::kLatched, rt::GuardFault::kSensorStale));
   ASSERT_EQ(fault.size(), 1U);
-  EXPECT_EQ(fault[0].kind, EventKind::kFault);
-  EXPECT_EQ(fault[0].tick, 1U);
-  EXPECT_NE(fault[0].text.find("sensor_stale"), std::string::npos);
+  EXPECT_EQ(fault[0].event.kind, EventKind::kFault);
+  EXPECT_EQ(fault[0].event.tick, 1U);
+  EXPECT_NE(fault[0].event.text.find("sensor_stale"), std::string::npos);
   EXPECT_TRUE(watch.look(record_at(2, rt::GuardState::kLatched, rt::GuardFault::kSensorStale)).empty());
   const auto cleared = watch.look(record_at(3, rt::GuardState::kResuming));
   ASSERT_EQ(cleared.size(), 1U);
-  EXPECT_EQ(cleared[0].kind, EventKind::kCleared);
+  EXPECT_EQ(cleared[0].event.kind, EventKind::kCleared);
   const auto stop = watch.look(record_at(4, rt::GuardState::kLatched, rt::GuardFault::kStopped));
   ASSERT_EQ(stop.size(), 1U);
-  EXPECT_EQ(stop[0].kind, EventKind::kStop);
+  EXPECT_EQ(stop[0].event.kind, EventKind::kStop);
+}
+
+TEST(RecordWatch, AFaultThatIsOverWithinItsTickIsAnEvent) {
+  RecordWatch watch;
+  rt::TickRecord record = record_at(0);
+  EXPECT_TRUE(watch.look(record).empty());
+  record = record_at(1);
+  record.faults_present = 1U << static_cast<unsigned>(rt::GuardFault::kLoopGap);
+  const auto found = watch.look(record);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].fault, rt::GuardFault::kLoopGap);
+  EXPECT_TRUE(found[0].ends_by_itself);
+  EXPECT_TRUE(watch.look(record_at(2)).empty());
 }
 
 TEST(RecordWatch, AnotherSceneIsAnEvent) {
@@ -52,7 +65,7 @@ TEST(RecordWatch, OverrunsAreOneEventASecondThatCountsThem) {
     const auto found = watch.look(record);
     events += found.size();
     if (tick == 1000) {
-      EXPECT_NE(found.at(0).text.find("(100 since"), std::string::npos) << found.at(0).text;
+      EXPECT_NE(found.at(0).event.text.find("(100 since"), std::string::npos) << found.at(0).event.text;
     }
   }
   EXPECT_EQ(events, 3U);

@@ -91,9 +91,9 @@ TEST_F(RecorderTest, DecimationAndGroupsAreThoseAskedFor) {
   const auto file = value_of(recording::RecordingFile::open(*recorder().path_of(info.id)));
   ASSERT_EQ(file.columns().size(), 4U);
   EXPECT_EQ(file.columns()[3].name, "guard_authority");
-  const auto refused = recorder().start({"", "", "", 0, 0});
-  ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.refusal().kind, RefusalKind::kOutOfRange);
+  EXPECT_EQ(recorder().start({"", "", "", 0, 0}).refusal().kind, RefusalKind::kOutOfRange);
+  EXPECT_EQ(recorder().start({"", "", "", rt::channel::kTruth, 1}).refusal().error.what,
+            "this rig has none of these groups");
 }
 
 TEST_F(RecorderTest, NotesStopsAndCommandsAreEvents) {
