@@ -58,8 +58,9 @@ hal::Result<RecordingFile> RecordingFile::open(const std::string& path) {
                       columns[kTimeColumn].name == "time_ns" && columns[kTickColumn].is_integer &&
                       columns[kTimeColumn].is_integer;
   if (!is_own) {
-    return hal::Error{"the telemetry of the file does not begin with tick and time_ns", "recording '" + path + "'",
-                      columns[0].name, "columns as hapticd records them", "give a file that hapticctl record made"};
+    return hal::Error{"the telemetry of the file does not begin with tick and time_ns",
+                      "recording '" + path + "'", columns[0].name, "columns as hapticd records them",
+                      "give a file that hapticctl record made"};
   }
   return RecordingFile(std::move(*reader), std::move(columns));
 }

@@ -62,9 +62,10 @@ Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::uni
     if (recording.rows > 0) --recording.rows;  // the header
   }
   if (recording.rows == 0) {
-    return Refusal{RefusalKind::kInvalidArgument,
-                   {"the recording is empty", recording.description.name, "",
-                    "a header line with the columns' names, then rows of numbers", "send a CSV or MCAP file"}};
+    return Refusal{
+        RefusalKind::kInvalidArgument,
+        {"the recording is empty", recording.description.name, "",
+         "a header line with the columns' names, then rows of numbers", "send a CSV or MCAP file"}};
   }
   recording.sha256 = upload->digest_.finish();
   const std::lock_guard lock(mutex_);
