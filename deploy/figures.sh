@@ -78,6 +78,7 @@ else
 fi
 measure attack hapticd_bench attack "${quick[@]}"
 measure access hapticd_bench access "${quick[@]}"
+measure recording hapticd_bench recording "${quick[@]}"
 
 for folder in "$out"/*/; do
   run=$(basename "$folder")

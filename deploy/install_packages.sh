@@ -13,12 +13,12 @@ declare -A packages=(
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
                libmodbus-dev libasio-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
                libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libkainjow-mustache-dev
-               libsqlitecpp-dev libsqlite3-dev libssl-dev libsystemd-dev prometheus-cpp-dev
+               libsqlitecpp-dev libsqlite3-dev libssl-dev libsystemd-dev prometheus-cpp-dev zlib1g-dev libzstd-dev libhdf5-dev
                libgtest-dev libbenchmark-dev libceres-dev"
   # hapticctl plot and demo draw with the first; make_certificates.sh calls the second.
   [run]="gnuplot-nox openssl"
   # Instruction counts, the latency tool the loop is compared with, and independent peers for the drivers.
-  [tests]="valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
+  [tests]="python3-h5py valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
   # The compiler that fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.

@@ -17,8 +17,8 @@ std::optional<CommandLine> read_command_line(int argc, char** argv, int& exit_co
   app.add_option(
          "--rig", overrides.rig,
          "sim, sim:PRESET (phantom_1_0, phantom_1_5_high_force), with :lab for drift, vibration and the "
-         "like, :general for objects of other laws (sim:PRESET:lab:general), or replay:PATH of a CSV "
-         "recording, "
+         "like, :general for objects of other laws (sim:PRESET:lab:general), or replay:PATH of a "
+         "recording (MCAP or CSV), "
          "e.g. 'replay:run.csv?force=load_uN&position=tip_um&speed=recorded&loop=true'")
       ->type_name("RIG");
   app.add_option("--listen", overrides.listen,

@@ -9,6 +9,7 @@
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
 #include "server/grpc/grpc_server.h"
+#include "server/grpc/recording/recording_setup.h"
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
@@ -17,7 +18,11 @@
 #include "server/process/log.h"
 #include "server/process/run_marker.h"
 #include "server/process/service_manager.h"
+#include "server/process/system_clock.h"
 #include "server/process/version.h"
+#include "server/recording/event_board.h"
+#include "server/recording/flight/flight_recorder.h"
+#include "server/recording/recorder.h"
 #include "server/rig/rig_factory.h"
 #include "server/rig/sensor_bias.h"
 #include "server/rig_file/turntable_factory.h"
@@ -53,7 +58,10 @@ struct Daemon::Parts {
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
         policy(config.access),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
-        watchdog(config.watchdog, watchdog_effects()) {
+        watchdog(config.watchdog, watchdog_effects()),
+        recording_sources(sources_of(config, session, scenes)),
+        recorder(hub, events, recording_sources, config.recording),
+        flight(hub, events, recording_sources, config.recording) {
     latch.explain_with([this](rt::GuardFault fault) {
       const bool of_watchdog =
           fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
@@ -73,7 +81,29 @@ struct Daemon::Parts {
             [this](LeaseExpiry action) {
               if (action == LeaseExpiry::kRampToZero) session.engine().raise(rt::GuardFault::kClientLost);
               if (action == LeaseExpiry::kStop) latch.stop();
+              note_event(recording::EventKind::kLease, "the lease expired: its holder was not heard of", "");
             }};
+  }
+
+  /// For those who record.
+  void note_event(recording::EventKind kind, std::string text, const std::string& by) {
+    recording::Event event;
+    event.time_ns = session.now_ns();
+    event.tick = session.last_tick();
+    event.unix_ns = read_clocks().utc_ns;
+    event.kind = kind;
+    event.text = std::move(text);
+    event.by = by;
+    events.add(std::move(event));
+  }
+
+  /// A command of a client that was granted, as the audit log has it.
+  void note_call(const AuditLine& line) {
+    if (line.outcome != "OK" || line.method == "RecordingService/Annotate") return;  // an event of its own
+    std::string text = line.method;
+    if (!line.arguments.empty()) text += " " + line.arguments;
+    if (line.effective_tick) text += ", in force from tick " + std::to_string(*line.effective_tick);
+    note_event(kind_of_call(line.method), std::move(text), line.identity);
   }
 
   /// A fault of the watchdog is raised as well: one that is over before the next tick latches, too.
@@ -105,6 +135,10 @@ struct Daemon::Parts {
   RolePolicy policy;
   LeaseDesk desk;
   Watchdog watchdog;
+  EventBoard events;
+  const RecordingSources recording_sources;
+  Recorder recorder;
+  FlightRecorder flight;
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
   std::unique_ptr<RunMarker> marker;
@@ -113,6 +147,7 @@ struct Daemon::Parts {
   std::unique_ptr<LoopWatchdog> loop_watchdog;
 
   RigFigures figures() {
+    const auto running = recorder.running();
     return {.version = version(),
             .rig = session.rig_info().name,
             .running = session.running(),
@@ -120,7 +155,11 @@ struct Daemon::Parts {
             .last = hub.latest(),
             .has_scene = scenes.current() != nullptr,
             .subscribers = hub.subscriber_count(),
-            .records_lost = hub.records_dropped()};
+            .records_lost = hub.records_dropped(),
+            .recording = running.has_value(),
+            .recording_lost_ticks = running ? running->lost_ticks : 0,
+            .flight_recorder_on = flight.is_on(),
+            .incidents = flight.incidents_written()};
   }
 };
 
@@ -224,12 +263,17 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     parts->marker = std::move(*marker);
     parts->latch.on_cleared([here = parts.get()] { here->marker->acknowledge(); });
   }
+  parts->audit->show_to([here = parts.get()](const AuditLine& line) { here->note_call(line); });
+  // What cannot be recorded does not keep the rig from running.
+  if (const auto error = parts->recorder.open()) log_error("recordings are off: " + error->text());
+  if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start(
-      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->turntable, parts->policy, parts->desk, *parts->audit, parts->watchdog},
-      config);
+  auto network =
+      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
+                         parts->biases, parts->identifications, parts->turntable, parts->policy, parts->desk,
+                         *parts->audit, parts->watchdog, parts->recorder, parts->flight},
+                        config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
     failure = {ExitCode::kCannotListen, network.error()};
@@ -277,6 +321,8 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   } else {
     log_warning("there is no place for models: what is identified is lost when hapticd ends (--model-store)");
   }
+  log_info(parts->flight.is_on() ? "the flight recorder keeps the last 30 s in " + config.recording.folder
+                                 : std::string("the flight recorder is off"));
   for (const std::string& shortcoming : parts->session.realtime_shortcomings()) log_warning(shortcoming);
   return std::unique_ptr<Daemon>(new Daemon(std::move(parts)));
 }
@@ -302,6 +348,7 @@ void Daemon::shutdown() {
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
   // it, then the loop ends.
   parts_->session.refuse_commands();
+  parts_->flight.end();
   parts_->latch.end_rendering();
   parts_->session.stop();
   write_zero_in_crash_of(nullptr);
@@ -309,6 +356,8 @@ void Daemon::shutdown() {
   parts_->desk.shutdown();
   parts_->network->set_serving(false);
   parts_->metrics.reset();
+  parts_->recorder.shutdown();
+  parts_->flight.shutdown();
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);
   if (parts_->marker) parts_->marker->end_cleanly();

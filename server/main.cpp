@@ -1,7 +1,9 @@
 #include <sys/resource.h>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -69,6 +71,12 @@ int run(int argc, char** argv) {
     return static_cast<int>(ExitCode::kClean);
   }
 
+  // Next to the models; where these are in memory, nothing is written.
+  if (config->recording.folder.empty() && config->model_store != ":memory:") {
+    config->recording.folder = !config->state_folder.empty()
+                                   ? config->state_folder
+                                   : std::filesystem::path(*config->model_store).parent_path().string();
+  }
   if (const auto failure = check_address_space()) {
     std::fprintf(stderr, "hapticd: %s\n", failure->text().c_str());
     return 1;
@@ -77,6 +85,7 @@ int run(int argc, char** argv) {
   server::hold_back_ending_signals();  // before there are threads: they inherit it
   server::install_crash_handlers();
   raise_descriptor_limit();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of who writes it, not the end
   if (const std::string why = rt::leave_to_the_loop(config->loop.cpu); !why.empty()) {
     server::log_warning("threads of the service may run on the loop's CPU: " + why);
   }

@@ -62,6 +62,8 @@ void build_app(CLI::App& app, Session& session) {
   telemetry->require_subcommand(1);
   add_telemetry_watch_command(*telemetry, session);
   add_telemetry_record_command(*telemetry, session);
+  add_record_commands(app, session);
+  add_incident_commands(app, session);
   add_sim_command(app, session);
   add_turntable_command(app, session);
   add_safety_commands(app, session);

@@ -12,6 +12,7 @@
 #include "hapticd/v1/clock.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
+#include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/rendering.pb.h"
 #include "hapticd/v1/rig.pb.h"
 #include "hapticd/v1/safety.pb.h"
@@ -156,8 +157,8 @@ class Client {
 
   /// What scenes get by name: displacements to mm, forces to N, errors as fractions.
   v1::ListModelsResponse models();
-  /// One of them as a model file (TOML): `NAME` or `NAME@TAG`. Refused: NOT_FOUND, INVALID (its file cannot be
-  /// used).
+  /// One of them as a model file (TOML): `NAME` or `NAME@TAG`. Refused: NOT_FOUND, INVALID (its file cannot
+  /// be used).
   v1::GetModelResponse model(const std::string& name);
   /// Identified models, newest first; an empty field of the request is no condition.
   v1::ListStoredModelsResponse stored_models(const v1::ListStoredModelsRequest& request);
@@ -258,6 +259,32 @@ class Client {
   /// kept for this client (100 … 60000); 0 = the default. Refusals come with the stream's first next():
   /// OUT_OF_RANGE, INVALID (unknown group), TOO_MANY; UNAVAILABLE when the daemon ends.
   TelemetryStream subscribe(const v1::SubscribeRequest& request);
+
+  // Recordings of the daemon, and incidents: what its flight recorder kept. They stay with the daemon.
+  // Refused with WRONG_STATE where it has no folder for them.
+
+  /// Begins one: its groups, every n-th tick (1 … 10000; 0 = 1), a name and a note. It goes on when this
+  /// client ends. Refused: BUSY (another one runs), DISK_FULL (quota or disk), OUT_OF_RANGE, INVALID.
+  v1::RecordingFile start_recording(const v1::StartRecordingRequest& request);
+  /// Ends it, and returns when its file is finished, up to 10 s beyond the timeout. Refused: WRONG_STATE
+  /// (none runs).
+  v1::RecordingFile stop_recording();
+  /// A note in the one that runs, now; 1 … 4096 bytes. Refused: WRONG_STATE (none runs), INVALID.
+  void annotate_recording(const std::string& text);
+  /// Oldest first, the one that runs last.
+  v1::ListRecordingsResponse recordings(v1::RecordingKind kind);
+  /// The file (MCAP). Refusals come with the stream's first next(): NOT_FOUND, BUSY (it still runs),
+  /// TOO_MANY.
+  RecordingStream get_recording(const v1::GetRecordingRequest& request);
+  /// The same as HDF5 or CSV: columns, span in s, every n-th row. The first piece comes when the daemon has
+  /// made the whole file. Refused as get_recording(), and: INVALID (a column that it does not have, no row in
+  /// the span).
+  RecordingStream export_recording(const v1::ExportRecordingRequest& request);
+  /// Refused: NOT_FOUND, BUSY (it still runs).
+  v1::RecordingFile delete_recording(const v1::DeleteRecordingRequest& request);
+  /// Has the flight recorder keep this moment: 20 s before, 2 s after. Returns at once. Refused: WRONG_STATE
+  /// (it is off).
+  void make_incident(const std::string& reason);
 
  private:
   struct State;

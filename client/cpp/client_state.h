@@ -17,6 +17,7 @@
 #include "hapticd/v1/clock.grpc.pb.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
+#include "hapticd/v1/recording.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
 #include "hapticd/v1/safety.grpc.pb.h"
@@ -55,6 +56,7 @@ struct Client::State {
         access(v1::AccessService::NewStub(channel)),
         watchdog(v1::WatchdogService::NewStub(channel)),
         clock(v1::ClockService::NewStub(channel)),
+        recording(v1::RecordingService::NewStub(channel)),
         keeper(std::make_unique<LeaseKeeper>(channel, options.lease_token)) {}
 
   /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
@@ -116,6 +118,7 @@ struct Client::State {
   std::unique_ptr<v1::AccessService::Stub> access;
   std::unique_ptr<v1::WatchdogService::Stub> watchdog;
   std::unique_ptr<v1::ClockService::Stub> clock;
+  std::unique_ptr<v1::RecordingService::Stub> recording;
   std::unique_ptr<LeaseKeeper> keeper;
 };
 

@@ -9,6 +9,7 @@
 #include "client/cpp/telemetry_table.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/identification.pb.h"
+#include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
 #include "hapticd/v1/turntable.pb.h"
 
@@ -53,6 +54,9 @@ using LeaseStream = MessageStream<v1::LeaseState>;
 /// A motion of the turntable from its order to its end, with ten messages a second. cancel(), or destroying
 /// it before the end, has the daemon stop the table. kEnded: the table has arrived, or cancel() was called.
 using TurntableStream = MessageStream<v1::TurntableStatus>;
+
+/// The pieces of a file, in order. Destroying it before the end gives the file up.
+using RecordingStream = MessageStream<v1::RecordingPiece>;
 
 /// One subscription to the loop's records; destroying it unsubscribes. Reading slowly loses samples of this
 /// stream only; account() says how many.

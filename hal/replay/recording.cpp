@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <span>
 
-#include "hal/replay/csv_file.h"
 #include "hal/replay/number_text.h"
+#include "hal/replay/table_file.h"
 
 namespace hapticd::replay {
 namespace {
@@ -32,8 +33,9 @@ double median_step(const std::vector<double>& time_s) {
 }  // namespace
 
 hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns) {
-  auto file = CsvFile::open(path);
-  if (!file) return file.error();
+  auto opened = TableFile::open(path);
+  if (!opened) return opened.error();
+  const std::unique_ptr<TableFile>& file = *opened;
 
   const auto time = select_column(columns.time, Quantity::kTime, file->columns(), file->place());
   if (!time) return time.error();

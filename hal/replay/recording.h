@@ -30,7 +30,7 @@ struct Recording {
   static constexpr double kGapSteps = 5.0;
 };
 
-/// Reads the whole file. Errors: those of CsvFile and select_column(), time that does not increase (with
+/// Reads the whole file. Errors: those of TableFile and select_column(), time that does not increase (with
 /// the line), fewer than two rows.
 hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns);
 

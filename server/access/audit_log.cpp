@@ -105,8 +105,9 @@ AuditLog::~AuditLog() {
 }
 
 void AuditLog::write(AuditLine line) {
-  if (!sinks_->file && !sinks_->journal) return;
   if (line.unix_ns == 0) line.unix_ns = now_unix_ns();
+  if (look_) look_(line);
+  if (!sinks_->file && !sinks_->journal) return;
   {
     const std::lock_guard lock(mutex_);
     if (queue_.size() >= kMaxQueue) {

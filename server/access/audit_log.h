@@ -3,11 +3,13 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "hal/error.h"
 #include "server/config/access_config.h"
@@ -47,6 +49,9 @@ class AuditLog {
   AuditLog& operator=(const AuditLog&) = delete;
 
   void write(AuditLine line);
+  /// Shows every line to `look` as well, in the thread of the call: must be short. Set before there are
+  /// calls.
+  void show_to(std::function<void(const AuditLine&)> look) { look_ = std::move(look); }
   std::uint64_t dropped() const;
 
  private:
@@ -55,6 +60,7 @@ class AuditLog {
   void run();
 
   const std::unique_ptr<Sinks> sinks_;
+  std::function<void(const AuditLine&)> look_;
   mutable std::mutex mutex_;
   std::condition_variable arrived_;
   std::deque<AuditLine> queue_;

@@ -179,7 +179,7 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
     return hal::Error{"a replayed rig needs a recording",
                       "[rig.replay] path",
                       "",
-                      "a CSV file",
+                      "a CSV or MCAP file",
                       "name it in the file or as --rig replay:PATH",
                       hal::Mistake::kMissingKey};
   }
@@ -268,6 +268,7 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   TomlTable models = root.table("models");
   models.read("folder", config.model_folder, 4096);
   if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
+  read_recording(root.table("recording"), config.recording);
   const auto wrong_metrics = read_metrics(root.table("metrics"), document->source(), config.metrics);
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;

@@ -19,6 +19,7 @@
 #include "server/config/guard_ceilings.h"
 #include "server/config/listen_address.h"
 #include "server/config/metrics_section.h"
+#include "server/config/recording_section.h"
 #include "server/config/watchdog_config.h"
 #include "server/process/log_level.h"
 #include "server/rig_file/turntable_config.h"
@@ -70,6 +71,8 @@ struct DaemonConfig {
 
   WatchdogConfig watchdog;  ///< [watchdog]
   MetricsConfig metrics;    ///< [metrics]
+
+  RecordingConfig recording;  ///< [recording]
 
   LogLevel log_level = LogLevel::kInfo;  ///< [log] level
 

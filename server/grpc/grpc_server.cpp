@@ -23,6 +23,7 @@
 #include "server/grpc/gate/access_gate.h"
 #include "server/grpc/gate/gated_callback.h"
 #include "server/grpc/gate/gated_service.h"
+#include "server/grpc/recording/recording_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
 #include "server/grpc/services/clock_service.h"
@@ -94,9 +95,10 @@ void pass_on(gpr_log_func_args* line) {
 }  // namespace
 
 struct GrpcServer::State {
-  State(const Parts& parts, const std::string& certificates, const std::string& state_folder)
+  State(const Parts& parts, const std::string& certificates, const std::string& state_folder,
+        const std::string& recording_folder)
       : rig(parts.session, parts.scenes, parts.hub, parts.biases, parts.turntable, parts.watchdog,
-            certificates, state_folder),
+            parts.recorder, parts.flight, certificates, state_folder),
         scene(parts.scenes),
         model(parts.scenes),
         rendering(parts.targets, parts.hub),
@@ -109,6 +111,7 @@ struct GrpcServer::State {
         lease(parts.desk),
         watchdog(parts.watchdog),
         clock(parts.session),
+        recording(parts.recorder, parts.flight, recording_folder),
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
@@ -127,6 +130,7 @@ struct GrpcServer::State {
   LeaseService lease;
   WatchdogService watchdog;
   ClockService clock;
+  RecordingService recording;
   CallQuota quota;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
@@ -165,6 +169,7 @@ void GrpcServer::State::add_services() {
   add("TurntableService", turntable);
   add("AccessService", access);
   add("LeaseService", lease);
+  add("RecordingService", recording);
   std::vector<GatedCallback> callbacks;
   callbacks.push_back(gated_unary<Bytes, Bytes>(
       *gate, "SafetyService", "Stop", [this](Context* context, const Bytes* request, Bytes* response) {
@@ -219,7 +224,8 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   const std::string store = config.model_store.value_or("");
   auto state = std::make_unique<State>(
       parts, config.listen_tls ? config.certificates : std::string(),
-      store == ":memory:" ? std::string() : std::filesystem::path(store).parent_path().string());
+      store == ":memory:" ? std::string() : std::filesystem::path(store).parent_path().string(),
+      config.recording.folder);
   state->listener = std::move(*listener);
   state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, state->quota,
                                         parts.session, state->listener->unix_group()});

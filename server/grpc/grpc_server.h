@@ -11,7 +11,9 @@
 namespace hapticd::server {
 
 class AuditLog;
+class FlightRecorder;
 class LeaseDesk;
+class Recorder;
 class RolePolicy;
 class SafetyLatch;
 class IdentificationRunner;
@@ -40,6 +42,8 @@ class GrpcServer {
     LeaseDesk& desk;
     AuditLog& audit;
     Watchdog& watchdog;
+    Recorder& recorder;
+    FlightRecorder& flight;
   };
 
   /// An error when someone listens there already, or the certificates cannot be used: to be asked before

@@ -131,6 +131,13 @@ std::vector<MetricFamily> metric_families(const RigFigures& figures) {
   all.gauge("hapticd_telemetry_subscribers", "Subscribers of telemetry.", figures.subscribers);
   all.counter("hapticd_telemetry_records_lost_total", "Records that no subscriber got.",
               figures.records_lost);
+  all.gauge("hapticd_recording_running", "1 while a recording runs.", figures.recording ? 1.0 : 0.0);
+  all.gauge("hapticd_recording_lost_ticks", "Ticks that are missing in the recording that runs.",
+            static_cast<double>(figures.recording_lost_ticks));
+  all.gauge("hapticd_flight_recorder_on", "1 while the last 30 s are kept.",
+            figures.flight_recorder_on ? 1.0 : 0.0);
+  all.counter("hapticd_incidents_total", "Incidents that the flight recorder has written.",
+              figures.incidents);
   return all.take();
 }
 

@@ -21,6 +21,10 @@ struct RigFigures {
   bool has_scene = false;
   std::uint32_t subscribers = 0;
   std::uint64_t records_lost = 0;
+  bool recording = false;  ///< a recording runs
+  std::uint64_t recording_lost_ticks = 0;
+  bool flight_recorder_on = false;
+  std::uint64_t incidents = 0;  ///< written since the start
 };
 
 /// What Prometheus reads. Histograms in seconds, their bounds powers of two of nanoseconds, at which the

@@ -12,7 +12,7 @@
 #include "hal/netft/netft_sensor.h"
 #include "hal/openhaptics/openhaptics_device.h"
 #include "hal/phantom/phantom_device.h"
-#include "hal/replay/csv_file.h"
+#include "hal/replay/table_file.h"
 #include "server/telemetry/recording_columns.h"
 #include "server/text/suggestion.h"
 
@@ -46,8 +46,9 @@ std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {
 
 /// A recording, also one of hapticd's own, whose columns have other names.
 hal::Result<std::unique_ptr<hal::Rig>> open_replay(replay::ReplayConfig config) {
-  const auto file = replay::CsvFile::open(config.path);
-  if (!file) return file.error();
+  const auto opened = replay::TableFile::open(config.path);
+  if (!opened) return opened.error();
+  const auto& file = *opened;
   fill_own_column(config.force, role_of(replay::Quantity::kForce), file->columns());
   fill_own_column(config.position, role_of(replay::Quantity::kPosition), file->columns());
   return as_rig(replay::ReplayRig::open(config));

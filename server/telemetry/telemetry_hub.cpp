@@ -168,7 +168,9 @@ rt::TickRecord TelemetryHub::latest() {
 }
 
 std::uint32_t TelemetryHub::subscriber_count() const {
-  return static_cast<std::uint32_t>(subscribers()->size());
+  const auto all = subscribers();
+  return static_cast<std::uint32_t>(
+      std::count_if(all->begin(), all->end(), [](const auto& one) { return !one->options_.is_own; }));
 }
 
 }  // namespace hapticd::server

@@ -25,6 +25,7 @@ struct SubscriptionOptions {
   std::uint32_t batch_size = 20;
   std::uint32_t queue_samples = 4000;
   std::chrono::milliseconds longest_wait{100};  ///< a batch that is not full is ready when this old
+  bool is_own = false;                          ///< of the daemon itself: not counted as a subscriber
   std::function<void()> on_ready;  ///< a batch is ready; called by the hub's thread, must not block
 };
 
@@ -106,6 +107,7 @@ class TelemetryHub {
   /// The record of the last completed tick; all zero before the first. Takes out of the ring what is there,
   /// so that a client that got a tick finds it here.
   rt::TickRecord latest();
+  /// Clients that subscribe.
   std::uint32_t subscriber_count() const;
   /// Records that no subscriber saw because the loop's ring was full.
   std::uint64_t records_dropped() const { return engine_.records_dropped(); }

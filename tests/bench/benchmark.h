@@ -69,6 +69,14 @@ struct AccessOptions {
 };
 int run_access(const AccessOptions& options);
 
+/// `hapticd_bench recording`: what a kill costs a recording, what recording costs the machine, incidents.
+struct RecordingOptions {
+  std::string folder;
+  bool quick = false;             ///< a tenth of everything
+  std::vector<std::string> only;  ///< "incidents", "cost", "kills"; empty = all
+};
+int run_recording(const RecordingOptions& options);
+
 /// `hapticd_bench attack`: how fast a recording is uploaded, and what floods make of the daemon's memory.
 struct AttackOptions {
   std::string folder;

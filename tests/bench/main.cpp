@@ -123,6 +123,18 @@ int main(int argc, char** argv) {
       ->required();
   access_command->add_flag("--quick", access.quick, "a tenth of everything");
   access_command->callback([&] { status = run_access(access); });
+
+  RecordingOptions recording;
+  auto* recording_command = app.add_subcommand(
+      "recording",
+      "what a kill costs a recording, what recording costs the machine, incidents of all faults");
+  recording_command
+      ->add_option("--out", recording.folder, "folder for figures.jsonl and the table; made if need be")
+      ->required();
+  recording_command->add_flag("--quick", recording.quick, "a tenth of everything");
+  recording_command->add_option("--only", recording.only, "only these parts")
+      ->check(CLI::IsMember({"incidents", "cost", "kills"}));
+  recording_command->callback([&] { status = run_recording(recording); });
 #endif
 
   try {

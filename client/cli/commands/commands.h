@@ -30,6 +30,8 @@ void add_plot_command(CLI::App& app, Session& session);
 void add_demo_command(CLI::App& app, Session& session);
 void add_completion_command(CLI::App& app);
 void add_rigs_command(CLI::App& app, Session& session);
+void add_record_commands(CLI::App& app, Session& session);
+void add_incident_commands(CLI::App& app, Session& session);
 
 /// Global options and all commands.
 void build_app(CLI::App& app, Session& session);

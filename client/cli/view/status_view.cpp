@@ -174,8 +174,16 @@ std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState
              fmt::format("tick {}, {:.3f} s{}", state.tick(), static_cast<double>(state.time_ns()) * 1e-9,
                          state.rig_exhausted() ? " (the recording has ended)" : "")});
   facts.add({terminal.bold("telemetry"),
-             fmt::format("{} subscribers, {} records lost for all of them", state.telemetry_subscribers(),
-                         state.telemetry_records_dropped())});
+             fmt::format("{} subscribers, {} records lost{}", state.telemetry_subscribers(),
+                         state.telemetry_records_dropped(),
+                         state.flight_recorder_on() ? " for all of them" : "; flight recorder off")});
+  if (!state.recording().empty()) {
+    facts.add(
+        {terminal.bold("recording"), fmt::format("{}, {} rows, {} ticks lost", state.recording(),
+                                                 state.recording_rows(), state.recording_lost_ticks())});
+  }
+  if (!state.last_incident().empty())
+    facts.add({terminal.bold("last incident"), state.last_incident() + ": " + state.last_incident_cause()});
   Lines lines;
   append(lines, facts, terminal);
   append_parts(lines, state, detail.parts, terminal);

@@ -1,22 +1,12 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 
-#include "rt/record/tick_record.h"
+#include "server/telemetry/telemetry_column.h"
 
 namespace hapticd::server {
 
-/// A column of a telemetry block: one number of a group of v1::TelemetrySample, named as `hapticctl telemetry
-/// record` names it.
-struct TelemetryColumn {
-  const char* name;       ///< group_quantity_unit, e.g. "contact_reaction_force_n"
-  const char* unit;       ///< "1" where it has none
-  std::uint32_t channel;  ///< bit of rt::channel: where a record lacks it, the cell is NaN
-  double (*value)(const rt::TickRecord& record);
-};
-
-/// All of them, in the order of the groups.
+/// All columns of a telemetry block and of a recording, in the order of the groups.
 std::span<const TelemetryColumn> telemetry_columns() noexcept;
 
 }  // namespace hapticd::server

@@ -12,10 +12,13 @@
 #include "server/grpc/messages/telemetry_messages.h"
 #include "server/grpc/messages/watchdog_messages.h"
 #include "server/process/version.h"
+#include "server/recording/flight/flight_recorder.h"
+#include "server/recording/recorder.h"
 #include "server/rig/sensor_bias.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
 #include "server/telemetry/telemetry_hub.h"
+#include "server/text/utf8_text.h"
 #include "server/turntable/turntable_host.h"
 #include "server/watchdog/watchdog.h"
 
@@ -182,6 +185,16 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   for (const hal::PartReport& report : session_.part_reports()) fill_record(report, *response->add_parts());
   if (turntable_.table() != nullptr) fill_record(turntable_.table()->report(), *response->add_parts());
   for (const EndpointView& view : watchdog_.views()) fill(view, *response->add_watchdog_endpoints());
+  if (const auto running = recorder_.running()) {
+    response->set_recording(running->id);
+    response->set_recording_rows(running->rows);
+    response->set_recording_lost_ticks(running->lost_ticks);
+  }
+  response->set_flight_recorder_on(flight_.is_on());
+  if (const auto incident = flight_.last()) {
+    response->set_last_incident(repaired_utf8(incident->id));
+    response->set_last_incident_cause(repaired_utf8(incident->words));
+  }
   return grpc::Status::OK;
 }
 

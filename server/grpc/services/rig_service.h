@@ -8,6 +8,8 @@
 
 namespace hapticd::server {
 
+class FlightRecorder;
+class Recorder;
 class Session;
 class SceneHost;
 class SensorBiases;
@@ -19,14 +21,16 @@ class Watchdog;
 class RigService final : public v1::RigService::Service {
  public:
   RigService(Session& session, const SceneHost& scenes, TelemetryHub& hub, SensorBiases& biases,
-             TurntableHost& turntable, const Watchdog& watchdog, std::string certificates = {},
-             std::string state_folder = {})
+             TurntableHost& turntable, const Watchdog& watchdog, Recorder& recorder,
+             const FlightRecorder& flight, std::string certificates = {}, std::string state_folder = {})
       : session_(session),
         scenes_(scenes),
         hub_(hub),
         biases_(biases),
         turntable_(turntable),
         watchdog_(watchdog),
+        recorder_(recorder),
+        flight_(flight),
         certificates_(std::move(certificates)),
         state_folder_(std::move(state_folder)) {}
 
@@ -48,6 +52,8 @@ class RigService final : public v1::RigService::Service {
   SensorBiases& biases_;
   TurntableHost& turntable_;
   const Watchdog& watchdog_;
+  Recorder& recorder_;
+  const FlightRecorder& flight_;
   const std::string certificates_;  ///< folder; empty: served without
   const std::string state_folder_;  ///< where models are kept; empty: nowhere
   std::atomic<int> diagnoses_{0};

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "hal/replay/csv_file.h"
+#include "hal/replay/table_file.h"
 #include "server/telemetry/recording_columns.h"
 #include "server/text/suggestion.h"
 
@@ -134,7 +134,7 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
                                                              const hal::Vector3& press_direction) {
   std::vector<Role> roles = roles_of(motion);
   if (auto error = unknown_quantity(description, roles)) return *error;
-  auto file = replay::CsvFile::open(path);
+  auto opened = replay::TableFile::open(path);
   const auto named = [&](hal::Error error) {
     // Its owner knows it by its name, not by where it is kept.
     if (const std::size_t at = error.where.find(path); at != std::string::npos) {
@@ -142,7 +142,8 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
     }
     return error;
   };
-  if (!file) return named(file.error());
+  if (!opened) return named(opened.error());
+  const auto& file = *opened;
 
   RecordedObservations recording;
   recording.path_ = path;
@@ -229,8 +230,9 @@ hal::RigInfo RecordedObservations::rig_info() const {
 
 std::optional<hal::Error> RecordedObservations::read(
     const std::function<bool(const rt::Observation&)>& visit) const {
-  auto file = replay::CsvFile::open(path_);
-  if (!file) return file.error();
+  auto opened = replay::TableFile::open(path_);
+  if (!opened) return opened.error();
+  const auto& file = *opened;
   std::vector<std::size_t> indices;
   for (const Column& column : columns_) indices.push_back(column.selection.index);
 

@@ -46,10 +46,10 @@ struct RecordingSummary {
 /// A recording as the observations a rig would have made, row by row: memory does not grow with the file.
 class RecordedObservations {
  public:
-  /// Reads the file once. Refuses, with line and column, what CsvFile and select_column() refuse, quantities
-  /// that are none of the motion's, time that does not increase, fewer than ten rows and more than a month.
-  /// `press_direction` (rig frame, of any length): kBend and kRigid, of what was measured along one axis
-  /// only.
+  /// Reads the file once. Refuses, with line and column, what TableFile and select_column() refuse,
+  /// quantities that are none of the motion's, time that does not increase, fewer than ten rows and more than
+  /// a month. `press_direction` (rig frame, of any length): kBend and kRigid, of what was measured along one
+  /// axis only.
   static hal::Result<RecordedObservations> open(const std::string& path, RecordedMotion motion,
                                                 const RecordingDescription& description,
                                                 const hal::Vector3& press_direction = {0.0, 0.0, -1.0});

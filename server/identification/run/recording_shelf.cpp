@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "hal/replay/table_file.h"
 #include "server/text/suggestion.h"
 
 namespace hapticd::server {
@@ -54,12 +55,17 @@ Outcome<std::unique_ptr<RecordingShelf::Upload>> RecordingShelf::begin(
 
 Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::unique_ptr<Upload> upload) {
   ShelvedRecording& recording = *upload->recording_;
-  if (upload->last_ != '\n' && upload->line_counts_) ++recording.rows;
-  if (recording.rows > 0) --recording.rows;  // the header
+  if (const auto rows = replay::rows_of_mcap(recording.file.path())) {
+    recording.rows = *rows;
+  } else {
+    if (upload->last_ != '\n' && upload->line_counts_) ++recording.rows;
+    if (recording.rows > 0) --recording.rows;  // the header
+  }
   if (recording.rows == 0) {
-    return Refusal{RefusalKind::kInvalidArgument,
-                   {"the recording is empty", recording.description.name, "",
-                    "a header line with the columns' names, then rows of numbers", "send a CSV file"}};
+    return Refusal{
+        RefusalKind::kInvalidArgument,
+        {"the recording is empty", recording.description.name, "",
+         "a header line with the columns' names, then rows of numbers", "send a CSV or MCAP file"}};
   }
   recording.sha256 = upload->digest_.finish();
   const std::lock_guard lock(mutex_);

@@ -25,7 +25,7 @@ struct ShelvedRecording {
   RecordingDescription description;
   double normal_force_n = 0.0;  ///< where it was constant and not recorded; 0 = not reported
   std::string sha256;           ///< of its text, hexadecimal
-  std::uint64_t rows = 0;       ///< lines that are neither empty nor a comment, less the header
+  std::uint64_t rows = 0;       ///< of CSV: lines that are neither empty nor a comment, less the header
 };
 
 /// Uploaded recordings, in temporary files without names until the daemon ends, however it does. Any thread.

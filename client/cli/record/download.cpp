@@ -1,0 +1,44 @@
+#include "client/cli/record/download.h"
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "client/cli/session/interrupt.h"
+#include "client/cli/session/session.h"
+
+namespace hapticd::cli {
+
+std::uint64_t download(client::RecordingStream stream, const std::string& path) {
+  const std::string part = path + ".part";
+  catch_interrupts();
+  std::uint64_t bytes = 0;
+  v1::RecordingPiece piece;
+  std::ofstream file;
+  try {
+    for (;;) {
+      const auto event = stream.next(piece, std::chrono::milliseconds(100));
+      if (interrupted()) throw LocalError("interrupted", path);
+      if (event == client::RecordingStream::Event::kEnded) break;
+      if (event == client::RecordingStream::Event::kNothing) continue;
+      // Not before the daemon has granted it: a refusal leaves no file.
+      if (!file.is_open()) {
+        file.open(part, std::ios::binary | std::ios::trunc);
+        if (!file) throw LocalError("cannot write the file", path, "", "", "see the rights of its folder");
+      }
+      file.write(piece.data().data(), static_cast<std::streamsize>(piece.data().size()));
+      bytes += piece.data().size();
+    }
+    file.close();
+    if (!file) throw LocalError("the file could not be written in full", path, "", "", "is the disk full?");
+    std::filesystem::rename(part, path);
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove(part, ignored);
+    throw;
+  }
+  return bytes;
+}
+
+}  // namespace hapticd::cli

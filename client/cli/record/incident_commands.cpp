@@ -1,0 +1,144 @@
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "client/cli/commands/commands.h"
+#include "client/cli/plot/csv_table.h"
+#include "client/cli/plot/figure.h"
+#include "client/cli/record/download.h"
+#include "client/cli/record/incident_figure.h"
+#include "client/cli/record/recording_files.h"
+#include "client/cli/record/recording_view.h"
+#include "client/cli/text/message_json.h"
+
+namespace hapticd::cli {
+namespace {
+
+constexpr auto kIncident = v1::RECORDING_KIND_INCIDENT;
+constexpr double kShownBeforeS = 1.0;
+constexpr double kShownAfterS = 0.1;
+
+struct ShowOptions {
+  std::string id;
+  std::string svg;
+};
+
+/// A file of this program's own, deleted with the object.
+class TemporaryCsv {
+ public:
+  TemporaryCsv()
+      : path_((std::filesystem::temp_directory_path() / fmt::format("hapticctl-incident-{}.csv", getpid()))
+                  .string()) {}
+  ~TemporaryCsv() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryCsv(const TemporaryCsv&) = delete;
+  TemporaryCsv& operator=(const TemporaryCsv&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// The comments of the file that begin with `head`, without it.
+std::vector<std::string> comments(const std::string& path, const std::string& head) {
+  std::vector<std::string> found;
+  std::ifstream file(path);
+  const std::string whole = "# " + head;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with(whole)) found.push_back(line.substr(whole.size()));
+  }
+  return found;
+}
+
+v1::RecordingFile find_incident(client::Client& client, const std::string& asked) {
+  const std::string id = file_id(client, asked, kIncident);
+  const v1::ListRecordingsResponse list = client.recordings(kIncident);
+  for (const v1::RecordingFile& file : list.recordings()) {
+    if (file.id() == id) return file;
+  }
+  throw LocalError("there is no such incident", "ID", id, "", "see hapticctl incident list");
+}
+
+void show_incident(Session& session, const ShowOptions& options) {
+  if (!options.svg.empty() && std::filesystem::path(options.svg).extension() != ".svg") {
+    throw LocalError("plots are drawn as SVG only", "--out", options.svg, "a name that ends in .svg",
+                     "convert it afterwards, e.g. with rsvg-convert");
+  }
+  client::Client client = session.connect();
+  const v1::RecordingFile file = find_incident(client, options.id);
+  v1::ExportRecordingRequest request;
+  request.set_id(file.id());
+  request.set_kind(kIncident);
+  request.set_format(v1::EXPORT_FORMAT_CSV);
+  request.set_from_s(std::max(0.0, file.cause_after_s() - kShownBeforeS));
+  request.set_to_s(file.cause_after_s() + kShownAfterS);
+  const TemporaryCsv csv;
+  download(client.export_recording(request), csv.path());
+  const std::vector<std::string> events = comments(csv.path(), "event at ");
+  const std::vector<std::string> remedy = comments(csv.path(), "recording.remedy: ");
+  const std::vector<std::string> cause_ns = comments(csv.path(), "recording.cause_time_ns: ");
+  if (!options.svg.empty()) {
+    const double cause_s = cause_ns.empty() ? 0.0 : 1e-9 * std::stod(cause_ns.front());
+    write_svg(incident_figure(CsvTable::read(csv.path()), file.id(), file.end_reason(), cause_s),
+              options.svg);
+  }
+  if (session.json) {
+    Json document = to_json(file);
+    document["remedy"] = remedy.empty() ? "" : remedy.front();
+    document["events"] = events;
+    if (!options.svg.empty()) document["plot"] = options.svg;
+    return print_json(document);
+  }
+  fmt::print("{}\n", recording_line(file));
+  fmt::print("when    {}, tick {}, {:.1f} s after its beginning\n", utc_text(file.started_unix_ns()),
+             file.cause_tick(), file.cause_after_s());
+  fmt::print("cause   {}\n", file.end_reason());
+  if (!remedy.empty() && !remedy.front().empty()) fmt::print("remedy  {}\n", remedy.front());
+  for (const std::string& event : events) fmt::print("event   {}\n", event);
+  if (options.svg.empty()) {
+    fmt::print("plot    hapticctl incident show {} --out incident.svg\n", file.id());
+  } else {
+    fmt::print("plot    {}\n", options.svg);
+  }
+}
+
+}  // namespace
+
+void add_incident_commands(CLI::App& app, Session& session) {
+  CLI::App* incident =
+      app.add_subcommand("incident", "The seconds around each fault, as the flight recorder kept them");
+  incident->require_subcommand(1);
+  add_list_command(*incident, session, kIncident, "incident");
+
+  const auto options = std::make_shared<ShowOptions>();
+  CLI::App* show = incident->add_subcommand("show", "Cause, remedy, events; a plot of the last second");
+  show->footer(
+      "Examples:\n  hapticctl incident show last\n  hapticctl incident show last --out incident.svg");
+  show->add_option("ID", options->id, "As `list` shows it, or `last`")->required();
+  show->add_option("-o,--out", options->svg, "Where to draw the last second before it (SVG; needs gnuplot)");
+  show->callback([&session, options] { show_incident(session, *options); });
+
+  const auto reason = std::make_shared<std::string>();
+  CLI::App* make = incident->add_subcommand("make", "Keeps this moment: 20 s before, 2 s after");
+  make->footer("Example:\n  hapticctl incident make \"it felt odd\"");
+  make->add_option("REASON", *reason, "Why");
+  make->callback([&session, reason] {
+    session.connect().make_incident(*reason);
+    if (session.json) return print_json({{"requested", *reason}});
+    fmt::print("it is there in some seconds: hapticctl incident list\n");
+  });
+
+  add_get_command(*incident, session, kIncident, "incident");
+  add_export_command(*incident, session, kIncident, "incident");
+  add_delete_command(*incident, session, kIncident, "incident");
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,57 @@
+// Recordings and incidents of the daemon.
+
+#include "client/cpp/client.h"
+#include "client/cpp/client_state.h"
+
+namespace hapticd::client {
+namespace {
+
+/// The last chunk, the summary, and a disk that takes its time.
+constexpr std::chrono::seconds kFinishingFile{10};
+
+}  // namespace
+
+v1::RecordingFile Client::start_recording(const v1::StartRecordingRequest& request) {
+  return state_->call(*state_->recording, &v1::RecordingService::Stub::StartRecording, request);
+}
+
+v1::RecordingFile Client::stop_recording() {
+  return state_->call(*state_->recording, &v1::RecordingService::Stub::StopRecording,
+                      v1::StopRecordingRequest(), kFinishingFile);
+}
+
+void Client::annotate_recording(const std::string& text) {
+  v1::AnnotateRequest request;
+  request.set_text(text);
+  state_->call(*state_->recording, &v1::RecordingService::Stub::Annotate, request);
+}
+
+v1::ListRecordingsResponse Client::recordings(v1::RecordingKind kind) {
+  v1::ListRecordingsRequest request;
+  request.set_kind(kind);
+  return state_->call(*state_->recording, &v1::RecordingService::Stub::ListRecordings, request);
+}
+
+RecordingStream Client::get_recording(const v1::GetRecordingRequest& request) {
+  return RecordingStream(streaming<v1::RecordingPiece>(
+      std::shared_ptr(v1::RecordingService::NewStub(state_->channel)), state_->options.address,
+      *state_->keeper, request, &v1::RecordingService::Stub::AsyncGetRecording));
+}
+
+RecordingStream Client::export_recording(const v1::ExportRecordingRequest& request) {
+  return RecordingStream(streaming<v1::RecordingPiece>(
+      std::shared_ptr(v1::RecordingService::NewStub(state_->channel)), state_->options.address,
+      *state_->keeper, request, &v1::RecordingService::Stub::AsyncExportRecording));
+}
+
+v1::RecordingFile Client::delete_recording(const v1::DeleteRecordingRequest& request) {
+  return state_->call(*state_->recording, &v1::RecordingService::Stub::DeleteRecording, request);
+}
+
+void Client::make_incident(const std::string& reason) {
+  v1::MakeIncidentRequest request;
+  request.set_reason(reason);
+  state_->call(*state_->recording, &v1::RecordingService::Stub::MakeIncident, request);
+}
+
+}  // namespace hapticd::client

@@ -1,0 +1,106 @@
+#include "hal/replay/table_file.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "hal/recording/recording_file.h"
+
+namespace hapticd::replay {
+namespace {
+
+class CsvTable final : public TableFile {
+ public:
+  explicit CsvTable(CsvFile file) : file_(std::move(file)) {}
+  const std::vector<std::string>& columns() const noexcept override { return file_.columns(); }
+  std::string place(std::size_t line) const override { return file_.place(line); }
+  std::optional<hal::Error> read_rows(std::span<const std::size_t> columns,
+                                      const RowVisitor& visit) override {
+    return file_.read_rows(columns, visit);
+  }
+
+ private:
+  CsvFile file_;
+};
+
+class McapTable final : public TableFile {
+ public:
+  McapTable(std::string path, recording::RecordingFile file)
+      : path_(std::move(path)), file_(std::move(file)) {
+    for (const recording::Column& column : file_.columns()) names_.push_back(column.name);
+  }
+  const std::vector<std::string>& columns() const noexcept override { return names_; }
+  std::string place(std::size_t row) const override {
+    return "recording '" + path_ + "'" + (row > 0 ? ", row " + std::to_string(row) : "");
+  }
+  std::optional<hal::Error> read_rows(std::span<const std::size_t> columns, const RowVisitor& visit) override;
+
+ private:
+  std::string path_;
+  recording::RecordingFile file_;
+  std::vector<std::string> names_;
+};
+
+std::optional<hal::Error> McapTable::read_rows(std::span<const std::size_t> columns,
+                                               const RowVisitor& visit) {
+  std::optional<hal::Error> error;
+  std::vector<double> numbers(columns.size());
+  std::size_t row_number = 0;
+  std::int64_t last_time_ns = std::numeric_limits<std::int64_t>::min();
+  recording::RecordingVisitor visitor;
+  visitor.row = [&](const recording::Row& row) {
+    if (++row_number > CsvFile::kMaxRows) {
+      error = hal::Error{"the recording is too long", place(row_number), "",
+                         "up to " + std::to_string(CsvFile::kMaxRows) + " rows", "split it"};
+      return false;
+    }
+    // A loop that was held up may make two ticks at one time of the rig: the second says nothing new.
+    const std::int64_t time_ns = row.integer(recording::kTimeColumn);
+    if (time_ns <= last_time_ns) return true;
+    last_time_ns = time_ns;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      numbers[i] = row.number(columns[i]);
+      if (std::isfinite(numbers[i])) continue;
+      error = hal::Error{
+          "the cell is not a finite number", place(row_number) + ", column '" + names_[columns[i]] + "'",
+          std::to_string(numbers[i]), "a group that is there in every tick",
+          "the scene that was loaded does not fill it: record another one, or choose another column"};
+      return false;
+    }
+    error = visit(row_number, numbers);
+    return !error.has_value();
+  };
+  const auto end = file_.read(visitor);
+  if (error) return error;
+  if (!end) return end.error();
+  return std::nullopt;
+}
+
+}  // namespace
+
+hal::Result<std::unique_ptr<TableFile>> TableFile::open(const std::string& path) {
+  if (recording::McapReader::is_mcap(path)) {
+    auto file = recording::RecordingFile::open(path);
+    if (!file) return file.error();
+    return std::unique_ptr<TableFile>(std::make_unique<McapTable>(path, std::move(*file)));
+  }
+  auto file = CsvFile::open(path);
+  if (!file) return file.error();
+  return std::unique_ptr<TableFile>(std::make_unique<CsvTable>(std::move(*file)));
+}
+
+std::optional<std::size_t> rows_of_mcap(const std::string& path) {
+  const auto file = recording::RecordingFile::open(path);
+  if (!file) return std::nullopt;
+  std::size_t rows = 0;
+  recording::RecordingVisitor count;
+  count.row = [&rows](const recording::Row&) {
+    ++rows;
+    return true;
+  };
+  if (const auto end = file->read(count); !end) return std::nullopt;
+  return rows;
+}
+
+}  // namespace hapticd::replay

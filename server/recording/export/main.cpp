@@ -1,0 +1,65 @@
+// hapticd-export: a recording as a table. A program of its own: the daemon has it do the work, so that no
+// failure of the HDF5 library, and none of its memory, is the daemon's. It needs no daemon.
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <nlohmann/json.hpp>
+
+#include "server/recording/export/table_export.h"
+
+namespace {
+
+constexpr int kRefused = 2;
+/// Below all that the daemon does.
+constexpr int kNiceness = 15;
+
+int refuse(const hapticd::hal::Error& error, bool json) {
+  if (json) {
+    const nlohmann::json parts{{"what", error.what},
+                               {"where", error.where},
+                               {"value", error.value},
+                               {"limit", error.limit},
+                               {"remedy", error.remedy}};
+    fmt::print(stderr, "{}\n", parts.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    fmt::print(stderr, "hapticd-export: {}\n", error.text());
+  }
+  return kRefused;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace hapticd::server;
+  CLI::App app("hapticd-export writes a recording of hapticd (MCAP) as HDF5 or CSV. It needs no daemon.",
+               "hapticd-export");
+  app.set_version_flag("--version", "hapticd-export " HAPTICD_VERSION);
+  ExportRequest request;
+  bool json_errors = false;
+  app.add_option("RECORDING.mcap", request.input, "Made by hapticctl record or by the flight recorder")
+      ->required();
+  app.add_option("-o,--out", request.output, "Where to write: .h5, .hdf5 or .csv")->required();
+  const std::map<std::string, TableFormat> formats{{"hdf5", TableFormat::kHdf5}, {"csv", TableFormat::kCsv}};
+  CLI::Option* format = app.add_option("--format", request.format, "hdf5 or csv [by the ending of --out]")
+                            ->transform(CLI::CheckedTransformer(formats));
+  app.add_option("--columns", request.columns, "Names, separated by commas [all]")->delimiter(',');
+  app.add_option("--from", request.from_s, "Seconds after the first row")->capture_default_str();
+  app.add_option("--to", request.to_s, "Seconds after the first row; 0 = to the end")->capture_default_str();
+  app.add_option("--decimation", request.decimation, "Every n-th row, 1 … 10000")->capture_default_str();
+  app.add_flag("--json-errors", json_errors, "")->group("");  // for the daemon
+  app.footer(
+      "Examples:\n  hapticd-export press.mcap --out press.h5\n"
+      "  hapticd-export press.mcap --out press.csv --columns contact_reaction_force_n --from 10 --to 20");
+  CLI11_PARSE(app, argc, argv);
+  if (format->count() == 0 && request.output.ends_with(".csv")) request.format = TableFormat::kCsv;
+  static_cast<void>(nice(kNiceness));
+  try {
+    if (const auto error = export_table(request)) return refuse(*error, json_errors);
+  } catch (const std::exception& error) {
+    return refuse({"the export failed", request.input, error.what(), "", ""}, json_errors);
+  }
+  return 0;
+}

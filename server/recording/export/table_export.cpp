@@ -1,0 +1,104 @@
+#include "server/recording/export/table_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "hal/recording/recording_file.h"
+#include "server/recording/export/csv_sink.h"
+#include "server/recording/export/hdf5_sink.h"
+#include "server/text/suggestion.h"
+
+namespace hapticd::server {
+
+namespace {
+
+using recording::kTickColumn;
+using recording::kTimeColumn;
+
+hal::Result<std::vector<ExportColumn>> chosen_columns(const recording::RecordingFile& file,
+                                                      const ExportRequest& request) {
+  const std::vector<recording::Column>& all = file.columns();
+  std::vector<ExportColumn> chosen;
+  if (request.columns.empty()) {
+    for (std::size_t i = 0; i < all.size(); ++i) chosen.push_back({i, all[i]});
+    return chosen;
+  }
+  std::vector<std::string> names;
+  for (const recording::Column& column : all) names.push_back(column.name);
+  for (const std::size_t i : {kTickColumn, kTimeColumn}) chosen.push_back({i, all[i]});
+  for (const std::string& name : request.columns) {
+    if (name == "time_s") continue;
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      return hal::Error{"the recording has no such column", "recording '" + request.input + "'", name,
+                        comma_separated(names), did_you_mean(name, names, "use one of those")};
+    }
+    const auto index = static_cast<std::size_t>(found - names.begin());
+    const bool is_there = std::any_of(chosen.begin(), chosen.end(),
+                                      [&](const ExportColumn& column) { return column.index == index; });
+    if (!is_there) chosen.push_back({index, all[index]});
+  }
+  return chosen;
+}
+
+std::optional<hal::Error> check_span(const ExportRequest& request) {
+  const bool good = std::isfinite(request.from_s) && std::isfinite(request.to_s) && request.from_s >= 0.0 &&
+                    (request.to_s == 0.0 || request.to_s > request.from_s);
+  if (!good) {
+    return hal::Error{"the span is none", "from_s, to_s",
+                      fmt::format("{:g} … {:g} s", request.from_s, request.to_s),
+                      "0 ≤ from_s < to_s, or to_s = 0: to the end", ""};
+  }
+  if (request.decimation >= 1 && request.decimation <= 10'000) return std::nullopt;
+  return hal::Error{"the decimation is out of range", "decimation", std::to_string(request.decimation),
+                    "1 … 10000", ""};
+}
+
+}  // namespace
+
+std::optional<hal::Error> export_table(const ExportRequest& request) {
+  if (auto error = check_span(request)) return error;
+  const auto file = recording::RecordingFile::open(request.input);
+  if (!file) return file.error();
+  auto columns = chosen_columns(*file, request);
+  if (!columns) return columns.error();
+  auto sink = request.format == TableFormat::kHdf5 ? Hdf5Sink::create(request.output, std::move(*columns))
+                                                   : CsvSink::create(request.output, std::move(*columns));
+  if (!sink) return sink.error();
+
+  std::optional<hal::Error> failure;
+  std::optional<std::int64_t> first_ns;
+  double last_s = 0.0;
+  std::uint64_t rows = 0;
+  std::uint64_t written = 0;
+  recording::RecordingVisitor visitor;
+  visitor.metadata = [&](const std::string& name, const recording::Texts& texts) {
+    (*sink)->add_metadata(name, texts);
+  };
+  visitor.event = [&](const recording::Event& event) { (*sink)->add_event(event); };
+  visitor.row = [&](const recording::Row& row) {
+    const std::int64_t time_ns = row.integer(kTimeColumn);
+    if (!first_ns) first_ns = time_ns;
+    last_s = 1e-9 * static_cast<double>(time_ns - *first_ns);
+    if (last_s < request.from_s || (request.to_s > 0.0 && last_s > request.to_s)) return true;
+    if (rows++ % request.decimation != 0) return true;
+    ++written;
+    failure = (*sink)->add_row(row);
+    return !failure.has_value();
+  };
+  const auto end = file->read(visitor);
+  if (failure) return failure;
+  if (!end) return end.error();
+  if (written == 0) {
+    return hal::Error{"there is no row in the span", "from_s, to_s",
+                      fmt::format("{:g} … {:g} s", request.from_s, request.to_s),
+                      fmt::format("the recording has 0 … {:g} s", last_s), ""};
+  }
+  return (*sink)->finish();
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "server/session/caller.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+/// What a client asks for; see ExportRequest of the program.
+struct ExportOrder {
+  std::string format;  ///< "hdf5" or "csv"
+  std::vector<std::string> columns;
+  double from_s = 0.0;
+  double to_s = 0.0;
+  std::uint32_t decimation = 1;
+};
+
+/// A file that is deleted with this object.
+class TemporaryExport {
+ public:
+  explicit TemporaryExport(std::string path) : path_(std::move(path)) {}
+  ~TemporaryExport();
+  TemporaryExport(TemporaryExport&& other) noexcept : path_(std::exchange(other.path_, {})) {}
+  TemporaryExport& operator=(TemporaryExport&&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// Has hapticd-export make a table of a recording, in a process of its own: no failure of it is the daemon's.
+/// `folder`: where the table is kept meanwhile. Ends the program where the caller leaves.
+Outcome<TemporaryExport> export_recording(const std::string& recording, const std::string& folder,
+                                          const ExportOrder& order, const Caller& caller);
+
+}  // namespace hapticd::server

@@ -1,0 +1,55 @@
+#include "server/recording/flight/ring_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "server/process/log.h"
+
+namespace hapticd::server {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ring_path(const std::string& folder, int number) {
+  return fmt::format("{}/flight-{}.ring", folder, number);
+}
+
+}  // namespace
+
+hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
+                                                   const std::vector<recording::Column>& columns,
+                                                   std::uint64_t capacity_rows, double rate_hz,
+                                                   std::vector<std::string>& left) {
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
+  std::optional<int> free;
+  for (int number = 0; number < kMaxRings; ++number) {
+    const std::string path = ring_path(folder, number);
+    const std::string aside = path + ".left";
+    if (fs::exists(aside, ignored)) left.push_back(aside);
+    if (fs::exists(path, ignored)) {
+      // Of a daemon that still runs, or of one that ended in no orderly way.
+      const auto found = FlightRing::open_left(path);
+      const bool in_use = !found && found.error().what.find("another daemon") != std::string::npos;
+      if (in_use) continue;
+      if (found) {
+        fs::rename(path, aside, ignored);
+        if (std::find(left.begin(), left.end(), aside) == left.end()) left.push_back(aside);
+      } else {
+        log_warning("flight recorder: " + found.error().text() + "; it is removed");
+        fs::remove(path, ignored);
+      }
+    }
+    if (!free) free = number;
+  }
+  if (free) return FlightRing::create(ring_path(folder, *free), columns, capacity_rows, rate_hz);
+  return hal::Error{"all rings of flight recorders are in use", ring_path(folder, 0), "",
+                    fmt::format("{} daemons with one folder", kMaxRings),
+                    "give each rig a folder of its own: [recording] folder"};
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/recording/event_board.h"
+#include "server/recording/recording_folder.h"
+#include "server/recording/recording_info.h"
+#include "server/recording/recording_run.h"
+#include "server/recording/recording_sources.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+struct RecordingRequest {
+  std::string name;
+  std::string note;
+  std::string by;                ///< identity of the client
+  std::uint32_t channels = 0;    ///< bits of rt::channel; 0 = all that the rig has
+  std::uint32_t decimation = 1;  ///< 1 … 10000
+};
+
+/// Recordings of the daemon: one at a time runs, those that are finished are kept in a folder. Belongs to the
+/// daemon, not to the client that started it. Any thread.
+class Recorder {
+ public:
+  static constexpr std::size_t kMaxText = 4096;
+
+  /// `folder`: empty where nothing can be recorded. All must outlive it.
+  Recorder(TelemetryHub& hub, EventBoard& board, const RecordingSources& sources,
+           const RecordingConfig& config);
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  /// Makes the folder and repairs what an earlier run left unfinished. An error: nothing can be recorded, and
+  /// why; the daemon goes on.
+  std::optional<hal::Error> open();
+
+  Outcome<RecordingInfo> start(const RecordingRequest& request);
+  /// Returns when the file is finished.
+  Outcome<RecordingInfo> stop(const std::string& by);
+  /// A note in what is recorded now.
+  std::optional<Refusal> annotate(const std::string& text, const std::string& by);
+  /// Oldest first, the one that runs last.
+  Outcome<std::vector<RecordingInfo>> list() const;
+  /// The path of one that is finished.
+  Outcome<std::string> path_of(const std::string& id) const;
+  Outcome<RecordingInfo> remove(const std::string& id);
+  /// The one that runs, if one does.
+  std::optional<RecordingInfo> running() const;
+  /// Ends the one that runs; no other begins.
+  void shutdown();
+
+ private:
+  std::optional<Refusal> unavailable() const;
+  RecordingInfo info_of(const RecordingRun& run) const;
+  /// The one that was started last, unless it has ended.
+  std::shared_ptr<RecordingRun> current() const;
+  void replace_current(std::shared_ptr<RecordingRun> run);
+
+  TelemetryHub& hub_;
+  EventBoard& board_;
+  const RecordingSources& sources_;
+  const RecordingFolder folder_;
+  const bool has_folder_;
+  std::optional<hal::Error> problem_;  ///< of the folder
+
+  std::mutex changes_;  ///< of start, stop and shutdown, which wait for the disk
+  bool ending_ = false;
+  mutable std::mutex current_mutex_;  ///< held only briefly
+  std::shared_ptr<RecordingRun> run_;
+};
+
+/// Refused: no recording of this name; those that are there are listed.
+Refusal no_such_recording(const std::string& id, const std::vector<std::string>& ids);
+
+}  // namespace hapticd::server

@@ -1,0 +1,138 @@
+#include "server/recording/recording_folder.h"
+
+#include <fmt/format.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "hal/recording/recording_file.h"
+
+namespace hapticd::server {
+
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kEnding = ".mcap";
+constexpr double kMb = 1e6;
+
+}  // namespace
+
+std::optional<hal::Error> RecordingFolder::open() const {
+  std::error_code failure;
+  fs::create_directories(path_, failure);
+  if (!failure && access(path_.c_str(), W_OK | X_OK) == 0) return std::nullopt;
+  const std::string why = failure ? failure.message() : std::strerror(errno);
+  return hal::Error{"the folder of recordings cannot be written to", path_, why,
+                    "a folder that hapticd may write to",
+                    "see its owner and rights, or name another one: [recording] folder"};
+}
+
+std::vector<RecordingFolder::File> RecordingFolder::files() const {
+  std::vector<File> found;
+  std::error_code failure;
+  for (const auto& entry : fs::directory_iterator(path_, failure)) {
+    std::error_code ignored;
+    if (entry.path().extension() != kEnding || !entry.is_regular_file(ignored)) continue;
+    const auto bytes = entry.file_size(ignored);
+    found.push_back({entry.path().stem().string(), ignored ? 0 : bytes});
+  }
+  // Their names begin with the time.
+  std::sort(found.begin(), found.end(), [](const File& a, const File& b) { return a.id < b.id; });
+  return found;
+}
+
+std::vector<std::string> RecordingFolder::ids() const {
+  std::vector<std::string> names;
+  for (const File& file : files()) names.push_back(file.id);
+  return names;
+}
+
+std::vector<std::string> RecordingFolder::repair_all() const {
+  std::vector<std::string> lines;
+  for (const File& file : files()) {
+    const std::string path = path_ + "/" + file.id + kEnding;
+    if (const auto reader = recording::McapReader::open(path); !reader || reader->summary()) continue;
+    const auto repaired = recording::repair(path);
+    if (!repaired)
+      lines.push_back("recording '" + file.id + "' cannot be repaired: " + repaired.error().text());
+    if (repaired && *repaired) {
+      lines.push_back("recording '" + file.id + "' was not finished by an earlier run, and is now");
+    }
+  }
+  return lines;
+}
+
+std::vector<RecordingInfo> RecordingFolder::list() const {
+  std::vector<RecordingInfo> list;
+  for (const File& file : files()) {
+    RecordingInfo info = read_info(path_ + "/" + file.id + kEnding);
+    info.bytes = file.bytes;
+    list.push_back(std::move(info));
+  }
+  return list;
+}
+
+std::optional<std::string> RecordingFolder::find(const std::string& id) const {
+  for (const File& file : files()) {
+    if (file.id == id) return path_ + "/" + id + kEnding;
+  }
+  return std::nullopt;
+}
+
+std::string RecordingFolder::free_path(const std::string& id) const {
+  std::string path = path_ + "/" + id + kEnding;
+  for (int n = 2; fs::exists(path); ++n) path = fmt::format("{}/{}_{}{}", path_, id, n, kEnding);
+  return path;
+}
+
+std::optional<hal::Error> RecordingFolder::remove(const std::string& id) const {
+  const auto path = find(id);
+  if (path && unlink(path->c_str()) == 0) return std::nullopt;
+  return hal::Error{"the recording cannot be deleted", path.value_or(id), std::strerror(errno), "",
+                    "see the owner and the rights of its folder"};
+}
+
+std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) const {
+  std::vector<File> all = files();
+  double used_mb = 0.0;
+  for (const File& file : all) used_mb += static_cast<double>(file.bytes) / kMb;
+  const auto oldest_other = [&] {
+    return std::find_if(all.begin(), all.end(), [&](const File& file) { return file.id != kept; });
+  };
+  const auto remove_oldest = [&] {
+    const auto oldest = oldest_other();
+    if (limits_.when_full != WhenFull::kRemoveOldest || oldest == all.end()) return false;
+    if (remove(oldest->id)) return false;
+    used_mb -= static_cast<double>(oldest->bytes) / kMb;
+    all.erase(oldest);
+    return true;
+  };
+  while (used_mb > limits_.quota_mb) {
+    if (remove_oldest()) continue;
+    const bool alone = oldest_other() == all.end();
+    return hal::Error{
+        alone ? "the quota is too small for this recording" : "the quota of recordings is used up",
+        limits_.quota_key, fmt::format("{:.1f} MB in {}", used_mb, path_),
+        fmt::format("{:g} MB", limits_.quota_mb),
+        alone ? "raise it, or record fewer groups, fewer ticks or for a shorter time"
+              : "delete recordings (hapticctl record delete), raise it, or set when_full = "
+                "\"remove_oldest\""};
+  }
+  while (limits_.keep_free_mb > 0.0) {
+    struct statvfs disk {};
+    if (statvfs(path_.c_str(), &disk) != 0) break;
+    const double free_mb = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / kMb;
+    if (free_mb >= limits_.keep_free_mb) break;
+    if (remove_oldest()) continue;
+    return hal::Error{"the disk is nearly full", path_, fmt::format("{:.1f} MB are free", free_mb),
+                      fmt::format("[recording] keep_free_mb = {:g}", limits_.keep_free_mb),
+                      "make room there, or keep less free"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hal/error.h"
+#include "server/config/recording_section.h"
+#include "server/recording/recording_info.h"
+
+namespace hapticd::server {
+
+/// A folder of recordings that hapticd names itself, and what may be in it. Any thread.
+class RecordingFolder {
+ public:
+  struct Limits {
+    double quota_mb = 0.0;
+    WhenFull when_full = WhenFull::kStop;
+    double keep_free_mb = 0.0;
+    std::string quota_key;  ///< for errors: "[recording] quota_mb"
+  };
+  RecordingFolder(std::string path, Limits limits) : path_(std::move(path)), limits_(std::move(limits)) {}
+
+  /// Makes the folder; an error where it cannot be written to.
+  std::optional<hal::Error> open() const;
+  /// Finishes the files that no one writes and that have no end; what was done, one line each.
+  std::vector<std::string> repair_all() const;
+
+  /// Oldest first.
+  std::vector<RecordingInfo> list() const;
+  /// The path of an id that is there; nothing for any other text.
+  std::optional<std::string> find(const std::string& id) const;
+  std::vector<std::string> ids() const;
+  /// A path that is free, of this id or, where that is taken, "_2" and so on behind it.
+  std::string free_path(const std::string& id) const;
+  std::optional<hal::Error> remove(const std::string& id) const;
+
+  /// Makes room as the limits say, never of `kept` (an id). An error where there is none to be made: which
+  /// limit, how much there is, what to do.
+  std::optional<hal::Error> make_room(const std::string& kept) const;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  struct File {
+    std::string id;
+    std::uint64_t bytes;
+  };
+  std::vector<File> files() const;
+
+  const std::string path_;
+  const Limits limits_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "hal/error.h"
+#include "hal/recording/block.h"
+#include "hal/recording/mcap_writer.h"
+#include "server/recording/recording_sources.h"
+
+namespace hapticd::server {
+
+/// A file of rows and events under way. One thread; another may sync().
+class RecordingOutput {
+ public:
+  /// Begins the file `path`, which must not exist. `start`: what is known of it, kStartMetadata.
+  static hal::Result<RecordingOutput> begin(const std::string& path,
+                                            const std::vector<recording::Column>& columns,
+                                            const RecordingSources& sources, const ClockAnchor& anchor,
+                                            const recording::Texts& start);
+
+  /// Rows that follow one another, the first at this time of the rig.
+  void add_rows(std::string_view rows, std::int64_t first_time_ns);
+  void add_event(const recording::Event& event);
+  std::optional<hal::Error> add_metadata(std::string_view name, const recording::Texts& texts);
+  /// What was added is on its way to the disk, and survives the process.
+  std::optional<hal::Error> close_chunk();
+  std::optional<hal::Error> sync() { return writer_.file().sync(); }
+
+  /// Finishes the file. Where there is no room for that, the last chunks make it; the rows that this costs
+  /// are counted in `end`. An error where the file has no end all the same: it can be repaired later.
+  std::optional<hal::Error> finish(recording::Texts end);
+
+  std::uint64_t rows() const { return rows_; }
+  std::uint64_t bytes() { return writer_.file().size(); }
+  std::size_t gathered_bytes() const { return writer_.gathered_bytes(); }
+  const ClockAnchor& anchor() const { return anchor_; }
+
+ private:
+  RecordingOutput(recording::McapWriter writer, std::size_t row_bytes, std::string description,
+                  const ClockAnchor& anchor)
+      : writer_(std::move(writer)),
+        row_bytes_(row_bytes),
+        description_(std::move(description)),
+        anchor_(anchor) {}
+  std::optional<hal::Error> write_end(recording::Texts& end);
+
+  recording::McapWriter writer_;
+  std::size_t row_bytes_;
+  std::string description_;  ///< of the columns; stands in the first block of each chunk
+  ClockAnchor anchor_;
+  std::uint16_t telemetry_ = 0;
+  std::uint16_t events_ = 0;
+  std::uint32_t blocks_ = 0;
+  std::uint32_t event_count_ = 0;
+  std::uint64_t rows_ = 0;
+  std::uint64_t rows_gathered_ = 0;
+  std::vector<std::uint64_t> rows_of_chunks_;
+  bool described_ = false;  ///< in this chunk
+};
+
+}  // namespace hapticd::server

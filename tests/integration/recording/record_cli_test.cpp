@@ -1,0 +1,100 @@
+// hapticctl record and hapticctl incident.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/integration/running_service.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::test {
+namespace {
+
+class RecordCli : public testing::Test {
+ protected:
+  static server::DaemonConfig with_folder(const TemporaryFolder& folder) {
+    server::DaemonConfig config = quiet_config();
+    config.recording.folder = folder.path("state");
+    config.recording.keep_free_mb = 0.0;
+    return config;
+  }
+  struct Run {
+    int code = 0;
+    std::string output;
+    std::string errors;
+  };
+  Run run(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"--server", service_.address()});
+    ChildProcess process(HAPTICCTL_BINARY, words);
+    Run ran;
+    ran.code = process.wait();
+    ran.output = process.output();
+    ran.errors = process.errors();
+    return ran;
+  }
+
+  const TemporaryFolder folder_;
+  const RunningService service_{with_folder(folder_)};
+};
+
+TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
+  const Run started = run({"--json", "record", "start", "press", "--note", "a note"});
+  ASSERT_EQ(started.code, 0) << started.errors;
+  const std::string id = nlohmann::json::parse(started.output).at("id");
+  EXPECT_TRUE(id.ends_with("_press"));
+  EXPECT_NE(run({"record", "start"}).code, 0) << "one at a time";
+  EXPECT_EQ(run({"record", "annotate", "here"}).code, 0);
+  EXPECT_NE(run({"status"}).output.find(id), std::string::npos);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // some ticks
+  const Run stopped = run({"record", "stop"});
+  EXPECT_EQ(stopped.code, 0) << stopped.errors;
+  EXPECT_NE(stopped.output.find("none lost"), std::string::npos) << stopped.output;
+  EXPECT_NE(run({"record", "list"}).output.find("a note"), std::string::npos);
+
+  const std::string mcap = folder_.path("a.mcap");
+  EXPECT_EQ(run({"record", "get", "last", "--out", mcap}).code, 0);
+  EXPECT_GT(std::filesystem::file_size(mcap), 1000U);
+  for (const char* name : {"a.h5", "a.csv"}) {
+    const Run exported = run({"record", "export", "last", "--out", folder_.path(name)});
+    EXPECT_EQ(exported.code, 0) << exported.errors;
+    EXPECT_GT(std::filesystem::file_size(folder_.path(name)), 1000U);
+  }
+  const Run wrong = run({"record", "export", "last", "--out", folder_.path("b.csv"), "--columns", "forse"});
+  EXPECT_NE(wrong.code, 0);
+  EXPECT_NE(wrong.errors.find("the recording has no such column"), std::string::npos) << wrong.errors;
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("b.csv"))) << "nothing is left of what was refused";
+  const Run no_format = run({"record", "export", "last", "--out", folder_.path("b.xls")});
+  EXPECT_NE(no_format.errors.find(".h5, .hdf5 or .csv"), std::string::npos) << no_format.errors;
+  EXPECT_EQ(run({"record", "delete", id}).code, 0);
+  EXPECT_NE(run({"record", "get", id}).code, 0);
+}
+
+TEST_F(RecordCli, ShowsAnIncidentInWordsAndAsAPicture) {
+  ASSERT_EQ(run({"scene", "load", "tap_1d"}).code, 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // some ticks
+  ASSERT_EQ(run({"stop", "--reason", "tool change"}).code, 0);
+  service_.await(
+      [](const v1::RigState& state) { return state.last_incident().find("_stopped") != std::string::npos; });
+  EXPECT_NE(run({"incident", "list"}).output.find("_stopped"), std::string::npos);
+  EXPECT_NE(run({"status"}).output.find("last incident"), std::string::npos);
+  const std::string svg = folder_.path("incident.svg");
+  const Run shown = run({"incident", "show", "last", "--out", svg});
+  if (std::system("command -v gnuplot > /dev/null") != 0) {
+    GTEST_SKIP() << "SKIPPED LOUDLY: gnuplot is not installed, so no plot was drawn";
+  }
+  ASSERT_EQ(shown.code, 0) << shown.errors;
+  EXPECT_NE(shown.output.find("cause   stopped: zero force"), std::string::npos) << shown.output;
+  EXPECT_NE(shown.output.find("tool change"), std::string::npos) << shown.output;
+  std::ifstream file(svg);
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  EXPECT_NE(text.find("to the device / N"), std::string::npos);
+  EXPECT_NE(text.find("tip / mm"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,140 @@
+// A daemon that is killed while it records loses at most the last second, and leaves an incident.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <random>
+#include <thread>
+
+#include "client/cpp/client.h"
+#include "hal/recording/recording_file.h"
+#include "hal/recording/recording_names.h"
+#include "tests/integration/daemon_process.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
+
+namespace hapticd::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::chrono::seconds kCrashTimeout{60};
+constexpr std::int64_t kTicksPerS = 1000;
+
+/// One folder, and daemons that follow one another in it.
+class RecordingCrash : public testing::Test {
+ protected:
+  RecordingCrash() {
+    const std::string state = folder_.path("state");
+    config_ = folder_.write("hapticd.toml",
+                            "[loop]\nfifo_priority = 0\nlock_memory = false\nkeep_cpu_awake = false\n"
+                            "[network]\nlisten = \"127.0.0.1:0\"\n[recording]\nfolder = \"" +
+                                state + "\"\nkeep_free_mb = 0.0\n");
+  }
+  std::unique_ptr<DaemonProcess> started() {
+    auto daemon =
+        std::make_unique<DaemonProcess>(std::vector<std::string>{"--config", config_, "--log-level", "off"});
+    address_ = daemon->await_address();
+    EXPECT_FALSE(address_.empty());
+    return daemon;
+  }
+  client::Client client() const { return client::Client({.address = address_, .timeout = kCrashTimeout}); }
+
+  /// Has a daemon record for `run_time`, ends it by a signal; then the last tick that was surely rendered
+  /// before.
+  std::int64_t killed_while_recording(std::chrono::milliseconds run_time, int signal) {
+    const auto daemon = started();
+    std::int64_t last = 0;
+    {
+      client::Client client = this->client();
+      const auto until = std::chrono::steady_clock::now() + run_time;
+      client.start_recording({});
+      while (std::chrono::steady_clock::now() < until)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      last = static_cast<std::int64_t>(client.rig_state(client::Histograms::kWithout).tick());
+      daemon->signal(signal);
+    }
+    EXPECT_EQ(daemon->wait(), -signal);
+    return last;
+  }
+  /// Those whose names have these words: a machine that has much to do leaves incidents of overruns as well.
+  std::vector<fs::path> files(const std::string& kind, const std::string& words = "") const {
+    std::vector<fs::path> found;
+    for (const auto& entry : fs::directory_iterator(folder_.path("state") + "/" + kind)) {
+      if (entry.path().filename().string().find(words) != std::string::npos) found.push_back(entry);
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+  struct Ticks {
+    std::int64_t first = -1;
+    std::int64_t last = -1;
+    std::int64_t count = 0;
+    bool is_finished = false;
+    bool is_repaired = false;
+    std::string cause;
+  };
+  static Ticks ticks_of(const fs::path& path) {
+    Ticks ticks;
+    const auto file = value_of(recording::RecordingFile::open(path.string()));
+    recording::RecordingVisitor visitor;
+    visitor.row = [&](const recording::Row& row) {
+      if (ticks.first < 0) ticks.first = row.integer(0);
+      ticks.last = row.integer(0);
+      ++ticks.count;
+      return true;
+    };
+    visitor.metadata = [&](const std::string& name, const recording::Texts& texts) {
+      if (name == recording::kEndMetadata) ticks.is_repaired = texts.contains("repaired");
+      if (name == recording::kStartMetadata && texts.contains("cause")) ticks.cause = texts.at("cause");
+    };
+    ticks.is_finished = value_of(file.read(visitor)).is_finished;
+    return ticks;
+  }
+  /// Starts a daemon, has it finish what was left, and ends it in order.
+  void recover(std::size_t incidents) {
+    const auto daemon = started();
+    const auto until = std::chrono::steady_clock::now() + kCrashTimeout;
+    while (files("incidents", "_unclean_end").size() < incidents &&
+           std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    daemon->signal(SIGTERM);
+    EXPECT_EQ(daemon->wait(), 0);
+  }
+
+  const TemporaryFolder folder_;
+  std::string config_;
+  std::string address_;
+};
+
+TEST_F(RecordingCrash, KilledAtAnyMomentItLosesAtMostTheLastSecond) {
+  std::mt19937 random(20261124);
+  std::uniform_int_distribution<int> run_ms(700, 2200);
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    const int signal = round == kRounds - 1 ? SIGSEGV : SIGKILL;
+    const std::int64_t last = killed_while_recording(std::chrono::milliseconds(run_ms(random)), signal);
+    recover(static_cast<std::size_t>(round) + 1);
+    const auto recordings = files("recordings");
+    ASSERT_EQ(recordings.size(), static_cast<std::size_t>(round) + 1);
+    const Ticks recorded = ticks_of(recordings.back());
+    EXPECT_TRUE(recorded.is_finished);
+    EXPECT_TRUE(recorded.is_repaired);
+    EXPECT_GE(recorded.last, last - kTicksPerS);
+    EXPECT_EQ(recorded.count, recorded.last - recorded.first + 1) << "ticks are missing";
+
+    const auto incidents = files("incidents", "_unclean_end");
+    ASSERT_EQ(incidents.size(), static_cast<std::size_t>(round) + 1);
+    const Ticks flown = ticks_of(incidents.back());
+    EXPECT_EQ(flown.cause, "unclean_end");
+    EXPECT_GE(flown.last, last - kTicksPerS / 2) << "the flight recorder is closer";
+    EXPECT_EQ(flown.count, flown.last - flown.first + 1);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,173 @@
+#include "server/recording/export/table_export.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+#include "hal/replay/csv_file.h"
+#include "server/recording/recording_output.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
+
+namespace hapticd::server {
+namespace {
+
+using recording::put;
+using test::demand;
+using test::value_of;
+
+constexpr int kRows = 10'000;
+
+class TableExport : public testing::Test {
+ protected:
+  TableExport() {
+    const std::vector<recording::Column> columns{{"tick", "1", true},
+                                                 {"time_ns", "ns", true},
+                                                 {"force_n", "N", false},
+                                                 {"velocity_mm_per_s", "mm/s", false}};
+    RecordingSources sources;
+    sources.configuration = "[loop]\nrate_hz = 1000\n";
+    auto output =
+        value_of(RecordingOutput::begin(folder_.path("a.mcap"), columns, sources, {0, 1'000'000'000, 0},
+                                        {{"name", "test"}, {"note", "größer"}}));
+    demand(output.add_metadata("scene", {{"toml", "name = \"tap\"\n"}}));
+    for (std::int64_t tick = 0; tick < kRows; tick += 100) {
+      std::string rows;
+      for (std::int64_t t = tick; t < tick + 100; ++t) {
+        put(t, rows);
+        put(t * 1'000'000 + 123'456'789, rows);
+        put(0.1 * static_cast<double>(t), rows);
+        put(t < 5000 ? std::numeric_limits<double>::quiet_NaN() : 1.0 / 3.0, rows);
+      }
+      output.add_rows(rows, tick * 1'000'000);
+      if (tick == 5000) {
+        recording::Event event;
+        event.tick = 5000;
+        event.time_ns = 5'123'456'789;
+        event.kind = recording::EventKind::kAnnotation;
+        event.text = "half, \"way\"";
+        output.add_event(event);
+      }
+      demand(output.close_chunk());
+    }
+    demand(output.finish({{"reason", "done"}}));
+  }
+
+  ExportRequest request(const std::string& out) const {
+    ExportRequest wanted;
+    wanted.input = folder_.path("a.mcap");
+    wanted.output = folder_.path(out);
+    wanted.format = out.ends_with(".csv") ? TableFormat::kCsv : TableFormat::kHdf5;
+    return wanted;
+  }
+
+  const test::TemporaryFolder folder_;
+};
+
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+TEST_F(TableExport, CsvHasUnitsAndEveryDigit) {
+  demand(export_table(request("a.csv")));
+  const std::string text = text_of_file(folder_.path("a.csv"));
+  EXPECT_NE(text.find("# recording.note: größer\n"), std::string::npos);
+  EXPECT_NE(text.find("\ntick,time_s,force_n,velocity_mm_per_s\n0,0.123456789,0,nan\n"), std::string::npos);
+  EXPECT_NE(text.find("\n9999,10.122456789,"), std::string::npos);
+  EXPECT_NE(text.find("# event at 5.123456789 s, tick 5000, annotation: half, \"way\"\n"), std::string::npos);
+  // It is read again by what reads recordings.
+  auto file = value_of(replay::CsvFile::open(folder_.path("a.csv")));
+  double sum = 0.0;
+  const std::vector<std::size_t> force{2};
+  demand(file.read_rows(force, [&](std::size_t, std::span<const double> cells) {
+    sum += cells[0];
+    return std::nullopt;
+  }));
+  EXPECT_NEAR(sum, 0.1 * 0.5 * kRows * (kRows - 1), 1e-6);
+}
+
+TEST_F(TableExport, ColumnsSpanAndDecimationAreThoseAskedFor) {
+  ExportRequest wanted = request("a.csv");
+  wanted.columns = {"force_n"};
+  wanted.from_s = 1.0;
+  wanted.to_s = 2.0;
+  wanted.decimation = 100;
+  demand(export_table(wanted));
+  const std::string text = text_of_file(wanted.output);
+  EXPECT_NE(text.find("\ntick,time_s,force_n\n1000,"), std::string::npos);
+  EXPECT_NE(text.find("\n2000,"), std::string::npos);
+  EXPECT_EQ(text.find("\n1050,"), std::string::npos);
+  EXPECT_EQ(text.find("\n2100,"), std::string::npos);
+}
+
+TEST_F(TableExport, WhatCannotBeExportedIsNamed) {
+  ExportRequest wanted = request("a.csv");
+  wanted.columns = {"forse_n"};
+  auto error = export_table(wanted);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "the recording has no such column");
+  EXPECT_EQ(error->value, "forse_n");
+  EXPECT_EQ(error->limit, "tick, time_ns, force_n, velocity_mm_per_s");
+  EXPECT_EQ(error->remedy, "did you mean 'force_n'?");
+
+  wanted = request("a.csv");
+  wanted.from_s = 100.0;
+  error = export_table(wanted);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->what, "there is no row in the span");
+  EXPECT_EQ(error->limit, "the recording has 0 … 9.999 s");
+
+  for (const auto& [from_s, to_s] :
+       {std::pair(-1.0, 0.0), std::pair(2.0, 1.0), std::pair(std::nan(""), 0.0)}) {
+    wanted.from_s = from_s;
+    wanted.to_s = to_s;
+    EXPECT_EQ(export_table(wanted)->what, "the span is none");
+  }
+  wanted = request("a.h5");
+  wanted.input = folder_.write("foreign.mcap", "nothing");
+  EXPECT_EQ(export_table(wanted)->what, "this is no MCAP recording");
+  for (const char* out : {"no/folder/a.h5", "no/folder/a.csv"}) {
+    EXPECT_EQ(export_table(request(out))->what, "the file cannot be written") << out;
+  }
+}
+
+TEST_F(TableExport, H5pyReadsTheSameNumbersAndUnits) {
+  demand(export_table(request("a.h5")));
+  const std::string python = PYTHON_OF_THE_SYSTEM;
+  if (std::system((python + " -c 'import h5py' 2>/dev/null").c_str()) != 0) {
+    GTEST_SKIP() << "SKIPPED LOUDLY: " << python << " has no h5py (Debian: python3-h5py)";
+  }
+  const std::string script = folder_.write("check.py", R"(
+import sys, h5py, numpy
+f = h5py.File(sys.argv[1], "r")
+t = f["telemetry"]
+def text(value): return value.decode() if isinstance(value, bytes) else str(value)
+assert sorted(t) == ["force_n", "tick", "time_ns", "time_s", "velocity_mm_per_s"], sorted(t)
+assert t["tick"].shape == (10000,) and t["tick"].dtype == numpy.int64
+assert (t["tick"][:] == numpy.arange(10000)).all()
+assert t["time_ns"][9999] == 9999 * 1000000 + 123456789
+assert abs(t["time_s"][9999] - 10.122456789) < 1e-9
+assert (t["force_n"][:] == 0.1 * numpy.arange(10000)).all()
+v = t["velocity_mm_per_s"][:]
+assert numpy.isnan(v[:5000]).all() and (v[5000:] == 1.0 / 3.0).all()
+assert text(t["force_n"].attrs["unit"]) == "N" and text(t["time_s"].attrs["unit"]) == "s"
+assert text(t["velocity_mm_per_s"].attrs["description"])
+assert t["force_n"].chunks == (4096,) and t["force_n"].shuffle and t["force_n"].compression == "gzip"
+assert t["force_n"].dims[0][0].name == "/telemetry/time_s"
+assert text(f.attrs["name"]) == "test" and text(f.attrs["note"]) == "größer" and text(f.attrs["end_reason"]) == "done"
+assert text(f["metadata/scene_toml"][()]).startswith("name = ")
+assert text(f["metadata/configuration_toml"][()]).startswith("[loop]")
+assert f["events/tick"][:].tolist() == [5000] and text(f["events/kind"][0]) == "annotation"
+assert text(f["events/text"][0]) == 'half, "way"'
+)");
+  EXPECT_EQ(std::system((python + " " + script + " " + folder_.path("a.h5")).c_str()), 0);
+}
+
+}  // namespace
+}  // namespace hapticd::server
