@@ -129,7 +129,9 @@ void Engine::perform(Slot& slot, const hal::RigSample& sample) noexcept {
       outcome.retired = renderer_.exchange(slot.command.pipeline, slot.command.guard);
       break;
     case EngineCommand::Kind::kClear:
-      if (!renderer_.clear()) outcome.status = EngineOutcome::Status::kFaultPersists;
+      // One that was raised and is taken up in this tick only: the clear is older, or does not know of it.
+      if (raised_.load(std::memory_order_acquire) != 0 || !renderer_.clear())
+        outcome.status = EngineOutcome::Status::kFaultPersists;
       break;
   }
 }

@@ -60,7 +60,7 @@ ctl record annotate "a note"
 ctl stop
 ctl record stop
 ctl record start killed
-sleep 1.7
+sleep 2.7  # an incident is whole 2 s after its cause
 kill -9 "$daemon"
 wait "$daemon" 2>/dev/null || true
 start

@@ -6,6 +6,7 @@
 #include <cfloat>
 #include <chrono>
 #include <cmath>
+#include <future>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -210,6 +211,21 @@ TEST(Engine, StopLatchesAtTheNextTickAndClearReleases) {
   EngineCommand clear;
   clear.kind = EngineCommand::Kind::kClear;
   EXPECT_EQ(engine.execute(clear, 10s).status, Status::kApplied);
+}
+
+TEST(Engine, AClearThatMeetsAStopInItsTickIsRefused) {
+  FakeRig rig;
+  Engine engine(rig);
+  hal::RigSample sample;
+  EngineCommand clear;
+  clear.kind = EngineCommand::Kind::kClear;
+  auto cleared = std::async(std::launch::async, [&] { return engine.execute(clear, 10s).status; });
+  do {  // whichever tick takes the clear up, a stop is waiting
+    engine.stop();
+    rig.read(sample);
+    engine.on_tick(sample);
+  } while (cleared.wait_for(1ms) != std::future_status::ready);
+  EXPECT_EQ(cleared.get(), Status::kFaultPersists);
 }
 
 TEST(Engine, LostRecordsAreCountedAndLeaveAGapInTheSequence) {
