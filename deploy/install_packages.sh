@@ -2,8 +2,8 @@
 # The one list of the Debian 12 packages hapticd is built, tested and run with. Installs those that are missing, as root
 # or with sudo; touches nothing, and needs neither, when all are there. Quiet unless it fails.
 #
-#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz docs packaging;
-#                                                   none = all but the last three
+#   bash deploy/install_packages.sh [GROUP ...]     groups: build libraries run tests fuzz docs packaging slurm;
+#                                                   none = all but the last four
 #   bash deploy/install_packages.sh --list [GROUP ...]
 set -euo pipefail
 
@@ -24,6 +24,8 @@ declare -A packages=(
   # The documentation as HTML, and what the Python example needs; only when asked for.
   [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
   # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
+  # A cluster on one machine, to try the report's job array; only when asked for.
+  [slurm]="slurmctld slurmd slurm-client munge"
   [packaging]="dpkg-dev debhelper fakeroot lintian help2man mmdebstrap prometheus"
 )
 all_groups=(build libraries run tests)
@@ -39,7 +41,7 @@ groups=("$@")
 wanted=()
 for group in "${groups[@]}"; do
   if [[ -z "${packages[$group]:-}" ]]; then
-    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]} fuzz docs packaging" >&2
+    echo "install_packages.sh: no group '$group'; there are: ${all_groups[*]} fuzz docs packaging slurm" >&2
     exit 2
   fi
   read -r -d '' -a names <<<"${packages[$group]}" || true

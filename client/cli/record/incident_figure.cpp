@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct IncidentTrace {
   const char* column;
   const char* name;
   double scale = 1.0;
+  double max = std::numeric_limits<double>::infinity();  ///< beyond there is nothing to show
 };
 
 constexpr IncidentTrace kForces[] = {{"sample_sensor_force_z_n", "sensor, z"},
@@ -27,17 +29,18 @@ constexpr IncidentTrace kDeviceForces[] = {
     {"guard_device_command_x_n", "x"}, {"guard_device_command_y_n", "y"}, {"guard_device_command_z_n", "z"}};
 constexpr IncidentTrace kTip[] = {
     {"sample_tip_position_x_mm", "x"}, {"sample_tip_position_y_mm", "y"}, {"sample_tip_position_z_mm", "z"}};
-constexpr IncidentTrace kTimes[] = {{"sample_force_age_ms", "age of the sensor's sample"},
+/// Where no sensor is listened to its sample is older than any time.
+constexpr IncidentTrace kTimes[] = {{"sample_force_age_ms", "age of the sensor's sample", 1.0, kMsPerS},
                                     {"timing_wakeup_ns", "tick late by", 1e-6},
                                     {"timing_compute_ns", "computation", 1e-6},
                                     {"timing_device_ns", "device", 1e-6}};
 
 std::vector<Point> points_of(const std::vector<double>& time_ms, const std::vector<double>& values,
-                             double scale) {
+                             const IncidentTrace& trace) {
   std::vector<Point> points;
   for (std::size_t i = 0; i < time_ms.size(); ++i) {
-    if (std::isfinite(values[i])) {
-      points.push_back({time_ms[i], scale * values[i]});
+    if (std::isfinite(values[i]) && trace.scale * values[i] <= trace.max) {
+      points.push_back({time_ms[i], trace.scale * values[i]});
     } else if (!points.empty() && std::isfinite(points.back().x)) {
       points.push_back(kBreak);
     }
@@ -68,7 +71,7 @@ FigurePanel panel_of(const CsvTable& table, const std::vector<double>& time_ms, 
   for (const IncidentTrace& trace : traces) {
     const std::size_t own_color = color++;
     if (!table.has(trace.column)) continue;
-    auto points = points_of(time_ms, table.column(trace.column), trace.scale);
+    auto points = points_of(time_ms, table.column(trace.column), trace);
     if (points.empty()) continue;
     panel.series.push_back({trace.name, palette(own_color), FigureSeries::Stroke::kLine, std::move(points)});
   }
