@@ -365,7 +365,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "afterwards: %s\n%s\n", status.error_message().c_str(),
                  state.ShortDebugString().substr(0, 2000).c_str());
   }
-  std::printf("%zu of %zu methods called, seed %llu; ended as", called.size(), methods.size(),
+  long inputs = 0;
+  for (const auto& [code, count] : ended) inputs += count;
+  std::printf("%ld inputs, %d failures; %zu of %zu methods called, seed %llu; ended as", inputs,
+              complaints + (sound ? 0 : 1), called.size(), methods.size(),
               static_cast<unsigned long long>(seed));
   for (const auto& [code, count] : ended) std::printf(" %d: %ld", code, count);
   std::printf("\n");

@@ -7,9 +7,11 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -300,6 +302,31 @@ void add_decode_costs(const std::filesystem::path& folder, double seconds, Add a
   }
 }
 
+/// Every method of the contract, called with requests made from its descriptors, against a daemon of its own
+/// for each seed.
+template <class Add>
+void add_rpc_fuzz(int seeds, const Add& add) {
+  report::Figure inputs{.figure = "rpc_fuzz_inputs", .value = 0.0};
+  report::Figure failures{.figure = "rpc_fuzz_failures", .value = 0.0, .goal = 0.0};
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const auto ran = report::run_program({.command = {FUZZ_RPC_CALLS, "2000", std::to_string(seed)}},
+                                         std::chrono::seconds(120));
+    const std::size_t line = ran.output.rfind('\n', ran.output.empty() ? 0 : ran.output.size() - 2);
+    long tried = 0;
+    long failed = 0;
+    if (std::sscanf(ran.output.c_str() + (line == std::string::npos ? 0 : line + 1),
+                    "%ld inputs, %ld failures", &tried, &failed) != 2) {
+      inputs.failed = failures.failed = "seed " + std::to_string(seed) + " did not end: " + ran.output;
+      inputs.value = failures.value = std::nullopt;
+      break;
+    }
+    *inputs.value += static_cast<double>(tried);
+    *failures.value += static_cast<double>(failed);
+  }
+  add("rpc_fuzz_inputs, " + std::to_string(seeds) + " seeds", inputs);
+  add("rpc_fuzz_failures", failures);
+}
+
 }  // namespace
 
 int run_access(const AccessOptions& options) {
@@ -344,6 +371,8 @@ int run_access(const AccessOptions& options) {
   report::Report::note("a holder that freezes …");
   add("force_beyond_ttl_s", measured({.figure = "force_beyond_ttl_s", .unit = "s", .goal = 0.1},
                                      [&] { return force_beyond_ttl_s(logs); }));
+  report::Report::note("calls made from the contract …");
+  add_rpc_fuzz(options.quick ? 1 : 20, add);
   report::Report::note("clocks …");
   add_clock_figures(logs, options.quick, add);
   report::Report::note("decoding …");

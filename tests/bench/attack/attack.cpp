@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -89,26 +90,30 @@ int idle_connection(const std::string& address) {
 
 struct Attack {
   const char* name;
-  /// `scale`: 1 in full, less for a quick look.
-  void (*run)(const std::string& address, double scale);
+  /// Returns how many calls, connections or streams it tried. `scale`: 1 in full, less for a quick look.
+  long (*run)(const std::string& address, double scale);
 };
 
-void rapid_reset(const std::string& address, double scale) {
+long rapid_reset(const std::string& address, double scale) {
+  const int streams = static_cast<int>(60'000 * scale);
   test::Http2Flood flood(address);
-  flood.open_and_reset("/hapticd.v1.TelemetryService/Subscribe", static_cast<int>(60'000 * scale));
+  flood.open_and_reset("/hapticd.v1.TelemetryService/Subscribe", streams);
+  return streams;
 }
 
-void idle_connections(const std::string& address, double scale) {
+long idle_connections(const std::string& address, double scale) {
   std::vector<int> open;
   for (int i = 0; i < static_cast<int>(2'000 * scale); ++i) open.push_back(idle_connection(address));
   for (const int descriptor : open) {
     if (descriptor >= 0) close(descriptor);
   }
+  return static_cast<long>(open.size());
 }
 
-void large_texts(const std::string& address, double scale) {
+long large_texts(const std::string& address, double scale) {
   client::Client client({.address = address});
-  for (int i = 0; i < static_cast<int>(60 * scale); ++i) {
+  const int texts = static_cast<int>(60 * scale);
+  for (int i = 0; i < texts; ++i) {
     std::string toml = "name = \"" + std::string(10'000, 'x') + std::to_string(i) + "\"\n";
     while (toml.size() < 900'000) toml += "key_" + std::to_string(toml.size()) + " = 1\n";
     try {
@@ -117,9 +122,10 @@ void large_texts(const std::string& address, double scale) {
       // Refused, as it should be.
     }
   }
+  return texts;
 }
 
-void subscribers_that_never_read(const std::string& address, double scale) {
+long subscribers_that_never_read(const std::string& address, double scale) {
   client::Client client({.address = address});
   v1::SubscribeRequest request;
   request.set_batch_size(1);
@@ -127,11 +133,13 @@ void subscribers_that_never_read(const std::string& address, double scale) {
   std::vector<client::TelemetryStream> streams;
   for (int i = 0; i < static_cast<int>(80 * scale); ++i) streams.push_back(client.subscribe(request));
   std::this_thread::sleep_for(std::chrono::duration<double>(5.0 * scale));
+  return static_cast<long>(streams.size());
 }
 
-void unfinished_uploads(const std::string& address, double scale) {
+long unfinished_uploads(const std::string& address, double scale) {
   client::Client client({.address = address});
-  for (int i = 0; i < static_cast<int>(100 * scale); ++i) {
+  const int uploads = static_cast<int>(100 * scale);
+  for (int i = 0; i < uploads; ++i) {
     client::RecordingUpload upload = client.upload_recording({});
     Rows rows(1'000'000);
     upload.send(rows.next_piece());
@@ -141,16 +149,73 @@ void unfinished_uploads(const std::string& address, double scale) {
       // Others are still under way.
     }
   }
+  return uploads;
 }
 
-constexpr Attack kAttacks[] = {{"rapid_reset", rapid_reset},
+/// As fast as it goes for so long, by several clients at once; refusals count as well.
+template <class Call>
+long storm(const std::string& address, double seconds, Call&& call) {
+  constexpr int kClients = 8;
+  std::atomic<long> tried{0};
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  std::vector<std::thread> threads;
+  for (int i = 0; i < kClients; ++i) {
+    threads.emplace_back([&] {
+      client::Client client({.address = address});
+      while (Clock::now() < end) {
+        try {
+          call(client);
+        } catch (const client::Error&) {
+          // Refused, or too many.
+        }
+        tried.fetch_add(1, std::memory_order_relaxed);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  return tried;
+}
+
+long leases_and_takes(const std::string& address, double scale) {
+  return storm(address, 5.0 * scale, [](client::Client& client) {
+    v1::TakeLeaseRequest take;
+    take.set_reason("storm");
+    client.take_lease(take);
+    client.return_lease();
+  });
+}
+
+long stops_and_clears(const std::string& address, double scale) {
+  return storm(address, 5.0 * scale, [](client::Client& client) {
+    client.stop("storm");
+    client.clear();
+  });
+}
+
+long clock_exchanges(const std::string& address, double scale) {
+  return storm(address, 5.0 * scale, [](client::Client& client) { client.exchange_clocks({}); });
+}
+
+/// The loop by itself, for the others to be compared with.
+long nothing(const std::string& /*address*/, double scale) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(10.0 * scale));
+  return 0;
+}
+
+constexpr Attack kAttacks[] = {{"none", nothing},
+                               {"rapid_reset", rapid_reset},
                                {"idle_connections", idle_connections},
                                {"large_texts", large_texts},
                                {"subscribers_that_never_read", subscribers_that_never_read},
-                               {"unfinished_uploads", unfinished_uploads}};
+                               {"unfinished_uploads", unfinished_uploads},
+                               {"leases_and_takes", leases_and_takes},
+                               {"stops_and_clears", stops_and_clears},
+                               {"clock_exchanges", clock_exchanges}};
 
 struct Outcome {
+  long inputs = 0;
   double growth_mb = 0.0;
+  double max_late_us = 0.0;  ///< the loop's latest wake-up
   bool crashed = false;
 };
 
@@ -159,12 +224,14 @@ Outcome attack_daemon(const Attack& attack, double scale, const std::filesystem:
   client::Client client({.address = daemon.address()});
   client.rig_state();
   const double before_mb = test::resident_mb(daemon.pid());
-  attack.run(daemon.address(), scale);
   Outcome outcome;
+  outcome.inputs = attack.run(daemon.address(), scale);
   outcome.growth_mb = test::max_resident_mb(daemon.pid()) - before_mb;
   try {
     client::Client afterwards({.address = daemon.address(), .timeout = kTimeout});
-    outcome.crashed = !afterwards.rig_state().loop().running();
+    const v1::LoopState loop = afterwards.rig_state().loop();
+    outcome.crashed = !loop.running();
+    outcome.max_late_us = loop.wakeup().max_us();
   } catch (const client::Error&) {
     outcome.crashed = true;
   }
@@ -200,25 +267,32 @@ int run_attack(const AttackOptions& options) {
   }
   report.add(speed);
 
-  report::MarkdownTable table{
-      {"attack", "growth of the resident memory [MB]", "serves afterwards", "failed"}};
+  report::MarkdownTable table{{"attack", "inputs", "growth of the resident memory [MB]",
+                               "latest wake-up of the loop [µs]", "serves afterwards", "failed"}};
   double crashes = 0.0;
   for (const Attack& attack : kAttacks) {
     report::Report::note(std::string(attack.name) + " …");
-    report::Figure growth{
-        .figure = "attack_rss_growth_mb", .conditions = {{"attack", attack.name}}, .unit = "MB"};
+    const report::Case conditions{{"attack", attack.name}};
+    report::Figure growth{.figure = "attack_rss_growth_mb", .conditions = conditions, .unit = "MB"};
+    report::Figure late{.figure = "attack_loop_lateness_max_us", .conditions = conditions, .unit = "µs"};
+    report::Figure inputs{.figure = "attack_inputs", .conditions = conditions, .unit = "1"};
     bool serves = false;
     try {
       const Outcome outcome = attack_daemon(attack, scale, logs);
+      inputs.value = static_cast<double>(outcome.inputs);
       growth.value = outcome.growth_mb;
+      late.value = outcome.max_late_us;
       serves = !outcome.crashed;
       if (outcome.crashed) ++crashes;
     } catch (const std::exception& error) {
-      growth.failed = error.what();
+      growth.failed = late.failed = inputs.failed = error.what();
     }
-    report.add(growth);
-    table.add_row({attack.name, growth.value ? fixed(*growth.value, 0) : report::kNoNumber,
-                   serves ? "yes" : "no", growth.failed});
+    const auto shown = [](const report::Figure& figure) {
+      return figure.value ? fixed(*figure.value, 0) : report::kNoNumber;
+    };
+    table.add_row(
+        {attack.name, shown(inputs), shown(growth), shown(late), serves ? "yes" : "no", growth.failed});
+    for (const report::Figure& figure : {inputs, growth, late}) report.add(figure);
   }
   report.add({.figure = "attack_crashes", .value = crashes, .unit = "1", .goal = 0.0});
   report.add_table("attack", "What one client can do to the daemon", table,

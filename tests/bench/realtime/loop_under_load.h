@@ -6,7 +6,7 @@
 namespace hapticd::bench {
 
 /// Wake-up, computation and device time of the live loop under each load, next to cyclictest in the same
-/// seconds. The loads take turns, round by round, so that what the machine does besides meets all of them.
+/// seconds. The loads take turns, round by round, so that whatever else the machine does meets all of them.
 void measure_loop_under_load(report::Report& report, const RealtimeOptions& options);
 
 }  // namespace hapticd::bench

@@ -67,7 +67,7 @@ double flight_recorder_share(const fs::path& folder, double rate_hz, double seco
   return share;
 }
 
-/// Turns without and with, one after the other, so that what the machine does besides meets both.
+/// Turns without and with, one after the other, so that whatever else the machine does meets both.
 struct Turns {
   double cpu_without = 0.0;
   double cpu_with = 0.0;

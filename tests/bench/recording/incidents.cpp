@@ -4,7 +4,6 @@
 #include <thread>
 
 #include "hal/recording/recording_file.h"
-#include "hal/rig.h"
 #include "rt/guard/fault_table.h"
 #include "rt/loop/engine.h"
 #include "server/grpc/messages/telemetry_columns.h"
@@ -12,6 +11,7 @@
 #include "server/recording/flight/flight_recorder.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "tests/bench/recording/parts.h"
+#include "tests/support/still_rig.h"
 
 namespace hapticd::bench {
 namespace {
@@ -21,17 +21,6 @@ constexpr std::uint64_t kBefore = 21'000;
 constexpr std::uint64_t kAfter = 3'000;
 constexpr std::int64_t kGoalBefore = 20'000;
 constexpr std::int64_t kGoalAfter = 2'000;
-
-class RigAtRest final : public hal::Rig {
- public:
-  const hal::RigInfo& info() const noexcept override { return info_; }
-  bool owns_clock() const noexcept override { return true; }
-  void read(hal::RigSample& sample) noexcept override { sample = {}; }
-  void write(const hal::DeviceCommand&) noexcept override {}
-
- private:
-  hal::RigInfo info_;
-};
 
 /// Waits for what the recorder's threads do.
 template <class Condition>
@@ -97,7 +86,7 @@ class Flight {
   }
 
  private:
-  RigAtRest rig_;
+  test::StillRig rig_;
   rt::Engine engine_{rig_};
   server::TelemetryHub hub_;
   server::EventBoard board_;

@@ -4,24 +4,13 @@
 
 #include <vector>
 
-#include "hal/rig.h"
 #include "rt/loop/engine.h"
+#include "tests/support/still_rig.h"
 
 namespace hapticd::server {
 namespace {
 
 using std::chrono::milliseconds;
-
-class StillRig final : public hal::Rig {
- public:
-  const hal::RigInfo& info() const noexcept override { return info_; }
-  bool owns_clock() const noexcept override { return true; }
-  void read(hal::RigSample& sample) noexcept override { sample = {}; }
-  void write(const hal::DeviceCommand&) noexcept override {}
-
- private:
-  hal::RigInfo info_;
-};
 
 /// Engine and hub driven by hand: no thread, no clock.
 class TelemetryHubTest : public testing::Test {
@@ -41,7 +30,7 @@ class TelemetryHubTest : public testing::Test {
     return numbers;
   }
 
-  StillRig rig_;
+  test::StillRig rig_;
   rt::Engine engine_;
   TelemetryHub hub_;
   std::uint64_t next_tick_ = 0;

@@ -58,12 +58,12 @@ void add_inclusion_stage(StudyContext& context, double seconds) {
   stage.error_name = "force error over the real tumour's";
   stage.logarithmic_error = false;
   stage.remark =
-      "Presses at 60 mm/s, 0, 10 and 20 mm beside a hard tumour in a phantom (finite elements), rendered in "
+      "Presses at 60 mm/s, 0, 10 and 20 mm from a hard tumour in a phantom (finite elements), rendered in "
       "the "
       "phantom without one: rms difference of the force at the hand over the rms of the real one, while "
       "loading; "
       "mean of the three places. Run time of the law alone.";
-  stage.justification = "the other laws are wrong by a multiple beside the tumour, or know less of it.";
+  stage.justification = "the other laws are wrong by more next to the tumour, or know less of it.";
   struct Way {
     const char* name;
     rt::InclusionParameters inclusion;

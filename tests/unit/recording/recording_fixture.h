@@ -9,27 +9,16 @@
 #include <vector>
 
 #include "hal/recording/recording_file.h"
-#include "hal/rig.h"
 #include "rt/loop/engine.h"
 #include "server/config/recording_section.h"
 #include "server/recording/event_board.h"
 #include "server/recording/recording_sources.h"
 #include "server/telemetry/telemetry_hub.h"
+#include "tests/support/still_rig.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 
 namespace hapticd::server {
-
-class StillRig final : public hal::Rig {
- public:
-  const hal::RigInfo& info() const noexcept override { return info_; }
-  bool owns_clock() const noexcept override { return true; }
-  void read(hal::RigSample& sample) noexcept override { sample = {}; }
-  void write(const hal::DeviceCommand&) noexcept override {}
-
- private:
-  hal::RigInfo info_;
-};
 
 /// Engine and hub driven by hand in a time of their own, and what those who record need of the daemon.
 class RecordingTest : public testing::Test {
@@ -112,7 +101,7 @@ class RecordingTest : public testing::Test {
        [](const rt::TickRecord& record) { return record.truth.displacement_mm; }}};
 
   const test::TemporaryFolder folder_;
-  StillRig rig_;
+  test::StillRig rig_;
   rt::Engine engine_;
   TelemetryHub hub_;
   EventBoard board_;
