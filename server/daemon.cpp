@@ -68,6 +68,9 @@ struct Daemon::Parts {
       return of_watchdog ? missing_words(watchdog.views()) : std::string();
     });
     scenes.know_zero_by([this] { return biases.zero_in_force(); });
+    turntable.on_motion([this](std::uint64_t number) {
+      note_event(recording::EventKind::kTurntable, "motion " + std::to_string(number) + " begins", "");
+    });
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
   }
 

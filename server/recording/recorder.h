@@ -40,6 +40,11 @@ class Recorder {
   /// why; the daemon goes on.
   std::optional<hal::Error> open();
 
+  /// Why nothing can be recorded; nothing where it can.
+  std::optional<Refusal> unavailable() const;
+  /// Where recordings are kept, and how much is there.
+  const RecordingFolder& folder() const { return folder_; }
+
   Outcome<RecordingInfo> start(const RecordingRequest& request);
   /// Returns when the file is finished.
   Outcome<RecordingInfo> stop(const std::string& by);
@@ -56,7 +61,6 @@ class Recorder {
   void shutdown();
 
  private:
-  std::optional<Refusal> unavailable() const;
   RecordingInfo info_of(const RecordingRun& run) const;
   /// The one that was started last, unless it has ended.
   std::shared_ptr<RecordingRun> current() const;

@@ -96,10 +96,15 @@ std::optional<hal::Error> RecordingFolder::remove(const std::string& id) const {
                     "see the owner and the rights of its folder"};
 }
 
+double RecordingFolder::used_mb() const {
+  double used_mb = 0.0;
+  for (const File& file : files()) used_mb += static_cast<double>(file.bytes) / kMb;
+  return used_mb;
+}
+
 std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) const {
   std::vector<File> all = files();
-  double used_mb = 0.0;
-  for (const File& file : all) used_mb += static_cast<double>(file.bytes) / kMb;
+  double used_mb = this->used_mb();
   const auto oldest_other = [&] {
     return std::find_if(all.begin(), all.end(), [&](const File& file) { return file.id != kept; });
   };

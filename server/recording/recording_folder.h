@@ -41,6 +41,9 @@ class RecordingFolder {
   std::optional<hal::Error> make_room(const std::string& kept) const;
 
   const std::string& path() const { return path_; }
+  const Limits& limits() const { return limits_; }
+  /// Of all files, in 10⁶ bytes.
+  double used_mb() const;
 
  private:
   struct File {

@@ -229,6 +229,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   if (!number) return Refusal{RefusalKind::kFailedPrecondition, number.error()};
   forget_faults();
   log_info(fmt::format("turntable: motion {} begins", *number));
+  on_motion_(*number);
 
   std::optional<Refusal> left;  // why the caller no longer waits
   auto next_progress = Caller::Clock::now();

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "hal/turntable.h"
 #include "rt/record/fault.h"
@@ -40,6 +41,9 @@ class TurntableHost {
   ~TurntableHost();
   TurntableHost(const TurntableHost&) = delete;
   TurntableHost& operator=(const TurntableHost&) = delete;
+
+  /// Called when a motion begins, in the thread of its call. Set before the first.
+  void on_motion(std::function<void(std::uint64_t number)> begun) { on_motion_ = std::move(begun); }
 
   /// Stops the table and closes the port; motions end, and no other begins.
   void shutdown();
@@ -82,6 +86,7 @@ class TurntableHost {
   TelemetryHub& hub_;
   const InterlockConfig config_;
   Interlock interlock_;
+  std::function<void(std::uint64_t)> on_motion_ = [](std::uint64_t) {};
   std::atomic<bool> shutting_down_{false};
   std::unique_ptr<hal::Turntable> table_;  ///< last: its thread asks the interlock
 };

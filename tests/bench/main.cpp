@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
       ->required();
   recording_command->add_flag("--quick", recording.quick, "a tenth of everything");
   recording_command->add_option("--only", recording.only, "only these parts")
-      ->check(CLI::IsMember({"incidents", "cost", "kills"}));
+      ->check(CLI::IsMember({"incidents", "cost", "kills", "service"}));
   recording_command->callback([&] { status = run_recording(recording); });
 #endif
 

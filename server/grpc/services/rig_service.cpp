@@ -3,6 +3,7 @@
 #include "rt/guard/fault_table.h"
 #include "server/diagnosis/certificate_findings.h"
 #include "server/diagnosis/diagnosis.h"
+#include "server/diagnosis/recording_findings.h"
 #include "server/diagnosis/service_findings.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
@@ -207,6 +208,8 @@ grpc::Status RigService::Diagnose(grpc::ServerContext*, const v1::DiagnoseReques
   findings.insert(findings.begin(), of_service.begin(), of_service.end());
   const Findings of_certificates = examine_certificates(certificates_, std::chrono::system_clock::now());
   findings.insert(findings.end(), of_certificates.begin(), of_certificates.end());
+  const Findings of_recording = examine_recording(recorder_, flight_);
+  findings.insert(findings.end(), of_recording.begin(), of_recording.end());
   for (const Finding& finding : findings) {
     v1::Finding& reported = *response->add_findings();
     reported.set_severity(static_cast<v1::FindingSeverity>(static_cast<int>(finding.severity) + 1));

@@ -210,6 +210,8 @@ void FlightRecorder::take_records() {
   std::uint64_t missed = 0;
   for (Event& event : board_.after(board_number_, missed)) {
     if (event.kind == EventKind::kScene) scene_changed_ = true;
+    const bool shows_in_no_record = event.kind == EventKind::kStop && watch_.is_latched_without_stop();
+    if (shows_in_no_record && !ends_.load()) begin_incident(incident_of(event, "stopped"));
     events_.push_back(std::move(event));
   }
   for (Event& request : requests) {

@@ -44,6 +44,9 @@ class FlightRecorder {
 
   /// Begins. An error: it is off, and why; the daemon goes on.
   std::optional<hal::Error> open();
+  /// Why it keeps nothing; nothing where it does.
+  std::optional<Refusal> unavailable() const;
+  const RecordingFolder& folder() const { return folder_; }
   bool is_on() const { return is_on_.load(); }
   /// Since the start; the newest of them are in the ring.
   std::uint64_t rows_kept() const { return rows_kept_.load(); }
@@ -84,7 +87,6 @@ class FlightRecorder {
   void note_scene();
   void write(const Incident& incident, const FlightRing& ring, const FlightRing::Notes& notes);
   Incident incident_of(const recording::Event& event, const std::string& cause) const;
-  std::optional<Refusal> unavailable() const;
 
   TelemetryHub& hub_;
   EventBoard& board_;

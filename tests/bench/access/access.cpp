@@ -270,35 +270,49 @@ double force_beyond_ttl_s(const std::filesystem::path& logs) {
   throw std::runtime_error(stopped ? "the force stays" : "no force was rendered");
 }
 
-/// Both languages; `add` as in run_access().
+/// Batches as a live view takes them, and those of a client that takes everything.
+constexpr unsigned kLiveBatch = 20;
+constexpr unsigned kBulkBatch = 100;
+
+/// In one language, of batches of this size at 1 kHz; `add` as in run_access().
+template <class Add>
+void add_decode_cost(const std::filesystem::path& folder, double seconds, bool python, unsigned batch_size,
+                     Add add) {
+  const char* language = python ? "python" : "cpp";
+  const std::string size = std::to_string(batch_size);
+  DecodeCost cost;
+  std::string failed;
+  try {
+    const RecordedBatches batches(folder / (language + size), seconds, batch_size);
+    cost = python ? batches.decoded_in_python() : batches.decoded_in_cpp();
+  } catch (const std::exception& error) {
+    failed = error.what();
+  }
+  for (const bool blocks : {false, true}) {
+    const char* encoding = blocks ? "block" : "samples";
+    report::Figure figure{
+        .figure = "block_decode_us_per_sample",
+        .conditions = {{"language", language}, {"encoding", encoding}, {"batch", batch_size}},
+        .unit = "µs",
+        .failed = failed};
+    if (failed.empty()) figure.value = blocks ? cost.blocks_us : cost.samples_us;
+    add(std::string("block_decode_us_per_sample, ") + language + ", " + encoding + ", " + size, figure);
+  }
+  report::Figure ratio{.figure = "block_decode_gain",
+                       .conditions = {{"language", language}, {"batch", batch_size}},
+                       .goal = python ? std::optional(100.0) : std::nullopt,
+                       .source = "fields over blocks",
+                       .failed = failed};
+  if (failed.empty()) ratio.value = cost.samples_us / cost.blocks_us;
+  add(std::string("block_decode_gain, ") + language + ", " + size, ratio);
+}
+
+/// Both languages, both sizes of batches.
 template <class Add>
 void add_decode_costs(const std::filesystem::path& folder, double seconds, Add add) {
   for (const bool python : {false, true}) {
-    const char* language = python ? "python" : "cpp";
-    DecodeCost cost;
-    std::string failed;
-    try {
-      const RecordedBatches batches(folder / language, seconds);
-      cost = python ? batches.decoded_in_python() : batches.decoded_in_cpp();
-    } catch (const std::exception& error) {
-      failed = error.what();
-    }
-    for (const bool blocks : {false, true}) {
-      const char* encoding = blocks ? "block" : "samples";
-      report::Figure figure{.figure = "block_decode_us_per_sample",
-                            .conditions = {{"language", language}, {"encoding", encoding}},
-                            .unit = "µs",
-                            .failed = failed};
-      if (failed.empty()) figure.value = blocks ? cost.blocks_us : cost.samples_us;
-      add(std::string("block_decode_us_per_sample, ") + language + ", " + encoding, figure);
-    }
-    report::Figure ratio{.figure = "block_decode_gain",
-                         .conditions = {{"language", language}},
-                         .goal = python ? std::optional(100.0) : std::nullopt,
-                         .source = "fields over blocks",
-                         .failed = failed};
-    if (failed.empty()) ratio.value = cost.samples_us / cost.blocks_us;
-    add(std::string("block_decode_gain, ") + language, ratio);
+    for (const unsigned batch_size : {kLiveBatch, kBulkBatch})
+      add_decode_cost(folder, seconds, python, batch_size, add);
   }
 }
 

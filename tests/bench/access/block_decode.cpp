@@ -24,9 +24,11 @@ std::filesystem::path file_of(const std::filesystem::path& folder, bool blocks) 
 }
 
 /// Each message behind its length in four bytes, the lowest first.
-void record(const std::string& address, bool blocks, double seconds, const std::filesystem::path& path) {
+void record(const std::string& address, bool blocks, double seconds, unsigned batch_size,
+            const std::filesystem::path& path) {
   client::Client client({.address = address, .timeout = std::chrono::seconds(20)});
   v1::SubscribeRequest request;
+  request.set_batch_size(batch_size);
   if (blocks) request.set_encoding(v1::TELEMETRY_ENCODING_BLOCK);
   client::TelemetryStream stream = client.subscribe(request);
   std::ofstream file(path, std::ios::binary);
@@ -69,10 +71,12 @@ double us_per_sample(Decode decode) {
 
 }  // namespace
 
-RecordedBatches::RecordedBatches(std::filesystem::path folder, double seconds) : folder_(std::move(folder)) {
+RecordedBatches::RecordedBatches(std::filesystem::path folder, double seconds, unsigned batch_size)
+    : folder_(std::move(folder)) {
   std::filesystem::create_directories(folder_);
   DaemonProcess daemon(folder_ / "hapticd.log", {.scene = "explore_rod"});
-  for (const bool blocks : {false, true}) record(daemon.address(), blocks, seconds, file_of(folder_, blocks));
+  for (const bool blocks : {false, true})
+    record(daemon.address(), blocks, seconds, batch_size, file_of(folder_, blocks));
 }
 
 DecodeCost RecordedBatches::decoded_in_cpp() const {
@@ -109,10 +113,10 @@ DecodeCost RecordedBatches::decoded_in_cpp() const {
 }
 
 DecodeCost RecordedBatches::decoded_in_python() const {
-  const auto ran =
-      report::run_program({.command = {"/usr/bin/python3", SOURCE_FOLDER "/tests/bench/access/decode_batches.py",
-                                       SOURCE_FOLDER "/proto", folder_.string()}},
-                          std::chrono::seconds(300));
+  const auto ran = report::run_program(
+      {.command = {"/usr/bin/python3", SOURCE_FOLDER "/tests/bench/access/decode_batches.py",
+                   SOURCE_FOLDER "/proto", folder_.string()}},
+      std::chrono::seconds(300));
   const auto cost = nlohmann::json::parse(
       ran.output.substr(ran.output.rfind('{') == std::string::npos ? ran.output.size()
                                                                    : ran.output.rfind('{')),

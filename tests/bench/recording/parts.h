@@ -21,4 +21,7 @@ void add_cost_figures(const std::filesystem::path& folder, bool quick, const Add
 /// Ticks that are missing in the incident of each fault that cuts the force.
 void add_incident_figures(const std::filesystem::path& folder, bool quick, const AddFigure& add);
 
+/// What the service takes: locked memory, and the time of a scrape of its metrics.
+void add_service_figures(const std::filesystem::path& folder, bool quick, const AddFigure& add);
+
 }  // namespace hapticd::bench

@@ -1,13 +1,8 @@
 // What Prometheus reads: the figures of the loop as they are, on the address that was configured and no
 // other.
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -17,30 +12,11 @@
 #include "server/metrics/metrics_server.h"
 #include "server/metrics/rig_metrics.h"
 #include "tests/integration/running_service.h"
+#include "tests/support/http_get.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {
-
-/// The whole answer to one GET; empty where no one listens.
-std::string http_get(std::uint16_t port, const std::string& path) {
-  const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  std::string answer;
-  if (connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
-    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
-    EXPECT_EQ(send(descriptor, request.data(), request.size(), MSG_NOSIGNAL),
-              static_cast<ssize_t>(request.size()));
-    std::array<char, 4096> part{};
-    for (ssize_t n = 0; (n = recv(descriptor, part.data(), part.size(), 0)) > 0;)
-      answer.append(part.data(), static_cast<std::size_t>(n));
-  }
-  close(descriptor);
-  return answer;
-}
 
 /// The value of the line that begins with `name` (labels included); NaN where there is none.
 double metric_in(const std::string& text, const std::string& name) {

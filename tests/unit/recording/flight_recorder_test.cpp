@@ -5,6 +5,7 @@
 
 #include "hal/recording/recording_names.h"
 #include "rt/guard/fault_table.h"
+#include "server/process/system_clock.h"
 #include "tests/unit/recording/recording_fixture.h"
 
 namespace hapticd::server {
@@ -118,6 +119,29 @@ TEST_F(FlightRecorderTest, CausesThatFollowOneAnotherAreOneIncident) {
   ASSERT_FALSE(flight().request("what was that", ""));
   flown(1000);
   EXPECT_EQ(incidents(1).size(), 1U);
+}
+
+TEST_F(FlightRecorderTest, AStopWhileAnotherFaultIsLatchedLeavesOneToo) {
+  flight();
+  flown(300);
+  engine_.raise(rt::GuardFault::kDeviceFault);
+  flown(1000);
+  ASSERT_EQ(incidents(1).size(), 1U);
+  // The guard stays with the first fault; only the call is known.
+  engine_.stop();
+  recording::Event call;
+  call.kind = EventKind::kStop;
+  call.text = "SafetyService/Stop";
+  call.by = "user:anna";
+  call.unix_ns = read_clocks().utc_ns;
+  call.tick = engine_.last_tick();
+  call.time_ns = static_cast<std::int64_t>(call.tick) * 1'000'000'000 / kTicksPerS;
+  board_.add(std::move(call));
+  flown(1000);
+  const auto list = incidents(2);
+  ASSERT_EQ(list.size(), 2U);
+  EXPECT_EQ(list[1].cause, "stopped");
+  EXPECT_EQ(list[1].end_reason, "SafetyService/Stop (by user:anna)");
 }
 
 TEST_F(FlightRecorderTest, WhatTakesTheForceNamesTheIncident) {
