@@ -80,8 +80,8 @@ wait_for 60 "the third job" done_with "$third"
 for name in first second third; do
   grep -qi "refused\|error" "$work/job_$name.log" && fail "job $name: $(cat "$work/job_$name.log")"
 done
-nobody_holds() { [[ -z $(purpose_of "$server_one") && -z $(purpose_of "$server_two") ]]; }
-wait_for 20 "the leases to be returned" nobody_holds
+both_free() { [[ -z $(purpose_of "$server_one") && -z $(purpose_of "$server_two") ]]; }
+wait_for 20 "the leases to be returned" both_free
 echo "$script: the third job waited, ran, and all leases were returned"
 
 # A job that is cancelled returns its lease, too.
@@ -89,7 +89,7 @@ cancelled=$(submit cancelled "sleep 300")
 someone_holds() { [[ -n $(purpose_of "$server_one")$(purpose_of "$server_two") ]]; }
 wait_for 30 "the lease of a job to be cancelled" someone_holds
 scancel "$cancelled"
-wait_for 30 "the lease of the cancelled job" nobody_holds
+wait_for 30 "the lease of the cancelled job" both_free
 echo "$script: a cancelled job returned its lease"
 
 # Someone at the rig itself: no job gets it, and Slurm says why.
