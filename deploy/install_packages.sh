@@ -18,7 +18,7 @@ declare -A packages=(
   # hapticctl plot and demo draw with the first; make_certificates.sh calls the second.
   [run]="gnuplot-nox openssl"
   # Instruction counts, the latency tool the loop is compared with, and independent peers for the drivers.
-  [tests]="python3-h5py valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
+  [tests]="python3-h5py python3-numpy python3-protobuf valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
   # The compiler that fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.
