@@ -2,7 +2,7 @@
 // failure of the HDF5 library, and none of its memory, is the daemon's. It needs no daemon.
 
 #include <fmt/core.h>
-#include <unistd.h>
+#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <exception>
@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
       "  hapticd-export press.mcap --out press.csv --columns contact_reaction_force_n --from 10 --to 20");
   CLI11_PARSE(app, argc, argv);
   if (format->count() == 0 && request.output.ends_with(".csv")) request.format = TableFormat::kCsv;
-  static_cast<void>(nice(kNiceness));
+  setpriority(PRIO_PROCESS, 0, kNiceness);
   try {
     if (const auto error = export_table(request)) return refuse(*error, json_errors);
   } catch (const std::exception& error) {
