@@ -126,12 +126,27 @@ void Engine::perform(Slot& slot, const hal::RigSample& sample) noexcept {
       renderer_.set_target(slot.command.target, slot.command.ramp_s);
       break;
     case EngineCommand::Kind::kExchangeScene:
-      outcome.retired = renderer_.exchange(slot.command.pipeline, slot.command.guard);
+      outcome.retired =
+          renderer_.exchange(slot.command.pipeline, slot.command.guard, slot.command.assistance);
       break;
     case EngineCommand::Kind::kClear:
       // One that was raised and is taken up in this tick only: the clear is older, or does not know of it.
       if (raised_.load(std::memory_order_acquire) != 0 || !renderer_.clear())
         outcome.status = EngineOutcome::Status::kFaultPersists;
+      break;
+    case EngineCommand::Kind::kBeginGuide:
+      outcome.guide = renderer_.assistance().begin_guide(slot.command.guide);
+      break;
+    case EngineCommand::Kind::kCancelGuide:
+      renderer_.assistance().cancel_guide();
+      break;
+    case EngineCommand::Kind::kBeginPresentation:
+      outcome.presentation.number = renderer_.assistance().begin_presentation();
+      if (outcome.presentation.number == 0) outcome.status = EngineOutcome::Status::kNoWatch;
+      break;
+    case EngineCommand::Kind::kEndPresentation:
+      outcome.presentation = renderer_.assistance().end_presentation();
+      if (outcome.presentation.number == 0) outcome.status = EngineOutcome::Status::kNoWatch;
       break;
   }
 }
@@ -148,7 +163,11 @@ Engine::Slot* Engine::acquire_slot() {
 EngineOutcome Engine::execute(const EngineCommand& command, std::chrono::nanoseconds timeout) {
   using Clock = std::chrono::steady_clock;
   Slot* slot = acquire_slot();
-  if (slot == nullptr) return {EngineOutcome::Status::kQueueFull, 0, 0, nullptr};
+  if (slot == nullptr) {
+    EngineOutcome refused;
+    refused.status = EngineOutcome::Status::kQueueFull;
+    return refused;
+  }
   slot->command = command;
   slot->state.store(Slot::kWaiting, std::memory_order_release);
   {

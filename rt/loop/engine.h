@@ -20,7 +20,15 @@ namespace hapticd::rt {
 
 /// What a thread outside the loop may ask of the tick.
 struct EngineCommand {
-  enum class Kind : std::uint8_t { kSetTarget, kExchangeScene, kClear };
+  enum class Kind : std::uint8_t {
+    kSetTarget,
+    kExchangeScene,
+    kClear,
+    kBeginGuide,
+    kCancelGuide,
+    kBeginPresentation,
+    kEndPresentation,
+  };
   Kind kind = Kind::kSetTarget;
   std::uint64_t at_tick = 0;    ///< not before this tick; 0 = the next one
   std::int64_t at_time_ns = 0;  ///< nor before this time of the rig
@@ -28,6 +36,8 @@ struct EngineCommand {
   double ramp_s = 0.0;
   Pipeline* pipeline = nullptr;    ///< kExchangeScene: the new one, or null to unload
   GuardLimits guard;               ///< kExchangeScene
+  AssistanceSpec assistance;       ///< kExchangeScene
+  GuideMotion guide;               ///< kBeginGuide
   bool when_exchangeable = false;  ///< nor before Renderer::free(): out of contact
   /// The state of control it was admitted under, see Engine::set_lease(); 0 = the daemon's own command.
   std::uint64_t lease = 0;
@@ -41,12 +51,15 @@ struct EngineOutcome {
     kFaultPersists,  ///< the guard stays latched: the last sample was unfit
     kTimedOut,       ///< the loop did not answer in time; the command is withdrawn and will not take effect
     kQueueFull,      ///< too many commands under way
+    kNoWatch,        ///< the scene has no watch, or no presentation is under way
     kLeaseLost,      ///< control changed hands since it was admitted; it took no effect
   };
   Status status = Status::kTimedOut;
-  std::uint64_t tick = 0;       ///< at which it took effect
-  std::int64_t time_ns = 0;     ///< the rig's time of that tick
-  Pipeline* retired = nullptr;  ///< kExchangeScene: the one that was loaded, now the caller's to delete
+  std::uint64_t tick = 0;            ///< at which it took effect
+  std::int64_t time_ns = 0;          ///< the rig's time of that tick
+  Pipeline* retired = nullptr;       ///< kExchangeScene: the one that was loaded, now the caller's to delete
+  std::uint32_t guide = 0;           ///< kBeginGuide: the motion's number
+  PresentationSummary presentation;  ///< kBeginPresentation: its number; kEndPresentation: all
 };
 
 /// Stands between the loop's thread and all others. The loop calls on_tick(); everyone else calls execute()
@@ -66,7 +79,9 @@ class Engine final : public hal::TickHandler {
 
   // Before the loop runs.
   /// The scene to start with, in force from the first tick on. The caller keeps ownership.
-  void preload(Pipeline* pipeline, const GuardLimits& guard) noexcept { renderer_.exchange(pipeline, guard); }
+  void preload(Pipeline* pipeline, const GuardLimits& guard, const AssistanceSpec& assistance = {}) noexcept {
+    renderer_.exchange(pipeline, guard, assistance);
+  }
 
   // The thread that owns the clock.
   hal::DeviceCommand on_tick(const hal::RigSample& sample) noexcept override;

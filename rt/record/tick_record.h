@@ -28,6 +28,7 @@ inline constexpr std::uint32_t kInclusion = 1U << 13;  ///< what inclusions add,
 inline constexpr std::uint32_t kFriction = 1U << 14;   ///< what a friction target adds, and its range
 inline constexpr std::uint32_t kTransient = 1U << 15;  ///< the transient of a contact
 inline constexpr std::uint32_t kAngles = 1U << 16;     ///< joints and gimbal, where the device reports them
+inline constexpr std::uint32_t kAssist = 1U << 17;     ///< the guide, the fixture, the presentation
 }  // namespace channel
 
 /// Why the contact state is what it is.
@@ -56,6 +57,18 @@ inline constexpr std::uint8_t kRate = 1U << 1;   ///< change since the last tick
 inline constexpr std::uint8_t kPower = 1U << 2;  ///< power into the user's hand was cut
 inline constexpr std::uint8_t kPose = 1U << 3;   ///< with kForce: the device gives less than that in its pose
 }  // namespace guard_limit
+
+/// How a motion on which the device leads the tool stands or ended.
+enum class GuideState : std::uint8_t {
+  kNone,  ///< there was none yet
+  kUnderWay,
+  kArrived,   ///< within a millimetre of the goal
+  kContact,   ///< an object was touched
+  kResisted,  ///< the force stood at its limit for half a second
+  kTimedOut,
+  kCancelled,
+  kForceCut,  ///< the guard took the force away, or the tip was lost
+};
 
 /// What took the time when a period was overrun.
 enum class OverrunCause : std::uint8_t { kNone, kWakeUp, kCompute, kDevice };
@@ -147,6 +160,13 @@ struct TickRecord {
   std::uint32_t transient_count = 0;       ///< since the scene was loaded
   // channel::kAngles
   hal::DeviceAngles angles;
+  // channel::kAssist, rig frame
+  hal::Vector3 guide_force_n;  ///< on the tip, wanted of the guard
+  GuideState guide_state = GuideState::kNone;
+  std::uint32_t guide_number = 0;         ///< counts motions from 1
+  hal::Vector3 fixture_force_n;           ///< on the tip, wanted of the guard
+  std::uint32_t presentation = 0;         ///< the one under way; 0 = none
+  std::uint32_t presentation_broken = 0;  ///< bits of watch_bit, of it or the last one
   // channel::kTiming
   TickTiming timing;
   // channel::kTruth

@@ -126,6 +126,12 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
   }
   if (auto error = check_friction_target(resolved)) return *error;
   if (auto error = check_transient(resolved, rig)) return *error;
+  if (resolved.fixture) {
+    if (auto error = check(*resolved.fixture, "scene '" + resolved.name + "'")) return *error;
+  }
+  if (resolved.watch) {
+    if (auto error = check(*resolved.watch, "scene '" + resolved.name + "'")) return *error;
+  }
   if (resolved.friction_target && !(model->rod_friction->kinetic > 0.0)) {
     return hal::Error{"a friction target needs an object with friction", "scene '" + resolved.name + "'",
                       "object_model = \"" + resolved.object_model + "\"", "kinetic friction > 0", ""};

@@ -5,15 +5,29 @@
 
 namespace hapticd::rt {
 
-Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits) noexcept {
+namespace {
+
+/// What of the guard's force is the pipeline's: the assistance has gone through in the same share as the
+/// whole.
+hal::Vector3 of_pipeline(const hal::Vector3& force_n, const hal::Vector3& wanted_n,
+                         const hal::Vector3& assistance_n) noexcept {
+  const double wanted_squared = dot(wanted_n, wanted_n);
+  if (!(wanted_squared > 0.0) || dot(assistance_n, assistance_n) == 0.0) return force_n;
+  return force_n - assistance_n * std::clamp(dot(force_n, wanted_n) / wanted_squared, 0.0, 1.0);
+}
+
+}  // namespace
+
+Pipeline* Renderer::exchange(Pipeline* next, const GuardLimits& limits, const AssistanceSpec& spec) noexcept {
   Pipeline* before = pipeline_;
   pipeline_ = next;
   channels_ = next != nullptr ? next->channels() : 0;
   ++generation_;
   pipeline_is_stale_ = true;
-  hand_over_n_ = guard_.force_n();
+  hand_over_n_ = guard_.force_n() - assistance_.guide_force_n();
   hand_over_share_ = next != nullptr && dot(hand_over_n_, hand_over_n_) > 0.0 ? 1.0 : 0.0;
   guard_.set_limits(limits);
+  assistance_.exchange(spec);
   if (before != nullptr && (before->channels() & channel::kZero) != 0) zero_ = before->zero();
   if (next != nullptr) next->adopt_zero(zero_);
   return before;
@@ -70,9 +84,13 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   free_s_ = is_free ? std::min(free_s_ + std::min(guard_.interval_s(), period_s_), kFreeS) : 0.0;
   hand_over_share_ =
       guard_.force_is_zero() ? 0.0 : std::max(0.0, hand_over_share_ - guard_.rise_interval_s() / kHandOverS);
-  const hal::Vector3 wanted_n = hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_);
+  const double interval_s = guard_.rise_interval_s();
+  const hal::Vector3 assistance_n = assistance_.update(sample, !guard_.force_is_zero(), interval_s, record);
+  const hal::Vector3 wanted_n =
+      hand_over_n_ * hand_over_share_ + output.force_n * (1.0 - hand_over_share_) + assistance_n;
   const hal::DeviceCommand command{guard_.release(std::move(admission), wanted_n, output.held_back, record)};
-  if (pipeline_ != nullptr) pipeline_->applied(command.force_n);
+  assistance_.observe(record, guard_.interval_s());
+  if (pipeline_ != nullptr) pipeline_->applied(of_pipeline(command.force_n, wanted_n, assistance_n));
   return command;
 }
 

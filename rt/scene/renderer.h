@@ -2,6 +2,7 @@
 
 #include "hal/rig.h"
 #include "hal/samples.h"
+#include "rt/assist/assistance.h"
 #include "rt/guard/guard.h"
 #include "rt/record/tick_record.h"
 #include "rt/scene/pipeline.h"
@@ -13,13 +14,13 @@ namespace hapticd::rt {
 class Renderer {
  public:
   Renderer(const GuardLimits& limits, double rate_hz) noexcept
-      : guard_(limits, rate_hz), period_s_(1.0 / rate_hz) {}
+      : guard_(limits, rate_hz), assistance_(rate_hz), period_s_(1.0 / rate_hz) {}
 
   /// Swaps the pipeline (null: no scene, zero force) and returns the one before; the caller keeps ownership
   /// of both. The new one starts reset, and what it wants takes the place of the force that stands over 50
   /// ms, so that nothing is cut off in a hand. Without a new one force goes at once, as fast as the guard
   /// lets it.
-  Pipeline* exchange(Pipeline* next, const GuardLimits& limits) noexcept;
+  Pipeline* exchange(Pipeline* next, const GuardLimits& limits, const AssistanceSpec& spec = {}) noexcept;
   bool has_scene() const noexcept { return pipeline_ != nullptr; }
   /// True while an exchange takes nothing from under the hand: no scene, latched, or out of contact for long
   /// enough that no release is still fading.
@@ -36,6 +37,8 @@ class Renderer {
   /// Leaves the latch; authority then rises from zero. Refused (false) while the fault persists.
   bool clear() noexcept { return guard_.clear(); }
   const Guard& guard() const noexcept { return guard_; }
+  /// What an experiment asks of the tick: all but update() and observe(), which are the tick's own.
+  Assistance& assistance() noexcept { return assistance_; }
 
  private:
   /// What the pipeline makes of the sample; nothing where the guard finds it unfit.
@@ -50,6 +53,7 @@ class Renderer {
   Pipeline* pipeline_ = nullptr;
   std::uint32_t channels_ = 0;  ///< of the pipeline
   Guard guard_;
+  Assistance assistance_;
   bool has_bias_serial_ = false;
   std::uint32_t bias_serial_ = 0;  ///< of the sample before
   FollowedZero zero_;              ///< of the pipeline before, as the sensor's goes on

@@ -274,6 +274,10 @@ void outline_compensation(const SceneSpec& spec, std::vector<std::string>& stage
 
 }  // namespace
 
+AssistanceSpec assistance_of(const SceneSpec& resolved) {
+  return {resolved.press_axis, resolved.fixture, resolved.watch};
+}
+
 SceneOutline outline(const SceneSpec& spec) {
   SceneOutline result;
   result.hardware = {"haptic device"};
@@ -315,6 +319,13 @@ SceneOutline outline(const SceneSpec& spec) {
                                                                          : "controller: open loop");
   if (spec.kind != SceneKind::kWall) outline_compensation(spec, result.stages);
   if (spec.kind != SceneKind::kWall) result.stages.emplace_back("feasible range (3.8)");
+  if (spec.fixture) {
+    result.stages.push_back("fixture: walls above the contact point and " +
+                            Checker::number(spec.fixture->corridor_mm) + " mm beside it, " +
+                            Checker::number(spec.fixture->max_force_n) + " N at most");
+  }
+  if (spec.watch) result.stages.emplace_back("watch: what makes a presentation valid");
+  if (spec.fixture || spec.watch) result.channels |= channel::kAssist;
   result.stages.emplace_back("guard: finite, force, rate, power, stale sensor");
   return result;
 }

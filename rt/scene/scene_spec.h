@@ -7,6 +7,7 @@
 
 #include "hal/error.h"
 #include "hal/rig.h"
+#include "rt/assist/assistance.h"
 #include "rt/contact/contact_detector.h"
 #include "rt/control/compensation_parameters.h"
 #include "rt/control/force_controller.h"
@@ -107,6 +108,11 @@ struct SceneSpec {
   /// What a contact's first moments are to feel like; kExplore. None: no such stage.
   std::optional<TransientParameters> transient{};
 
+  /// Walls that keep a press in its place. None: no such stage.
+  std::optional<FixtureParameters> fixture{};
+  /// What makes the presentation of a stimulus valid. None: no such stage.
+  std::optional<WatchLimits> watch{};
+
   ControllerParameters controller;      ///< proportional_gain 0 = the device's own
   CompensationParameters compensation;  ///< kTap1d, kExplore
   GuardLimits guard;                    ///< zeros = the device's own
@@ -127,6 +133,9 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig);
 
 /// The structure's stiffness where it is softest: at the centre or a corner of what its field covers.
 double softest_structure_n_per_mm(const SceneSpec& resolved) noexcept;
+
+/// What of a resolved spec is not the pipeline's.
+AssistanceSpec assistance_of(const SceneSpec& resolved);
 
 /// Stages, hardware and channels of a resolved spec.
 SceneOutline outline(const SceneSpec& spec);

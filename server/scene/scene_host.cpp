@@ -56,7 +56,7 @@ std::optional<hal::Error> SceneHost::preload(const std::string& name) {
   if (!scene) return scene.refusal().error;
   auto pipeline = compose(*scene);
   if (!pipeline) return pipeline.refusal().error;
-  session_.engine().preload(pipeline->get(), scene->spec.guard);
+  session_.engine().preload(pipeline->get(), scene->spec.guard, rt::assistance_of(scene->spec));
   live_ = std::move(*pipeline);
   const std::lock_guard lock(current_mutex_);
   current_ = std::make_shared<const ResolvedScene>(std::move(*scene));
@@ -128,6 +128,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
   command.kind = rt::EngineCommand::Kind::kExchangeScene;
   command.pipeline = next.get();
   command.guard = guard;
+  if (scene) command.assistance = rt::assistance_of(scene->spec);
   for (;;) {
     if (auto refusal = session_.unavailable()) return *refusal;
     // Contact may last long: the gate is not held while waiting, so that targets pass.

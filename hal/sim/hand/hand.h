@@ -22,6 +22,7 @@ struct HandProgram {
               ///< `stroke_length_mm`, following the surface; `speed_mm_per_s` at the surface
     kDart,    ///< abrupt motion in free air: `stroke_length_mm` along `shake_direction` and back, with
               ///< `speed_mm_per_s` between ends and `acceleration_m_per_s2` at them, `rate_hz` times a second
+    kFollow,  ///< holds the tool loosely and goes along with whatever leads it
   };
   Kind kind = Kind::kRest;
   double force_n = 2.0;

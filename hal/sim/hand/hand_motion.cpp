@@ -18,11 +18,12 @@ constexpr double kFastestServoMmPerS = 60.0;
 constexpr double kMaxIntentDepthMm = 80.0;
 constexpr double kCatchUpPerS = 8.0;  // and a tip that lags behind a stroke
 constexpr double kMaxLeadMm = 15.0;
+constexpr double kYieldS = 0.06;  // how late a hand goes along with a tool that is led
 
 }  // namespace
 
 HandMotion::HandMotion(const HandProgram& program, const hal::Vector3& from_mm) noexcept
-    : program_(program), home_mm_{0.0, 0.0, kHomeHeightMm} {
+    : program_(program), follows_mm_(from_mm), home_mm_{0.0, 0.0, kHomeHeightMm} {
   const hal::Vector3 start_mm = from_mm - program.place_mm;
   vertical_.position_mm = start_mm.z;
   const hal::Vector3& d = program.stroke_direction;
@@ -127,6 +128,14 @@ HandIntent HandMotion::dart(HandIntent intent) const noexcept {
   return intent;
 }
 
+HandIntent HandMotion::follow(double step_s, const HandPerception& perceived) noexcept {
+  HandIntent intent;
+  intent.velocity_mm_per_s = (perceived.tip_mm - follows_mm_) * (1.0 / (kYieldS + step_s));
+  follows_mm_ = follows_mm_ + intent.velocity_mm_per_s * step_s;
+  intent.position_mm = follows_mm_;
+  return intent;
+}
+
 void HandMotion::finish_repetition() noexcept {
   ++done_;
   const bool again = program_.repetitions < 0 || done_ < program_.repetitions;
@@ -196,6 +205,7 @@ double HandMotion::knock_n(double since_s) const noexcept {
 }
 
 HandIntent HandMotion::step(double step_s, const HandPerception& perceived) noexcept {
+  if (program_.kind == HandProgram::Kind::kFollow) return follow(step_s, perceived);
   HandPerception felt = perceived;
   felt.tip_mm = felt.tip_mm - program_.place_mm;
   time_s_ += step_s;

@@ -69,6 +69,7 @@ class HandMotion {
   void scan_next() noexcept;
   HandIntent posture(HandIntent intent) const noexcept;
   HandIntent dart(HandIntent intent) const noexcept;
+  HandIntent follow(double step_s, const HandPerception& perceived) noexcept;
   double knock_n(double since_s) const noexcept;
 
   HandProgram program_;
@@ -85,6 +86,7 @@ class HandMotion {
   double along_mm_ = 0.0;  ///< coordinate along `stroke_direction`
   double along_mm_per_s_ = 0.0;
   double lead_mm_ = 0.0;  ///< by which a stroke's intent runs ahead of its path
+  hal::Vector3 follows_mm_;  ///< follow: where the hand is
   hal::Vector3 home_mm_;
   hal::Vector3 aside_mm_;   ///< where it began next to its home
   MinimumJerk homeward_;    ///< share of that which is left

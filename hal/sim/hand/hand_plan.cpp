@@ -43,6 +43,8 @@ double planned_duration_s(const HandProgram& p) {
     case HandProgram::Kind::kWeight:
     case HandProgram::Kind::kShake:
       return home_s;
+    case HandProgram::Kind::kFollow:
+      return HUGE_VAL;
     case HandProgram::Kind::kSway:
     case HandProgram::Kind::kDart:
       return p.hold_s < 0.0 ? HUGE_VAL : home_s + p.hold_s + kWaveBuildsUpS + kFreeAgainS;

@@ -1,0 +1,60 @@
+#include "rt/assist/assistance.h"
+
+namespace hapticd::rt {
+
+void Assistance::exchange(const AssistanceSpec& spec) noexcept {
+  fixture_.reset();
+  watch_.reset();
+  if (spec.fixture) fixture_.emplace(*spec.fixture, spec.press_axis);
+  if (spec.watch) watch_.emplace(*spec.watch, spec.press_axis, rate_hz_);
+}
+
+std::uint32_t Assistance::begin_guide(const GuideMotion& motion) noexcept {
+  guide_.begin(motion);
+  if (fixture_) fixture_->forget();
+  return guide_.number();
+}
+
+std::uint32_t Assistance::begin_presentation() noexcept {
+  if (!watch_) return 0;
+  watch_->begin(++presentations_);
+  return presentations_;
+}
+
+PresentationSummary Assistance::end_presentation() noexcept {
+  return watch_ && watch_->is_running() ? watch_->end() : PresentationSummary{};
+}
+
+hal::Vector3 Assistance::update(const hal::RigSample& sample, bool is_force_allowed, double interval_s,
+                                TickRecord& record) noexcept {
+  if (is_idle()) return {};
+  const bool is_known = hal::finite(sample.tip_position_mm);
+  if (is_known) {
+    speed_.update(sample.tip_position_mm, interval_s);
+  } else {
+    speed_.reset();
+  }
+  const bool allowed = is_force_allowed && is_known;
+  const hal::Vector3& velocity = speed_.velocity_mm_per_s();
+  record.channels |= channel::kAssist;
+  guide_force_n_ = guide_.update({sample.tip_position_mm, velocity, interval_s, record.in_contact, allowed});
+  record.guide_force_n = guide_force_n_;
+  record.guide_number = guide_.number();
+  record.guide_state = guide_.state();
+  if (fixture_) {
+    record.fixture_force_n =
+        fixture_->update({sample.tip_position_mm, velocity, interval_s, record.in_contact,
+                          record.contact_reason == ContactReason::kWithdrawn, record.displacement_mm,
+                          guide_.is_acting(), allowed});
+  }
+  return guide_force_n_ + record.fixture_force_n;
+}
+
+void Assistance::observe(TickRecord& record, double interval_s) noexcept {
+  if (!watch_) return;
+  watch_->update(record, speed_.velocity_mm_per_s(), interval_s);
+  record.presentation = watch_->is_running() ? watch_->summary().number : 0;
+  record.presentation_broken = watch_->summary().broken;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hal/samples.h"
+#include "rt/assist/presentation_watch.h"
+#include "rt/assist/tool_fixture.h"
+#include "rt/assist/tool_guide.h"
+#include "rt/assist/tool_speed.h"
+#include "rt/record/tick_record.h"
+
+namespace hapticd::rt {
+
+/// What a scene has besides what it renders.
+struct AssistanceSpec {
+  hal::Vector3 press_axis{0.0, 0.0, -1.0};
+  std::optional<FixtureParameters> fixture{};
+  std::optional<WatchLimits> watch{};
+};
+
+/// What an experiment needs in the tick besides rendering: the guide, the scene's fixture, the scene's watch.
+/// What is not used costs a branch.
+class Assistance {
+ public:
+  explicit Assistance(double rate_hz) noexcept : rate_hz_(rate_hz) {}
+
+  /// Another scene. A guide that leads the tool goes on; a presentation under way is not valid.
+  void exchange(const AssistanceSpec& spec) noexcept;
+  /// Returns its number, from 1. One that is under way ends as cancelled.
+  std::uint32_t begin_guide(const GuideMotion& motion) noexcept;
+  void cancel_guide() noexcept { guide_.cancel(); }
+  /// Wanted in the last tick, rig frame.
+  const hal::Vector3& guide_force_n() const noexcept { return guide_force_n_; }
+  /// Returns its number, from 1; 0 without a watch. One that is under way is forgotten.
+  std::uint32_t begin_presentation() noexcept;
+  /// Number 0 where none is under way.
+  PresentationSummary end_presentation() noexcept;
+
+  /// Force on the tip, rig frame, and the record's group. `record` has what the scene's pipeline made of the
+  /// sample. `interval_s` > 0 since the last tick.
+  hal::Vector3 update(const hal::RigSample& sample, bool is_force_allowed, double interval_s,
+                      TickRecord& record) noexcept;
+  /// After the guard has filled its part of the record.
+  void observe(TickRecord& record, double interval_s) noexcept;
+
+ private:
+  bool is_idle() const noexcept { return guide_.number() == 0 && !fixture_ && !watch_; }
+
+  double rate_hz_;
+  ToolSpeed speed_;
+  ToolGuide guide_;
+  hal::Vector3 guide_force_n_;
+  std::optional<ToolFixture> fixture_;
+  std::optional<PresentationWatch> watch_;
+  std::uint32_t presentations_ = 0;
+};
+
+}  // namespace hapticd::rt

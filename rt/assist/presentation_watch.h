@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "hal/error.h"
+#include "hal/samples.h"
+#include "rt/record/tick_record.h"
+
+namespace hapticd::rt {
+
+/// What makes the presentation of a stimulus valid; 0 where a limit is not asked for. The defaults are those
+/// of D§3.4.1.
+struct WatchLimits {
+  double max_press_speed_mm_per_s = 150.0;  ///< into the object, along the press axis
+  double max_lateral_mm = 15.0;             ///< from the first contact point, across the press axis
+  double max_contact_speed_mm_per_s = 0.0;  ///< at which a contact begins; D§4.7: 50
+  std::uint32_t max_contacts = 0;           ///< new contacts; D§4.7: 3
+  double min_lateral_path_mm = 0.0;         ///< along the surface, in contact; D§4.7: 60
+};
+/// Nothing, or which value is outside its range.
+std::optional<hal::Error> check(const WatchLimits& limits, const std::string& where);
+
+/// What was wrong with a presentation; bits, as several may be.
+namespace watch_bit {
+inline constexpr std::uint32_t kPressSpeed = 1U << 0;
+inline constexpr std::uint32_t kLateral = 1U << 1;
+inline constexpr std::uint32_t kContactSpeed = 1U << 2;
+inline constexpr std::uint32_t kContacts = 1U << 3;
+inline constexpr std::uint32_t kLateralPath = 1U << 4;  ///< judged at the end
+inline constexpr std::uint32_t kNoContact = 1U << 5;    ///< judged at the end
+inline constexpr std::uint32_t kGuard = 1U << 6;        ///< the guard took the force away
+inline constexpr std::uint32_t kTicksLost = 1U << 7;    ///< no sample for more than 10 ms
+}  // namespace watch_bit
+
+/// One presentation, from its begin to its end.
+struct PresentationSummary {
+  std::uint32_t number = 0;  ///< counts from 1; 0 = there was none
+  std::uint64_t begin_tick = 0;
+  std::uint64_t end_tick = 0;  ///< the last one that is in it
+  double peak_press_speed_mm_per_s = 0.0;
+  double peak_contact_speed_mm_per_s = 0.0;
+  double peak_lateral_mm = 0.0;
+  double lateral_path_mm = 0.0;
+  double peak_force_n = 0.0;  ///< of the reaction
+  double peak_displacement_mm = 0.0;
+  double contact_s = 0.0;
+  std::uint32_t contacts = 0;
+  std::uint32_t guard_limited_ticks = 0;  ///< in which the guard bounded the force
+  std::uint32_t late_ticks = 0;           ///< that came more than half a period late
+  std::uint32_t broken = 0;               ///< bits of watch_bit; 0 = valid
+};
+
+/// Watches a presentation tick by tick, so that what makes it valid depends on no network. Bounded work, no
+/// allocation.
+class PresentationWatch {
+ public:
+  PresentationWatch(const WatchLimits& limits, const hal::Vector3& press_axis, double rate_hz) noexcept
+      : limits_(limits), axis_(press_axis), period_s_(1.0 / rate_hz) {}
+
+  /// The tick of this record is the first of `number`.
+  void begin(std::uint32_t number) noexcept;
+  /// The tick before this record's was the last one.
+  PresentationSummary end() noexcept;
+  bool is_running() const noexcept { return is_running_; }
+  const PresentationSummary& summary() const noexcept { return summary_; }
+
+  /// After the guard has filled its part of the record. `interval_s` > 0 since the last tick.
+  void update(const TickRecord& record, const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept;
+
+ private:
+  /// Speed is judged over so long before a contact is declared: declaring one takes time.
+  static constexpr double kApproachS = 0.03;
+
+  /// A contact that is lost for less is the same one.
+  static constexpr double kNewContactS = 0.05;
+
+  void follow_contact(const TickRecord& record, double interval_s) noexcept;
+
+  WatchLimits limits_;
+  hal::Vector3 axis_;
+  double period_s_;
+  bool is_running_ = false;
+  PresentationSummary summary_;
+  bool has_first_contact_ = false;
+  hal::Vector3 first_contact_mm_;
+  bool was_in_contact_ = false;
+  double free_s_ = 0.0;             ///< out of contact
+  hal::Vector3 last_contact_mm_;    ///< of the tick before, across the press axis
+  double approach_mm_per_s_ = 0.0;  ///< the fastest of late
+  double approach_age_s_ = 0.0;
+};
+
+}  // namespace hapticd::rt
