@@ -9,6 +9,7 @@
 
 #include "hal/error.h"
 #include "hal/part_report.h"
+#include "hal/samples.h"
 
 namespace hapticd::hal {
 
@@ -16,7 +17,8 @@ namespace hapticd::hal {
 struct TurntableStation {
   std::string name;
   double angle_deg = 0.0;
-  std::string object;  ///< on a simulated rig, what is there; empty = nothing is known of it
+  std::string object;               ///< on a simulated rig, what is there; empty = nothing is known of it
+  Vector3 tool_mm{0.0, 0.0, 30.0};  ///< where the tip waits above the object, rig frame
 };
 
 /// How fast a motion may be; 0 = as fast as the turntable's own limits allow.

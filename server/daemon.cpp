@@ -10,6 +10,7 @@
 #include "server/access/role_policy.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
+#include "server/guide/guide_host.h"
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
@@ -56,6 +57,7 @@ struct Daemon::Parts {
         latch(session, hub),
         identifications(session, scenes, hub, biases, *store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
+        guide(session, scenes, hub, turntable),
         policy(config.access),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
         watchdog(config.watchdog, watchdog_effects()),
@@ -135,6 +137,7 @@ struct Daemon::Parts {
   SafetyLatch latch;
   IdentificationRunner identifications;
   TurntableHost turntable;
+  GuideHost guide;
   RolePolicy policy;
   LeaseDesk desk;
   Watchdog watchdog;
@@ -274,8 +277,8 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // creator.
   auto network =
       GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                         parts->biases, parts->identifications, parts->turntable, parts->policy, parts->desk,
-                         *parts->audit, parts->watchdog, parts->recorder, parts->flight},
+                         parts->biases, parts->identifications, parts->turntable, parts->guide, parts->policy,
+                         parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight},
                         config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();

@@ -66,6 +66,8 @@ void build_app(CLI::App& app, Session& session) {
   add_incident_commands(app, session);
   add_sim_command(app, session);
   add_turntable_command(app, session);
+  add_guide_command(app, session);
+  add_presentation_command(app, session);
   add_safety_commands(app, session);
   add_rig_commands(app, session);
   add_access_command(app, session);

@@ -265,4 +265,21 @@ TelemetryStream Client::subscribe(const v1::SubscribeRequest& request) {
           request.decimation()};
 }
 
+GuideStream Client::move_tool(const v1::MoveToolRequest& request) {
+  state_->prepare_command();
+  return GuideStream(streaming<v1::GuideStatus>(std::shared_ptr(v1::GuideService::NewStub(state_->channel)),
+                                                state_->options.address, *state_->keeper, request,
+                                                &v1::GuideService::Stub::AsyncMoveTool));
+}
+
+v1::BeginPresentationResponse Client::begin_presentation() {
+  return state_->call(*state_->presentation, &v1::PresentationService::Stub::BeginPresentation,
+                      v1::BeginPresentationRequest());
+}
+
+v1::PresentationSummary Client::end_presentation() {
+  return state_->call(*state_->presentation, &v1::PresentationService::Stub::EndPresentation,
+                      v1::EndPresentationRequest());
+}
+
 }  // namespace hapticd::client

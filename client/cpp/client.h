@@ -10,8 +10,10 @@
 #include "client/cpp/recording_upload.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/clock.pb.h"
+#include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
+#include "hapticd/v1/presentation.pb.h"
 #include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/rendering.pb.h"
 #include "hapticd/v1/rig.pb.h"
@@ -252,6 +254,17 @@ class Client {
   v1::TurntableStatus engage_turntable();
   /// Stops the table if it moves, and closes the port.
   v1::TurntableStatus disengage_turntable();
+
+  // Experiments.
+
+  /// The device leads the tool, see MoveToolRequest. Refusals come with the stream's first next(): BUSY,
+  /// GUARD_LATCHED, NO_SCENE, IN_CONTACT, OUT_OF_RANGE; STATE_CHANGED where it was held back, timed out, was
+  /// cancelled, or the guard took the force away.
+  GuideStream move_tool(const v1::MoveToolRequest& request);
+  /// Refused: NOT_IN_THIS_SCENE (the scene has no [watch]).
+  v1::BeginPresentationResponse begin_presentation();
+  /// Refused: NOT_IN_THIS_SCENE (none is under way).
+  v1::PresentationSummary end_presentation();
 
   // Telemetry.
 

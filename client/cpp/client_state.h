@@ -15,8 +15,10 @@
 #include "client/cpp/server_stream.h"
 #include "hapticd/v1/access.grpc.pb.h"
 #include "hapticd/v1/clock.grpc.pb.h"
+#include "hapticd/v1/guide.grpc.pb.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
+#include "hapticd/v1/presentation.grpc.pb.h"
 #include "hapticd/v1/recording.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
 #include "hapticd/v1/rig.grpc.pb.h"
@@ -53,6 +55,7 @@ struct Client::State {
         simulation(v1::SimulationService::NewStub(channel)),
         identification(v1::IdentificationService::NewStub(channel)),
         turntable(v1::TurntableService::NewStub(channel)),
+        presentation(v1::PresentationService::NewStub(channel)),
         access(v1::AccessService::NewStub(channel)),
         watchdog(v1::WatchdogService::NewStub(channel)),
         clock(v1::ClockService::NewStub(channel)),
@@ -115,6 +118,7 @@ struct Client::State {
   std::unique_ptr<v1::SimulationService::Stub> simulation;
   std::unique_ptr<v1::IdentificationService::Stub> identification;
   std::unique_ptr<v1::TurntableService::Stub> turntable;
+  std::unique_ptr<v1::PresentationService::Stub> presentation;
   std::unique_ptr<v1::AccessService::Stub> access;
   std::unique_ptr<v1::WatchdogService::Stub> watchdog;
   std::unique_ptr<v1::ClockService::Stub> clock;

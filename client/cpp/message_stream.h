@@ -8,6 +8,7 @@
 #include "client/cpp/stream_account.h"
 #include "client/cpp/telemetry_table.h"
 #include "hapticd/v1/access.pb.h"
+#include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
@@ -54,6 +55,11 @@ using LeaseStream = MessageStream<v1::LeaseState>;
 /// A motion of the turntable from its order to its end, with ten messages a second. cancel(), or destroying
 /// it before the end, has the daemon stop the table. kEnded: the table has arrived, or cancel() was called.
 using TurntableStream = MessageStream<v1::TurntableStatus>;
+
+/// A motion on which the device leads the tool, with ten messages a second. cancel(), or destroying it before
+/// the end, ends the motion. kEnded: the tool has arrived or met an object, as the last message reported, or
+/// cancel() was called.
+using GuideStream = MessageStream<v1::GuideStatus>;
 
 /// The pieces of a file, in order. Destroying it before the end gives the file up.
 using RecordingStream = MessageStream<v1::RecordingPiece>;

@@ -18,6 +18,8 @@ struct WatchLimits {
   double max_contact_speed_mm_per_s = 0.0;  ///< at which a contact begins; D§4.7: 50
   std::uint32_t max_contacts = 0;           ///< new contacts; D§4.7: 3
   double min_lateral_path_mm = 0.0;         ///< along the surface, in contact; D§4.7: 60
+
+  bool operator==(const WatchLimits&) const = default;
 };
 /// Nothing, or which value is outside its range.
 std::optional<hal::Error> check(const WatchLimits& limits, const std::string& where);

@@ -17,6 +17,8 @@ struct FixtureParameters {
   double ceiling_mm = 0.5;   ///< above the contact point, where the upper wall is
   double corridor_mm = 1.0;  ///< radius about the press line through the contact point
   double let_go_mm = 10.0;   ///< this far beyond a wall the tool is let go until the next contact
+
+  bool operator==(const FixtureParameters&) const = default;
 };
 /// Nothing, or which value is outside its range.
 std::optional<hal::Error> check(const FixtureParameters& parameters, const std::string& where);

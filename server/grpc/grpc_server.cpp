@@ -27,9 +27,11 @@
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
 #include "server/grpc/services/clock_service.h"
+#include "server/grpc/services/guide_service.h"
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
 #include "server/grpc/services/model_service.h"
+#include "server/grpc/services/presentation_service.h"
 #include "server/grpc/services/rendering_service.h"
 #include "server/grpc/services/rig_service.h"
 #include "server/grpc/services/safety_service.h"
@@ -106,6 +108,8 @@ struct GrpcServer::State {
         simulation(parts.session, parts.scenes),
         identification(parts.identifications),
         turntable(parts.turntable),
+        guide(parts.guide),
+        presentation(parts.session),
         safety(parts.latch),
         access(parts.policy),
         lease(parts.desk),
@@ -125,6 +129,8 @@ struct GrpcServer::State {
   SimulationService simulation;
   IdentificationService identification;
   TurntableService turntable;
+  GuideService guide;
+  PresentationService presentation;
   SafetyService safety;
   AccessService access;
   LeaseService lease;
@@ -167,6 +173,8 @@ void GrpcServer::State::add_services() {
   add("SimulationService", simulation);
   add("IdentificationService", identification);
   add("TurntableService", turntable);
+  add("GuideService", guide);
+  add("PresentationService", presentation);
   add("AccessService", access);
   add("LeaseService", lease);
   add("RecordingService", recording);

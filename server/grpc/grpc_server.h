@@ -12,6 +12,7 @@ namespace hapticd::server {
 
 class AuditLog;
 class FlightRecorder;
+class GuideHost;
 class LeaseDesk;
 class Recorder;
 class RolePolicy;
@@ -38,6 +39,7 @@ class GrpcServer {
     SensorBiases& biases;
     IdentificationRunner& identifications;
     TurntableHost& turntable;
+    GuideHost& guide;
     const RolePolicy& policy;
     LeaseDesk& desk;
     AuditLog& audit;

@@ -38,6 +38,7 @@ constexpr Range kUnit{0.0, 255.0, ""};
 constexpr Range kTimeoutS{0.01, 10.0, "s"};
 constexpr Range kSteps{1.0, 1e9, ""};
 constexpr Range kGear{1e-3, 1e5, ""};
+constexpr Range kToolMm{-1000.0, 1000.0, "mm"};
 constexpr std::size_t kMaxStations = 64;
 
 void read_stations(TomlTable table, std::vector<hal::TurntableStation>& stations) {
@@ -57,6 +58,7 @@ void read_stations(TomlTable table, std::vector<hal::TurntableStation>& stations
     TomlTable inner = table.table(name);
     inner.read("angle_deg", station.angle_deg, kAngleDeg);
     inner.read("object", station.object, 64);
+    inner.read("tool_mm", station.tool_mm, kToolMm);
     if (!inner.has("angle_deg")) {
       table.refuse(name, {"the station has no angle", "", name, "angle_deg = …", "add it"});
     }
@@ -169,8 +171,10 @@ std::string write_turntable(const TurntableConfig& config) {
   number("reconnect_after_s", s.reconnect_after_s);
   number("reconnect_longest_s", s.reconnect_longest_s);
   for (const hal::TurntableStation& station : s.stations) {
-    text += fmt::format("\n[rig.turntable.stations.{}]\nangle_deg = {}\nobject = {}\n", station.name,
-                        toml_number(station.angle_deg), toml_quoted(station.object));
+    text += fmt::format(
+        "\n[rig.turntable.stations.{}]\nangle_deg = {}\nobject = {}\ntool_mm = [{}, {}, {}]\n", station.name,
+        toml_number(station.angle_deg), toml_quoted(station.object), toml_number(station.tool_mm.x),
+        toml_number(station.tool_mm.y), toml_number(station.tool_mm.z));
   }
   text += "\n[rig.turntable.interlock]\n";
   number("contact_force_n", config.interlock.contact_force_n);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/scene/scene_assistance.h"
 #include "server/scene/scene_friction_target.h"
 #include "server/scene/scene_inclusions.h"
 #include "server/scene/scene_transient.h"
@@ -272,6 +273,7 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   guard.read("resume_ramp_s", spec.guard.resume_ramp_s, kRampS);
   guard.read("fall_ramp_s", spec.guard.fall_ramp_s, kRampS);
   guard.read("loop_gap_ms", spec.guard.loop_gap_ms, kStaleMs);
+  read_assistance(root, spec);
   if (auto error = document->error()) return *error;
 
   const std::string where =

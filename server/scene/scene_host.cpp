@@ -38,6 +38,12 @@ bool uses_sensor(const ResolvedScene* scene) {
   return std::find(hardware.begin(), hardware.end(), "force sensor") != hardware.end();
 }
 
+Refusal busy_with(const std::string& by) {
+  return {RefusalKind::kFailedPrecondition,
+          {by + " is under way", "scene", "", "", "wait until it is over, or cancel it"},
+          Reason::kBusy};
+}
+
 /// A waiting exchange ends this long before the caller's deadline, so that the reason still arrives.
 constexpr std::chrono::milliseconds kReplyTime{200};
 constexpr std::chrono::seconds kMaxExchangeWait{60};
@@ -198,16 +204,13 @@ std::shared_ptr<const ResolvedScene> SceneHost::current() const {
 
 std::optional<Refusal> SceneHost::reserved() const {
   const std::lock_guard lock(current_mutex_);
-  if (reserved_by_.empty()) return std::nullopt;
-  return Refusal{RefusalKind::kFailedPrecondition,
-                 {reserved_by_ + " is under way", "scene", "", "", "wait until it is over, or cancel it"},
-                 Reason::kBusy};
+  return reserved_by_.empty() ? std::nullopt : std::optional(busy_with(reserved_by_));
 }
 
 Outcome<SceneHost::Reservation> SceneHost::reserve(const std::string& by) {
-  if (auto refusal = reserved()) return *refusal;
   {
     const std::lock_guard lock(current_mutex_);
+    if (!reserved_by_.empty()) return busy_with(reserved_by_);
     reserved_by_ = by;
   }
   return Reservation(*this);

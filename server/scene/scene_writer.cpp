@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "server/scene/scene_assistance.h"
 #include "server/scene/scene_file.h"
 #include "server/scene/scene_friction_target.h"
 #include "server/scene/scene_inclusions.h"
@@ -131,6 +132,7 @@ std::string write_scene(const rt::SceneSpec& spec) {
   text += inclusions_text(spec);
   text += friction_target_text(spec);
   text += transient_text(spec);
+  text += assistance_text(spec);
   return text;
 }
 

@@ -152,6 +152,11 @@ Outcome<rt::EngineOutcome> Session::execute(rt::EngineCommand command, const Cal
         return Refusal{RefusalKind::kFailedPrecondition,
                        {"no scene is loaded", "scene", "", "", "load one first (SceneService.LoadScene)"},
                        Reason::kNoScene};
+      case Status::kNoWatch:
+        return Refusal{RefusalKind::kFailedPrecondition,
+                       {"the scene watches no presentation, or none is under way", "scene", "",
+                        "a scene with a section [watch]", "load one, then begin a presentation"},
+                       Reason::kNotInThisScene};
       case Status::kFaultPersists:
         return Refusal{RefusalKind::kFailedPrecondition,
                        {"the fault persists", "guard", "", "", "fix its cause, then clear again"},

@@ -21,6 +21,8 @@ void add_telemetry_record_command(CLI::App& telemetry, Session& session);
 void add_sim_command(CLI::App& app, Session& session);
 void add_rig_commands(CLI::App& app, Session& session);
 void add_turntable_command(CLI::App& app, Session& session);
+void add_guide_command(CLI::App& app, Session& session);
+void add_presentation_command(CLI::App& app, Session& session);
 void add_safety_commands(CLI::App& app, Session& session);
 void add_access_command(CLI::App& app, Session& session);
 void add_lease_commands(CLI::App& app, Session& session);

@@ -65,5 +65,6 @@ static_assert(channel_of(v1::FIELD_GROUP_INCLUSION) == rt::channel::kInclusion);
 static_assert(channel_of(v1::FIELD_GROUP_FRICTION) == rt::channel::kFriction);
 static_assert(channel_of(v1::FIELD_GROUP_TRANSIENT) == rt::channel::kTransient);
 static_assert(channel_of(v1::FIELD_GROUP_ANGLES) == rt::channel::kAngles);
+static_assert(channel_of(v1::FIELD_GROUP_ASSIST) == rt::channel::kAssist);
 
 }  // namespace hapticd::server

@@ -126,6 +126,16 @@ constexpr TelemetryColumn kColumns[] = {
     {"angles_gimbal_1_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.gimbal_rad[0]; }},
     {"angles_gimbal_2_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.gimbal_rad[1]; }},
     {"angles_gimbal_3_rad", "rad", kAngles, [](const R& r) -> double { return r.angles.gimbal_rad[2]; }},
+    {"assist_guide_force_x_n", "N", kAssist, [](const R& r) -> double { return r.guide_force_n.x; }},
+    {"assist_guide_force_y_n", "N", kAssist, [](const R& r) -> double { return r.guide_force_n.y; }},
+    {"assist_guide_force_z_n", "N", kAssist, [](const R& r) -> double { return r.guide_force_n.z; }},
+    {"assist_guide_state", "1", kAssist, [](const R& r) -> double { return static_cast<double>(r.guide_state); }},
+    {"assist_guide_number", "1", kAssist, [](const R& r) -> double { return static_cast<double>(r.guide_number); }},
+    {"assist_fixture_force_x_n", "N", kAssist, [](const R& r) -> double { return r.fixture_force_n.x; }},
+    {"assist_fixture_force_y_n", "N", kAssist, [](const R& r) -> double { return r.fixture_force_n.y; }},
+    {"assist_fixture_force_z_n", "N", kAssist, [](const R& r) -> double { return r.fixture_force_n.z; }},
+    {"assist_presentation", "1", kAssist, [](const R& r) -> double { return static_cast<double>(r.presentation); }},
+    {"assist_presentation_flaws", "1", kAssist, [](const R& r) -> double { return static_cast<double>(r.presentation_broken); }},
 };
 // clang-format on
 

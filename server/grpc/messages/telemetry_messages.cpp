@@ -139,6 +139,15 @@ void fill_transient(const rt::TickRecord& record, v1::TransientGroup& group) {
   group.set_count(record.transient_count);
 }
 
+void fill_assist(const rt::TickRecord& record, v1::AssistGroup& group) {
+  fill_vector(record.guide_force_n, *group.mutable_guide_force_n());
+  group.set_guide_state(static_cast<std::uint32_t>(record.guide_state));
+  group.set_guide_number(record.guide_number);
+  fill_vector(record.fixture_force_n, *group.mutable_fixture_force_n());
+  group.set_presentation(record.presentation);
+  group.set_presentation_flaws(record.presentation_broken);
+}
+
 }  // namespace
 
 void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::TelemetrySample& sample) {
@@ -165,6 +174,7 @@ void fill(const rt::TickRecord& record, std::uint32_t wanted_channels, v1::Telem
   if ((reported & kFriction) != 0) fill_friction_target(record, *sample.mutable_friction());
   if ((reported & kTransient) != 0) fill_transient(record, *sample.mutable_transient());
   if ((reported & kAngles) != 0) fill_angles(record.angles, *sample.mutable_angles());
+  if ((reported & kAssist) != 0) fill_assist(record, *sample.mutable_assist());
 }
 
 }  // namespace hapticd::server

@@ -33,7 +33,7 @@ constexpr ChannelName kChannelNames[] = {
     {rt::channel::kFusion, "fusion"},     {rt::channel::kPassivity, "passivity"},
     {rt::channel::kZero, "zero"},         {rt::channel::kInclusion, "inclusion"},
     {rt::channel::kFriction, "friction"}, {rt::channel::kTransient, "transient"},
-    {rt::channel::kAngles, "angles"}};
+    {rt::channel::kAngles, "angles"},     {rt::channel::kAssist, "assist"}};
 
 void fill_outline(const ResolvedScene& scene, v1::SceneOutline& outline) {
   outline.set_name(scene.spec.name);

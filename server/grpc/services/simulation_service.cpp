@@ -33,6 +33,8 @@ std::optional<Kind> kind_of(v1::HandProgramKind kind) {
       return Kind::kWeight;
     case v1::HAND_PROGRAM_KIND_SHAKE:
       return Kind::kShake;
+    case v1::HAND_PROGRAM_KIND_FOLLOW:
+      return Kind::kFollow;
     default:
       return std::nullopt;
   }

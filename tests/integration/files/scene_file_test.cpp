@@ -18,7 +18,7 @@ namespace {
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
          ramp, max_change, structure_compensated, structural, structural_field, explore, inclusions,
-         friction_target, transient, control, compensation, guard] = spec;
+         friction_target, transient, fixture, watch, control, compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
@@ -36,6 +36,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
   static_cast<void>(modulated), static_cast<void>(friction_target), static_cast<void>(transient);
+  static_cast<void>(fixture), static_cast<void>(watch);  // compared below
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
   std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
                                &proportional, &derivative, &force, &rate,       &power,
@@ -174,6 +175,15 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
         spec.target.knot_count = 1 + static_cast<std::uint32_t>(round) % rt::TargetLaw::kMaxKnots;
       }
     }
+    if (round % 2 == 0) {
+      spec.fixture = {0.05 + 0.9 * fraction(random), 0.001 + 0.004 * fraction(random),
+                      0.1 + 3.0 * fraction(random),  20.0 * fraction(random),
+                      50.0 * fraction(random),       2.0 + 40.0 * fraction(random)};
+    }
+    if (round % 3 != 0) {
+      spec.watch = {2000.0 * fraction(random), 500.0 * fraction(random), 2000.0 * fraction(random),
+                    static_cast<std::uint32_t>(round), 1e4 * fraction(random)};
+    }
     if (spec.kind != rt::SceneKind::kWall) spec.compensation.back_drive = turn(round, 6, {true, false});
     spec.controller.law = round % 2 == 0 ? rt::ControlLaw::kClosedLoop : rt::ControlLaw::kOpenLoop;
     if (round % 2 == 0) spec.structural_field.emplace();
@@ -217,6 +227,8 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->explore.friction_feel, spec.explore.friction_feel);
     EXPECT_EQ(again->explore.release, spec.explore.release);
     EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
+    EXPECT_EQ(again->fixture, spec.fixture);
+    EXPECT_EQ(again->watch, spec.watch);
     ASSERT_EQ(again->transient.has_value(), spec.transient.has_value());
     if (spec.transient) {
       ASSERT_EQ(again->transient->target.size(), spec.transient->target.size());

@@ -125,7 +125,7 @@ TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
   unknown.add_groups(static_cast<v1::FieldGroup>(42));
   const std::string groups =
       "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, FUSION, "
-      "PASSIVITY, ZERO, INCLUSION, FRICTION, TRANSIENT, ANGLES";
+      "PASSIVITY, ZERO, INCLUSION, FRICTION, TRANSIENT, ANGLES, ASSIST";
   const std::string remedy = "ask for groups of this list, or for none to get all";
   expect_refused(refuse(unknown), {grpc::StatusCode::INVALID_ARGUMENT, "unknown field group",
                                    "SubscribeRequest.groups[1]", "42", groups, remedy});

@@ -1,0 +1,167 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "hapticd/v1/guide.grpc.pb.h"
+#include "hapticd/v1/presentation.grpc.pb.h"
+#include "tests/integration/error_detail.h"
+#include "tests/integration/running_service.h"
+
+namespace hapticd::test {
+namespace {
+
+class ServiceGuide : public testing::Test {
+ protected:
+  ServiceGuide()
+      : guide(v1::GuideService::NewStub(service.channel)),
+        presentation(v1::PresentationService::NewStub(service.channel)) {}
+
+  void let_hand(v1::HandProgramKind kind, double force_n = 2.0) {
+    v1::SetHandProgramRequest request;
+    request.mutable_program()->set_kind(kind);
+    if (kind == v1::HAND_PROGRAM_KIND_PRESS) request.mutable_program()->set_force_n(force_n);
+    v1::SetHandProgramResponse response;
+    const auto status = service.simulation->SetHandProgram(call_context().get(), request, &response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+  }
+  /// To its end.
+  grpc::Status move(const v1::MoveToolRequest& request, v1::GuideStatus* last = nullptr) {
+    auto context = call_context(std::chrono::seconds(60));
+    auto reader = guide->MoveTool(context.get(), request);
+    v1::GuideStatus status;
+    while (reader->Read(&status)) {
+    }
+    if (last != nullptr) *last = status;
+    return reader->Finish();
+  }
+  static v1::MoveToolRequest to(double x_mm, double y_mm, double z_mm) {
+    v1::MoveToolRequest request;
+    request.mutable_point_mm()->set_x(x_mm);
+    request.mutable_point_mm()->set_y(y_mm);
+    request.mutable_point_mm()->set_z(z_mm);
+    request.set_max_speed_mm_per_s(60.0);
+    return request;
+  }
+
+  RunningService service;
+  std::unique_ptr<v1::GuideService::Stub> guide;
+  std::unique_ptr<v1::PresentationService::Stub> presentation;
+};
+
+TEST_F(ServiceGuide, LeadsTheToolToAPointAndThenToAnObject) {
+  service.load("press_guided");
+  let_hand(v1::HAND_PROGRAM_KIND_FOLLOW);
+  v1::GuideStatus last;
+  grpc::Status status = move(to(0.0, 0.0, 20.0), &last);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(last.state(), v1::GUIDE_STATE_ARRIVED);
+  EXPECT_NEAR(last.position_mm().z(), 20.0, 1.5);
+
+  v1::MoveToolRequest down;
+  down.set_until_contact_mm(50.0);
+  status = move(down, &last);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(last.state(), v1::GUIDE_STATE_CONTACT);
+  EXPECT_EQ(last.number(), 2U);
+  EXPECT_NEAR(last.position_mm().z(), 0.0, 2.0);
+  // In contact already.
+  status = move(down);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_IN_CONTACT);
+}
+
+TEST_F(ServiceGuide, RefusesWhatIsNoMotionAndSaysWhy) {
+  const auto refused = [this](const v1::MoveToolRequest& request, grpc::StatusCode code, const char* word) {
+    const grpc::Status status = move(request);
+    EXPECT_EQ(status.error_code(), code) << status.error_message();
+    EXPECT_NE(status.error_message().find(word), std::string::npos) << status.error_message();
+  };
+  refused({}, grpc::StatusCode::INVALID_ARGUMENT, "destination");
+  refused(to(0.0, 0.0, 5000.0), grpc::StatusCode::OUT_OF_RANGE, "point_mm");
+  refused(to(0.0, std::nan(""), 0.0), grpc::StatusCode::INVALID_ARGUMENT, "point_mm");
+  v1::MoveToolRequest fast = to(0.0, 0.0, 20.0);
+  fast.set_max_speed_mm_per_s(500.0);
+  refused(fast, grpc::StatusCode::OUT_OF_RANGE, "100 mm/s");
+  v1::MoveToolRequest hard = to(0.0, 0.0, 20.0);
+  hard.set_max_force_n(40.0);
+  refused(hard, grpc::StatusCode::OUT_OF_RANGE, "4 N");
+  v1::MoveToolRequest down;
+  down.set_until_contact_mm(50.0);
+  refused(down, grpc::StatusCode::FAILED_PRECONDITION, "no scene");
+  v1::MoveToolRequest station;
+  station.set_above_station("sponge");
+  refused(station, grpc::StatusCode::FAILED_PRECONDITION, "turntable");
+}
+
+TEST_F(ServiceGuide, AMotionEndsWithItsClientAndWithAStop) {
+  let_hand(v1::HAND_PROGRAM_KIND_FOLLOW);
+  v1::MoveToolRequest slow = to(0.0, 0.0, 60.0);
+  slow.set_max_speed_mm_per_s(5.0);
+  v1::GuideStatus status;
+  {
+    auto context = call_context();
+    auto reader = guide->MoveTool(context.get(), slow);
+    ASSERT_TRUE(reader->Read(&status));
+    // One at a time.
+    const grpc::Status second = move(to(0.0, 0.0, 20.0));
+    EXPECT_EQ(detail_of(second).reason(), v1::ERROR_REASON_BUSY) << second.error_message();
+    context->TryCancel();
+    reader->Finish();
+  }
+  // It lets go, and the next one begins.
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  std::thread stop;
+  for (bool begun = false; !begun && std::chrono::steady_clock::now() < until;) {
+    auto context = call_context();
+    auto reader = guide->MoveTool(context.get(), slow);
+    begun = reader->Read(&status);
+    if (begun) {
+      EXPECT_EQ(status.number(), 2U);
+      v1::StopResponse stopped;
+      service.safety->Stop(call_context().get(), {}, &stopped);
+      while (reader->Read(&status)) {
+      }
+      EXPECT_EQ(status.state(), v1::GUIDE_STATE_FORCE_CUT);
+    }
+    const grpc::Status end = reader->Finish();
+    EXPECT_EQ(end.error_code(), begun ? grpc::StatusCode::ABORTED : grpc::StatusCode::FAILED_PRECONDITION);
+  }
+  EXPECT_EQ(status.state(), v1::GUIDE_STATE_FORCE_CUT);
+  const grpc::Status latched = move(slow);
+  EXPECT_EQ(detail_of(latched).reason(), v1::ERROR_REASON_GUARD_LATCHED) << latched.error_message();
+}
+
+TEST_F(ServiceGuide, APressIsJudged) {
+  v1::BeginPresentationResponse begun;
+  v1::PresentationSummary summary;
+  grpc::Status status = presentation->BeginPresentation(call_context().get(), {}, &begun);
+  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_NOT_IN_THIS_SCENE) << status.error_message();
+
+  service.load("press_guided");
+  status = presentation->EndPresentation(call_context().get(), {}, &summary);
+  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_NOT_IN_THIS_SCENE) << status.error_message();
+  status = presentation->BeginPresentation(call_context().get(), {}, &begun);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(begun.number(), 1U);
+  status = presentation->EndPresentation(call_context().get(), {}, &summary);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(summary.number(), 1U);
+  ASSERT_EQ(summary.flaws_size(), 1);
+  EXPECT_EQ(summary.flaws(0), v1::PRESENTATION_FLAW_NO_CONTACT);
+
+  status = presentation->BeginPresentation(call_context().get(), {}, &begun);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  let_hand(v1::HAND_PROGRAM_KIND_PRESS);
+  service.wait_for([](const v1::TelemetrySample& sample) { return sample.deformation().displacement_mm() > 1.0; });
+  status = presentation->EndPresentation(call_context().get(), {}, &summary);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(summary.flaws_size(), 0) << summary.ShortDebugString();
+  EXPECT_EQ(summary.contacts(), 1U);
+  EXPECT_GT(summary.peak_displacement_mm(), 1.0);
+  EXPECT_GE(summary.begin_tick(), begun.begin_tick());
+}
+
+}  // namespace
+}  // namespace hapticd::test
