@@ -116,6 +116,7 @@ before=$(listing)
 put "${folders[0]}"
 say "install"
 began=$SECONDS
+began_ms=$(date +%s%3N)
 apt install $(cd "$system" && ls ./packages/*.deb | sed 's|^\./|/|') || fail "the packages cannot be installed"
 say "  installed in $((SECONDS - began)) s"
 inside getent passwd hapticd >>"$log" || fail "the user hapticd is missing"
@@ -123,6 +124,8 @@ inside hapticd --config /etc/hapticd/rig.toml --check-config >>"$log" 2>&1 || fa
 inside bash -n /usr/share/bash-completion/completions/hapticctl || fail "the completion is no bash"
 [[ -s $system/usr/share/man/man1/hapticctl.1.gz ]] || fail "the manual page of hapticctl is missing"
 try_service || fail "the service does not answer within 30 s"
+# From 'apt install' to the end of the first daemon, which had answered before.
+say "install_to_status_s $(awk "BEGIN { print ($(date +%s%3N) - $began_ms) / 1000 }")"
 
 if ((${#folders[@]} == 2)); then
   put "${folders[1]}"

@@ -73,7 +73,8 @@ int run_access(const AccessOptions& options);
 struct RecordingOptions {
   std::string folder;
   bool quick = false;             ///< a tenth of everything
-  std::vector<std::string> only;  ///< "incidents", "cost", "kills"; empty = all
+  std::vector<std::string> only;  ///< "incidents", "cost", "kills", "service", "install"; empty = all
+  std::string packages;           ///< for "install": where they are
 };
 int run_recording(const RecordingOptions& options);
 

@@ -132,8 +132,11 @@ int main(int argc, char** argv) {
       ->add_option("--out", recording.folder, "folder for figures.jsonl and the table; made if need be")
       ->required();
   recording_command->add_flag("--quick", recording.quick, "a tenth of everything");
+  recording_command->add_option(
+      "--packages", recording.packages,
+      "folder of packages as deploy/package.sh makes them, for the part \"install\"; as root");
   recording_command->add_option("--only", recording.only, "only these parts")
-      ->check(CLI::IsMember({"incidents", "cost", "kills", "service"}));
+      ->check(CLI::IsMember({"incidents", "cost", "kills", "service", "install"}));
   recording_command->callback([&] { status = run_recording(recording); });
 #endif
 

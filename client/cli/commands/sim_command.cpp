@@ -83,8 +83,8 @@ void add_hand_programs(CLI::App& sim, Session& session) {
 
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_REST, "Holds the tool still above the object",
                  "  hapticctl sim hand rest");
-  ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_FOLLOW, "Holds the tool loosely and goes along with the guide",
-                 "  hapticctl sim hand follow");
+  ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_FOLLOW,
+                 "Holds the tool loosely and goes along with the guide", "  hapticctl sim hand follow");
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_TAP, "Strikes the object repeatedly",
                  "  hapticctl sim hand tap --speed 300 --rate 2 --repetitions 10\n"
                  "  hapticctl sim hand tap --slant 30 --direction 0 1 0")

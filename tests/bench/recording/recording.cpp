@@ -29,6 +29,7 @@ int run_recording(const RecordingOptions& options) {
   if (wanted("cost")) add_cost_figures(logs, options.quick, add);
   if (wanted("kills")) add_kill_figures(logs, options.quick, add);
   if (wanted("service")) add_service_figures(logs, options.quick, add);
+  if (wanted("install")) add_install_figure(logs, options.packages, add);
   report.add_table(
       "recording", "Recordings and incidents", table,
       "recording_lost_s: from the last tick that a client knew of before the kill to the last in the "

@@ -407,12 +407,13 @@ TEST(SceneFile, NoTextCrashesTheReader) {
 TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   const SceneLibrary library;
   const auto entries = library.list();
-  ASSERT_EQ(entries.size(), 5U);
+  ASSERT_EQ(entries.size(), 6U);
   EXPECT_EQ(entries[0].name, "explore_bearing");
   EXPECT_EQ(entries[1].name, "explore_rod");
   EXPECT_EQ(entries[2].name, "explore_tumour");
-  EXPECT_EQ(entries[3].name, "tap_1d");
-  EXPECT_EQ(entries[4].name, "wall");
+  EXPECT_EQ(entries[3].name, "press_guided");
+  EXPECT_EQ(entries[4].name, "tap_1d");
+  EXPECT_EQ(entries[5].name, "wall");
   for (const auto& entry : entries) {
     const auto scene = library.find(entry.name);
     ASSERT_TRUE(scene) << scene.error().text();
@@ -422,6 +423,8 @@ TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   EXPECT_EQ(library.find("explore_rod")->tip, rt::Tip::kRod);
   EXPECT_EQ(library.find("explore_bearing")->tip, rt::Tip::kBallBearing);
   EXPECT_EQ(library.find("explore_tumour")->inclusions.size(), 1U);
+  EXPECT_TRUE(library.find("press_guided")->fixture);
+  EXPECT_TRUE(library.find("press_guided")->watch);
 }
 
 TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
@@ -432,11 +435,11 @@ TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   folder->write("not a name.toml", "");
   const SceneLibrary library(folder->path());
   const auto entries = library.list();
-  ASSERT_EQ(entries.size(), 7U);
+  ASSERT_EQ(entries.size(), 8U);
   EXPECT_EQ(entries[0].name, "broken");
   EXPECT_NE(entries[0].description.find("unknown key 'oops'"), std::string::npos) << entries[0].description;
-  EXPECT_EQ(entries[4].name, "soft");
-  EXPECT_EQ(entries[6].description, "my own wall");
+  EXPECT_EQ(entries[5].name, "soft");
+  EXPECT_EQ(entries[7].description, "my own wall");
   EXPECT_EQ(library.find("soft")->target.stiffness_n_per_mm, 0.1);
   const auto unknown = library.find("sof");
   ASSERT_FALSE(unknown);

@@ -32,7 +32,7 @@ TEST(ServiceScenes, LoadExplainListUnload) {
 
   v1::ListScenesResponse scenes;
   ASSERT_TRUE(service.scene->ListScenes(call_context().get(), {}, &scenes).ok());
-  ASSERT_EQ(scenes.scenes_size(), 5);
+  ASSERT_EQ(scenes.scenes_size(), 6);
   for (const v1::SceneSummary& scene : scenes.scenes()) {
     EXPECT_EQ(scene.loaded(), scene.name() == "tap_1d") << scene.name();
   }
@@ -70,9 +70,10 @@ TEST(ServiceScenes, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
 
 TEST(ServiceScenes, AnUnknownNameIsRefusedWithASuggestion) {
   const RunningService service;
-  expect_refused(service.load("tap1d"),
-                 {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name", "tap1d",
-                  "explore_bearing, explore_rod, explore_tumour, tap_1d, wall", "did you mean 'tap_1d'?"});
+  expect_refused(
+      service.load("tap1d"),
+      {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name", "tap1d",
+       "explore_bearing, explore_rod, explore_tumour, press_guided, tap_1d, wall", "did you mean 'tap_1d'?"});
 }
 
 TEST(ServiceScenes, ARequestWithoutASceneIsRefused) {

@@ -35,7 +35,7 @@ TEST(Names, AnUnknownGroupIsNamed) {
     EXPECT_EQ(
         error.detail().limit(),
         "sample, motion, contact, deformation, target, control, guard, timing, truth, direction, fusion, "
-        "passivity, zero, inclusion, friction, transient, angles");
+        "passivity, zero, inclusion, friction, transient, angles, assist");
   }
 }
 
