@@ -34,25 +34,25 @@ hal::Vector3 Assistance::update(const hal::RigSample& sample, bool is_force_allo
   } else {
     speed_.reset();
   }
+  is_touched_ = record.in_contact && (is_touched_ || is_evident_contact(record));
   const bool allowed = is_force_allowed && is_known;
   const hal::Vector3& velocity = speed_.velocity_mm_per_s();
   record.channels |= channel::kAssist;
-  guide_force_n_ = guide_.update({sample.tip_position_mm, velocity, interval_s, record.in_contact, allowed});
+  guide_force_n_ = guide_.update({sample.tip_position_mm, velocity, interval_s, is_touched_, allowed});
   record.guide_force_n = guide_force_n_;
   record.guide_number = guide_.number();
   record.guide_state = guide_.state();
   if (fixture_) {
-    record.fixture_force_n =
-        fixture_->update({sample.tip_position_mm, velocity, interval_s, record.in_contact,
-                          record.contact_reason == ContactReason::kWithdrawn, record.displacement_mm,
-                          guide_.is_acting(), allowed});
+    record.fixture_force_n = fixture_->update({sample.tip_position_mm, velocity, interval_s, is_touched_,
+                                               record.contact_reason == ContactReason::kWithdrawn,
+                                               record.displacement_mm, guide_.is_acting(), allowed});
   }
   return guide_force_n_ + record.fixture_force_n;
 }
 
 void Assistance::observe(TickRecord& record, double interval_s) noexcept {
   if (!watch_) return;
-  watch_->update(record, speed_.velocity_mm_per_s(), interval_s);
+  watch_->update(record, is_touched_, speed_.velocity_mm_per_s(), interval_s);
   record.presentation = watch_->is_running() ? watch_->summary().number : 0;
   record.presentation_broken = watch_->summary().broken;
 }

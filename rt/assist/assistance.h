@@ -19,6 +19,11 @@ struct AssistanceSpec {
   std::optional<WatchLimits> watch{};
 };
 
+/// Half of the evidence of an object: what free motion may look like has none.
+inline bool is_evident_contact(const TickRecord& record) noexcept {
+  return record.in_contact && record.contact_authority >= 0.5;
+}
+
 /// What an experiment needs in the tick besides rendering: the guide, the scene's fixture, the scene's watch.
 /// What is not used costs a branch.
 class Assistance {
@@ -49,6 +54,7 @@ class Assistance {
 
   double rate_hz_;
   ToolSpeed speed_;
+  bool is_touched_ = false;  ///< from an evident contact on, until it ends
   ToolGuide guide_;
   hal::Vector3 guide_force_n_;
   std::optional<ToolFixture> fixture_;

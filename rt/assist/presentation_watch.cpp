@@ -77,8 +77,8 @@ void PresentationWatch::follow_contact(const TickRecord& record, double interval
   summary_.peak_displacement_mm = std::max(summary_.peak_displacement_mm, record.displacement_mm);
 }
 
-void PresentationWatch::update(const TickRecord& record, const hal::Vector3& velocity_mm_per_s,
-                               double interval_s) noexcept {
+void PresentationWatch::update(const TickRecord& record, bool is_touched,
+                               const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept {
   if (!is_running_) return;
   if (summary_.begin_tick == 0) summary_.begin_tick = record.tick;
   summary_.end_tick = record.tick;
@@ -92,8 +92,8 @@ void PresentationWatch::update(const TickRecord& record, const hal::Vector3& vel
     approach_age_s_ = 0.0;
   }
   free_s_ += interval_s;
-  if (record.in_contact) follow_contact(record, interval_s);
-  was_in_contact_ = record.in_contact;
+  if (is_touched) follow_contact(record, interval_s);
+  was_in_contact_ = is_touched;
 
   const auto beyond = [](double value, double limit) { return limit > 0.0 && value > limit; };
   if (beyond(summary_.peak_press_speed_mm_per_s, limits_.max_press_speed_mm_per_s))

@@ -68,8 +68,10 @@ class PresentationWatch {
   bool is_running() const noexcept { return is_running_; }
   const PresentationSummary& summary() const noexcept { return summary_; }
 
-  /// After the guard has filled its part of the record. `interval_s` > 0 since the last tick.
-  void update(const TickRecord& record, const hal::Vector3& velocity_mm_per_s, double interval_s) noexcept;
+  /// After the guard has filled its part of the record. `is_touched`: an object is in contact. `interval_s` >
+  /// 0 since the last tick.
+  void update(const TickRecord& record, bool is_touched, const hal::Vector3& velocity_mm_per_s,
+              double interval_s) noexcept;
 
  private:
   /// Speed is judged over so long before a contact is declared: declaring one takes time.

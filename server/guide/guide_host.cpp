@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "hal/turntable.h"
+#include "rt/assist/assistance.h"
 #include "server/process/log.h"
 #include "server/scene/scene_host.h"
 #include "server/session/session.h"
@@ -88,7 +89,7 @@ Outcome<hal::Vector3> GuideHost::goal_of(const ToolDestination& destination, con
                      {"no scene is loaded that could notice a contact", "scene", "", "", "load one first"},
                      Reason::kNoScene);
     }
-    if (now.in_contact) {
+    if (rt::is_evident_contact(now)) {
       return refused(RefusalKind::kFailedPrecondition,
                      {"the tool is in contact already", "guide", "", "", "lift it off the object"},
                      Reason::kInContact);

@@ -7,7 +7,8 @@ constexpr double kClearOfObjectsMm = 80.0;
 }
 
 std::vector<std::string> hand_programs() {
-  return {"press", "tap", "rest", "wave", "dart", "palpate", "rub", "turn", "free", "search", "walls"};
+  return {"press",   "tap", "rest", "wave", "dart",   "follow",
+          "palpate", "rub", "turn", "free", "search", "walls"};
 }
 
 sim::HandProgram single_motion(const HandTask& task) {
@@ -17,6 +18,7 @@ sim::HandProgram single_motion(const HandTask& task) {
   program.hold_s = task.hold_s;
   if (task.program == "press") program.kind = sim::HandProgram::Kind::kPress;
   if (task.program == "tap") program.kind = sim::HandProgram::Kind::kTap;
+  if (task.program == "follow") program.kind = sim::HandProgram::Kind::kFollow;
   if (task.program == "wave") {  // ±20 mm at 2.2 Hz, well above the object
     program.kind = sim::HandProgram::Kind::kSway;
     program.rate_hz = 2.2;

@@ -208,6 +208,36 @@ TEST(ToolFixture, AddsNothingAlongThePress) {
   EXPECT_LE(largest_n, 0.020);
 }
 
+TEST(Assistance, WhatHasNoEvidenceOfAnObjectIsNoContact) {
+  rt::Assistance assistance(1000.0);
+  rt::AssistanceSpec spec;
+  spec.fixture.emplace();
+  spec.watch.emplace();
+  assistance.exchange(spec);
+  assistance.begin_guide({.goal_mm = {0.0, 0.0, -50.0}});
+  assistance.begin_presentation();
+  hal::RigSample sample;
+  for (int i = 0; i < 1000; ++i) {
+    rt::TickRecord record;
+    record.in_contact = i % 3 != 0;  // declared by its force, again and again
+    record.contact_authority = 0.4;
+    assistance.update(sample, true, 1e-3, record);
+    assistance.observe(record, 1e-3);
+    EXPECT_EQ(record.guide_state, GuideState::kUnderWay);
+  }
+  assistance.cancel_guide();
+  for (int i = 0; i < 1000; ++i) {
+    rt::TickRecord record;
+    record.in_contact = true;
+    record.contact_authority = 0.4;
+    sample.tip_position_mm = {0.0, 3.0, 0.01 * i};
+    const hal::Vector3 force_n = assistance.update(sample, true, 1e-3, record);
+    if (i > 300) EXPECT_EQ(length(force_n), 0.0);
+    assistance.observe(record, 1e-3);
+  }
+  EXPECT_EQ(assistance.end_presentation().contacts, 0U);
+}
+
 rt::ToolFixture::Situation in_contact_at(const hal::Vector3& tip_mm) {
   rt::ToolFixture::Situation now;
   now.tip_mm = tip_mm;
