@@ -232,7 +232,9 @@ TEST(Assistance, WhatHasNoEvidenceOfAnObjectIsNoContact) {
     record.contact_authority = 0.4;
     sample.tip_position_mm = {0.0, 3.0, 0.01 * i};
     const hal::Vector3 force_n = assistance.update(sample, true, 1e-3, record);
-    if (i > 300) EXPECT_EQ(length(force_n), 0.0);
+    if (i > 300) {
+      EXPECT_EQ(length(force_n), 0.0);
+    }
     assistance.observe(record, 1e-3);
   }
   EXPECT_EQ(assistance.end_presentation().contacts, 0U);
