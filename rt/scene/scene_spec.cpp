@@ -141,6 +141,7 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("contact.quiet_time_ms", spec.contact.quiet_time_ms, 0.1, 10000.0, "ms");
   check.range("contact.arming_time_ms", spec.contact.arming_time_ms, 0.1, 10000.0, "ms");
   check.range("wall.position_mm", spec.wall_position_mm, -1000.0, 1000.0, "mm");
+  if (spec.wall_ball) check.range("wall.ball_radius_mm", spec.wall_ball->radius_mm, 2.0, 500.0, "mm");
   check.range("target.max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, 0.0, 1000.0, "N/mm");
   if (auto error = rt::check(spec.target, "scene '" + spec.name + "', [target]")) return *error;
   if (!explores && spec.target.kind != TargetLaw::Kind::kLinear) {
@@ -292,7 +293,9 @@ SceneOutline outline(const SceneSpec& spec) {
                        "displacement: from the contact point along the press axis"};
       break;
     case SceneKind::kWall:
-      result.stages = {"contact: position against the wall"};
+      result.stages = {spec.wall_ball ? "contact: position against the ball"
+                                      : "contact: position against the wall"};
+      if (spec.wall_ball) result.channels |= channel::kDirection;
       break;
     case SceneKind::kExplore:
       outline_explore(spec, result.stages);

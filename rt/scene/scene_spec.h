@@ -17,6 +17,7 @@
 #include "rt/model/structural_model.h"
 #include "rt/modulation/friction_target.h"
 #include "rt/modulation/transient_parameters.h"
+#include "rt/scene/wall_surface.h"
 #include "rt/signal/tool_load.h"
 #include "rt/target/target_law.h"
 
@@ -87,6 +88,8 @@ struct SceneSpec {
 
   ContactParameters contact;
   double wall_position_mm = 0.0;  ///< kWall: the surface, along the press axis
+  /// kWall: a ball in place of the plane.
+  std::optional<BallParameters> wall_ball{};
 
   TargetLaw target;  ///< at load
   double max_target_stiffness_n_per_mm =

@@ -8,15 +8,16 @@
 namespace hapticd::rt {
 
 WallPipeline::WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
-    : axis_(resolved.press_axis),
-      wall_depth_mm_(resolved.wall_position_mm),
+    : surface_(resolved.press_axis, resolved.wall_position_mm, resolved.wall_ball),
+      inward_(resolved.press_axis),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
       structural_field_(resolved.structural_compensation ? resolved.structural_field : std::nullopt),
       target_(resolved.target.stiffness_n_per_mm, rig.rate_hz, resolved.max_target_change_n_per_s),
       controller_(resolved.controller, rig.rate_hz) {}
 
 std::uint32_t WallPipeline::channels() const noexcept {
-  return channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl;
+  const std::uint32_t direction = surface_.is_curved() ? channel::kDirection : 0;
+  return channel::kContact | channel::kDeformation | channel::kTarget | channel::kControl | direction;
 }
 
 void WallPipeline::reset() noexcept {
@@ -29,11 +30,12 @@ void WallPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
 }
 
 void WallPipeline::applied(const hal::Vector3& force_n) noexcept {
-  controller_.applied(axis_.along_axis_n(force_n));
+  controller_.applied(dot(inward_, force_n));
 }
 
 PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
-  const double encoder_mm = axis_.depth_mm(sample.tip_position_mm) - wall_depth_mm_;
+  const auto [encoder_mm, inward] = surface_.at(sample.tip_position_mm);
+  inward_ = inward;
   const double target = target_.update(1.0, std::max(0.0, encoder_mm));
 
   if (structural_field_) structural_n_per_mm_ = structural_field_->stiffness_at(sample.tip_position_mm);
@@ -68,7 +70,8 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   record.desired_force_n = desired_n;
   record.commanded_force_n = command_n;
   record.hand_force_n = -device_force_n;
-  return {axis_.device_force_n(command_n), in_contact, std::abs(desired_n) >= kTraceN, 0};
+  if (in_contact) record.normal = inward * -1.0;
+  return {inward * command_n, in_contact, std::abs(desired_n) >= kTraceN, 0};
 }
 
 }  // namespace hapticd::rt

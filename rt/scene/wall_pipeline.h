@@ -4,14 +4,16 @@
 
 #include "hal/rig.h"
 #include "rt/control/force_controller.h"
-#include "rt/scene/axis.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
+#include "rt/scene/wall_surface.h"
 #include "rt/target/target_ramp.h"
 
 namespace hapticd::rt {
 
-/// An elastic virtual wall, the comparison stimulus of D§3.4: no sensor, no object, position is all it needs.
+/// An elastic virtual wall (D§3.4) or ball (D§4.7), the comparison stimulus of a real one: no sensor, no
+/// object, position is all it needs. The controller works along the normal, which turns slowly against its
+/// delay.
 class WallPipeline final : public Pipeline {
  public:
   WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
@@ -23,8 +25,8 @@ class WallPipeline final : public Pipeline {
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
 
  private:
-  PressAxis axis_;
-  double wall_depth_mm_;
+  WallSurface surface_;
+  hal::Vector3 inward_;         ///< where the tip is
   double structural_n_per_mm_;  ///< where the tip is; 0 = device taken as rigid
   std::optional<StructuralModel> structural_field_;
   TargetRamp target_;

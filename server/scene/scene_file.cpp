@@ -27,6 +27,7 @@ constexpr Range kReleaseRatio{0.0, 1.0, ""};
 constexpr Range kReleaseTimeMs{0.1, 1000.0, "ms"};
 constexpr Range kFreeTimeMs{0.1, 10000.0, "ms"};
 constexpr Range kClearanceMm{0.0, 100.0, "mm"};
+constexpr Range kBallRadiusMm{2.0, 500.0, "mm"};
 constexpr Range kPositionMm{-1000.0, 1000.0, "mm"};
 constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
 constexpr Range kRampS{0.0, 60.0, "s"};
@@ -229,7 +230,13 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
 
   read_contact(root, spec);
   if (spec.kind == rt::SceneKind::kWall) {
-    root.table("wall").read("position_mm", spec.wall_position_mm, kPositionMm);
+    TomlTable wall = root.table("wall");
+    wall.read("position_mm", spec.wall_position_mm, kPositionMm);
+    if (wall.has("ball_radius_mm")) {
+      rt::BallParameters& ball = spec.wall_ball.emplace();
+      wall.read("ball_radius_mm", ball.radius_mm, kBallRadiusMm);
+      wall.read("ball_centre_mm", ball.centre_mm, kPositionMm);
+    }
   } else {
     refuse_foreign(root, "wall", "wall", spec, "\"wall\"");
   }

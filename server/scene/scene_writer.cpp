@@ -84,6 +84,10 @@ std::string write_scene(const rt::SceneSpec& spec) {
   }
   if (spec.kind == rt::SceneKind::kWall) {
     text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
+    if (spec.wall_ball) {
+      text += fmt::format("ball_radius_mm = {}\nball_centre_mm = {}\n", number(spec.wall_ball->radius_mm),
+                          vector_text(spec.wall_ball->centre_mm));
+    }
   } else {
     text += fmt::format(
         "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_time_ms = {}\n"

@@ -130,7 +130,7 @@ void add_rate(const fs::path& folder, double rate_hz, bool quick, const AddFigur
   report::Figure size{.figure = "recording_mb_per_s", .conditions = {{"rate_hz", rate_hz}}, .unit = "MB/s"};
   std::string spread;
   try {
-    const Turns turns = measure_turns(folder, rate_hz, quick ? 3 : 10, quick ? 3.0 : 10.0);
+    const Turns turns = measure_turns(folder, rate_hz, quick ? 3 : 60, 3.0);
     cpu.value = turns.cpu_with - turns.cpu_without;
     const QuantileRatio ratio = quantile_ratio(turns.with, turns.without, 0.999);
     late.value = ratio.value;

@@ -16,9 +16,9 @@ namespace {
 /// Every number that the file of such a scene says, by reference. The bindings name all members, so a new one
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
-  auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, target, max_target,
-         ramp, max_change, structure_compensated, structural, structural_field, explore, inclusions,
-         friction_target, transient, fixture, watch, control, compensation, guard] = spec;
+  auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, ball, target,
+         max_target, ramp, max_change, structure_compensated, structural, structural_field, explore,
+         inclusions, friction_target, transient, fixture, watch, control, compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
@@ -36,7 +36,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   static_cast<void>(law), static_cast<void>(direction), static_cast<void>(displacement);
   static_cast<void>(contact_law), static_cast<void>(feel), static_cast<void>(release);
   static_cast<void>(modulated), static_cast<void>(friction_target), static_cast<void>(transient);
-  static_cast<void>(fixture), static_cast<void>(watch);  // compared below
+  static_cast<void>(fixture), static_cast<void>(watch), static_cast<void>(ball);  // compared below
   static_cast<void>(passivity), static_cast<void>(back_drive), static_cast<void>(exponent);
   std::vector<double*> numbers{&mass,         &max_target, &ramp,  &max_change, &structural,
                                &proportional, &derivative, &force, &rate,       &power,
@@ -180,6 +180,9 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
                       0.1 + 3.0 * fraction(random),  20.0 * fraction(random),
                       50.0 * fraction(random),       2.0 + 40.0 * fraction(random)};
     }
+    if (wall && round % 2 == 0) {
+      spec.wall_ball = {{fraction(random), fraction(random), fraction(random)}, 2.0 + fraction(random)};
+    }
     if (round % 3 != 0) {
       spec.watch = {2000.0 * fraction(random), 500.0 * fraction(random), 2000.0 * fraction(random),
                     static_cast<std::uint32_t>(round), 1e4 * fraction(random)};
@@ -227,6 +230,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->explore.friction_feel, spec.explore.friction_feel);
     EXPECT_EQ(again->explore.release, spec.explore.release);
     EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
+    EXPECT_EQ(again->wall_ball, spec.wall_ball);
     EXPECT_EQ(again->fixture, spec.fixture);
     EXPECT_EQ(again->watch, spec.watch);
     ASSERT_EQ(again->transient.has_value(), spec.transient.has_value());

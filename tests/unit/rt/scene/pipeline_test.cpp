@@ -285,6 +285,34 @@ TEST(WallPipeline, IsSofterToTheEncodersWhereTheStructureIs) {
   EXPECT_NEAR(command_n(true), 2.5 / (1.0 - 1.25 / 2.5), 0.01);
 }
 
+TEST(WallPipeline, ABallPushesAlongItsNormalWhereverItIsTouched) {
+  SceneSpec spec = rigid(0.5);
+  spec.kind = SceneKind::kWall;
+  spec.wall_ball = {{0.0, 0.0, -25.0}, 25.0};
+  Bench bench(spec);
+  const hal::Vector3 centre_mm{0.0, 0.0, -25.0};
+  for (const double slant : {0.0, 0.6, 1.4}) {
+    const hal::Vector3 outward{std::sin(slant), 0.0, std::cos(slant)};
+    const auto at = [&](double distance_mm) {
+      hal::RigSample sample = bench.at_depth(0.0, 0.0);
+      sample.tip_position_mm = centre_mm + outward * distance_mm;
+      return sample;
+    };
+    TickRecord record;
+    for (int i = 0; i < 300; ++i) record = bench.tick(at(30.0));
+    EXPECT_EQ(dot(record.device_command_n, record.device_command_n), 0.0);
+    for (int i = 0; i < 1000; ++i) record = bench.tick(at(30.0 - 0.009 * i));
+    for (int i = 0; i < 500; ++i) record = bench.tick(at(21.0));
+    EXPECT_NEAR(record.displacement_mm, 4.0, 1e-9);
+    EXPECT_NEAR(dot(record.device_command_n, outward), 2.0, 0.02);
+    EXPECT_NEAR(dot(record.normal, outward), 1.0, 1e-12);
+  }
+  // In its middle no side is nearest: still a number.
+  hal::RigSample middle = bench.at_depth(0.0, 0.0);
+  middle.tip_position_mm = centre_mm;
+  EXPECT_TRUE(hal::finite(bench.tick(middle).device_command_n));
+}
+
 TEST(WallPipeline, AWallThatAppearsAroundTheToolDoesNotThrowItOut) {
   SceneSpec spec = rigid(0.5);
   spec.kind = SceneKind::kWall;

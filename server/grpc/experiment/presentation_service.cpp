@@ -1,4 +1,4 @@
-#include "server/grpc/services/presentation_service.h"
+#include "server/grpc/experiment/presentation_service.h"
 
 #include <bit>
 

@@ -1,7 +1,8 @@
-#include "server/grpc/services/guide_service.h"
+#include "server/grpc/experiment/guide_service.h"
 
 #include "server/grpc/calls/call.h"
 #include "server/grpc/messages/status.h"
+#include "server/grpc/messages/telemetry_messages.h"
 #include "server/guide/guide_host.h"
 
 namespace hapticd::server {
@@ -13,19 +14,13 @@ static_assert(static_cast<int>(rt::GuideState::kUnderWay) == v1::GUIDE_STATE_UND
 static_assert(static_cast<int>(rt::GuideState::kArrived) == v1::GUIDE_STATE_ARRIVED);
 static_assert(static_cast<int>(rt::GuideState::kForceCut) == v1::GUIDE_STATE_FORCE_CUT);
 
-void fill(const hal::Vector3& vector, v1::Vector3& message) {
-  message.set_x(vector.x);
-  message.set_y(vector.y);
-  message.set_z(vector.z);
-}
-
-void fill(const GuideHost::Status& status, v1::GuideStatus& message) {
+void fill_status(const GuideHost::Status& status, v1::GuideStatus& message) {
   const rt::TickRecord& record = status.record;
   message.set_number(record.guide_number);
   message.set_state(static_cast<v1::GuideState>(record.guide_state));
-  fill(record.tip_position_mm, *message.mutable_position_mm());
-  fill(status.goal_mm, *message.mutable_goal_mm());
-  fill(record.guide_force_n, *message.mutable_force_n());
+  fill_vector(record.tip_position_mm, *message.mutable_position_mm());
+  fill_vector(status.goal_mm, *message.mutable_goal_mm());
+  fill_vector(record.guide_force_n, *message.mutable_force_n());
   message.set_tick(record.tick);
 }
 
@@ -52,7 +47,7 @@ grpc::Status GuideService::MoveTool(grpc::ServerContext* context, const v1::Move
   if (request->has_timeout_s()) destination.timeout_s = request->timeout_s();
   const auto end = host_.move(destination, caller_of(*context), [writer](const GuideHost::Status& status) {
     v1::GuideStatus message;
-    fill(status, message);
+    fill_status(status, message);
     return writer->Write(message);
   });
   return end ? grpc::Status::OK : to_status(end.refusal());
