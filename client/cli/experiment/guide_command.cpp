@@ -57,6 +57,21 @@ void add_limits(CLI::App& command, const std::shared_ptr<v1::MoveToolRequest>& r
          "In s of the rig's time; twice what the way takes and 5 s if not given");
 }
 
+/// A command, and what it sends.
+struct Motion {
+  CLI::App* command;
+  std::shared_ptr<v1::MoveToolRequest> request;
+};
+
+void add_coordinate(const Motion& motion, const char* name, void (v1::Vector3::*set)(double)) {
+  motion.command
+      ->add_option_function<double>(
+          name,
+          [request = motion.request, set](const double& mm) { (request->mutable_point_mm()->*set)(mm); },
+          "In mm")
+      ->required();
+}
+
 }  // namespace
 
 void add_guide_command(CLI::App& app, Session& session) {
@@ -75,35 +90,27 @@ void add_guide_command(CLI::App& app, Session& session) {
     command->footer(std::string(kEnds) + "Example:\n  " + example);
     add_limits(*command, request);
     command->callback([&session, request] { follow(session, *request); });
-    return std::pair(command, request);
+    return Motion{command, request};
   };
 
-  const auto [to, to_request] =
-      add("to", "To a point, in mm of the rig's frame", "hapticctl guide to 0 0 40");
-  const auto coordinate = [&to, &to_request](const char* name, auto set) {
-    to->add_option_function<double>(
-          name, [request = to_request, set](const double& v) { (request->mutable_point_mm()->*set)(v); },
-          "In mm")
-        ->required();
-  };
-  coordinate("X", &v1::Vector3::set_x);
-  coordinate("Y", &v1::Vector3::set_y);
-  coordinate("Z", &v1::Vector3::set_z);
+  const Motion to = add("to", "To a point, in mm of the rig's frame", "hapticctl guide to 0 0 40");
+  add_coordinate(to, "X", &v1::Vector3::set_x);
+  add_coordinate(to, "Y", &v1::Vector3::set_y);
+  add_coordinate(to, "Z", &v1::Vector3::set_z);
 
-  const auto [contact, contact_request] =
+  const Motion contact =
       add("contact", "Along the scene's press axis until an object is touched", "hapticctl guide contact");
-  contact_request->set_until_contact_mm(100.0);
-  contact->add_option_function<double>(
-      "--within", [request = contact_request](const double& mm) { request->set_until_contact_mm(mm); },
+  contact.request->set_until_contact_mm(100.0);
+  contact.command->add_option_function<double>(
+      "--within", [request = contact.request](const double& mm) { request->set_until_contact_mm(mm); },
       "No further than this, in mm; 100 if not given");
 
-  const auto [station, station_request] =
-      add("station", "Above the object of a station, where the table must stand",
-          "hapticctl guide station sponge");
-  station
+  const Motion station = add("station", "Above the object of a station, where the table must stand",
+                             "hapticctl guide station sponge");
+  station.command
       ->add_option_function<std::string>(
           "STATION",
-          [request = station_request](const std::string& name) { request->set_above_station(name); },
+          [request = station.request](const std::string& name) { request->set_above_station(name); },
           "One of those that turntable stations lists")
       ->required();
 }

@@ -152,13 +152,13 @@ TEST_F(ServiceGuide, APressIsJudged) {
 
   status = presentation->BeginPresentation(call_context().get(), {}, &begun);
   ASSERT_TRUE(status.ok()) << status.error_message();
-  service.press(2.0, [](const v1::RigState& state) { return state.displacement_mm() > 1.0; });
+  service.press(2.0, [](const v1::RigState& state) { return state.displacement_mm() > 3.0; });
   status = presentation->EndPresentation(call_context().get(), {}, &summary);
   ASSERT_TRUE(status.ok()) << status.error_message();
   // A machine that stalls loses ticks; nothing else is wrong.
   for (const int flaw : summary.flaws()) EXPECT_EQ(flaw, v1::PRESENTATION_FLAW_TICKS_LOST);
   EXPECT_GE(summary.contacts(), 1U);
-  EXPECT_GT(summary.peak_displacement_mm(), 1.0);
+  EXPECT_GT(summary.peak_displacement_mm(), 3.0);
   EXPECT_GE(summary.begin_tick(), begun.begin_tick());
 }
 
