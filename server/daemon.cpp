@@ -165,7 +165,9 @@ struct Daemon::Parts {
             .recording = running.has_value(),
             .recording_lost_ticks = running ? running->lost_ticks : 0,
             .flight_recorder_on = flight.is_on(),
-            .incidents = flight.incidents_written()};
+            .incidents = flight.incidents_written(),
+            .lease_is_held = desk.snapshot().lease.has_value(),
+            .parts = session.part_reports()};
   }
 };
 

@@ -46,6 +46,16 @@ class Families {
       metric.counter.value = one.value;
     }
   }
+  void part_figures(const char* name, const char* help, const std::vector<hal::PartReport>& parts) {
+    auto& metrics = add(name, help, MetricType::Gauge);
+    for (const hal::PartReport& part : parts) {
+      for (const hal::PartFigure& figure : part.figures) {
+        ClientMetric& metric = metrics.emplace_back();
+        metric.label = {{"part", part.part}, {"name", figure.name}, {"unit", figure.unit}};
+        metric.gauge.value = figure.value;
+      }
+    }
+  }
   void histogram(const char* name, const char* help, const rt::LatencySnapshot& latency);
   void info(const char* name, const char* help, std::vector<ClientMetric::Label> labels) {
     ClientMetric& metric = add(name, help, MetricType::Gauge).emplace_back();
@@ -128,6 +138,9 @@ std::vector<MetricFamily> metric_families(const RigFigures& figures) {
   all.gauges("hapticd_fault_present", "1 for faults and warnings that were present at the last tick.",
              "fault", present_faults(last.faults_present));
   all.gauge("hapticd_scene_loaded", "1 while a scene is loaded.", figures.has_scene ? 1.0 : 0.0);
+  all.gauge("hapticd_lease_held", "1 while one client controls the rig.", figures.lease_is_held ? 1.0 : 0.0);
+  all.part_figures("hapticd_part_figure", "Counts and readings of drivers, such as temperatures of motors.",
+                   figures.parts);
   all.gauge("hapticd_telemetry_subscribers", "Subscribers of telemetry.", figures.subscribers);
   all.counter("hapticd_telemetry_records_lost_total", "Records that no subscriber got.",
               figures.records_lost);

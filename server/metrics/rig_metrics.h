@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/part_report.h"
 #include "rt/loop/periodic_loop.h"
 #include "rt/record/tick_record.h"
 
@@ -25,6 +26,8 @@ struct RigFigures {
   std::uint64_t recording_lost_ticks = 0;
   bool flight_recorder_on = false;
   std::uint64_t incidents = 0;  ///< written since the start
+  bool lease_is_held = false;
+  std::vector<hal::PartReport> parts;  ///< with the drivers' own readings, such as temperatures
 };
 
 /// What Prometheus reads. Histograms in seconds, their bounds powers of two of nanoseconds, at which the

@@ -43,6 +43,7 @@ TEST(Metrics, ShowTheLoopTheGuardAndTheSubscribers) {
   EXPECT_EQ(metric_in(text, "hapticd_loop_running"), 1.0);
   EXPECT_EQ(metric_in(text, "hapticd_scene_loaded"), 1.0);
   EXPECT_EQ(metric_in(text, "hapticd_guard_latched"), 0.0);
+  EXPECT_EQ(metric_in(text, "hapticd_lease_held"), 0.0);
   EXPECT_EQ(metric_in(text, "hapticd_fault_present{fault=\"stopped\"}"), 0.0);
   EXPECT_EQ(metric_in(text, "hapticd_loop_lateness_seconds_bucket{le=\"+Inf\"}"),
             metric_in(text, "hapticd_loop_lateness_seconds_count"));
@@ -89,6 +90,29 @@ TEST(Metrics, HistogramsAreThoseOfTheLoop) {
     return;
   }
   FAIL() << "no lateness";
+}
+
+TEST(Metrics, HaveTheLeaseAndWhatDriversRead) {
+  server::RigFigures figures;
+  figures.lease_is_held = true;
+  hal::PartReport device;
+  device.part = "haptic device";
+  device.figures = {{"motor_1_temperature", 0.4, "of the rated temperature"}, {"frames", 17.0, ""}};
+  figures.parts = {device};
+  int found = 0;
+  for (const prometheus::MetricFamily& family : server::metric_families(figures)) {
+    if (family.name == "hapticd_lease_held") {
+      ++found;
+      EXPECT_EQ(family.metric.at(0).gauge.value, 1.0);
+    }
+    if (family.name != "hapticd_part_figure") continue;
+    ++found;
+    ASSERT_EQ(family.metric.size(), 2U);
+    EXPECT_EQ(family.metric[0].gauge.value, 0.4);
+    EXPECT_EQ(family.metric[0].label.at(0).value, "haptic device");
+    EXPECT_EQ(family.metric[0].label.at(1).value, "motor_1_temperature");
+  }
+  EXPECT_EQ(found, 2);
 }
 
 TEST(Metrics, PromtoolFindsNothingWrong) {
