@@ -12,7 +12,7 @@
 
 namespace hapticd::rt {
 
-/// What a scene has besides what it renders.
+/// What a scene has in addition to what it renders.
 struct AssistanceSpec {
   hal::Vector3 press_axis{0.0, 0.0, -1.0};
   std::optional<FixtureParameters> fixture{};
@@ -24,8 +24,8 @@ inline bool is_evident_contact(const TickRecord& record) noexcept {
   return record.in_contact && record.contact_authority >= 0.5;
 }
 
-/// What an experiment needs in the tick besides rendering: the guide, the scene's fixture, the scene's watch.
-/// What is not used costs a branch.
+/// What an experiment needs in the tick in addition to rendering: the guide, the scene's fixture, the scene's
+/// watch. What is not used costs a branch.
 class Assistance {
  public:
   explicit Assistance(double rate_hz) noexcept : rate_hz_(rate_hz) {}

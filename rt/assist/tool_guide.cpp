@@ -53,9 +53,9 @@ void ToolGuide::start(const Situation& now) noexcept {
   is_started_ = true;
   was_free_ = false;
   from_mm_ = now.tip_mm;
-  const hal::Vector3 way_mm = motion_.goal_mm - now.tip_mm;
-  length_mm_ = norm(way_mm);
-  direction_ = length_mm_ > 0.0 ? way_mm * (1.0 / length_mm_) : hal::Vector3{};
+  const hal::Vector3 path_mm = motion_.goal_mm - now.tip_mm;
+  length_mm_ = norm(path_mm);
+  direction_ = length_mm_ > 0.0 ? path_mm * (1.0 / length_mm_) : hal::Vector3{};
   duration_s_ = std::max(0.2, kPeakOfMinimumJerk * length_mm_ / (kPathSpeed * motion_.max_speed_mm_per_s));
   progress_ = 0.0;
   elapsed_s_ = 0.0;

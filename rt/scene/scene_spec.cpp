@@ -324,7 +324,7 @@ SceneOutline outline(const SceneSpec& spec) {
   if (spec.kind != SceneKind::kWall) result.stages.emplace_back("feasible range (3.8)");
   if (spec.fixture) {
     result.stages.push_back("fixture: walls above the contact point and " +
-                            Checker::number(spec.fixture->corridor_mm) + " mm beside it, " +
+                            Checker::number(spec.fixture->corridor_mm) + " mm from its line, " +
                             Checker::number(spec.fixture->max_force_n) + " N at most");
   }
   if (spec.watch) result.stages.emplace_back("watch: what makes a presentation valid");

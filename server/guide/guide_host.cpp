@@ -117,8 +117,8 @@ Outcome<rt::GuideMotion> GuideHost::motion_to(const ToolDestination& destination
                              "max_force_n")) {
     return *refusal;
   }
-  const hal::Vector3 way_mm = motion.goal_mm - now.tip_position_mm;
-  const double takes_s = 2.1 * std::sqrt(dot(way_mm, way_mm)) / motion.max_speed_mm_per_s;
+  const hal::Vector3 path_mm = motion.goal_mm - now.tip_position_mm;
+  const double takes_s = 2.1 * std::sqrt(dot(path_mm, path_mm)) / motion.max_speed_mm_per_s;
   motion.timeout_s = std::min(range::kMaxTimeoutS, 2.0 * takes_s + kSpareS);
   if (destination.timeout_s) {
     motion.timeout_s = *destination.timeout_s;
