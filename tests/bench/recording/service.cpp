@@ -68,7 +68,8 @@ void add_service_figures(const fs::path& folder, bool quick, const AddFigure& ad
                                     (folder / "service").string() +
                                     "\"\nkeep_free_mb = 0.0\n[metrics]\nlisten = \"127.0.0.1:0\"\n"});
     scrape.value = median_scrape_ms(metrics_port(log), quick ? 50 : 500);
-    std::this_thread::sleep_for(std::chrono::seconds(2));
+    // The kernel counts pages as locked with some delay; the flight recorder's ring fills in 30 s.
+    std::this_thread::sleep_for(std::chrono::seconds(quick ? 2 : 60));
     locked.value = memory_mb(daemon.pid(), "Locked:");
     if (*locked.value == 0.0) {
       locked.value.reset();
