@@ -18,15 +18,16 @@ declare -A packages=(
   # hapticctl plot and demo draw with the first; make_certificates.sh calls the second.
   [run]="gnuplot-nox openssl"
   # Instruction counts, the latency tool the loop is compared with, and independent peers for the drivers.
-  [tests]="python3-h5py python3-numpy python3-protobuf valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
+  [tests]="python3-h5py python3-numpy python3-protobuf python3-grpcio python3-scipy python3-pandas python3-matplotlib python3-zstandard
+           python3-pytest python3-setuptools python3-wheel mypy valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
   # The compiler that fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.
   [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
-  # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
   # A cluster on one machine, to try the report's job array; only when asked for.
   [slurm]="slurmctld slurmd slurm-client munge"
-  [packaging]="dpkg-dev debhelper fakeroot lintian help2man mmdebstrap prometheus"
+  # Debian packages and a fresh system to try them in; promtool, which checks the metrics; only when asked for.
+  [packaging]="dpkg-dev debhelper dh-python fakeroot lintian help2man mmdebstrap prometheus"
 )
 all_groups=(build libraries run tests)
 

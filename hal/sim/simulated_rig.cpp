@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <mutex>
 #include <numbers>
 #include <thread>
@@ -295,6 +296,28 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
 
 void SimulatedRig::write(const hal::DeviceCommand& command) noexcept {
   state_->simulation.command(command.force_n);
+}
+
+void SimulatedRig::run(hal::TickHandler& handler, const std::atomic<bool>& stop) noexcept {
+  const double speed = state_->config.speed;
+  // So long it sleeps at least: shorter sleeps would be longer than they are asked to be.
+  constexpr std::chrono::milliseconds kNap{1};
+  // A machine that cannot keep up does not catch up later.
+  constexpr std::chrono::milliseconds kMaxDebt{20};
+  Clock::time_point due = Clock::now();
+  const auto period = std::chrono::nanoseconds(
+      speed > 0.0 ? std::llround(1e9 / (state_->config.rate_hz * speed)) : std::int64_t{0});
+  hal::RigSample sample;
+  while (!stop.load(std::memory_order_relaxed)) {
+    read(sample);
+    write(handler.on_tick(sample));
+    if (speed <= 0.0) continue;
+    due += period;
+    const Clock::time_point now = Clock::now();
+    if (due - now >= kNap) std::this_thread::sleep_until(due);
+    if (now - due > kMaxDebt) due = now - kMaxDebt;
+  }
+  write(hal::DeviceCommand{});
 }
 
 bool SimulatedRig::truth(hal::TruthSample& truth) const noexcept {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -30,6 +31,8 @@ struct SimulationConfig {
   /// False: each read() advances exactly one period, however long the caller took (virtual time).
   /// True: read() advances by the wall clock, so a late caller meets a world that moved on without it.
   bool real_time = false;
+  double speed =
+      0.0;  ///< virtual time only: at most so many seconds of it in a second; 0 = as fast as it goes
   double tool_mass_g = 9.35;                   ///< beyond the sensor (D§3.2.1)
   std::optional<double> structural_mode_hz{};  ///< override of the preset's value
   std::optional<double> structural_damping{};  ///< damping ratio of that mode
@@ -75,6 +78,7 @@ class SimulatedRig final : public hal::Rig {
   bool owns_clock() const noexcept override;  ///< true in virtual time
   void read(hal::RigSample& sample) noexcept override;
   void write(const hal::DeviceCommand& command) noexcept override;
+  void run(hal::TickHandler& handler, const std::atomic<bool>& stop) noexcept override;
   bool truth(hal::TruthSample& truth) const noexcept override;
   bool external_position(hal::Vector3& position_mm) const noexcept override;
   /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so someone else has

@@ -208,6 +208,11 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
                       "[rig.replay] speed", "fast", "recorded",
                       "hardware keeps real time: set speed = \"recorded\""};
   }
+  if (names_parts && config.rig == RigChoice::kSimulated && !config.simulation.real_time) {
+    return hal::Error{"a simulation next to hardware cannot have a time of its own", "[rig.sim] speed",
+                      fmt::format("{}", config.simulation.speed), "1",
+                      "hardware keeps real time: leave speed out"};
+  }
   if (auto error = check_network(config)) return error;
   if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
     return hal::Error{"the path of the unix socket is too long",

@@ -19,6 +19,7 @@ constexpr Range kStructuralDamping{0.0, 2.0, ""};
 constexpr Range kAmplifierPoleHz{10.0, 5000.0, "Hz"};
 constexpr Range kToolMassG{0.0, 500.0, "g"};
 constexpr Range kEdgeMm{-200.0, 200.0, "mm"};
+constexpr Range kSpeed{0.1, 100.0, ""};
 constexpr Range kSlidesAboveN{0.0, 100.0, "N"};
 
 constexpr Word<bool> kConditionWords[] = {{"clean", false}, {"lab", true}};
@@ -31,6 +32,10 @@ void read_simulation(TomlTable table, sim::SimulationConfig& config) {
   table.read("tip", config.tip, 64);
   table.read("plant", config.plant, 64);
   table.read("seed", config.seed, kSeed);
+  double speed = config.real_time ? 1.0 : config.speed;
+  table.read("speed", speed, kSpeed);
+  config.real_time = speed == 1.0;
+  config.speed = config.real_time ? 0.0 : speed;
   table.read("structural_mode_hz", config.structural_mode_hz, kStructuralModeHz);
   table.read("structural_damping", config.structural_damping, kStructuralDamping);
   table.read("amplifier_pole_hz", config.amplifier_pole_hz, kAmplifierPoleHz);
@@ -70,9 +75,11 @@ void apply_simulation_text(std::string_view text, sim::SimulationConfig& config)
 
 std::string write_simulation(const sim::SimulationConfig& config) {
   std::string text = fmt::format(
-      "\n[rig.sim]\ndevice = {}\nobject = {}\ntip = {}\nplant = {}\nseed = {}\ntool_mass_g = {}\n",
+      "\n[rig.sim]\ndevice = {}\nobject = {}\ntip = {}\nplant = {}\nseed = {}\nspeed = {}\ntool_mass_g = "
+      "{}\n",
       toml_quoted(config.device), toml_quoted(config.object), toml_quoted(config.tip),
-      toml_quoted(config.plant), config.seed, toml_number(config.tool_mass_g));
+      toml_quoted(config.plant), config.seed, toml_number(config.real_time ? 1.0 : config.speed),
+      toml_number(config.tool_mass_g));
   const auto optional = [&text](std::string_view key, const std::optional<double>& value) {
     if (value) text += fmt::format("{} = {}\n", key, toml_number(*value));
   };

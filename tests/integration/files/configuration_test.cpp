@@ -107,9 +107,21 @@ TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
   expect_config_refused(
       "[rig.sim]\nforce = 3\n",
       {"unknown key 'force' in [rig.sim]", "hapticd.toml, line 2", "",
-       "device, object, tip, plant, seed, structural_mode_hz, structural_damping, amplifier_pole_hz, "
+       "device, object, tip, plant, seed, speed, structural_mode_hz, structural_damping, amplifier_pole_hz, "
        "tool_mass_g, object_edge_mm, object_slides_above_n, conditions",
        "remove it"});
+}
+
+TEST(Configuration, ASimulationWithATimeOfItsOwnKeepsItInTheFile) {
+  const auto config = parse_config("[rig.sim]\nspeed = 20\n", "hapticd.toml");
+  ASSERT_TRUE(config);
+  EXPECT_FALSE(config->simulation.real_time);
+  EXPECT_EQ(config->simulation.speed, 20.0);
+  const auto again = parse_config(write_config(*config), "hapticd.toml");
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->simulation.real_time);
+  EXPECT_EQ(again->simulation.speed, 20.0);
+  EXPECT_TRUE(parse_config("[rig.sim]\nspeed = 1\n", "hapticd.toml")->simulation.real_time);
 }
 
 TEST(Configuration, EveryValueHasATypeARangeAndAUnit) {

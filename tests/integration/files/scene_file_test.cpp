@@ -411,13 +411,11 @@ TEST(SceneFile, NoTextCrashesTheReader) {
 TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   const SceneLibrary library;
   const auto entries = library.list();
-  ASSERT_EQ(entries.size(), 6U);
-  EXPECT_EQ(entries[0].name, "explore_bearing");
-  EXPECT_EQ(entries[1].name, "explore_rod");
-  EXPECT_EQ(entries[2].name, "explore_tumour");
-  EXPECT_EQ(entries[3].name, "press_guided");
-  EXPECT_EQ(entries[4].name, "tap_1d");
-  EXPECT_EQ(entries[5].name, "wall");
+  const std::vector<std::string> names{"ball_watched",    "explore_bearing", "explore_rod", "explore_tumour",
+                                       "explore_watched", "press_guided",    "tap_1d",      "wall",
+                                       "wall_guided"};
+  ASSERT_EQ(entries.size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(entries[i].name, names[i]);
   for (const auto& entry : entries) {
     const auto scene = library.find(entry.name);
     ASSERT_TRUE(scene) << scene.error().text();
@@ -429,6 +427,10 @@ TEST(SceneLibrary, KnowsTheBuiltInScenes) {
   EXPECT_EQ(library.find("explore_tumour")->inclusions.size(), 1U);
   EXPECT_TRUE(library.find("press_guided")->fixture);
   EXPECT_TRUE(library.find("press_guided")->watch);
+  EXPECT_TRUE(library.find("wall_guided")->fixture);
+  for (const char* watched : {"wall_guided", "ball_watched", "explore_watched"}) {
+    EXPECT_TRUE(library.find(watched)->watch) << watched;
+  }
 }
 
 TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
@@ -439,11 +441,11 @@ TEST(SceneLibrary, AFolderAddsAndReplacesAndABrokenFileIsReported) {
   folder->write("not a name.toml", "");
   const SceneLibrary library(folder->path());
   const auto entries = library.list();
-  ASSERT_EQ(entries.size(), 8U);
-  EXPECT_EQ(entries[0].name, "broken");
-  EXPECT_NE(entries[0].description.find("unknown key 'oops'"), std::string::npos) << entries[0].description;
-  EXPECT_EQ(entries[5].name, "soft");
-  EXPECT_EQ(entries[7].description, "my own wall");
+  ASSERT_EQ(entries.size(), 11U);
+  EXPECT_EQ(entries[1].name, "broken");
+  EXPECT_NE(entries[1].description.find("unknown key 'oops'"), std::string::npos) << entries[1].description;
+  EXPECT_EQ(entries[7].name, "soft");
+  EXPECT_EQ(entries[9].description, "my own wall");
   EXPECT_EQ(library.find("soft")->target.stiffness_n_per_mm, 0.1);
   const auto unknown = library.find("sof");
   ASSERT_FALSE(unknown);

@@ -70,10 +70,12 @@ TEST(ServiceScenes, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
 
 TEST(ServiceScenes, AnUnknownNameIsRefusedWithASuggestion) {
   const RunningService service;
-  expect_refused(
-      service.load("tap1d"),
-      {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name", "tap1d",
-       "explore_bearing, explore_rod, explore_tumour, press_guided, tap_1d, wall", "did you mean 'tap_1d'?"});
+  expect_refused(service.load("tap1d"),
+                 {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name", "tap1d",
+                  "ball_watched, explore_bearing, explore_rod, explore_tumour, explore_watched, "
+                  "press_guided, tap_1d, wall, "
+                  "wall_guided",
+                  "did you mean 'tap_1d'?"});
 }
 
 TEST(ServiceScenes, ARequestWithoutASceneIsRefused) {

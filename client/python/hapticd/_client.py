@@ -1,0 +1,220 @@
+"""A connection to a daemon, for programs."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Iterable, Iterator, Mapping, Optional, Type, Union
+
+import grpc
+from google.protobuf.message import Message
+
+from hapticd import _telemetry_request
+from hapticd._calls import Calls
+from hapticd._connection import TOKEN_KEY, Endpoint
+from hapticd._lease import Renewal
+from hapticd._requests import build
+from hapticd._streams import _Source
+from hapticd._table import Call
+from hapticd.block import Block
+from hapticd.errors import HapticdError, Unreachable, from_rpc
+from hapticd.telemetry import Telemetry
+from hapticd.uploads import upload_pieces
+from hapticd.v1 import access_pb2, identification_pb2
+
+
+class Rig(Calls):
+    """A daemon's rig: one method for each call of the contract, and what is easier than calls.
+
+    Any thread may call. Made by connect(); close() it, or use it as a context manager.
+    """
+
+    def __init__(self, endpoint: Endpoint, channel: grpc.Channel, timeout_s: float, token: str) -> None:
+        self._endpoint = endpoint
+        self._channel = channel
+        self._timeout_s = timeout_s
+        self._token = token
+
+    @property
+    def address(self) -> str:
+        """As given."""
+        return self._endpoint.address
+
+    def close(self) -> None:
+        self._channel.close()
+
+    def __enter__(self) -> Rig:
+        return self
+
+    def __exit__(
+        self, kind: Optional[Type[BaseException]], value: Optional[BaseException], trace: Optional[TracebackType]
+    ) -> None:
+        self.close()
+
+    @contextlib.contextmanager
+    def lease(
+        self,
+        purpose: str = "",
+        *,
+        ttl_s: float = 5.0,
+        on_expiry: Union[int, str, None] = None,
+        take: Optional[str] = None,
+    ) -> Iterator[access_pb2.Lease]:
+        """Exclusive control of the rig while the block runs; all calls of this object go under it.
+
+        ttl_s: 1 … 60 s. Renewed by a process of its own: it holds while this program computes, and no longer than it
+        lives. on_expiry: "keep", "ramp_to_zero" or "stop". take: why it is taken from the client that holds it.
+
+        Raises NotAllowed (LEASE_HELD) where another client has it; LeaseLost at the next command when it was taken.
+        """
+        if take is None:
+            grant = self.acquire_lease(purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+        else:
+            grant = self.take_lease(take, purpose=purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+        before, self._token = self._token, grant.token
+        renewal = Renewal(self._endpoint, grant.token, ttl_s)
+        try:
+            yield grant.lease
+        finally:
+            renewal.stop()
+            with contextlib.suppress(HapticdError):  # it is over, or the daemon is
+                self.return_lease(deadline_s=1.0)
+            self._token = before
+
+    def telemetry(
+        self,
+        groups: Iterable[Union[int, str]] = (),
+        *,
+        hz: Optional[float] = None,
+        latency_s: float = 0.1,
+        queue_s: float = 4.0,
+    ) -> Telemetry:
+        """The loop's records, live, as tables of numbers. groups: e.g. ["motion", "control"]; none: all that exist.
+
+        hz: at most so many samples a second; None: every tick. latency_s: how old the first sample of a block may be.
+        queue_s: what the daemon keeps for this client while it does not read; beyond, samples are lost, and counted.
+        """
+        rate_hz = self.get_rig_info().loop_rate_hz
+        request = _telemetry_request.of(list(groups), rate_hz, hz, latency_s, queue_s)
+        return Telemetry(self.subscribe(**request), rate_hz / request["decimation"])
+
+    def read(self, seconds: float, groups: Iterable[Union[int, str]] = (), *, hz: Optional[float] = None) -> Block:
+        """The telemetry of the next `seconds`."""
+        with self.telemetry(groups, hz=hz) as stream:
+            return stream.take(seconds)
+
+    def upload_recording_file(self, path: Union[str, Path], **description: Any) -> identification_pb2.UploadRecordingResponse:
+        """A CSV or MCAP file for start_identification(). description: fields of RecordingDescription."""
+        return self.upload_recording(upload_pieces(Path(path), description))
+
+    def download_recording(
+        self,
+        path: Union[str, Path],
+        recording: str,
+        *,
+        kind: Union[int, str] = "recording",
+        columns: Iterable[str] = (),
+        from_s: float = 0.0,
+        to_s: float = 0.0,
+        decimation: int = 1,
+    ) -> Path:
+        """A recording of the daemon as a file of this machine: FILE.mcap as it is, FILE.h5 or FILE.csv as a table.
+
+        The file appears when it is complete. columns, span (s) and decimation are for tables.
+        """
+        path = Path(path)
+        formats = {".h5": "hdf5", ".hdf5": "hdf5", ".csv": "csv"}
+        if path.suffix in formats:
+            pieces = self.export_recording(
+                recording, kind=kind, format=formats[path.suffix], columns=columns, from_s=from_s, to_s=to_s, decimation=decimation
+            )
+        else:
+            pieces = self.get_recording(recording, kind=kind)
+        partial = path.with_name(path.name + ".part")
+        try:
+            with partial.open("wb") as file:
+                for piece in pieces:
+                    file.write(piece.data)
+            os.replace(partial, path)
+        finally:
+            partial.unlink(missing_ok=True)
+        return path
+
+    def _metadata(self) -> tuple[tuple[str, str], ...]:
+        return ((TOKEN_KEY, self._token),) if self._token else ()
+
+    def _call(self, call: Call, arguments: Mapping[str, Any], deadline_s: Optional[float]) -> Message:
+        method = self._channel.unary_unary(
+            call.path, request_serializer=call.request.SerializeToString, response_deserializer=call.response.FromString
+        )
+        wait_s = deadline_s if deadline_s is not None else self._timeout_s + call.more_s
+        try:
+            answer: Message = method(build(call.request, arguments), timeout=wait_s, metadata=self._metadata())
+            return answer
+        except grpc.RpcError as error:
+            raise from_rpc(error, self.address) from None
+
+    def _stream(self, call: Call, arguments: Mapping[str, Any], deadline_s: Optional[float]) -> _Source:
+        method = self._channel.unary_stream(
+            call.path, request_serializer=call.request.SerializeToString, response_deserializer=call.response.FromString
+        )
+        return _Source(method(build(call.request, arguments), timeout=deadline_s, metadata=self._metadata()), self.address)
+
+    def _send(self, call: Call, requests: Iterable[Message], deadline_s: Optional[float]) -> Message:
+        method = self._channel.stream_unary(
+            call.path, request_serializer=call.request.SerializeToString, response_deserializer=call.response.FromString
+        )
+        wait_s = deadline_s if deadline_s is not None else self._timeout_s + call.more_s
+        try:
+            answer: Message = method(iter(requests), timeout=wait_s, metadata=self._metadata())
+            return answer
+        except grpc.RpcError as error:
+            raise from_rpc(error, self.address) from None
+
+
+def connect(
+    address: Optional[str] = None, *, timeout_s: float = 5.0, certificates: Optional[str] = None, lease_token: Optional[str] = None
+) -> Rig:
+    """A connection to a daemon.
+
+    address: "host:port", "[v6]:port" or "unix:/path"; None: $HAPTICD_SERVER, else 127.0.0.1:50051. Beyond this machine the
+    connection carries certificates; "tls:host:port" has it carry them within this machine too.
+    timeout_s: for connecting, and for each call. certificates: folder of client.crt, client.key and authority.crt; None:
+    $HAPTICD_CERTIFICATES, else ~/.config/hapticd/certificates. lease_token: of a lease that another program keeps; None:
+    $HAPTICD_LEASE, which `hapticctl lease hold` sets.
+
+    Raises BadArgument (no address, no certificates), Unreachable (no daemon answers).
+    """
+    endpoint = Endpoint.of(address, certificates)
+    channel = endpoint.open()
+    rig = Rig(endpoint, channel, timeout_s, lease_token if lease_token is not None else os.environ.get("HAPTICD_LEASE", ""))
+    if not _is_connected(channel, timeout_s):
+        channel.close()
+        raise Unreachable(
+            "no daemon answers",
+            where=endpoint.address,
+            remedy='start hapticd, or name its address: connect("host:port") or HAPTICD_SERVER',
+        )
+    return rig
+
+
+def _is_connected(channel: grpc.Channel, timeout_s: float) -> bool:
+    """Waits until it is, but not for a second attempt once the first was refused."""
+    decided = threading.Event()
+    states: list[grpc.ChannelConnectivity] = []
+
+    def on_change(state: grpc.ChannelConnectivity) -> None:
+        if state in (grpc.ChannelConnectivity.READY, grpc.ChannelConnectivity.TRANSIENT_FAILURE):
+            states.append(state)
+            decided.set()
+
+    channel.subscribe(on_change, try_to_connect=True)
+    decided.wait(timeout_s)
+    channel.unsubscribe(on_change)
+    return states[:1] == [grpc.ChannelConnectivity.READY]
+
+
+__all__ = ["Rig", "connect"]

@@ -1,0 +1,156 @@
+"""The same for programs of asyncio.
+
+    async with await hapticd.aio.connect() as rig:
+        await rig.load_scene("tap_1d")
+        async with rig.lease("pilot"):
+            await rig.set_target(0.3)
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Any, AsyncIterator, Iterable, Mapping, Optional, Type, Union
+
+import grpc
+from google.protobuf.message import Message
+
+from hapticd import _telemetry_request
+from hapticd._calls import AsyncCalls
+from hapticd._connection import TOKEN_KEY, Endpoint
+from hapticd._lease import Renewal
+from hapticd._requests import build
+from hapticd._streams import _Source
+from hapticd._table import Call
+from hapticd.errors import HapticdError, Unreachable, from_rpc
+from hapticd.telemetry import AsyncTelemetry
+from hapticd.uploads import upload_pieces
+from hapticd.v1 import access_pb2, identification_pb2
+
+
+class Rig(AsyncCalls):
+    """A daemon's rig: one coroutine for each call of the contract. Made by connect()."""
+
+    def __init__(self, endpoint: Endpoint, channel: grpc.aio.Channel, timeout_s: float, token: str) -> None:
+        self._endpoint = endpoint
+        self._channel = channel
+        self._timeout_s = timeout_s
+        self._token = token
+
+    @property
+    def address(self) -> str:
+        return self._endpoint.address
+
+    async def close(self) -> None:
+        await self._channel.close()
+
+    async def __aenter__(self) -> Rig:
+        return self
+
+    async def __aexit__(
+        self, kind: Optional[Type[BaseException]], value: Optional[BaseException], trace: Optional[TracebackType]
+    ) -> None:
+        await self.close()
+
+    @contextlib.asynccontextmanager
+    async def lease(
+        self,
+        purpose: str = "",
+        *,
+        ttl_s: float = 5.0,
+        on_expiry: Union[int, str, None] = None,
+        take: Optional[str] = None,
+    ) -> AsyncIterator[access_pb2.Lease]:
+        """As Rig.lease() of the synchronous client: renewed by a process of its own, whatever the event loop does."""
+        if take is None:
+            grant = await self.acquire_lease(purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+        else:
+            grant = await self.take_lease(take, purpose=purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+        before, self._token = self._token, grant.token
+        renewal = Renewal(self._endpoint, grant.token, ttl_s)
+        try:
+            yield grant.lease
+        finally:
+            await asyncio.get_running_loop().run_in_executor(None, renewal.stop)
+            with contextlib.suppress(HapticdError):
+                await self.return_lease(deadline_s=1.0)
+            self._token = before
+
+    async def telemetry(
+        self,
+        groups: Iterable[Union[int, str]] = (),
+        *,
+        hz: Optional[float] = None,
+        latency_s: float = 0.1,
+        queue_s: float = 4.0,
+    ) -> AsyncTelemetry:
+        """As Rig.telemetry() of the synchronous client."""
+        rate_hz = (await self.get_rig_info()).loop_rate_hz
+        request = _telemetry_request.of(list(groups), rate_hz, hz, latency_s, queue_s)
+        return AsyncTelemetry(self.subscribe(**request))
+
+    async def upload_recording_file(
+        self, path: Union[str, Path], **description: Any
+    ) -> identification_pb2.UploadRecordingResponse:
+        """A CSV or MCAP file for start_identification(). description: fields of RecordingDescription."""
+        return await self.upload_recording(upload_pieces(Path(path), description))
+
+    def _metadata(self) -> tuple[tuple[str, str], ...]:
+        return ((TOKEN_KEY, self._token),) if self._token else ()
+
+    async def _call(self, call: Call, arguments: Mapping[str, Any], deadline_s: Optional[float]) -> Message:
+        method = self._channel.unary_unary(
+            call.path, request_serializer=call.request.SerializeToString, response_deserializer=call.response.FromString
+        )
+        wait_s = deadline_s if deadline_s is not None else self._timeout_s + call.more_s
+        try:
+            answer: Message = await method(build(call.request, arguments), timeout=wait_s, metadata=self._metadata())
+            return answer
+        except grpc.RpcError as error:
+            raise from_rpc(error, self.address) from None
+
+    def _stream(self, call: Call, arguments: Mapping[str, Any], deadline_s: Optional[float]) -> _Source:
+        method = self._channel.unary_stream(
+            call.path, request_serializer=call.request.SerializeToString, response_deserializer=call.response.FromString
+        )
+        return _Source(method(build(call.request, arguments), timeout=deadline_s, metadata=self._metadata()), self.address)
+
+    async def _send(self, call: Call, requests: Any, deadline_s: Optional[float]) -> Message:
+        method = self._channel.stream_unary(
+            call.path, request_serializer=call.request.SerializeToString, response_deserializer=call.response.FromString
+        )
+        wait_s = deadline_s if deadline_s is not None else self._timeout_s + call.more_s
+        try:
+            answer: Message = await method(requests, timeout=wait_s, metadata=self._metadata())
+            return answer
+        except grpc.RpcError as error:
+            raise from_rpc(error, self.address) from None
+
+
+async def connect(
+    address: Optional[str] = None, *, timeout_s: float = 5.0, certificates: Optional[str] = None, lease_token: Optional[str] = None
+) -> Rig:
+    """As hapticd.connect()."""
+    endpoint = Endpoint.of(address, certificates)
+    channel = endpoint.open_aio()
+    rig = Rig(endpoint, channel, timeout_s, lease_token if lease_token is not None else os.environ.get("HAPTICD_LEASE", ""))
+    try:
+        await asyncio.wait_for(_connected(channel), timeout_s)
+    except (asyncio.TimeoutError, ConnectionError):
+        await channel.close()
+        raise Unreachable(
+            "no daemon answers", where=endpoint.address, remedy='start hapticd, or name its address: connect("host:port")'
+        ) from None
+    return rig
+
+
+async def _connected(channel: grpc.aio.Channel) -> None:
+    state = channel.get_state(try_to_connect=True)
+    while state != grpc.ChannelConnectivity.READY:
+        if state == grpc.ChannelConnectivity.TRANSIENT_FAILURE:
+            raise ConnectionError
+        await channel.wait_for_state_change(state)
+        state = channel.get_state(try_to_connect=True)

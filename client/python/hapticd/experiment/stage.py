@@ -1,0 +1,94 @@
+"""Where stimuli are presented."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from typing import Any, Mapping, Optional, Protocol as Interface, Sequence
+
+from hapticd.experiment import protocol as protocols
+from hapticd.experiment import seeds
+from hapticd.experiment.session import Role, Trial
+
+
+class Aborted(Exception):
+    """The experiment ends here: the participant, the experimenter or the rig ended it."""
+
+
+class Interrupted(Exception):
+    """A presentation ended before it was one; it is presented again."""
+
+
+@dataclass(frozen=True)
+class Presentation:
+    """What a presentation was like."""
+
+    flaws: Sequence[str] = ()
+    #: For the journal: ticks, peaks, what was granted, where it is recorded.
+    record: Mapping[str, Any] = field(default_factory=dict)
+    #: For simulated observers: what a hand felt, N/mm.
+    felt_n_per_mm: float = math.nan
+    #: Of a search: seconds of touch until the inclusion was found; NaN where it was not.
+    found_after_s: float = math.nan
+
+
+class Stage(Interface):
+    """Presents stimuli, one after the other."""
+
+    def check(self, protocol: protocols.Protocol) -> None:
+        """Raises HapticdError where the experiment cannot be run as it is written."""
+
+    def begin_condition(self, condition: protocols.Condition) -> None:
+        """Before its first trial."""
+
+    def present(self, trial: Trial, role: Role) -> Presentation:
+        """Raises Interrupted, Aborted or HapticdError."""
+
+    def time_s(self) -> Optional[float]:
+        """By the rig's clock; None where there is none."""
+
+
+@dataclass
+class BareStage:
+    """No rig: what is felt is the level. For procedures and their analysis alone.
+
+    flawed_share: of the presentations that are to be discarded.
+    """
+
+    protocol: protocols.Protocol
+    seed: int
+    participant: str
+    flawed_share: float = 0.0
+
+    def check(self, protocol: protocols.Protocol) -> None:
+        pass
+
+    def begin_condition(self, condition: protocols.Condition) -> None:
+        pass
+
+    def present(self, trial: Trial, role: Role) -> Presentation:
+        random = seeds.generator(
+            self.seed, self.participant, "flaw", trial.condition, int(trial.is_training), trial.number, trial.attempt, role
+        )
+        flaws = ("press_speed",) if random.random() < self.flawed_share else ()
+        level = trial.level if role == "comparison" else self.protocol.condition(trial.condition).reference_n_per_mm
+        return Presentation(flaws, {}, level)
+
+    def time_s(self) -> Optional[float]:
+        return None
+
+
+def record_of(message: Any, names: Sequence[str]) -> dict[str, Any]:
+    """These fields of a message, for the journal; numbers that are none are left out."""
+    values = {name: getattr(message, name) for name in names}
+    return {name: value for name, value in values.items() if not (isinstance(value, float) and not math.isfinite(value))}
+
+
+def without_nan(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in values.items()}
+
+
+def as_record(presentation: Presentation) -> dict[str, Any]:
+    fields = dataclasses.asdict(presentation)
+    return {"flaws": list(fields["flaws"]), **without_nan(dict(fields["record"]))}

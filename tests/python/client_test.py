@@ -1,0 +1,312 @@
+"""The client as programs use it, against a daemon."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hapticd
+import hapticd.aio
+from hapticd._calls import TABLE, AsyncCalls, Calls
+from hapticd.v1 import rig_pb2, telemetry_pb2
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Without an argument these wait, or need one that says what of.
+ARGUMENTS: dict[str, dict[str, Any]] = {"set_target": {"stiffness_n_per_mm": 0.3}, "load_scene": {"name": "tap_1d"}}
+
+
+def methods_of_the_contract() -> list[str]:
+    """From the descriptors of the messages' modules, not from the table."""
+    import hapticd.v1 as package
+
+    names = []
+    for file in Path(package.__file__).parent.glob("*_pb2.py"):
+        module = __import__(f"hapticd.v1.{file.stem}", fromlist=["DESCRIPTOR"])
+        for service in module.DESCRIPTOR.services_by_name.values():
+            names += [f"{service.name}/{method.name}" for method in service.methods]
+    return sorted(names)
+
+
+def test_the_table_has_every_call() -> None:
+    assert sorted(TABLE) == methods_of_the_contract()
+    for call in TABLE.values():
+        assert hasattr(Calls, call.python_name) and hasattr(AsyncCalls, call.python_name), call.name
+
+
+@pytest.mark.parametrize("name", methods_of_the_contract())
+def test_every_call_reaches_the_daemon(rig: hapticd.Rig, name: str) -> None:
+    call = TABLE[name]
+    method = getattr(rig, call.python_name)
+    try:
+        if name == "IdentificationService/UploadRecording":
+            method(iter([]), deadline_s=5)
+            return
+        answer = method(**ARGUMENTS.get(call.python_name, {}))
+        if not isinstance(answer, call.response):
+            with answer as stream:
+                assert isinstance(next(stream), call.response)
+    except hapticd.Refused as refused:  # in its present state; but it knows the call
+        assert refused.code != "UNIMPLEMENTED" and refused.reason, name
+
+
+def test_refusals_have_their_parts(rig: hapticd.Rig) -> None:
+    rig.load_scene("tap_1d")
+    with pytest.raises(hapticd.Refused) as raised:
+        rig.set_target(2000.0)
+    error = raised.value
+    assert (error.reason, error.code) == ("OUT_OF_RANGE", "OUT_OF_RANGE")
+    assert error.where == "SetTargetRequest.stiffness_n_per_mm"
+    assert "1000" in error.limit and "2000" in error.value
+    assert str(error).startswith(error.where)
+
+
+def test_refusals_are_typed(rig: hapticd.Rig) -> None:
+    rig.load_scene("tap_1d")
+    rig.stop("test")
+    with pytest.raises(hapticd.Stopped):
+        rig.move_tool(point_mm=(0, 0, 30)).last()
+    rig.clear()
+    with rig.lease("the first"):
+        with hapticd.connect(rig.address) as other, pytest.raises(hapticd.NotAllowed) as raised:
+            other.set_target(0.3)
+    assert raised.value.reason == "LEASE_HELD" and "the first" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "where"),
+    [
+        ({"program": {"kind": "jump"}}, "SetHandProgramRequest.program.kind"),
+        ({"program": {"kine": 1}}, "SetHandProgramRequest.program.kine"),
+        ({"program": {"force_n": "much"}}, "SetHandProgramRequest.program.force_n"),
+        ({"program": {"repetitions": 1.5}}, "SetHandProgramRequest.program.repetitions"),
+        ({"program": {"stroke_direction": (1, 2)}}, "SetHandProgramRequest.program.stroke_direction"),
+        ({"program": 7}, "SetHandProgramRequest.program"),
+    ],
+)
+def test_a_wrong_argument_names_its_place(rig: hapticd.Rig, arguments: dict[str, Any], where: str) -> None:
+    with pytest.raises(hapticd.BadArgument) as raised:
+        rig.set_hand_program(**arguments)
+    assert raised.value.where == where
+
+
+@pytest.mark.parametrize("address", ["lab1", "host:0", "host:99999", ":50051", "unix:", "a b:1"])
+def test_a_wrong_address_is_refused(address: str) -> None:
+    with pytest.raises(hapticd.BadArgument):
+        hapticd.connect(address)
+
+
+def test_no_daemon_and_a_dead_one_are_unreachable(start_daemon: Any) -> None:
+    daemon = start_daemon()
+    with hapticd.connect(daemon.address) as rig:
+        rig.get_rig_info()
+        daemon.end(9)
+        with pytest.raises(hapticd.Unreachable):
+            rig.get_rig_info()
+    with pytest.raises(hapticd.Unreachable):
+        hapticd.connect(daemon.address)
+
+
+def test_no_certificate_says_where_it_looked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HAPTICD_CERTIFICATES", str(tmp_path))
+    with pytest.raises(hapticd.BadArgument) as raised:
+        hapticd.connect("lab1:50051")
+    assert str(tmp_path) in str(raised.value)
+
+
+def test_certificates_show_who_it_is(tmp_path: Path, start_daemon: Any) -> None:
+    made = tmp_path / "made"
+    subprocess.run(
+        ["bash", ROOT / "deploy/make_certificates.sh", "--lab", "test", "--out", made]
+        + ["--server", "rig,127.0.0.1", "--client", "operator/anna"],
+        check=True,
+        capture_output=True,
+    )
+    config = tmp_path / "hapticd.toml"
+    config.write_text(f'[network]\nlisten_tls = "127.0.0.1:0"\ncertificates = "{made / "servers/rig"}"\n')
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(config))
+    secured = next(line.split()[-1] for line in daemon.log.read_text().splitlines() if "certificates" in line and "listens" in line)
+    with hapticd.connect(f"tls:{secured}", certificates=str(made / "clients/anna")) as rig:
+        assert rig.get_access().identity == "spiffe://test/hapticd/operator/anna"
+        with rig.lease("with a certificate", ttl_s=1.0):
+            time.sleep(2.0)
+            rig.load_scene("tap_1d")
+
+
+def hold_the_interpreter(seconds: float) -> None:
+    """No other thread of this process runs meanwhile."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1000.0)
+    try:
+        end = time.perf_counter() + seconds
+        while time.perf_counter() < end:
+            pass
+    finally:
+        sys.setswitchinterval(before)
+
+
+@pytest.mark.parametrize("keep_busy", [time.sleep, hold_the_interpreter])
+def test_the_lease_survives_a_caller_that_blocks(rig: hapticd.Rig, keep_busy: Any) -> None:
+    rig.load_scene("tap_1d")
+    with rig.lease("long computation", ttl_s=1.0) as lease:
+        keep_busy(3.0)
+        rig.set_target(0.3)  # raises where it expired meanwhile
+        assert rig.get_lease().lease.number == lease.number
+    assert not rig.get_lease().HasField("lease")
+
+
+def test_a_lease_that_was_taken_is_lost(rig: hapticd.Rig) -> None:
+    rig.load_scene("tap_1d")
+    with rig.lease("the first"):
+        with hapticd.connect(rig.address) as other, other.lease("the second", take="mine now"):
+            with pytest.raises(hapticd.LeaseLost):
+                rig.set_target(0.3)
+
+
+def test_a_killed_program_loses_its_lease(rig: hapticd.Rig) -> None:
+    program = (
+        "import hapticd, os, signal\n"
+        f"rig = hapticd.connect({rig.address!r})\n"
+        "with rig.lease('doomed', ttl_s=1.0):\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    assert subprocess.run([sys.executable, "-c", program], env=os.environ, check=False).returncode == -9
+    with rig.watch_lease() as changes:
+        for state in changes:
+            if not state.HasField("lease"):
+                break
+    with rig.lease("the next"):
+        pass
+
+
+def test_telemetry_comes_as_columns(rig: hapticd.Rig) -> None:
+    rig.load_scene("tap_1d")
+    rig.set_hand_program({"kind": "press", "force_n": 3.0})
+    data = rig.read(1.0, ["contact", "truth", "deformation"])
+    assert len(data) == 1000 and data.lost == 0
+    assert (data.ticks[1:] - data.ticks[:-1] == 1).all()
+    assert data.unit("contact_reaction_force_n") == "N" and data.unit("tick") == "1"
+    assert data.vector("truth_tip_position_mm").shape == (1000, 3)
+    with pytest.raises(hapticd.BadArgument) as raised:
+        data["contact_force_n"]
+    assert "contact_reaction_force_n" in str(raised.value)
+    some = data.between(int(data.ticks[10]), int(data.ticks[19]))
+    assert len(some) == 10
+    frame = data.to_pandas()
+    assert frame.index.name == "tick" and frame.attrs["units"]["contact_reaction_force_n"] == "N"
+    assert len(data.plot().axes) >= 2
+
+
+def test_a_lower_rate_is_every_nth_tick(rig: hapticd.Rig) -> None:
+    rig.load_scene("tap_1d")
+    data = rig.read(0.5, ["contact"], hz=90.0)
+    assert (data.ticks[1:] - data.ticks[:-1] == 12).all()  # 83.3 Hz: not more than asked
+    with pytest.raises(hapticd.BadArgument):
+        rig.telemetry(hz=0.0)
+
+
+def test_what_is_lost_is_counted_where_it_was_lost() -> None:
+    column = telemetry_pb2.TelemetryColumn(name="tick", unit="1", type=telemetry_pb2.COLUMN_TYPE_INT64)
+    batches = [
+        telemetry_pb2.TelemetryBatch(
+            dropped_by_subscriber=by_subscriber,
+            dropped_by_server=by_server,
+            block=telemetry_pb2.TelemetryBlock(columns=columns, rows=np.array(ticks, dtype="<i8").tobytes()),
+        )
+        for ticks, by_subscriber, by_server, columns in (([1, 2], 0, 0, [column]), ([6, 7], 3, 0, []), ([9], 3, 1, []), ([10], 3, 1, []))
+    ]
+    stream: Any = iter(batches)
+    blocks = list(hapticd.Telemetry(stream, 1000.0))
+    assert [block.lost for block in blocks] == [0, 3, 1, 0]
+    assert [list(block.ticks) for block in blocks] == [[1, 2], [6, 7], [9], [10]]
+    # What is lost counts as time that has passed.
+    taken = hapticd.Telemetry(iter(batches), 1000.0).take_samples(6)  # type: ignore[arg-type]
+    assert (len(taken), taken.lost) == (3, 3)
+
+
+def test_recordings_open_alike(start_daemon: Any, tmp_path: Path) -> None:
+    daemon = start_daemon("--model-store", str(tmp_path / "models.sqlite"))
+    with hapticd.connect(daemon.address) as rig:
+        rig.load_scene("tap_1d")
+        made = rig.start_recording("pytest", note="a note")
+        rig.read(0.5, ["contact"])
+        rig.annotate_recording("here")
+        rig.set_target(0.25)
+        rig.read(0.3, ["contact"])
+        made = rig.stop_recording()
+        paths = [rig.download_recording(tmp_path / name, made.id) for name in ("a.mcap", "a.h5")]
+        uploaded = rig.upload_recording_file(tmp_path / "a.mcap")
+        assert uploaded.rows == made.rows
+        with pytest.raises(hapticd.Refused):
+            rig.download_recording(tmp_path / "no.mcap", "20200101T000000Z_none")
+        assert not list(tmp_path.glob("no.mcap*"))
+    one, other = (hapticd.open_recording(path) for path in paths)
+    assert len(one.data) == len(other.data) == made.rows
+    for recording in (one, other):
+        assert recording.damage == ""
+        assert [event.text for event in recording.events if event.kind == "annotation"] == ["here"]
+        assert recording.data.unit("contact_reaction_force_n") == "N"
+    common = set(one.data.names) & set(other.data.names)
+    assert "contact_reaction_force_n" in common
+    for name in common:
+        first, second = one.data[name], other.data[name]
+        assert ((first == second) | ((first != first) & (second != second))).all(), name
+
+    whole = paths[0].read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: len(whole) * 2 // 3])
+    part = hapticd.open_recording(cut)
+    assert part.damage and 0 < len(part.data) < len(one.data)
+    broken = bytearray(whole)
+    broken[len(broken) // 2] ^= 0xFF
+    cut.write_bytes(broken)
+    assert hapticd.open_recording(cut).damage
+    for junk in (b"", b"\x89MCAP0\r\n", b"tick,time_s\n", whole[:100]):
+        cut.write_bytes(junk)
+        with pytest.raises(hapticd.BadFile):
+            hapticd.open_recording(cut)
+
+
+def test_asyncio_has_the_same(shared_daemon: Any) -> None:
+    async def session() -> None:
+        async with await hapticd.aio.connect(shared_daemon.address) as rig:
+            await rig.load_scene("tap_1d")
+            async with rig.lease("asyncio", ttl_s=1.0):
+                time.sleep(2.5)  # a blocked event loop
+                assert (await rig.set_target(0.3)).granted_n_per_mm == pytest.approx(0.3)
+            ticks = 0
+            async with await rig.telemetry(["contact"]) as stream:
+                async for block in stream:
+                    ticks += len(block)
+                    if ticks > 300:
+                        break
+            with pytest.raises(hapticd.Refused) as raised:
+                await rig.load_scene("no such scene")
+            assert raised.value.reason == "NOT_FOUND"
+            info: rig_pb2.RigInfo = await rig.get_rig_info()
+            assert info.has_truth
+
+    asyncio.run(session())
+
+
+def test_calls_of_several_threads_do_not_wait_for_one_another(rig: hapticd.Rig) -> None:
+    rig.load_scene("tap_1d")
+    answers: list[int] = []
+    waiting = rig.watch_lease()
+    next(waiting)
+    threads = [threading.Thread(target=lambda: answers.append(rig.get_rig_state().tick)) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    waiting.cancel()
+    assert len(answers) == 8
