@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import os
+import shutil
 import subprocess
 import sys
 import threading
 import time
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -310,3 +312,32 @@ def test_calls_of_several_threads_do_not_wait_for_one_another(rig: hapticd.Rig) 
         thread.join()
     waiting.cancel()
     assert len(answers) == 8
+
+
+@pytest.mark.parametrize(
+    ("example", "arguments"), [("lab_control", ["0.5"]), ("automated_rig", []), ("visual_ar", ["20"])]
+)
+def test_the_examples_run(shared_daemon: Any, tmp_path: Path, example: str, arguments: list[str]) -> None:
+    program = ROOT / "client/python/examples" / f"{example}.py"
+    ended = subprocess.run(
+        [sys.executable, program, shared_daemon.address, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert ended.stdout
+
+
+def test_a_wheel_is_made_and_imported(tmp_path: Path) -> None:
+    source = Path(hapticd.__file__).resolve().parents[1]
+    tree = tmp_path / "tree"
+    shutil.copytree(source, tree, ignore=shutil.ignore_patterns("__pycache__", "build", "*.egg-info"))
+    make = "import setuptools.build_meta as backend; print(backend.build_wheel('.'))"
+    subprocess.run([sys.executable, "-c", make], cwd=tree, check=True, capture_output=True)
+    (wheel,) = tree.glob("*.whl")
+    place = tmp_path / "installed"
+    zipfile.ZipFile(wheel).extractall(place)
+    assert (place / "hapticd/py.typed").exists() and (place / "hapticd/experiment/protocols/stiffness_1d.toml").exists()
+    look = "import hapticd, hapticd.experiment.protocol as p; print(hapticd.__file__, p.read('stiffness_1d').name)"
+    ended = subprocess.run(
+        [sys.executable, "-c", look], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(place)}, capture_output=True, text=True, check=True
+    )
+    assert str(place) in ended.stdout

@@ -1,0 +1,261 @@
+"""Stimuli on a rig: the table turns, the device leads the tool, the hand presses, the daemon judges."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from typing import Any, Iterator, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+import hapticd
+from hapticd._requests import enum_word
+from hapticd.block import Block
+from hapticd.errors import BadFile, HapticdError, LeaseLost, Refused, Stopped, TimedOut, Unreachable
+from hapticd.experiment import protocol as protocols
+from hapticd.experiment.hands import Hand
+from hapticd.experiment.observer import felt_stiffness
+from hapticd.experiment.session import Role, Trial
+from hapticd.experiment.stage import Aborted, Interrupted, Presentation, record_of
+from hapticd.v1 import guide_pb2, presentation_pb2, rendering_pb2, rig_pb2
+
+#: Of the summary, for the journal.
+PEAKS = (
+    "number",
+    "begin_tick",
+    "end_tick",
+    "peak_press_speed_mm_per_s",
+    "peak_contact_speed_mm_per_s",
+    "peak_lateral_mm",
+    "lateral_path_mm",
+    "peak_force_n",
+    "peak_displacement_mm",
+    "time_in_contact_s",
+    "contacts",
+    "guard_limited_ticks",
+    "late_ticks",
+)
+#: How long a participant waits for a stop to be cleared before the session ends, s.
+WAIT_FOR_CLEAR_S = 600.0
+#: Telemetry of a press, samples a second of the rig's time.
+SAMPLES_HZ = 250.0
+#: What counts as pressed, and as lifted again.
+PRESSED_MM, LIFTED_SHARE = 0.5, 0.15
+
+
+class RigStage:
+    """On a daemon that this program controls: it holds the lease meanwhile. Use as a context manager."""
+
+    def __init__(self, rig: hapticd.Rig, hand: Hand, *, record_as: str = "", wait_for_clear_s: float = WAIT_FOR_CLEAR_S) -> None:
+        self._rig = rig
+        self._hand = hand
+        self._record_as = record_as
+        self._wait_for_clear_s = wait_for_clear_s
+        self._recording = ""
+        self._scene = ""
+        self._station: Optional[str] = None
+        self._protocol: Optional[protocols.Protocol] = None
+        self._has_truth = rig.get_rig_info().has_truth
+        self._stack = contextlib.ExitStack()
+        self._blocks: Iterator[Block] = iter(())
+        self._time_ns = 0
+
+    def __enter__(self) -> RigStage:
+        self._stack.enter_context(self._rig.lease("experiment", on_expiry="ramp_to_zero"))
+        groups = ["truth"] if self._has_truth else ["sample", "contact", "deformation"]
+        stream = self._stack.enter_context(self._rig.telemetry(groups, hz=SAMPLES_HZ, latency_s=0.1, queue_s=60.0))
+        self._blocks = iter(stream)
+        if self._record_as:
+            self._recording = self._rig.start_recording(self._record_as, note="experiment").id
+            self._stack.callback(self._end_recording)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with contextlib.suppress(HapticdError):
+            self._rig.unload_scene()
+        self._stack.close()
+
+    def _end_recording(self) -> None:
+        with contextlib.suppress(HapticdError):
+            self._rig.stop_recording()
+
+    def time_s(self) -> Optional[float]:
+        return self._time_ns * 1e-9
+
+    # Before a participant sits down.
+
+    def check(self, protocol: protocols.Protocol) -> None:
+        """Raises BadFile for a station that there is not, a scene that cannot be loaded, a target that cannot be rendered."""
+        self._protocol = protocol
+        stations = self._stations()
+        for condition in protocol.conditions:
+            for role, stimulus in (("reference", condition.reference), ("comparison", condition.comparison)):
+                where = f"[[condition]] {condition.name} {role}"
+                if stimulus.station and stimulus.station not in stations:
+                    raise BadFile(
+                        "there is no such station", where=f"{where}: station", value=stimulus.station,
+                        limit=", ".join(stations) or "this rig has no turntable",
+                        remedy="name it in [rig.turntable.stations] of the daemon's configuration",
+                    )
+                outline = self._explain(stimulus)
+                if outline.HasField("obstacle"):
+                    raise BadFile(outline.obstacle.what, where=f"{where}: scene", limit=outline.obstacle.limit, remedy=outline.obstacle.remedy)
+                wanted = condition.reference_n_per_mm if role == "reference" else min(protocol.highest_n_per_mm, 1e3)
+                most = outline.max_target_stiffness_n_per_mm
+                if protocol.kind == "compare" and most > 0.0 and wanted > most * (1.0 + 1e-9):
+                    raise BadFile(
+                        "the rig does not render so stiff a target", where=f"{where}", value=f"{wanted:g} N/mm", limit=f"0 … {most:g} N/mm",
+                        remedy="a softer reference, or a lower [trial] highest_n_per_mm",
+                    )
+        self._check_feasible(protocol)
+
+    def _check_feasible(self, protocol: protocols.Protocol) -> None:
+        for condition in protocol.conditions:
+            if condition.object_n_per_mm <= 0.0 or condition.reference_n_per_mm <= 0.0:
+                continue
+            self._load(condition.reference)
+            range_ = self._rig.get_feasible_range(condition.hand_force_n, object_stiffness_n_per_mm=condition.object_n_per_mm)
+            if not range_.min_n_per_mm <= condition.reference_n_per_mm <= range_.max_n_per_mm:
+                reason = enum_word(rendering_pb2.LimitingReason.DESCRIPTOR, range_.max_limited_by)
+                raise BadFile(
+                    "the target is not feasible on this object",
+                    where=f"[[condition]] {condition.name}: reference_n_per_mm",
+                    value=f"{condition.reference_n_per_mm:g} N/mm",
+                    limit=f"{range_.min_n_per_mm:.3g} … {range_.max_n_per_mm:.3g} N/mm at {condition.hand_force_n:g} N on "
+                    f"{condition.object_n_per_mm:g} N/mm ({reason})",
+                )
+
+    def _stations(self) -> list[str]:
+        try:
+            return [station.name for station in self._rig.get_turntable().stations]
+        except Refused as refused:
+            if refused.reason == "NO_HARDWARE":
+                return []
+            raise
+
+    def _explain(self, stimulus: protocols.Stimulus) -> Any:
+        return self._rig.explain_scene(stimulus.scene or None, toml=stimulus.scene_toml or None)
+
+    # One presentation after the other.
+
+    def begin_condition(self, condition: protocols.Condition) -> None:
+        pass
+
+    def present(self, trial: Trial, role: Role) -> Presentation:
+        protocol = self._protocol
+        assert protocol is not None
+        condition = protocol.condition(trial.condition)
+        stimulus = condition.reference if role == "reference" else condition.comparison
+        target = condition.reference_n_per_mm if role == "reference" else trial.level
+        try:
+            self._wait_for_force()
+            self._place(stimulus)
+            self._load(stimulus)
+            granted = self._rig.set_target(target).granted_n_per_mm
+            return self._pressed(protocol, trial, role, granted)
+        except (LeaseLost, Unreachable, TimedOut) as error:
+            raise Aborted(str(error)) from error
+        except Stopped as error:
+            raise Interrupted("force_cut") from error
+
+    def _wait_for_force(self) -> None:
+        """A stop, or a fault, is for the experimenter to clear."""
+        until = time.monotonic() + self._wait_for_clear_s
+        while True:
+            state = self._rig.get_rig_state()
+            self._time_ns = state.time_ns
+            if state.guard_state != rig_pb2.GUARD_STATE_LATCHED:
+                return
+            if time.monotonic() > until:
+                fault = enum_word(rig_pb2.GuardFault.DESCRIPTOR, state.guard_fault)
+                raise Aborted(f"the force was taken away ({fault}), and nobody cleared it")
+            time.sleep(0.2)
+
+    def _place(self, stimulus: protocols.Stimulus) -> None:
+        if stimulus.station and stimulus.station != self._station:
+            try:
+                self._rig.move_turntable(station=stimulus.station).last()
+            except Stopped:
+                raise
+            except Refused as refused:
+                raise Aborted(str(refused)) from refused
+            self._station = stimulus.station
+        elif stimulus.object and stimulus.object != self._station:
+            self._rig.set_object(stimulus.object)
+            self._station = stimulus.object
+
+    def _load(self, stimulus: protocols.Stimulus) -> None:
+        wanted = stimulus.scene or stimulus.scene_toml
+        if wanted != self._scene:
+            self._rig.load_scene(stimulus.scene or None, toml=stimulus.scene_toml or None)
+            self._scene = wanted
+
+    def _pressed(self, protocol: protocols.Protocol, trial: Trial, role: Role, granted: float) -> Presentation:
+        self._hand.follow(self._rig)
+        self._guide(point_mm=protocol.above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
+        end = self._guide(until_contact_mm=protocol.contact_within_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
+        if end != "contact":
+            self._up(protocol)
+            raise Interrupted("nothing was touched")
+        begun = self._rig.begin_presentation()
+        self._hand.press(self._rig, trial, role)
+        rows = self._until_done(begun.begin_tick, protocol.max_press_s)
+        summary = self._rig.end_presentation()
+        self._up(protocol)
+        flaws = [enum_word(presentation_pb2.PresentationFlaw.DESCRIPTOR, one) for one in summary.flaws]
+        if rows is None:
+            flaws.append("too_long")
+        record: dict[str, Any] = {"granted_n_per_mm": round(granted, 6), **record_of(summary, PEAKS)}
+        if self._recording:
+            record["recording"] = self._recording
+        felt = math.nan if rows is None else self._felt(rows, summary.begin_tick, summary.end_tick)
+        return Presentation(flaws, record, felt)
+
+    def _guide(self, **destination: Any) -> str:
+        """The state in which the motion ended."""
+        try:
+            status = self._rig.move_tool(**destination).last()
+        except Refused as refused:
+            if refused.reason == "STATE_CHANGED":
+                raise Interrupted(refused.what) from refused
+            raise
+        return enum_word(guide_pb2.GuideState.DESCRIPTOR, status.state)
+
+    def _up(self, protocol: protocols.Protocol) -> None:
+        self._hand.follow(self._rig)
+        self._guide(point_mm=protocol.above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
+
+    def _until_done(self, begin_tick: int, max_s: float) -> Optional[Block]:
+        """The samples of the press, until the hand is done; None where it took too long."""
+        blocks: list[Block] = []
+        begun_ns: Optional[int] = None
+        deepest, has_pressed = 0.0, False
+        for block in self._blocks:
+            block = block.between(begin_tick, 2**62)
+            if not len(block):
+                continue
+            blocks.append(block)
+            self._time_ns = int(block["time_ns"][-1])
+            begun_ns = int(block["time_ns"][0]) if begun_ns is None else begun_ns
+            depth = self._depth_mm(blocks[0], block)
+            deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
+            has_pressed = has_pressed or deepest > PRESSED_MM
+            if self._hand.is_done(has_pressed, float(depth[-1]) < LIFTED_SHARE * deepest):
+                return Block.joined(blocks)
+            if self._time_ns - begun_ns > max_s * 1e9:
+                return None
+        raise Unreachable("the telemetry ended", where=self._rig.address)
+
+    def _depth_mm(self, first: Block, block: Block) -> npt.NDArray[np.float64]:
+        """Below where the presentation began."""
+        height = "truth_tip_position_z_mm" if self._has_truth else "sample_tip_position_z_mm"
+        return np.asarray(first[height][0] - block[height], dtype=np.float64)
+
+    def _felt(self, rows: Block, begin_tick: int, end_tick: int) -> float:
+        """What the simulated hand felt; NaN on a real rig, where that is the question."""
+        if not self._has_truth:
+            return math.nan
+        press = rows.between(begin_tick, end_tick)
+        return felt_stiffness(-press["truth_hand_force_z_n"], self._depth_mm(rows, press))
