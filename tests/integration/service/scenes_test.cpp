@@ -32,7 +32,7 @@ TEST(ServiceScenes, LoadExplainListUnload) {
 
   v1::ListScenesResponse scenes;
   ASSERT_TRUE(service.scene->ListScenes(call_context().get(), {}, &scenes).ok());
-  ASSERT_EQ(scenes.scenes_size(), 6);
+  ASSERT_EQ(scenes.scenes_size(), 9);
   for (const v1::SceneSummary& scene : scenes.scenes()) {
     EXPECT_EQ(scene.loaded(), scene.name() == "tap_1d") << scene.name();
   }
