@@ -140,8 +140,8 @@ def test_certificates_show_who_it_is(tmp_path: Path, start_daemon: Any) -> None:
     secured = next(line.split()[-1] for line in daemon.log.read_text().splitlines() if "certificates" in line and "listens" in line)
     with hapticd.connect(f"tls:{secured}", certificates=str(made / "clients/anna")) as rig:
         assert rig.get_access().identity == "spiffe://test/hapticd/operator/anna"
-        with rig.lease("with a certificate", ttl_s=1.0):
-            time.sleep(2.0)
+        with rig.lease("with a certificate", ttl_s=2.0):
+            time.sleep(4.0)
             rig.load_scene("tap_1d")
 
 
@@ -160,8 +160,8 @@ def hold_the_interpreter(seconds: float) -> None:
 @pytest.mark.parametrize("keep_busy", [time.sleep, hold_the_interpreter])
 def test_the_lease_survives_a_caller_that_blocks(rig: hapticd.Rig, keep_busy: Any) -> None:
     rig.load_scene("tap_1d")
-    with rig.lease("long computation", ttl_s=1.0) as lease:
-        keep_busy(3.0)
+    with rig.lease("long computation", ttl_s=2.0) as lease:
+        keep_busy(5.0)
         rig.set_target(0.3)  # raises where it expired meanwhile
         assert rig.get_lease().lease.number == lease.number
     assert not rig.get_lease().HasField("lease")
@@ -299,8 +299,8 @@ def test_asyncio_has_the_same(shared_daemon: Any) -> None:
     async def session() -> None:
         async with await hapticd.aio.connect(shared_daemon.address) as rig:
             await rig.load_scene("tap_1d")
-            async with rig.lease("asyncio", ttl_s=1.0):
-                time.sleep(2.5)  # a blocked event loop
+            async with rig.lease("asyncio", ttl_s=2.0):
+                time.sleep(4.0)  # a blocked event loop
                 assert (await rig.set_target(0.3)).granted_n_per_mm == pytest.approx(0.3)
             ticks = 0
             async with await rig.telemetry(["contact"]) as stream:

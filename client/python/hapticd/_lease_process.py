@@ -22,13 +22,14 @@ def main() -> int:
         response_deserializer=access_pb2.Lease.FromString,
     )
     pause_s = order["ttl_s"] / 3.0
-    while not select.select([sys.stdin], [], [], pause_s)[0]:
+    while True:  # at once: this process took its time to start
         try:
             renew(access_pb2.RenewLeaseRequest(), timeout=pause_s, metadata=((TOKEN_KEY, order["token"]),))
         except grpc.RpcError as error:
             if error.code() == grpc.StatusCode.ABORTED:  # the next command of the program hears why
                 return 1
-    return 0
+        if select.select([sys.stdin], [], [], pause_s)[0]:
+            return 0
 
 
 if __name__ == "__main__":
