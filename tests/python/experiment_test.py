@@ -130,7 +130,7 @@ def run(journal_: journal.Journal, stop_after: int = 10**9) -> None:
         pass
 
     class Participant(SimulatedParticipant):
-        def told(self, event: journal.Event) -> None:
+        def notify(self, event: journal.Event) -> None:
             if len(journal_.events) - started >= stop_after:
                 raise Killed
 

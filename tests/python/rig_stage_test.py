@@ -59,7 +59,7 @@ def test_what_is_felt_follows_the_level(start_daemon: Any, tmp_path: Path) -> No
         rig.stop("test")
         while rig.get_rig_state().guard_state != rig_pb2.GUARD_STATE_LATCHED:
             pass
-        with pytest.raises(Exception, match="nobody cleared it"):
+        with pytest.raises(Exception, match="no one cleared it"):
             stage.present(Trial("ball_03", 9, 0, 0, 0.3, ("reference", "comparison")), "reference")
         rig.clear()
 

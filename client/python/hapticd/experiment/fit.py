@@ -153,7 +153,7 @@ def by_thresholds(series: Series, crossing: Literal["first", "last"] = "first") 
     """D§3.4.1: of each series the mean of upper and lower threshold, each halfway between the two trials at which the answers
     changed; of the series the mean. NaN where no series has both.
 
-    Answers that go to and fro cross a threshold several times: "first" and "last" are as the series was presented.
+    Answers that alternate cross a threshold several times: "first" and "last" are as the series was presented.
     """
     points = [_limits_point(one, crossing) for one in series.members if isinstance(one, LimitsSeries)]
     found = [one for one in points if one is not None]

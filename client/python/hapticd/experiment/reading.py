@@ -9,7 +9,7 @@ from hapticd.errors import BadFile
 
 
 class Table:
-    """Takes keys one by one; done() refuses what nobody took."""
+    """Reads keys one by one; done() refuses those that were not read."""
 
     def __init__(self, values: Mapping[str, Any], where: str) -> None:
         self._values = dict(values)

@@ -170,7 +170,7 @@ class RigStage:
                 return
             if time.monotonic() > until:
                 fault = enum_word(rig_pb2.GuardFault.DESCRIPTOR, state.guard_fault)
-                raise Aborted(f"the force was taken away ({fault}), and nobody cleared it")
+                raise Aborted(f"the force was taken away ({fault}), and no one cleared it")
             time.sleep(0.2)
 
     def _place(self, stimulus: protocols.Stimulus) -> None:

@@ -32,8 +32,8 @@ class Participant(Interface):
     def rest(self, seconds: float) -> None:
         """Returns when the rest is over."""
 
-    def told(self, event: Event) -> None:
-        """Of each event, for views."""
+    def notify(self, event: Event) -> None:
+        """After each event, for views."""
 
 
 def begin(
@@ -138,7 +138,7 @@ class Runner:
             event = {**event, "time_s": round(time_s, 4)}
         self._journal.append(event)
         session.apply(self._state, event)
-        self._participant.told(event)
+        self._participant.notify(event)
 
 
 def numbers_used(folder: Path, protocol: protocols.Protocol) -> int:

@@ -45,7 +45,7 @@ class SimulatedParticipant:
     def rest(self, seconds: float) -> None:
         pass
 
-    def told(self, event: Event) -> None:
+    def notify(self, event: Event) -> None:
         pass
 
 
