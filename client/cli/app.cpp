@@ -68,6 +68,7 @@ void build_app(CLI::App& app, Session& session) {
   add_turntable_command(app, session);
   add_guide_command(app, session);
   add_presentation_command(app, session);
+  add_experiment_command(app, session);
   add_safety_commands(app, session);
   add_rig_commands(app, session);
   add_access_command(app, session);

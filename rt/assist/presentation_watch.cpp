@@ -62,8 +62,11 @@ void PresentationWatch::follow_contact(const TickRecord& record, double interval
   const hal::Vector3& tip_mm = record.tip_position_mm;
   const hal::Vector3 across_mm = tip_mm - axis_ * dot(tip_mm, axis_);
   if (!was_in_contact_) {
-    if (free_s_ >= kNewContactS) ++summary_.contacts;
-    summary_.peak_contact_speed_mm_per_s = std::max(summary_.peak_contact_speed_mm_per_s, approach_mm_per_s_);
+    if (free_s_ >= kNewContactS) {
+      ++summary_.contacts;
+      summary_.peak_contact_speed_mm_per_s =
+          std::max(summary_.peak_contact_speed_mm_per_s, approach_mm_per_s_);
+    }
     if (!has_first_contact_) first_contact_mm_ = across_mm;
     has_first_contact_ = true;
   } else {

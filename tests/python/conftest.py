@@ -1,12 +1,8 @@
-"""Daemons for the tests: each its own, on a free port, on the simulated rig."""
+"""Daemons for the tests."""
 
 from __future__ import annotations
 
-import os
-import re
-import signal
-import subprocess
-import time
+import sys
 from pathlib import Path
 from typing import Callable, Iterator, Optional
 
@@ -14,31 +10,8 @@ import pytest
 
 import hapticd
 
-BINARIES = Path(os.environ.get("HAPTICD_BINARIES", "build/release/bin"))
-
-
-class Daemon:
-    """A process, and where it listens."""
-
-    def __init__(self, folder: Path, *options: str) -> None:
-        self.log = folder / "hapticd.log"
-        with self.log.open("wb") as log:
-            self.process = subprocess.Popen(
-                [BINARIES / "hapticd", "--rig", "sim", "--listen", "127.0.0.1:0", *options], stdout=log, stderr=log
-            )
-        self.address = ""
-        while not self.address:
-            found = re.search(r"listens on (\S+)", self.log.read_text())
-            if found:
-                self.address = found.group(1)
-            elif self.process.poll() is not None:
-                raise RuntimeError(self.log.read_text())
-            time.sleep(0.02)
-
-    def end(self, how: int = signal.SIGTERM) -> None:
-        if self.process.poll() is None:
-            self.process.send_signal(how)
-        self.process.wait()
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from daemon import Daemon  # noqa: E402
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 #include "tests/study/common/page.h"
 #include "tests/study/common/rig_study.h"
 #include "tests/study/common/study.h"
+#include "tests/study/experiments/experiments_study.h"
 #include "tests/study/extremes/extremes_study.h"
 #include "tests/study/faults/faults_study.h"
 #include "tests/study/identify/identify_study.h"
@@ -75,6 +76,18 @@ const std::vector<Study>& studies() {
            {"place", "where an inclusion is, from a palpation scan", run_inclusion_place,
             PlantUse::kSeparable},
            {"bounds", "jumps, bounds and energy of the law", run_tumour_bounds, PlantUse::kNone},
+       }},
+      {"experiments",
+       "perception experiments with simulated observers, and the Python client",
+       {
+           {"estimators", "error of estimates, coverage of their intervals", run_estimators, PlantUse::kNone},
+           {"resume", "sessions killed after each event", run_resume, PlantUse::kNone},
+           {"assistance", "speed of the guide, force of the fixture along a press", run_guided_presses,
+            PlantUse::kNone},
+           {"telemetry", "what telemetry costs a Python program", run_python_telemetry, PlantUse::kNone},
+           {"chain",
+            "the dissertation's three experiments through daemon, table, guide, journal and analysis",
+            run_chain, PlantUse::kNone},
        }},
       {"friction",
        "the friction of a real object against its target",

@@ -23,6 +23,7 @@ void add_rig_commands(CLI::App& app, Session& session);
 void add_turntable_command(CLI::App& app, Session& session);
 void add_guide_command(CLI::App& app, Session& session);
 void add_presentation_command(CLI::App& app, Session& session);
+void add_experiment_command(CLI::App& app, Session& session);
 void add_safety_commands(CLI::App& app, Session& session);
 void add_access_command(CLI::App& app, Session& session);
 void add_lease_commands(CLI::App& app, Session& session);

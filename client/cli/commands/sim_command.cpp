@@ -54,15 +54,16 @@ class ProgramCommand {
     return *this;
   }
 
-  ProgramCommand& direction(v1::Vector3* (v1::HandProgram::*field)(), const char* description) {
+  ProgramCommand& vector(const char* name, v1::Vector3* (v1::HandProgram::*field)(),
+                         const char* description) {
     command_
         ->add_option_function<std::vector<double>>(
-            "--direction",
+            name,
             [program = program_, field](const std::vector<double>& xyz) {
-              v1::Vector3& direction = *((*program).*field)();
-              direction.set_x(xyz[0]);
-              direction.set_y(xyz[1]);
-              direction.set_z(xyz[2]);
+              v1::Vector3& vector = *((*program).*field)();
+              vector.set_x(xyz[0]);
+              vector.set_y(xyz[1]);
+              vector.set_z(xyz[2]);
             },
             description)
         ->expected(3);
@@ -91,7 +92,7 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--speed", &P::set_speed_mm_per_s, "At the surface, in mm/s (up to 1500)")
       .option("--rate", &P::set_rate_hz, "Taps a second")
       .option("--slant", &P::set_tap_slant_deg, "Path from the vertical, in degrees (0 to 60)")
-      .direction(&P::mutable_stroke_direction, "Direction of a slanted path, rig frame: x y z")
+      .vector("--direction", &P::mutable_stroke_direction, "Direction of a slanted path, rig frame: x y z")
       .repetitions();
   ProgramCommand(
       *hand, session, v1::HAND_PROGRAM_KIND_PRESS, "Slow approach, press, hold, release",
@@ -101,6 +102,7 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--force-rate", &P::set_force_rate_n_per_s, "How fast the force builds up, in N/s")
       .option("--approach", &P::set_approach_mm_per_s, "Speed of the approach, in mm/s")
       .option("--hold", &P::set_hold_s, "Seconds at full force; negative = for ever")
+      .vector("--place", &P::mutable_place_mm, "Where, next to the usual place, in mm: x y z")
       .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)")
       .repetitions();
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_STROKE, "Presses and moves along the surface and back",
@@ -109,7 +111,7 @@ void add_hand_programs(CLI::App& sim, Session& session) {
       .option("--speed", &P::set_speed_mm_per_s, "Along the surface, in mm/s (up to 1500)")
       .option("--length", &P::set_stroke_length_mm, "Length of a stroke, in mm; then back")
       .option("--knock", &P::set_knock_n, "Disturb it every two seconds with this force, in N (0 to 20)")
-      .direction(&P::mutable_stroke_direction, "Along the surface, rig frame: x y z")
+      .vector("--direction", &P::mutable_stroke_direction, "Along the surface, rig frame: x y z")
       .repetitions();
   ProgramCommand(*hand, session, v1::HAND_PROGRAM_KIND_WEIGHT,
                  "A mass on the grip instead of a hand, lowered and left",
@@ -121,7 +123,7 @@ void add_hand_programs(CLI::App& sim, Session& session) {
                  "  hapticctl sim hand shake --force 1 --rate 5 --direction 1 0 0 --tilt 20")
       .option("--force", &P::set_force_n, "Amplitude, in N (0 to 30)")
       .option("--rate", &P::set_rate_hz, "Frequency, in Hz")
-      .direction(&P::mutable_shake_direction, "Of the force, rig frame: x y z");
+      .vector("--direction", &P::mutable_shake_direction, "Of the force, rig frame: x y z");
 }
 
 }  // namespace

@@ -60,6 +60,7 @@ sim::HandProgram to_program(const v1::HandProgram& wanted, Kind kind) {
   if (wanted.has_knock_n()) program.knock_n = wanted.knock_n();
   if (wanted.has_tilt_deg()) program.tilt_deg = wanted.tilt_deg();
   if (wanted.has_shake_direction()) program.shake_direction = vector(wanted.shake_direction());
+  if (wanted.has_place_mm()) program.place_mm = vector(wanted.place_mm());
   if (wanted.has_tap_slant_deg()) program.tap_slant_deg = wanted.tap_slant_deg();
   return program;
 }

@@ -76,10 +76,12 @@ struct Turns {
   double mb_per_s = 0.0;
 };
 
-Turns measure_turns(const fs::path& folder, double rate_hz, int rounds, double seconds) {
-  const std::string name = "rate_" + std::to_string(static_cast<int>(rate_hz));
+Turns measure_turns(const fs::path& folder, double rate_hz, int loop_cpu, int rounds, double seconds) {
+  const std::string name =
+      "rate_" + std::to_string(static_cast<int>(rate_hz)) + "_cpu_" + std::to_string(loop_cpu);
   DaemonProcess daemon(folder / (name + ".log"),
                        {.scene = "tap_1d",
+                        .loop_cpu = loop_cpu,
                         .more_configuration = "[recording]\nfolder = \"" + (folder / name).string() +
                                               "\"\nkeep_free_mb = 0.0\nflight_recorder = false\n",
                         .rate_hz = rate_hz});
@@ -117,20 +119,23 @@ Turns measure_turns(const fs::path& folder, double rate_hz, int rounds, double s
   return turns;
 }
 
-void add_rate(const fs::path& folder, double rate_hz, bool quick, const AddFigure& add) {
-  const std::string rate = std::to_string(static_cast<int>(rate_hz));
+/// What recording costs at this rate. loop_cpu: the loop's own CPU; -1: the loop runs where the others do.
+void add_turns(const fs::path& folder, double rate_hz, int loop_cpu, bool quick, const AddFigure& add) {
+  const bool is_pinned = loop_cpu >= 0;
+  report::Case conditions{{"rate_hz", rate_hz}, {"loop_cpu", is_pinned ? "its own" : "any"}};
   report::Figure cpu{.figure = "recording_cpu_share",
-                     .conditions = {{"rate_hz", rate_hz}},
+                     .conditions = conditions,
                      .goal = 0.05,
                      .source = "of a core, all columns"};
+  report::Figure size{.figure = "recording_mb_per_s", .conditions = conditions, .unit = "MB/s"};
+  conditions.emplace_back("quantile", 0.999);
   report::Figure late{.figure = "recording_wakeup_ratio",
-                      .conditions = {{"rate_hz", rate_hz}, {"quantile", 0.999}},
+                      .conditions = conditions,
                       .goal = 1.1,
                       .source = "while recording over not recording, in turns"};
-  report::Figure size{.figure = "recording_mb_per_s", .conditions = {{"rate_hz", rate_hz}}, .unit = "MB/s"};
   std::string spread;
   try {
-    const Turns turns = measure_turns(folder, rate_hz, quick ? 3 : 60, 3.0);
+    const Turns turns = measure_turns(folder, rate_hz, loop_cpu, quick ? 3 : 30, 3.0);
     cpu.value = turns.cpu_with - turns.cpu_without;
     const QuantileRatio ratio = quantile_ratio(turns.with, turns.without, 0.999);
     late.value = ratio.value;
@@ -139,9 +144,16 @@ void add_rate(const fs::path& folder, double rate_hz, bool quick, const AddFigur
   } catch (const std::exception& error) {
     cpu.failed = late.failed = size.failed = error.what();
   }
-  add("recording_cpu_share, " + rate + " Hz", cpu);
-  add("recording_wakeup_ratio, " + rate + " Hz, 99.9 %" + spread, late);
-  add("recording_mb_per_s, " + rate + " Hz", size);
+  const std::string place = std::to_string(static_cast<int>(rate_hz)) + " Hz, loop on " +
+                            (is_pinned ? "a CPU of its own" : "any CPU");
+  add("recording_cpu_share, " + place, cpu);
+  add("recording_wakeup_ratio, " + place + ", 99.9 %" + spread, late);
+  add("recording_mb_per_s, " + place, size);
+}
+
+void add_rate(const fs::path& folder, double rate_hz, bool quick, const AddFigure& add) {
+  for (const int loop_cpu : {-1, 0}) add_turns(folder, rate_hz, loop_cpu, quick, add);
+  const std::string rate = std::to_string(static_cast<int>(rate_hz));
   report::Figure flight{.figure = "flight_recorder_cpu_share",
                         .conditions = {{"rate_hz", rate_hz}},
                         .source = "of a core, all columns"};

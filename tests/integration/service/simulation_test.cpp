@@ -82,6 +82,12 @@ TEST(ServiceSimulation, TheHandTiltsSlantsAndShakesAsAsked) {
   program.set_tap_slant_deg(-1.0);
   status = service.simulation->SetHandProgram(call_context().get(), request, &response);
   EXPECT_EQ(detail_of(status).what(), "tap_slant_deg is out of range");
+  program.clear_tap_slant_deg();
+  program.mutable_place_mm()->set_x(12.0);
+  EXPECT_TRUE(service.simulation->SetHandProgram(call_context().get(), request, &response).ok());
+  program.mutable_place_mm()->set_x(250.0);
+  status = service.simulation->SetHandProgram(call_context().get(), request, &response);
+  EXPECT_EQ(detail_of(status).what(), "place_mm.x is out of range");
 }
 
 TEST(ServiceSimulation, ExistsOnlyOnASimulatedRig) {

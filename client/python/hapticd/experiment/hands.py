@@ -1,13 +1,20 @@
-"""Who presses: a person, or the simulated hand of a simulated rig."""
+"""Who touches: a person, or the simulated hand of a simulated rig."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Callable, Protocol as Interface
+from typing import Callable, Generator, Optional, Protocol as Interface, Sequence
 
 import hapticd
+from hapticd.block import Block
 from hapticd.experiment import seeds
+from hapticd.experiment.observer import Observer
 from hapticd.experiment.session import Role, Trial
+
+#: A search: yields where it presses next, mm along x (None: where the hand likes), is sent what it felt there, N/mm, and
+#: returns whether it found.
+Search = Generator[Optional[float], float, bool]
 
 
 class Hand(Interface):
@@ -16,11 +23,20 @@ class Hand(Interface):
     def follow(self, rig: hapticd.Rig) -> None:
         """Holds the tool while the device leads it."""
 
-    def press(self, rig: hapticd.Rig, trial: Trial, role: Role) -> None:
-        """Begins to press."""
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
+        """Begins to press, so far aside along x."""
+
+    def stroke(self, rig: hapticd.Rig, trial: Trial, role: Role, path_mm: float) -> None:
+        """Begins to press and stroke, so far in all."""
+
+    def search(self, trial: Trial, role: Role, places_mm: Sequence[float]) -> Search:
+        """Looks for the inclusion."""
 
     def is_done(self, has_pressed: bool, lifted: bool) -> bool:
-        """Whether the presentation is over. has_pressed: a millimetre or half a newton, once; lifted: no longer."""
+        """Whether the touch is over. has_pressed: half a millimetre, once; lifted: no longer."""
+
+    def sees(self, block: Block) -> None:
+        """What the rig measures meanwhile."""
 
 
 @dataclass
@@ -28,12 +44,25 @@ class Person:
     """Follows by itself, and says when it is done."""
 
     says_done: Callable[[], bool]
+    begins: Callable[[], None] = lambda: None
+    looks: Callable[[Block], None] = lambda block: None
 
     def follow(self, rig: hapticd.Rig) -> None:
         pass
 
-    def press(self, rig: hapticd.Rig, trial: Trial, role: Role) -> None:
-        pass
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
+        self.begins()
+
+    def stroke(self, rig: hapticd.Rig, trial: Trial, role: Role, path_mm: float) -> None:
+        self.begins()
+
+    def search(self, trial: Trial, role: Role, places_mm: Sequence[float]) -> Search:
+        self.begins()
+        yield None
+        return True
+
+    def sees(self, block: Block) -> None:
+        self.looks(block)
 
     def is_done(self, has_pressed: bool, lifted: bool) -> bool:
         return self.says_done()
@@ -41,22 +70,80 @@ class Person:
 
 @dataclass
 class SimulatedHand:
-    """Presses once, as hard and as fast as people do: 3 ± 0.5 N, built up at 6 … 12 N/s, held for a moment."""
+    """Presses once, as hard and as fast as people do: 3 ± 0.5 N, built up at 6 … 12 N/s, held for a moment. Strokes with half
+    of that, and touches gently before. Searches place after place, in an order of its own, until one is harder than the others by more than it takes
+    for noise.
+
+    weber: of what it feels, as of an Observer.
+    """
 
     seed: int
     participant: str
+    weber: float = 0.09
+
+    #: Sweeps over all places, at most.
+    MAX_SWEEPS = 4
+    #: The place that is the hardest must be so for sure: a chance of one in 20 would be 1.6.
+    SURE_Z = 2.0
+
+    @staticmethod
+    def of(observer: Observer) -> SimulatedHand:
+        return SimulatedHand(observer.seed, observer.name, observer.weber)
+
+    def _force(self, trial: Trial, role: Role, *names: seeds.Name) -> tuple[float, float]:
+        """N, N/s."""
+        random = seeds.generator(
+            self.seed, self.participant, "press", trial.condition, int(trial.is_training), trial.number, trial.attempt, role, *names
+        )
+        return min(max(random.normal(3.0, 0.5), 1.5), 4.5), random.uniform(6.0, 12.0)
 
     def follow(self, rig: hapticd.Rig) -> None:
         rig.set_hand_program({"kind": "follow"})
 
-    def press(self, rig: hapticd.Rig, trial: Trial, role: Role) -> None:
-        random = seeds.generator(
-            self.seed, self.participant, "press", trial.condition, int(trial.is_training), trial.number, trial.attempt, role
-        )
-        force_n = min(max(random.normal(3.0, 0.5), 1.5), 4.5)
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
+        force_n, rate = self._force(trial, role, *([round(at_mm * 1e3)] if at_mm else []))
         rig.set_hand_program(
-            {"kind": "press", "force_n": force_n, "force_rate_n_per_s": random.uniform(6.0, 12.0), "hold_s": 0.1, "repetitions": 1}
+            {
+                "kind": "press", "force_n": force_n, "force_rate_n_per_s": rate, "hold_s": 0.1, "repetitions": 1,
+                "place_mm": (at_mm, 0.0, 0.0),
+            }  # fmt: skip
         )
+
+    def stroke(self, rig: hapticd.Rig, trial: Trial, role: Role, path_mm: float) -> None:
+        force_n, rate = self._force(trial, role)
+        length_mm = 20.0
+        # From the middle to one end, then to and from; 10 % more than asked, for the tip lags behind.
+        repetitions = max(1, math.ceil(0.5 * (1.0 + (1.1 * path_mm - 0.5 * length_mm) / length_mm)))
+        rig.set_hand_program(
+            {
+                "kind": "stroke", "force_n": 0.5 * force_n, "force_rate_n_per_s": 0.2 * rate, "speed_mm_per_s": 80.0,
+                "stroke_length_mm": length_mm, "repetitions": repetitions,
+            }  # fmt: skip
+        )
+
+    def search(self, trial: Trial, role: Role, places_mm: Sequence[float]) -> Search:
+        random = seeds.generator(self.seed, self.participant, "search", trial.condition, trial.number, trial.attempt, role)
+        noise = self.weber / 0.6744897501960817
+        felt: dict[float, list[float]] = {}
+        for _ in range(self.MAX_SWEEPS):
+            for index in random.permutation(len(places_mm)):
+                place = places_mm[index]
+                stiffness = yield place
+                if math.isfinite(stiffness) and stiffness > 0.0:
+                    felt.setdefault(place, []).append(math.log(stiffness) + noise * random.standard_normal())
+                if self._is_sure(felt, noise, len(places_mm)):
+                    return True
+        return False
+
+    def _is_sure(self, felt: dict[float, list[float]], noise: float, places: int) -> bool:
+        if len(felt) < min(places, 3):
+            return False
+        means = sorted(((sum(ones) / len(ones), len(ones)) for ones in felt.values()), reverse=True)
+        (hardest, times), (next_one, next_times) = means[0], means[1]
+        return hardest - next_one > self.SURE_Z * noise * math.sqrt(1.0 / times + 1.0 / next_times)
 
     def is_done(self, has_pressed: bool, lifted: bool) -> bool:
         return has_pressed and lifted
+
+    def sees(self, block: Block) -> None:
+        pass

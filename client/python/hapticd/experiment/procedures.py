@@ -295,4 +295,4 @@ def make(settings: Mapping[str, Any], reference: float, lowest: float, highest: 
         means = tuple(_on_grid(reference * float(share)) for share in span)
         deviations = tuple(float(one) for one in np.geomspace(0.03, 0.4, 12))
         return Series((QuestPlus(tuple(levels), means, deviations, settings["stop"]),))
-    return Series((Once(),))
+    return Series((Once(),) * settings["repetitions"])

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
+import re
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,7 +41,6 @@ class Condition:
     starts_n_per_mm: tuple[float, ...]  #: of staircases; empty: by [procedure] start_shares
     hand_force_n: float  #: with which a participant presses, for the check of what the device can render
     object_n_per_mm: float  #: stiffness of the real object, for the same check; 0: none
-    places_mm: tuple[float, ...]  #: of a search, along x: where it is palpated; the inclusion is at the first
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,12 @@ class Protocol:
     max_discarded: int
     lowest_n_per_mm: float
     highest_n_per_mm: float
+    touch: str  #: how an object is felt: "press", "stroke", or "search" for what is in it
+    stroke_path_mm: float  #: of a stroke, along the surface
+    approach: str  #: "guided": the device leads the tool to the contact; "free": from above it, by the participant
     above_mm: tuple[float, ...]
+    places_mm: tuple[float, ...]  #: along x, where a simulated hand searches
+    start_jitter_mm: float  #: by how much a free touch begins aside of above_mm
     contact_within_mm: float
     guide_speed_mm_per_s: float
     max_press_s: float
@@ -109,7 +115,27 @@ def read(name: str) -> Protocol:
         raise BadFile("this is no UTF-8", where=str(path), value=f"byte {error.start}") from error
     except tomllib.TOMLDecodeError as error:
         raise BadFile(f"this is no TOML: {error}", where=str(path)) from error
+    _take_scenes(document, path.resolve().parent / "scenes")
     return of(document, str(path))
+
+
+def _take_scenes(document: dict[str, Any], folder: Path) -> None:
+    """Texts of the scenes in a folder next to the protocol, so that a journal has all that was presented."""
+    stimuli = [
+        one[role] for one in [document, *_mappings(document.get("condition"))] for role in ("reference", "comparison")
+        if isinstance(one.get(role), Mapping)
+    ]  # fmt: skip
+    for name in sorted({stimulus["scene"] for stimulus in stimuli if isinstance(stimulus.get("scene"), str)}):
+        path = folder / f"{name}.toml"
+        if re.fullmatch(r"[A-Za-z0-9_-]+", name) and path.is_file():
+            try:
+                document.setdefault("scenes", {}).setdefault(name, path.read_text("utf-8"))
+            except (OSError, UnicodeDecodeError) as error:
+                raise BadFile(f"it cannot be read: {error}", where=str(path)) from error
+
+
+def _mappings(value: Any) -> list[Mapping[str, Any]]:
+    return [one for one in value if isinstance(one, Mapping)] if isinstance(value, list) else []
 
 
 def of(document: Mapping[str, Any], where: str) -> Protocol:
@@ -135,6 +161,11 @@ def of(document: Mapping[str, Any], where: str) -> Protocol:
         min_break_s=session.number("min_break_s", 0.0, 3600.0, 60.0),
         training_trials=session.count("training_trials", 0, 100, 0),
         white_noise=session.flag("white_noise", True),
+        touch="search" if kind == "rate" else presentation.word("touch", ("press", "stroke"), "press"),
+        stroke_path_mm=presentation.number("stroke_path_mm", 10.0, 1000.0, 60.0),
+        approach=presentation.word("approach", ("guided", "free"), "free" if kind == "rate" else "guided"),
+        places_mm=presentation.numbers("places_mm", -500.0, 500.0, (-24.0, -12.0, 0.0, 12.0, 24.0)),
+        start_jitter_mm=presentation.number("start_jitter_mm", 0.0, 50.0, 0.0),
         above_mm=presentation.numbers("above_mm", -500.0, 500.0, (0.0, 0.0, 30.0), count=3),
         contact_within_mm=presentation.number("contact_within_mm", 0.0, 200.0, 60.0),
         guide_speed_mm_per_s=presentation.number("guide_speed_mm_per_s", 1.0, 100.0, 15.0),
@@ -183,8 +214,9 @@ def _keys(table: Table, kind: str) -> Mapping[str, str]:
 
 def _procedure(table: Table, kind: str) -> Mapping[str, Any]:
     if kind == "rate":
+        repetitions = table.count("repetitions", 1, 100, 1)
         table.done()
-        return {"kind": "once", "estimator": "none"}
+        return {"kind": "once", "repetitions": repetitions, "estimator": "none"}
     chosen = table.word("kind", ("limits", "up_down", "constant", "quest_plus"))
     settings: dict[str, Any] = {"kind": chosen}
     estimators: tuple[str, ...]
@@ -238,8 +270,11 @@ def _stop(table: Table, known: Mapping[str, int]) -> stops.Rule:
     return rule
 
 
-def _stimulus(own: Table, shared: Mapping[str, Any], interval: str) -> Stimulus:
-    table = Table({**shared, **{key: own.take(key) for key in ("scene", "scene_toml", "station", "object") if own.has(key)}}, own.where)
+def _stimulus(own: Table, shared: Mapping[str, Any], interval: str, scenes: Mapping[str, Any]) -> Stimulus:
+    chosen = {key: own.take(key) for key in ("scene", "scene_toml", "station", "object") if own.has(key)}
+    if "scene" in chosen or "scene_toml" in chosen:
+        shared = {key: value for key, value in shared.items() if key not in ("scene", "scene_toml")}
+    table = Table({**shared, **chosen}, own.where)
     stimulus = Stimulus(
         table.text("scene", "", limit=128),
         table.text("scene_toml", "", limit=65536),
@@ -248,6 +283,8 @@ def _stimulus(own: Table, shared: Mapping[str, Any], interval: str) -> Stimulus:
     )
     own.done()
     table.done()
+    if stimulus.scene in scenes:
+        stimulus = dataclasses.replace(stimulus, scene="", scene_toml=scenes[stimulus.scene])
     if bool(stimulus.scene) == bool(stimulus.scene_toml):
         raise BadFile(f"the {interval} needs a scene", where=own.where, limit="scene or scene_toml, one of the two")
     return stimulus
@@ -258,18 +295,20 @@ def _conditions(root: Table, kind: str) -> tuple[Condition, ...]:
     for name, values in shared.items():
         if not isinstance(values, Mapping):
             raise BadFile("a table is needed", where=f"{root.where}: {name}")
+    scenes = root.take("scenes", {})
+    if not isinstance(scenes, Mapping) or not all(isinstance(text, str) for text in scenes.values()):
+        raise BadFile("texts of scenes are needed", where=f"{root.where}: scenes", limit='NAME = "…"')
     found: list[Condition] = []
     for table in root.tables("condition"):
         found.append(
             Condition(
                 name=_code(table, "name"),
-                reference=_stimulus(table.table("reference"), shared["reference"], "reference"),
-                comparison=_stimulus(table.table("comparison"), shared["comparison"], "comparison"),
+                reference=_stimulus(table.table("reference"), shared["reference"], "reference", scenes),
+                comparison=_stimulus(table.table("comparison"), shared["comparison"], "comparison", scenes),
                 reference_n_per_mm=table.number("reference_n_per_mm", 0.0, MAX_STIFFNESS, ... if kind == "compare" else 0.0),
                 starts_n_per_mm=table.numbers("starts_n_per_mm", 0.001, MAX_STIFFNESS) if table.has("starts_n_per_mm") else (),
                 hand_force_n=table.number("hand_force_n", 0.1, 30.0, 3.0),
                 object_n_per_mm=table.number("object_n_per_mm", 0.0, MAX_STIFFNESS, 0.0),
-                places_mm=table.numbers("places_mm", -500.0, 500.0) if kind == "rate" else (),
             )
         )
         table.done()

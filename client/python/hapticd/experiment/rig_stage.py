@@ -5,20 +5,20 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from typing import Any, Iterator, Optional
+from typing import Any, Callable, Iterator, Optional, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 import hapticd
 from hapticd._requests import enum_word
 from hapticd.block import Block
 from hapticd.errors import BadFile, HapticdError, LeaseLost, Refused, Stopped, TimedOut, Unreachable
 from hapticd.experiment import protocol as protocols
-from hapticd.experiment.hands import Hand
-from hapticd.experiment.observer import felt_stiffness
+from hapticd.experiment import seeds
+from hapticd.experiment.hands import Hand, SimulatedHand
 from hapticd.experiment.session import Role, Trial
 from hapticd.experiment.stage import Aborted, Interrupted, Presentation, record_of
+from hapticd.experiment.touch import GROUPS, GROUPS_OF_TRUTH, Touch
 from hapticd.v1 import guide_pb2, presentation_pb2, rendering_pb2, rig_pb2
 
 #: Of the summary, for the journal.
@@ -41,31 +41,34 @@ PEAKS = (
 WAIT_FOR_CLEAR_S = 600.0
 #: Telemetry of a press, samples a second of the rig's time.
 SAMPLES_HZ = 250.0
-#: What counts as pressed, and as lifted again.
-PRESSED_MM, LIFTED_SHARE = 0.5, 0.15
 
 
 class RigStage:
     """On a daemon that this program controls: it holds the lease meanwhile. Use as a context manager."""
 
-    def __init__(self, rig: hapticd.Rig, hand: Hand, *, record_as: str = "", wait_for_clear_s: float = WAIT_FOR_CLEAR_S) -> None:
+    def __init__(self, rig: hapticd.Rig, hand: Hand, *, seed: int = 0, record_as: str = "", wait_for_clear_s: float = WAIT_FOR_CLEAR_S, on_wait: Callable[[str], None] = lambda text: None) -> None:
         self._rig = rig
         self._hand = hand
+        self._seed = seed
         self._record_as = record_as
         self._wait_for_clear_s = wait_for_clear_s
+        self._on_wait = on_wait
+        #: A person sees the tool; a simulated hand does not mind.
+        self._latency_s = 0.1 if isinstance(hand, SimulatedHand) else 0.03
         self._recording = ""
         self._scene = ""
         self._station: Optional[str] = None
         self._protocol: Optional[protocols.Protocol] = None
-        self._has_truth = rig.get_rig_info().has_truth
+        info = rig.get_rig_info()
+        self._has_truth, self._rate_hz = info.has_truth, info.loop_rate_hz
         self._stack = contextlib.ExitStack()
         self._blocks: Iterator[Block] = iter(())
         self._time_ns = 0
 
     def __enter__(self) -> RigStage:
         self._stack.enter_context(self._rig.lease("experiment", on_expiry="ramp_to_zero"))
-        groups = ["truth"] if self._has_truth else ["sample", "contact", "deformation"]
-        stream = self._stack.enter_context(self._rig.telemetry(groups, hz=SAMPLES_HZ, latency_s=0.1, queue_s=60.0))
+        groups = GROUPS_OF_TRUTH if self._has_truth else GROUPS
+        stream = self._stack.enter_context(self._rig.telemetry(groups, hz=SAMPLES_HZ, latency_s=self._latency_s, queue_s=60.0))
         self._blocks = iter(stream)
         if self._record_as:
             self._recording = self._rig.start_recording(self._record_as, note="experiment").id
@@ -153,8 +156,8 @@ class RigStage:
             self._wait_for_force()
             self._place(stimulus)
             self._load(stimulus)
-            granted = self._rig.set_target(target).granted_n_per_mm
-            return self._pressed(protocol, trial, role, granted)
+            granted = self._rig.set_target(target).granted_n_per_mm if target > 0.0 else 0.0
+            return self._touched(protocol, trial, role, granted)
         except (LeaseLost, Unreachable, TimedOut) as error:
             raise Aborted(str(error)) from error
         except Stopped as error:
@@ -163,13 +166,18 @@ class RigStage:
     def _wait_for_force(self) -> None:
         """A stop, or a fault, is for the experimenter to clear."""
         until = time.monotonic() + self._wait_for_clear_s
+        has_waited = False
         while True:
             state = self._rig.get_rig_state()
             self._time_ns = state.time_ns
             if state.guard_state != rig_pb2.GUARD_STATE_LATCHED:
+                if has_waited:
+                    self._on_wait("")
                 return
+            fault = enum_word(rig_pb2.GuardFault.DESCRIPTOR, state.guard_fault)
+            self._on_wait(f"no force ({fault}): hapticctl clear")
+            has_waited = True
             if time.monotonic() > until:
-                fault = enum_word(rig_pb2.GuardFault.DESCRIPTOR, state.guard_fault)
                 raise Aborted(f"the force was taken away ({fault}), and no one cleared it")
             time.sleep(0.2)
 
@@ -192,26 +200,69 @@ class RigStage:
             self._rig.load_scene(stimulus.scene or None, toml=stimulus.scene_toml or None)
             self._scene = wanted
 
-    def _pressed(self, protocol: protocols.Protocol, trial: Trial, role: Role, granted: float) -> Presentation:
+    def _touched(self, protocol: protocols.Protocol, trial: Trial, role: Role, granted: float) -> Presentation:
+        above_mm = self._above(protocol, trial, role)
         self._hand.follow(self._rig)
-        self._guide(point_mm=protocol.above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
-        end = self._guide(until_contact_mm=protocol.contact_within_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
-        if end != "contact":
-            self._up(protocol)
-            raise Interrupted("nothing was touched")
+        self._guide(point_mm=above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
+        if protocol.approach == "guided":
+            end = self._guide(until_contact_mm=protocol.contact_within_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
+            if end != "contact":
+                self._up(protocol, above_mm)
+                raise Interrupted("nothing was touched")
         begun = self._rig.begin_presentation()
-        self._hand.press(self._rig, trial, role)
-        rows = self._until_done(begun.begin_tick, protocol.max_press_s)
+        if protocol.touch == "search":
+            felt, found_after_s, in_time = self._searched(protocol, trial, role, begun.begin_tick)
+        else:
+            found_after_s = math.nan
+            if protocol.touch == "stroke":
+                self._hand.stroke(self._rig, trial, role, protocol.stroke_path_mm)
+            else:
+                self._hand.press(self._rig, trial, role)
+            touch = self._until_done(begun.begin_tick, protocol.approach == "guided", protocol.max_press_s)
+            felt, in_time = (math.nan, False) if touch is None else (touch.felt(), True)
         summary = self._rig.end_presentation()
-        self._up(protocol)
+        self._up(protocol, above_mm)
         flaws = [enum_word(presentation_pb2.PresentationFlaw.DESCRIPTOR, one) for one in summary.flaws]
-        if rows is None:
+        if not in_time:
             flaws.append("too_long")
-        record: dict[str, Any] = {"granted_n_per_mm": round(granted, 6), **record_of(summary, PEAKS)}
+        record: dict[str, Any] = {
+            "granted_n_per_mm": round(granted, 6),
+            "duration_s": round((summary.end_tick - summary.begin_tick + 1) / self._rate_hz, 4),
+            **record_of(summary, PEAKS),
+        }
         if self._recording:
             record["recording"] = self._recording
-        felt = math.nan if rows is None else self._felt(rows, summary.begin_tick, summary.end_tick)
-        return Presentation(flaws, record, felt)
+        return Presentation(flaws, record, felt, found_after_s)
+
+    def _above(self, protocol: protocols.Protocol, trial: Trial, role: Role) -> tuple[float, ...]:
+        """Where the tool is let go; aside at random, so that where it stands says nothing of what is sought."""
+        if protocol.start_jitter_mm <= 0.0:
+            return protocol.above_mm
+        names = ("start", trial.condition, int(trial.is_training), trial.number, trial.attempt, role)
+        x, y, z = protocol.above_mm
+        dx, dy = protocol.start_jitter_mm * seeds.generator(self._seed, *names).uniform(-1.0, 1.0, 2)
+        return x + float(dx), y + float(dy), z
+
+    def _searched(self, protocol: protocols.Protocol, trial: Trial, role: Role, begin_tick: int) -> tuple[float, float, bool]:
+        """The greatest stiffness that was felt, N/mm; how long the object was touched until what is sought was found; whether
+        it took no longer than it may."""
+        search = self._hand.search(trial, role, protocol.places_mm)
+        contact_s, felt, began_ns = 0.0, math.nan, self._time_ns
+        place = next(search)
+        while self._time_ns - began_ns < protocol.max_press_s * 1e9:
+            if place is not None:
+                self._hand.press(self._rig, trial, role, place)
+            touch = self._until_done(begin_tick, False, protocol.max_press_s)
+            if touch is None:
+                break
+            begin_tick = touch.end_tick + 1
+            contact_s += touch.contact_s()
+            felt = float(np.fmax(felt, touch.felt()))
+            try:
+                place = search.send(touch.felt())
+            except StopIteration as end:
+                return felt, contact_s if end.value else math.nan, True
+        return felt, math.nan, False
 
     def _guide(self, **destination: Any) -> str:
         """The state in which the motion ended."""
@@ -223,39 +274,19 @@ class RigStage:
             raise
         return enum_word(guide_pb2.GuideState.DESCRIPTOR, status.state)
 
-    def _up(self, protocol: protocols.Protocol) -> None:
+    def _up(self, protocol: protocols.Protocol, above_mm: Sequence[float]) -> None:
         self._hand.follow(self._rig)
-        self._guide(point_mm=protocol.above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
+        self._guide(point_mm=above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
 
-    def _until_done(self, begin_tick: int, max_s: float) -> Optional[Block]:
-        """The samples of the press, until the hand is done; None where it took too long."""
-        blocks: list[Block] = []
-        begun_ns: Optional[int] = None
-        deepest, has_pressed = 0.0, False
+    def _until_done(self, begin_tick: int, from_contact: bool, max_s: float) -> Optional[Touch]:
+        """The touch, when the hand is done with it; None where it took too long."""
+        touch = Touch(self._has_truth, from_contact)
         for block in self._blocks:
-            block = block.between(begin_tick, 2**62)
-            if not len(block):
-                continue
-            blocks.append(block)
-            self._time_ns = int(block["time_ns"][-1])
-            begun_ns = int(block["time_ns"][0]) if begun_ns is None else begun_ns
-            depth = self._depth_mm(blocks[0], block)
-            deepest = max(deepest, float(np.nanmax(depth, initial=0.0)))
-            has_pressed = has_pressed or deepest > PRESSED_MM
-            if self._hand.is_done(has_pressed, float(depth[-1]) < LIFTED_SHARE * deepest):
-                return Block.joined(blocks)
-            if self._time_ns - begun_ns > max_s * 1e9:
+            self._hand.sees(block)
+            touch.add(block.between(begin_tick, 2**62))
+            self._time_ns = int(block["time_ns"][-1]) if len(block) else self._time_ns
+            if self._hand.is_done(touch.has_pressed, touch.is_lifted):
+                return touch
+            if touch.duration_s > max_s:
                 return None
         raise Unreachable("the telemetry ended", where=self._rig.address)
-
-    def _depth_mm(self, first: Block, block: Block) -> npt.NDArray[np.float64]:
-        """Below where the presentation began."""
-        height = "truth_tip_position_z_mm" if self._has_truth else "sample_tip_position_z_mm"
-        return np.asarray(first[height][0] - block[height], dtype=np.float64)
-
-    def _felt(self, rows: Block, begin_tick: int, end_tick: int) -> float:
-        """What the simulated hand felt; NaN on a real rig, where that is the question."""
-        if not self._has_truth:
-            return math.nan
-        press = rows.between(begin_tick, end_tick)
-        return felt_stiffness(-press["truth_hand_force_z_n"], self._depth_mm(rows, press))

@@ -33,7 +33,7 @@ class SimulatedParticipant:
     def _similarity(self, trial: Trial, felt: Sequence[Presentation]) -> float:
         """100 less what the stiffnesses differ by, in difference thresholds of 20 points; an own scale, with noise."""
         first, second = (one.felt_n_per_mm for one in felt)
-        if not (math.isfinite(first) and math.isfinite(second)):
+        if not (math.isfinite(first) and math.isfinite(second) and first + second > 0.0):
             return 0.0
         random = seeds.generator(self.observer.seed, self.observer.name, "rating", trial.condition, trial.number)
         apart = abs(first - second) / (self.observer.weber * 0.5 * (abs(first) + abs(second)))

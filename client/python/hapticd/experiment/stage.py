@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass, field
 from typing import Any, Mapping, Optional, Protocol as Interface, Sequence
@@ -90,5 +89,5 @@ def without_nan(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_record(presentation: Presentation) -> dict[str, Any]:
-    fields = dataclasses.asdict(presentation)
-    return {"flaws": list(fields["flaws"]), **without_nan(dict(fields["record"]))}
+    felt = {"felt_n_per_mm": round(presentation.felt_n_per_mm, 6)} if math.isfinite(presentation.felt_n_per_mm) else {}
+    return {"flaws": list(presentation.flaws), **without_nan(presentation.record), **felt}

@@ -1,0 +1,83 @@
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands/commands.h"
+
+namespace hapticd::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Debian's, for which the package is made.
+constexpr const char* kPython = "/usr/bin/python3";
+
+constexpr const char* kProgram =
+    "import importlib.util, sys\n"
+    "if importlib.util.find_spec('hapticd') is None:\n"
+    "    print('hapticctl: the Python package hapticd is not installed; apt install python3-hapticd', "
+    "file=sys.stderr)\n"
+    "    sys.exit(2)\n"
+    "from hapticd.experiment.__main__ import main\n"
+    "sys.exit(main())\n";
+
+/// In a folder of a build the package is next to the programs.
+void find_package_of_build() {
+  std::error_code failure;
+  const fs::path self = fs::read_symlink("/proc/self/exe", failure);
+  const fs::path package = self.parent_path().parent_path() / "python";
+  if (failure || !fs::exists(package / "hapticd" / "__init__.py", failure)) return;
+  const char* more = std::getenv("PYTHONPATH");
+  setenv("PYTHONPATH", (package.string() + (more ? std::string(":") + more : "")).c_str(), 1);
+}
+
+/// Hands over to the Python package, whose exit code is that of the command.
+[[noreturn]] void hand_over(const Session& session, const std::string& command,
+                            const std::vector<std::string>& arguments) {
+  find_package_of_build();
+  setenv("HAPTICD_SERVER", session.server.c_str(), 1);
+  if (!session.certificates.empty()) setenv("HAPTICD_CERTIFICATES", session.certificates.c_str(), 1);
+  std::vector<std::string> words{kPython, "-c", kProgram, command};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  execv(kPython, pointers.data());
+  throw LocalError("it cannot be started", kPython, std::strerror(errno), "", "apt install python3-hapticd");
+}
+
+}  // namespace
+
+void add_experiment_command(CLI::App& app, Session& session) {
+  CLI::App* experiment =
+      app.add_subcommand("experiment", "Perception experiments, from a protocol file to estimates");
+  experiment->require_subcommand(1);
+  const auto add = [&](const char* name, const char* description) {
+    CLI::App* command = experiment->add_subcommand(name, description);
+    command->set_help_flag();  // the package's own
+    command->fallthrough(false);
+    command->prefix_command();
+    command->footer(fmt::format("  hapticctl experiment {} --help", name));
+    command->callback([&session, command, name] { hand_over(session, name, command->remaining()); });
+  };
+  add("check", "What a protocol asks for, and whether this rig can do it");
+  add("run", "A participant's session, at a page in the browser");
+  add("resume", "Goes on with a session that was ended or died");
+  add("simulate", "Simulated participants, on a rig or without one");
+  add("analyse", "Estimates and figures of a folder of sessions");
+  add("export", "A folder of sessions as BIDS or CSV");
+  experiment->footer(
+      "Each has its own --help. They need the Python package (python3-hapticd).\n\n"
+      "Examples:\n"
+      "  hapticctl experiment check stiffness_1d\n"
+      "  hapticctl experiment simulate stiffness_1d --participants 8 --folder pilot\n"
+      "  hapticctl experiment analyse pilot");
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,102 @@
+"""What the telemetry tells of a touch: how deep it is, whether it is over, what was felt, how long the object was touched."""
+
+from __future__ import annotations
+
+import math
+from typing import Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from hapticd.block import Block
+from hapticd.experiment.observer import felt_stiffness
+
+Array = npt.NDArray[np.float64]
+
+#: What counts as pressed, and as lifted again.
+PRESSED_MM, LIFTED_SHARE = 0.5, 0.15
+#: A hand that is so far aside of where it touched no longer presses only: it strokes.
+STROKES_MM = 1.5
+
+#: Groups of the telemetry that are needed.
+GROUPS_OF_TRUTH = ["truth", "contact"]
+GROUPS = ["sample", "contact"]
+
+
+class Touch:
+    """From its first sample, and by blocks as they come.
+
+    from_contact: the tool stands at the object when it begins, so that depth counts from there; else from where the first
+    contact is seen.
+    """
+
+    def __init__(self, has_truth: bool, from_contact: bool) -> None:
+        self._of = "truth" if has_truth else "sample"
+        self._has_truth = has_truth
+        self._from_contact = from_contact
+        self._blocks: list[Block] = []
+        self._zero: Optional[tuple[float, float, float]] = None
+        self._begun_ns: Optional[int] = None
+        self._deepest = 0.0
+        self._depth = 0.0
+
+    def add(self, block: Block) -> None:
+        if not len(block):
+            return
+        self._blocks.append(block)
+        self._begun_ns = int(block["time_ns"][0]) if self._begun_ns is None else self._begun_ns
+        if self._zero is None:
+            self._zero = self._zero_of(block)
+        depth = self._depth_of(block)
+        self._deepest = max(self._deepest, float(np.nanmax(depth, initial=0.0)))
+        self._depth = float(depth[-1])
+
+    def _zero_of(self, block: Block) -> Optional[tuple[float, float, float]]:
+        at = 0
+        if not self._from_contact:
+            touched = np.flatnonzero(block["contact_in_contact"] > 0.5)
+            if not len(touched):
+                return None
+            at = int(touched[0])
+        x, y, z = (float(block[f"{self._of}_tip_position_{axis}_mm"][at]) for axis in "xyz")
+        return x, y, z
+
+    def _depth_of(self, block: Block) -> Array:
+        """Below where it was touched first."""
+        height = np.asarray(block[f"{self._of}_tip_position_z_mm"], dtype=np.float64)
+        return np.zeros_like(height) if self._zero is None else self._zero[2] - height
+
+    @property
+    def has_pressed(self) -> bool:
+        return self._deepest > PRESSED_MM
+
+    @property
+    def is_lifted(self) -> bool:
+        return self._depth < LIFTED_SHARE * self._deepest
+
+    @property
+    def duration_s(self) -> float:
+        return 0.0 if self._begun_ns is None else 1e-9 * (int(self._blocks[-1]["time_ns"][-1]) - self._begun_ns)
+
+    @property
+    def end_tick(self) -> int:
+        return int(self._blocks[-1].ticks[-1]) if self._blocks else -1
+
+    def contact_s(self) -> float:
+        """In contact, s of the rig's time."""
+        total = 0.0
+        for block in self._blocks:
+            if len(block) > 1:
+                total += float(np.sum(np.diff(block["time_ns"]) * 1e-9 * (block["contact_in_contact"][1:] > 0.5)))
+        return total
+
+    def felt(self) -> float:
+        """Stiffness that a simulated hand felt where it pressed first, N/mm; NaN on a real rig, where that is the question."""
+        if not self._has_truth or not self._blocks or self._zero is None:
+            return math.nan
+        rows = Block.joined(self._blocks)
+        aside = np.hypot(rows["truth_tip_position_x_mm"] - self._zero[0], rows["truth_tip_position_y_mm"] - self._zero[1])
+        depth = self._depth_of(rows)
+        strokes = np.flatnonzero((aside > STROKES_MM) & (depth > 0.0))
+        end = int(strokes[0]) if len(strokes) else len(rows)
+        return felt_stiffness(-rows["truth_hand_force_z_n"][:end], depth[:end])

@@ -1,0 +1,36 @@
+"""A daemon of its own on the simulated rig, on a free port."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+BINARIES = Path(os.environ.get("HAPTICD_BINARIES", "build/release/bin"))
+
+
+class Daemon:
+    """A process, and where it listens."""
+
+    def __init__(self, folder: Path, *options: str, rig: str = "sim") -> None:
+        self.log = folder / "hapticd.log"
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(
+                [BINARIES / "hapticd", "--rig", rig, "--listen", "127.0.0.1:0", *options], stdout=log, stderr=log
+            )
+        self.address = ""
+        while not self.address:
+            found = re.search(r"listens on (\S+)", self.log.read_text())
+            if found:
+                self.address = found.group(1)
+            elif self.process.poll() is not None:
+                raise RuntimeError(self.log.read_text())
+            time.sleep(0.02)
+
+    def end(self, how: int = signal.SIGTERM) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        self.process.wait()

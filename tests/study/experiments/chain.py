@@ -1,0 +1,204 @@
+"""The three experiments of the dissertation, through the whole chain: daemon, table, guide, watch, journal, analysis; with simulated
+observers that feel what a simulated hand feels on the simulated rig, whose time runs fast."""
+
+from __future__ import annotations
+
+import queue
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hapticd.experiment import analysis, plots, protocol
+
+
+import study_output
+from daemon import Daemon
+
+#: Daemons side by side: one for each of the two cores of a small machine.
+DAEMONS = 2
+SEED = 1
+
+TABLE = """
+[rig.sim]
+speed = 100
+[rig.turntable]
+kind = "sim"
+speed_deg_per_s = 360
+acceleration_deg_per_s2 = 4000
+settle_s = 0.01
+poll_hz = 200
+[rig.turntable.sim]
+homed = true
+"""
+
+
+class Experiment(NamedTuple):
+    name: str
+    rig: str
+    stations: dict[str, str]
+    participants: int
+    published: dict[str, float]  #: errors of the PSE in the dissertation, N/mm, where the text says them
+    section: str
+
+
+EXPERIMENTS = [
+    Experiment("stiffness_1d", "sim:phantom_1_0", {"sponge": "sponge_block", "ball": "rubber_ball", "empty": "none"}, 8, {}, "D§3.4"),
+    Experiment(
+        "stiffness_3d", "sim:phantom_1_5_high_force", {"sponge": "sponge_cut", "ball": "foam_ball_3d", "empty": "none"}, 8, {}, "D§4.7"
+    ),
+    Experiment(
+        "tumour_realism", "sim:phantom_1_5_high_force", {"hard": "phantom_hard", "soft": "phantom_soft", "plain": "phantom"}, 12, {}, "D§5.5"
+    ),
+]  # fmt: skip
+
+
+def configuration(experiment: Experiment) -> str:
+    lines = [TABLE]
+    for number, (station, name) in enumerate(experiment.stations.items()):
+        lines.append(f'[rig.turntable.stations.{station}]\nangle_deg = {4 * number}\nobject = "{name}"\n')
+    return "".join(lines)
+
+
+def with_identified_tumours(experiment: Experiment, out: Path, folder: Path) -> str:
+    """The protocol, with what was identified on the phantoms (OUT/tumour_KIND.toml) in the place of the models' names."""
+    if experiment.name != "tumour_realism":
+        return experiment.name
+    copy = folder / "protocol"
+    shutil.copytree(protocol.SHIPPED, copy)
+    for kind in ("hard", "soft"):
+        scene = copy / "scenes" / f"palpate_tumour_{kind}.toml"
+        scene.write_text(scene.read_text().replace(f'[[inclusion]]\nmodel = "tumour_{kind}"', (out / f"tumour_{kind}.toml").read_text()))
+    return str(copy / f"{experiment.name}.toml")
+
+
+def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> tuple[Path, float]:
+    """The folder of the journals, and how long it took, s."""
+    begun = time.monotonic()
+    chosen = with_identified_tumours(experiment, out, folder)
+    sessions = folder / experiment.name
+    waiting: queue.Queue[int] = queue.Queue()
+    for number in range(participants):
+        waiting.put(number)
+    failures: list[str] = []
+
+    def work(index: int) -> None:
+        place = folder / f"{experiment.name}_daemon_{index}"
+        place.mkdir()
+        (place / "rig.toml").write_text(configuration(experiment))
+        daemon = Daemon(place, "--model-store", ":memory:", "--config", str(place / "rig.toml"), rig=experiment.rig)
+        try:
+            while True:
+                try:
+                    number = waiting.get_nowait()
+                except queue.Empty:
+                    return
+                command = [sys.executable, "-m", "hapticd.experiment", "simulate", chosen, "--folder", str(sessions)]
+                command += ["--participants", str(participants), "--only", str(number), "--seed", str(SEED)]
+                done = subprocess.run(command, capture_output=True, text=True, env={**ENVIRONMENT, "HAPTICD_SERVER": daemon.address})
+                if done.returncode:
+                    failures.append(f"participant {number}: {done.stdout}{done.stderr}")
+        finally:
+            daemon.end()
+
+    workers = [threading.Thread(target=work, args=(index,)) for index in range(DAEMONS)]
+    for one in workers:
+        one.start()
+    for one in workers:
+        one.join()
+    if failures:
+        raise RuntimeError("\n".join(failures))
+    return sessions, time.monotonic() - begun
+
+
+def report_equality(output: study_output.Output, experiment: Experiment, sessions: list[analysis.Session], took_s: float) -> None:
+    chosen = protocol.read(experiment.name)
+    found = analysis.estimates(sessions)
+    names = [one.name for one in chosen.conditions]
+    rows = []
+    for group in analysis.groups(found, names):
+        felt = felt_reference(sessions, group.condition)
+        case = {"experiment": experiment.name, "condition": group.condition}
+        relative = group.mean / group.target - 1.0
+        output.figure("pse_error", relative, case, goal=analysis.LITERATURE_WEBER, source="over the target; goal: one DL")
+        rows.append(
+            [
+                group.condition, f"{group.target:g}", f"{group.mean:.3f} ({group.low:.3f} … {group.high:.3f})", f"{100 * relative:+.1f}",
+                f"{group.published:.3f}", f"{analysis.published_dl(group.target):.3f}", f"{felt:.3f}",
+                f"{sum(one.discarded for one in found if one.condition == group.condition) / group.participants:.1f}",
+            ]  # fmt: skip
+        )
+    output.table(
+        f"{experiment.section}: point of subjective equality, {len(sessions)} simulated observers, {took_s / 60:.1f} min of computing",
+        ["condition", "target N/mm", "PSE N/mm (95 %)", "error %", "as published N/mm", "DL N/mm", "felt by the hand N/mm", "discarded"],
+        rows,
+        "PSE: by maximum likelihood, mean of the participants. Felt by the hand: slope of the true force over the true depth, first "
+        "rise, median of the reference presentations; what an observer without noise would answer.",
+    )
+    output.plot(f"{experiment.name}_equality", f"{experiment.section}: equality beside the target", plots.equality(found, names))
+    sample = next(one for one in sessions if one.participant == "S01")
+    output.plot(f"{experiment.name}_series", f"{experiment.section}: one participant's trials", plots.series(sample, names[-2]))
+
+
+def felt_reference(sessions: list[analysis.Session], condition: str) -> float:
+    values = [
+        event["felt_n_per_mm"]
+        for one in sessions
+        for event in one.events
+        if event["event"] == "presentation" and event["role"] == "reference" and event["condition"] == condition and not event["training"]
+        and event.get("felt_n_per_mm") is not None
+    ]  # fmt: skip
+    return float(np.median(values)) if values else float("nan")
+
+
+def report_realism(output: study_output.Output, experiment: Experiment, sessions: list[analysis.Session], took_s: float) -> None:
+    rated = analysis.ratings(sessions)
+    published = {"RhRh": 81.66, "RhVh": 71.25, "RsVs": 71.25}
+    rows = []
+    for condition in protocol.read(experiment.name).conditions:
+        mean, low, high = analysis.mean_with_interval([one.similarity for one in rated if one.condition == condition.name])
+        output.figure(
+            "similarity", mean, {"experiment": experiment.name, "condition": condition.name}, reference=published.get(condition.name),
+            source="0 … 100; people in D§5.5, a scale of its own in simulated observers",
+        )  # fmt: skip
+        there = f"{published[condition.name]:.1f}" if condition.name in published else ""
+        rows.append([condition.name, f"{mean:.1f} ({low:.1f} … {high:.1f})", there])
+    output.table(
+        f"{experiment.section}: how alike two tumours felt, {len(sessions)} simulated observers, {took_s / 60:.1f} min of computing",
+        ["pair", "similarity (95 %)", "people, in the dissertation"],
+        rows,
+        "Rh, Rs: a hard and a soft tumour, real; Vh, Vs: rendered in a phantom without one. The observers' scale is not people's: only "
+        "the order of the pairs can be compared.",
+    )
+    times = []
+    for name, seconds in analysis.found_times(rated).items():
+        mean, low, high = analysis.mean_with_interval(seconds)
+        missed = sum(not np.isfinite(one) for one in seconds)
+        output.figure("time_to_find_s", mean, {"experiment": experiment.name, "presented": name}, unit="s", source="of touch")
+        times.append([name, f"{mean:.2f} ({low:.2f} … {high:.2f})", f"{missed} of {len(seconds)}"])
+    output.table(f"{experiment.section}: touch until the tumour was found", ["presented", "s (95 %)", "not found"], times)
+    names = [one.name for one in protocol.read(experiment.name).conditions]
+    output.plot(f"{experiment.name}_similarity", f"{experiment.section}: similarity and search", plots.similarity(rated, names))
+
+
+def main() -> None:
+    options = study_output.options(__doc__)
+    output = study_output.Output(options.out, "chain", "The experiments with simulated observers")
+    for experiment in EXPERIMENTS:
+        with tempfile.TemporaryDirectory() as folder:
+            sessions, took_s = run(experiment, options.out, Path(folder), 2 if options.quick else experiment.participants)
+            read = analysis.read([sessions])
+            (report_realism if experiment.name == "tumour_realism" else report_equality)(output, experiment, read, took_s)
+
+
+if __name__ == "__main__":
+    import os
+
+    ENVIRONMENT = dict(os.environ)
+    main()
