@@ -117,7 +117,7 @@ put "${folders[0]}"
 say "install"
 began=$SECONDS
 began_ms=$(date +%s%3N)
-apt install $(cd "$system" && ls ./packages/*.deb | sed 's|^\./|/|') || fail "the packages cannot be installed"
+apt install $(cd "$system" && ls ./packages/*.deb | grep -v python3- | sed 's|^\./|/|') || fail "the packages cannot be installed"
 say "  installed in $((SECONDS - began)) s"
 inside getent passwd hapticd >>"$log" || fail "the user hapticd is missing"
 inside hapticd --config /etc/hapticd/rig.toml --check-config >>"$log" 2>&1 || fail "the packaged configuration is refused"
@@ -126,6 +126,9 @@ inside bash -n /usr/share/bash-completion/completions/hapticctl || fail "the com
 try_service || fail "the service does not answer within 30 s"
 # From 'apt install' to the end of the first daemon, which had answered before.
 say "install_to_status_s $(awk "BEGIN { print ($(date +%s%3N) - $began_ms) / 1000 }")"
+apt install $(cd "$system" && ls ./packages/python3-*.deb | sed 's|^\./|/|') || fail "the Python package cannot be installed"
+inside hapticctl experiment check stiffness_1d --no-rig >>"$log" 2>&1 || fail "hapticctl experiment does not find the Python package"
+say "  the Python package is found"
 
 if ((${#folders[@]} == 2)); then
   put "${folders[1]}"
@@ -146,7 +149,7 @@ apt remove hapticd || fail "cannot be removed"
 [[ ! -e $system/usr/bin/hapticd ]] || fail "the program is still there"
 [[ -s $system/etc/hapticd/rig.toml && -d $system/var/lib/hapticd ]] || fail "removing took configuration or models away"
 say "purge"
-apt purge hapticd hapticd-tools libhapticd-client-dev hapticd-doc || fail "cannot be purged"
+apt purge hapticd hapticd-tools python3-hapticd libhapticd-client-dev hapticd-doc || fail "cannot be purged"
 apt autoremove --purge || fail "cannot be purged"
 left=$(comm -13 <(echo "$before") <(listing) | grep -i hapticd || true)
 [[ -z $left ]] || fail "left behind: $left"

@@ -67,6 +67,37 @@ void check_field(Checker& check, const StructuralModel& field, double stiffness_
   }
 }
 
+void check_map(Checker& check, const SceneSpec& spec) {
+  using Map = SurfaceMapParameters;
+  const Map& map = *spec.wall_map;
+  const auto fail = [&check](const char* key, double value, const char* limit, const char* remedy) {
+    check.fail(key, value, limit, remedy);
+  };
+  check.range("wall.surface.step_mm", map.step_mm, 0.5, 100.0, "mm");
+  check.range("wall.surface.from_mm[0]", map.from_mm[0], -1000.0, 1000.0, "mm");
+  check.range("wall.surface.from_mm[1]", map.from_mm[1], -1000.0, 1000.0, "mm");
+  if (map.columns < Map::kMinSide || map.columns > Map::kMaxSide)
+    return fail("wall.surface.columns", map.columns, "2 … 64", "scan with another step");
+  if (map.heights_mm.size() % map.columns != 0 || map.rows() < Map::kMinSide || map.rows() > Map::kMaxSide)
+    return fail("wall.surface.heights_mm, their number", static_cast<double>(map.heights_mm.size()),
+                "2 … 64 whole rows of so many columns", "give all rows");
+  constexpr double kSteepest = 2.0;
+  for (std::size_t i = 0; i < map.heights_mm.size(); ++i) {
+    check.range("wall.surface.heights_mm", map.heights_mm[i], -1000.0, 1000.0, "mm");
+    const double aside = i % map.columns == 0 ? 0.0 : map.heights_mm[i] - map.heights_mm[i - 1];
+    const double below = i < map.columns ? 0.0 : map.heights_mm[i] - map.heights_mm[i - map.columns];
+    if (std::max(std::abs(aside), std::abs(below)) > kSteepest * map.step_mm)
+      return fail(
+          "wall.surface.heights_mm, a step between neighbours", std::max(std::abs(aside), std::abs(below)),
+          "twice step_mm: steeper is no surface that is pressed from above", "remove outliers of the scan");
+  }
+  if (spec.wall_ball)
+    fail("wall.ball_radius_mm", spec.wall_ball->radius_mm, "one of the two",
+         "remove the ball, or the surface");
+  if (std::abs(spec.press_axis.z + 1.0) > 1e-9)
+    fail("press_axis", spec.press_axis.z, "[0, 0, -1] with a scanned surface", "remove press_axis");
+}
+
 }  // namespace
 
 double softest_structure_n_per_mm(const SceneSpec& resolved) noexcept {
@@ -142,10 +173,11 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
   check.range("contact.arming_time_ms", spec.contact.arming_time_ms, 0.1, 10000.0, "ms");
   check.range("wall.position_mm", spec.wall_position_mm, -1000.0, 1000.0, "mm");
   if (spec.wall_ball) check.range("wall.ball_radius_mm", spec.wall_ball->radius_mm, 2.0, 500.0, "mm");
+  if (spec.wall_map) check_map(check, spec);
   check.range("target.max_stiffness_n_per_mm", spec.max_target_stiffness_n_per_mm, 0.0, 1000.0, "N/mm");
   if (auto error = rt::check(spec.target, "scene '" + spec.name + "', [target]")) return *error;
-  if (!explores && spec.target.kind != TargetLaw::Kind::kLinear) {
-    check.fail("target.law", 0.0, "\"linear\"", "one-dimensional scenes render linear targets only");
+  if (spec.kind == SceneKind::kTap1d && spec.target.kind != TargetLaw::Kind::kLinear) {
+    check.fail("target.law", 0.0, "\"linear\"", "scenes of kind tap_1d render linear targets only");
   }
   check.range("target's stiffness", greatest_stiffness_n_per_mm(spec.target, kMaxTargetDepthMm), 0.0,
               spec.max_target_stiffness_n_per_mm, "N/mm (target.max_stiffness_n_per_mm)");
@@ -157,8 +189,8 @@ hal::Result<SceneSpec> resolve(SceneSpec spec, const hal::RigInfo& rig) {
       check_field(check, *spec.structural_field, spec.structural_stiffness_n_per_mm);
     }
     if (!explores) {
-      check.range("target.stiffness_n_per_mm", spec.target.stiffness_n_per_mm, 0.0,
-                  kMaxCompensableRatio * softest_structure_n_per_mm(spec),
+      check.range("target.stiffness_n_per_mm", greatest_stiffness_n_per_mm(spec.target, kMaxTargetDepthMm),
+                  0.0, kMaxCompensableRatio * softest_structure_n_per_mm(spec),
                   "N/mm (0.8 of the structural stiffness, as far as it can be compensated)");
     }
   }
@@ -293,9 +325,10 @@ SceneOutline outline(const SceneSpec& spec) {
                        "displacement: from the contact point along the press axis"};
       break;
     case SceneKind::kWall:
-      result.stages = {spec.wall_ball ? "contact: position against the ball"
-                                      : "contact: position against the wall"};
-      if (spec.wall_ball) result.channels |= channel::kDirection;
+      result.stages = {spec.wall_map    ? "contact: position against the scanned surface"
+                       : spec.wall_ball ? "contact: position against the ball"
+                                        : "contact: position against the wall"};
+      if (spec.wall_ball || spec.wall_map) result.channels |= channel::kDirection;
       break;
     case SceneKind::kExplore:
       outline_explore(spec, result.stages);

@@ -90,6 +90,8 @@ struct SceneSpec {
   double wall_position_mm = 0.0;  ///< kWall: the surface, along the press axis
   /// kWall: a ball in place of the plane.
   std::optional<BallParameters> wall_ball{};
+  /// kWall: a scanned surface in place of both; pressed along −z.
+  std::optional<SurfaceMapParameters> wall_map{};
 
   TargetLaw target;  ///< at load
   double max_target_stiffness_n_per_mm =

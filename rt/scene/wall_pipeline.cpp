@@ -8,11 +8,12 @@
 namespace hapticd::rt {
 
 WallPipeline::WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig)
-    : surface_(resolved.press_axis, resolved.wall_position_mm, resolved.wall_ball),
+    : surface_(resolved.press_axis, resolved.wall_position_mm, resolved.wall_ball, resolved.wall_map),
       inward_(resolved.press_axis),
       structural_n_per_mm_(resolved.structural_compensation ? resolved.structural_stiffness_n_per_mm : 0.0),
       structural_field_(resolved.structural_compensation ? resolved.structural_field : std::nullopt),
-      target_(resolved.target.stiffness_n_per_mm, rig.rate_hz, resolved.max_target_change_n_per_s),
+      target_(resolved.target, rig.rate_hz, resolved.max_target_change_n_per_s),
+      timer_(rig.rate_hz),
       controller_(resolved.controller, rig.rate_hz) {}
 
 std::uint32_t WallPipeline::channels() const noexcept {
@@ -23,10 +24,11 @@ std::uint32_t WallPipeline::channels() const noexcept {
 void WallPipeline::reset() noexcept {
   reason_ = ContactReason::kAwaitingFree;
   controller_.reset();
+  timer_.reset();
 }
 
 void WallPipeline::set_target(const TargetLaw& target, double ramp_s) noexcept {
-  target_.set(target.stiffness_n_per_mm, ramp_s);
+  target_.set(target, ramp_s);
 }
 
 void WallPipeline::applied(const hal::Vector3& force_n) noexcept {
@@ -36,14 +38,30 @@ void WallPipeline::applied(const hal::Vector3& force_n) noexcept {
 PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const auto [encoder_mm, inward] = surface_.at(sample.tip_position_mm);
   inward_ = inward;
-  const double target = target_.update(1.0, std::max(0.0, encoder_mm));
+  const TickInterval interval = timer_.update(sample.time_ns);
+  // v += (Δx − v Δt)/(Δt + τ): a count of the encoders moves it by 4 mm/s at most.
+  constexpr double kSmoothingS = 7e-3;
+  rate_mm_per_s_ = interval.is_gap ? 0.0
+                                   : rate_mm_per_s_ + (encoder_mm - depth_mm_ - rate_mm_per_s_ * interval.s) /
+                                                          (interval.s + kSmoothingS);
+  depth_mm_ = encoder_mm;
 
   if (structural_field_) structural_n_per_mm_ = structural_field_->stiffness_at(sample.tip_position_mm);
-  // There is no object: only the wall's own force acts, f~_d = -k~ x.
-  const DesiredForce wall = structural_n_per_mm_ > 0.0
-                                ? desired_force_compensated(0.0, target, encoder_mm, structural_n_per_mm_)
-                                : desired_force_rigid(0.0, target, encoder_mm);
-  const bool inside = wall.displacement_mm > 0.0;
+  // There is no object: only its own force acts, −F(x), on a device that bends at x = x_s + F(x)/k_s (see
+  // desired_force_compensated). For F(x) = k~ x with last tick's k~: exact for linear targets; of a power law
+  // of exponent m a pole at (m − 1) r/(1 − r) < 0.75 a tick, r = k~/k_s, as m r ≤ 0.8.
+  double displacement_mm = encoder_mm;
+  if (structural_n_per_mm_ > 0.0 && encoder_mm > 0.0) {
+    const double ratio = std::min(target_.stiffness_n_per_mm() / structural_n_per_mm_, kMaxCompensableRatio);
+    displacement_mm = encoder_mm / (1.0 - ratio);
+  }
+  double object_n = 0.0;
+  if (displacement_mm > 0.0) {
+    object_n = target_.update(displacement_mm, rate_mm_per_s_, sample.tip_position_mm, interval.periods);
+  } else {
+    target_.rest(interval.periods);
+  }
+  const bool inside = displacement_mm > 0.0;
   const bool was_inside = reason_ == ContactReason::kAboveThreshold || reason_ == ContactReason::kHeld;
   if (inside) {
     // A wall that appears around the tool would throw it out: it acts only after the tool was seen outside.
@@ -57,7 +75,7 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
     reason_ = was_inside ? ContactReason::kAboveSurface : ContactReason::kFree;
   }
   const bool in_contact = inside && reason_ != ContactReason::kAwaitingFree;
-  const double desired_n = in_contact ? wall.force_n : 0.0;
+  const double desired_n = in_contact ? -object_n : 0.0;
   const double device_force_n = controller_.device_force_n();
   const double command_n = controller_.update(desired_n);
 
@@ -65,8 +83,8 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   record.contact_reason = reason_;
   record.contact_count = contact_count_;
   record.contact_authority = in_contact ? 1.0 : 0.0;  // the wall needs no evidence
-  record.displacement_mm = in_contact ? wall.displacement_mm : 0.0;
-  record.target_stiffness_n_per_mm = target;
+  record.displacement_mm = in_contact ? displacement_mm : 0.0;
+  record.target_stiffness_n_per_mm = target_.stiffness_n_per_mm();
   record.desired_force_n = desired_n;
   record.commanded_force_n = command_n;
   record.hand_force_n = -device_force_n;

@@ -7,13 +7,14 @@
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
 #include "rt/scene/wall_surface.h"
-#include "rt/target/target_ramp.h"
+#include "rt/signal/tick_interval.h"
+#include "rt/target/target_blend.h"
 
 namespace hapticd::rt {
 
-/// An elastic virtual wall (D§3.4) or ball (D§4.7), the comparison stimulus of a real one: no sensor, no
-/// object, position is all it needs. The controller works along the normal, which turns slowly against its
-/// delay.
+/// A virtual object, the comparison stimulus of a real one: a wall (D§3.4), a ball (D§4.7) or a scanned
+/// surface, elastic or of any other target law. No sensor, no object: position is all it needs. The
+/// controller works along the normal, which turns slowly against its delay.
 class WallPipeline final : public Pipeline {
  public:
   WallPipeline(const SceneSpec& resolved, const hal::RigInfo& rig);
@@ -29,7 +30,10 @@ class WallPipeline final : public Pipeline {
   hal::Vector3 inward_;         ///< where the tip is
   double structural_n_per_mm_;  ///< where the tip is; 0 = device taken as rigid
   std::optional<StructuralModel> structural_field_;
-  TargetRamp target_;
+  TargetBlend target_;
+  TickTimer timer_;
+  double depth_mm_ = 0.0;       ///< last tick's, of the encoders
+  double rate_mm_per_s_ = 0.0;  ///< of the displacement, smoothed
   ForceController controller_;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   std::uint32_t contact_count_ = 0;

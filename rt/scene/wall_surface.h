@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "hal/samples.h"
+#include "rt/scene/surface_map.h"
 
 namespace hapticd::rt {
 
@@ -18,7 +20,8 @@ struct BallParameters {
   }
 };
 
-/// Where a virtual object begins: a plane across the press axis, or a ball. Without friction.
+/// Where a virtual object begins: a plane across the press axis, a ball, or a scanned surface. Without
+/// friction.
 class WallSurface {
  public:
   struct Place {
@@ -27,12 +30,17 @@ class WallSurface {
   };
 
   /// `press_axis`: unit vector into the plane, whose coordinate along it is `position_mm`.
-  WallSurface(const hal::Vector3& press_axis, double position_mm,
-              const std::optional<BallParameters>& ball) noexcept
-      : axis_(press_axis), position_mm_(position_mm), ball_(ball) {}
+  WallSurface(const hal::Vector3& press_axis, double position_mm, const std::optional<BallParameters>& ball,
+              const std::optional<SurfaceMapParameters>& map)
+      : axis_(press_axis), position_mm_(position_mm), ball_(ball) {
+    if (map) map_.emplace(*map);
+  }
 
-  /// In the middle of a ball, where no side is nearest, it is as if pressed along the press axis.
+  /// In the middle of a ball, where no side is nearest, it is as if pressed along the press axis. Of a
+  /// scanned surface depth and normal are those of the tangent plane above or below the tip: exact on planes,
+  /// off by half the curvature times the square of depth and slope elsewhere.
   Place at(const hal::Vector3& tip_mm) const noexcept {
+    if (map_) return over_map(tip_mm);
     if (!ball_) return {dot(tip_mm, axis_) - position_mm_, axis_};
     const hal::Vector3 to_centre_mm = ball_->centre_mm - tip_mm;
     const double distance_mm = std::sqrt(dot(to_centre_mm, to_centre_mm));
@@ -40,12 +48,21 @@ class WallSurface {
     return {ball_->radius_mm - distance_mm,
             distance_mm > kMiddleMm ? to_centre_mm * (1.0 / distance_mm) : axis_};
   }
-  bool is_curved() const noexcept { return ball_.has_value(); }
+  bool is_curved() const noexcept { return ball_ || map_; }
 
  private:
+  Place over_map(const hal::Vector3& tip_mm) const noexcept {
+    const SurfaceMap::Point point = map_->at(tip_mm.x, tip_mm.y);
+    const double cosine =
+        1.0 / std::sqrt(1.0 + point.slope_x * point.slope_x + point.slope_y * point.slope_y);
+    return {(point.height_mm - tip_mm.z) * cosine,
+            hal::Vector3{point.slope_x * cosine, point.slope_y * cosine, -cosine}};
+  }
+
   hal::Vector3 axis_;
   double position_mm_;
   std::optional<BallParameters> ball_;
+  std::optional<SurfaceMap> map_;
 };
 
 }  // namespace hapticd::rt

@@ -22,7 +22,7 @@ namespace {
 using rt::GuideState;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLook{10};
+constexpr milliseconds kLook{2};
 constexpr milliseconds kProgressPeriod{100};
 constexpr const char* kWho = "the guide's motion";
 constexpr const char* kRequest = "MoveToolRequest";

@@ -28,6 +28,8 @@ constexpr Range kReleaseTimeMs{0.1, 1000.0, "ms"};
 constexpr Range kFreeTimeMs{0.1, 10000.0, "ms"};
 constexpr Range kClearanceMm{0.0, 100.0, "mm"};
 constexpr Range kBallRadiusMm{2.0, 500.0, "mm"};
+constexpr Range kMapStepMm{0.5, 100.0, "mm"};
+constexpr Range kMapColumns{2.0, 64.0, ""};
 constexpr Range kPositionMm{-1000.0, 1000.0, "mm"};
 constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
 constexpr Range kRampS{0.0, 60.0, "s"};
@@ -153,16 +155,17 @@ void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
     }
     return belongs;
   };
-  if (law.kind != Kind::kLinear && !explores(spec)) {
-    target.refuse("law", {"one-dimensional scenes render linear targets only", "",
+  const bool is_tap = spec.kind == rt::SceneKind::kTap1d;
+  if (law.kind != Kind::kLinear && is_tap) {
+    target.refuse("law", {"scenes of kind tap_1d render linear targets only", "",
                           std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
-                          "choose kind = \"explore\" for other laws", hal::Mistake::kMisplacedKey});
+                          "choose kind = \"explore\" or \"wall\" for other laws", hal::Mistake::kMisplacedKey});
     return;
   }
   if (of_law("stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {
     target.read("stiffness_n_per_mm", law.stiffness_n_per_mm, kStiffness);
   }
-  if (!explores(spec)) return;
+  if (is_tap) return;
   if (of_law("hunt_crossley", law.kind == Kind::kHuntCrossley, "\"hunt_crossley\"")) {
     TomlTable power = target.table("hunt_crossley");
     power.read("stiffness_n_per_mm_m", law.hunt_crossley.stiffness_n_per_mm_m, kPowerStiffness);
@@ -236,6 +239,15 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
       rt::BallParameters& ball = spec.wall_ball.emplace();
       wall.read("ball_radius_mm", ball.radius_mm, kBallRadiusMm);
       wall.read("ball_centre_mm", ball.centre_mm, kPositionMm);
+    }
+    if (wall.has("surface")) {
+      rt::SurfaceMapParameters& map = spec.wall_map.emplace();
+      constexpr std::size_t kMost = rt::SurfaceMapParameters::kMaxSide * rt::SurfaceMapParameters::kMaxSide;
+      TomlTable surface = wall.table("surface");
+      surface.read("from_mm", map.from_mm, kPositionMm);
+      surface.read("step_mm", map.step_mm, kMapStepMm);
+      surface.read("columns", map.columns, kMapColumns);
+      surface.read("heights_mm", map.heights_mm, kPositionMm, kMost);
     }
   } else {
     refuse_foreign(root, "wall", "wall", spec, "\"wall\"");

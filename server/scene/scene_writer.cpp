@@ -88,6 +88,14 @@ std::string write_scene(const rt::SceneSpec& spec) {
       text += fmt::format("ball_radius_mm = {}\nball_centre_mm = {}\n", number(spec.wall_ball->radius_mm),
                           vector_text(spec.wall_ball->centre_mm));
     }
+    if (spec.wall_map) {
+      const rt::SurfaceMapParameters& map = *spec.wall_map;
+      text += fmt::format("\n[wall.surface]\nfrom_mm = [{}, {}]\nstep_mm = {}\ncolumns = {}\nheights_mm = [",
+                          number(map.from_mm[0]), number(map.from_mm[1]), number(map.step_mm), map.columns);
+      for (std::size_t i = 0; i < map.heights_mm.size(); ++i)
+        text += (i % map.columns == 0 ? "\n  " : " ") + number(map.heights_mm[i]) + ',';
+      text += "\n]\n";
+    }
   } else {
     text += fmt::format(
         "\n[contact]\nmethod = {}\nthreshold_n = {}\nrelease_ratio = {}\nrelease_time_ms = {}\n"
@@ -109,8 +117,9 @@ std::string write_scene(const rt::SceneSpec& spec) {
         quoted_word(e.release, kReleases), e.passivity);
   }
   text += fmt::format("\n[target]\n{}max_stiffness_n_per_mm = {}\nramp_s = {}\nmax_change_n_per_s = {}\n",
-                      target_law_text(spec.target, explore), number(spec.max_target_stiffness_n_per_mm),
-                      number(spec.target_ramp_s), number(spec.max_target_change_n_per_s));
+                      target_law_text(spec.target, spec.kind != rt::SceneKind::kTap1d),
+                      number(spec.max_target_stiffness_n_per_mm), number(spec.target_ramp_s),
+                      number(spec.max_target_change_n_per_s));
   if (explore && !spec.explore.modulated) text += "modulated = false\n";
   text += fmt::format("\n[structure]\ncompensation = {}\nstiffness_n_per_mm = {}\n",
                       spec.structural_compensation, number(spec.structural_stiffness_n_per_mm));

@@ -65,11 +65,11 @@ Outcome<TargetSet> grant_law(const rt::TargetLaw& law, const ResolvedScene& scen
       add_too_soft_note(set.grant, *object, resolved, rig);
     return set;
   }
-  if (resolved.kind != rt::SceneKind::kExplore) {
+  if (resolved.kind == rt::SceneKind::kTap1d) {
     return Refusal{RefusalKind::kFailedPrecondition,
-                   {"one-dimensional scenes render linear targets only", "SetTargetRequest.law",
+                   {"scenes of kind tap_1d render linear targets only", "SetTargetRequest.law",
                     std::string(word_of(law.kind)), "linear_n_per_mm",
-                    "load a scene of kind \"explore\", or set a linear target"},
+                    "load a scene of kind \"explore\" or \"wall\", or set a linear target"},
                    Reason::kNotInThisScene};
   }
   if (set.requested_n_per_mm > resolved.max_target_stiffness_n_per_mm) {

@@ -292,6 +292,19 @@ bool TomlTable::numbers(std::string_view key, std::span<double> values, const Ra
   return true;
 }
 
+void TomlTable::read(std::string_view key, std::vector<double>& values, const Range& range,
+                     std::size_t most) {
+  const toml::node* node = state_->find(path_, key);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  if (array == nullptr || array->empty() || array->size() > most || !holds_numbers(array, array->size())) {
+    state_->wrong_type(*node, dotted(path_, key), fmt::format("1 … {} numbers {}", most, to_text(range)));
+    return;
+  }
+  std::vector<double> read(array->size());
+  if (numbers(key, read, range)) values = std::move(read);
+}
+
 void TomlTable::read(std::string_view key, std::vector<std::array<double, 2>>& pairs,
                      const std::array<Range, 2>& ranges, std::size_t most) {
   const toml::node* node = state_->find(path_, key);

@@ -66,6 +66,8 @@ class TomlTable {
   /// At most `most` pairs of numbers, e.g. [[0, 0.2], [5, 0.8]]. Absent: as it was.
   void read(std::string_view key, std::vector<std::array<double, 2>>& pairs,
             const std::array<Range, 2>& ranges, std::size_t most);
+  /// At most `most` numbers. Absent: as it was.
+  void read(std::string_view key, std::vector<double>& values, const Range& range, std::size_t most);
   /// One of a few words.
   template <class E, std::size_t N>
   void read(std::string_view key, E& value, const Word<E> (&words)[N]) {

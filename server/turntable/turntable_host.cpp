@@ -25,7 +25,7 @@ using hal::MotionEnd;
 using hal::TurntableState;
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLook{10};
+constexpr milliseconds kLook{2};
 constexpr milliseconds kProgressPeriod{100};
 constexpr milliseconds kGlitch{100};
 constexpr std::chrono::seconds kAlarmTimeout{2};

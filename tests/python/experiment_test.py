@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from hapticd.errors import BadFile
-from hapticd.experiment import fit, journal, procedures, protocol, runner, seeds, session
+from hapticd.errors import BadArgument, BadFile
+from hapticd.experiment import fit, journal, procedures, protocol, runner, scan, seeds, session
 from hapticd.experiment.observer import Observer, felt_stiffness
 from hapticd.experiment.procedures import LimitsSeries, Series, UpDown
 from hapticd.experiment.simulated import SimulatedParticipant
@@ -212,3 +213,24 @@ def test_shipped_protocols_are_read_and_short() -> None:
     for path in shipped:
         assert protocol.read(path.stem).name == path.stem
         assert len(path.read_text().splitlines()) <= 60, path
+
+
+def test_a_ball_that_was_touched_becomes_a_surface() -> None:
+    random = np.random.default_rng(3)
+    x, y = random.uniform(-25.0, 25.0, (2, 120))
+    z = np.sqrt(50.0**2 - x**2 - y**2) - 50.0 + random.normal(0.0, 0.05, x.size)
+    touches = np.stack([x, y, z], axis=1)
+    touches[::30, 2] += 8.0  # touched something else
+    surface = tomllib.loads(scan.surface_toml(touches))["wall"]["surface"]
+    heights = np.array(surface["heights_mm"]).reshape(-1, surface["columns"])
+    grid_x = surface["from_mm"][0] + surface["step_mm"] * np.arange(heights.shape[1])
+    grid_y = surface["from_mm"][1] + surface["step_mm"] * np.arange(heights.shape[0])
+    inside = np.hypot(*np.meshgrid(grid_x, grid_y)) < 22.0
+    truth = np.sqrt(50.0**2 - grid_x[None, :] ** 2 - grid_y[:, None] ** 2) - 50.0
+    assert np.abs(heights - truth)[inside].max() < 0.25
+    with pytest.raises(BadArgument, match="too few"):
+        scan.surface_toml(touches[:5])
+    with pytest.raises(BadArgument, match="on a line"):
+        scan.surface_toml(touches * [1.0, 0.0, 1.0])
+    with pytest.raises(BadArgument, match="too fine"):
+        scan.surface_toml(touches, 0.1)

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import re
+import signal
+import subprocess
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 import pytest
 
 import hapticd
+from daemon import BINARIES
 from hapticd.errors import BadFile
-from hapticd.experiment import protocol
+from hapticd.experiment import protocol, runner
 from hapticd.experiment.hands import SimulatedHand
+from hapticd.experiment.observer import Observer
 from hapticd.experiment.rig_stage import RigStage
 from hapticd.experiment.session import Trial
+from hapticd.experiment.simulated import SimulatedParticipant
 from hapticd.v1 import rig_pb2
 
 CONFIGURATION = """
@@ -80,3 +86,80 @@ def test_what_cannot_be_run_is_said_before(start_daemon: Any, tmp_path: Path) ->
                 stage.check(protocol.of(changed, "test"))
         with pytest.raises(hapticd.HapticdError, match="no_such_scene"):
             stage.check(protocol.of(unknown, "test"))
+
+
+class Killer(SimulatedHand):
+    """Does something in the middle of a press."""
+
+    def __init__(self, act: Callable[[], None]) -> None:
+        super().__init__(1, "S1")
+        self._act = act
+        self._acted = False
+
+    def is_done(self, has_pressed: bool, lifted: bool) -> bool:
+        if has_pressed and not self._acted:
+            self._acted = True
+            self._act()
+        return super().is_done(has_pressed, lifted)
+
+
+def journal_of(tmp_path: Path) -> Any:
+    chosen = {**document(), "session": {"min_break_s": 0}, "condition": [{**document()["condition"][2]}]}
+    return runner.begin(tmp_path, protocol.of(chosen, "test"), "S1", 0, 1, {})
+
+
+def test_a_session_whose_lease_is_taken_ends_and_says_so(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(CONFIGURATION)
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    other = hapticd.connect(daemon.address)
+    hand = Killer(lambda: other.take_lease("the rig is needed", purpose="test", ttl_s=5.0))
+    with hapticd.connect(daemon.address) as rig, RigStage(rig, hand, wait_for_clear_s=0.0) as stage:
+        state = runner.Runner(journal_of(tmp_path), stage, SimulatedParticipant(Observer("S1", 1))).run()
+    assert not state.ended and "lease" in state.aborted.lower()
+    other.close()
+
+
+def test_a_stop_in_mid_press_discards_the_trial(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(CONFIGURATION)
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    with hapticd.connect(daemon.address) as rig, hapticd.connect(daemon.address) as other:
+        hand = Killer(lambda: other.stop("test") and None)
+        waits: list[str] = []
+
+        def cleared(text: str) -> None:
+            waits.append(text)
+            if text:
+                rig.clear()
+
+        with RigStage(rig, hand, on_wait=cleared) as stage:
+            opened = journal_of(tmp_path)
+            answered = runner.Runner(opened, stage, SimulatedParticipant(Observer("S1", 1))).run(until=lambda state: state.answered >= 1)
+    assert answered.answered == 1
+    discarded = [event for event in opened.events if event["event"] == "discarded"]
+    assert len(discarded) == 1 and any("guard" in why or "force" in why for why in discarded[0]["why"])
+    assert waits[0] and waits[-1] == ""
+
+
+def test_a_table_that_stalls_ends_the_session(start_daemon: Any, tmp_path: Path) -> None:
+    drive = subprocess.Popen([BINARIES / "hapticd_emulated_drive", "--tcp", "0"], stdout=subprocess.PIPE, text=True)
+    try:
+        assert drive.stdout is not None
+        port = int(re.findall(r":(\d+)", drive.stdout.readline())[0])
+        configuration = tmp_path / "rig.toml"
+        modbus = f'[rig.turntable.modbus]\ntransport = "tcp"\nhost = "127.0.0.1"\nport = {port}\nmap = "plain_drive"\n'
+        table = CONFIGURATION.replace('kind = "sim"', 'kind = "modbus"').replace("[rig.turntable.sim]\nhomed = true\n", modbus)
+        configuration.write_text(table.replace("speed_deg_per_s = 360", "speed_deg_per_s = 90").replace("= 4000", "= 180"))
+        daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+        with hapticd.connect(daemon.address) as rig:
+            with rig.lease("test"):
+                rig.home_turntable().last()
+            hand = Killer(lambda: drive.send_signal(signal.SIGSTOP))
+            with RigStage(rig, hand, wait_for_clear_s=0.0) as stage:
+                state = runner.Runner(journal_of(tmp_path), stage, SimulatedParticipant(Observer("S1", 1))).run()
+        assert not state.ended and "turntable" in state.aborted
+    finally:
+        drive.send_signal(signal.SIGCONT)
+        drive.kill()
+        drive.wait()

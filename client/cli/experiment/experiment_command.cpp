@@ -70,6 +70,7 @@ void add_experiment_command(CLI::App& app, Session& session) {
   add("run", "A participant's session, at a page in the browser");
   add("resume", "Goes on with a session that was ended or died");
   add("simulate", "Simulated participants, on a rig or without one");
+  add("scan", "From a recording of touches to a virtual object of that shape");
   add("analyse", "Estimates and figures of a folder of sessions");
   add("export", "A folder of sessions as BIDS or CSV");
   experiment->footer(

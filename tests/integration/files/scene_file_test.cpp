@@ -183,6 +183,10 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     if (wall && round % 2 == 0) {
       spec.wall_ball = {{fraction(random), fraction(random), fraction(random)}, 2.0 + fraction(random)};
     }
+    if (wall && round % 2 == 1) {
+      spec.wall_map = {{fraction(random), fraction(random)}, 1.0 + fraction(random), 2, {}};
+      for (int i = 0; i < 6; ++i) spec.wall_map->heights_mm.push_back(fraction(random));
+    }
     if (round % 3 != 0) {
       spec.watch = {2000.0 * fraction(random), 500.0 * fraction(random), 2000.0 * fraction(random),
                     static_cast<std::uint32_t>(round), 1e4 * fraction(random)};
@@ -231,6 +235,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     EXPECT_EQ(again->explore.release, spec.explore.release);
     EXPECT_EQ(again->explore.passivity, spec.explore.passivity);
     EXPECT_EQ(again->wall_ball, spec.wall_ball);
+    EXPECT_EQ(again->wall_map, spec.wall_map);
     EXPECT_EQ(again->fixture, spec.fixture);
     EXPECT_EQ(again->watch, spec.watch);
     ASSERT_EQ(again->transient.has_value(), spec.transient.has_value());
@@ -308,8 +313,8 @@ TEST(SceneFile, WhatMeansNothingInAKindOfSceneIsRefused) {
                {"'wall' means nothing in a scene of kind \"explore\"", "scene text, line 3", "",
                 "kind = \"wall\"", "remove it, or choose such a kind"});
   expect_error("name = \"x\"\n[target]\nlaw = \"hunt_crossley\"\n",
-               {"one-dimensional scenes render linear targets only", "scene text, line 3", "hunt_crossley",
-                "law = \"linear\"", "choose kind = \"explore\" for other laws"});
+               {"scenes of kind tap_1d render linear targets only", "scene text, line 3", "hunt_crossley",
+                "law = \"linear\"", "choose kind = \"explore\" or \"wall\" for other laws"});
   const std::string explore = "name = \"x\"\nkind = \"explore\"\n[target]\n";
   expect_error(explore + "law = \"position_profile\"\nstiffness_n_per_mm = 1\n",
                {"'target.stiffness_n_per_mm' means nothing to the law \"position_profile\"",

@@ -12,10 +12,12 @@ import hapticd
 from hapticd.errors import BadArgument, HapticdError, Unreachable
 from hapticd.experiment import analysis, export, plots, runner, session, simulated
 from hapticd.experiment import protocol as protocols
-from hapticd.experiment.hands import Person, SimulatedHand
+from hapticd.experiment.hands import Hand, Person, PersonOnSimulatedRig, SimulatedHand
 from hapticd.experiment.journal import Journal
 from hapticd.experiment.rig_stage import RigStage
+from hapticd.experiment.scan import surface_toml, touches_of
 from hapticd.experiment.stage import BareStage, Stage
+from hapticd.v1 import rig_pb2
 
 DONE, REFUSED, USAGE, UNREACHABLE, NOT_FINISHED = 0, 1, 2, 3, 5
 EXIT_CODES = "exit codes: 0 done; 1 refused, or a file is not what it should be; 2 wrong usage; 3 no daemon; 5 the session was ended early"
@@ -87,6 +89,11 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--no-rig", action="store_true", help="what is felt is the level; for a first look at a protocol")
     simulate.add_argument("--record", action="store_true", help="have the daemon record the sessions")
 
+    scan = command("scan", _scan, "From a recording of touches to the section [wall.surface] of a scene")
+    scan.add_argument("recording", help="MCAP or HDF5, with light touches all over the object")
+    scan.add_argument("--step", type=float, default=5.0, help="of the grid, mm; 5 if not given")
+    scan.add_argument("--out", type=Path, required=True, help="a new file")
+
     analyse = command("analyse", _analyse, "Estimates and figures of sessions")
     analyse.add_argument("journals", type=Path, nargs="+", help="journals, or folders of them")
     analyse.add_argument("--figures", type=Path, help="a folder for figures (SVG); needs python3-matplotlib")
@@ -144,9 +151,12 @@ def _session(rig: hapticd.Rig, journal: Journal, options: argparse.Namespace) ->
         participant = pages.participant
         print(f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}", flush=True)
         name = journal.path.stem if options.record else ""
-        hand = Person(participant.says_done, participant.begins, participant.sees)
+        seed = session.fold(journal.events).seed
+        hand: Hand = (person := Person(participant.says_done, participant.begins, participant.sees))
+        if rig.get_rig_info().kind == rig_pb2.RIG_KIND_SIMULATED:
+            hand = PersonOnSimulatedRig(seed, journal.path.stem, person=person)
         try:
-            with RigStage(rig, hand, seed=session.fold(journal.events).seed, record_as=name, on_wait=participant.waits) as stage:
+            with RigStage(rig, hand, seed=seed, record_as=name, on_wait=participant.waits) as stage:
                 state = runner.Runner(journal, stage, participant).run()
         finally:
             journal.close()
@@ -199,6 +209,15 @@ def _simulate(options: argparse.Namespace) -> int:
                 rig.close()
         codes = max(codes, _said(state, path))
     return codes
+
+
+def _scan(options: argparse.Namespace) -> int:
+    touches = touches_of(hapticd.open_recording(options.recording).data)
+    text = surface_toml(touches, options.step)
+    with options.out.open("x", encoding="utf-8") as file:
+        file.write(text)
+    print(f"{len(touches)} touches, {options.out}")
+    return DONE
 
 
 def _analyse(options: argparse.Namespace) -> int:

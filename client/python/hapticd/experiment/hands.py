@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Callable, Generator, Optional, Protocol as Interface, Sequence
 
 import hapticd
@@ -147,3 +147,25 @@ class SimulatedHand:
 
     def sees(self, block: Block) -> None:
         pass
+
+
+@dataclass
+class PersonOnSimulatedRig(SimulatedHand):
+    """A person who answers, on a rig where the simulated hand touches: to try an experiment out."""
+
+    person: Person = field(default_factory=lambda: Person(lambda: False))
+
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
+        self.person.begins()
+        super().press(rig, trial, role, at_mm)
+
+    def stroke(self, rig: hapticd.Rig, trial: Trial, role: Role, path_mm: float) -> None:
+        self.person.begins()
+        super().stroke(rig, trial, role, path_mm)
+
+    def is_done(self, has_pressed: bool, lifted: bool) -> bool:
+        self.person.says_done()  # raises where the page is gone
+        return super().is_done(has_pressed, lifted)
+
+    def sees(self, block: Block) -> None:
+        self.person.looks(block)

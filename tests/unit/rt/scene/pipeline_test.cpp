@@ -2,67 +2,12 @@
 
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <random>
 
-#include "rt/scene/compose.h"
-#include "rt/scene/renderer.h"
+#include "tests/unit/rt/scene/pipeline_bench.h"
 
 namespace hapticd::rt {
 namespace {
-
-/// A renderer and hand-made samples: an ideal spring at depth 0 along -z, no inertia, no noise.
-class Bench {
- public:
-  explicit Bench(SceneSpec spec = {},
-                 const hal::DeviceInfo& device = {"phantom_1_0", 8.5, 1.4, 0.03, 3.5, 75.0}) {
-    info_.name = "bench";
-    info_.device = device;
-    info_.sensor = {"nano17_si_25", 35.0, 1.0 / 640.0, 10000.0, 9.35};
-    spec.name = "bench";
-    scene_ = *resolve(spec, info_);
-    pipeline_ = std::move(*compose(scene_, info_));
-    renderer_ = std::make_unique<Renderer>(scene_.guard, info_.rate_hz);
-    renderer_->exchange(pipeline_.get(), scene_.guard);
-  }
-
-  hal::RigSample at_depth(double depth_mm, double stiffness_n_per_mm) {
-    hal::RigSample sample;
-    sample.tip_position_mm.z = -depth_mm;
-    sample.sensor_force_n.z = stiffness_n_per_mm * std::max(0.0, depth_mm);
-    return sample;
-  }
-  TickRecord tick(hal::RigSample sample) {
-    sample.tick = ticks_;
-    sample.time_ns = static_cast<std::int64_t>(ticks_) * 1'000'000;
-    ++ticks_;
-    TickRecord record;
-    renderer_->tick(sample, record);
-    return record;
-  }
-  TickRecord press(double from_mm, double to_mm, double stiffness, int ticks) {
-    TickRecord record;
-    for (int i = 1; i <= ticks; ++i)
-      record = tick(at_depth(from_mm + (to_mm - from_mm) * i / ticks, stiffness));
-    return record;
-  }
-  Renderer& renderer() { return *renderer_; }
-  const SceneSpec& scene() const { return scene_; }
-
- private:
-  hal::RigInfo info_;
-  SceneSpec scene_;
-  std::unique_ptr<Pipeline> pipeline_;
-  std::unique_ptr<Renderer> renderer_;
-  std::uint64_t ticks_ = 0;
-};
-
-SceneSpec rigid(double target) {
-  SceneSpec spec;
-  spec.structural_compensation = false;
-  spec.target.stiffness_n_per_mm = target;
-  return spec;
-}
 
 TEST(TapPipeline, GivesTheDifferenceBetweenObjectAndTarget) {
   Bench bench(rigid(0.7));
@@ -253,73 +198,6 @@ TEST(TapPipeline, CompensatedDisplacementIsTheTipsNotTheEncoders) {
   const TickRecord record = bench.press(-5.0, 5.0, 0.4, 2000);
   EXPECT_NEAR(record.displacement_mm, 5.0 - record.desired_force_n / 3.5, 0.05);
   EXPECT_GT(record.displacement_mm, 5.1) << "pushing back, the tip is deeper than the encoders say";
-}
-
-TEST(WallPipeline, IsAOneSidedSpring) {
-  SceneSpec spec = rigid(0.5);
-  spec.kind = SceneKind::kWall;
-  Bench bench(spec);
-  EXPECT_EQ(bench.press(-5.0, -0.1, 0.0, 500).device_command_n.z, 0.0);
-  const TickRecord inside = bench.press(-0.1, 4.0, 0.0, 2000);
-  EXPECT_NEAR(inside.device_command_n.z, 2.0, 0.02);
-  EXPECT_FALSE(inside.channels & channel::kMotion);
-  EXPECT_NEAR(bench.press(4.0, -1.0, 0.0, 500).device_command_n.z, 0.0, 1e-12);
-}
-
-TEST(WallPipeline, IsSofterToTheEncodersWhereTheStructureIs) {
-  const auto command_n = [](bool with_field) {
-    SceneSpec spec;
-    spec.kind = SceneKind::kWall;
-    spec.target.stiffness_n_per_mm = 1.0;
-    spec.structural_stiffness_n_per_mm = 2.5;
-    StructuralModel field;
-    field.stiffness_n_per_mm = 2.5;
-    field.gradient_per_mm = {0.0, 0.0, -0.1};  // 1.25 times the compliance at the place of the press
-    if (with_field) spec.structural_field = field;
-    Bench bench(spec);
-    bench.press(-5.0, -0.1, 0.0, 500);
-    bench.press(-0.1, 2.5, 0.0, 2000);
-    return bench.press(2.5, 2.5, 0.0, 500).device_command_n.z;
-  };
-  EXPECT_NEAR(command_n(false), 2.5 / (1.0 - 1.0 / 2.5), 0.01);
-  EXPECT_NEAR(command_n(true), 2.5 / (1.0 - 1.25 / 2.5), 0.01);
-}
-
-TEST(WallPipeline, ABallPushesAlongItsNormalWhereverItIsTouched) {
-  SceneSpec spec = rigid(0.5);
-  spec.kind = SceneKind::kWall;
-  spec.wall_ball = {{0.0, 0.0, -25.0}, 25.0};
-  Bench bench(spec);
-  const hal::Vector3 centre_mm{0.0, 0.0, -25.0};
-  for (const double slant : {0.0, 0.6, 1.4}) {
-    const hal::Vector3 outward{std::sin(slant), 0.0, std::cos(slant)};
-    const auto at = [&](double distance_mm) {
-      hal::RigSample sample = bench.at_depth(0.0, 0.0);
-      sample.tip_position_mm = centre_mm + outward * distance_mm;
-      return sample;
-    };
-    TickRecord record;
-    for (int i = 0; i < 300; ++i) record = bench.tick(at(30.0));
-    EXPECT_EQ(dot(record.device_command_n, record.device_command_n), 0.0);
-    for (int i = 0; i < 1000; ++i) record = bench.tick(at(30.0 - 0.009 * i));
-    for (int i = 0; i < 500; ++i) record = bench.tick(at(21.0));
-    EXPECT_NEAR(record.displacement_mm, 4.0, 1e-9);
-    EXPECT_NEAR(dot(record.device_command_n, outward), 2.0, 0.02);
-    EXPECT_NEAR(dot(record.normal, outward), 1.0, 1e-12);
-  }
-  // In its middle no side is nearest: still a number.
-  hal::RigSample middle = bench.at_depth(0.0, 0.0);
-  middle.tip_position_mm = centre_mm;
-  EXPECT_TRUE(hal::finite(bench.tick(middle).device_command_n));
-}
-
-TEST(WallPipeline, AWallThatAppearsAroundTheToolDoesNotThrowItOut) {
-  SceneSpec spec = rigid(0.5);
-  spec.kind = SceneKind::kWall;
-  Bench bench(spec);
-  EXPECT_EQ(bench.press(6.0, 6.0, 0.0, 500).device_command_n.z, 0.0);
-  bench.press(6.0, -1.0, 0.0, 200);
-  EXPECT_GT(bench.press(-1.0, 2.0, 0.0, 200).device_command_n.z, 0.8);
 }
 
 TEST(Renderer, WithoutASceneTheForceIsZeroAndOnlySampleAndGuardAreReported) {

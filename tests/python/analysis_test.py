@@ -1,0 +1,104 @@
+"""The command line without a rig: simulate, analyse, export; and the protocols that ship."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hapticd.errors import BadFile
+from hapticd.experiment import analysis, export, protocol
+from hapticd.experiment.__main__ import main
+
+SHIPPED = sorted(path.stem for path in protocol.SHIPPED.glob("*.toml"))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_protocol_is_short_and_whole(name: str) -> None:
+    assert len((protocol.SHIPPED / f"{name}.toml").read_text().splitlines()) <= 60
+    chosen = protocol.read(name)
+    assert chosen.name == name and len(chosen.conditions) == 4
+    # What is not the daemon's own scene is in the document, and so in every journal.
+    shipped_scenes = {"press_guided", "wall_guided", "explore_watched", "ball_watched"}
+    for condition in chosen.conditions:
+        for stimulus in (condition.reference, condition.comparison):
+            assert stimulus.scene_toml or stimulus.scene in shipped_scenes
+
+
+def test_each_experiment_has_a_corrected_variant() -> None:
+    published = [name for name in SHIPPED if not name.endswith("_corrected")]
+    assert published == ["stiffness_1d", "stiffness_3d", "tumour_realism"]
+    assert all(f"{name}_corrected" in SHIPPED for name in published)
+
+
+@pytest.fixture(scope="module")
+def sessions(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sessions")
+    assert main(["simulate", "stiffness_3d", "--no-rig", "--participants", "3", "--folder", str(folder)]) == 0
+    return folder
+
+
+def test_the_analysis_finds_the_targets(sessions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["analyse", str(sessions), "--json", "--figures", str(tmp_path / "figures")]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert len(found["estimates"]) == 12 and len(found["conditions"]) == 4
+    for one in found["conditions"]:
+        # What is felt is the level: three observers with Weber fractions up to 0.12.
+        assert one["mean"] == pytest.approx(one["target"], rel=0.15)
+        assert one["low"] < one["mean"] < one["high"]
+    assert {path.name for path in (tmp_path / "figures").iterdir()} >= {"equality.svg", "series_S01_ball_03.svg"}
+
+
+def test_a_session_that_was_not_ended_counts_with_what_is_done(sessions: Path, tmp_path: Path) -> None:
+    whole = (sessions / "stiffness_3d_S01.jsonl").read_bytes().splitlines(keepends=True)
+    begun = [i for i, line in enumerate(whole) if json.loads(line)["event"] == "condition"]
+    cut = tmp_path / "stiffness_3d_S01.jsonl"
+    cut.write_bytes(b"".join(whole[: begun[2] + 3]))
+    read = analysis.read([cut])
+    assert len(analysis.estimates(read)) == 2
+    assert "not at the end: S01" in analysis.text_of(read, analysis.estimates(read), [])
+
+
+def test_journals_of_two_protocols_are_not_mixed(sessions: Path, tmp_path: Path) -> None:
+    assert main(["simulate", "stiffness_1d_corrected", "--no-rig", "--participants", "1", "--folder", str(tmp_path)]) == 0
+    with pytest.raises(BadFile, match="different protocols"):
+        analysis.read([sessions, tmp_path])
+    with pytest.raises(BadFile, match="no journal"):
+        empty = tmp_path / "empty"
+        empty.mkdir()
+        analysis.read([empty])
+
+
+def test_bids_has_all_rows_and_says_what_they_are(sessions: Path, tmp_path: Path) -> None:
+    out = tmp_path / "dataset"
+    assert main(["export", str(sessions), "--out", str(out)]) == 0
+    table = (out / "sub-S01" / "beh" / "sub-S01_task-stiffness3d_events.tsv").read_text().splitlines()
+    header = table[0].split("\t")
+    assert header[:2] == ["onset", "duration"]
+    assert all(len(line.split("\t")) == len(header) for line in table)
+    sidecar = json.loads((out / "sub-S01" / "beh" / "sub-S01_task-stiffness3d_events.json").read_text())
+    assert set(header) <= set(sidecar)
+    read = analysis.read([sessions])[0]
+    rows: list[dict[str, Any]] = [dict(zip(header, line.split("\t"))) for line in table[1:]]
+    answers = [event for event in read.events if event["event"] == "answer"]
+    assert [row["answer"] for row in rows if row["trial_type"] == "answer"] == [event["answer"] for event in answers]
+    people = (out / "participants.tsv").read_text().splitlines()
+    assert people[0].startswith("participant_id") and len(people) == 4
+    assert json.loads((out / "dataset_description.json").read_text())["BIDSVersion"]
+    assert main(["export", str(sessions), "--out", str(out)]) == 1  # nothing is overwritten
+
+
+def test_one_table_for_other_programs(sessions: Path, tmp_path: Path) -> None:
+    assert main(["export", str(sessions), "--out", str(tmp_path / "all.csv")]) == 0
+    assert main(["export", str(sessions), "--out", str(tmp_path / "psychopy.csv"), "--psychopy"]) == 0
+    with (tmp_path / "psychopy.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    read = analysis.read([sessions])
+    answers = sum(event["event"] == "answer" for one in read for event in one.events)
+    assert len(rows) == answers and set(export.PSYCHOPY) == set(rows[0])
+    assert all(math.isfinite(float(row["trials.intensity"])) for row in rows)
+    assert main(["export", str(sessions), "--out", str(tmp_path / "folder"), "--psychopy"]) == 1

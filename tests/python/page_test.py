@@ -1,0 +1,274 @@
+"""The pages of a session: a participant who answers over HTTP, faults in mid-trial, and the page in a browser."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any, Callable, Iterator, Optional
+from urllib.parse import urlsplit
+
+import pytest
+
+import hapticd
+from hapticd.experiment import journal, protocol, runner
+from hapticd.experiment.page_person import PagePerson
+from hapticd.experiment.page_server import PageServer
+from hapticd.experiment.stage import BareStage
+from hapticd.v1 import rig_pb2
+
+PROTOCOL = """
+name = "short"
+title = "Two trials"
+question = "Which felt harder?"
+participants = 1
+[answers]
+keys = { 1 = "first", 2 = "second" }
+[reference]
+scene = "press_guided"
+[comparison]
+scene = "press_guided"
+[procedure]
+kind = "constant"
+level_shares = [0.8, 1.2]
+repetitions = 1
+[trial]
+highest_n_per_mm = 0.9
+[session]
+white_noise = NOISE
+[presentation]
+above_mm = [0, 0, 10]
+[[condition]]
+name = "only"
+reference_n_per_mm = 0.4
+"""
+
+
+def written(folder: Path, noise: bool = False) -> Path:
+    path = folder / "short.toml"
+    path.write_text(PROTOCOL.replace("NOISE", str(noise).lower()))
+    return path
+
+
+class Page:
+    """A participant's page without a browser."""
+
+    def __init__(self, url: str, answers: Callable[[dict[str, Any]], Optional[str]]) -> None:
+        self._place = urlsplit(url)
+        self._answers = answers
+        self.phases: list[str] = []
+        self.is_open = True
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def post(self, message: Any, headers: dict[str, str] = {"X-Hapticd": "1"}) -> int:  # noqa: B006
+        connection = http.client.HTTPConnection(self._place.netloc, timeout=10)
+        connection.request("POST", f"/act?{self._place.query}", json.dumps(message), headers)
+        return connection.getresponse().status
+
+    def _run(self) -> None:
+        connection = http.client.HTTPConnection(self._place.netloc, timeout=10)
+        connection.request("GET", f"/events?{self._place.query}")
+        response = connection.getresponse()
+        last = ""
+        while self.is_open and (line := response.readline()):
+            if not line.startswith(b"data: "):
+                continue
+            state = json.loads(line[6:])
+            shown = json.dumps({key: state.get(key) for key in ("phase", "text", "interval", "seconds_left")})
+            if shown == last:
+                continue
+            last = shown
+            self.phases.append(state["phase"])
+            key = self._answers(state)
+            if key is not None:
+                self.post({"do": "key", "key": key, "after_ms": 500.0})
+        connection.close()
+
+    def close(self) -> None:
+        self.is_open = False
+        self._thread.join()
+
+
+class Program:
+    """hapticctl experiment …, whose addresses are read from what it prints."""
+
+    def __init__(self, address: str, *arguments: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-u", "-m", "hapticd.experiment", *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            env={**os.environ, "HAPTICD_SERVER": address},
+        )  # fmt: skip
+        assert self.process.stdout is not None
+        printed = self.process.stdout.readline() + self.process.stdout.readline()
+        found = re.findall(r"http://\S+", printed)
+        assert len(found) == 2, printed + self.process.stdout.read()
+        self.participant, self.experimenter = found
+
+    def end(self) -> int:
+        try:
+            self.process.communicate(timeout=60)
+        finally:
+            self.process.kill()
+        return self.process.returncode
+
+
+@pytest.fixture
+def fast_daemon(start_daemon: Any, tmp_path: Path) -> Any:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text("[rig.sim]\nspeed = 20\n")
+    return start_daemon("--model-store", ":memory:", "--config", str(configuration))
+
+
+def willing(state: dict[str, Any]) -> Optional[str]:
+    return {"ready": " ", "question": "1"}.get(state["phase"])
+
+
+def events_of(folder: Path) -> list[journal.Event]:
+    return journal.read(folder / "short_P1.jsonl")
+
+
+def kinds(events: list[journal.Event]) -> list[str]:
+    return [event["event"] for event in events]
+
+
+def test_a_session_at_the_page(fast_daemon: Any, tmp_path: Path) -> None:
+    program = Program(fast_daemon.address, "run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
+    too_early: list[bool] = []
+
+    def eager(state: dict[str, Any]) -> Optional[str]:
+        if state["phase"] == "touch" and not too_early:
+            too_early.append(True)
+            return "2"
+        return willing(state)
+
+    page = Page(program.participant, eager)
+    # Without the page's own header, with another's key, or with nonsense there is no way in.
+    assert page.post({"do": "abort"}, {}) == 403
+    assert Page(program.participant.replace("key=", "key=x"), willing).post({"do": "abort"}) == 403
+    assert page.post({"do": "noise", "state": "running", "gain": "NaN"}) == 400
+    assert page.post({"do": "key"}) == 400
+    assert program.end() == 0
+    events = events_of(tmp_path)
+    assert kinds(events)[-1] == "end"
+    answers = [event for event in events if event["event"] == "answer"]
+    assert [event["answer"] for event in answers] == ["first", "first"]
+    # A key before the question was no answer, and is not forgotten.
+    assert [event["key"] for event in events if event["event"] == "early"] == ["2"]
+    assert page.phases.index("touch") < page.phases.index("question")
+
+
+def test_a_page_that_is_closed_and_a_session_that_is_stopped(fast_daemon: Any, tmp_path: Path) -> None:
+    arguments = ("run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
+    program = Program(fast_daemon.address, *arguments)
+    page = Page(program.participant, willing)
+    while "touch" not in page.phases:
+        time.sleep(0.01)
+    page.close()
+    path = tmp_path / "short_P1.jsonl"
+    # Nothing goes on without it; with it, the session does.
+    time.sleep(4.0)
+    before = path.read_bytes()
+    time.sleep(1.0)
+    assert path.read_bytes() == before
+    page = Page(program.participant, willing)
+    while not any(event["event"] == "answer" for event in events_of(tmp_path)):
+        time.sleep(0.02)
+    Page(program.experimenter, lambda state: None).post({"do": "abort"})
+    assert program.end() == 5
+    assert events_of(tmp_path)[-1]["event"] == "abort"
+    with hapticd.connect(fast_daemon.address) as rig:
+        assert rig.get_rig_state().guard_state == rig_pb2.GUARD_STATE_LATCHED
+        rig.clear()
+    program = Program(fast_daemon.address, "resume", str(path), "--port", "0")
+    page = Page(program.participant, willing)
+    assert program.end() == 0
+    assert kinds(events_of(tmp_path))[-1] == "end"
+
+
+def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(fast_daemon: Any, tmp_path: Path) -> None:
+    chosen = written(tmp_path)
+    runner.begin(tmp_path, protocol.read(str(chosen)), "P1", 0, 1, {}).close()
+
+    def said(*arguments: str) -> tuple[int, str]:
+        done = subprocess.run(
+            [sys.executable, "-m", "hapticd.experiment", *arguments], capture_output=True, text=True,
+            env={**os.environ, "HAPTICD_SERVER": fast_daemon.address}, timeout=60,
+        )  # fmt: skip
+        return done.returncode, done.stderr
+
+    status, text = said("run", str(chosen), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
+    assert status == 1 and "journal of this participant already" in text
+    chosen.write_text(chosen.read_text().replace("repetitions", "repetition"))
+    status, text = said("check", str(chosen), "--no-rig")
+    assert status == 1 and "did you mean" in text or "missing" in text
+    status, text = said("resume", str(tmp_path / "short_P1.jsonl"), "--protocol", "stiffness_1d", "--port", "0")
+    assert status == 1 and "another protocol" in text
+    status, text = said("check", "no_such")
+    assert status == 1 and "stiffness_1d" in text
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Iterator[Any]:
+    if not shutil.which("chromium"):
+        pytest.skip("chromium is not installed")
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = "/usr/bin/chromium"
+    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--autoplay-policy=no-user-gesture-required",
+                 "--window-size=1280,800", f"--user-data-dir={tmp_path / 'profile'}"):  # fmt: skip
+        options.add_argument(flag)
+    driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    yield driver
+    driver.quit()
+
+
+def test_the_page_in_a_browser(browser: Any, tmp_path: Path) -> None:
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    chosen = protocol.read(str(written(tmp_path, noise=True)))
+    opened = runner.begin(tmp_path, chosen, "P1", 0, 1, {})
+    stops: list[str] = []
+    with PageServer(0, stops.append, PagePerson(stops.append, patience_s=60.0)) as pages:
+        session = threading.Thread(target=runner.Runner(opened, BareStage(chosen, 1, "P1"), pages.participant).run)
+        browser.get(pages.participant_url)
+        session.start()
+
+        def phase_is(wanted: str) -> None:
+            WebDriverWait(browser, 20).until(lambda b: b.find_element(By.TAG_NAME, "body").get_attribute("data-phase") == wanted)
+
+        def press(key: str) -> None:
+            browser.find_element(By.TAG_NAME, "body").send_keys(key)
+
+        phase_is("ready")
+        press(" ")  # before the noise is on: nothing begins
+        browser.find_element(By.ID, "begin").click()
+        for _ in range(2):
+            for _ in range(2):
+                phase_is("ready")
+                WebDriverWait(browser, 20).until(lambda b: "space" in b.find_element(By.ID, "text").text)
+                press(Keys.SPACE)
+                time.sleep(0.3)
+            phase_is("question")
+            assert "Which felt harder?" in browser.find_element(By.ID, "text").text
+            if folder := os.environ.get("HAPTICD_SCREENSHOTS"):
+                browser.save_screenshot(f"{folder}/question.png")
+            press("2")
+            time.sleep(0.3)
+        session.join(30)
+    events = opened.events
+    assert kinds(events)[-1] == "end"
+    assert [event["answer"] for event in events if event["event"] == "answer"] == ["second", "second"]
+    noise = [event for event in events if event["event"] == "noise"]
+    assert len(noise) == 4 and all(event["state"] == "running" for event in noise)
+    assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE" and "favicon" not in entry["message"]]
