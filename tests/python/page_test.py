@@ -138,8 +138,11 @@ def kinds(events: list[journal.Event]) -> list[str]:
     return [event["event"] for event in events]
 
 
-def test_a_session_at_the_page(fast_daemon: Any, tmp_path: Path) -> None:
-    program = Program(fast_daemon.address, "run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
+def test_a_session_at_the_page(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(f'[rig.sim]\nspeed = 20\n[recording]\nfolder = "{tmp_path / "recordings"}"\n')
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    program = Program(daemon.address, "run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
     too_early: list[bool] = []
 
     def eager(state: dict[str, Any]) -> Optional[str]:
@@ -162,10 +165,17 @@ def test_a_session_at_the_page(fast_daemon: Any, tmp_path: Path) -> None:
     # A key before the question was no answer, and is not forgotten.
     assert [event["key"] for event in events if event["event"] == "early"] == ["2"]
     assert page.phases.index("touch") < page.phases.index("question")
+    # Each presentation joins to its telemetry by the ticks.
+    shown = [event for event in events if event["event"] == "presentation"]
+    with hapticd.connect(daemon.address) as rig:
+        rig.download_recording(tmp_path / "session.mcap", shown[0]["recording"])
+    ticks = hapticd.open_recording(tmp_path / "session.mcap").data.ticks
+    assert all(event["recording"] == shown[0]["recording"] for event in shown)
+    assert all({event["begin_tick"], event["end_tick"]} <= set(ticks.tolist()) for event in shown)
 
 
 def test_a_page_that_is_closed_and_a_session_that_is_stopped(fast_daemon: Any, tmp_path: Path) -> None:
-    arguments = ("run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
+    arguments = ("run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0", "--no-record")
     program = Program(fast_daemon.address, *arguments)
     page = Page(program.participant, willing)
     while "touch" not in page.phases:
@@ -186,7 +196,7 @@ def test_a_page_that_is_closed_and_a_session_that_is_stopped(fast_daemon: Any, t
     with hapticd.connect(fast_daemon.address) as rig:
         assert rig.get_rig_state().guard_state == rig_pb2.GUARD_STATE_LATCHED
         rig.clear()
-    program = Program(fast_daemon.address, "resume", str(path), "--port", "0")
+    program = Program(fast_daemon.address, "resume", str(path), "--port", "0", "--no-record")
     page = Page(program.participant, willing)
     assert program.end() == 0
     assert kinds(events_of(tmp_path))[-1] == "end"
@@ -203,7 +213,7 @@ def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(fast_daemon:
         )  # fmt: skip
         return done.returncode, done.stderr
 
-    status, text = said("run", str(chosen), "--participant", "P1", "--folder", str(tmp_path), "--port", "0")
+    status, text = said("run", str(chosen), "--participant", "P1", "--folder", str(tmp_path), "--port", "0", "--no-record")
     assert status == 1 and "journal of this participant already" in text
     chosen.write_text(chosen.read_text().replace("repetitions", "repetition"))
     status, text = said("check", str(chosen), "--no-rig")

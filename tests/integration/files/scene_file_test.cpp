@@ -16,7 +16,7 @@ namespace {
 /// Every number that the file of such a scene says, by reference. The bindings name all members, so a new one
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
-  auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, ball, target,
+  auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, ball, map, target,
          max_target, ramp, max_change, structure_compensated, structural, structural_field, explore,
          inclusions, friction_target, transient, fixture, watch, control, compensation, guard] = spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =

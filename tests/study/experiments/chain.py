@@ -3,6 +3,8 @@ observers that feel what a simulated hand feels on the simulated rig, whose time
 
 from __future__ import annotations
 
+import contextlib
+import os
 import queue
 import shutil
 import subprocess
@@ -17,7 +19,6 @@ import numpy as np
 
 import hapticd
 from hapticd.experiment import analysis, plots, protocol
-
 
 import study_output
 from daemon import Daemon
@@ -94,6 +95,23 @@ def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> t
     failures: list[str] = []
     resumed: list[int] = []
 
+    def simulate(daemon: Daemon, number: int) -> None:
+        command = [sys.executable, "-m", "hapticd.experiment", "simulate", chosen, "--folder", str(sessions)]
+        command += ["--participants", str(participants), "--only", str(number), "--seed", str(SEED)]
+        said = ""
+        for _ in range(ATTEMPTS):
+            done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "HAPTICD_SERVER": daemon.address})
+            if done.returncode == 0:
+                return
+            # A machine that stood still looks like a loop that has stopped: the table's interlock ends the session, as it
+            # should. What an experimenter does then: clear, and resume.
+            said = done.stdout + done.stderr
+            resumed.append(number)
+            time.sleep(1.0)
+            with hapticd.connect(daemon.address) as rig, contextlib.suppress(hapticd.HapticdError):
+                rig.clear()
+        raise RuntimeError(f"participant {number}: {said}")
+
     def work(index: int) -> None:
         place = folder / f"{experiment.name}_daemon_{index}"
         place.mkdir()
@@ -101,23 +119,11 @@ def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> t
         daemon = Daemon(place, "--model-store", ":memory:", "--config", str(place / "rig.toml"), rig=experiment.rig)
         try:
             while True:
-                try:
-                    number = waiting.get_nowait()
-                except queue.Empty:
-                    return
-                command = [sys.executable, "-m", "hapticd.experiment", "simulate", chosen, "--folder", str(sessions)]
-                command += ["--participants", str(participants), "--only", str(number), "--seed", str(SEED)]
-                for attempt in range(ATTEMPTS):
-                    done = subprocess.run(command, capture_output=True, text=True, env={**ENVIRONMENT, "HAPTICD_SERVER": daemon.address})
-                    if done.returncode == 0:
-                        break
-                    if attempt == ATTEMPTS - 1:
-                        failures.append(f"participant {number}: {done.stdout}{done.stderr}")
-                    # A machine that stood still looks like a loop that has stopped: the table's interlock ends the session, as it
-                    # should. What an experimenter does then: clear, and resume.
-                    resumed.append(number)
-                    with hapticd.connect(daemon.address) as rig:
-                        rig.clear()
+                simulate(daemon, waiting.get_nowait())
+        except queue.Empty:
+            pass
+        except Exception as error:  # of a thread: told at the end
+            failures.append(repr(error))
         finally:
             daemon.end()
 
@@ -214,7 +220,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    import os
-
-    ENVIRONMENT = dict(os.environ)
     main()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Optional, Sequence
 
 import hapticd
-from hapticd.errors import BadArgument, HapticdError, Unreachable
+from hapticd.errors import BadArgument, HapticdError, Refused, Unreachable
 from hapticd.experiment import analysis, export, plots, runner, session, simulated
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment.hands import Hand, Person, PersonOnSimulatedRig, SimulatedHand
@@ -61,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
 
     def page_of(one: argparse.ArgumentParser) -> None:
         one.add_argument("--port", type=int, default=8765, help="of the pages, on this machine only; 0: a free one; 8765 if not given")
-        one.add_argument("--record", action="store_true", help="have the daemon record the session")
+        one.add_argument("--no-record", action="store_true", help="the daemon does not record the session")
 
     check = command("check", _check, "What a protocol asks for, and whether the rig can do it")
     protocol_of(check)
@@ -127,12 +127,27 @@ def _check(options: argparse.Namespace) -> int:
     return DONE
 
 
+def _recording_name(rig: hapticd.Rig, options: argparse.Namespace, name: str) -> str:
+    """Empty: none is made."""
+    if options.no_record:
+        return ""
+    try:
+        rig.list_recordings()
+    except Refused as error:
+        raise BadArgument(
+            f"the daemon keeps no recordings: {error.what}", where="--no-record", value="not given",
+            remedy="name a folder in [recording] of its configuration, or give --no-record",
+        ) from error  # fmt: skip
+    return name
+
+
 def _run(options: argparse.Namespace) -> int:
     protocol = protocols.read(options.protocol)
     number = runner.numbers_used(options.folder, protocol) if options.number is None else options.number
     with hapticd.connect() as rig:
         with RigStage(rig, Person(lambda: True)) as stage:
             stage.check(protocol)  # before there is a journal
+        _recording_name(rig, options, "")
         journal = runner.begin(options.folder, protocol, options.participant, number, options.seed, _versions(rig))
         return _session(rig, journal, options)
 
@@ -150,7 +165,7 @@ def _session(rig: hapticd.Rig, journal: Journal, options: argparse.Namespace) ->
     with PageServer(options.port, rig.stop) as pages:
         participant = pages.participant
         print(f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}", flush=True)
-        name = journal.path.stem if options.record else ""
+        name = _recording_name(rig, options, journal.path.stem)
         seed = session.fold(journal.events).seed
         hand: Hand = (person := Person(participant.says_done, participant.begins, participant.sees))
         if rig.get_rig_info().kind == rig_pb2.RIG_KIND_SIMULATED:
