@@ -23,8 +23,8 @@ class Hand(Interface):
     def follow(self, rig: hapticd.Rig) -> None:
         """Holds the tool while the device leads it."""
 
-    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
-        """Begins to press, so far aside along x."""
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: Optional[float] = None) -> None:
+        """Begins to press; at_mm: lightly, as in a search, so far aside along x."""
 
     def stroke(self, rig: hapticd.Rig, trial: Trial, role: Role, path_mm: float) -> None:
         """Begins to press and stroke, so far in all."""
@@ -50,7 +50,7 @@ class Person:
     def follow(self, rig: hapticd.Rig) -> None:
         pass
 
-    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: Optional[float] = None) -> None:
         self.begins()
 
     def stroke(self, rig: hapticd.Rig, trial: Trial, role: Role, path_mm: float) -> None:
@@ -71,7 +71,7 @@ class Person:
 @dataclass
 class SimulatedHand:
     """Presses once, as hard and as fast as people do: 3 ± 0.5 N, built up at 6 … 12 N/s, held for a moment. Strokes with half
-    of that, and touches gently before. Searches place after place, in an order of its own, until one is harder than the others by more than it takes
+    of that, and touches gently before. Searches place after place, in an order of its own, lightly, until one is harder than the others by more than it takes
     for noise.
 
     weber: of what it feels, as of an Observer.
@@ -83,8 +83,9 @@ class SimulatedHand:
 
     #: Sweeps over all places, at most.
     MAX_SWEEPS = 4
-    #: The place that is the hardest must be so for sure: a chance of one in 20 would be 1.6.
-    SURE_Z = 2.0
+    #: The hardest place must be harder than the one in the middle for sure, not by chance: of five places the hardest is
+    #: 1.2 standard deviations above the middle by noise alone.
+    SURE_Z = 2.5
 
     @staticmethod
     def of(observer: Observer) -> SimulatedHand:
@@ -100,12 +101,14 @@ class SimulatedHand:
     def follow(self, rig: hapticd.Rig) -> None:
         rig.set_hand_program({"kind": "follow"})
 
-    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
-        force_n, rate = self._force(trial, role, *([round(at_mm * 1e3)] if at_mm else []))
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: Optional[float] = None) -> None:
+        force_n, rate = self._force(trial, role, *([] if at_mm is None else [round(at_mm * 1e3)]))
+        if at_mm is not None:
+            force_n, rate = 0.4 * force_n, 0.4 * rate
         rig.set_hand_program(
             {
                 "kind": "press", "force_n": force_n, "force_rate_n_per_s": rate, "hold_s": 0.1, "repetitions": 1,
-                "place_mm": (at_mm, 0.0, 0.0),
+                "place_mm": (at_mm or 0.0, 0.0, 0.0),
             }  # fmt: skip
         )
 
@@ -139,8 +142,8 @@ class SimulatedHand:
         if len(felt) < min(places, 3):
             return False
         means = sorted(((sum(ones) / len(ones), len(ones)) for ones in felt.values()), reverse=True)
-        (hardest, times), (next_one, next_times) = means[0], means[1]
-        return hardest - next_one > self.SURE_Z * noise * math.sqrt(1.0 / times + 1.0 / next_times)
+        (hardest, times), (usual, usual_times) = means[0], means[len(means) // 2]
+        return hardest - usual > self.SURE_Z * noise * math.sqrt(1.0 / times + 1.0 / usual_times)
 
     def is_done(self, has_pressed: bool, lifted: bool) -> bool:
         return has_pressed and lifted
@@ -155,7 +158,7 @@ class PersonOnSimulatedRig(SimulatedHand):
 
     person: Person = field(default_factory=lambda: Person(lambda: False))
 
-    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: float = 0.0) -> None:
+    def press(self, rig: hapticd.Rig, trial: Trial, role: Role, at_mm: Optional[float] = None) -> None:
         self.person.begins()
         super().press(rig, trial, role, at_mm)
 

@@ -13,7 +13,7 @@ from hapticd.experiment import journal as journals
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment import session
 from hapticd.experiment.journal import Event, Journal
-from hapticd.experiment.stage import Aborted, Interrupted, Presentation, Stage, as_record
+from hapticd.experiment.stage import Aborted, Interrupted, Presentation, Stage, as_record, without_nan
 from hapticd.experiment.session import Break, Condition, End, State, Trial
 
 
@@ -123,7 +123,7 @@ class Runner:
     def _answered(self, trial: Trial, answer: str, felt: Sequence[Presentation]) -> dict[str, Any]:
         if self._state.protocol.kind == "rate":
             found = {f"found_{role}_s": one.found_after_s for role, one in zip(trial.roles, felt)}
-            return {"similarity": float(answer), "comparison_felt": "same", **found}
+            return {"similarity": float(answer), "comparison_felt": "same", **without_nan(found)}
         return {"answer": answer, "comparison_felt": session.comparison_felt(trial, answer)}
 
     def _discard(self, trial: Trial, fields: dict[str, Any], flaws: Sequence[str]) -> None:
