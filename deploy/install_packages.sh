@@ -10,7 +10,7 @@ set -euo pipefail
 declare -A packages=(
   [build]="cmake ninja-build g++ ccache pkg-config python3"
   # What the configuration of the build looks for, the test framework included.
-  [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
+  [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler python3-protobuf
                libmodbus-dev libasio-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev
                libtomlplusplus-dev libspdlog-dev libfmt-dev libcli11-dev nlohmann-json3-dev libkainjow-mustache-dev
                libsqlitecpp-dev libsqlite3-dev libssl-dev libsystemd-dev prometheus-cpp-dev zlib1g-dev libzstd-dev libhdf5-dev
@@ -18,7 +18,7 @@ declare -A packages=(
   # hapticctl plot and demo draw with the first; make_certificates.sh calls the second.
   [run]="gnuplot-nox openssl"
   # Instruction counts, the latency tool the loop is compared with, and independent peers for the drivers.
-  [tests]="python3-h5py python3-numpy python3-protobuf python3-grpcio python3-scipy python3-pandas python3-matplotlib python3-zstandard
+  [tests]="python3-h5py python3-numpy python3-grpcio python3-scipy python3-pandas python3-matplotlib python3-zstandard
            chromium chromium-driver python3-selenium python3-pytest python3-setuptools python3-wheel mypy valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
   # The compiler that fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"

@@ -57,9 +57,9 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   }
   double object_n = 0.0;
   if (displacement_mm > 0.0) {
-    object_n = target_.update(displacement_mm, rate_mm_per_s_, sample.tip_position_mm, interval.periods);
+    object_n = target_.update(displacement_mm, rate_mm_per_s_, sample.tip_position_mm);
   } else {
-    target_.rest(interval.periods);
+    target_.rest();
   }
   const bool inside = displacement_mm > 0.0;
   const bool was_inside = reason_ == ContactReason::kAboveThreshold || reason_ == ContactReason::kHeld;

@@ -58,21 +58,24 @@ void add_experiment_command(CLI::App& app, Session& session) {
   CLI::App* experiment =
       app.add_subcommand("experiment", "Perception experiments, from a protocol file to estimates");
   experiment->require_subcommand(1);
-  const auto add = [&](const char* name, const char* description) {
+  const auto add = [&](const char* name, const char* description, const char* example) {
     CLI::App* command = experiment->add_subcommand(name, description);
     command->set_help_flag();  // the package's own
     command->fallthrough(false);
     command->prefix_command();
-    command->footer(fmt::format("  hapticctl experiment {} --help", name));
+    command->footer(fmt::format("Example:\n  hapticctl experiment {} {}", name, example));
     command->callback([&session, command, name] { hand_over(session, name, command->remaining()); });
   };
-  add("check", "What a protocol asks for, and whether this rig can do it");
-  add("run", "A participant's session, at a page in the browser");
-  add("resume", "Goes on with a session that was ended or died");
-  add("simulate", "Simulated participants, on a rig or without one");
-  add("scan", "From a recording of touches to a virtual object of that shape");
-  add("analyse", "Estimates and figures of a folder of sessions");
-  add("export", "A folder of sessions as BIDS or CSV");
+  add("check", "What a protocol asks for, and whether this rig can do it", "stiffness_1d");
+  add("run", "A participant's session, at a page in the browser",
+      "stiffness_1d --participant P01 --folder sessions");
+  add("resume", "Goes on with a session that was ended or died", "sessions/stiffness_1d_P01.jsonl");
+  add("simulate", "Simulated participants, on a rig or without one",
+      "stiffness_1d --participants 8 --folder pilot");
+  add("scan", "From a recording of touches to a virtual object of that shape",
+      "scan.mcap --step 5 --out surface.toml");
+  add("analyse", "Estimates and figures of a folder of sessions", "sessions --figures figures");
+  add("export", "A folder of sessions as BIDS or CSV", "sessions --out dataset");
   experiment->footer(
       "Each has its own --help. They need the Python package (python3-hapticd).\n\n"
       "Examples:\n"
