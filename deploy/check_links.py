@@ -21,7 +21,7 @@ from urllib.parse import unquote
 ROOT = Path(__file__).resolve().parent.parent
 SKIPPED = {"build", "out", "third_party"}
 
-LINK = re.compile(r"!?\[[^\]]*\]\(([^()\s]+(?:\([^()\s]*\))?)\)")
+LINK = re.compile(r"!?\[(?:[^\]\n]|\n(?!\n))*\]\(([^()\s]+(?:\([^()\s]*\))?)\)")
 ELSEWHERE = re.compile(r"[a-z][a-z0-9+.-]*:|//")
 HEADING = re.compile(r"#{1,6}\s+(.+?)\s*#*$")
 
@@ -81,10 +81,14 @@ def anchors_of(text):
 
 
 def links_of(page):
-    """[(line number, target)] of the relative links of a page."""
+    """[(line number, target)] of the relative links of a page; their texts may go on in the next line."""
+    lines = prose_lines(page.read_text(encoding="utf-8"))
+    prose = "\n".join(line for _, line in lines)
     found = []
-    for number, line in prose_lines(page.read_text(encoding="utf-8")):
-        found += [(number, target) for target in LINK.findall(line) if not ELSEWHERE.match(target)]
+    for link in LINK.finditer(prose):
+        number = lines[prose.count("\n", 0, link.end())][0]
+        if not ELSEWHERE.match(link[1]):
+            found.append((number, link[1]))
     return found
 
 

@@ -48,6 +48,11 @@ class Links(Pages):
     def test_a_link_behind_a_code_block_is_seen(self):
         self.assertEqual(len(self.wrong_links("```\ncode\n```\n[a](gone.md)\n")), 1)
 
+    def test_a_link_whose_text_goes_on_in_the_next_line_is_seen(self):
+        self.assertEqual(
+            self.wrong_links("[a\nlink](docs/gone.md)\n"), ["README.md:2: docs/gone.md: there is no such file"]
+        )
+
     def test_a_folder_is_no_page(self):
         self.assertIn("names a folder", self.wrong_links("[a](docs)\n")[0])
 
