@@ -348,6 +348,36 @@ TEST(PresentationWatch, NamesWhatWasWrong) {
   EXPECT_EQ(idle.broken, rt::watch_bit::kLateralPath | rt::watch_bit::kNoContact | rt::watch_bit::kGuard);
 }
 
+/// A contact that is lost for a moment in the middle of a fast stroke does not begin with the stroke's speed.
+TEST(PresentationWatch, AContactThatFlickersIsTheSame) {
+  rt::WatchLimits limits;
+  limits.max_contact_speed_mm_per_s = 50.0;
+  rt::PresentationWatch watch(limits, {0.0, 0.0, -1.0}, 1000.0);
+  watch.begin(1);
+  rt::TickRecord record;
+  record.guard_state = rt::GuardState::kRendering;
+  const auto run = [&](int ticks, bool is_touched, const hal::Vector3& velocity_mm_per_s) {
+    for (int i = 0; i < ticks; ++i) {
+      ++record.tick;
+      record.tip_position_mm = record.tip_position_mm + velocity_mm_per_s * 1e-3;
+      watch.update(record, is_touched, velocity_mm_per_s, 1e-3);
+    }
+  };
+  run(200, false, {0.0, 0.0, -15.0});
+  run(200, true, {0.0, 0.0, -10.0});
+  run(100, true, {80.0, 0.0, 0.0});
+  run(40, false, {80.0, 0.0, 0.0});
+  run(100, true, {80.0, 0.0, 0.0});
+  EXPECT_EQ(watch.summary().contacts, 1U);
+  EXPECT_NEAR(watch.summary().peak_contact_speed_mm_per_s, 15.0, 1e-9);
+  EXPECT_EQ(watch.summary().broken & rt::watch_bit::kContactSpeed, 0U);
+  // Lost for longer it is a new one, and it began fast.
+  run(60, false, {80.0, 0.0, 0.0});
+  run(10, true, {80.0, 0.0, 0.0});
+  EXPECT_EQ(watch.summary().contacts, 2U);
+  EXPECT_NE(watch.summary().broken & rt::watch_bit::kContactSpeed, 0U);
+}
+
 TEST(PresentationWatch, IsThereOnlyWhereTheSceneHasOne) {
   AssistedRig rig({}, press_scene());
   EXPECT_EQ(rig.assistance().begin_presentation(), 0U);
