@@ -84,7 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     protocol_of(simulate)
     folder_of(simulate)
     simulate.add_argument("--participants", type=int, help="how many; the protocol says it if not given")
-    simulate.add_argument("--only", type=int, metavar="NUMBER", help="of them this one, from 0: others may run beside it on other rigs")
+    simulate.add_argument("--only", type=int, metavar="NUMBER", help="of them this one, from 0: others may run at the same time on other rigs")
     simulate.add_argument("--seed", type=int, default=1, help="of the observers and of all that is drawn")
     simulate.add_argument("--no-rig", action="store_true", help="what is felt is the level; for a first look at a protocol")
     simulate.add_argument("--record", action="store_true", help="have the daemon record the sessions")

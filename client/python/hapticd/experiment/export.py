@@ -15,7 +15,7 @@ COLUMNS: Mapping[str, Mapping[str, Any]] = {
     "onset": {"Description": "Begin of the presentation, or instant of the answer, by the rig's clock", "Units": "s"},
     "duration": {"Description": "Length of the presentation", "Units": "s"},
     "trial_type": {
-        "Description": "What the row tells",
+        "Description": "What the row is about",
         "Levels": {"presentation": "a stimulus", "answer": "the participant's answer", "discarded": "the trial is repeated"},
     },
     "condition": {"Description": "Name of the condition in the protocol"},

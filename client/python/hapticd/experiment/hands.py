@@ -115,7 +115,7 @@ class SimulatedHand:
     def stroke(self, rig: hapticd.Rig, trial: Trial, role: Role, path_mm: float) -> None:
         force_n, rate = self._force(trial, role)
         length_mm = 20.0
-        # From the middle to one end, then to and from; 10 % more than asked, for the tip lags behind.
+        # From the middle to one end, then back and forth; 10 % more than asked, for the tip lags behind.
         repetitions = max(1, math.ceil(0.5 * (1.0 + (1.1 * path_mm - 0.5 * length_mm) / length_mm)))
         rig.set_hand_program(
             {

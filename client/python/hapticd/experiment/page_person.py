@@ -98,7 +98,7 @@ class PagePerson:
     def ready(self, state: State, trial: Trial, interval: int) -> Sequence[Event]:
         self._wants_noise = state.protocol.white_noise
         self._progress(state, trial)
-        early = self._early(trial)
+        early = self._early()
         events: list[Event] = []
         while True:
             name = "first" if interval == 1 else "second"
@@ -122,7 +122,7 @@ class PagePerson:
         return [*early, *events]
 
     def answer(self, state: State, trial: Trial, felt: Sequence[Presentation]) -> tuple[str, Sequence[Event]]:
-        events = self._early(trial)
+        events = self._early()
         rate = state.protocol.kind == "rate"
         self._show("rate" if rate else "question", state.protocol.question, keys=dict(state.protocol.keys))
         while True:
@@ -263,7 +263,7 @@ class PagePerson:
             if time.monotonic() > until:
                 raise Aborted("no one answered")
 
-    def _early(self, trial: Trial) -> list[Event]:
+    def _early(self) -> list[Event]:
         """Keys that were pressed before they were asked for: no answers, but not forgotten."""
         with self._changed:
             keys, self._keys = self._keys, []
@@ -274,7 +274,7 @@ class PagePerson:
             self._keys.clear()
 
     def _forget_spaces(self) -> None:
-        """A space that was pressed while the tool was led does not end the touch; other keys stay, to be told as early."""
+        """A space that was pressed while the tool was led does not end the touch; other keys stay, and are noted as early."""
         with self._changed:
             self._keys = [one for one in self._keys if one[0] != " "]
 

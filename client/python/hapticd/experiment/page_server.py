@@ -18,7 +18,7 @@ from hapticd.experiment.page_person import PagePerson
 PAGES = Path(__file__).resolve().parent / "page"
 TYPES = {".html": "text/html; charset=utf-8", ".css": "text/css; charset=utf-8", ".js": "text/javascript; charset=utf-8"}
 MAX_BODY = 1024
-#: How often a page is told that nothing has changed, s: it sees by that whether the program is there.
+#: How often a page hears that nothing has changed, s: so it knows that the program is there.
 HEARTBEAT_S = 1.0
 
 

@@ -12,7 +12,7 @@ from hapticd.experiment import analysis
 from hapticd.experiment.analysis import Estimate, Rating, Session
 from hapticd.experiment.procedures import UpDown
 
-#: Told apart by the colour-blind too (Okabe and Ito).
+#: The colour-blind can distinguish them too (Okabe and Ito).
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#999999"
 
 
@@ -48,7 +48,7 @@ def series(one: Session, condition: str) -> Any:
 
 
 def equality(found: Sequence[Estimate], conditions: Sequence[str]) -> Any:
-    """PSE beside the target, and its error beside the difference threshold of the literature, as D Fig. 3.12."""
+    """PSE next to the target, and its error next to the difference threshold of the literature, as D Fig. 3.12."""
     groups = analysis.groups(found, conditions)
     place = np.arange(len(groups))
     figure = new_figure(figsize=(8.5, 3.8))

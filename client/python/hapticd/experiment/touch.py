@@ -1,4 +1,4 @@
-"""What the telemetry tells of a touch: how deep it is, whether it is over, what was felt, how long the object was touched."""
+"""What the telemetry says of a touch: how deep it is, whether it is over, what was felt, how long the object was touched."""
 
 from __future__ import annotations
 

@@ -205,6 +205,25 @@ TEST(WallPipeline, DampingHoldsBackOnTheWayInAndNeverPulls) {
   EXPECT_NEAR(-rest.desired_force_n, 0.05 * std::pow(5.0, 1.5), 0.01);
 }
 
+TEST(WallPipeline, ASampleThatIsNoNumberLeavesNothingBehind) {
+  SceneSpec spec = rigid(0.0);
+  spec.kind = SceneKind::kWall;
+  spec.target.kind = TargetLaw::Kind::kHuntCrossley;
+  spec.target.hunt_crossley = {0.05, 0.002, 1.5};
+  spec.guard.resume_ramp_s = 0.0;
+  Bench bench(spec);
+  bench.press(-5.0, 5.0, 0.0, 1000);
+  hal::RigSample none = bench.at_depth(5.0, 0.0);
+  none.tip_position_mm.z = std::nan("");
+  EXPECT_TRUE(hal::finite(bench.tick(none).device_command_n));
+  bench.press(5.0, 5.0, 0.0, 10);
+  ASSERT_TRUE(bench.renderer().clear());
+  bench.press(-5.0, -5.0, 0.0, 300);
+  bench.press(-5.0, 5.0, 0.0, 1000);
+  const TickRecord record = bench.press(5.0, 5.0, 0.0, 500);
+  EXPECT_NEAR(record.device_command_n.z, 0.05 * std::pow(5.0, 1.5), 0.01);
+}
+
 TEST(WallScene, RefusesASurfaceThatIsNone) {
   const auto refused = [](auto&& change) {
     SceneSpec spec;
