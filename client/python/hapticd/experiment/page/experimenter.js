@@ -19,8 +19,8 @@ function show(state) {
   element("participant").textContent = state.participant ?? "…";
   element("phase").textContent = PHASES[state.phase] ?? state.phase;
   document.body.dataset.phase = state.phase;
-  const training = state.training ? " (training)" : "";
-  element("condition").textContent = state.conditions ? `${state.condition} of ${state.conditions}${training}` : "–";
+  const condition = state.training ? "training" : `${state.condition} of ${state.conditions}`;
+  element("condition").textContent = state.conditions ? condition : "–";
   element("trial").textContent = state.trial ? `${state.trial}${state.attempt > 1 ? `, attempt ${state.attempt}` : ""}` : "–";
   for (const name of ["answered", "presented", "discarded"]) element(name).textContent = state[name] ?? 0;
   const flaws = state.flaws ?? null;

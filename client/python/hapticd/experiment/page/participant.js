@@ -41,9 +41,12 @@ function sayNoise() {
   if (audio.state !== "running") element("setup").hidden = false;
 }
 
+// Heard while it is set.
 element("gain").addEventListener("input", () => {
-  if (gain) gain.gain.value = Number(element("gain").value);
+  if (!audio) playNoise();
+  gain.gain.value = Number(element("gain").value);
 });
+element("gain").addEventListener("change", sayNoise);
 
 element("begin").addEventListener("click", async () => {
   if (audio) await audio.resume();
