@@ -8,6 +8,7 @@
 #include "server/access/audit_log.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
+#include "server/calibration/run/calibration_runner.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/guide/guide_host.h"
@@ -56,6 +57,9 @@ struct Daemon::Parts {
         targets(session, scenes, hub, config.guard),
         latch(session, hub),
         identifications(session, scenes, hub, biases, *store),
+        calibration_store(store->in_memory() ? "" : store->path() + ".data/calibrations",
+                          session.rig_info().name),
+        calibrations(session, hub, calibration_store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
         guide(session, scenes, hub, turntable),
         policy(config.access),
@@ -136,6 +140,8 @@ struct Daemon::Parts {
   TargetControl targets;
   SafetyLatch latch;
   IdentificationRunner identifications;
+  CalibrationStore calibration_store;
+  CalibrationRunner calibrations;
   TurntableHost turntable;
   GuideHost guide;
   RolePolicy policy;
@@ -277,11 +283,11 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network =
-      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                         parts->biases, parts->identifications, parts->turntable, parts->guide, parts->policy,
-                         parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight},
-                        config);
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
+       parts->identifications, parts->calibrations, parts->turntable, parts->guide, parts->policy,
+       parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight},
+      config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
     failure = {ExitCode::kCannotListen, network.error()};

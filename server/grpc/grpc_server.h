@@ -12,6 +12,7 @@ namespace hapticd::server {
 
 class AuditLog;
 class FlightRecorder;
+class CalibrationRunner;
 class GuideHost;
 class LeaseDesk;
 class Recorder;
@@ -38,6 +39,7 @@ class GrpcServer {
     TelemetryHub& hub;
     SensorBiases& biases;
     IdentificationRunner& identifications;
+    CalibrationRunner& calibrations;
     TurntableHost& turntable;
     GuideHost& guide;
     const RolePolicy& policy;

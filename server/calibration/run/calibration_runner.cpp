@@ -290,7 +290,10 @@ void CalibrationRunner::listen() {
     }
     const bool tail_is_in = request_.recorded || now_s - heard_enough_at_s > kTailS;
     if (std::isfinite(heard_enough_at_s) && tail_is_in) break;
-    if (session_.unavailable()) break;
+    if (session_.unavailable()) {
+      cancel_ = true;
+      break;
+    }
     std::this_thread::sleep_for(kPollInterval);
   }
   hub_.unsubscribe(subscription);

@@ -7,7 +7,7 @@
 
 #include "server/calibration/estimate/nominal_arm.h"
 #include "tests/study/registration/registration_study.h"
-#include "tests/study/registration/registration_trial.h"
+#include "tests/support/calibration/registration_trial.h"
 
 namespace hapticd::study {
 

@@ -1,4 +1,4 @@
-#include "tests/study/registration/registration_trial.h"
+#include "tests/support/calibration/registration_trial.h"
 
 #include <algorithm>
 #include <cmath>
