@@ -20,7 +20,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMinPairs = 40;
-constexpr double kMinCorrelation = 0.5;
+constexpr double kMinCorrelation = 0.3;
 constexpr std::size_t kPredictedPlaces = 250;
 constexpr double kOffsetBlockS = 2.0;
 
@@ -60,7 +60,7 @@ hal::Result<ArmState> find_start(const RigStream& rig, const std::vector<Referen
     }
     if (offset->correlation < kMinCorrelation) {
       return refusal("the tracker does not see the device move",
-                     "correlation of the speeds " + std::to_string(offset->correlation), "0.5 … 1",
+                     "correlation of the speeds " + std::to_string(offset->correlation), "0.3 … 1",
                      "see whether the marker is on the tool and the stamps are of the rig's clock");
     }
     state.latency_s = offset->offset_s;

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kMinPoses = 40;
 constexpr double kFrozenS = 0.5;
 constexpr double kMovedMm = 5.0;
-constexpr double kMinCorrelation = 0.5;
+constexpr double kMinCorrelation = 0.3;
 constexpr double kMinSpreadMm = 8.0;
 constexpr double kMaxScaleError = 0.06;
 constexpr double kMinTurnRad = 0.15;
@@ -263,7 +263,7 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
   if (auto error = check_jump(rig, reference, settings)) return error;
   if (offset->correlation < kMinCorrelation) {
     return refusal("the tracker does not see the device move",
-                   fmt::format("correlation of the speeds {:.2f}", offset->correlation), "0.5 … 1",
+                   fmt::format("correlation of the speeds {:.2f}", offset->correlation), "0.3 … 1",
                    "see whether the marker is on the tool and the stamps are of the rig's clock");
   }
   const auto right = fit_rigid(pairs, false, true);
