@@ -149,6 +149,7 @@ void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) 
   input.free_motion = {now.load_n * -1.0, now.mass_mm, sample.time_ns - sample.position_age_ns,
                        sample.time_ns - sample.force_mean_age_ns};
   input.tip_mm = now.tip_mm;
+  input.velocity_mm_per_s = now.velocity_mm_per_s;
   input.reaction_n = norm(now.reaction_n);
   input.depth_mm = depth_mm;
   input.acceleration_mm_per_s2 = norm(now.mass_acceleration_mm_per_s2);
