@@ -28,15 +28,16 @@ SEED = 1
 
 TABLE = """
 [rig.sim]
-speed = 100
+speed = 50 # the table and the calls take the machine's time: at twice the speed twice as many ticks pass in vain
 [rig.turntable]
 kind = "sim"
 speed_deg_per_s = 360
-acceleration_deg_per_s2 = 4000
-settle_s = 0.01
+acceleration_deg_per_s2 = 500 # with more it goes back and forth over its target: it moves in steps of 1 ms
+tolerance_deg = 0.02
+settle_s = 0.005
 poll_hz = 200
 [rig.turntable.interlock]
-sensor_silence_s = 2.0 # by the machine's clock, while the rig's runs a hundred times faster
+sensor_silence_s = 2.0 # by the machine's clock, while the rig's runs fifty times faster
 loop_silence_s = 2.0
 [rig.turntable.sim]
 homed = true
@@ -73,7 +74,7 @@ CORRECTED = [
 def configuration(experiment: Experiment) -> str:
     lines = [TABLE]
     for number, (station, name) in enumerate(experiment.stations.items()):
-        lines.append(f'[rig.turntable.stations.{station}]\nangle_deg = {number}\nobject = "{name}"\n')
+        lines.append(f'[rig.turntable.stations.{station}]\nangle_deg = {0.05 * number:g}\nobject = "{name}"\n')
     return "".join(lines)
 
 
