@@ -142,6 +142,24 @@ def test_a_stop_in_mid_press_discards_the_trial(start_daemon: Any, tmp_path: Pat
     assert waits[0] and waits[-1] == ""
 
 
+def test_a_daemon_that_dies_in_mid_press_ends_the_session_and_another_goes_on(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(CONFIGURATION)
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    hand = Killer(lambda: daemon.end(signal.SIGKILL))
+    with hapticd.connect(daemon.address) as rig:
+        with RigStage(rig, hand, wait_for_clear_s=0.0) as stage:
+            opened = journal_of(tmp_path)
+            state = runner.Runner(opened, stage, SimulatedParticipant(Observer("S1", 1))).run()
+    assert not state.ended and state.aborted and state.answered == state.trained == 0
+    opened.close()
+    other = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    resumed = runner.resume(opened.path)
+    with hapticd.connect(other.address) as rig, RigStage(rig, SimulatedHand(1, "S1"), wait_for_clear_s=0.0) as stage:
+        after = runner.Runner(resumed, stage, SimulatedParticipant(Observer("S1", 1))).run(until=lambda one: one.answered >= 1)
+    assert after.answered == 1 and not after.aborted
+
+
 def test_a_table_that_stalls_ends_the_session(start_daemon: Any, tmp_path: Path) -> None:
     drive = subprocess.Popen([BINARIES / "hapticd_emulated_drive", "--tcp", "0"], stdout=subprocess.PIPE, text=True)
     try:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 import queue
+import resource
 import shutil
 import subprocess
 import sys
@@ -72,7 +73,8 @@ CORRECTED = [
 
 
 def configuration(experiment: Experiment) -> str:
-    lines = [TABLE]
+    # Objects end where the virtual ones begin that lie next to them.
+    lines = [TABLE.replace("[rig.sim]", "[rig.sim]\nobject_edge_mm = 60") if protocol.read(experiment.name).change == "free" else TABLE]
     for number, (station, name) in enumerate(experiment.stations.items()):
         lines.append(f'[rig.turntable.stations.{station}]\nangle_deg = {0.05 * number:g}\nobject = "{name}"\n')
     return "".join(lines)
@@ -100,9 +102,24 @@ def identify_phantom(daemon: Daemon) -> None:
             raise RuntimeError(f"the phantom was not identified: {end}")
 
 
-def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> tuple[Path, float]:
-    """The folder of the journals, and how long it took, s."""
-    begun = time.monotonic()
+class Cost(NamedTuple):
+    wall_s: float
+    core_s: float  #: of daemons and programs: what other work on the machine changes little
+
+    @property
+    def text(self) -> str:
+        return f"{self.wall_s / 60:.1f} min of computing ({self.core_s / 60:.1f} min of one core)"
+
+
+def core_s() -> float:
+    """Of all programs that were started here and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> tuple[Path, Cost]:
+    """The folder of the journals, and what it took."""
+    begun, used_s = time.monotonic(), core_s()
     chosen = with_identified_tumours(experiment, out, folder)
     sessions = folder / experiment.name
     waiting: queue.Queue[int] = queue.Queue()
@@ -154,10 +171,10 @@ def run(experiment: Experiment, out: Path, folder: Path, participants: int) -> t
         raise RuntimeError("\n".join(failures))
     if resumed:
         print(f"{experiment.name}: {len(resumed)} sessions were ended by a standstill of the machine, and resumed")
-    return sessions, time.monotonic() - begun
+    return sessions, Cost(time.monotonic() - begun, core_s() - used_s)
 
 
-def report_equality(output: study_output.Output, experiment: Experiment, sessions: list[analysis.Session], took_s: float) -> None:
+def report_equality(output: study_output.Output, experiment: Experiment, sessions: list[analysis.Session], cost: Cost) -> None:
     chosen = protocol.read(experiment.name)
     found = analysis.estimates(sessions)
     names = [one.name for one in chosen.conditions]
@@ -175,7 +192,7 @@ def report_equality(output: study_output.Output, experiment: Experiment, session
             ]  # fmt: skip
         )
     output.table(
-        f"{experiment.section}: point of subjective equality, {len(sessions)} simulated observers, {took_s / 60:.1f} min of computing",
+        f"{experiment.section}: point of subjective equality, {len(sessions)} simulated observers, {cost.text}",
         ["condition", "target N/mm", "PSE N/mm (95 %)", "error %", "as published N/mm", "DL N/mm", "felt by the hand N/mm", "discarded"],
         rows,
         "PSE: by maximum likelihood, mean of the participants. Felt by the hand: slope of the true force over the true depth, first "
@@ -197,7 +214,7 @@ def felt_reference(sessions: list[analysis.Session], condition: str) -> float:
     return float(np.median(values)) if values else float("nan")
 
 
-def report_realism(output: study_output.Output, experiment: Experiment, sessions: list[analysis.Session], took_s: float) -> None:
+def report_realism(output: study_output.Output, experiment: Experiment, sessions: list[analysis.Session], cost: Cost) -> None:
     rated = analysis.ratings(sessions)
     published = {"RhRh": 81.66, "RhVh": 71.25, "RsVs": 71.25}
     rows = []
@@ -210,7 +227,7 @@ def report_realism(output: study_output.Output, experiment: Experiment, sessions
         there = f"{published[condition.name]:.1f}" if condition.name in published else ""
         rows.append([condition.name, f"{mean:.1f} ({low:.1f} … {high:.1f})", there])
     output.table(
-        f"{experiment.section}: how alike two tumours felt, {len(sessions)} simulated observers, {took_s / 60:.1f} min of computing",
+        f"{experiment.section}: how alike two tumours felt, {len(sessions)} simulated observers, {cost.text}",
         ["pair", "similarity (95 %)", "people, in the dissertation"],
         rows,
         "Rh, Rs: a hard and a soft tumour, real; Vh, Vs: rendered in a phantom without one. The observers' scale is not people's: only "
@@ -232,9 +249,9 @@ def main() -> None:
     output = study_output.Output(options.out, "chain", "The experiments with simulated observers")
     for experiment in EXPERIMENTS + ([] if options.quick else CORRECTED):
         with tempfile.TemporaryDirectory() as folder:
-            sessions, took_s = run(experiment, options.out, Path(folder), 2 if options.quick else experiment.participants)
+            sessions, cost = run(experiment, options.out, Path(folder), 2 if options.quick else experiment.participants)
             read = analysis.read([sessions])
-            (report_realism if experiment.name == "tumour_realism" else report_equality)(output, experiment, read, took_s)
+            (report_realism if experiment.name == "tumour_realism" else report_equality)(output, experiment, read, cost)
 
 
 if __name__ == "__main__":

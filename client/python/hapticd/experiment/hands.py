@@ -86,9 +86,9 @@ class Person:
 
 @dataclass
 class SimulatedHand:
-    """Presses once, as hard and as fast as people do: 3 ± 0.5 N, built up at 6 … 12 N/s, held for a moment. Strokes with half
-    of that, and touches gently before. Searches place after place, in an order of its own, lightly, until one is harder than the others by more than it takes
-    for noise.
+    """Presses once, as hard and as fast as people do: 3 ± 0.5 N, built up at 6 … 12 N/s, held for a moment. Strokes as hard, and
+    begins more gently. Changes between two places once, or goes back to the first, or to both. Searches place after place, in
+    an order of its own, lightly, until one is harder than the others by more than it takes for noise.
 
     weber: of what it feels, as of an Observer.
     """
@@ -140,7 +140,7 @@ class SimulatedHand:
         repetitions = max(1, math.ceil(0.5 * (1.0 + (1.1 * path_mm - 0.5 * length_mm) / length_mm)))
         rig.set_hand_program(
             {
-                "kind": "stroke", "force_n": 0.5 * force_n, "force_rate_n_per_s": 0.2 * rate, "speed_mm_per_s": 80.0,
+                "kind": "stroke", "force_n": force_n, "force_rate_n_per_s": 0.4 * rate, "speed_mm_per_s": 80.0,
                 "stroke_length_mm": length_mm, "repetitions": repetitions, "place_mm": (at_mm[0], at_mm[1], 0.0),
             }  # fmt: skip
         )
