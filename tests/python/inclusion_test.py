@@ -1,0 +1,26 @@
+"""A tumour is found by the scan of the simulated hand, wherever it lies, without another phantom or model (D§5.3)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hapticd
+
+
+def test_a_scan_finds_the_soft_tumour_where_it_was_put(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text('[rig.sim]\nspeed = 10\ntip = "ball_bearing"\n')
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration), rig="sim:phantom_1_5_high_force")
+    with hapticd.connect(daemon.address) as rig, rig.lease("test"):
+        rig.set_object("phantom_soft", inclusion_x_mm=6.0, inclusion_y_mm=-4.0)
+        rig.start_identification(inclusion={"tip_radius_mm": 8.0}, object="lump", adopt=True)
+        end = rig.watch_identification().last()
+        assert end.model, end
+        found = {one.name: one.value for one in end.parameters}
+        # The sphere is that of the centre in the object: 25 mm deep of 55, under the point of contact (of 63 mm) that was given.
+        assert found["place_x_mm"] == pytest.approx(6.0 * 30.0 / 63.0, abs=1.0)
+        assert found["place_y_mm"] == pytest.approx(-4.0 * 30.0 / 63.0, abs=1.0)
+        assert found["depth_mm"] == pytest.approx(25.0, abs=4.0)
