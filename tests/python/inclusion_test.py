@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import hapticd
+from hapticd.experiment import inclusions, protocol
 
 
 def test_a_scan_finds_the_soft_tumour_where_it_was_put(start_daemon: Any, tmp_path: Path) -> None:
@@ -24,3 +27,19 @@ def test_a_scan_finds_the_soft_tumour_where_it_was_put(start_daemon: Any, tmp_pa
         assert found["place_x_mm"] == pytest.approx(6.0 * 30.0 / 63.0, abs=1.0)
         assert found["place_y_mm"] == pytest.approx(-4.0 * 30.0 / 63.0, abs=1.0)
         assert found["depth_mm"] == pytest.approx(25.0, abs=4.0)
+
+        # Rendered elsewhere, it has turned about the middle of the phantom, as deep as before.
+        scene = protocol.read("tumour_realism").condition("RsVs").comparison.scene_toml.replace("tumour_soft", "lump")
+
+        def place(x_mm: float, y_mm: float) -> list[float]:
+            outline = rig.explain_scene(toml=inclusions.moved(scene, x_mm, y_mm, (0.0, 0.0, -63.0)))
+            remark = next(one for one in outline.remarks if "'lump' at" in one)
+            return [float(one) for one in re.findall(r"at \[(.*?)\]", remark)[0].split(",")]
+
+        before, after = place(0.0, 0.0), place(5.0, -7.0)
+        centre = (0.0, 0.0, -63.0)
+        assert math.dist(before, centre) == pytest.approx(math.dist(after, centre), abs=1e-6)
+        share = math.dist(before, centre) / 63.0
+        assert after[0] - before[0] == pytest.approx(5.0 * share, abs=0.3) and after[1] - before[1] == pytest.approx(-7.0 * share, abs=0.3)
+        with pytest.raises(hapticd.HapticdError, match="beyond its object"):
+            place(80.0, 0.0)
