@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "server/access/audit_log.h"
+#include "server/access/console_door.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
+#include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/guide/guide_host.h"
@@ -41,7 +43,13 @@ namespace hapticd::server {
 
 namespace {
 constexpr std::chrono::milliseconds kShutdownTimeout{1000};
+
+/// What keeps browsers signed in; next to recordings and models.
+std::string door_secret(const DaemonConfig& config) {
+  if (!config.console.listen || config.recording.folder.empty()) return {};
+  return (std::filesystem::path(config.recording.folder) / "console.key").string();
 }
+}  // namespace
 
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
@@ -60,6 +68,8 @@ struct Daemon::Parts {
         guide(session, scenes, hub, turntable),
         policy(config.access),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
+        door(policy, door_secret(config),
+             std::chrono::seconds(std::llround(config.console.session_h * 3600.0))),
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
@@ -140,6 +150,7 @@ struct Daemon::Parts {
   GuideHost guide;
   RolePolicy policy;
   LeaseDesk desk;
+  ConsoleDoor door;
   Watchdog watchdog;
   EventBoard events;
   const RecordingSources recording_sources;
@@ -150,6 +161,7 @@ struct Daemon::Parts {
   std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
   std::unique_ptr<MetricsServer> metrics;
+  std::unique_ptr<ConsoleServer> console;
   std::unique_ptr<LoopWatchdog> loop_watchdog;
 
   RigFigures figures() {
@@ -277,11 +289,11 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network =
-      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                         parts->biases, parts->identifications, parts->turntable, parts->guide, parts->policy,
-                         parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight},
-                        config);
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
+       parts->identifications, parts->turntable, parts->guide, parts->policy, parts->desk, *parts->audit,
+       parts->watchdog, parts->recorder, parts->flight, parts->door},
+      config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
     failure = {ExitCode::kCannotListen, network.error()};
@@ -299,6 +311,21 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     parts->metrics = std::move(*metrics);
     log_info("metrics are shown on http://" +
              ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
+  }
+  if (config.console.is_on()) {
+    auto console = ConsoleServer::start(config.console,
+                                        {parts->door, parts->policy, parts->network->in_process_channel(),
+                                         config.certificates, config.loop.rate_hz});
+    if (!console) {
+      if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
+      failure = {ExitCode::kCannotListen, console.error()};
+      return nullptr;
+    }
+    parts->console = std::move(*console);
+    parts->network->show_console_at(parts->console->url(), parts->console->tls_url());
+    log_info("the console is shown on " +
+             (config.console.listen ? parts->console->url() : parts->console->tls_url()) +
+             ": hapticctl console opens it");
   }
   parts->hub.start();
   parts->guard_log.start();
@@ -351,6 +378,14 @@ std::uint16_t Daemon::metrics_port() const {
   return parts_->metrics ? parts_->metrics->port() : 0;
 }
 
+std::uint16_t Daemon::console_port() const {
+  return parts_->console ? parts_->console->port() : 0;
+}
+
+std::uint16_t Daemon::console_tls_port() const {
+  return parts_->console ? parts_->console->tls_port() : 0;
+}
+
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
@@ -364,6 +399,7 @@ void Daemon::shutdown() {
   parts_->desk.shutdown();
   parts_->network->set_serving(false);
   parts_->metrics.reset();
+  parts_->console.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
   parts_->hub.stop();
