@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import base64
+import http.client
 import json
 import os
+import re
 import resource
 import socket
+import ssl
 import struct
+import subprocess
 import time
 from pathlib import Path
 from typing import Any
@@ -245,3 +249,47 @@ def test_too_many_requests_wait_but_a_stop_does_not(start_daemon: Any, tmp_path:
     visitor = Visitor(start_daemon("--model-store", ":memory:", "--config", str(path)))
     assert 429 in [visitor.rpc("RigService/GetRigInfo")[0] for _ in range(60)]
     assert visitor.rpc("SafetyService/Stop")[0] == 200
+
+
+def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, tmp_path: Path) -> None:
+    root = Path(__file__).resolve().parents[2]
+    made = tmp_path / "made"
+    subprocess.run(["bash", root / "deploy/make_certificates.sh", "--lab", "test", "--out", made, "--server", "rig,127.0.0.1",
+                    "--client", "operator/anna", "--client", "observer/otto"], check=True, capture_output=True)  # fmt: skip
+    config = tmp_path / "hapticd.toml"
+    config.write_text(f'[network]\ncertificates = "{made / "servers/rig"}"\n[console]\nlisten_tls = "127.0.0.1:0"\n')
+    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config", str(config))
+    found = re.search(r"the console is shown on https://127.0.0.1:(\d+)", daemon.log.read_text())
+    assert found
+    port = int(found.group(1))
+
+    def ask(person: str, method: str, request: str = "{}", headers: dict[str, str] = {}) -> tuple[int, Any]:  # noqa: B006
+        context = ssl.create_default_context(cafile=str(made / "clients" / (person or "anna") / "authority.crt"))
+        if person:
+            context.load_cert_chain(made / "clients" / person / "client.crt", made / "clients" / person / "client.key")
+        connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=30, context=context)
+        connection.request("POST", f"/rpc/hapticd.v1.{method}", request, {**HEADERS, **headers})
+        answer = connection.getresponse()
+        return answer.status, json.loads(answer.read() or b"{}")
+
+    assert ask("anna", "AccessService/GetAccess")[1]["identity"] == "spiffe://test/hapticd/operator/anna"
+    assert ask("otto", "SafetyService/Stop")[0] == 200
+    status, refused = ask("otto", "SafetyService/Clear")
+    assert status == 403 and "operator" in refused["message"]
+    # As over gRPC, a remote client commands under a lease.
+    status, refused = ask("anna", "SafetyService/Clear")
+    assert status == 409 and refused["detail"]["reason"] == "ERROR_REASON_LEASE_REQUIRED"
+    grant = ask("anna", "LeaseService/AcquireLease", '{"ttl_s":30}')[1]
+    assert ask("anna", "SafetyService/Clear", headers={"X-Hapticd-Lease": grant["token"]})[0] == 200
+    assert ask("anna", "SafetyService/Stop", headers={"Origin": "http://127.0.0.1:" + str(port)})[0] == 403
+    with pytest.raises((ssl.SSLError, ConnectionError, http.client.HTTPException)):
+        ask("", "AccessService/GetAccess")
+    # Whoever asks on the rig itself is told where it is.
+    with hapticd.connect(daemon.address) as rig:
+        assert rig.open_console().url == f"https://127.0.0.1:{port}/"
+    config.write_text('[console]\nlisten_tls = "127.0.0.1:0"\n')
+    with pytest.raises(RuntimeError, match="refusing to show the console beyond this machine without certificates"):
+        start_daemon("--model-store", ":memory:", "--config", str(config))
+    config.write_text('[console]\nlisten = "0.0.0.0:0"\n')
+    with pytest.raises(RuntimeError, match="refusing to listen beyond this machine"):
+        start_daemon("--model-store", ":memory:", "--config", str(config))

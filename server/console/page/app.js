@@ -120,7 +120,7 @@ export async function readState() {
     setText(pill, text);
     pill.className = `pill ${kind}`;
     setText(at('rig'), rig.info.name);
-    setText(at('force'), num(rig.state.reaction_force_n, 'N', 2));
+    setText(at('force'), 'object ' + num(rig.state.reaction_force_n, 'N', 2));
   }
   noteState(rig.state);
   for (const call of rig.listeners) call(rig.state);

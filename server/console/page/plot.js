@@ -1,14 +1,16 @@
 // Plots on a bare canvas: traces over time with minimum and maximum of each pixel column, a trail of force over
 // displacement, a fit, a map of coverage.
 
-// Colours that all eyes can tell apart (Okabe and Ito), the yellow darkened for a light ground.
-export const COLOURS = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#8a7a00', '#7f7f7f'];
+// Colours that all eyes can tell apart (Okabe and Ito), the yellow darkened for a light ground, all lighter on a dark one.
+const LIGHT = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#8a7a00', '#7f7f7f'];
+const DARK = ['#4ea8e0', '#ff8a3d', '#2fc49a', '#e39bc4', '#f0b52e', '#a5d8f5', '#d9c94a', '#a8a8a8'];
+export const colour = (i) => look().palette[i % LIGHT.length];
 
 let looks = null;
 const readLooks = () => {
   const style = getComputedStyle(document.documentElement);
   const value = (name) => style.getPropertyValue(name).trim();
-  looks = {ink: value('--ink'), muted: value('--muted'), line: value('--line'), ground: value('--card'), bad: value('--bad')};
+  looks = {ink: value('--ink'), muted: value('--muted'), line: value('--line'), ground: value('--card'), bad: value('--bad'), palette: style.colorScheme === 'dark' ? DARK : LIGHT};
 };
 const look = () => { if (!looks) readLooks(); return looks; };
 addEventListener('theme', () => { looks = null; });
@@ -207,8 +209,8 @@ export class Traces {
       ink.fillText(label(low0 * factor, step), left - 6, bottomY + 2);
     }
     ink.textAlign = 'left';
-    const colour = COLOURS[i % COLOURS.length];
-    ink.fillStyle = colour;
+    const own = colour(i);
+    ink.fillStyle = own;
     ink.fillRect(left + 6, top + 6, 10, 3);
     ink.fillStyle = colours.ink;
     const unit = series[i].unit === '1' ? '' : ' ' + series[i].unit;
@@ -216,7 +218,7 @@ export class Traces {
     if (cursorRow >= rows.begin) text += `   ${short4(values[cursorRow % capacity] * (series[i].factor || 1))}${unit}`;
     else if (unit) text += ` (${series[i].unit})`;
     ink.fillText(text, left + 22, top + 12);
-    ink.strokeStyle = colour;
+    ink.strokeStyle = own;
     ink.lineWidth = 1.25;
     ink.beginPath();
     let isDown = false;
@@ -315,8 +317,8 @@ export class Trail {
       ink.setLineDash([]);
     }
     const pieces = 16, step = Math.max(1, Math.floor((last - first) / 3000));
-    for (const [values, colour, wide] of [[objects, COLOURS[4], 1.2], [felts, COLOURS[0], 2]]) {
-      ink.strokeStyle = colour;
+    for (const [values, own, wide] of [[objects, colour(4), 1.2], [felts, colour(0), 2]]) {
+      ink.strokeStyle = own;
       ink.lineWidth = wide;
       for (let piece = 0; piece < pieces; ++piece) {
         const from = first + Math.floor((last - first) * piece / pieces);
@@ -333,16 +335,16 @@ export class Trail {
     ink.globalAlpha = 1;
     if (last > first) {
       const p = (last - 1) % capacity;
-      ink.fillStyle = COLOURS[0];
+      ink.fillStyle = colour(0);
       ink.beginPath();
       ink.arc(xOf(xs[p]), yOf(felts[p]), 4, 0, 7);
       ink.fill();
     }
     ink.restore();
     ink.font = '12px system-ui, sans-serif';
-    const key = [[COLOURS[0], 'felt by the hand'], [COLOURS[4], 'of the object'], [colours.muted, 'target: ' + (stiffness > 0 ? `${stiffness.toFixed(2)} N/mm` : 'none')]];
-    key.forEach(([colour, text], i) => {
-      ink.fillStyle = colour;
+    const key = [[colour(0), 'felt by the hand'], [colour(4), 'of the object'], [colours.muted, 'target: ' + (stiffness > 0 ? `${stiffness.toFixed(2)} N/mm` : 'none')]];
+    key.forEach(([own, text], i) => {
+      ink.fillStyle = own;
       ink.fillRect(box.left + 10, box.top + 12 + 17 * i, 14, 3);
       ink.fillStyle = colours.ink;
       ink.fillText(text, box.left + 30, box.top + 18 + 17 * i);
@@ -363,7 +365,7 @@ export function drawXY(canvas, series, xLabel, yLabel) {
   yScale.show(Math.min(0, of(1, Math.min)), of(1, Math.max));
   const {xOf, yOf, box} = frame(ink, width, height, xScale, yScale, xLabel, yLabel, colours);
   series.forEach((one, i) => {
-    ink.fillStyle = ink.strokeStyle = one.colour || COLOURS[i % COLOURS.length];
+    ink.fillStyle = ink.strokeStyle = one.colour || colour(i);
     ink.lineWidth = 2;
     if (one.dots) {
       for (const [x, y] of one.points) ink.fillRect(xOf(x) - 1.5, yOf(y) - 1.5, 3, 3);

@@ -55,7 +55,11 @@ export const duration = (seconds) => {
   return s < 60 ? num(s, 's', 1) : s < 3600 ? `${Math.floor(s / 60)} min ${Math.round(s % 60)} s` : `${Math.floor(s / 3600)} h ${Math.round(s % 3600 / 60)} min`;
 };
 
-export const clockTime = (unixNs) => new Date(Number(unixNs) / 1e6).toLocaleString();
+export const clockTime = (unixNs) => new Date(Number(unixNs) / 1e6).toLocaleString('sv'); // 2026-11-25 19:08:38
+
+// contact_reaction_force_n → contact reaction force
+export const columnTitle = (name) =>
+  name.replace(/_(n_per_mm|mm_per_s2|mm_per_s|rad_per_s|n_s_per_mm|n|mm|ms|ns|mj|rad)$/, '').replaceAll('_', ' ');
 
 // What went wrong, where, and what to do.
 export function errorBox(error) {

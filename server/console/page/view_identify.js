@@ -1,7 +1,7 @@
 // Finds out how an object, the tool or the device behaves: what to do next, what is covered, how well it fits.
 
 import {rpc, stream} from '/api.js';
-import {COLOURS, drawCoverage, drawXY, fitCanvas} from '/plot.js';
+import {colour, drawCoverage, drawXY, fitCanvas} from '/plot.js';
 import {action, card, duration, el, errorBox, fill, num, setText, short, table, word} from '/ui.js';
 
 // What can be identified: the task of the contract, and what it asks.
@@ -63,8 +63,8 @@ export function show(place, {rig}) {
     if (!last) return;
     last.coverage.forEach((map, i) => { if (plots[i]) drawCoverage(plots[i].canvas, map); });
     drawXY(fit, [
-      {points: last.fit.map((p) => [p.x, p.measured]), colour: COLOURS[5], dots: true, title: 'measured'},
-      {points: last.fit.map((p) => [p.x, p.model]).sort((a, b) => a[0] - b[0]), colour: COLOURS[1], dots: true, title: 'model'}], last.fit_x, last.fit_y);
+      {points: last.fit.map((p) => [p.x, p.measured]), colour: colour(5), dots: true, title: 'measured'},
+      {points: last.fit.map((p) => [p.x, p.model]).sort((a, b) => a[0] - b[0]), colour: colour(1), dots: true, title: 'model'}], last.fit_x, last.fit_y);
   }
   function tell(p) {
     if (gone) return;

@@ -2,7 +2,7 @@
 
 import {telemetry} from '/api.js';
 import {Rows, Traces, Trail, fitCanvas} from '/plot.js';
-import {card, count, download, el, errorBox, fill, setText} from '/ui.js';
+import {card, columnTitle as title, count, download, el, errorBox, fill, setText} from '/ui.js';
 
 const KEPT_S = 32;
 const BEHIND_S = 0.06; // drawn so late that rows are there: the picture moves evenly
@@ -10,8 +10,6 @@ const MAX_TRACES = 8;
 const FIXED = ['time_ns', 'deformation_displacement_mm', 'control_hand_force_n', 'contact_reaction_force_n', 'target_stiffness_n_per_mm'];
 const DEFAULT = ['contact_reaction_force_n', 'control_hand_force_n', 'deformation_displacement_mm', 'target_stiffness_n_per_mm',
   'control_commanded_force_n', 'motion_velocity_mm_per_s', 'guard_authority', 'timing_wakeup_ns'];
-
-const title = (name) => name.replace(/_(n_per_mm|mm_per_s2|mm_per_s|rad_per_s|n_s_per_mm|n|mm|ms|ns|mj|rad)$/, '').replaceAll('_', ' ');
 
 export function show(place, {}) {
   let chosen = JSON.parse(localStorage.getItem('traces') || 'null') || DEFAULT;
@@ -38,7 +36,7 @@ export function show(place, {}) {
     el('div', {}, card('Force over displacement', trailCanvas),
       card('Columns', el('div', {class: 'row'}, search), list, el('div', {class: 'hint'}, `at most ${MAX_TRACES}`))),
     card('Over time', el('div', {class: 'row'}, pause, span,
-      el('button', {type: 'button', onclick: save}, 'Save as CSV'), state), problem, traceCanvas)));
+      el('button', {type: 'button', onclick: save}, 'Save as CSV')), state, problem, traceCanvas)));
 
   const end = () => newest + Math.min((performance.now() - newestAt) / 1000, 0.2) - BEHIND_S;
 
@@ -84,7 +82,8 @@ export function show(place, {}) {
   }
   function showList() {
     const wanted = search.value.trim().toLowerCase().split(/\s+/);
-    fill(list, all.filter(({name}) => name !== 'time_ns' && wanted.every((part) => name.includes(part))).map(({name, unit}) =>
+    const first = (one) => chosen.includes(one.name) ? 0 : 1; // a sort keeps the order of equals
+    fill(list, all.filter(({name}) => name !== 'time_ns' && wanted.every((part) => name.includes(part))).sort((a, b) => first(a) - first(b)).map(({name, unit}) =>
       el('label', {}, el('input', {type: 'checkbox', checked: chosen.includes(name), onchange: (event) => choose(name, event.target)}),
         el('span', {}, title(name), el('span', {class: 'muted'}, unit === '1' ? '' : ` (${unit})`)))));
   }

@@ -1,7 +1,7 @@
 // What is known of objects: models by name, stored ones, and two of them side by side.
 
 import {rpc} from '/api.js';
-import {COLOURS, drawXY, fitCanvas} from '/plot.js';
+import {colour, drawXY, fitCanvas} from '/plot.js';
 import {action, card, el, errorBox, fill, num, short, table} from '/ui.js';
 
 const percent = (value) => value === undefined ? '–' : num(100 * value, '%', 1);
@@ -10,8 +10,8 @@ export function show(place) {
   let gone = false, chosen = [], curves = [];
   const models = el('div'), stored = el('div'), compared = el('div'), said = el('div');
   const plot = el('canvas', {class: 'plot', role: 'img', 'aria-label': 'force over displacement of the chosen models'});
-  place.append(card('Models by name', el('p', {class: 'hint'}, 'What a scene names as its object. Errors: of the displacement, relative, when it was identified.'), models),
-    card('Identified models', el('p', {class: 'hint'}, 'Choose two to compare them.'), stored, said), card('Compare', compared, plot));
+  place.append(card('Identified models', el('p', {class: 'hint'}, 'Choose two to compare them.'), stored, said), card('Compare', compared, plot),
+    card('Models by name', el('p', {class: 'hint'}, 'What a scene names as its object. Errors: of the displacement, relative, when it was identified.'), models));
 
   async function readModels() {
     const answer = await rpc('ModelService/ListModels');
@@ -60,13 +60,16 @@ export function show(place) {
       fill(compared, table(['parameter', name(diff.a), name(diff.b), 'difference', 'in standard errors'], diff.parameters.map((p) => [
         p.name, short(p.value_a, p.unit), short(p.value_b, p.unit), percent(p.relative), p.deviations === undefined ? '–' : num(p.deviations, '', 1)]), {alignRight: [1, 2, 3, 4]}),
       el('ul', {class: 'plain'}, diff.remarks.map((text) => el('li', {}, text))));
-      curves = [diff.a, diff.b].map((m, i) => ({points: curve(m), title: name(m), colour: COLOURS[i]})).filter((one) => one.points.length);
+      curves = [diff.a, diff.b].map((m, i) => ({points: curve(m), title: name(m), colour: colour(i)})).filter((one) => one.points.length);
       draw();
     } catch (error) {
       fill(compared, errorBox(error));
     }
   }
-  const draw = () => drawXY(plot, curves, 'displacement (mm)', 'force at rest (N)');
+  const draw = () => {
+    plot.hidden = !curves.length;
+    drawXY(plot, curves, 'displacement (mm)', 'force at rest (N)');
+  };
   const unfit = fitCanvas(plot, draw);
   readModels().catch((error) => fill(models, errorBox(error)));
   readStored().catch((error) => fill(stored, errorBox(error)));

@@ -3,7 +3,7 @@
 import {rpc} from '/api.js';
 import {fetchExport, readCsv} from '/csv_table.js';
 import {Traces, fitCanvas} from '/plot.js';
-import {action, bytes, card, clockTime, count, download, duration, el, errorBox, fill, num, setText, table, word} from '/ui.js';
+import {action, bytes, card, clockTime, columnTitle, count, download, duration, el, errorBox, fill, num, setText, table, word} from '/ui.js';
 
 const MAX_ROWS = 20000;
 const COLUMNS = ['contact_reaction_force_n', 'control_hand_force_n', 'deformation_displacement_mm', 'target_stiffness_n_per_mm',
@@ -45,6 +45,7 @@ export function show(place, {rig, argument}) {
     fill(events);
     shownPart.hidden = false;
     fill(headline, el('h3', {}, file.id), isIncident ? el('div', {class: 'fault'}, el('strong', {}, file.cause || file.name), remedy(file.cause)) : el('p', {}, file.note));
+    headline.scrollIntoView({block: 'start'});
     const wait = el('p', {class: 'hint', role: 'status'}, 'reading…');
     headline.append(wait);
     if (isIncident) {
@@ -58,7 +59,7 @@ export function show(place, {rig, argument}) {
       if (gone) return;
       wait.remove();
       if (!isIncident && request.decimation > 1) headline.append(el('p', {class: 'hint'}, `every ${request.decimation}th row is shown; save the file for all of them`));
-      const shown = loaded.names.slice(1).map((column, i) => ({name: column, title: column.replaceAll('_', ' '), unit: unitOf(column), at: i + 1})).filter((one) => COLUMNS.includes(one.name));
+      const shown = loaded.names.slice(1).map((column, i) => ({name: column, title: columnTitle(column), unit: unitOf(column), at: i + 1})).filter((one) => COLUMNS.includes(one.name));
       const view = Object.create(loaded.rows, {columns: {value: [loaded.rows.columns[0], ...shown.map((one) => loaded.rows.columns[one.at])]}});
       traces.setSeries(shown, view);
       const cause = isIncident ? Number(file.cause_after_s) - request.from_s : NaN;

@@ -74,7 +74,7 @@ TEST_F(ConsoleDoorTest, ThePassIsNotTheCookie) {
 TEST_F(ConsoleDoorTest, RolesAreThoseOfTheConfigurationNow) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path("console.key");
-  ConsoleDoor before(policy_, path, seconds(3600), clock());
+  ConsoleDoor before(policy_, folder.path(), seconds(3600), clock());
   const std::string cookie = *before.redeem(before.issue_key(root()));
   struct stat file {};
   ASSERT_EQ(stat(path.c_str(), &file), 0);
@@ -83,7 +83,7 @@ TEST_F(ConsoleDoorTest, RolesAreThoseOfTheConfigurationNow) {
   stricter.users["root"] = Role::kObserver;
   stricter.denied["user:anna"] = "left";
   const RolePolicy policy(stricter);
-  ConsoleDoor after(policy, path, seconds(3600), clock());
+  ConsoleDoor after(policy, folder.path(), seconds(3600), clock());
   const auto session = after.session_of(cookie);
   ASSERT_NE(session, nullptr);
   EXPECT_EQ(session->who.role, Role::kObserver);
@@ -91,7 +91,7 @@ TEST_F(ConsoleDoorTest, RolesAreThoseOfTheConfigurationNow) {
   EXPECT_TRUE(denied->who.is_denied);
   // Another secret, another door.
   std::filesystem::remove(path);
-  ConsoleDoor other(policy_, path, seconds(3600), clock());
+  ConsoleDoor other(policy_, folder.path(), seconds(3600), clock());
   EXPECT_EQ(other.session_of(cookie), nullptr);
 }
 

@@ -25,9 +25,10 @@ TEST(RequestGuard, KnowsItsOwnNames) {
 }
 
 TEST(RequestGuard, RefusesNamesThatWereMadeToPointHere) {
-  for (const char* host : {"", "evil.example", "evil.example:50080", "127.0.0.1.evil.example", "localhost.evil.example",
-                           "evil-localhost", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:123456", "localhost@evil.example",
-                           "127.0.0.1 evil", "0.0.0.0", "rig.lab.example."}) {
+  for (const char* host :
+       {"", "evil.example", "evil.example:50080", "127.0.0.1.evil.example", "localhost.evil.example",
+        "evil-localhost", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:123456", "localhost@evil.example",
+        "127.0.0.1 evil", "0.0.0.0", "rig.lab.example."}) {
     const auto refusal = kGuard.check(of_host(host));
     ASSERT_TRUE(refusal) << host;
     EXPECT_EQ(refusal->http_status, 421U);
@@ -40,8 +41,9 @@ TEST(RequestGuard, RefusesNamesThatWereMadeToPointHere) {
 }
 
 TEST(RequestGuard, RefusesOtherOrigins) {
-  for (const char* origin : {"http://evil.example", "null", "https://127.0.0.1:50080", "http://127.0.0.1:50081",
-                             "http://127.0.0.1", "http://localhost:50080", "http://127.0.0.1:50080.evil.example"}) {
+  for (const char* origin :
+       {"http://evil.example", "null", "https://127.0.0.1:50080", "http://127.0.0.1:50081",
+        "http://127.0.0.1", "http://localhost:50080", "http://127.0.0.1:50080.evil.example"}) {
     RequestOrigin from = good_post();
     from.origin = origin;
     EXPECT_TRUE(kGuard.check(from)) << origin;
