@@ -142,7 +142,7 @@ def test_a_recording_is_read_and_an_incident_explained(page: Page, daemon: Any) 
     page.wait(lambda: (page.click("Read again"), "incident: stopped" in page.text())[1])
     page.click("show")  # the newest
     page.says("someone asked for it")
-    page.says("fault")
+    page.says("stopped: zero force")
     time.sleep(0.5)
     pictured(page, "incident")
     # The plot shows the last second before the cut: a line is drawn.

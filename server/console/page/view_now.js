@@ -1,7 +1,7 @@
 // What the rig does now: state, guard, faults with remedy, parts, loop, lease.
 
 import {rpc} from '/api.js';
-import {action, card, count, el, errorBox, facts, fill, num, short, table, word} from '/ui.js';
+import {action, card, count, el, errorBox, facts, fill, num, short, word} from '/ui.js';
 
 const SLOW_MS = 2000;
 
@@ -20,8 +20,9 @@ export function show(place, {rig}) {
     ['compute', 'computation, 99.9 % below'], ['device', 'drivers, 99.9 % below'], ['missed', 'periods missed'], ['over', 'overruns (wake-up, compute, device)']]);
   const parts = el('div');
   const sensor = facts([['age', 'age of the force'], ['zero', 'zero followed by'], ['bias', 'bias']]);
-  const rest = facts([['recording', 'recording'], ['flight', 'flight recorder'], ['incident', 'last incident'], ['pages', 'telemetry streams'], ['who', 'you are']]);
-  const lease = el('div');
+  const rest = facts([['recording', 'recording'], ['flight', 'flight recorder'], ['pages', 'telemetry streams'], ['who', 'you are']]);
+  const lease = el('div'), incident = el('p');
+  let lastIncident = null;
   const biasSaid = el('div');
   place.append(el('div', {class: 'grid'},
     card('Guard', guard, el('div', {class: 'row'}, clear), said),
@@ -33,7 +34,7 @@ export function show(place, {rig}) {
         return 'The sensor reads zero now.';
       }, biasSaid, {title: 'The tool must be free and at rest'})), biasSaid),
     card('Parts', parts),
-    card('Control', lease, rest)));
+    card('Control', lease, rest, incident)));
 
   let rules = null, stopped = false;
   rpc('SafetyService/ListFaults').then((answer) => {
@@ -63,8 +64,9 @@ export function show(place, {rig}) {
     const key = JSON.stringify(state.parts.map((p) => [p.part, p.state, p.connection, p.findings]));
     if (key === lastParts) return;
     lastParts = key;
-    fill(parts, state.parts.length ? table(['part', 'driver', 'state', 'connection'], state.parts.map((part) => [
-      [part.part, ...part.findings.map((text) => el('div', {class: 'remedy'}, text))], part.driver, word(part.state, 'PART_STATE_'), part.connection]))
+    fill(parts, state.parts.length ? state.parts.map((part) => el('div', {class: part.state === 'PART_STATE_READY' && !part.findings.length ? 'part' : 'fault warn'},
+      el('strong', {}, part.part), ` ${part.driver}: ${word(part.state, 'PART_STATE_')}`, el('div', {class: 'muted anywhere'}, part.connection),
+      part.findings.map((text) => el('div', {class: 'remedy'}, text))))
       : el('p', {class: 'muted'}, 'Nothing with hardware behind it: this rig is simulated or replayed.'));
   }
 
@@ -94,7 +96,12 @@ export function show(place, {rig}) {
     sensor.set('bias', state.sensor_bias_lost ? 'lost: bias again' : state.sensor_bias ? state.sensor_bias.id : 'of the start');
     rest.set('recording', state.recording ? `${state.recording}: ${count(state.recording_rows)} rows, ${count(state.recording_lost_ticks)} lost` : 'none runs');
     rest.set('flight', state.flight_recorder_on ? 'keeps the last 30 s' : 'off');
-    rest.set('incident', state.last_incident ? `${state.last_incident}: ${state.last_incident_cause}` : 'none');
+    
+    if (state.last_incident !== lastIncident) {
+      lastIncident = state.last_incident;
+      fill(incident, lastIncident ? ['last incident: ', el('a', {href: '#recordings/' + lastIncident}, state.last_incident_cause.split(/[:;]/)[0]), el('span', {class: 'muted'}, ' ' + lastIncident)]
+        : el('span', {class: 'muted'}, 'no incident since the recordings began'));
+    }
     rest.set('pages', count(state.telemetry_subscribers));
     showFaults(state);
     showParts(state);
