@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "server/access/audit_log.h"
+#include "server/access/console_door.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
+#include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/guide/guide_host.h"
@@ -41,7 +43,7 @@ namespace hapticd::server {
 
 namespace {
 constexpr std::chrono::milliseconds kShutdownTimeout{1000};
-}
+}  // namespace
 
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
@@ -60,6 +62,8 @@ struct Daemon::Parts {
         guide(session, scenes, hub, turntable),
         policy(config.access),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
+        door(policy, config.console.listen ? config.recording.folder : std::string(),
+             std::chrono::seconds(std::llround(config.console.session_h * 3600.0))),
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
@@ -140,6 +144,7 @@ struct Daemon::Parts {
   GuideHost guide;
   RolePolicy policy;
   LeaseDesk desk;
+  ConsoleDoor door;
   Watchdog watchdog;
   EventBoard events;
   const RecordingSources recording_sources;
@@ -150,6 +155,7 @@ struct Daemon::Parts {
   std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
   std::unique_ptr<MetricsServer> metrics;
+  std::unique_ptr<ConsoleServer> console;
   std::unique_ptr<LoopWatchdog> loop_watchdog;
 
   RigFigures figures() {
@@ -275,30 +281,35 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // What cannot be recorded does not keep the rig from running.
   if (const auto error = parts->recorder.open()) log_error("recordings are off: " + error->text());
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
+  const auto cannot_listen = [&](const hal::Error& error) -> std::unique_ptr<Daemon> {
+    if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
+    failure = {ExitCode::kCannotListen, error};
+    return nullptr;
+  };
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network =
-      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                         parts->biases, parts->identifications, parts->turntable, parts->guide, parts->policy,
-                         parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight},
-                        config);
-  if (!network) {
-    if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-    failure = {ExitCode::kCannotListen, network.error()};
-    return nullptr;
-  }
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
+       parts->identifications, parts->turntable, parts->guide, parts->policy, parts->desk, *parts->audit,
+       parts->watchdog, parts->recorder, parts->flight, parts->door},
+      config);
+  if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
   if (config.metrics.listen) {
     auto metrics =
         MetricsServer::start(*config.metrics.listen, [here = parts.get()] { return here->figures(); });
-    if (!metrics) {
-      if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-      failure = {ExitCode::kCannotListen, metrics.error()};
-      return nullptr;
-    }
+    if (!metrics) return cannot_listen(metrics.error());
     parts->metrics = std::move(*metrics);
     log_info("metrics are shown on http://" +
              ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
+  }
+  if (config.console.is_on()) {
+    auto console = ConsoleServer::start(config.console,
+                                        {parts->door, parts->policy, parts->network->in_process_channel(),
+                                         config.certificates, config.loop.rate_hz});
+    if (!console) return cannot_listen(console.error());
+    parts->console = std::move(*console);
+    parts->network->show_console_at(parts->console->url(), parts->console->tls_url());
   }
   parts->hub.start();
   parts->guard_log.start();
@@ -351,6 +362,14 @@ std::uint16_t Daemon::metrics_port() const {
   return parts_->metrics ? parts_->metrics->port() : 0;
 }
 
+std::uint16_t Daemon::console_port() const {
+  return parts_->console ? parts_->console->port() : 0;
+}
+
+std::uint16_t Daemon::console_tls_port() const {
+  return parts_->console ? parts_->console->tls_port() : 0;
+}
+
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
@@ -364,6 +383,7 @@ void Daemon::shutdown() {
   parts_->desk.shutdown();
   parts_->network->set_serving(false);
   parts_->metrics.reset();
+  parts_->console.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
   parts_->hub.stop();
