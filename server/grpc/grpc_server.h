@@ -18,6 +18,7 @@ namespace hapticd::server {
 class AuditLog;
 class ConsoleDoor;
 class FlightRecorder;
+class CalibrationRunner;
 class GuideHost;
 class LeaseDesk;
 class Recorder;
@@ -44,6 +45,7 @@ class GrpcServer {
     TelemetryHub& hub;
     SensorBiases& biases;
     IdentificationRunner& identifications;
+    CalibrationRunner& calibrations;
     TurntableHost& turntable;
     GuideHost& guide;
     const RolePolicy& policy;
