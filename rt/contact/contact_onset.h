@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
+#include "rt/record/onset_instant.h"
 #include "rt/signal/ticks.h"
 #include "rt/signal/vector.h"
 
@@ -29,9 +31,10 @@ class BasicContactOnset {
       : memory_(std::min<std::size_t>(ticks_of(kMemoryS, rate_hz), kMaxTicks)),
         force_age_(std::min(whole_ticks_in(kForceAgeS, rate_hz), memory_ - 1)) {}
 
-  void remember(const Place& place_mm, const Place& prompt_force_n) noexcept {
+  /// `force_ns`: the instant that the force stands for.
+  void remember(const Place& place_mm, const Place& prompt_force_n, std::int64_t force_ns = 0) noexcept {
     newest_ = newest_ + 1 < memory_ ? newest_ + 1 : 0;
-    ring_[newest_] = {place_mm, magnitude(prompt_force_n)};
+    ring_[newest_] = {place_mm, magnitude(prompt_force_n), force_ns};
     filled_ = std::min(filled_ + 1, memory_);
   }
   void forget() noexcept { filled_ = 0; }
@@ -50,6 +53,7 @@ class BasicContactOnset {
   struct Moment {
     Place place_mm{};
     double force_n = 0.0;
+    std::int64_t force_ns = 0;
   };
   const Moment& before(std::size_t age) const noexcept {
     return ring_[newest_ >= age ? newest_ - age : newest_ + memory_ - age];
