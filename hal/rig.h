@@ -21,12 +21,6 @@ struct UncertainParameter {
   std::string source;  ///< origin of the value and how far it can be trusted
 };
 
-/// How the coordinates of a device's own software stand to the rig's: p_device = R^-1 p_rig + origin_mm.
-struct DeviceFrame {
-  Quaternion to_rig;   ///< R, from the device's axes to the rig's
-  Vector3 origin_mm;   ///< the rig's origin in the device's coordinates
-};
-
 /// Limits and properties of a force-feedback device, along any one axis at the tool tip.
 struct DeviceInfo {
   std::string model;  ///< e.g. "phantom_1_0"; empty when the rig has no device
@@ -36,7 +30,6 @@ struct DeviceInfo {
   double structural_stiffness_n_per_mm = 0.0;
   double apparent_mass_g = 0.0;
   double coulomb_friction_n = 0.0;  ///< back-drive friction, data sheet; 0 = unknown
-  DeviceFrame frame;
 };
 
 /// Properties of a force sensor.

@@ -13,7 +13,9 @@
 #include "server/guide/guide_host.h"
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
+#include "server/calibration/model/adopted_calibration.h"
 #include "server/model/store/model_store.h"
+#include "server/pose/pose_desk.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
 #include "server/process/log.h"
@@ -63,7 +65,10 @@ struct Daemon::Parts {
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
-        flight(hub, events, recording_sources, config.recording) {
+        flight(hub, events, recording_sources, config.recording),
+        device_frame(config.device == DeviceChoice::kOpenHaptics
+                         ? pose::openhaptics_frame(config.openhaptics.origin_mm)
+                         : pose::DeviceFrame()) {
     latch.explain_with([this](rt::GuardFault fault) {
       const bool of_watchdog =
           fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
@@ -127,6 +132,22 @@ struct Daemon::Parts {
             }};
   }
 
+  /// What poses are made of.
+  pose::PoseDesk::Parts pose_parts() {
+    return {hub, session.rig_info(), device_frame, calibration,
+            [this](std::uint32_t) {
+              pose::SceneFacts facts;
+              const auto scene = scenes.current();
+              if (!scene) return facts;
+              if (scene->spec.kind != rt::SceneKind::kExplore) facts.press_axis = scene->spec.press_axis;
+              const double own = session.rig_info().device.structural_stiffness_n_per_mm;
+              const double of_scene = scene->spec.structural_stiffness_n_per_mm;
+              facts.structural_stiffness_n_per_mm = of_scene > 0.0 ? of_scene : own;
+              return facts;
+            },
+            [this] { return session.last_reading(); }};
+  }
+
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;
   Session session;
@@ -145,6 +166,9 @@ struct Daemon::Parts {
   const RecordingSources recording_sources;
   Recorder recorder;
   FlightRecorder flight;
+  const pose::DeviceFrame device_frame;
+  calibration::AdoptedCalibration calibration;
+  pose::PoseDesk poses{pose_parts()};
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
   std::unique_ptr<RunMarker> marker;
@@ -280,7 +304,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   auto network =
       GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
                          parts->biases, parts->identifications, parts->turntable, parts->guide, parts->policy,
-                         parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight},
+                         parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight, parts->poses},
                         config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
@@ -366,6 +390,7 @@ void Daemon::shutdown() {
   parts_->metrics.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
+  parts_->poses.stop();
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);
   if (parts_->marker) parts_->marker->end_cleanly();

@@ -18,10 +18,6 @@ constexpr hal::Vector3 device_from_rig(const hal::Vector3& v) noexcept {
   return {v.x, v.z, -v.y};
 }
 
-/// The same as a rotation: a quarter turn about x.
-inline constexpr double kHalfRoot = 0.70710678118654752;
-inline constexpr hal::Quaternion kRigFromDevice{kHalfRoot, kHalfRoot, 0.0, 0.0};
-
 /// The vendor's 4×4 transform, column by column.
 using Transform = std::array<double, 16>;
 

@@ -34,7 +34,6 @@ milliseconds in_ms(double seconds) {
 
 hal::DeviceInfo described(const OpenHapticsConfig& config) {
   hal::DeviceInfo info = device_figures(config.model)->info;
-  info.frame = {kRigFromDevice, config.origin_mm};
   info.max_force_n = std::min(info.max_force_n, config.max_force_n.value_or(info.max_force_n));
   info.max_continuous_force_n = config.max_continuous_force_n.value_or(info.max_continuous_force_n);
   info.structural_stiffness_n_per_mm =

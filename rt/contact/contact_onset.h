@@ -49,6 +49,17 @@ class BasicContactOnset {
     return before(std::min(age + force_age_, oldest)).place_mm;
   }
 
+  /// When the force began to leave what is quiet.
+  OnsetInstant instant(double quiet_n) const noexcept {
+    if (filled_ == 0) return {};
+    const std::size_t oldest = filled_ - 1;
+    std::size_t age = 0;
+    while (age < oldest && !(before(age).force_n <= quiet_n)) ++age;
+    const Moment& quiet = before(age);
+    const Moment& loud = before(age > 0 ? age - 1 : 0);
+    return {loud.force_ns, quiet.force_ns, loud.force_ns};
+  }
+
  private:
   struct Moment {
     Place place_mm{};

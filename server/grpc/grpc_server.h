@@ -8,6 +8,10 @@
 #include "hal/error.h"
 #include "server/config/config.h"
 
+namespace hapticd::pose {
+class PoseDesk;
+}
+
 namespace hapticd::server {
 
 class AuditLog;
@@ -46,6 +50,7 @@ class GrpcServer {
     Watchdog& watchdog;
     Recorder& recorder;
     FlightRecorder& flight;
+    pose::PoseDesk& poses;
   };
 
   /// An error when someone listens there already, or the certificates cannot be used: to be asked before
