@@ -8,12 +8,12 @@
 #include "server/access/audit_log.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
+#include "server/calibration/model/adopted_calibration.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/guide/guide_host.h"
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
-#include "server/calibration/model/adopted_calibration.h"
 #include "server/model/store/model_store.h"
 #include "server/pose/pose_desk.h"
 #include "server/process/crash_guard.h"
@@ -134,7 +134,10 @@ struct Daemon::Parts {
 
   /// What poses are made of.
   pose::PoseDesk::Parts pose_parts() {
-    return {hub, session.rig_info(), device_frame, calibration,
+    return {hub,
+            session.rig_info(),
+            device_frame,
+            calibration,
             [this](std::uint32_t) {
               pose::SceneFacts facts;
               const auto scene = scenes.current();
@@ -301,11 +304,11 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network =
-      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                         parts->biases, parts->identifications, parts->turntable, parts->guide, parts->policy,
-                         parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight, parts->poses},
-                        config);
+  auto network = GrpcServer::start(
+      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
+       parts->identifications, parts->turntable, parts->guide, parts->policy, parts->desk, *parts->audit,
+       parts->watchdog, parts->recorder, parts->flight, parts->poses},
+      config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
     failure = {ExitCode::kCannotListen, network.error()};

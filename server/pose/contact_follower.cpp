@@ -12,7 +12,8 @@ void ContactFollower::follow(const rt::TickRecord& record, const TipMotion& path
     scene_ = record.scene_generation;
   }
   if (!knows) return;
-  const bool is_new = record.in_contact && (!in_contact_ || !event_ || event_->number != record.contact_count);
+  const bool is_new =
+      record.in_contact && (!in_contact_ || !event_ || event_->number != record.contact_count);
   if (is_new) {
     // What had begun before anything was followed was declared at an unknown time.
     ContactEvent begun;

@@ -7,8 +7,8 @@ namespace hapticd::pose {
 /// How the coordinates of a device's own software stand to the rig's: p_device = R⁻¹ p_rig + origin_mm. By
 /// default they are the rig's.
 struct DeviceFrame {
-  hal::Quaternion to_rig;   ///< R, from the device's axes to the rig's
-  hal::Vector3 origin_mm;   ///< the rig's origin in the device's coordinates
+  hal::Quaternion to_rig;  ///< R, from the device's axes to the rig's
+  hal::Vector3 origin_mm;  ///< the rig's origin in the device's coordinates
 };
 
 /// OpenHaptics: x to the right, y up, z towards the user; a quarter turn about x from the rig's.

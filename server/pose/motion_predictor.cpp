@@ -109,8 +109,7 @@ PredictedMotion MotionPredictor::ahead(double ahead_s) const noexcept {
 
   const double missed = missed_by(s, velocity.lag_s);
   const double noise_mm = velocity.noise_per_mm * position_noise_mm_ * s;
-  there.covariance_mm2 =
-      missed * missed * acceleration_ + noise_mm * noise_mm * Eigen::Matrix3d::Identity();
+  there.covariance_mm2 = missed * missed * acceleration_ + noise_mm * noise_mm * Eigen::Matrix3d::Identity();
   there.error_mm = std::sqrt(there.covariance_mm2.trace());
   there.error_bound_mm = kAssumedMmPerS2 * missed + 3.0 * std::sqrt(3.0) * noise_mm;
   // Held in contact: it may go on along the normal as well.

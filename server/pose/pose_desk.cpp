@@ -24,7 +24,8 @@ constexpr std::int64_t kRetryNs = 250'000;
 constexpr std::chrono::milliseconds kMaxSleep{200};
 
 Refusal ending() {
-  return {RefusalKind::kUnavailable, {"the service is shutting down", "poses", "", "", "connect again later"}};
+  return {RefusalKind::kUnavailable,
+          {"the service is shutting down", "poses", "", "", "connect again later"}};
 }
 
 }  // namespace
@@ -32,7 +33,8 @@ Refusal ending() {
 /// What the thread alone uses.
 struct PoseDesk::Work {
   Work(const hal::RigInfo& rig, const DeviceFrame& frame)
-      : tick_period_ns(std::max<std::int64_t>(1, std::llround(1e9 / rig.rate_hz))), maker(rig.device, frame) {}
+      : tick_period_ns(std::max<std::int64_t>(1, std::llround(1e9 / rig.rate_hz))),
+        maker(rig.device, frame) {}
 
   /// Rig's clock, as the last tick has it.
   std::int64_t first_tick_from(std::int64_t time_ns) const {
@@ -139,8 +141,7 @@ void PoseDesk::look_at_utc(Work& work, std::int64_t now_ns) {
   const server::ClockReading reading = server::read_clocks();
   const server::KernelClock kernel = server::kernel_clock();
   work.utc.utc_minus_monotonic_ns = reading.utc_ns - reading.monotonic_ns;
-  work.utc.bound_ns =
-      reading.apart_ns + (kernel.max_error_ms ? std::llround(1e6 * *kernel.max_error_ms) : 0);
+  work.utc.bound_ns = reading.apart_ns + (kernel.max_error_ms ? std::llround(1e6 * *kernel.max_error_ms) : 0);
   work.utc.keeping = kernel.utc;
 }
 
@@ -207,8 +208,7 @@ void PoseDesk::run() {
     }
     // With the first tick from then on: a pose is of a tick, and never of the next one.
     const std::int64_t tick_ns = reading ? work.first_tick_from(next_ns) : next_ns;
-    const std::int64_t wake_ns =
-        tick_ns + shift_ns + (reading ? kAfterTickNs : 0) + work.retries * kRetryNs;
+    const std::int64_t wake_ns = tick_ns + shift_ns + (reading ? kAfterTickNs : 0) + work.retries * kRetryNs;
     const auto until = Clock::time_point(std::chrono::nanoseconds(wake_ns));
     if (now_ns < wake_ns) {
       const std::size_t before = places_.size();
@@ -230,7 +230,8 @@ void PoseDesk::run() {
     for (Place& place : places_) {
       if (place.due_ns > tick_ns) continue;
       place.due_ns += place.period_ns;
-      const bool has_new = work.maker.begun() && (!place.got_one || place.last_tick != work.maker.last().tick);
+      const bool has_new =
+          work.maker.begun() && (!place.got_one || place.last_tick != work.maker.last().tick);
       if (!has_new) continue;
       place.got_one = true;
       place.last_tick = work.maker.last().tick;

@@ -131,9 +131,9 @@ ToolPose PoseMaker::pose(const PoseWish& wish, const calibration::ArmCalibration
     pose.covariance_mm2 +=
         calibration::position_covariance_mm2(*calibration, sample, calibration::Frame::kRig);
     pose.orientation_sd_rad = std::hypot(
-        calibration::orientation_sd_rad(*calibration, sample,
-                                        wish.frame == PoseFrame::kReference ? calibration::Frame::kReference
-                                                                            : calibration::Frame::kRig),
+        calibration::orientation_sd_rad(
+            *calibration, sample,
+            wish.frame == PoseFrame::kReference ? calibration::Frame::kReference : calibration::Frame::kRig),
         pose.prediction.error_rad);
     pose.error_sources |= error_source::kCalibration;
     pose.calibration = calibration->name;
@@ -142,8 +142,7 @@ ToolPose PoseMaker::pose(const PoseWish& wish, const calibration::ArmCalibration
     pose.bending_mm = bending_mm();
     pose.position_mm += pose.bending_mm;
     if (scene_.structural_stiffness_n_per_mm > 0.0) pose.error_sources |= error_source::kBending;
-    pose.covariance_mm2 +=
-        kBendingError * kBendingError * pose.bending_mm * pose.bending_mm.transpose();
+    pose.covariance_mm2 += kBendingError * kBendingError * pose.bending_mm * pose.bending_mm.transpose();
   }
 
   if (wish.frame == PoseFrame::kDevice) {

@@ -26,7 +26,7 @@ struct PoseWish {
 
 /// What the loaded scene says that poses need.
 struct SceneFacts {
-  std::optional<hal::Vector3> press_axis;  ///< of a one-dimensional scene: into the object, rig frame
+  std::optional<hal::Vector3> press_axis;      ///< of a one-dimensional scene: into the object, rig frame
   double structural_stiffness_n_per_mm = 0.0;  ///< 0 = not known: no bending is taken out
 };
 

@@ -108,8 +108,9 @@ Outcome<WantedPoses> read_request(const v1::SubscribePosesRequest& request) {
   }
   const double ahead_ms = request.predict_ms();
   if (!(ahead_ms >= 0.0 && ahead_ms <= kMaxAheadMs)) {
-    return out_of_range("predict_ms", ahead_ms, fmt::format("0 … {:g} ms", kMaxAheadMs),
-                        "ask for the time from the pose to the picture; what takes longer cannot be predicted");
+    return out_of_range(
+        "predict_ms", ahead_ms, fmt::format("0 … {:g} ms", kMaxAheadMs),
+        "ask for the time from the pose to the picture; what takes longer cannot be predicted");
   }
   WantedPoses wanted;
   wanted.rate_hz = rate_hz;
@@ -127,10 +128,10 @@ Outcome<WantedPoses> read_request(const v1::SubscribePosesRequest& request) {
       wanted.wish.frame = pose::PoseFrame::kReference;
       break;
     default:
-      return Refusal{RefusalKind::kInvalidArgument,
-                     {"unknown frame", "SubscribePosesRequest.frame",
-                      std::to_string(static_cast<int>(request.frame())), "RIG, DEVICE or REFERENCE",
-                      "ask for one of these, or for none to get the rig's"}};
+      return Refusal{
+          RefusalKind::kInvalidArgument,
+          {"unknown frame", "SubscribePosesRequest.frame", std::to_string(static_cast<int>(request.frame())),
+           "RIG, DEVICE or REFERENCE", "ask for one of these, or for none to get the rig's"}};
   }
   if (request.uncorrected() && request.frame() == v1::POSE_FRAME_REFERENCE) {
     return Refusal{RefusalKind::kInvalidArgument,

@@ -8,10 +8,9 @@ class PoseDesk;
 
 namespace hapticd::server {
 
-/// One stream per subscriber, by the callback interface: a waiting stream holds no thread. Raw, so that a pose
-/// for several subscribers is encoded once.
-class PoseService final
-    : public v1::PoseService::WithRawCallbackMethod_Subscribe<v1::PoseService::Service> {
+/// One stream per subscriber, by the callback interface: a waiting stream holds no thread. Raw, so that a
+/// pose for several subscribers is encoded once.
+class PoseService final : public v1::PoseService::WithRawCallbackMethod_Subscribe<v1::PoseService::Service> {
  public:
   explicit PoseService(pose::PoseDesk& desk) : desk_(desk) {}
 
