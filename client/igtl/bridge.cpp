@@ -15,7 +15,8 @@ constexpr std::chrono::seconds kStatusEvery{1};
 constexpr std::chrono::seconds kRetryAfter{1};
 
 std::int64_t utc_now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
       .count();
 }
 
@@ -61,12 +62,14 @@ void Bridge::run_connected(const std::atomic<bool>& stop) {
     // The newest of those that have come.
     auto event = poses.next(pose, kWait);
     const bool has_new = event == client::PoseStream::Event::kMessage;
-    while (event == client::PoseStream::Event::kMessage) event = poses.next(pose, std::chrono::milliseconds(0));
+    while (event == client::PoseStream::Event::kMessage)
+      event = poses.next(pose, std::chrono::milliseconds(0));
     if (has_new) port_.send(tool_transform(pose));
     if (event == client::PoseStream::Event::kEnded) return;
     if (Clock::now() >= next_status) {
       next_status = Clock::now() + kStatusEvery;
-      const auto [status, words] = status_of(client.rig_state(client::Histograms::kWithout), pose.status_bits());
+      const auto [status, words] =
+          status_of(client.rig_state(client::Histograms::kWithout), pose.status_bits());
       report(status, words);
     }
   }
@@ -77,7 +80,8 @@ void Bridge::run(const std::atomic<bool>& stop) {
     try {
       run_connected(stop);
     } catch (const client::Error& error) {
-      const bool is_away = error.kind() == client::ErrorKind::kUnreachable || error.kind() == client::ErrorKind::kTimedOut ||
+      const bool is_away = error.kind() == client::ErrorKind::kUnreachable ||
+                           error.kind() == client::ErrorKind::kTimedOut ||
                            error.detail().reason() == v1::ERROR_REASON_UNAVAILABLE;
       if (!is_away) throw;
       report(RigStatus::kUnreachable, std::string("the daemon does not answer: ") + error.what());

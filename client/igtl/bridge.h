@@ -18,8 +18,8 @@ struct BridgeOptions {
   v1::PoseFrame frame = v1::POSE_FRAME_RIG;
 };
 
-/// The daemon's poses to OpenIGTLink peers, until `stop`. Connects to the daemon again where it is lost; peers
-/// stay, and get a STATUS that says so. Throws client::Error where the daemon refuses the poses, and
+/// The daemon's poses to OpenIGTLink peers, until `stop`. Connects to the daemon again where it is lost;
+/// peers stay, and get a STATUS that says so. Throws client::Error where the daemon refuses the poses, and
 /// std::runtime_error where the port cannot be used.
 class Bridge {
  public:

@@ -48,8 +48,10 @@ std::string quaternion_of(const igtl::Matrix4x4& m, double (&wxyz)[4]) {
     return sum;
   };
   for (int a = 0; a < 3; ++a) {
-    if (std::abs(std::sqrt(column(a, a)) - 1.0) > kTolerance) return "the matrix scales: its columns are not of length 1";
-    if (std::abs(column(a, (a + 1) % 3)) > kTolerance) return "the axes of the matrix are not at right angles";
+    if (std::abs(std::sqrt(column(a, a)) - 1.0) > kTolerance)
+      return "the matrix scales: its columns are not of length 1";
+    if (std::abs(column(a, (a + 1) % 3)) > kTolerance)
+      return "the axes of the matrix are not at right angles";
   }
   const auto at = [&](int i, int j) { return static_cast<double>(m[i][j]); };
   const double determinant = at(0, 0) * (at(1, 1) * at(2, 2) - at(1, 2) * at(2, 1)) -
@@ -66,7 +68,8 @@ std::string quaternion_of(const igtl::Matrix4x4& m, double (&wxyz)[4]) {
   const double s = 0.5 / std::sqrt(squares[largest]);
   const double x = at(2, 1) - at(1, 2), y = at(0, 2) - at(2, 0), z = at(1, 0) - at(0, 1);
   const double xy = at(0, 1) + at(1, 0), xz = at(0, 2) + at(2, 0), yz = at(1, 2) + at(2, 1);
-  const double rows[4][4] = {{squares[0], x, y, z}, {x, squares[1], xy, xz}, {y, xy, squares[2], yz}, {z, xz, yz, squares[3]}};
+  const double rows[4][4] = {
+      {squares[0], x, y, z}, {x, squares[1], xy, xz}, {y, xy, squares[2], yz}, {z, xz, yz, squares[3]}};
   for (int i = 0; i < 4; ++i) wxyz[i] = s * rows[largest][i];
   return {};
 }
@@ -131,8 +134,9 @@ MessageReader::Event MessageReader::next() {
   }
   const std::size_t size = header_size + static_cast<std::size_t>(claimed);
   if (buffer_.size() < size) return Event::kNothing;
-  const Event event = std::strcmp(header->GetDeviceType(), "TRANSFORM") == 0 ? read_transform(buffer_.data(), size)
-                                                                             : Event::kOther;
+  const Event event = std::strcmp(header->GetDeviceType(), "TRANSFORM") == 0
+                          ? read_transform(buffer_.data(), size)
+                          : Event::kOther;
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(size));
   return event;
 }

@@ -15,8 +15,8 @@ using Packed = std::vector<std::uint8_t>;
 /// Nanoseconds of a stamp that say nothing: the peer has no clock, or the daemon no UTC.
 inline constexpr std::int64_t kNoTime = 0;
 
-/// TRANSFORM of the tool: "ToolToRig", "ToolToDevice" or "ToolToReference", columns the tool's axes, mm. Stamped
-/// with the pose's UTC.
+/// TRANSFORM of the tool: "ToolToRig", "ToolToDevice" or "ToolToReference", columns the tool's axes, mm.
+/// Stamped with the pose's UTC.
 Packed tool_transform(const v1::Pose& pose);
 
 /// What the rig can do for a peer.
@@ -25,7 +25,7 @@ Packed rig_status(RigStatus status, const std::string& words, std::int64_t utc_n
 
 /// A transform that a peer sent.
 struct ReceivedTransform {
-  std::string name;        ///< of the device, e.g. "StylusToTracker"
+  std::string name;               ///< of the device, e.g. "StylusToTracker"
   std::int64_t utc_ns = kNoTime;  ///< by the peer's clock, since 1970
   double position_mm[3] = {0.0, 0.0, 0.0};
   double quaternion_wxyz[4] = {1.0, 0.0, 0.0, 0.0};
@@ -37,7 +37,9 @@ class MessageReader {
  public:
   static constexpr std::size_t kMaxBody = 1U << 20U;
 
-  void add(const std::uint8_t* bytes, std::size_t count) { buffer_.insert(buffer_.end(), bytes, bytes + count); }
+  void add(const std::uint8_t* bytes, std::size_t count) {
+    buffer_.insert(buffer_.end(), bytes, bytes + count);
+  }
   enum class Event {
     kNothing,    ///< no whole message is there
     kTransform,  ///< transform() is one

@@ -24,7 +24,8 @@ std::string words(const char* what) {
 
 }  // namespace
 
-IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, Handlers handlers) : handlers_(std::move(handlers)) {
+IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, Handlers handlers)
+    : handlers_(std::move(handlers)) {
   addrinfo wanted{};
   wanted.ai_family = AF_UNSPEC;
   wanted.ai_socktype = SOCK_STREAM;
@@ -38,7 +39,8 @@ IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, Handlers handler
   listener_ = socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const int yes = 1;
   if (listener_ >= 0) setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (listener_ < 0 || bind(listener_, found->ai_addr, found->ai_addrlen) != 0 || listen(listener_, kMaxPeers) != 0) {
+  if (listener_ < 0 || bind(listener_, found->ai_addr, found->ai_addrlen) != 0 ||
+      listen(listener_, kMaxPeers) != 0) {
     const std::string reason = words((host + ":" + service + " cannot be listened on").c_str());
     if (listener_ >= 0) close(listener_);
     throw std::runtime_error(reason);
@@ -63,9 +65,11 @@ void IgtlPort::accept_peers() {
         accept4(listener_, reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor < 0) return;
     std::array<char, NI_MAXHOST> host{};
-    getnameinfo(reinterpret_cast<const sockaddr*>(&from), size, host.data(), host.size(), nullptr, 0, NI_NUMERICHOST);
+    getnameinfo(reinterpret_cast<const sockaddr*>(&from), size, host.data(), host.size(), nullptr, 0,
+                NI_NUMERICHOST);
     if (peers_.size() >= kMaxPeers) {
-      handlers_.on_note(std::string(host.data()) + " was refused: " + std::to_string(kMaxPeers) + " peers are connected");
+      handlers_.on_note(std::string(host.data()) + " was refused: " + std::to_string(kMaxPeers) +
+                        " peers are connected");
       close(descriptor);
       continue;
     }
@@ -102,7 +106,8 @@ void IgtlPort::read_from(Peer& peer) {
         case MessageReader::Event::kBroken:
           // A peer sends the same again and again: the first says enough.
           if (peer.broken++ == 0) {
-            handlers_.on_note(peer.name + ", '" + peer.reader.transform().name + "': " + peer.reader.problem());
+            handlers_.on_note(peer.name + ", '" + peer.reader.transform().name +
+                              "': " + peer.reader.problem());
           }
           break;
         case MessageReader::Event::kUnreadable:

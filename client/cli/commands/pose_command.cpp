@@ -74,11 +74,10 @@ void show_pose(const v1::Pose& pose, const Session& session) {
   row("frame", word(pose.frame()) +
                    (pose.calibration().empty() ? "" : ", corrected by calibration " + pose.calibration()));
   row("time", fmt::format("{:.6f} s by the rig's clock", 1e-9 * static_cast<double>(time.rig_ns())) +
-                  (time.has_daemon_ns()
-                       ? fmt::format(", {:.6f} s by the daemon's ± {:.4f} ms",
-                                     1e-9 * static_cast<double>(time.daemon_ns()),
-                                     1e-6 * static_cast<double>(time.daemon_bound_ns()))
-                       : std::string(", which is a time of its own")));
+                  (time.has_daemon_ns() ? fmt::format(", {:.6f} s by the daemon's ± {:.4f} ms",
+                                                      1e-9 * static_cast<double>(time.daemon_ns()),
+                                                      1e-6 * static_cast<double>(time.daemon_bound_ns()))
+                                        : std::string(", which is a time of its own")));
   row("position", point_words(pose.position_mm(), "mm"));
   row("", error_words(pose));
   const v1::Quaternion& q = pose.orientation();
@@ -103,12 +102,12 @@ void show_pose(const v1::Pose& pose, const Session& session) {
 
 void show_line(const v1::Pose& pose, const Session& session) {
   if (session.json) return print_json_line(to_json(pose));
-  fmt::print("{:10.4f} s  tip {}  speed {:7.1f} mm/s  {}{}\n",
-             1e-9 * static_cast<double>(pose.time().rig_ns()), point_words(pose.position_mm(), "mm"),
-             std::hypot(pose.velocity_mm_per_s().x(), pose.velocity_mm_per_s().y(),
-                        pose.velocity_mm_per_s().z()),
-             pose.in_contact() ? fmt::format("contact {}", pose.contact().number()) : "free",
-             pose.skipped() > 0 ? fmt::format("  {} skipped", pose.skipped()) : "");
+  fmt::print(
+      "{:10.4f} s  tip {}  speed {:7.1f} mm/s  {}{}\n", 1e-9 * static_cast<double>(pose.time().rig_ns()),
+      point_words(pose.position_mm(), "mm"),
+      std::hypot(pose.velocity_mm_per_s().x(), pose.velocity_mm_per_s().y(), pose.velocity_mm_per_s().z()),
+      pose.in_contact() ? fmt::format("contact {}", pose.contact().number()) : "free",
+      pose.skipped() > 0 ? fmt::format("  {} skipped", pose.skipped()) : "");
   std::fflush(stdout);
 }
 

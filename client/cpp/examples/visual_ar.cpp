@@ -33,7 +33,8 @@ int main(int argc, char** argv) try {
       // By this machine's clock: how long ago the tip touched.
       const auto now = clock.to_daemon(hapticd::client::ClockSync::now_ns());
       std::printf("touched %.1f ms ago, +-%.3f ms\n",
-                  1e-6 * static_cast<double>(now.daemon_ns - pose.contact().began().daemon_ns()), now.bound_ms);
+                  1e-6 * static_cast<double>(now.daemon_ns - pose.contact().began().daemon_ns()),
+                  now.bound_ms);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(16));  // draw
   }

@@ -122,8 +122,8 @@ Judged judge(const Motion& motion, double ahead_s) {
 
 void run_pose_prediction(StudyContext& context) {
   using report::fixed;
-  report::MarkdownTable table({"motion", "ahead ms", "not predicted mm", "predicted mm", "gain",
-                               "stated mm", "stated / seen", "beyond 2 stated %", "beyond bound %"});
+  report::MarkdownTable table({"motion", "ahead ms", "not predicted mm", "predicted mm", "gain", "stated mm",
+                               "stated / seen", "beyond 2 stated %", "beyond bound %"});
   for (const Motion& motion : motions(context.quick)) {
     for (const double ahead_ms : {20.0, 66.0, 100.0}) {
       const Judged judged = judge(motion, 1e-3 * ahead_ms);
@@ -149,7 +149,8 @@ void run_pose_prediction(StudyContext& context) {
       for (const double share : judged.share) beyond += share > 2.0 ? 1.0 : 0.0;
       table.add_row({motion.name, fixed(ahead_ms, 0), fixed(unpredicted, 2), fixed(predicted, 2),
                      fixed(predicted / unpredicted, 2), fixed(expected, 2), fixed(expected / predicted, 2),
-                     fixed(100.0 * beyond / n, 1), fixed(100.0 * static_cast<double>(judged.beyond_bound) / n, 2)});
+                     fixed(100.0 * beyond / n, 1),
+                     fixed(100.0 * static_cast<double>(judged.beyond_bound) / n, 2)});
     }
   }
   context.report.add_table("pose_prediction", "Poses predicted ahead", table,

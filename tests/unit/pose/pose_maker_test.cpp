@@ -142,7 +142,8 @@ TEST(PoseMaker, UncorrectedAndDevicePosesKnowNoCalibration) {
   PoseMaker maker(device());
   maker.follow(record_at(1), {});
   const calibration::ArmCalibration calibration = registration();
-  for (const PoseWish wish : {PoseWish{0.0, PoseFrame::kRig, true}, PoseWish{0.0, PoseFrame::kDevice, false}}) {
+  for (const PoseWish wish :
+       {PoseWish{0.0, PoseFrame::kRig, true}, PoseWish{0.0, PoseFrame::kDevice, false}}) {
     const ToolPose pose = maker.pose(wish, &calibration);
     EXPECT_EQ(pose.calibration, "");
     EXPECT_EQ(pose.error_sources & error_source::kCalibration, 0U);
