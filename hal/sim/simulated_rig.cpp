@@ -45,6 +45,7 @@ struct SimulatedRig::State {
                     config_.sensor_torque_offset_n_mm},
                    Simulation::kStepS, conditions, clock.irregular()),
         instrument({}, config_.seed ^ 0x6c766474ULL),
+        tracker(conditions, config_.seed),
         resting_hand(simulation.prepare(HandProgram{})) {}
   ~State() {
     delete incoming.exchange(nullptr);
@@ -153,6 +154,7 @@ struct SimulatedRig::State {
   Simulation simulation;
   ExternalInstrument instrument;
   hal::Vector3 instrument_mm;
+  SimulatedTracker tracker;
 
   std::mutex world;  ///< among callers of set_program and set_object
   std::string object_name;
@@ -289,6 +291,8 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
   s.simulation.sensor().read(sample, {beyond_ns, tick.sensor_late_ns, tick.sensor_lost});
   s.bias.follow(sample, s.simulation.time_ns(), s.simulation.sensor());
   sample.tick = s.ticks++;
+  s.tracker.observe(s.simulation.time_ns(), s.simulation.truth().tip_position_mm,
+                    s.simulation.true_orientation());
   if (s.config.external_instrument) {
     s.instrument_mm = s.instrument.read(s.simulation.truth().tip_position_mm);
   }
@@ -323,6 +327,19 @@ void SimulatedRig::run(hal::TickHandler& handler, const std::atomic<bool>& stop)
 bool SimulatedRig::truth(hal::TruthSample& truth) const noexcept {
   truth = state_->simulation.truth();
   return true;
+}
+
+hal::Quaternion SimulatedRig::true_orientation() const noexcept {
+  return state_->simulation.true_orientation();
+}
+bool SimulatedRig::has_tracker() const noexcept {
+  return state_->tracker.there();
+}
+bool SimulatedRig::take_tracker_pose(TrackerPose& pose) noexcept {
+  return state_->tracker.take(pose);
+}
+const TrackerTruth& SimulatedRig::tracker_truth() const noexcept {
+  return state_->tracker.truth();
 }
 
 bool SimulatedRig::external_position(hal::Vector3& position_mm) const noexcept {

@@ -17,6 +17,7 @@
 #include "hal/sim/object/object_events.h"
 #include "hal/sim/object/object_model.h"
 #include "hal/sim/tick_sequence.h"
+#include "hal/sim/tracker/simulated_tracker.h"
 
 namespace hapticd::sim {
 
@@ -84,6 +85,12 @@ class SimulatedRig final : public hal::Rig {
   /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so someone else has
   /// to read meanwhile.
   std::optional<hal::Error> bias_force_sensor() override;
+  /// The tool's true orientation at the last sample; the clock's thread.
+  hal::Quaternion true_orientation() const noexcept;
+  /// Whether a tracker watches (conditions `tracker_rate_hz`), and the next pose it sent. One thread.
+  bool has_tracker() const noexcept;
+  bool take_tracker_pose(TrackerPose& pose) noexcept;
+  const TrackerTruth& tracker_truth() const noexcept;
 
   /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
   std::optional<hal::Error> set_program(const HandProgram& program);
