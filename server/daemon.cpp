@@ -6,9 +6,11 @@
 #include <utility>
 
 #include "server/access/audit_log.h"
+#include "server/access/console_door.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
 #include "server/calibration/model/adopted_calibration.h"
+#include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/guide/guide_host.h"
@@ -43,7 +45,13 @@ namespace hapticd::server {
 
 namespace {
 constexpr std::chrono::milliseconds kShutdownTimeout{1000};
+
+/// What keeps browsers signed in; next to recordings and models.
+std::string door_secret(const DaemonConfig& config) {
+  if (!config.console.listen || config.recording.folder.empty()) return {};
+  return (std::filesystem::path(config.recording.folder) / "console.key").string();
 }
+}  // namespace
 
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
@@ -62,6 +70,8 @@ struct Daemon::Parts {
         guide(session, scenes, hub, turntable),
         policy(config.access),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
+        door(policy, door_secret(config),
+             std::chrono::seconds(std::llround(config.console.session_h * 3600.0))),
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
@@ -164,6 +174,7 @@ struct Daemon::Parts {
   GuideHost guide;
   RolePolicy policy;
   LeaseDesk desk;
+  ConsoleDoor door;
   Watchdog watchdog;
   EventBoard events;
   const RecordingSources recording_sources;
@@ -177,6 +188,7 @@ struct Daemon::Parts {
   std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
   std::unique_ptr<MetricsServer> metrics;
+  std::unique_ptr<ConsoleServer> console;
   std::unique_ptr<LoopWatchdog> loop_watchdog;
 
   RigFigures figures() {
@@ -307,7 +319,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   auto network = GrpcServer::start(
       {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
        parts->identifications, parts->turntable, parts->guide, parts->policy, parts->desk, *parts->audit,
-       parts->watchdog, parts->recorder, parts->flight, parts->poses},
+       parts->watchdog, parts->recorder, parts->flight, parts->poses, parts->door},
       config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
@@ -326,6 +338,21 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     parts->metrics = std::move(*metrics);
     log_info("metrics are shown on http://" +
              ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
+  }
+  if (config.console.is_on()) {
+    auto console = ConsoleServer::start(config.console,
+                                        {parts->door, parts->policy, parts->network->in_process_channel(),
+                                         config.certificates, config.loop.rate_hz});
+    if (!console) {
+      if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
+      failure = {ExitCode::kCannotListen, console.error()};
+      return nullptr;
+    }
+    parts->console = std::move(*console);
+    parts->network->show_console_at(parts->console->url(), parts->console->tls_url());
+    log_info("the console is shown on " +
+             (config.console.listen ? parts->console->url() : parts->console->tls_url()) +
+             ": hapticctl console opens it");
   }
   parts->hub.start();
   parts->guard_log.start();
@@ -378,6 +405,14 @@ std::uint16_t Daemon::metrics_port() const {
   return parts_->metrics ? parts_->metrics->port() : 0;
 }
 
+std::uint16_t Daemon::console_port() const {
+  return parts_->console ? parts_->console->port() : 0;
+}
+
+std::uint16_t Daemon::console_tls_port() const {
+  return parts_->console ? parts_->console->tls_port() : 0;
+}
+
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
@@ -391,6 +426,7 @@ void Daemon::shutdown() {
   parts_->desk.shutdown();
   parts_->network->set_serving(false);
   parts_->metrics.reset();
+  parts_->console.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
   parts_->poses.stop();

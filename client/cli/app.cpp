@@ -72,6 +72,7 @@ void build_app(CLI::App& app, Session& session) {
   add_safety_commands(app, session);
   add_rig_commands(app, session);
   add_access_command(app, session);
+  add_console_command(app, session);
   add_lease_commands(app, session);
   add_watchdog_command(app, session);
   add_clock_command(app, session);

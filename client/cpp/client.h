@@ -90,6 +90,9 @@ class Client {
 
   /// Who the daemon takes this client for, its role, and what every call needs.
   v1::Access access();
+  /// An address that a browser opens to be this client: secret, and works once, within a minute. A refused()
+  /// Error where the daemon shows no console.
+  v1::OpenConsoleResponse open_console();
   /// Who controls the rig.
   v1::LeaseState lease();
   /// Exclusive control: all calls from now on go under it, and it is renewed in the background until

@@ -30,6 +30,7 @@ inline constexpr auto kAccessTable = [] {
   using enum Role;
   return std::array{
     AccessRow{"AccessService/GetAccess",                    kNone,       kNoLease, kUnaudited},
+    AccessRow{"AccessService/OpenConsole",                  kObserver,   kNoLease, kAudited},
     AccessRow{"LeaseService/AcquireLease",                  kOperator,   kNoLease, kAudited},
     AccessRow{"LeaseService/TakeLease",                     kOperator,   kNoLease, kAudited},
     AccessRow{"LeaseService/RenewLease",                    kOperator,   kNoLease, kUnaudited},

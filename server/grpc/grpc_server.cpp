@@ -112,7 +112,7 @@ struct GrpcServer::State {
         guide(parts.guide),
         presentation(parts.session),
         safety(parts.latch),
-        access(parts.policy),
+        access(parts.policy, parts.door),
         lease(parts.desk),
         watchdog(parts.watchdog),
         clock(parts.session),
@@ -244,7 +244,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
       config.recording.folder);
   state->listener = std::move(*listener);
   state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, state->quota,
-                                        parts.session, state->listener->unix_group()});
+                                        parts.session, state->listener->unix_group(), &parts.door});
   state->add_services();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -305,6 +305,14 @@ void GrpcServer::set_serving(bool serving) {
   // Only now has the daemon all the memory that it needs for itself.
   if (serving && !state_->memory) state_->memory.emplace(port());
   if (auto* health = state_->server->GetHealthCheckService()) health->SetServingStatus(serving);
+}
+
+std::shared_ptr<grpc::Channel> GrpcServer::in_process_channel() {
+  return state_->server->InProcessChannel({});
+}
+
+void GrpcServer::show_console_at(const std::string& plain_url, const std::string& tls_url) {
+  state_->access.show_console_at({plain_url, tls_url});
 }
 
 void GrpcServer::shutdown(std::chrono::milliseconds timeout) {

@@ -26,6 +26,7 @@ void add_presentation_command(CLI::App& app, Session& session);
 void add_experiment_command(CLI::App& app, Session& session);
 void add_safety_commands(CLI::App& app, Session& session);
 void add_access_command(CLI::App& app, Session& session);
+void add_console_command(CLI::App& app, Session& session);
 void add_lease_commands(CLI::App& app, Session& session);
 void add_watchdog_command(CLI::App& app, Session& session);
 void add_clock_command(CLI::App& app, Session& session);

@@ -15,6 +15,10 @@ v1::Access Client::access() {
   return state_->call(*state_->access, &v1::AccessService::Stub::GetAccess, v1::GetAccessRequest());
 }
 
+v1::OpenConsoleResponse Client::open_console() {
+  return state_->call(*state_->access, &v1::AccessService::Stub::OpenConsole, v1::OpenConsoleRequest());
+}
+
 v1::LeaseState Client::lease() {
   return state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::GetLease, v1::GetLeaseRequest());
 }
