@@ -3,7 +3,7 @@
 
 /// By how much two quartz clocks run apart, at most.
 const MAX_DRIFT = 200e-6;
-/// The converted time approaches a better estimate by no more than this share: it never jumps back.
+/// The converted time approaches a better estimate by no more than this share.
 const MAX_SLEW = 500e-6;
 
 export class PoseClock {
@@ -25,7 +25,7 @@ export class PoseClock {
         lower = Math.max(lower, oldLower);
         upper = Math.min(upper, oldUpper);
       } else {
-        this.shown = undefined;  // another machine, or a clock that was set
+        this.shown = this.shownMs = undefined;  // another machine, or a clock that was set
       }
     }
     Object.assign(this, { lower, upper, atMs: receivedMs, known: true });
@@ -48,8 +48,11 @@ export class PoseClock {
       // What is out of bounds is wrong for certain.
       if (this.shown < this.lower - 1 || this.shown > this.upper + 1) this.shown = best;
     }
+    // Later never becomes earlier, even where the first estimate was far off.
+    const shownMs = this.shownMs === undefined ? localMs + this.shown : Math.max(this.shownMs, localMs + this.shown);
     this.shownAtMs = localMs;
-    return localMs + this.shown;
+    this.shownMs = shownMs;
+    return shownMs;
   }
 }
 

@@ -37,7 +37,8 @@ class Peer {
     Received received;
     auto header = igtl::MessageHeader::New();
     header->InitPack();
-    if (socket_->Receive(header->GetPackPointer(), header->GetPackSize()) != header->GetPackSize()) return received;
+    if (socket_->Receive(header->GetPackPointer(), header->GetPackSize()) != header->GetPackSize())
+      return received;
     header->Unpack();
     received.type = header->GetDeviceType();
     received.name = header->GetDeviceName();
@@ -97,7 +98,8 @@ TEST(Igtl, APeerGetsTheToolInTheRigsFrameAndTheStatus) {
   EXPECT_GT(transform.stamp_s, 1.6e9);
   for (int a = 0; a < 3; ++a) {
     double length = 0.0;
-    for (int i = 0; i < 3; ++i) length += static_cast<double>(transform.matrix[i][a]) * transform.matrix[i][a];
+    for (int i = 0; i < 3; ++i)
+      length += static_cast<double>(transform.matrix[i][a]) * transform.matrix[i][a];
     EXPECT_NEAR(length, 1.0, 1e-4);
   }
   EXPECT_LT(std::abs(transform.matrix[2][3]), 500.0F);
@@ -128,7 +130,8 @@ TEST(Igtl, SaysThatTheDaemonIsAwayAndGoesOnWhenItIsBack) {
   ASSERT_EQ(peer.next_of("TRANSFORM").type, "TRANSFORM");
   service.reset();
   Received status = peer.next_of("STATUS");
-  while (status.type == "STATUS" && status.code == igtl::StatusMessage::STATUS_OK) status = peer.next_of("STATUS");
+  while (status.type == "STATUS" && status.code == igtl::StatusMessage::STATUS_OK)
+    status = peer.next_of("STATUS");
   EXPECT_EQ(status.code, igtl::StatusMessage::STATUS_NOT_READY) << status.words;
   bridge.process.signal(SIGTERM);
   EXPECT_EQ(bridge.process.wait(), 0);

@@ -30,7 +30,8 @@ v1::SubscribePosesRequest wish(double rate_hz, double predict_ms = 0.0,
 class Poses {
  public:
   Poses(const std::shared_ptr<grpc::Channel>& channel, const v1::SubscribePosesRequest& request)
-      : stub_(v1::PoseService::NewStub(channel)), context_(call_context()),
+      : stub_(v1::PoseService::NewStub(channel)),
+        context_(call_context()),
         reader_(stub_->Subscribe(context_.get(), request)) {}
   ~Poses() { context_->TryCancel(); }
   bool read(v1::Pose& pose) { return reader_->Read(&pose); }
@@ -69,9 +70,11 @@ TEST(PoseService, ComesAtItsRateInOrderAndStamped) {
     EXPECT_EQ(pose.sent(), last.sent() + 1);
     ASSERT_TRUE(pose.time().has_daemon_ns());
     EXPECT_GE(pose.handed_over_daemon_ns(), pose.time().daemon_ns() - pose.time().daemon_bound_ns());
-    EXPECT_NEAR(1e-9 * static_cast<double>(pose.time().utc_ns()),
-                static_cast<double>(std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count()),
-                60.0);
+    EXPECT_NEAR(
+        1e-9 * static_cast<double>(pose.time().utc_ns()),
+        static_cast<double>(
+            std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count()),
+        60.0);
     steps.push_back(pose.time().rig_ns() - last.time().rig_ns());
     last = pose;
   }
@@ -138,7 +141,8 @@ TEST(PoseService, AClientThatDoesNotReadGetsTheNewestAndTheCountOfTheRest) {
     EXPECT_EQ(pose.sent(), read);
   }
   if (pose.skipped() == 0) GTEST_SKIP() << "this machine's sockets hold all of four seconds";
-  EXPECT_LE(pose.sent() + pose.skipped(), pose.tick() - first.tick() + 2) << "each tick once, sent or skipped";
+  EXPECT_LE(pose.sent() + pose.skipped(), pose.tick() - first.tick() + 2)
+      << "each tick once, sent or skipped";
 }
 
 TEST(PoseService, BadRequestsAreRefusedInWords) {
@@ -193,8 +197,8 @@ TEST(PoseService, TheLibrarySubscribesAndStateTheRefusal) {
   EXPECT_NEAR(pose.prediction().ahead_ms(), 20.0, 1e-6);
   stream.cancel();
   client::PoseStream bad = client.subscribe_poses(wish(0.0));
-  EXPECT_THROW(
-      while (bad.next(pose, std::chrono::milliseconds(100)) != client::PoseStream::Event::kEnded) {}, client::Error);
+  EXPECT_THROW(while (bad.next(pose, std::chrono::milliseconds(100)) != client::PoseStream::Event::kEnded){},
+               client::Error);
 }
 
 }  // namespace
