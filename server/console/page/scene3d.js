@@ -191,9 +191,9 @@ export class Scene3d {
     this.buffers.set(name, buffer);
   }
 
-  /// Follows the size of the element, at no more than so many pixels for each of its own.
+  /// Follows the size of the element; a ratio below 1 draws fewer pixels than the screen has.
   resize(maxRatio = 1.5) {
-    const ratio = Math.min(window.devicePixelRatio || 1, maxRatio);
+    const ratio = maxRatio < 1 ? maxRatio : Math.min(window.devicePixelRatio || 1, maxRatio);
     const w = Math.max(1, Math.round(this.canvas.clientWidth * ratio)), h = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
     if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });
   }

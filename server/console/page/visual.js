@@ -24,6 +24,8 @@ const view = {
 /// Beyond this a velocity says nothing about where the tool is.
 const MAX_EXTRAPOLATION_MS = 50;
 const STALE_MS = 500;
+/// Pixels drawn for each of the screen's, along one side.
+const MOST_RATIO = 1.5, LEAST_RATIO = 0.4;
 /// A camera's picture is so old when it is shown; the overlay has to meet the tool in it, not the tool now.
 const CAMERA_AGE_MS = 40;
 
@@ -47,6 +49,8 @@ function setStage(stage, notice = '') {
 function take(pose) {
   newest = { pose, atMs: performance.now() };
   state.poses++;
+  const measuredMs = Number(pose.time.daemon_ns) / 1e6 - (pose.prediction ? pose.prediction.ahead_ms : 0);
+  state.ageMs = clock.toDaemon(newest.atMs) - measuredMs;
 }
 
 // ---- where poses come from
@@ -222,11 +226,11 @@ function start() {
   }
   (view.demo ? openDemo() : openDaemon()).catch((error) => setStage('refused', String(error.message || error)));
 
-  let countedFrom = performance.now(), counted = 0, wordsAt = 0;
+  let countedFrom = performance.now(), counted = 0, wordsAt = 0, pixelRatio = 1;
   const frame = () => {
     requestAnimationFrame(frame);
     const nowMs = performance.now();
-    scene.resize();
+    scene.resize(pixelRatio);
     const hasCamera = view.background === 'camera' && cameraTruth !== null;
     // A camera's picture is old: what is laid over it belongs to its instant.
     const seenMs = clock.toDaemon(nowMs) + (hasCamera ? -CAMERA_AGE_MS : view.displayMs);
@@ -238,7 +242,6 @@ function start() {
     }
     if (newest && newest.pose.position_mm) {
       shown = poseAt(seenMs);
-      state.ageMs = clock.toDaemon(newest.atMs) - Number(newest.pose.time.daemon_ns) / 1e6 + (newest.pose.prediction ? newest.pose.prediction.ahead_ms : 0);
       parts.push(...overlayParts(newest.pose, shown, hasCamera));
     }
     const chosen = views(scene.canvas.width / scene.canvas.height);
@@ -253,6 +256,10 @@ function start() {
     state.workMs += 0.1 * (performance.now() - nowMs - state.workMs);
     if (nowMs - countedFrom >= 1000) {
       state.fps = 1000 * counted / (nowMs - countedFrom);
+      // Where no graphics card draws: fewer pixels rather than fewer pictures.
+      if (state.fps < 52) pixelRatio = Math.max(LEAST_RATIO, pixelRatio * 0.8);
+      else if (state.fps > 58) pixelRatio = Math.min(MOST_RATIO, pixelRatio * 1.05);
+      state.pixelRatio = pixelRatio;
       countedFrom = nowMs;
       counted = 0;
     }
