@@ -28,6 +28,8 @@ async def main() -> None:
             touched = f"touched {newest.contact.number} times" if newest.HasField("contact") else "not touched"
             print(f"\rtip {p.x:7.2f} {p.y:7.2f} {p.z:7.2f} mm ± {error:.2f}, {touched}", end="")
             pictures -= 1
+        if reading.done():
+            reading.result()  # says why it has ended
         reading.cancel()
 
 
