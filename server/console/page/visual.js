@@ -74,25 +74,29 @@ async function openDaemon() {
 
 /// The truth of a simulated rig stands in for a camera: positions of the last second, by the rig's clock.
 function followTruth(api) {
-  const columns = ['time_s', 'truth_tip_position_x_mm', 'truth_tip_position_y_mm', 'truth_tip_position_z_mm', 'truth_displacement_mm',
+  const columns = ['time_ns', 'truth_tip_position_x_mm', 'truth_tip_position_y_mm', 'truth_tip_position_z_mm', 'truth_displacement_mm',
     'truth_normal_x', 'truth_normal_y', 'truth_normal_z', 'sample_orientation_w', 'sample_orientation_x', 'sample_orientation_y', 'sample_orientation_z'];
   const kept = [];
   api.telemetry({
-    columns, maxRows: 64,
+    columns, maxRows: 1024,
     rows: ({ data, count, width }) => {
       for (let i = 0; i < count; i++) kept.push(data.slice(i * width, (i + 1) * width));
       if (kept.length > 2000) kept.splice(0, kept.length - 1200);
     },
-    end: () => { view.background = 'dark'; },  // not a simulated rig
+    // Not a simulated rig: nothing stands in for a camera.
+    end: (error) => {
+      view.background = 'dark';
+      state.camera = error.message;
+    },
   });
   cameraTruth = (daemonMs) => {
     const time = newest && newest.pose.time;
     if (!time || time.daemon_ns === undefined || kept.length === 0) return null;
-    const rigS = (daemonMs - (Number(time.daemon_ns) - Number(time.rig_ns)) / 1e6) / 1000;
+    const rigNs = 1e6 * daemonMs - (Number(time.daemon_ns) - Number(time.rig_ns));
     let low = 0, high = kept.length - 1;
     while (low < high) {
       const middle = (low + high + 1) >> 1;
-      if (kept[middle][0] <= rigS) low = middle; else high = middle - 1;
+      if (kept[middle][0] <= rigNs) low = middle; else high = middle - 1;
     }
     const r = kept[low];
     return { tip: [r[1], r[2], r[3]], depth: r[4], normal: [r[5], r[6], r[7]], orientation: { w: r[8], x: r[9], y: r[10], z: r[11] } };
