@@ -17,6 +17,7 @@
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
+#include "server/pose/pose_desk.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
 #include "server/process/log.h"
@@ -71,7 +72,10 @@ struct Daemon::Parts {
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
-        flight(hub, events, recording_sources, config.recording) {
+        flight(hub, events, recording_sources, config.recording),
+        device_frame(config.device == DeviceChoice::kOpenHaptics
+                         ? pose::openhaptics_frame(config.openhaptics.origin_mm)
+                         : pose::DeviceFrame()) {
     latch.explain_with([this](rt::GuardFault fault) {
       const bool of_watchdog =
           fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
@@ -135,6 +139,25 @@ struct Daemon::Parts {
             }};
   }
 
+  /// What poses are made of.
+  pose::PoseDesk::Parts pose_parts() {
+    return {hub,
+            session.rig_info(),
+            device_frame,
+            calibration_store.adopted(),
+            [this](std::uint32_t) {
+              pose::SceneFacts facts;
+              const auto scene = scenes.current();
+              if (!scene) return facts;
+              if (scene->spec.kind != rt::SceneKind::kExplore) facts.press_axis = scene->spec.press_axis;
+              const double own = session.rig_info().device.structural_stiffness_n_per_mm;
+              const double of_scene = scene->spec.structural_stiffness_n_per_mm;
+              facts.structural_stiffness_n_per_mm = of_scene > 0.0 ? of_scene : own;
+              return facts;
+            },
+            [this] { return session.last_reading(); }};
+  }
+
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;
   Session session;
@@ -156,6 +179,8 @@ struct Daemon::Parts {
   const RecordingSources recording_sources;
   Recorder recorder;
   FlightRecorder flight;
+  const pose::DeviceFrame device_frame;
+  pose::PoseDesk poses{pose_parts()};
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
   std::unique_ptr<RunMarker> marker;
@@ -297,7 +322,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   auto network = GrpcServer::start(
       {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
        parts->identifications, parts->calibrations, parts->turntable, parts->guide, parts->policy,
-       parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight, parts->door},
+       parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight, parts->poses, parts->door},
       config);
   if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
@@ -392,6 +417,7 @@ void Daemon::shutdown() {
   parts_->console.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
+  parts_->poses.stop();
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);
   if (parts_->marker) parts_->marker->end_cleanly();

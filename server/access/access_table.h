@@ -56,6 +56,7 @@ inline constexpr auto kAccessTable = [] {
     AccessRow{"SafetyService/Clear",                        kOperator,   kLease,   kAudited},
     AccessRow{"SafetyService/ListFaults",                   kObserver,   kNoLease, kUnaudited},
     AccessRow{"TelemetryService/Subscribe",                 kObserver,   kNoLease, kUnaudited},
+    AccessRow{"PoseService/Subscribe",                      kObserver,   kNoLease, kUnaudited},
     AccessRow{"RecordingService/StartRecording",            kOperator,   kNoLease, kAudited},
     AccessRow{"RecordingService/StopRecording",             kOperator,   kNoLease, kAudited},
     AccessRow{"RecordingService/Annotate",                  kOperator,   kNoLease, kAudited},

@@ -33,6 +33,7 @@
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
 #include "server/grpc/services/model_service.h"
+#include "server/grpc/services/pose_service.h"
 #include "server/grpc/services/rendering_service.h"
 #include "server/grpc/services/rig_service.h"
 #include "server/grpc/services/safety_service.h"
@@ -118,6 +119,7 @@ struct GrpcServer::State {
         watchdog(parts.watchdog),
         clock(parts.session),
         recording(parts.recorder, parts.flight, recording_folder),
+        pose(parts.poses),
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
@@ -140,6 +142,7 @@ struct GrpcServer::State {
   WatchdogService watchdog;
   ClockService clock;
   RecordingService recording;
+  PoseService pose;
   CallQuota quota;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
@@ -198,6 +201,11 @@ void GrpcServer::State::add_services() {
       *gate, "TelemetryService", "Subscribe",
       [this](Context* context, const Bytes* request) { return telemetry.Subscribe(context, request); }));
   add("TelemetryService", telemetry, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_stream(
+      *gate, "PoseService", "Subscribe",
+      [this](Context* context, const Bytes* request) { return pose.Subscribe(context, request); }));
+  add("PoseService", pose, std::move(callbacks));
   callbacks.clear();
   callbacks.push_back(gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
       *gate, "WatchdogService", "CheckIn",

@@ -12,6 +12,9 @@
 namespace grpc {
 class Channel;
 }
+namespace hapticd::pose {
+class PoseDesk;
+}
 
 namespace hapticd::server {
 
@@ -54,6 +57,7 @@ class GrpcServer {
     Watchdog& watchdog;
     Recorder& recorder;
     FlightRecorder& flight;
+    pose::PoseDesk& poses;
     ConsoleDoor& door;
   };
 

@@ -31,6 +31,7 @@ void add_console_command(CLI::App& app, Session& session);
 void add_lease_commands(CLI::App& app, Session& session);
 void add_watchdog_command(CLI::App& app, Session& session);
 void add_clock_command(CLI::App& app, Session& session);
+void add_pose_command(CLI::App& app, Session& session);
 void add_plot_command(CLI::App& app, Session& session);
 void add_demo_command(CLI::App& app, Session& session);
 void add_completion_command(CLI::App& app);
