@@ -53,7 +53,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
   }
   if (!resolved.inclusions.empty()) inclusions_.emplace(resolved.inclusions);
   if (resolved.transient) {
-    transient_.emplace(*resolved.transient, grip_plant_of(resolved, rig),
+    transient_.emplace(*resolved.transient, grip_plant_of(resolved, model, rig),
                        resolved.guard.max_force_rate_n_per_s / rig.rate_hz, rig.rate_hz);
   }
   if (resolved.friction_target) friction_.emplace(*resolved.friction_target, model.rod_friction->kinetic);
