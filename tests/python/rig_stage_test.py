@@ -194,7 +194,7 @@ def of_free_change(path_mm: float) -> protocol.Protocol:
     """D§4.7 without a table: the object is under the tool already, and ends before the virtual one begins."""
     chosen = {**protocol.read("stiffness_3d").document}
     condition = {**chosen["condition"][0], "reference": {"object": "sponge_cut", "scene": "explore_sponge_watched"}}
-    chosen["presentation"] = {**chosen["presentation"], "min_lateral_path_mm": path_mm}
+    chosen["presentation"] = {**chosen["presentation"], "min_lateral_path_mm": path_mm, "max_press_s": 600.0}  # the rig's time runs on while a busy machine does not
     return protocol.of({**chosen, "session": {"min_break_s": 0}, "condition": [condition]}, "test")
 
 
