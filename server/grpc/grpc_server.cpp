@@ -28,7 +28,7 @@
 #include "server/grpc/recording/recording_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
-#include "server/grpc/services/calibration_service.h"
+#include "server/grpc/calibration/calibration_service.h"
 #include "server/grpc/services/clock_service.h"
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"

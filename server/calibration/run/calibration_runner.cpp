@@ -5,13 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include "hal/sim/simulated_rig.h"
-#include "server/calibration/estimate/nominal_arm.h"
-#include "server/calibration/estimate/pivot_fit.h"
-#include "server/calibration/estimate/stream_check.h"
 
 namespace hapticd::server {
 
@@ -26,22 +22,11 @@ constexpr std::chrono::milliseconds kPollInterval{10};
 constexpr std::chrono::milliseconds kReportEvery{250};
 constexpr double kRigPosesPerS = 250.0;
 constexpr double kTailS = 0.5;  ///< of the rig, after the last of the tracker's stamps is in
-constexpr double kMaxPredictedMm = 5.0;
-constexpr std::size_t kErrorPoints = 60;
 
 Refusal busy(std::string what, std::string remedy) {
   return {RefusalKind::kFailedPrecondition,
           {std::move(what), "calibration", "", "", std::move(remedy)},
           Reason::kBusy};
-}
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
 }
 
 RigPose pose_of(const rt::TickRecord& record) {
@@ -91,7 +76,7 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request)
     }
   }
   sim::SimulatedRig* const simulation = session_.simulation();
-  if (request.simulated_tracker && (simulation == nullptr || !simulation->has_tracker())) {
+  if (request.simulated_tracker && (simulation == nullptr || !simulation->tracker().there())) {
     return Refusal{
         RefusalKind::kFailedPrecondition,
         {"the rig has no simulated tracker", "StartCalibrationRequest.simulated_tracker", "",
@@ -104,7 +89,7 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request)
       return Refusal{RefusalKind::kFailedPrecondition, *error};
     }
     sim::TrackerPose old;
-    while (simulation->take_tracker_pose(old)) {
+    while (simulation->tracker().take(old)) {
     }
   }
   request_ = request;
@@ -225,7 +210,7 @@ void CalibrationRunner::take_rig_poses(Subscription& subscription) {
 void CalibrationRunner::take_simulated_poses() {
   sim::TrackerPose seen;
   std::vector<ReferencePose> poses;
-  while (session_.simulation()->take_tracker_pose(seen)) {
+  while (session_.simulation()->tracker().take(seen)) {
     ReferencePose pose;
     pose.stamp_s = 1e-9 * static_cast<double>(seen.stamp_ns);
     pose.position_mm = {seen.position_mm.x, seen.position_mm.y, seen.position_mm.z};
@@ -298,65 +283,6 @@ void CalibrationRunner::listen() {
   }
   hub_.unsubscribe(subscription);
   if (request_.simulated_tracker) session_.simulation()->set_program({});
-}
-
-Outcome<StoredCalibration> CalibrationRunner::fit(const CalibrationRequest& request,
-                                                  const calibration::RigStream& rig,
-                                                  std::vector<ReferencePose> reference) {
-  const auto refused = [](const hal::Error& error) {
-    return Refusal{RefusalKind::kFailedPrecondition, error};
-  };
-  StoredCalibration made;
-  made.kind = request.kind;
-  made.created = now_utc();
-  made.rig = session_.rig_info().name;
-  if (request.kind == CalibrationKind::kTip) {
-    const auto pivot = calibration::fit_pivot(reference);
-    if (!pivot) return refused(pivot.error());
-    made.tip_in_marker_mm = pivot->tip_in_marker_mm;
-    made.tip_covariance_mm2 = pivot->covariance_mm2;
-    made.fit.poses = pivot->poses;
-    made.fit.outliers = pivot->outliers;
-    made.fit.residual_rms_mm = pivot->residual_rms_mm;
-    return made;
-  }
-  calibration::ArmFitSettings settings;
-  settings.method = request.kind == CalibrationKind::kRegistration ? calibration::FitMethod::kRigidLatency
-                                                                   : calibration::FitMethod::kArm;
-  settings.clock_drifts = request.own_clock;
-  if (!request.tip_calibration.empty()) {
-    const auto tip = store_.find(request.tip_calibration);
-    if (!tip) return tip.refusal();
-    settings.tip_in_marker_mm = tip->tip_in_marker_mm;
-    settings.tip_covariance_mm2 = tip->tip_covariance_mm2;
-  }
-  if (auto error = calibration::check_stream(rig, reference, settings)) return refused(*error);
-  const calibration::NominalArm nominal = calibration::find_nominal_arm(rig.poses());
-  if (request.kind == CalibrationKind::kKinematics && nominal.arm.use == calibration::AngleUse::kNone) {
-    return refused({"the device's angles do not describe its pose", "device",
-                    fmt::format("{:.1f} mm, rms", nominal.position_rms_mm),
-                    "an arm of two links on a turning base",
-                    "calibrate the registration instead: 'hapticctl calibrate registration'"});
-  }
-  auto fit = calibration::fit_arm(rig, reference, nominal.arm, settings);
-  if (!fit) return refused(fit.error());
-  if (auto error = calibration::check_clock(*fit)) return refused(*error);
-  if (request.kind == CalibrationKind::kKinematics && !(fit->predicted_95_mm < kMaxPredictedMm)) {
-    return refused({"the motion does not determine the calibration", "calibration",
-                    fmt::format("predicted target error {:.1f} mm", fit->predicted_95_mm), "5 mm",
-                    "move through the whole workspace, with the tool turned to all sides, for longer"});
-  }
-  made.fit = std::move(*fit);
-  made.tip_in_marker_mm = settings.tip_in_marker_mm;
-  made.tip_covariance_mm2 = settings.tip_covariance_mm2;
-  const auto& c = made.fit.calibration;
-  const std::size_t stride = 1 + rig.size() / kErrorPoints;
-  for (std::size_t i = 0; i < rig.size(); i += stride) {
-    const hal::RigSample sample = sample_of(rig.poses()[i]);
-    made.target_error.push_back({in_frame(c, correct(c, sample), calibration::Frame::kReference).tip_mm,
-                                 position_covariance_mm2(c, sample)});
-  }
-  return made;
 }
 
 std::optional<Refusal> CalibrationRunner::conclude() {

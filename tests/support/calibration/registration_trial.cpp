@@ -74,7 +74,7 @@ RegistrationTrial record_trial(const TrialSettings& settings) {
   };
   const auto take = [&](bool keep) {
     sim::TrackerPose seen;
-    while (rig.take_tracker_pose(seen)) {
+    while (rig.tracker().take(seen)) {
       if (!keep) continue;
       calibration::ReferencePose pose;
       pose.stamp_s = 1e-9 * static_cast<double>(seen.stamp_ns);
@@ -101,7 +101,7 @@ RegistrationTrial record_trial(const TrialSettings& settings) {
     take(false);
   });
 
-  const sim::TrackerTruth& truth = rig.tracker_truth();
+  const sim::TrackerTruth& truth = rig.tracker().truth();
   const Quaterniond turn = eigen(truth.tracker_from_rig);
   begin(rig, waves(120.0, 0.21, {-10.0, -25.0, 72.0}, 35.0, 30.0));
   run(2.0, 10, [] {});

@@ -42,7 +42,7 @@ TEST(StoredCalibration, RefusesWhatIsNone) {
 }
 
 TEST(CalibrationStore, KeepsAdoptsAndDeletesOverARestart) {
-  const test::TemporaryFolder folder(testing::TempDir());
+  const test::TemporaryFolder folder;
   std::string hash;
   {
     CalibrationStore store(folder.path(), "sim:test");
@@ -80,7 +80,7 @@ TEST(CalibrationStore, DoesNotAdoptATipNorAnotherRigs) {
 }
 
 TEST(CalibrationStore, AFileThatWasChangedIsNotShown) {
-  const test::TemporaryFolder folder(testing::TempDir());
+  const test::TemporaryFolder folder;
   std::string hash;
   {
     CalibrationStore store(folder.path(), "sim:test");

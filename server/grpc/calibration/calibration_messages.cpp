@@ -1,4 +1,4 @@
-#include "server/grpc/messages/calibration_messages.h"
+#include "server/grpc/calibration/calibration_messages.h"
 
 #include <fmt/format.h>
 

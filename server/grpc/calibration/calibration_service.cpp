@@ -1,10 +1,10 @@
-#include "server/grpc/services/calibration_service.h"
+#include "server/grpc/calibration/calibration_service.h"
 
 #include "server/calibration/run/calibration_runner.h"
+#include "server/grpc/calibration/calibration_messages.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
 #include "server/grpc/calls/silence_watch.h"
-#include "server/grpc/messages/calibration_messages.h"
 #include "server/grpc/messages/status.h"
 
 namespace hapticd::server {
