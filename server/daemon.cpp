@@ -18,6 +18,7 @@
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
 #include "server/pose/pose_desk.h"
+#include "server/pose/scene_facts.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
 #include "server/process/log.h"
@@ -76,9 +77,7 @@ struct Daemon::Parts {
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
         flight(hub, events, recording_sources, config.recording),
-        device_frame(config.device == DeviceChoice::kOpenHaptics
-                         ? pose::openhaptics_frame(config.openhaptics.origin_mm)
-                         : pose::DeviceFrame()) {
+        device_frame(pose::device_frame_of(config)) {
     latch.explain_with([this](rt::GuardFault fault) {
       const bool of_watchdog =
           fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
@@ -142,23 +141,14 @@ struct Daemon::Parts {
             }};
   }
 
-  /// What poses are made of.
   pose::PoseDesk::Parts pose_parts() {
-    return {hub,
-            session.rig_info(),
-            device_frame,
-            calibration,
-            [this](std::uint32_t) {
-              pose::SceneFacts facts;
-              const auto scene = scenes.current();
-              if (!scene) return facts;
-              if (scene->spec.kind != rt::SceneKind::kExplore) facts.press_axis = scene->spec.press_axis;
-              const double own = session.rig_info().device.structural_stiffness_n_per_mm;
-              const double of_scene = scene->spec.structural_stiffness_n_per_mm;
-              facts.structural_stiffness_n_per_mm = of_scene > 0.0 ? of_scene : own;
-              return facts;
-            },
-            [this] { return session.last_reading(); }};
+    return {
+        hub,
+        session.rig_info(),
+        device_frame,
+        calibration,
+        [this](std::uint32_t) { return pose::facts_of(scenes.current().get(), session.rig_info().device); },
+        [this] { return session.last_reading(); }};
   }
 
   std::unique_ptr<InstanceLock> lock;
