@@ -9,7 +9,7 @@
 #include "server/access/console_door.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
-#include "server/calibration/model/adopted_calibration.h"
+#include "server/calibration/run/calibration_runner.h"
 #include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
@@ -67,6 +67,9 @@ struct Daemon::Parts {
         targets(session, scenes, hub, config.guard),
         latch(session, hub),
         identifications(session, scenes, hub, biases, *store),
+        calibration_store(store->in_memory() ? "" : store->path() + ".data/calibrations",
+                          session.rig_info().name),
+        calibrations(session, hub, calibration_store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
         guide(session, scenes, hub, turntable),
         policy(config.access),
@@ -160,6 +163,8 @@ struct Daemon::Parts {
   TargetControl targets;
   SafetyLatch latch;
   IdentificationRunner identifications;
+  CalibrationStore calibration_store;
+  CalibrationRunner calibrations;
   TurntableHost turntable;
   GuideHost guide;
   RolePolicy policy;
@@ -308,8 +313,8 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // creator.
   auto network = GrpcServer::start(
       {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->turntable, parts->guide, parts->policy, parts->desk, *parts->audit,
-       parts->watchdog, parts->recorder, parts->flight, parts->poses, parts->door},
+       parts->identifications, parts->calibrations, parts->turntable, parts->guide, parts->policy,
+       parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight, parts->poses, parts->door},
       config);
   if (!network) {
     if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();

@@ -10,6 +10,7 @@
 #include "client/cpp/recording_upload.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/clock.pb.h"
+#include "hapticd/v1/calibration.pb.h"
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
@@ -236,6 +237,29 @@ class Client {
   IdentificationStream watch_identification(const std::string& identification);
   /// Refusals come while it is sent, see there.
   RecordingUpload upload_recording(const v1::RecordingDescription& description);
+
+  // Calibration by a visual system. It belongs to the daemon, not to the client that started it.
+
+  /// Starts one. Refused: BUSY, NOT_SIMULATED, NOT_FOUND (the tip calibration), INVALID, OUT_OF_RANGE.
+  v1::StartCalibrationResponse start_calibration(const v1::StartCalibrationRequest& request);
+  /// What the tracker saw, in one stream; some hundred poses a piece serve well. Refused: WRONG_STATE (none
+  /// runs), INVALID (a pose that is none), TOO_MANY.
+  v1::PushReferencePosesResponse push_reference_poses(
+      const std::vector<v1::PushReferencePosesRequest>& pieces);
+  /// Fits what was heard, and returns when that is over; `problem` says why nothing was stored.
+  v1::CalibrationProgress finish_calibration();
+  v1::CalibrationProgress cancel_calibration();
+  /// Empty = the one that runs, else the last one.
+  CalibrationStream watch_calibration(const std::string& calibration);
+  /// Stored ones, newest first, without the field of the target error.
+  v1::ListCalibrationsResponse calibrations();
+  /// By hash or its first digits.
+  v1::Calibration calibration(const std::string& hash);
+  /// Poses are corrected by it from now on; empty = by none. Returns the whole hash. Refused: NOT_FOUND,
+  /// WRONG_STATE (a tip calibration, or of another rig).
+  std::string adopt_calibration(const std::string& hash);
+  /// Refused: NOT_FOUND, IN_USE.
+  void delete_calibration(const std::string& hash);
 
   // The turntable. Refused where the rig has none: NO_HARDWARE.
 

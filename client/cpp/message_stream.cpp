@@ -26,6 +26,7 @@ void MessageStream<Message>::cancel() {
   stream_->cancel();
 }
 
+template class MessageStream<v1::CalibrationProgress>;
 template class MessageStream<v1::GuideStatus>;
 template class MessageStream<v1::IdentificationProgress>;
 template class MessageStream<v1::LeaseState>;

@@ -8,6 +8,7 @@
 #include "client/cpp/stream_account.h"
 #include "client/cpp/telemetry_table.h"
 #include "hapticd/v1/access.pb.h"
+#include "hapticd/v1/calibration.pb.h"
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/pose.pb.h"
@@ -49,6 +50,9 @@ class MessageStream {
 /// Watches one identification, with ten messages a second. Destroying it ends the watching and nothing else:
 /// the identification belongs to the daemon. kEnded: it is over, as the last message reported.
 using IdentificationStream = MessageStream<v1::IdentificationProgress>;
+
+/// Watches one calibration. Destroying it ends the watching and nothing else.
+using CalibrationStream = MessageStream<v1::CalibrationProgress>;
 
 /// Watches who controls the rig. Destroying it ends the watching.
 using LeaseStream = MessageStream<v1::LeaseState>;

@@ -332,14 +332,8 @@ bool SimulatedRig::truth(hal::TruthSample& truth) const noexcept {
 hal::Quaternion SimulatedRig::true_orientation() const noexcept {
   return state_->simulation.true_orientation();
 }
-bool SimulatedRig::has_tracker() const noexcept {
-  return state_->tracker.there();
-}
-bool SimulatedRig::take_tracker_pose(TrackerPose& pose) noexcept {
-  return state_->tracker.take(pose);
-}
-const TrackerTruth& SimulatedRig::tracker_truth() const noexcept {
-  return state_->tracker.truth();
+SimulatedTracker& SimulatedRig::tracker() noexcept {
+  return state_->tracker;
 }
 
 bool SimulatedRig::external_position(hal::Vector3& position_mm) const noexcept {

@@ -87,10 +87,8 @@ class SimulatedRig final : public hal::Rig {
   std::optional<hal::Error> bias_force_sensor() override;
   /// The tool's true orientation at the last sample; the clock's thread.
   hal::Quaternion true_orientation() const noexcept;
-  /// Whether a tracker watches (conditions `tracker_rate_hz`), and the next pose it sent. One thread.
-  bool has_tracker() const noexcept;
-  bool take_tracker_pose(TrackerPose& pose) noexcept;
-  const TrackerTruth& tracker_truth() const noexcept;
+  /// Watches where the conditions have `tracker_rate_hz`.
+  SimulatedTracker& tracker() noexcept;
 
   /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
   std::optional<hal::Error> set_program(const HandProgram& program);

@@ -29,6 +29,7 @@
 #include "server/grpc/recording/recording_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
+#include "server/grpc/calibration/calibration_service.h"
 #include "server/grpc/services/clock_service.h"
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
@@ -108,6 +109,7 @@ struct GrpcServer::State {
         telemetry(parts.hub),
         simulation(parts.session, parts.scenes),
         identification(parts.identifications),
+        calibration(parts.calibrations),
         turntable(parts.turntable),
         guide(parts.guide),
         presentation(parts.session),
@@ -130,6 +132,7 @@ struct GrpcServer::State {
   TelemetryService telemetry;
   SimulationService simulation;
   IdentificationService identification;
+  CalibrationService calibration;
   TurntableService turntable;
   GuideService guide;
   PresentationService presentation;
@@ -175,6 +178,7 @@ void GrpcServer::State::add_services() {
   add("RenderingService", rendering);
   add("SimulationService", simulation);
   add("IdentificationService", identification);
+  add("CalibrationService", calibration);
   add("TurntableService", turntable);
   add("GuideService", guide);
   add("PresentationService", presentation);

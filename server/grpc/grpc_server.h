@@ -21,6 +21,7 @@ namespace hapticd::server {
 class AuditLog;
 class ConsoleDoor;
 class FlightRecorder;
+class CalibrationRunner;
 class GuideHost;
 class LeaseDesk;
 class Recorder;
@@ -47,6 +48,7 @@ class GrpcServer {
     TelemetryHub& hub;
     SensorBiases& biases;
     IdentificationRunner& identifications;
+    CalibrationRunner& calibrations;
     TurntableHost& turntable;
     GuideHost& guide;
     const RolePolicy& policy;

@@ -11,6 +11,7 @@
 #include "tests/study/modulation/modulation_study.h"
 #include "tests/study/pose/pose_study.h"
 #include "tests/study/precision/precision_study.h"
+#include "tests/study/registration/registration_study.h"
 #include "tests/study/stability/stability_study.h"
 #include "tests/study/trust/trust_study.h"
 #include "tests/study/tumour/tumour_study.h"
@@ -77,6 +78,14 @@ const std::vector<Study>& studies() {
            {"place", "where an inclusion is, from a palpation scan", run_inclusion_place,
             PlantUse::kSeparable},
            {"bounds", "jumps, bounds and energy of the law", run_tumour_bounds, PlantUse::kNone},
+       }},
+      {"registration",
+       "arms calibrated by a tracker: where the tip is in its frame, against the truth",
+       {
+           {"error", "target error by method, predicted and observed; latency, orientation", run_registration,
+            PlantUse::kNone},
+           {"length", "error against how long one moves, and against run time", run_registration_length,
+            PlantUse::kNone},
        }},
       {"experiments",
        "perception experiments with simulated observers, and the Python client",

@@ -14,6 +14,7 @@ void add_status_command(CLI::App& app, Session& session);
 void add_scene_command(CLI::App& app, Session& session);
 void add_model_command(CLI::App& app, Session& session);
 void add_identify_command(CLI::App& app, Session& session);
+void add_calibrate_commands(CLI::App& app, Session& session);
 void add_target_command(CLI::App& app, Session& session);
 void add_feasible_command(CLI::App& app, Session& session);
 void add_telemetry_watch_command(CLI::App& telemetry, Session& session);

@@ -54,6 +54,7 @@ struct Conditions {
   double joint_gain_error_share = 0.0;
   double joint_offset_error_deg = 0.0;
   double link_error_mm = 0.0;
+  double joint_ripple_deg = 0.0;  ///< amplitude of a wave in each joint's angle, as eccentric drums make it
   double gimbal_gain_error_share = 0.0;
   double gimbal_offset_error_deg = 0.0;
   double gimbal_play_deg = 0.0;  ///< of each axis, from stop to stop

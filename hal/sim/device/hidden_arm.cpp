@@ -12,6 +12,7 @@ namespace hapticd::sim {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr double kRippleTurns = 4.0;  ///< waves in a turn of the joint
 
 double cut_normal(Random& random) noexcept {
   return std::clamp(random.normal(), -2.0, 2.0);
@@ -22,6 +23,7 @@ double cut_normal(Random& random) noexcept {
 HiddenArm::HiddenArm(const Arm& drawing, const Conditions& c, std::uint64_t seed) noexcept
     : drawing_(drawing),
       arm_(drawing),
+      ripple_rad_(c.joint_ripple_deg * kRadPerDeg),
       half_play_rad_(0.5 * c.gimbal_play_deg * kRadPerDeg),
       sag_mm_(c.arm_sag_mm) {
   Random random(seed ^ 0x61726d5f65727273ULL);
@@ -33,9 +35,10 @@ HiddenArm::HiddenArm(const Arm& drawing, const Conditions& c, std::uint64_t seed
   }
   arm_.first_link_mm += c.link_error_mm * cut_normal(random);
   arm_.second_link_mm += c.link_error_mm * cut_normal(random);
+  for (double& phase : ripple_phase_rad_) phase = 2.0 * std::numbers::pi * random.uniform();
   exact_ = c.joint_gain_error_share == 0.0 && c.joint_offset_error_deg == 0.0 && c.link_error_mm == 0.0 &&
            c.gimbal_gain_error_share == 0.0 && c.gimbal_offset_error_deg == 0.0 && half_play_rad_ == 0.0 &&
-           sag_mm_ == 0.0;
+           ripple_rad_ == 0.0 && sag_mm_ == 0.0;
 }
 
 hal::DeviceAngles HiddenArm::counted(const hal::Vector3& tip_mm, const hal::Quaternion& orientation,
@@ -55,7 +58,8 @@ hal::DeviceAngles HiddenArm::counted(const hal::Vector3& tip_mm, const hal::Quat
     const double at = seen.gimbal_rad[i];
     held = holds_ ? std::clamp(held, at - half_play_rad_, at + half_play_rad_) : at;
     seen.gimbal_rad[i] = (held - gimbal_offset_rad_[i]) / gimbal_gain_[i];
-    const double joint_rad = (seen.joint_rad[i] - joint_offset_rad_[i]) / joint_gain_[i];
+    const double ripple_rad = ripple_rad_ * std::sin(kRippleTurns * seen.joint_rad[i] + ripple_phase_rad_[i]);
+    const double joint_rad = (seen.joint_rad[i] + ripple_rad - joint_offset_rad_[i]) / joint_gain_[i];
     seen.joint_rad[i] = std::round(joint_rad / step_rad) * step_rad;
   }
   holds_ = true;

@@ -34,6 +34,8 @@ class HiddenArm {
   std::array<double, 3> joint_offset_rad_{};
   std::array<double, 3> gimbal_gain_{1.0, 1.0, 1.0};
   std::array<double, 3> gimbal_offset_rad_{};
+  std::array<double, 3> ripple_phase_rad_{};
+  double ripple_rad_ = 0.0;
   double half_play_rad_ = 0.0;
   double sag_mm_ = 0.0;
   std::array<double, 3> held_rad_{};  ///< by the play: what the potentiometers stand at

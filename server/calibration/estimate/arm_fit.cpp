@@ -171,6 +171,10 @@ void list_parameters(const Solved& solved, const UnknownMatrix& covariance, ArmF
     add(parameter::kGimbalOffset + i, "gimbal_" + number + "_offset", arm.gimbal_offset_rad[i],
         nominal.gimbal_offset_rad[i], kDegPerRad, "°");
   }
+  for (int i = 0; i < 3; ++i) {
+    add(unknown::kPlay + i, "gimbal_" + std::to_string(i + 1) + "_play", 2.0 * solved.state.play_rad[i], 0.0,
+        kDegPerRad, "°");
+  }
   add(unknown::kLatency, "tracker_latency", solved.state.latency_s, 0.0, 1e3, "ms");
   add(unknown::kDrift, "tracker_clock_drift", solved.state.drift, 0.0, 1e6, "ppm");
 }
@@ -216,11 +220,9 @@ void set_misfit(const Solved& solved, const RigStream& rig, const LeftOut& left,
     n += 1.0;
   }
   if (n == 0.0) return;
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(left.alike_mm2 - explained / n);
-  const Matrix3d rest = solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() *
-                        solver.eigenvectors().transpose();
-  const Matrix3d back = fit.calibration.reference_from_rig.rotation.toRotationMatrix().transpose();
-  fit.calibration.misfit_mm2 = back * rest * back.transpose();
+  // Alike in all directions: three numbers of which each may be smaller than its own uncertainty say less.
+  const double rest_mm2 = (left.alike_mm2 - explained / n).trace() / 3.0;
+  fit.calibration.misfit_mm2 = std::max(0.0, rest_mm2) * Matrix3d::Identity();
   fit.calibration.orientation_misfit_rad =
       std::sqrt(std::max(0.0, left.alike_turn_rad2 - explained_turn / n));
 }

@@ -38,6 +38,7 @@ ArmState ArmState::moved(const UnknownVector& step) const {
   m.tool_from_marker = (rotation_by(step.segment<3>(unknown::kMarkerTurn)) * tool_from_marker).normalized();
   m.latency_s += step[unknown::kLatency];
   m.drift += step[unknown::kDrift];
+  m.play_rad += step.segment<3>(unknown::kPlay);
   return m;
 }
 
@@ -54,8 +55,15 @@ RigidTransform tool_pose(const ArmState& state, const RigPose& pose) {
 
 std::optional<PoseResidual> residual_of(const ArmState& state, const RigStream& rig,
                                         const ReferencePose& seen) {
-  const auto pose = rig.at(state.rig_time_s(seen.stamp_s));
+  const double time_s = state.rig_time_s(seen.stamp_s);
+  auto pose = rig.at(time_s);
   if (!pose) return std::nullopt;
+  if (!state.play_rad.isZero()) {
+    const Vector3d direction = rig.gimbal_direction(time_s);
+    for (int i = 0; i < 3; ++i) {
+      pose->angles.gimbal_rad[static_cast<std::size_t>(i)] += state.play_rad[i] * direction[i];
+    }
+  }
   return difference(state, tool_pose(state, *pose), seen, state.marker_mm, seen.position_mm);
 }
 
@@ -84,6 +92,7 @@ std::array<bool, unknown::kCount> active_unknowns(FitMethod method, AngleUse use
     if (use == AngleUse::kPose) {
       set(parameter::kGimbalGain, 3);
       set(parameter::kGimbalOffset, 2);  // the last is the marker's
+      if (has_orientation && method == FitMethod::kArm) set(unknown::kPlay, 3);
     }
   }
   set(unknown::kRotation, 6);
@@ -108,6 +117,7 @@ UnknownVector prior_sd() {
   sd.segment<3>(parameter::kGimbalOffset).setConstant(2.0 * kZeroRad);
   sd.segment<3>(unknown::kMarker).setConstant(300.0);
   sd[unknown::kDrift] = 5e-4;
+  sd.segment<3>(unknown::kPlay).setConstant(0.01);
   return sd;
 }
 

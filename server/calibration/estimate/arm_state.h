@@ -18,7 +18,8 @@ inline constexpr int kMarker = 20;
 inline constexpr int kMarkerTurn = 23;
 inline constexpr int kLatency = 26;
 inline constexpr int kDrift = 27;
-inline constexpr int kCount = 28;
+inline constexpr int kPlay = 28;  ///< 3, rad: by which each gimbal angle stays behind its motion
+inline constexpr int kCount = 31;
 }  // namespace unknown
 using UnknownVector = Eigen::Matrix<double, unknown::kCount, 1>;
 using UnknownMatrix = Eigen::Matrix<double, unknown::kCount, unknown::kCount>;
@@ -31,13 +32,16 @@ struct ArmState {
   Eigen::Quaterniond tool_from_marker = Eigen::Quaterniond::Identity();
   double latency_s = 0.0;
   double drift = 0.0;
+  /// Known, so that what play holds back is not taken for latency. It corrects no pose: a sample does not say
+  /// which way its gimbal moves.
+  Eigen::Vector3d play_rad = Eigen::Vector3d::Zero();
   double drift_origin_s = 0.0;  ///< stamp from which the drift counts
 
   ArmState moved(const UnknownVector& step) const;
   double rig_time_s(double stamp_s) const { return stamp_s - latency_s - drift * (stamp_s - drift_origin_s); }
 };
 
-/// Wrist and tool by the state's arm, rig frame.
+/// Wrist and tool by the state's arm, rig frame; without the play.
 RigidTransform tool_pose(const ArmState& state, const RigPose& pose);
 
 /// What is seen minus what the state says: position mm, then the turn in the marker's frame, rad (zero

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -34,25 +35,36 @@ void add(const Solved& solved, const FitRow& row, Sums& sums) {
       position * (jp.transpose() * row.residual.head<3>()) + turn * (jt.transpose() * row.residual.tail<3>());
 }
 
-Matrix3d not_negative(const Matrix3d& m) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(0.5 * (m + m.transpose()));
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() *
-         solver.eigenvectors().transpose();
-}
-
-/// Products of values one and two poses apart; and of themselves.
+/// Products of values some poses apart; and of themselves.
 struct Neighbours {
-  std::array<Eigen::Matrix<double, 6, 6>, 3> sum{Eigen::Matrix<double, 6, 6>::Zero(),
-                                                 Eigen::Matrix<double, 6, 6>::Zero(),
-                                                 Eigen::Matrix<double, 6, 6>::Zero()};
-  std::array<double, 3> count{};
+  static constexpr std::size_t kApart = 8;
+  using Product = Eigen::Matrix<double, 6, 6>;
+  std::array<Product, kApart + 1> sum{};
+  std::array<double, kApart + 1> count{};
 
-  Eigen::Matrix<double, 6, 6> mean(std::size_t apart) const {
-    return count[apart] > 0.0 ? Eigen::Matrix<double, 6, 6>(sum[apart] / count[apart])
-                              : Eigen::Matrix<double, 6, 6>::Zero();
+  Neighbours() {
+    for (Product& p : sum) p.setZero();
   }
-  /// What is alike at no distance: a parabola through one and two poses apart.
-  Eigen::Matrix<double, 6, 6> alike() const { return (4.0 * mean(1) - mean(2)) / 3.0; }
+  Product mean(std::size_t apart) const {
+    return count[apart] > 0.0 ? Product(sum[apart] / count[apart]) : Product(Product::Zero());
+  }
+  /// What is alike at no distance: a parabola, level there, through all of them but the values' own.
+  Product alike() const {
+    double n = 0.0;
+    double x = 0.0;
+    double xx = 0.0;
+    Product y = Product::Zero();
+    Product xy = Product::Zero();
+    for (std::size_t apart = 1; apart <= kApart; ++apart) {
+      const auto square = static_cast<double>(apart * apart);
+      n += 1.0;
+      x += square;
+      xx += square * square;
+      y += mean(apart);
+      xy += square * mean(apart);
+    }
+    return (xx * y - x * xy) / (n * xx - x * x);
+  }
 };
 
 Neighbours neighbours(const std::vector<FitRow>& rows, const std::vector<PoseResidual>& values) {
@@ -70,7 +82,7 @@ Neighbours neighbours(const std::vector<FitRow>& rows, const std::vector<PoseRes
   };
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!good(i)) continue;
-    for (std::size_t apart = 0; apart < 3 && i + apart < rows.size(); ++apart) {
+    for (std::size_t apart = 0; apart <= Neighbours::kApart && i + apart < rows.size(); ++apart) {
       const double span_s = rows[i + apart].seen->stamp_s - rows[i].seen->stamp_s;
       if (!good(i + apart) || span_s > (static_cast<double>(apart) + 0.6) * step_s) continue;
       n.sum[apart] += values[i] * values[i + apart].transpose();
@@ -140,8 +152,8 @@ LeftOut leave_out(const Solved& solved, const RigStream& rig, const std::vector<
   left.rms_mm = count > 0.0 ? std::sqrt(squares / count) : 0.0;
   const Neighbours of_tip = neighbours(solved.rows, tip);
   const auto alike = of_tip.alike();
-  left.alike_mm2 = not_negative(alike.topLeftCorner<3, 3>());
-  left.alike_turn_rad2 = std::max(0.0, alike.bottomRightCorner<3, 3>().trace());
+  left.alike_mm2 = alike.topLeftCorner<3, 3>();
+  left.alike_turn_rad2 = alike.bottomRightCorner<3, 3>().trace();
   const Neighbours of_marker = neighbours(solved.rows, marker);
   const auto noise = Eigen::Matrix<double, 6, 6>(of_marker.mean(0) - of_marker.alike());
   left.noise_mm = std::sqrt(std::max(0.0, noise.topLeftCorner<3, 3>().trace() / 3.0));

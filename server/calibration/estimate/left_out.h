@@ -10,10 +10,11 @@ namespace hapticd::calibration {
 /// What poses say that were left out of the fit.
 struct LeftOut {
   double rms_mm = 0.0;  ///< of the marker's place, outliers apart; with the tracker's noise
-  Eigen::Matrix3d alike_mm2 = Eigen::Matrix3d::Zero();  ///< covariance of the tip's error, without the noise
-  double alike_turn_rad2 = 0.0;                         ///< mean square turn, without the noise
-  double noise_mm = 0.0;                                ///< of one coordinate of the marker
-  double noise_rad = 0.0;                               ///< of one of its turns
+  Eigen::Matrix3d alike_mm2 =
+      Eigen::Matrix3d::Zero();   ///< of the tip's error, without the noise; not exactly positive
+  double alike_turn_rad2 = 0.0;  ///< mean square turn, without the noise
+  double noise_mm = 0.0;         ///< of one coordinate of the marker
+  double noise_rad = 0.0;        ///< of one of its turns
 };
 
 /// The rows' groups: whole blocks of time, a fifth of them at once; or the octants of the workspace.

@@ -46,6 +46,21 @@ std::optional<RigPose> RigStream::at(double time_s) const {
   return pose;
 }
 
+Eigen::Vector3d RigStream::gimbal_direction(double time_s) const {
+  constexpr double kHalfS = 0.015;
+  constexpr double kSlowRadPerS = 0.05;
+  const auto before = at(time_s - kHalfS);
+  const auto after = at(time_s + kHalfS);
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  if (!before || !after) return direction;
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    const double rate = (after->angles.gimbal_rad[axis] - before->angles.gimbal_rad[axis]) / (2.0 * kHalfS);
+    direction[i] = std::tanh(rate / kSlowRadPerS);
+  }
+  return direction;
+}
+
 std::optional<double> RigStream::speed_mm_per_s(double time_s) const {
   constexpr double kHalfS = 0.01;
   const auto before = at(time_s - kHalfS);

@@ -42,6 +42,8 @@ class RigStream {
   std::optional<RigPose> at(double time_s) const;
   /// Speed of the reported tip there, mm/s.
   std::optional<double> speed_mm_per_s(double time_s) const;
+  /// Which way each gimbal angle moves there, -1 … 1: less than 1 in size below some degrees a second.
+  Eigen::Vector3d gimbal_direction(double time_s) const;
 
   static constexpr double kMaxGapS = 0.02;
 
