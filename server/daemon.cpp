@@ -46,12 +46,6 @@ namespace hapticd::server {
 
 namespace {
 constexpr std::chrono::milliseconds kShutdownTimeout{1000};
-
-/// What keeps browsers signed in; next to recordings and models.
-std::string door_secret(const DaemonConfig& config) {
-  if (!config.console.listen || config.recording.folder.empty()) return {};
-  return (std::filesystem::path(config.recording.folder) / "console.key").string();
-}
 }  // namespace
 
 // In the order in which they are started; stopped in reverse order.
@@ -74,7 +68,7 @@ struct Daemon::Parts {
         guide(session, scenes, hub, turntable),
         policy(config.access),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
-        door(policy, door_secret(config),
+        door(policy, config.console.listen ? config.recording.folder : std::string(),
              std::chrono::seconds(std::llround(config.console.session_h * 3600.0))),
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
@@ -149,7 +143,7 @@ struct Daemon::Parts {
         hub,
         session.rig_info(),
         device_frame,
-        calibration,
+        calibration_store.adopted(),
         [this](std::uint32_t) { return pose::facts_of(scenes.current().get(), session.rig_info().device); },
         [this] { return session.last_reading(); }};
   }
@@ -176,7 +170,6 @@ struct Daemon::Parts {
   Recorder recorder;
   FlightRecorder flight;
   const pose::DeviceFrame device_frame;
-  calibration::AdoptedCalibration calibration;
   pose::PoseDesk poses{pose_parts()};
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
@@ -309,27 +302,25 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // What cannot be recorded does not keep the rig from running.
   if (const auto error = parts->recorder.open()) log_error("recordings are off: " + error->text());
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
+  const auto cannot_listen = [&](const hal::Error& error) -> std::unique_ptr<Daemon> {
+    if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
+    failure = {ExitCode::kCannotListen, error};
+    return nullptr;
+  };
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start(
-      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->calibrations, parts->turntable, parts->guide, parts->policy,
-       parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight, parts->poses, parts->door},
-      config);
-  if (!network) {
-    if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-    failure = {ExitCode::kCannotListen, network.error()};
-    return nullptr;
-  }
+  auto network =
+      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
+                         parts->biases, parts->identifications, parts->calibrations, parts->turntable,
+                         parts->guide, parts->policy, parts->desk, *parts->audit, parts->watchdog,
+                         parts->recorder, parts->flight, parts->poses, parts->door},
+                        config);
+  if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
   if (config.metrics.listen) {
     auto metrics =
         MetricsServer::start(*config.metrics.listen, [here = parts.get()] { return here->figures(); });
-    if (!metrics) {
-      if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-      failure = {ExitCode::kCannotListen, metrics.error()};
-      return nullptr;
-    }
+    if (!metrics) return cannot_listen(metrics.error());
     parts->metrics = std::move(*metrics);
     log_info("metrics are shown on http://" +
              ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
@@ -338,16 +329,9 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     auto console = ConsoleServer::start(config.console,
                                         {parts->door, parts->policy, parts->network->in_process_channel(),
                                          config.certificates, config.loop.rate_hz});
-    if (!console) {
-      if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-      failure = {ExitCode::kCannotListen, console.error()};
-      return nullptr;
-    }
+    if (!console) return cannot_listen(console.error());
     parts->console = std::move(*console);
     parts->network->show_console_at(parts->console->url(), parts->console->tls_url());
-    log_info("the console is shown on " +
-             (config.console.listen ? parts->console->url() : parts->console->tls_url()) +
-             ": hapticctl console opens it");
   }
   parts->hub.start();
   parts->guard_log.start();

@@ -92,9 +92,12 @@ LocalUser user_of_name(const std::string& name) {
 
 }  // namespace
 
-ConsoleDoor::ConsoleDoor(const RolePolicy& policy, const std::string& secret_path,
+ConsoleDoor::ConsoleDoor(const RolePolicy& policy, const std::string& folder,
                          std::chrono::seconds cookie_life, Clock clock)
-    : policy_(policy), cookie_life_(cookie_life), clock_(std::move(clock)), secret_(secret_in(secret_path)) {}
+    : policy_(policy),
+      cookie_life_(cookie_life),
+      clock_(std::move(clock)),
+      secret_(secret_in(folder.empty() ? folder : folder + "/console.key")) {}
 
 std::string ConsoleDoor::signed_text(const std::string& payload) const {
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};

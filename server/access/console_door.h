@@ -31,9 +31,9 @@ class ConsoleDoor {
     std::string pass;  ///< secret; for AccessGate
   };
 
-  /// `secret_path`: empty, or a file that cannot be written: cookies end with the daemon. `unix_group`: of
-  /// the unix socket.
-  ConsoleDoor(const RolePolicy& policy, const std::string& secret_path, std::chrono::seconds cookie_life,
+  /// `folder`: of the secret, console.key. Empty, or one that cannot be written to: cookies end with the
+  /// daemon.
+  ConsoleDoor(const RolePolicy& policy, const std::string& folder, std::chrono::seconds cookie_life,
               Clock clock = std::chrono::system_clock::now);
 
   /// A key for a browser of this client. Works once, for a minute. Empty: too many are open.

@@ -212,7 +212,10 @@ hal::Result<std::unique_ptr<ConsoleServer>> ConsoleServer::start(const ConsoleCo
   }
   state->shared->cookie = fmt::format("hapticd_{}", state->port);
   state->thread = std::thread([here = state.get()] { here->run(); });
-  return std::unique_ptr<ConsoleServer>(new ConsoleServer(std::move(state)));
+  std::unique_ptr<ConsoleServer> server(new ConsoleServer(std::move(state)));
+  log_info("the console is shown on " + (config.listen ? server->url() : server->tls_url()) +
+           ": hapticctl console opens it");
+  return server;
 }
 
 std::uint16_t ConsoleServer::port() const {

@@ -26,7 +26,7 @@ constexpr std::chrono::seconds kIdleTime{75};
 constexpr std::chrono::seconds kWriteTime{10};
 constexpr std::string_view kStop = "hapticd.v1.SafetyService/Stop";
 constexpr const char* kSecurityPolicy =
-    "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; object-src 'none'";
+    "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'; object-src 'none'";
 
 std::string_view text_of(beast::string_view view) {
   return {view.data(), view.size()};
@@ -253,7 +253,7 @@ HttpConnection::Response HttpConnection::make(unsigned status, std::string_view 
   response.set(http::field::cache_control, "no-store");
   response.set("Content-Security-Policy", kSecurityPolicy);
   response.set("X-Content-Type-Options", "nosniff");
-  response.set("X-Frame-Options", "DENY");
+  response.set("X-Frame-Options", "SAMEORIGIN");
   response.set("Referrer-Policy", "no-referrer");
   response.set("Cross-Origin-Resource-Policy", "same-origin");
   response.set("Cross-Origin-Opener-Policy", "same-origin");

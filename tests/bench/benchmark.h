@@ -78,6 +78,14 @@ struct RecordingOptions {
 };
 int run_recording(const RecordingOptions& options);
 
+/// `hapticd_bench console`: the page for people in a headless browser, and what it costs the daemon.
+struct ConsoleOptions {
+  std::string folder;
+  bool quick = false;
+  double heap_seconds = 120.0;  ///< how long a page is left open to see whether its memory grows
+};
+int run_console(const ConsoleOptions& options);
+
 /// `hapticd_bench attack`: how fast a recording is uploaded, and what floods make of the daemon's memory.
 struct AttackOptions {
   std::string folder;

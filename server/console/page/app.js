@@ -2,6 +2,7 @@
 
 import {onLink, rpc, stop} from '/api.js';
 import {el, errorBox, fill, num, setText, word} from '/ui.js';
+import {note, noteState} from '/journal.js';
 import {leaseButton} from '/lease.js';
 
 const VIEWS = [
@@ -60,7 +61,8 @@ async function stopNow() {
     const done = await stop();
     stoppedAt = performance.now();
     button.dataset.ms = (stoppedAt - begun).toFixed(1);
-    notice(`Stopped at tick ${done.effective_tick ?? ''}: no force until it is cleared in the view Now.`, 'stopped');
+    note('stop', `stopped by this page after tick ${done.latched_after_tick}`, true);
+    notice(`Stopped after tick ${done.latched_after_tick}: no force until it is cleared in the view Now.`, 'stopped');
     await readState();
   } catch (error) {
     notice(`STOP DID NOT REACH THE DAEMON: ${error.message}. Switch the device off.`, 'bad');
@@ -118,14 +120,16 @@ export async function readState() {
     setText(pill, text);
     pill.className = `pill ${kind}`;
     setText(at('rig'), rig.info.name);
-    setText(at('force'), num(rig.state.reaction_force_n, 'N', 2));
+    setText(at('force'), 'object ' + num(rig.state.reaction_force_n, 'N', 2));
   }
+  noteState(rig.state);
   for (const call of rig.listeners) call(rig.state);
   if (noticeUntil < performance.now()) notice('');
 }
 
 function tellLink({state}) {
   link = state;
+  note('connection', state, state !== 'live');
   const pill = at('state');
   document.body.classList.toggle('away', state !== 'live');
   if (state === 'live') {

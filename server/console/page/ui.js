@@ -9,7 +9,7 @@ export function el(tag, attributes = {}, ...children) {
     else if (name in node && name !== 'list' && name !== 'form' && typeof value !== 'string') node[name] = value;
     else node.setAttribute(name, value === true ? '' : value);
   }
-  node.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  node.append(...children.flat(9).filter((child) => child !== null && child !== undefined && child !== false));
   return node;
 }
 
@@ -19,7 +19,7 @@ export function setText(node, text) {
 }
 
 export function fill(node, ...children) {
-  node.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  node.replaceChildren(...children.flat(9).filter((child) => child !== null && child !== undefined && child !== false));
 }
 
 const isNumber = (value) => value !== null && value !== undefined && value !== '' && Number.isFinite(Number(value));
@@ -55,7 +55,11 @@ export const duration = (seconds) => {
   return s < 60 ? num(s, 's', 1) : s < 3600 ? `${Math.floor(s / 60)} min ${Math.round(s % 60)} s` : `${Math.floor(s / 3600)} h ${Math.round(s % 3600 / 60)} min`;
 };
 
-export const clockTime = (unixNs) => new Date(Number(unixNs) / 1e6).toLocaleString();
+export const clockTime = (unixNs) => new Date(Number(unixNs) / 1e6).toLocaleString('sv'); // 2026-11-25 19:08:38
+
+// contact_reaction_force_n → contact reaction force
+export const columnTitle = (name) =>
+  name.replace(/_(n_per_mm|mm_per_s2|mm_per_s|rad_per_s|n_s_per_mm|n|mm|ms|ns|mj|rad)$/, '').replaceAll('_', ' ');
 
 // What went wrong, where, and what to do.
 export function errorBox(error) {
