@@ -44,10 +44,6 @@
 
 namespace hapticd::server {
 
-namespace {
-constexpr std::chrono::milliseconds kShutdownTimeout{1000};
-}  // namespace
-
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
   Parts(std::unique_ptr<hal::Rig> rig, std::unique_ptr<hal::Turntable> table,
@@ -139,13 +135,11 @@ struct Daemon::Parts {
   }
 
   pose::PoseDesk::Parts pose_parts() {
-    return {
-        hub,
-        session.rig_info(),
-        device_frame,
-        calibration_store.adopted(),
-        [this](std::uint32_t) { return pose::facts_of(scenes.current().get(), session.rig_info().device); },
-        [this] { return session.last_reading(); }};
+    const auto scene = [this](std::uint32_t) {
+      return pose::facts_of(scenes.current().get(), session.rig_info().device);
+    };
+    const auto reading = [this] { return session.last_reading(); };
+    return {hub, session.rig_info(), device_frame, calibration_store.adopted(), scene, reading};
   }
 
   std::unique_ptr<InstanceLock> lock;
@@ -202,18 +196,7 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 namespace {
 
-/// The kind of rig under which models are stored. The rig of a recording is not known: any model may be used.
-std::string rig_kind_of_models(hal::RigKind kind) {
-  switch (kind) {
-    case hal::RigKind::kSimulated:
-      return "simulated";
-    case hal::RigKind::kHardware:
-      return "hardware";
-    case hal::RigKind::kReplay:
-      break;
-  }
-  return {};
-}
+constexpr std::chrono::milliseconds kShutdownTimeout{1000};
 
 /// Everything that can fail before the service listens: loop, scenes, models, rig, first scene. A dry one
 /// creates no file: it checks whether the store could be opened, and uses an empty one.
