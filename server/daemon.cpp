@@ -197,7 +197,6 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 namespace {
 
 constexpr std::chrono::milliseconds kShutdownTimeout{1000};
-
 /// Everything that can fail before the service listens: loop, scenes, models, rig, first scene. A dry one
 /// creates no file: it checks whether the store could be opened, and uses an empty one.
 template <class Parts>
