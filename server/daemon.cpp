@@ -18,6 +18,7 @@
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
 #include "server/pose/pose_desk.h"
+#include "server/pose/scene_facts.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
 #include "server/process/log.h"
@@ -42,10 +43,6 @@
 #include "server/watchdog/watchdog.h"
 
 namespace hapticd::server {
-
-namespace {
-constexpr std::chrono::milliseconds kShutdownTimeout{1000};
-}  // namespace
 
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
@@ -73,9 +70,7 @@ struct Daemon::Parts {
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
         flight(hub, events, recording_sources, config.recording),
-        device_frame(config.device == DeviceChoice::kOpenHaptics
-                         ? pose::openhaptics_frame(config.openhaptics.origin_mm)
-                         : pose::DeviceFrame()) {
+        device_frame(pose::device_frame_of(config)) {
     latch.explain_with([this](rt::GuardFault fault) {
       const bool of_watchdog =
           fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
@@ -139,23 +134,12 @@ struct Daemon::Parts {
             }};
   }
 
-  /// What poses are made of.
   pose::PoseDesk::Parts pose_parts() {
-    return {hub,
-            session.rig_info(),
-            device_frame,
-            calibration_store.adopted(),
-            [this](std::uint32_t) {
-              pose::SceneFacts facts;
-              const auto scene = scenes.current();
-              if (!scene) return facts;
-              if (scene->spec.kind != rt::SceneKind::kExplore) facts.press_axis = scene->spec.press_axis;
-              const double own = session.rig_info().device.structural_stiffness_n_per_mm;
-              const double of_scene = scene->spec.structural_stiffness_n_per_mm;
-              facts.structural_stiffness_n_per_mm = of_scene > 0.0 ? of_scene : own;
-              return facts;
-            },
-            [this] { return session.last_reading(); }};
+    const auto scene = [this](std::uint32_t) {
+      return pose::facts_of(scenes.current().get(), session.rig_info().device);
+    };
+    const auto reading = [this] { return session.last_reading(); };
+    return {hub, session.rig_info(), device_frame, calibration_store.adopted(), scene, reading};
   }
 
   std::unique_ptr<InstanceLock> lock;
@@ -212,19 +196,7 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 namespace {
 
-/// The kind of rig under which models are stored. The rig of a recording is not known: any model may be used.
-std::string rig_kind_of_models(hal::RigKind kind) {
-  switch (kind) {
-    case hal::RigKind::kSimulated:
-      return "simulated";
-    case hal::RigKind::kHardware:
-      return "hardware";
-    case hal::RigKind::kReplay:
-      break;
-  }
-  return {};
-}
-
+constexpr std::chrono::milliseconds kShutdownTimeout{1000};
 /// Everything that can fail before the service listens: loop, scenes, models, rig, first scene. A dry one
 /// creates no file: it checks whether the store could be opened, and uses an empty one.
 template <class Parts>
@@ -319,11 +291,12 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   };
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start(
-      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->calibrations, parts->turntable, parts->guide, parts->policy,
-       parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight, parts->poses, parts->door},
-      config);
+  auto network =
+      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
+                         parts->biases, parts->identifications, parts->calibrations, parts->turntable,
+                         parts->guide, parts->policy, parts->desk, *parts->audit, parts->watchdog,
+                         parts->recorder, parts->flight, parts->poses, parts->door},
+                        config);
   if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
   if (config.metrics.listen) {

@@ -20,6 +20,10 @@ std::int64_t utc_now_ns() {
       .count();
 }
 
+constexpr std::chrono::milliseconds kPushEvery{500};
+/// Poses that wait for a push; what comes beyond is left out.
+constexpr int kMaxWaiting = 2000;
+
 /// What the rig's state means to a peer.
 std::pair<RigStatus, std::string> status_of(const v1::RigState& state, std::uint32_t sample_status) {
   if ((sample_status & (v1::SAMPLE_STATUS_BIT_DEVICE_FAULT | v1::SAMPLE_STATUS_BIT_DEVICE_NOT_READY)) != 0) {
@@ -36,10 +40,46 @@ std::pair<RigStatus, std::string> status_of(const v1::RigState& state, std::uint
 Bridge::Bridge(BridgeOptions options)
     : options_(std::move(options)),
       port_(options_.host, options_.port,
-            {[](const ReceivedTransform&) {}, [this](const std::string& line) { note(line); }}) {}
+            {[this](const ReceivedTransform& transform) { take(transform); },
+             [this](const std::string& line) { note(line); }}) {}
 
 void Bridge::note(const std::string& line) {
   std::fprintf(stderr, "hapticd-igtl: %s\n", line.c_str());
+}
+
+void Bridge::take(const ReceivedTransform& transform) {
+  if (options_.reference.empty() || transform.name != options_.reference) return;
+  if (transform.utc_ns == kNoTime) {
+    const std::string words =
+        "'" + transform.name + "' comes without time stamps: it cannot be used to calibrate";
+    if (pushed_ != words) note(words);
+    pushed_ = words;
+    return;
+  }
+  if (references_.poses_size() >= kMaxWaiting) return;
+  v1::ReferencePose& pose = *references_.add_poses();
+  pose.set_stamp_ns(transform.utc_ns);
+  pose.mutable_position_mm()->set_x(transform.position_mm[0]);
+  pose.mutable_position_mm()->set_y(transform.position_mm[1]);
+  pose.mutable_position_mm()->set_z(transform.position_mm[2]);
+  pose.mutable_orientation()->set_w(transform.quaternion_wxyz[0]);
+  pose.mutable_orientation()->set_x(transform.quaternion_wxyz[1]);
+  pose.mutable_orientation()->set_y(transform.quaternion_wxyz[2]);
+  pose.mutable_orientation()->set_z(transform.quaternion_wxyz[3]);
+}
+
+void Bridge::push_references(client::Client& client) {
+  if (references_.poses_size() == 0) return;
+  std::string words = "poses of '" + options_.reference + "' go to the calibration";
+  try {
+    client.push_reference_poses({references_});
+  } catch (const client::Error& error) {
+    if (error.kind() != client::ErrorKind::kRefused) throw;
+    words = "poses of '" + options_.reference + "' are not taken: " + error.what();
+  }
+  references_.Clear();
+  if (pushed_ != words) note(words);
+  pushed_ = words;
 }
 
 void Bridge::report(RigStatus status, const std::string& words) {
@@ -57,6 +97,7 @@ void Bridge::run_connected(const std::atomic<bool>& stop) {
   client::PoseStream poses = client.subscribe_poses(request);
   v1::Pose pose;
   auto next_status = Clock::now();
+  auto next_push = Clock::now();
   while (!stop.load()) {
     port_.serve();
     // The newest of those that have come.
@@ -66,6 +107,10 @@ void Bridge::run_connected(const std::atomic<bool>& stop) {
       event = poses.next(pose, std::chrono::milliseconds(0));
     if (has_new) port_.send(tool_transform(pose));
     if (event == client::PoseStream::Event::kEnded) return;
+    if (Clock::now() >= next_push) {
+      next_push = Clock::now() + kPushEvery;
+      push_references(client);
+    }
     if (Clock::now() >= next_status) {
       next_status = Clock::now() + kStatusEvery;
       const auto [status, words] =

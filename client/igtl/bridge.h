@@ -16,6 +16,9 @@ struct BridgeOptions {
   double rate_hz = 60.0;
   double predict_ms = 0.0;
   v1::PoseFrame frame = v1::POSE_FRAME_RIG;
+  /// Transforms of this name are poses of the marker on the tool in the tracker's frame: they go to the
+  /// calibration that runs. Empty = none do.
+  std::string reference{};
 };
 
 /// The daemon's poses to OpenIGTLink peers, until `stop`. Connects to the daemon again where it is lost;
@@ -29,12 +32,17 @@ class Bridge {
 
  private:
   void run_connected(const std::atomic<bool>& stop);
+  void take(const ReceivedTransform& transform);
+  /// Sends what has come to the daemon's calibration; says once where none runs.
+  void push_references(client::Client& client);
   void report(RigStatus status, const std::string& words);
   void note(const std::string& line);
 
   BridgeOptions options_;
   IgtlPort port_;
   std::string reported_;
+  v1::PushReferencePosesRequest references_;  ///< since the last push
+  std::string pushed_;                        ///< what became of the last push, as it was noted
 };
 
 }  // namespace hapticd::igtl_bridge

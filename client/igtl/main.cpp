@@ -38,11 +38,15 @@ int main(int argc, char** argv) {
   app.add_option("--frame", frame, "rig, device or reference")
       ->check(CLI::IsMember({"rig", "device", "reference"}))
       ->capture_default_str();
+  app.add_option(
+      "--reference", options.reference,
+      "Name of the transforms of peers that go to the calibration that runs: the marker on the tool");
   app.footer(
       "Sends TRANSFORM messages ToolToRig (ToolToDevice, ToolToReference) in mm, stamped with the UTC of "
       "the\n"
       "measurement, and a STATUS each second.\n\n"
-      "Examples:\n  hapticd-igtl\n  hapticd-igtl --frame reference --rate 120 --predict 20 --listen 0.0.0.0");
+      "Examples:\n  hapticd-igtl\n  hapticd-igtl --frame reference --rate 120 --predict 20 --listen 0.0.0.0\n"
+      "  hapticd-igtl --reference StylusToTracker      while hapticctl calibrate runs");
   CLI11_PARSE(app, argc, argv);
   if (frame == "device") options.frame = v1::POSE_FRAME_DEVICE;
   if (frame == "reference") options.frame = v1::POSE_FRAME_REFERENCE;

@@ -59,6 +59,8 @@ class BasicContactOnset {
   /// hide that much twice.
   OnsetInstant instant(double quiet_n) const noexcept {
     if (filled_ == 0) return {};
+    // An irregular clock may explain all of this force; it was declared all the same.
+    quiet_n = std::min(quiet_n, 0.5 * before(0).force_n);
     const std::size_t oldest = filled_ - 1;
     std::size_t quiet = 0;
     while (quiet < oldest && !(before(quiet).force_n <= quiet_n)) ++quiet;

@@ -4,14 +4,19 @@ namespace hapticd::pose {
 
 void ContactFollower::follow(const rt::TickRecord& record, const TipMotion& path) noexcept {
   const bool knows = (record.channels & rt::channel::kContact) != 0;
-  if (record.scene_generation != scene_ || !knows) {
+  if (record.scene_generation != scene_) {
     // Another scene counts from 1 again.
     event_.reset();
     in_contact_ = false;
     withdrawn_ = record.withdrawn_count;
     scene_ = record.scene_generation;
   }
-  if (!knows) return;
+  if (!knows) {
+    // A sample that is not fit for use: nothing is known of a contact that there was.
+    if (in_contact_ && event_ && !event_->ended_ns) event_->ended_ns = record.time_ns;
+    in_contact_ = false;
+    return;
+  }
   const bool is_new =
       record.in_contact && (!in_contact_ || !event_ || event_->number != record.contact_count);
   if (is_new) {

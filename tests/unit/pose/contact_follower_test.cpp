@@ -72,15 +72,22 @@ TEST_F(ContactEvents, AContactBetweenTwoRecordsIsNotTakenForTheOneBefore) {
   EXPECT_EQ(events_.event()->number, 2U);
 }
 
+TEST_F(ContactEvents, WhereNothingIsKnownForAMomentTheLastOneStays) {
+  events_.follow(tick(0), path_);
+  events_.follow(touching(10, 1, 5), path_);
+  rt::TickRecord unfit = tick(12);
+  unfit.channels = 0;
+  events_.follow(unfit, path_);
+  ASSERT_TRUE(events_.event());
+  EXPECT_EQ(events_.event()->number, 1U);
+  EXPECT_EQ(events_.event()->ended_ns, 12 * kMs);
+}
+
 TEST_F(ContactEvents, AnotherSceneBeginsWithoutOne) {
   events_.follow(touching(10, 3, 5), path_);
   rt::TickRecord other = tick(11);
   other.scene_generation = 2;
   events_.follow(other, path_);
-  EXPECT_FALSE(events_.event());
-  rt::TickRecord none = tick(12);
-  none.channels = 0;
-  events_.follow(none, path_);
   EXPECT_FALSE(events_.event());
 }
 

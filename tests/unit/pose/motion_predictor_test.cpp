@@ -105,7 +105,7 @@ TEST(MotionPredictor, InContactTheNormalPartIsHeldAndTheRestGoesOn) {
 
 TEST(MotionPredictor, TurnsTheToolByItsAngularVelocity) {
   MotionPredictor predictor(kResolutionMm);
-  MotionPredictor::Now now = at(0, {});
+  MotionPredictor::Now now = at(0, Eigen::Vector3d::Zero());
   for (int i = 0; i < 100; ++i) {
     now.time_ns = i * kMs;
     now.orientation = Eigen::Quaterniond(Eigen::AngleAxisd(2e-3 * i, Eigen::Vector3d::UnitX()));

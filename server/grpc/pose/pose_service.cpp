@@ -1,4 +1,4 @@
-#include "server/grpc/services/pose_service.h"
+#include "server/grpc/pose/pose_service.h"
 
 #include <memory>
 #include <mutex>
@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "server/grpc/calls/served_call.h"
-#include "server/grpc/messages/pose_messages.h"
 #include "server/grpc/messages/status.h"
+#include "server/grpc/pose/pose_messages.h"
 #include "server/pose/pose_desk.h"
 #include "server/process/system_clock.h"
 

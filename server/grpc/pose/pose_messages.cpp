@@ -1,4 +1,4 @@
-#include "server/grpc/messages/pose_messages.h"
+#include "server/grpc/pose/pose_messages.h"
 
 #include <fmt/format.h>
 
