@@ -98,6 +98,7 @@ class SimulatedHand:
     weber: float = 0.09
     _visits: list[Role] = field(default_factory=list, init=False, repr=False)
     _visited: int = field(default=0, init=False, repr=False)
+    _touches: bool = field(default=False, init=False, repr=False)
     _plan: Any = field(default=None, init=False, repr=False)
 
     #: Sweeps over all places, at most.
@@ -156,13 +157,21 @@ class SimulatedHand:
         self._visited = 0
         self._go(rig)
 
-    def _go(self, rig: hapticd.Rig) -> None:
+    def _go(self, rig: hapticd.Rig, touches: bool = False) -> None:
         trial, condition, path_mm = self._plan
         role = self._visits[self._visited]
         stimulus = condition.reference if role == "reference" else condition.comparison
-        self._stroke(rig, path_mm, stimulus.at_mm, *self._force(trial, role, "visit", self._visited))
+        x, y = stimulus.at_mm
+        if not touches:  # above it, until what is there is presented
+            rig.set_hand_program({"kind": "rest", "place_mm": (x, y, 0.0)})
+        else:
+            self._stroke(rig, path_mm, (x, y), *self._force(trial, role, "visit", self._visited))
+        self._touches = touches
 
     def has_explored(self, rig: hapticd.Rig, at: Role, has_pressed: bool, lifted: bool) -> bool:
+        if at == self._visits[self._visited] and not self._touches:
+            self._go(rig, touches=True)
+            return False
         if at != self._visits[self._visited] or not (has_pressed and lifted):
             return False
         self._visited += 1
