@@ -39,7 +39,10 @@ class BasicContactStage {
   /// In contact: ends it where nothing speaks for it, and counts what speaks for it.
   void judge(const ContactEvidence::Observation& now, const TickInterval& interval) noexcept;
   /// A contact law knows of an onset that was missed.
-  void declare() noexcept { detector_.declare(); }
+  void declare(std::int64_t now_ns) noexcept {
+    detector_.declare();
+    onset_instant_ = {now_ns, 0, now_ns};
+  }
   /// What is felt is no object.
   void withdraw() noexcept {
     detector_.withdraw();
@@ -57,6 +60,8 @@ class BasicContactStage {
   double max_free_force_n() const noexcept { return evidence_.max_free_force_n(); }
   /// Where a contact that has just been declared began.
   Value onset_mm() const noexcept;
+  /// When the present contact began, or the last. Its place is that of onset_mm() when it was declared.
+  const OnsetInstant& onset() const noexcept { return onset_instant_; }
   /// What the threshold is compared with.
   double force_n() const noexcept { return force_n_; }
   /// True where what the sensor reads besides the tool, residual_n(), shows its zero.
@@ -66,11 +71,16 @@ class BasicContactStage {
   const Value& residual_n() const noexcept { return residual_.residual_n(); }
 
  private:
+  /// What a force in free motion may be after all.
+  double quiet_n() const noexcept;
+  void note_onset(std::int64_t now_ns) noexcept;
+
   ContactParameters parameters_;
   BasicFreeMotionResidual<Value> residual_;
   ContactDetector detector_;
   ContactEvidence evidence_;
   BasicContactOnset<Value> onset_;
+  OnsetInstant onset_instant_{};
   /// Contacts in a row that never resisted, without a quiet time between: a bouncing tool makes one or two.
   static constexpr int kUnprovenToWithdraw = 3;
   static constexpr double kQuietS = 0.02;

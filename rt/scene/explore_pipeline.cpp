@@ -158,7 +158,7 @@ void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) 
   const bool pulls = is_pulled(now, input.reaction_n);
   if (pulls && contact_.in_contact()) contact_.withdraw();
   regained_ = !pulls && displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;
-  if (regained_) contact_.declare();
+  if (regained_) contact_.declare(sample.time_ns - sample.position_age_ns);
 }
 
 bool ExplorePipeline::is_pulled(const Measured& now, double reaction_n) noexcept {

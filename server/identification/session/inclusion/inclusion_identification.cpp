@@ -125,8 +125,8 @@ hal::Result<rt::IdentifiedModel> InclusionIdentification::finish() const {
         formatted("%.0f %% of what that leaves is left over, depth %.0f mm", 100.0 * found.left_over_share,
                   found.depth_mm.value),
         formatted("less than %.0f %%, at a depth of 9 to 59 mm", 100.0 * kMaxLeftOverShare),
-        "press deeper, and closer to where the object feels hard; give a reference of the object "
-        "without it"};
+        "press with a ball bearing: a rod rubs; deeper, and closer to where the object feels hard; give a "
+        "reference of the object without it"};
   }
   rt::IdentifiedModel model;
   rt::InclusionModel content;
