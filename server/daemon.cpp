@@ -9,6 +9,7 @@
 #include "server/access/console_door.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
+#include "server/calibration/run/calibration_runner.h"
 #include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
@@ -16,6 +17,8 @@
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
+#include "server/pose/pose_desk.h"
+#include "server/pose/scene_facts.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
 #include "server/process/log.h"
@@ -41,10 +44,6 @@
 
 namespace hapticd::server {
 
-namespace {
-constexpr std::chrono::milliseconds kShutdownTimeout{1000};
-}  // namespace
-
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
   Parts(std::unique_ptr<hal::Rig> rig, std::unique_ptr<hal::Turntable> table,
@@ -58,6 +57,9 @@ struct Daemon::Parts {
         targets(session, scenes, hub, config.guard),
         latch(session, hub),
         identifications(session, scenes, hub, biases, *store),
+        calibration_store(store->in_memory() ? "" : store->path() + ".data/calibrations",
+                          session.rig_info().name),
+        calibrations(session, hub, calibration_store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
         guide(session, scenes, hub, turntable),
         policy(config.access),
@@ -67,7 +69,8 @@ struct Daemon::Parts {
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
-        flight(hub, events, recording_sources, config.recording) {
+        flight(hub, events, recording_sources, config.recording),
+        device_frame(pose::device_frame_of(config)) {
     latch.explain_with([this](rt::GuardFault fault) {
       const bool of_watchdog =
           fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
@@ -131,6 +134,14 @@ struct Daemon::Parts {
             }};
   }
 
+  pose::PoseDesk::Parts pose_parts() {
+    const auto scene = [this](std::uint32_t) {
+      return pose::facts_of(scenes.current().get(), session.rig_info().device);
+    };
+    const auto reading = [this] { return session.last_reading(); };
+    return {hub, session.rig_info(), device_frame, calibration_store.adopted(), scene, reading};
+  }
+
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;
   Session session;
@@ -140,6 +151,8 @@ struct Daemon::Parts {
   TargetControl targets;
   SafetyLatch latch;
   IdentificationRunner identifications;
+  CalibrationStore calibration_store;
+  CalibrationRunner calibrations;
   TurntableHost turntable;
   GuideHost guide;
   RolePolicy policy;
@@ -150,6 +163,8 @@ struct Daemon::Parts {
   const RecordingSources recording_sources;
   Recorder recorder;
   FlightRecorder flight;
+  const pose::DeviceFrame device_frame;
+  pose::PoseDesk poses{pose_parts()};
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
   std::unique_ptr<RunMarker> marker;
@@ -181,19 +196,7 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 namespace {
 
-/// The kind of rig under which models are stored. The rig of a recording is not known: any model may be used.
-std::string rig_kind_of_models(hal::RigKind kind) {
-  switch (kind) {
-    case hal::RigKind::kSimulated:
-      return "simulated";
-    case hal::RigKind::kHardware:
-      return "hardware";
-    case hal::RigKind::kReplay:
-      break;
-  }
-  return {};
-}
-
+constexpr std::chrono::milliseconds kShutdownTimeout{1000};
 /// Everything that can fail before the service listens: loop, scenes, models, rig, first scene. A dry one
 /// creates no file: it checks whether the store could be opened, and uses an empty one.
 template <class Parts>
@@ -288,11 +291,12 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   };
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start(
-      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->turntable, parts->guide, parts->policy, parts->desk, *parts->audit,
-       parts->watchdog, parts->recorder, parts->flight, parts->door},
-      config);
+  auto network =
+      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
+                         parts->biases, parts->identifications, parts->calibrations, parts->turntable,
+                         parts->guide, parts->policy, parts->desk, *parts->audit, parts->watchdog,
+                         parts->recorder, parts->flight, parts->poses, parts->door},
+                        config);
   if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
   if (config.metrics.listen) {
@@ -386,6 +390,7 @@ void Daemon::shutdown() {
   parts_->console.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
+  parts_->poses.stop();
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);
   if (parts_->marker) parts_->marker->end_cleanly();

@@ -10,9 +10,11 @@
 #include "client/cpp/recording_upload.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/clock.pb.h"
+#include "hapticd/v1/calibration.pb.h"
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
+#include "hapticd/v1/pose.pb.h"
 #include "hapticd/v1/presentation.pb.h"
 #include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/rendering.pb.h"
@@ -236,6 +238,29 @@ class Client {
   /// Refusals come while it is sent, see there.
   RecordingUpload upload_recording(const v1::RecordingDescription& description);
 
+  // Calibration by a visual system. It belongs to the daemon, not to the client that started it.
+
+  /// Starts one. Refused: BUSY, NOT_SIMULATED, NOT_FOUND (the tip calibration), INVALID, OUT_OF_RANGE.
+  v1::StartCalibrationResponse start_calibration(const v1::StartCalibrationRequest& request);
+  /// What the tracker saw, in one stream; some hundred poses a piece serve well. Refused: WRONG_STATE (none
+  /// runs), INVALID (a pose that is none), TOO_MANY.
+  v1::PushReferencePosesResponse push_reference_poses(
+      const std::vector<v1::PushReferencePosesRequest>& pieces);
+  /// Fits what was heard, and returns when that is over; `problem` says why nothing was stored.
+  v1::CalibrationProgress finish_calibration();
+  v1::CalibrationProgress cancel_calibration();
+  /// Empty = the one that runs, else the last one.
+  CalibrationStream watch_calibration(const std::string& calibration);
+  /// Stored ones, newest first, without the field of the target error.
+  v1::ListCalibrationsResponse calibrations();
+  /// By hash or its first digits.
+  v1::Calibration calibration(const std::string& hash);
+  /// Poses are corrected by it from now on; empty = by none. Returns the whole hash. Refused: NOT_FOUND,
+  /// WRONG_STATE (a tip calibration, or of another rig).
+  std::string adopt_calibration(const std::string& hash);
+  /// Refused: NOT_FOUND, IN_USE.
+  void delete_calibration(const std::string& hash);
+
   // The turntable. Refused where the rig has none: NO_HARDWARE.
 
   /// Angles in degrees, speeds in deg/s; stations, state, and why it must not turn now. Opens nothing.
@@ -275,6 +300,14 @@ class Client {
   /// kept for this client (100 … 60000); 0 = the default. Refusals come with the stream's first next():
   /// OUT_OF_RANGE, INVALID (unknown group), TOO_MANY; UNAVAILABLE when the daemon ends.
   TelemetryStream subscribe(const v1::SubscribeRequest& request);
+
+  // Poses, for those who draw the tool.
+
+  /// The newest pose, 1 … 1000 times a second, predicted up to 100 ms ahead, in the frame of the rig, the
+  /// device or the calibration's reference. docs/poses.md explains clocks and signs. Refusals come with the
+  /// stream's first next(): OUT_OF_RANGE, INVALID (unknown frame), WRONG_STATE (no calibration for the
+  /// reference frame), TOO_MANY; UNAVAILABLE when the daemon ends.
+  PoseStream subscribe_poses(const v1::SubscribePosesRequest& request);
 
   // Recordings of the daemon, and incidents: what its flight recorder kept. They stay with the daemon.
   // Refused with WRONG_STATE where it has no folder for them.

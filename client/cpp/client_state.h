@@ -14,10 +14,12 @@
 #include "client/cpp/lease_keeper.h"
 #include "client/cpp/server_stream.h"
 #include "hapticd/v1/access.grpc.pb.h"
+#include "hapticd/v1/calibration.grpc.pb.h"
 #include "hapticd/v1/clock.grpc.pb.h"
 #include "hapticd/v1/guide.grpc.pb.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
+#include "hapticd/v1/pose.grpc.pb.h"
 #include "hapticd/v1/presentation.grpc.pb.h"
 #include "hapticd/v1/recording.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"
@@ -54,6 +56,7 @@ struct Client::State {
         safety(v1::SafetyService::NewStub(channel)),
         simulation(v1::SimulationService::NewStub(channel)),
         identification(v1::IdentificationService::NewStub(channel)),
+        calibration(v1::CalibrationService::NewStub(channel)),
         turntable(v1::TurntableService::NewStub(channel)),
         presentation(v1::PresentationService::NewStub(channel)),
         access(v1::AccessService::NewStub(channel)),
@@ -117,6 +120,7 @@ struct Client::State {
   std::unique_ptr<v1::SafetyService::Stub> safety;
   std::unique_ptr<v1::SimulationService::Stub> simulation;
   std::unique_ptr<v1::IdentificationService::Stub> identification;
+  std::unique_ptr<v1::CalibrationService::Stub> calibration;
   std::unique_ptr<v1::TurntableService::Stub> turntable;
   std::unique_ptr<v1::PresentationService::Stub> presentation;
   std::unique_ptr<v1::AccessService::Stub> access;

@@ -8,8 +8,10 @@
 #include "client/cpp/stream_account.h"
 #include "client/cpp/telemetry_table.h"
 #include "hapticd/v1/access.pb.h"
+#include "hapticd/v1/calibration.pb.h"
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
+#include "hapticd/v1/pose.pb.h"
 #include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
 #include "hapticd/v1/turntable.pb.h"
@@ -49,6 +51,9 @@ class MessageStream {
 /// the identification belongs to the daemon. kEnded: it is over, as the last message reported.
 using IdentificationStream = MessageStream<v1::IdentificationProgress>;
 
+/// Watches one calibration. Destroying it ends the watching and nothing else.
+using CalibrationStream = MessageStream<v1::CalibrationProgress>;
+
 /// Watches who controls the rig. Destroying it ends the watching.
 using LeaseStream = MessageStream<v1::LeaseState>;
 
@@ -60,6 +65,10 @@ using TurntableStream = MessageStream<v1::TurntableStatus>;
 /// the end, ends the motion. kEnded: the tool has arrived or met an object, as the last message reported, or
 /// cancel() was called.
 using GuideStream = MessageStream<v1::GuideStatus>;
+
+/// Poses of the tool, each once. Destroying it unsubscribes. What is read late was sent late: read in a thread
+/// that does nothing else, or with next(pose, 0 ms) until it returns kNothing, and use the last one.
+using PoseStream = MessageStream<v1::Pose>;
 
 /// The pieces of a file, in order. Destroying it before the end gives the file up.
 using RecordingStream = MessageStream<v1::RecordingPiece>;

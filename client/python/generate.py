@@ -26,6 +26,7 @@ HERE = Path(__file__).resolve().parent
 NAMES = {
     "ClockService/Exchange": "exchange_clocks",
     "ClockService/GetClock": "get_clock",
+    "PoseService/Subscribe": "poses",
     "RecordingService/Annotate": "annotate_recording",
     "TelemetryService/Subscribe": "subscribe",
     "TurntableService/Home": "home_turntable",
@@ -45,6 +46,9 @@ WAITS_S = {
     "RenderingService/SetTarget": 60.0,
     "RecordingService/StopRecording": 10.0,
     "IdentificationService/CancelIdentification": 30.0,
+    "CalibrationService/PushReferencePoses": 600.0,
+    "CalibrationService/FinishCalibration": 120.0,
+    "CalibrationService/CancelCalibration": 120.0,
     "IdentificationService/UploadRecording": 600.0,
     "TurntableService/ClearAlarm": 30.0,
     "TurntableService/Engage": 30.0,

@@ -15,6 +15,7 @@ constexpr double kTremorMm = 0.03;
 constexpr double kWobbleRad = 0.005;
 constexpr double kSwayAboutXHz = 0.35;
 constexpr double kSwayAboutYHz = 0.45;
+constexpr double kSwayAboutZHz = 0.29;
 constexpr double kTiltTakesS = 0.5;
 
 }  // namespace
@@ -33,6 +34,7 @@ Vector3 Simulation::sway(double hand_time_s) const noexcept {
   const double grown =
       MinimumJerk({}, {1.0, 0.0, 0.0}, kSwayBuildsUpS).at(std::min(hand_time_s, kSwayBuildsUpS)).position_mm;
   const double amplitude_rad = grown * hand_->program.tilt_deg * std::numbers::pi / 180.0;
+  const double twist_rad = grown * hand_->program.twist_deg * std::numbers::pi / 180.0;
   const double turn = 2.0 * std::numbers::pi * hand_time_s;
   const double ends_s = std::min(hand_time_s, kSwayBuildsUpS);
   // Where the tool's mass hangs next to the tip, a wrist that stopped within a step would be a blow.
@@ -41,7 +43,8 @@ Vector3 Simulation::sway(double hand_time_s) const noexcept {
                       : Vector3{sway_ends_[0].at(ends_s).position_mm, sway_ends_[1].at(ends_s).position_mm,
                                 sway_ends_[2].at(ends_s).position_mm};
   return left_rad + Vector3{amplitude_rad * std::sin(kSwayAboutXHz * turn),
-                            amplitude_rad * std::sin(kSwayAboutYHz * turn), 0.0};
+                            amplitude_rad * std::sin(kSwayAboutYHz * turn),
+                            twist_rad * std::sin(kSwayAboutZHz * turn)};
 }
 
 hal::Quaternion Simulation::tool_orientation(double time_s) const noexcept {
@@ -85,8 +88,8 @@ void Simulation::load_sensor(const Vector3& acceleration, double time_s) noexcep
                     to_tool(mounting_.sensor_to_tool, torque_n_mm));
     return;
   }
-  const bool sways = hand_->program.tilt_deg > 0.0 || dot(sway_before_rad_, sway_before_rad_) > 0.0 ||
-                     conditions_.tool_tilt_deg != 0.0;
+  const bool sways = hand_->program.tilt_deg > 0.0 || hand_->program.twist_deg > 0.0 ||
+                     dot(sway_before_rad_, sway_before_rad_) > 0.0 || conditions_.tool_tilt_deg != 0.0;
   if (sways || steps_ % slow_steps_ == 0) orientation_ = tool_orientation(time_s);
   sensor_.measure(
       to_tool(orientation_, truth_.reaction_force_n + (gravity - acceleration) * (1e-3 * tool_mass_kg_)));

@@ -45,6 +45,7 @@ struct SimulatedRig::State {
                     config_.sensor_torque_offset_n_mm},
                    Simulation::kStepS, conditions, clock.irregular()),
         instrument({}, config_.seed ^ 0x6c766474ULL),
+        tracker(conditions, config_.seed),
         resting_hand(simulation.prepare(HandProgram{})) {}
   ~State() {
     delete incoming.exchange(nullptr);
@@ -153,6 +154,7 @@ struct SimulatedRig::State {
   Simulation simulation;
   ExternalInstrument instrument;
   hal::Vector3 instrument_mm;
+  SimulatedTracker tracker;
 
   std::mutex world;  ///< among callers of set_program and set_object
   std::string object_name;
@@ -289,6 +291,8 @@ void SimulatedRig::read(hal::RigSample& sample) noexcept {
   s.simulation.sensor().read(sample, {beyond_ns, tick.sensor_late_ns, tick.sensor_lost});
   s.bias.follow(sample, s.simulation.time_ns(), s.simulation.sensor());
   sample.tick = s.ticks++;
+  s.tracker.observe(s.simulation.time_ns(), s.simulation.truth().tip_position_mm,
+                    s.simulation.true_orientation());
   if (s.config.external_instrument) {
     s.instrument_mm = s.instrument.read(s.simulation.truth().tip_position_mm);
   }
@@ -323,6 +327,13 @@ void SimulatedRig::run(hal::TickHandler& handler, const std::atomic<bool>& stop)
 bool SimulatedRig::truth(hal::TruthSample& truth) const noexcept {
   truth = state_->simulation.truth();
   return true;
+}
+
+hal::Quaternion SimulatedRig::true_orientation() const noexcept {
+  return state_->simulation.true_orientation();
+}
+SimulatedTracker& SimulatedRig::tracker() noexcept {
+  return state_->tracker;
 }
 
 bool SimulatedRig::external_position(hal::Vector3& position_mm) const noexcept {
@@ -360,7 +371,8 @@ std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) 
   return std::nullopt;
 }
 
-std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
+std::optional<hal::Error> SimulatedRig::set_object(const std::string& name,
+                                                   const hal::Vector3& inclusion_aside_mm) {
   std::optional<ObjectModel> model;
   if (name != "none") {
     model = object_preset(name);
@@ -368,6 +380,14 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
       return hal::Error{"unknown object", "simulated rig", name, joined(object_preset_names()) + ", none",
                         ""};
     }
+  }
+  const Vector3 aside{inclusion_aside_mm.x, inclusion_aside_mm.y, 0.0};
+  if (aside.x != 0.0 || aside.y != 0.0) {
+    if (!model || !model->phantom || !model->phantom->inclusion) {
+      return hal::Error{"this object has no inclusion that could lie aside", "simulated rig", name,
+                        "phantom_hard, phantom_soft", ""};
+    }
+    if (auto error = model->phantom->put_inclusion(aside)) return error;
   }
   const std::lock_guard lock(state_->world);
   state_->publish_object(name, model ? &*model : nullptr);

@@ -17,6 +17,7 @@
 #include "hal/sim/object/object_events.h"
 #include "hal/sim/object/object_model.h"
 #include "hal/sim/tick_sequence.h"
+#include "hal/sim/tracker/simulated_tracker.h"
 
 namespace hapticd::sim {
 
@@ -84,13 +85,19 @@ class SimulatedRig final : public hal::Rig {
   /// The mean of the next quarter of a second becomes the sensor's zero; waits for it, so someone else has
   /// to read meanwhile.
   std::optional<hal::Error> bias_force_sensor() override;
+  /// The tool's true orientation at the last sample; the clock's thread.
+  hal::Quaternion true_orientation() const noexcept;
+  /// Watches where the conditions have `tracker_rate_hz`.
+  SimulatedTracker& tracker() noexcept;
 
   /// Any thread. Checked here, taken up at the next read(); the motion starts from where the hand is then.
   std::optional<hal::Error> set_program(const HandProgram& program);
   /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. A tip
   /// that touches the old object, or would be inside the new one, is lifted off first; then the program, a
   /// passive weight's too, starts again.
-  std::optional<hal::Error> set_object(const std::string& name);
+  /// `inclusion_aside_mm`: of a phantom with an inclusion, x and y of the place where it is touched straight
+  /// over it; 25 mm from the middle at most.
+  std::optional<hal::Error> set_object(const std::string& name, const hal::Vector3& inclusion_aside_mm = {});
   std::string object() const;
   /// Any thread. Something happens to the object in place, at the next read() or later as it says. Refused
   /// where too many are waiting already.

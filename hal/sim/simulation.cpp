@@ -27,6 +27,7 @@ Simulation::Simulation(const DeviceModel& device, double tool_mass_kg, std::uint
       random_(seed),
       conditions_(conditions),
       unevenness_(conditions),
+      hidden_arm_(device.arm, conditions, seed),
       vibration_(conditions, seed),
       sensor_(tool_mass_kg, seed ^ 0x6e616e6f3137ULL, conditions, step_s, sensor_samples_wait),
       encoder_delay_steps_(
@@ -192,7 +193,8 @@ void Simulation::read_device(hal::RigSample& sample, std::int64_t beyond_ns) noe
       motor_mm += 1e-9 * static_cast<double>(beyond_ns) *
                   (delayed ? seen_.delayed(encoder_delay_steps_).motor_mm_per_s[i] : axes_[i].motor_mm_per_s);
     }
-    component(sample.tip_position_mm, i) = std::round(motor_mm / quantum) * quantum;
+    component(sample.tip_position_mm, i) =
+        hidden_arm_.exact() ? std::round(motor_mm / quantum) * quantum : motor_mm;
   }
   if (delayed && conditions_.delays_reported > 0.5) {
     sample.position_age_ns = static_cast<std::int64_t>(encoder_delay_steps_) * step_ns_;
@@ -204,7 +206,14 @@ void Simulation::read_device(hal::RigSample& sample, std::int64_t beyond_ns) noe
     const double error_rad = conditions_.orientation_error_deg * std::numbers::pi / 180.0;
     sample.tip_orientation = composed(rotation({error_rad, 0.0, 0.0}), sample.tip_orientation);
   }
-  sample.angles = angles_of(device_.arm, sample.tip_position_mm, sample.tip_orientation);
+  if (hidden_arm_.exact()) {
+    sample.angles = angles_of(device_.arm, sample.tip_position_mm, sample.tip_orientation);
+  } else {
+    sample.angles = hidden_arm_.counted(sample.tip_position_mm, sample.tip_orientation,
+                                        quantum / device_.arm.first_link_mm);
+    sample.tip_position_mm = hidden_arm_.reported_tip_mm(sample.angles);
+    sample.tip_orientation = hidden_arm_.reported_orientation(sample.angles);
+  }
   sample.time_ns = time_ns() + beyond_ns;
 }
 

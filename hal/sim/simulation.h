@@ -15,6 +15,7 @@
 #include "hal/sim/device/base_vibration.h"
 #include "hal/sim/device/delay_line.h"
 #include "hal/sim/device/device_model.h"
+#include "hal/sim/device/hidden_arm.h"
 #include "hal/sim/hand/hand_motion.h"
 #include "hal/sim/object/friction.h"
 #include "hal/sim/object/material.h"
@@ -102,6 +103,7 @@ class Simulation {
   /// Force asked of the motors; takes effect after the device's latency.
   void command(const hal::Vector3& force_n) noexcept;
   std::int64_t time_ns() const noexcept { return steps_ * step_ns_; }
+  const hal::Quaternion& true_orientation() const noexcept { return orientation_; }
   /// Position as the encoders report it and orientation as the gimbal reports it, `beyond_ns` after the last
   /// step: less than a step, in which the tip goes on evenly.
   void read_device(hal::RigSample& sample, std::int64_t beyond_ns = 0) noexcept;
@@ -143,6 +145,7 @@ class Simulation {
   Random random_;
   Conditions conditions_;
   ArmUnevenness unevenness_;
+  HiddenArm hidden_arm_;
   BaseVibration vibration_;
   Nano17 sensor_;
   const PreparedHand* hand_ = nullptr;

@@ -29,6 +29,7 @@ std::optional<hal::Error> check(const HandProgram& p) {
                          Range{"grip_stiffness_scale", p.grip_stiffness_scale, 0.05, 20.0, ""},
                          Range{"grip_damping_scale", p.grip_damping_scale, 0.0, 20.0, ""},
                          Range{"tilt_deg", p.tilt_deg, 0.0, 60.0, "°"},
+                         Range{"twist_deg", p.twist_deg, 0.0, 60.0, "°"},
                          Range{"place_mm.x", p.place_mm.x, -200.0, 200.0, "mm"},
                          Range{"place_mm.y", p.place_mm.y, -150.0, 150.0, "mm"},
                          Range{"place_mm.z", p.place_mm.z, -100.0, 150.0, "mm"},

@@ -25,9 +25,11 @@
 #include "server/grpc/gate/access_gate.h"
 #include "server/grpc/gate/gated_callback.h"
 #include "server/grpc/gate/gated_service.h"
+#include "server/grpc/pose/pose_service.h"
 #include "server/grpc/recording/recording_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
+#include "server/grpc/calibration/calibration_service.h"
 #include "server/grpc/services/clock_service.h"
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
@@ -107,6 +109,7 @@ struct GrpcServer::State {
         telemetry(parts.hub),
         simulation(parts.session, parts.scenes),
         identification(parts.identifications),
+        calibration(parts.calibrations),
         turntable(parts.turntable),
         guide(parts.guide),
         presentation(parts.session),
@@ -116,6 +119,7 @@ struct GrpcServer::State {
         watchdog(parts.watchdog),
         clock(parts.session),
         recording(parts.recorder, parts.flight, recording_folder),
+        pose(parts.poses),
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
@@ -128,6 +132,7 @@ struct GrpcServer::State {
   TelemetryService telemetry;
   SimulationService simulation;
   IdentificationService identification;
+  CalibrationService calibration;
   TurntableService turntable;
   GuideService guide;
   PresentationService presentation;
@@ -137,6 +142,7 @@ struct GrpcServer::State {
   WatchdogService watchdog;
   ClockService clock;
   RecordingService recording;
+  PoseService pose;
   CallQuota quota;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
@@ -172,6 +178,7 @@ void GrpcServer::State::add_services() {
   add("RenderingService", rendering);
   add("SimulationService", simulation);
   add("IdentificationService", identification);
+  add("CalibrationService", calibration);
   add("TurntableService", turntable);
   add("GuideService", guide);
   add("PresentationService", presentation);
@@ -194,6 +201,11 @@ void GrpcServer::State::add_services() {
       *gate, "TelemetryService", "Subscribe",
       [this](Context* context, const Bytes* request) { return telemetry.Subscribe(context, request); }));
   add("TelemetryService", telemetry, std::move(callbacks));
+  callbacks.clear();
+  callbacks.push_back(gated_stream(
+      *gate, "PoseService", "Subscribe",
+      [this](Context* context, const Bytes* request) { return pose.Subscribe(context, request); }));
+  add("PoseService", pose, std::move(callbacks));
   callbacks.clear();
   callbacks.push_back(gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
       *gate, "WatchdogService", "CheckIn",

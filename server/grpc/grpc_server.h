@@ -12,12 +12,16 @@
 namespace grpc {
 class Channel;
 }
+namespace hapticd::pose {
+class PoseDesk;
+}
 
 namespace hapticd::server {
 
 class AuditLog;
 class ConsoleDoor;
 class FlightRecorder;
+class CalibrationRunner;
 class GuideHost;
 class LeaseDesk;
 class Recorder;
@@ -44,6 +48,7 @@ class GrpcServer {
     TelemetryHub& hub;
     SensorBiases& biases;
     IdentificationRunner& identifications;
+    CalibrationRunner& calibrations;
     TurntableHost& turntable;
     GuideHost& guide;
     const RolePolicy& policy;
@@ -52,6 +57,7 @@ class GrpcServer {
     Watchdog& watchdog;
     Recorder& recorder;
     FlightRecorder& flight;
+    pose::PoseDesk& poses;
     ConsoleDoor& door;
   };
 

@@ -22,7 +22,7 @@ constexpr Range kEdgeMm{-200.0, 200.0, "mm"};
 constexpr Range kSpeed{0.1, 100.0, ""};
 constexpr Range kSlidesAboveN{0.0, 100.0, "N"};
 
-constexpr Word<bool> kConditionWords[] = {{"clean", false}, {"lab", true}};
+constexpr Word<int> kConditionWords[] = {{"clean", 0}, {"lab", 1}, {"arm", 2}};
 
 }  // namespace
 
@@ -44,9 +44,12 @@ void read_simulation(TomlTable table, sim::SimulationConfig& config) {
   table.read("object_slides_above_n", config.hold.slides_above_n, kSlidesAboveN);
 
   TomlTable conditions = table.table("conditions");
-  bool lab = config.conditions == "lab";
-  conditions.read("preset", lab, kConditionWords);
-  config.conditions = lab ? "lab" : "clean";
+  int preset = 0;
+  for (const Word<int>& word : kConditionWords) {
+    if (config.conditions == word.text) preset = word.value;
+  }
+  conditions.read("preset", preset, kConditionWords);
+  config.conditions = kConditionWords[preset].text;
   for (const sim::ConditionField& field : sim::condition_fields()) {
     std::optional<double> value;
     conditions.read(field.name, value, Range{field.low, field.high, field.unit});

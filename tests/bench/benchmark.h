@@ -93,4 +93,16 @@ struct AttackOptions {
 };
 int run_attack(const AttackOptions& options);
 
+/// `hapticd_bench pose`: age and cost of poses, instants of touches over networks, the visual page.
+struct PoseOptions {
+  std::string folder;
+  bool quick = false;             ///< a tenth of everything
+  std::vector<std::string> only;  ///< of pose_parts(); empty = all
+};
+std::vector<std::string> pose_parts();
+int run_pose(const PoseOptions& options);
+
+/// The 16 subscribers of its part "cpu".
+int run_pose_child(const std::string& address, double seconds);
+
 }  // namespace hapticd::bench

@@ -56,6 +56,12 @@ v1::ClockState Client::clock() {
   return state_->call(*state_->clock, &v1::ClockService::Stub::GetClock, v1::GetClockRequest());
 }
 
+PoseStream Client::subscribe_poses(const v1::SubscribePosesRequest& request) {
+  return PoseStream(streaming<v1::Pose>(std::shared_ptr(v1::PoseService::NewStub(state_->channel)),
+                                        state_->options.address, *state_->keeper, request,
+                                        &v1::PoseService::Stub::AsyncSubscribe));
+}
+
 LeaseStream Client::watch_lease() {
   return LeaseStream(streaming<v1::LeaseState>(
       std::shared_ptr(v1::LeaseService::NewStub(state_->channel)), state_->options.address, *state_->keeper,

@@ -60,6 +60,48 @@ constexpr std::array kFields{
                    "start of the turn, which takes 0.5 s"},
     ConditionField{"orientation_error_deg", &C::orientation_error_deg, -20.0, 20.0, "°", 0.5,
                    "assumed: gimbal potentiometers or encoders after calibration"},
+    ConditionField{"joint_gain_error_share", &C::joint_gain_error_share, 0.0, 0.05, "1", 0.0,
+                   "published calibrations of the arm: about 1 %", 0.01},
+    ConditionField{"joint_offset_error_deg", &C::joint_offset_error_deg, 0.0, 5.0, "°", 0.0,
+                   "assumed: a reset pose found by eye", 1.0},
+    ConditionField{"link_error_mm", &C::link_error_mm, 0.0, 10.0, "mm", 0.0, "assumed: assembly", 0.5},
+    ConditionField{"joint_ripple_deg", &C::joint_ripple_deg, 0.0, 1.0, "°", 0.0,
+                   "assumed: drums out of centre by some hundredths of a millimetre", 0.04},
+    ConditionField{"gimbal_gain_error_share", &C::gimbal_gain_error_share, 0.0, 0.1, "1", 0.0,
+                   "assumed: potentiometers", 0.01},
+    ConditionField{"gimbal_offset_error_deg", &C::gimbal_offset_error_deg, 0.0, 10.0, "°", 0.0,
+                   "assumed: potentiometers", 2.0},
+    ConditionField{"gimbal_play_deg", &C::gimbal_play_deg, 0.0, 3.0, "°", 0.0, "assumed: bearings", 0.2},
+    ConditionField{"arm_sag_mm", &C::arm_sag_mm, 0.0, 5.0, "mm", 0.0,
+                   "assumed: a tool of 100 g on 3.5 N/mm, and the links' own weight", 0.3},
+    ConditionField{"tracker_rate_hz", &C::tracker_rate_hz, 0.0, 500.0, "Hz", 0.0, "an optical tracker", 60.0},
+    ConditionField{"tracker_noise_mm", &C::tracker_noise_mm, 0.0, 10.0, "mm", 0.3, "data sheets: 0.25 … 0.35",
+                   0.3},
+    ConditionField{"tracker_noise_deg", &C::tracker_noise_deg, 0.0, 10.0, "°", 0.15,
+                   "assumed: 0.3 mm on markers 100 mm apart", 0.15},
+    ConditionField{"tracker_latency_ms", &C::tracker_latency_ms, 0.0, 200.0, "ms", 0.0, "published: 10 … 40",
+                   25.0},
+    ConditionField{"tracker_jitter_ms", &C::tracker_jitter_ms, 0.0, 20.0, "ms", 0.0, "assumed", 0.3},
+    ConditionField{"tracker_outlier_share", &C::tracker_outlier_share, 0.0, 0.5, "1", 0.0,
+                   "assumed: exchanged markers", 0.01},
+    ConditionField{"tracker_dropout_share", &C::tracker_dropout_share, 0.0, 0.9, "1", 0.0,
+                   "assumed: the hand hides the marker", 0.03},
+    ConditionField{"tracker_marker_mm", &C::tracker_marker_mm, 0.0, 300.0, "mm", 60.0, "assumed", 60.0},
+    ConditionField{"tracker_positions_only", &C::tracker_positions_only, 0.0, 1.0, "1", 0.0,
+                   "a tracker of single points"},
+    ConditionField{"tracker_clock_offset_s", &C::tracker_clock_offset_s, -1e6, 1e6, "s", 0.0,
+                   "of its own clock"},
+    ConditionField{"tracker_clock_drift_ppm", &C::tracker_clock_drift_ppm, -500.0, 500.0, "ppm", 0.0,
+                   "of its own clock"},
+    ConditionField{"tracker_clock_jump_ms", &C::tracker_clock_jump_ms, -10000.0, 10000.0, "ms", 0.0,
+                   "a clock that is set"},
+    ConditionField{"tracker_clock_jump_at_s", &C::tracker_clock_jump_at_s, 0.0, 3600.0, "s", 10.0,
+                   "a clock that is set"},
+    ConditionField{"tracker_frozen_at_s", &C::tracker_frozen_at_s, 0.0, 3600.0, "s", 0.0,
+                   "0 = it never freezes"},
+    ConditionField{"tracker_unit_scale", &C::tracker_unit_scale, 1e-4, 1e4, "1", 1.0, "0.001: metres", 1.0},
+    ConditionField{"tracker_mirrored", &C::tracker_mirrored, 0.0, 1.0, "1", 0.0, "1: left-handed"},
+    ConditionField{"tracker_axes_swapped", &C::tracker_axes_swapped, 0.0, 1.0, "1", 0.0, "1: y, x, z"},
 };
 
 }  // namespace
@@ -69,7 +111,7 @@ std::span<const ConditionField> condition_fields() {
 }
 
 std::vector<std::string> condition_preset_names() {
-  return {"clean", "lab"};
+  return {"clean", "lab", "arm"};
 }
 
 hal::Result<Conditions> conditions_of(const std::string& preset,
@@ -77,8 +119,12 @@ hal::Result<Conditions> conditions_of(const std::string& preset,
   Conditions conditions;
   if (preset == "lab") {
     for (const ConditionField& field : kFields) conditions.*field.value = field.lab;
+  } else if (preset == "arm") {
+    for (const ConditionField& field : kFields) {
+      if (field.arm != 0.0) conditions.*field.value = field.arm;
+    }
   } else if (preset != "clean") {
-    return hal::Error{"unknown conditions", "[rig.sim] conditions", preset, "clean, lab", ""};
+    return hal::Error{"unknown conditions", "[rig.sim] conditions", preset, "clean, lab, arm", ""};
   }
   for (const auto& [name, value] : values) {
     const auto field =
@@ -114,7 +160,7 @@ std::vector<hal::UncertainParameter> uncertain(const Conditions& conditions) {
     };
     if (shapes("sensor_drift", conditions.sensor_drift_n_per_s) ||
         shapes("sensor_step", conditions.sensor_step_n) ||
-        shapes("vibration", conditions.vibration_m_per_s2) ||
+        shapes("vibration", conditions.vibration_m_per_s2) || shapes("tracker", conditions.tracker_rate_hz) ||
         shapes("late_tick", conditions.late_tick_share) || shapes("stall", conditions.stall_interval_s)) {
       continue;
     }

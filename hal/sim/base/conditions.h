@@ -50,6 +50,33 @@ struct Conditions {
   double tool_tilt_deg = 0.0;          ///< rotation of the tool after biasing, about x …
   double tool_tilt_at_s = 0.0;         ///< … from this time on
   double orientation_error_deg = 0.0;  ///< of the orientation reading, about x
+  // Arm: standard deviations of what the seed draws, and what bends or plays. See hidden_arm.h.
+  double joint_gain_error_share = 0.0;
+  double joint_offset_error_deg = 0.0;
+  double link_error_mm = 0.0;
+  double joint_ripple_deg = 0.0;  ///< amplitude of a wave in each joint's angle, as eccentric drums make it
+  double gimbal_gain_error_share = 0.0;
+  double gimbal_offset_error_deg = 0.0;
+  double gimbal_play_deg = 0.0;  ///< of each axis, from stop to stop
+  double arm_sag_mm = 0.0;       ///< by which the tip hangs lower where the arm is level and stretched
+  // Tracker: a visual system that sees a marker on the tool; see simulated_tracker.h.
+  double tracker_rate_hz = 0.0;  ///< 0 = there is none
+  double tracker_noise_mm = 0.3;
+  double tracker_noise_deg = 0.15;
+  double tracker_latency_ms = 0.0;       ///< by which its stamps are later than what it saw
+  double tracker_jitter_ms = 0.0;        ///< of its stamps, standard deviation
+  double tracker_outlier_share = 0.0;    ///< of its poses are elsewhere
+  double tracker_dropout_share = 0.0;    ///< of its poses are missing, a quarter of a second at a time
+  double tracker_marker_mm = 60.0;       ///< from the tip to the marker
+  double tracker_positions_only = 0.0;   ///< 1: it sees no orientation
+  double tracker_clock_offset_s = 0.0;   ///< its clock less the rig's
+  double tracker_clock_drift_ppm = 0.0;  ///< its clock gains
+  double tracker_clock_jump_ms = 0.0;    ///< its clock jumps by this …
+  double tracker_clock_jump_at_s = 10.0;
+  double tracker_frozen_at_s = 0.0;   ///< from then on it sends the same pose; 0 = never
+  double tracker_unit_scale = 1.0;    ///< 0.001: it sends metres
+  double tracker_mirrored = 0.0;      ///< 1: its frame is left-handed, x reversed
+  double tracker_axes_swapped = 0.0;  ///< 1: it sends y, x, z
 
   /// No tick and no sensor sample is late.
   void ticks_are_even() noexcept {
@@ -66,12 +93,13 @@ struct ConditionField {
   std::string_view unit;
   double lab;  ///< in the preset "lab"
   std::string_view source;
+  double arm = 0.0;  ///< in the preset "arm": an arm that was never calibrated
 };
 
 std::span<const ConditionField> condition_fields();
 
-/// "clean" or "lab", with single parameters overridden by name. Unknown names and values out of range are
-/// refused.
+/// "clean", "lab" or "arm", with single parameters overridden by name. Unknown names and values out of range
+/// are refused.
 hal::Result<Conditions> conditions_of(const std::string& preset,
                                       const std::map<std::string, double>& values = {});
 std::vector<std::string> condition_preset_names();

@@ -48,6 +48,7 @@ struct HandProgram {
   double grip_stiffness_scale = 1.0;
   double grip_damping_scale = 1.0;
   double tilt_deg = 0.0;                ///< any: amplitude of the tool's sway about x and about y
+  double twist_deg = 0.0;               ///< any: amplitude of its sway about z
   double acceleration_m_per_s2 = 20.0;  ///< dart
 };
 

@@ -1,0 +1,97 @@
+#include "client/cli/calibrate/pose_files.h"
+
+#include <cmath>
+#include <cstddef>
+
+#include "client/cli/plot/csv_table.h"
+
+namespace hapticd::cli {
+
+namespace {
+
+constexpr int kPosesInPiece = 500;
+
+template <class Fill>
+std::vector<v1::PushReferencePosesRequest> pieces_of(std::size_t rows, Fill&& fill) {
+  std::vector<v1::PushReferencePosesRequest> pieces;
+  int in_piece = kPosesInPiece;
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (in_piece >= kPosesInPiece) {
+      pieces.emplace_back();
+      in_piece = 0;
+    }
+    if (fill(row, pieces.back())) ++in_piece;
+  }
+  return pieces;
+}
+
+void set(v1::Vector3& vector, double x, double y, double z) {
+  vector.set_x(x);
+  vector.set_y(y);
+  vector.set_z(z);
+}
+void set(v1::Quaternion& quaternion, double w, double x, double y, double z) {
+  quaternion.set_w(w);
+  quaternion.set_x(x);
+  quaternion.set_y(y);
+  quaternion.set_z(z);
+}
+
+}  // namespace
+
+std::vector<v1::PushReferencePosesRequest> read_reference_file(const std::string& path) {
+  const CsvTable table = CsvTable::read(path);
+  const bool in_ns = table.has("stamp_ns");
+  const auto& stamp = table.column(in_ns ? "stamp_ns" : "stamp_s");
+  const auto& x = table.column("x_mm");
+  const auto& y = table.column("y_mm");
+  const auto& z = table.column("z_mm");
+  const bool turned = table.has("qw");
+  const std::vector<double> none(turned ? 0 : table.rows());
+  const auto& qw = turned ? table.column("qw") : none;
+  const auto& qx = turned ? table.column("qx") : none;
+  const auto& qy = turned ? table.column("qy") : none;
+  const auto& qz = turned ? table.column("qz") : none;
+  return pieces_of(table.rows(), [&](std::size_t i, v1::PushReferencePosesRequest& piece) {
+    if (!std::isfinite(stamp[i] + x[i] + y[i] + z[i])) return false;
+    v1::ReferencePose& pose = *piece.add_poses();
+    pose.set_stamp_ns(std::llround(in_ns ? stamp[i] : 1e9 * stamp[i]));
+    set(*pose.mutable_position_mm(), x[i], y[i], z[i]);
+    if (turned && std::isfinite(qw[i] + qx[i] + qy[i] + qz[i])) {
+      set(*pose.mutable_orientation(), qw[i], qx[i], qy[i], qz[i]);
+    }
+    return true;
+  });
+}
+
+std::vector<v1::PushReferencePosesRequest> read_rig_file(const std::string& path) {
+  const CsvTable table = CsvTable::read(path);
+  const auto& time_ns = table.column("time_ns");
+  const auto& x = table.column("sample_tip_position_x_mm");
+  const auto& y = table.column("sample_tip_position_y_mm");
+  const auto& z = table.column("sample_tip_position_z_mm");
+  const auto& qw = table.column("sample_orientation_w");
+  const auto& qx = table.column("sample_orientation_x");
+  const auto& qy = table.column("sample_orientation_y");
+  const auto& qz = table.column("sample_orientation_z");
+  const bool angles = table.has("angles_joint_1_rad");
+  const auto angle = [&](const char* kind, int number, std::size_t row) {
+    return table.column("angles_" + std::string(kind) + "_" + std::to_string(number) + "_rad")[row];
+  };
+  return pieces_of(table.rows(), [&](std::size_t i, v1::PushReferencePosesRequest& piece) {
+    if (!std::isfinite(time_ns[i] + x[i] + y[i] + z[i] + qw[i])) return false;
+    v1::RecordedRigPose& pose = *piece.add_rig_poses();
+    pose.set_time_ns(std::llround(time_ns[i]));
+    set(*pose.mutable_tip_mm(), x[i], y[i], z[i]);
+    set(*pose.mutable_orientation(), qw[i], qx[i], qy[i], qz[i]);
+    if (angles && std::isfinite(angle("joint", 1, i))) {
+      for (int k = 1; k <= 3; ++k) {
+        pose.add_joint_rad(angle("joint", k, i));
+        pose.add_gimbal_rad(angle("gimbal", k, i));
+      }
+    }
+    return true;
+  });
+}
+
+}  // namespace hapticd::cli

@@ -1,0 +1,213 @@
+#include "server/calibration/estimate/nominal_arm.h"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace hapticd::calibration {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr std::size_t kMinPoses = 50;
+constexpr std::size_t kMaxPoses = 300;
+/// Encoders' steps and readings that are not quite of one instant stay below these.
+constexpr double kMaxPositionMm = 0.3;
+constexpr double kMaxOrientationRad = 0.02;
+
+Vector3d signs(unsigned bits) {
+  return {(bits & 1U) != 0 ? -1.0 : 1.0, (bits & 2U) != 0 ? -1.0 : 1.0, (bits & 4U) != 0 ? -1.0 : 1.0};
+}
+
+double position_rms_mm(const ArmModel& arm, const std::vector<RigPose>& poses) {
+  double sum = 0.0;
+  for (const RigPose& p : poses) {
+    sum += (p.tip_mm - wrist_mm(arm, p.angles) - p.orientation * arm.tip_offset_mm).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(poses.size()));
+}
+
+/// Linear in l1 R, l2 R, the tip's offset and the base's place, were they free of each other.
+bool start(ArmModel& arm, const std::vector<RigPose>& poses, double& condition) {
+  MatrixXd rows(static_cast<Eigen::Index>(3 * poses.size()), 24);
+  VectorXd right(rows.rows());
+  rows.setZero();
+  Eigen::Index at = 0;
+  for (const RigPose& p : poses) {
+    const Vector3d q = joint_angles_rad(arm, p.angles);
+    const Vector3d a(std::cos(q[1]) * std::cos(q[0]), std::cos(q[1]) * std::sin(q[0]), std::sin(q[1]));
+    const Vector3d b(std::sin(q[2]) * std::cos(q[0]), std::sin(q[2]) * std::sin(q[0]), -std::cos(q[2]));
+    const Matrix3d tool = p.orientation.toRotationMatrix();
+    for (int i = 0; i < 3; ++i, ++at) {
+      rows.block<1, 3>(at, 3 * i) = a.transpose();
+      rows.block<1, 3>(at, 9 + 3 * i) = b.transpose();
+      rows.block<1, 3>(at, 18) = tool.row(i);
+      rows(at, 21 + i) = 1.0;
+      right[at] = p.tip_mm[i];
+    }
+  }
+  const Eigen::JacobiSVD<MatrixXd> svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  condition = svd.singularValues()(23) / svd.singularValues()(0);
+  const VectorXd x = svd.solve(right);
+  if (!x.allFinite()) return false;
+  Matrix3d first;
+  Matrix3d second;
+  for (int i = 0; i < 3; ++i) {
+    first.row(i) = x.segment<3>(3 * i).transpose();
+    second.row(i) = x.segment<3>(9 + 3 * i).transpose();
+  }
+  const Eigen::JacobiSVD<Matrix3d> polar(first + second, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d rotation = polar.matrixU() * polar.matrixV().transpose();
+  if (rotation.determinant() < 0.0) return false;
+  arm.rig_from_base.rotation = Quaterniond(rotation).normalized();
+  arm.rig_from_base.translation_mm = x.tail<3>();
+  arm.first_link_mm = (rotation.transpose() * first).trace() / 3.0;
+  arm.second_link_mm = (rotation.transpose() * second).trace() / 3.0;
+  arm.tip_offset_mm = x.segment<3>(18);
+  return arm.first_link_mm > 1.0 && arm.second_link_mm > 1.0;
+}
+
+ArmModel moved(const ArmModel& arm, const Eigen::Matrix<double, 13, 1>& step) {
+  ArmModel m = arm;
+  m.rig_from_base.rotation = rotation_by(step.head<3>()) * arm.rig_from_base.rotation;
+  m.rig_from_base.translation_mm += step.segment<3>(3);
+  m.first_link_mm += step[6];
+  m.second_link_mm += step[7];
+  m.joint_offset_rad[1] += step[8];
+  m.joint_offset_rad[2] += step[9];
+  m.tip_offset_mm += step.tail<3>();
+  return m;
+}
+
+VectorXd position_residuals(const ArmModel& arm, const std::vector<RigPose>& poses) {
+  VectorXd r(static_cast<Eigen::Index>(3 * poses.size()));
+  Eigen::Index at = 0;
+  for (const RigPose& p : poses) {
+    r.segment<3>(at) = p.tip_mm - wrist_mm(arm, p.angles) - p.orientation * arm.tip_offset_mm;
+    at += 3;
+  }
+  return r;
+}
+
+/// Newton's steps with a little damping; the start is near.
+void refine(ArmModel& arm, const std::vector<RigPose>& poses) {
+  double damping = 1e-6;
+  VectorXd r = position_residuals(arm, poses);
+  for (int round = 0; round < 30; ++round) {
+    MatrixXd j(r.size(), 13);
+    for (int i = 0; i < 13; ++i) {
+      const double h = (i < 3 || i == 8 || i == 9) ? 1e-6 : 1e-4;
+      Eigen::Matrix<double, 13, 1> step = Eigen::Matrix<double, 13, 1>::Zero();
+      step[i] = h;
+      const VectorXd above = position_residuals(moved(arm, step), poses);
+      step[i] = -h;
+      j.col(i) = (above - position_residuals(moved(arm, step), poses)) / (2.0 * h);
+    }
+    MatrixXd normal = j.transpose() * j;
+    const VectorXd diagonal = normal.diagonal();
+    normal.diagonal() += damping * diagonal + VectorXd::Constant(13, 1e-9);
+    const Eigen::Matrix<double, 13, 1> step = -normal.ldlt().solve(j.transpose() * r);
+    if (!step.allFinite()) return;
+    const ArmModel next = moved(arm, step);
+    const VectorXd after = position_residuals(next, poses);
+    if (after.squaredNorm() < r.squaredNorm()) {
+      const bool over = r.squaredNorm() - after.squaredNorm() < 1e-12 * r.squaredNorm();
+      arm = next;
+      r = after;
+      damping = std::max(1e-9, damping * 0.1);
+      if (over) return;
+    } else {
+      damping *= 10.0;
+      if (damping > 1e3) return;
+    }
+  }
+}
+
+/// For given zeros of the gimbal: what is left between gimbal and tool, and by how much it varies.
+double gimbal_rms_rad(ArmModel& arm, const std::vector<RigPose>& poses) {
+  arm.gimbal_to_tool = Quaterniond::Identity();
+  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+  std::vector<Quaterniond> rest;
+  for (const RigPose& p : poses) {
+    rest.push_back(tool_orientation(arm, p.angles).conjugate() * p.orientation);
+    sum += rest.back().coeffs() * rest.back().coeffs().transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(sum);
+  arm.gimbal_to_tool = Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))).normalized();
+  double squares = 0.0;
+  for (const Quaterniond& q : rest) squares += turn_of(arm.gimbal_to_tool.conjugate() * q).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(rest.size()));
+}
+
+/// Zeros of the first two angles by Gauss-Newton on the variance, from the device's own.
+double refine_gimbal(ArmModel& arm, const std::vector<RigPose>& poses) {
+  double rms = gimbal_rms_rad(arm, poses);
+  double step = 0.2;
+  while (step > 1e-5) {
+    bool better = false;
+    for (const int i : {0, 1}) {
+      for (const double sign : {1.0, -1.0}) {
+        ArmModel tried = arm;
+        tried.gimbal_offset_rad[i] += sign * step;
+        const double value = gimbal_rms_rad(tried, poses);
+        if (value < rms) {
+          arm = tried;
+          rms = value;
+          better = true;
+        }
+      }
+    }
+    if (!better) step *= 0.5;
+  }
+  return rms;
+}
+
+}  // namespace
+
+NominalArm find_nominal_arm(const std::vector<RigPose>& all) {
+  std::vector<RigPose> poses;
+  const std::size_t stride = 1 + all.size() / kMaxPoses;
+  for (std::size_t i = 0; i < all.size(); i += stride) {
+    if (all[i].angles.known) poses.push_back(all[i]);
+  }
+  NominalArm found;
+  if (poses.size() < kMinPoses) return found;
+  found.position_rms_mm = HUGE_VAL;
+  for (unsigned bits = 0; bits < 8; ++bits) {
+    ArmModel arm;
+    arm.joint_gain = signs(bits);
+    double condition = 0.0;
+    if (!start(arm, poses, condition)) continue;
+    refine(arm, poses);
+    const double rms = position_rms_mm(arm, poses);
+    // The same arm can be described with other signs and a base that is turned: the first one stays.
+    if (rms < 0.9 * found.position_rms_mm) found = {arm, rms, 0.0, condition};
+  }
+  if (!(found.position_rms_mm < kMaxPositionMm)) return found;
+  found.arm.use = AngleUse::kPosition;
+  found.orientation_rms_rad = HUGE_VAL;
+  ArmModel best = found.arm;
+  for (unsigned bits = 0; bits < 8; ++bits) {
+    ArmModel arm = found.arm;
+    arm.gimbal_gain = signs(bits);
+    const double rms = gimbal_rms_rad(arm, poses);
+    if (rms < found.orientation_rms_rad) {
+      found.orientation_rms_rad = rms;
+      best = arm;
+    }
+  }
+  found.orientation_rms_rad = refine_gimbal(best, poses);
+  if (found.orientation_rms_rad < kMaxOrientationRad) {
+    best.use = AngleUse::kPose;
+    found.arm = best;
+  }
+  return found;
+}
+
+}  // namespace hapticd::calibration

@@ -1,0 +1,139 @@
+#include "server/calibration/estimate/pivot_fit.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "server/calibration/model/rigid_transform.h"
+
+namespace hapticd::calibration {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Row = Eigen::Matrix<double, 3, 6>;
+
+constexpr std::size_t kMinPoses = 40;
+constexpr double kMinTiltDeg = 8.0;
+constexpr double kMaxErrorMm = 0.5;
+constexpr double kMaxOutlierShare = 0.3;
+constexpr double kMedianOfThree = 1.5382;
+constexpr double kDegPerRad = 57.29577951308232;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+hal::Error refusal(std::string what, std::string value, std::string limit, std::string remedy) {
+  return {std::move(what), "tip calibration", std::move(value), std::move(limit), std::move(remedy)};
+}
+
+double tilt_deg(const std::vector<ReferencePose>& poses) {
+  const Eigen::Quaterniond first = *poses[poses.size() / 2].orientation;
+  Vector3d mean = Vector3d::Zero();
+  std::vector<Vector3d> turns;
+  for (const ReferencePose& p : poses) {
+    turns.push_back(turn_of(first.conjugate() * *p.orientation));
+    mean += turns.back() / static_cast<double>(poses.size());
+  }
+  Matrix3d spread = Matrix3d::Zero();
+  for (const Vector3d& t : turns)
+    spread += (t - mean) * (t - mean).transpose() / static_cast<double>(turns.size());
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(spread);
+  return kDegPerRad * std::sqrt(std::max(0.0, solver.eigenvalues()[1]));
+}
+
+}  // namespace
+
+hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
+  if (poses.size() < kMinPoses) {
+    return refusal("too few poses", std::to_string(poses.size()), "at least 40", "turn the tool for longer");
+  }
+  for (const ReferencePose& p : poses) {
+    if (!p.orientation) {
+      return refusal("the tracker sends no orientation", "", "poses with orientation",
+                     "use a body of three markers or more");
+    }
+  }
+  PivotFit fit;
+  fit.poses = poses.size();
+  fit.tilt_deg = tilt_deg(poses);
+  if (fit.tilt_deg < kMinTiltDeg) {
+    return refusal("the tool turned too little",
+                   fmt::format("{:.1f}°, standard deviation about its second axis", fit.tilt_deg),
+                   "at least 8°",
+                   "keep the tip in its hollow and lean the tool to all sides, by 30° and more");
+  }
+  std::vector<Row> rows;
+  for (const ReferencePose& p : poses) {
+    Row row;
+    row << p.orientation->toRotationMatrix(), -Matrix3d::Identity();
+    rows.push_back(row);
+  }
+  std::vector<double> weights(poses.size(), 1.0);
+  Vector6 x = Vector6::Zero();
+  Matrix6 information = Matrix6::Zero();
+  double noise_mm = 1.0;
+  for (int round = 0; round < 30; ++round) {
+    information.setZero();
+    Vector6 right = Vector6::Zero();
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      information += weights[i] * rows[i].transpose() * rows[i];
+      right -= weights[i] * rows[i].transpose() * poses[i].position_mm;
+    }
+    x = information.ldlt().solve(right);
+    std::vector<double> sizes;
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      sizes.push_back((rows[i] * x + poses[i].position_mm).norm());
+    noise_mm = std::max(1e-6, median(sizes) / kMedianOfThree);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const double u = sizes[i] / (6.0 * noise_mm);
+      weights[i] = round < 5 ? 1.0 / std::sqrt(1.0 + 36.0 * u * u)
+                   : u < 1.0 ? (1.0 - u * u) * (1.0 - u * u)
+                             : 0.0;
+    }
+  }
+  std::map<long, Vector6> seconds;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Vector3d r = rows[i] * x + poses[i].position_mm;
+    Vector6& score =
+        seconds.try_emplace(std::lround(std::floor(poses[i].stamp_s)), Vector6::Zero()).first->second;
+    score += weights[i] / (noise_mm * noise_mm) * rows[i].transpose() * r;
+    if (weights[i] < 0.3) {
+      ++fit.outliers;
+    } else {
+      squares += r.squaredNorm();
+    }
+  }
+  const Matrix6 inverse = (information / (noise_mm * noise_mm)).inverse();
+  Matrix6 spread = Matrix6::Zero();
+  for (const auto& [second, score] : seconds) spread += score * score.transpose();
+  const double agree = seconds.size() < 5 ? 1.0 : std::max(1.0, (inverse * spread).trace() / 6.0);
+  fit.tip_in_marker_mm = x.head<3>();
+  fit.pivot_mm = x.tail<3>();
+  fit.covariance_mm2 = agree * inverse.topLeftCorner<3, 3>();
+  fit.residual_rms_mm =
+      std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, fit.poses - fit.outliers)));
+  const double error_mm = std::sqrt(fit.covariance_mm2.trace());
+  if (!x.allFinite() || !(error_mm < kMaxErrorMm)) {
+    return refusal("the tip's place is not determined", fmt::format("{:.2f} mm, standard error", error_mm),
+                   "0.5 mm", "lean the tool further and to all sides, for longer");
+  }
+  if (static_cast<double>(fit.outliers) > kMaxOutlierShare * static_cast<double>(fit.poses)) {
+    return refusal("the tip did not stay where it was",
+                   fmt::format("{} of {} poses do not fit", fit.outliers, fit.poses), "30 %",
+                   "keep the tip in its hollow all the time");
+  }
+  return fit;
+}
+
+}  // namespace hapticd::calibration

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "hal/error.h"
+#include "server/calibration/estimate/arm_fit.h"
+#include "server/calibration/estimate/streams.h"
+
+namespace hapticd::calibration {
+
+/// What is wrong with a tracker's poses, before anything is fitted to them: too few, stamps that go back or
+/// jump, a tracker that froze or does not see the device, another unit, a left-handed frame, axes swapped,
+/// orientations that follow something else or are written in another order. The first that is found; nothing
+/// where they are fit for use.
+std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<ReferencePose>& reference,
+                                       const ArmFitSettings& settings);
+
+/// What a fit shows of the tracker's clock: a jump of some milliseconds, or a clock that runs at another
+/// speed where none was estimated.
+std::optional<hal::Error> check_clock(const ArmFit& fit);
+
+}  // namespace hapticd::calibration

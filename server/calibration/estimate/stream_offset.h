@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "server/calibration/estimate/streams.h"
+
+namespace hapticd::calibration {
+
+/// By how much a tracker's stamps are later than the rig's clock had it, roughly.
+struct StreamOffset {
+  double offset_s = 0.0;
+  double correlation = 0.0;  ///< of both speeds, there
+};
+
+/// Where the speeds of marker and tip are most alike, between the two offsets. Needs neither the frames nor
+/// the unit of the tracker. Nothing where too few poses fall together.
+std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<ReferencePose>& reference,
+                                        double from_s, double to_s);
+
+}  // namespace hapticd::calibration

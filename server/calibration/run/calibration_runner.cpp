@@ -1,0 +1,345 @@
+#include "server/calibration/run/calibration_runner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "hal/sim/simulated_rig.h"
+
+namespace hapticd::server {
+
+namespace {
+
+using calibration::CalibrationKind;
+using calibration::ReferencePose;
+using calibration::RigPose;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kPollInterval{10};
+constexpr std::chrono::milliseconds kReportEvery{250};
+constexpr double kRigPosesPerS = 250.0;
+constexpr double kTailS = 0.5;  ///< of the rig, after the last of the tracker's stamps is in
+
+Refusal busy(std::string what, std::string remedy) {
+  return {RefusalKind::kFailedPrecondition,
+          {std::move(what), "calibration", "", "", std::move(remedy)},
+          Reason::kBusy};
+}
+
+RigPose pose_of(const rt::TickRecord& record) {
+  const auto& q = record.tip_orientation;
+  const auto& p = record.tip_position_mm;
+  RigPose pose;
+  pose.time_s = 1e-9 * static_cast<double>(record.time_ns);
+  pose.angles = record.angles;
+  pose.tip_mm = {p.x, p.y, p.z};
+  pose.orientation = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
+  return pose;
+}
+
+sim::HandProgram motion_for(CalibrationKind kind) {
+  sim::HandProgram program;
+  program.kind = sim::HandProgram::Kind::kSway;
+  program.hold_s = -1.0;
+  program.speed_mm_per_s = kind == CalibrationKind::kTip ? 1.0 : 150.0;
+  program.rate_hz = kind == CalibrationKind::kTip ? 0.5 : 0.27;
+  program.place_mm = {0.0, -25.0, 70.0};
+  program.tilt_deg = 35.0;
+  program.twist_deg = 35.0;
+  return program;
+}
+
+}  // namespace
+
+CalibrationRunner::~CalibrationRunner() {
+  cancel_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request) {
+  if (auto unavailable = session_.unavailable()) return *unavailable;
+  const std::lock_guard lock(mutex_);
+  if (running_) {
+    return busy("a calibration runs already", "finish or cancel it: 'hapticctl calibrate cancel'");
+  }
+  if (!request.tip_calibration.empty()) {
+    const auto tip = store_.find(request.tip_calibration);
+    if (!tip) return tip.refusal();
+    if (!tip->tip_in_marker_mm || request.kind == CalibrationKind::kTip) {
+      return Refusal{RefusalKind::kInvalidArgument,
+                     {"this is no tip calibration, or there is no use for one",
+                      "StartCalibrationRequest.tip_calibration", request.tip_calibration,
+                      "the hash of a tip calibration, for registration or kinematics", ""}};
+    }
+  }
+  sim::SimulatedRig* const simulation = session_.simulation();
+  if (request.simulated_tracker && (simulation == nullptr || !simulation->tracker().there())) {
+    return Refusal{
+        RefusalKind::kFailedPrecondition,
+        {"the rig has no simulated tracker", "StartCalibrationRequest.simulated_tracker", "",
+         "a simulated rig whose conditions have tracker_rate_hz", "start hapticd with --rig sim:arm"},
+        Reason::kNotSimulated};
+  }
+  if (thread_.joinable()) thread_.join();
+  if (request.simulated_tracker) {
+    if (auto error = simulation->set_program(motion_for(request.kind))) {
+      return Refusal{RefusalKind::kFailedPrecondition, *error};
+    }
+    sim::TrackerPose old;
+    while (simulation->tracker().take(old)) {
+    }
+  }
+  request_ = request;
+  rig_ = {};
+  reference_.clear();
+  first_arrival_less_stamp_s_ = HUGE_VAL;
+  const std::uint64_t version = report_.version + 1;
+  report_ = {};
+  report_.version = version;
+  report_.id = "calibration-" + std::to_string(++started_);
+  report_.kind = request.kind;
+  report_.time_limit_s = request.time_limit_s;
+  report_.instruction = "move the tool";
+  finish_ = cancel_ = false;
+  running_ = true;
+  thread_ = std::thread([this] { perform(); });
+  return report_.id;
+}
+
+std::optional<Refusal> CalibrationRunner::push(const std::vector<ReferencePose>& reference,
+                                               const std::vector<RigPose>& rig) {
+  const double now_s = 1e-9 * static_cast<double>(session_.now_ns());
+  const std::lock_guard lock(mutex_);
+  if (!running_ || report_.state != CalibrationState::kRecording) {
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {"no calibration takes poses now", "PushReferencePoses", "", "", "start one first"}};
+  }
+  if (!rig.empty() && !request_.recorded) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {"the rig's poses come from the rig", "PushReferencePosesRequest.rig_poses", "",
+                    "none, but for a recorded calibration", "start it with recorded = true"}};
+  }
+  if (reference_.size() + reference.size() > kMaxPoses || rig_.size() + rig.size() > 5 * kMaxPoses) {
+    return Refusal{
+        RefusalKind::kResourceExhausted,
+        {"too many poses", "PushReferencePoses", std::to_string(reference_.size() + reference.size()),
+         "200 000", "finish the calibration"}};
+  }
+  for (const RigPose& pose : rig) {
+    if (rig_.add(pose)) continue;
+    return Refusal{
+        RefusalKind::kInvalidArgument,
+        {"a pose of the rig is no number, or its time does not rise", "PushReferencePosesRequest.rig_poses",
+         std::to_string(pose.time_s) + " s", "finite numbers, rising times", "see the recording"}};
+  }
+  for (const ReferencePose& pose : reference) {
+    double sum = pose.stamp_s + pose.position_mm.sum();
+    bool turned = true;
+    if (pose.orientation) {
+      sum += pose.orientation->coeffs().sum();
+      turned = std::abs(pose.orientation->norm() - 1.0) < 1e-3;
+    }
+    if (!std::isfinite(sum) || !turned) {
+      return Refusal{RefusalKind::kInvalidArgument,
+                     {"a pose is none", "ReferencePose", std::to_string(pose.stamp_s) + " s",
+                      "finite numbers, orientations of length 1", "leave out what the tracker did not see"}};
+    }
+    reference_.push_back(pose);
+    first_arrival_less_stamp_s_ = std::min(first_arrival_less_stamp_s_, now_s - pose.stamp_s);
+  }
+  return std::nullopt;
+}
+
+Outcome<CalibrationReport> CalibrationRunner::wait_until_over(const Caller& caller) {
+  std::unique_lock lock(mutex_);
+  if (report_.id.empty()) {
+    return Refusal{RefusalKind::kNotFound, {"there was no calibration", "calibration", "", "", "start one"}};
+  }
+  const auto until = caller.until(std::chrono::minutes(2));
+  while (!report_.over()) {
+    if (caller.cancelled())
+      return Refusal{RefusalKind::kCancelled, {"the caller left", "calibration", "", "", ""}};
+    if (Clock::now() >= until) {
+      return Refusal{RefusalKind::kDeadlineExceeded,
+                     {"the calibration is not over yet", "calibration", "", "", "watch it"}};
+    }
+    changed_.wait_for(lock, std::chrono::milliseconds(100));
+  }
+  return report_;
+}
+
+Outcome<CalibrationReport> CalibrationRunner::finish(const Caller& caller) {
+  finish_ = true;
+  return wait_until_over(caller);
+}
+
+Outcome<CalibrationReport> CalibrationRunner::cancel(const Caller& caller) {
+  cancel_ = true;
+  return wait_until_over(caller);
+}
+
+Outcome<CalibrationReport> CalibrationRunner::report(const std::string& id, std::uint64_t newer_than,
+                                                     const Caller& caller) {
+  std::unique_lock lock(mutex_);
+  if (report_.id.empty() || (!id.empty() && id != report_.id)) {
+    return Refusal{
+        RefusalKind::kNotFound,
+        {"there is no such calibration", "calibration", id, "the one that runs, or the last one", ""}};
+  }
+  const auto until = caller.until(std::chrono::hours(24));
+  while (report_.version <= newer_than && !report_.over() && !caller.cancelled() && Clock::now() < until) {
+    changed_.wait_for(lock, std::chrono::milliseconds(100));
+  }
+  return report_;
+}
+
+void CalibrationRunner::take_rig_poses(Subscription& subscription) {
+  Subscription::Batch batch;
+  while (subscription.take(batch, Clock::now())) {
+    const std::lock_guard lock(mutex_);
+    for (const Subscription::Entry& entry : batch.entries) {
+      constexpr std::uint32_t kUnfit = hal::sample_status::kDeviceFault | hal::sample_status::kDeviceNotReady;
+      if ((entry.record().sample_status & kUnfit) == 0) rig_.add(pose_of(entry.record()));
+    }
+  }
+}
+
+void CalibrationRunner::take_simulated_poses() {
+  sim::TrackerPose seen;
+  std::vector<ReferencePose> poses;
+  while (session_.simulation()->tracker().take(seen)) {
+    ReferencePose pose;
+    pose.stamp_s = 1e-9 * static_cast<double>(seen.stamp_ns);
+    pose.position_mm = {seen.position_mm.x, seen.position_mm.y, seen.position_mm.z};
+    if (seen.has_orientation) {
+      pose.orientation =
+          Eigen::Quaterniond(seen.orientation.w, seen.orientation.x, seen.orientation.y, seen.orientation.z)
+              .normalized();
+    }
+    poses.push_back(pose);
+  }
+  push(poses, {});
+}
+
+void CalibrationRunner::look_at_motion() {
+  calibration::RigStream rig;
+  std::vector<ReferencePose> reference;
+  {
+    const std::lock_guard lock(mutex_);
+    rig = rig_;
+    reference = reference_;
+  }
+  auto items = calibration::coverage_of(request_.kind, rig, reference);
+  const std::lock_guard lock(mutex_);
+  report_.duration_s = request_.kind == CalibrationKind::kTip && rig.size() < 2 && !reference.empty()
+                           ? reference.back().stamp_s - reference.front().stamp_s
+                           : rig.end_s() - rig.begin_s();
+  report_.rig_poses = rig.size();
+  report_.reference_poses = reference.size();
+  report_.completion = std::max(report_.completion, calibration::completion_of(items));
+  const auto lacking = std::find_if(items.begin(), items.end(), [](const auto& i) { return !i.enough(); });
+  report_.instruction =
+      lacking != items.end() ? lacking->instruction : "enough was seen; finish when you like";
+  report_.coverage = std::move(items);
+  ++report_.version;
+  changed_.notify_all();
+}
+
+void CalibrationRunner::listen() {
+  SubscriptionOptions options;
+  options.is_own = true;
+  options.decimation =
+      static_cast<std::uint32_t>(std::max(1.0, std::floor(session_.rig_info().rate_hz / kRigPosesPerS)));
+  const auto subscription = hub_.subscribe(options);
+  auto next_look = Clock::now();
+  double heard_enough_at_s = HUGE_VAL;
+  while (!cancel_) {
+    if (!request_.recorded) take_rig_poses(*subscription);
+    if (request_.simulated_tracker) take_simulated_poses();
+    const double now_s = 1e-9 * static_cast<double>(session_.now_ns());
+    if (Clock::now() >= next_look) {
+      look_at_motion();
+      next_look = Clock::now() + kReportEvery;
+      const std::lock_guard lock(mutex_);
+      const bool enough = std::all_of(report_.coverage.begin(), report_.coverage.end(),
+                                      [](const auto& item) { return item.enough(); });
+      // A simulated hand has no reason to go on; nor has anyone beyond the limit.
+      const double useful_s = request_.kind == CalibrationKind::kKinematics ? 45.0 : 20.0;
+      const bool simulated_is_done = request_.simulated_tracker && enough && report_.duration_s > useful_s;
+      if (finish_ || simulated_is_done || report_.duration_s > request_.time_limit_s) {
+        heard_enough_at_s = std::min(heard_enough_at_s, now_s);
+      }
+    }
+    const bool tail_is_in = request_.recorded || now_s - heard_enough_at_s > kTailS;
+    if (std::isfinite(heard_enough_at_s) && tail_is_in) break;
+    if (session_.unavailable()) {
+      cancel_ = true;
+      break;
+    }
+    std::this_thread::sleep_for(kPollInterval);
+  }
+  hub_.unsubscribe(subscription);
+  if (request_.simulated_tracker) session_.simulation()->set_program({});
+}
+
+std::optional<Refusal> CalibrationRunner::conclude() {
+  calibration::RigStream rig;
+  std::vector<ReferencePose> reference;
+  std::vector<calibration::CoverageItem> coverage;
+  {
+    const std::lock_guard lock(mutex_);
+    report_.state = CalibrationState::kFitting;
+    report_.instruction = "computing";
+    ++report_.version;
+    rig = rig_;
+    reference = reference_;
+    // Its own clock is brought to the rig's, but for what the fit finds: as if the quickest pose took no
+    // time.
+    if (request_.own_clock && !request_.recorded) {
+      for (ReferencePose& pose : reference) pose.stamp_s += first_arrival_less_stamp_s_;
+    }
+    coverage = report_.coverage;
+    changed_.notify_all();
+  }
+  auto made = fit(request_, rig, std::move(reference));
+  if (!made) return made.refusal();
+  // What is wrong with the poses is said first: it explains what is missing.
+  for (const auto& item : coverage) {
+    if (item.value >= 0.5 * item.required) continue;
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {"there is too little variation: " + item.name, "calibration",
+                    fmt::format("{:.1f} {}", item.value, item.unit),
+                    fmt::format("at least {:.0f} {}", item.required, item.unit), item.instruction}};
+  }
+  const auto stored = store_.keep(std::move(*made));
+  if (!stored) return stored.refusal();
+  if (request_.adopt && request_.kind != CalibrationKind::kTip) {
+    if (const auto adopted = store_.adopt(stored->hash); !adopted) return adopted.refusal();
+  }
+  const std::lock_guard lock(mutex_);
+  report_.stored = stored->hash;
+  return std::nullopt;
+}
+
+void CalibrationRunner::perform() {
+  listen();
+  std::optional<Refusal> refusal;
+  if (!cancel_) {
+    look_at_motion();
+    refusal = conclude();
+  }
+  const std::lock_guard lock(mutex_);
+  report_.state = cancel_   ? CalibrationState::kCancelled
+                  : refusal ? CalibrationState::kFailed
+                            : CalibrationState::kStored;
+  if (refusal) report_.problem = refusal->error;
+  report_.instruction.clear();
+  ++report_.version;
+  running_ = false;
+  changed_.notify_all();
+}
+
+}  // namespace hapticd::server

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/calibration/estimate/coverage.h"
+#include "server/calibration/estimate/streams.h"
+#include "server/calibration/store/calibration_store.h"
+#include "server/session/caller.h"
+#include "server/session/outcome.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
+
+namespace hapticd::server {
+
+struct CalibrationRequest {
+  calibration::CalibrationKind kind = calibration::CalibrationKind::kKinematics;
+  double time_limit_s = 120.0;
+  bool own_clock = false;
+  bool recorded = false;
+  bool simulated_tracker = false;
+  std::string tip_calibration;
+  bool adopt = false;
+};
+
+enum class CalibrationState : std::uint8_t { kRecording, kFitting, kStored, kCancelled, kFailed };
+
+struct CalibrationReport {
+  std::string id;
+  calibration::CalibrationKind kind = calibration::CalibrationKind::kKinematics;
+  CalibrationState state = CalibrationState::kRecording;
+  double duration_s = 0.0;
+  double time_limit_s = 0.0;
+  std::size_t reference_poses = 0;
+  std::size_t rig_poses = 0;
+  double completion = 0.0;
+  std::string instruction;
+  std::vector<calibration::CoverageItem> coverage;
+  std::string stored;
+  std::optional<hal::Error> problem;
+  std::uint64_t version = 0;
+
+  bool over() const { return state != CalibrationState::kRecording && state != CalibrationState::kFitting; }
+};
+
+/// Runs calibrations, one at a time, in a thread of its own: takes the rig's poses from the telemetry hub and
+/// the tracker's from whoever pushes them, tells what the motion lacks, fits and stores. The loop knows
+/// nothing of it. Any thread may call.
+class CalibrationRunner {
+ public:
+  static constexpr std::size_t kMaxPoses = 200'000;
+
+  CalibrationRunner(Session& session, TelemetryHub& hub, CalibrationStore& store)
+      : session_(session), hub_(hub), store_(store) {}
+  ~CalibrationRunner();
+  CalibrationRunner(const CalibrationRunner&) = delete;
+  CalibrationRunner& operator=(const CalibrationRunner&) = delete;
+
+  Outcome<std::string> start(const CalibrationRequest& request);
+  /// Poses of the tracker, and of the rig where it is recorded. Refused where a number is none, there are too
+  /// many, or nothing runs that takes them.
+  std::optional<Refusal> push(const std::vector<calibration::ReferencePose>& reference,
+                              const std::vector<calibration::RigPose>& rig);
+  /// Fits what there is, and waits until that is over.
+  Outcome<CalibrationReport> finish(const Caller& caller);
+  Outcome<CalibrationReport> cancel(const Caller& caller);
+  Outcome<CalibrationReport> report(const std::string& id, std::uint64_t newer_than, const Caller& caller);
+  CalibrationStore& store() { return store_; }
+
+ private:
+  void perform();
+  void listen();
+  void take_rig_poses(Subscription& subscription);
+  void take_simulated_poses();
+  void look_at_motion();
+  std::optional<Refusal> conclude();
+  Outcome<StoredCalibration> fit(const CalibrationRequest& request, const calibration::RigStream& rig,
+                                 std::vector<calibration::ReferencePose> reference);
+  Outcome<CalibrationReport> wait_until_over(const Caller& caller);
+
+  Session& session_;
+  TelemetryHub& hub_;
+  CalibrationStore& store_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  CalibrationRequest request_;
+  CalibrationReport report_;  ///< of the one that runs, or the last one
+  calibration::RigStream rig_;
+  std::vector<calibration::ReferencePose> reference_;
+  double first_arrival_less_stamp_s_ = 0.0;  ///< smallest so far: a clock of its own begins there
+  std::uint64_t started_ = 0;
+  bool running_ = false;
+  std::atomic<bool> finish_{false};
+  std::atomic<bool> cancel_{false};
+  std::thread thread_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/calibration/model/adopted_calibration.h"
+#include "server/calibration/store/stored_calibration.h"
+#include "server/session/outcome.h"
+
+namespace hapticd::server {
+
+/// Calibrations that were made, one file each, HASH.json; and which of them is adopted, in the file
+/// `adopted`. A file that does not have its hash is left alone and not shown. Any thread.
+class CalibrationStore {
+ public:
+  /// `folder` is made with the first calibration; empty = in memory. `rig`: a calibration of another rig is
+  /// not adopted when the daemon starts.
+  CalibrationStore(std::string folder, std::string rig);
+
+  /// Gives it its hash, and keeps it.
+  Outcome<StoredCalibration> keep(StoredCalibration calibration);
+  /// Newest first.
+  std::vector<StoredCalibration> list() const;
+  /// By hash, or at least six of its first digits.
+  Outcome<StoredCalibration> find(const std::string& hash) const;
+  /// Empty: none any more. Refused: a tip calibration, which corrects nothing by itself; one of another rig.
+  Outcome<std::string> adopt(const std::string& hash);
+  std::optional<Refusal> remove(const std::string& hash);
+  /// Hash of the one in use; empty = none.
+  std::string adopted_hash() const;
+  /// For whoever corrects poses.
+  const calibration::AdoptedCalibration& adopted() const { return adopted_; }
+
+ private:
+  Outcome<StoredCalibration> find_locked(const std::string& hash) const;
+  std::optional<Refusal> write(const std::string& name, const std::string& text) const;
+
+  const std::string folder_;
+  const std::string rig_;
+  mutable std::mutex mutex_;
+  std::vector<StoredCalibration> all_;  ///< oldest first
+  std::string adopted_hash_;
+  calibration::AdoptedCalibration adopted_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+
+#include "rt/record/tick_record.h"
+#include "server/pose/tip_motion.h"
+
+namespace hapticd::pose {
+
+/// A contact, as a client gets it with every pose until the next one begins.
+struct ContactEvent {
+  std::uint32_t number = 0;  ///< counts the contacts of the loaded scene from 1
+  rt::OnsetInstant began;
+  std::int64_t declared_ns = 0;
+  Eigen::Vector3d tip_mm = Eigen::Vector3d::Zero();  ///< where it began, as encoders have it, rig frame
+  bool tip_known = false;                            ///< false: it was followed only after it had begun
+  std::optional<std::int64_t> ended_ns;
+  bool withdrawn = false;  ///< it turned out to be no object
+};
+
+/// Makes events of what the records say about contact.
+class ContactFollower {
+ public:
+  /// `path`: of the tip, this record's included.
+  void follow(const rt::TickRecord& record, const TipMotion& path) noexcept;
+  void forget() noexcept { event_.reset(); }
+  /// The present contact, or else the last; none before the first.
+  const std::optional<ContactEvent>& event() const noexcept { return event_; }
+
+ private:
+  std::optional<ContactEvent> event_;
+  bool in_contact_ = false;
+  std::uint32_t scene_ = 0;
+  std::uint32_t withdrawn_ = 0;
+};
+
+}  // namespace hapticd::pose

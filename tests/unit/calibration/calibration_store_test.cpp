@@ -1,0 +1,94 @@
+#include "server/calibration/store/calibration_store.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::server {
+namespace {
+
+StoredCalibration example(const std::string& rig = "sim:test") {
+  StoredCalibration c;
+  c.kind = calibration::CalibrationKind::kKinematics;
+  c.created = "2026-01-02T03:04:05Z";
+  c.rig = rig;
+  c.fit.calibration.arm.first_link_mm = 215.25;
+  c.fit.calibration.covariance.setIdentity();
+  c.fit.latency_s = 0.0125;
+  c.fit.parameters = {{"joint_1_gain", 1.01, 0.001, 1.0, "1"}};
+  c.target_error = {{Eigen::Vector3d(1, 2, 3), Eigen::Matrix3d::Identity()}};
+  return c;
+}
+
+TEST(StoredCalibration, ReadsBackAsItWasWritten) {
+  const std::string text = calibration_text(example());
+  const auto read = read_calibration(text);
+  ASSERT_TRUE(read) << read.error().text();
+  EXPECT_EQ(calibration_text(*read), text);
+  EXPECT_EQ(read->hash.size(), 64U);
+  EXPECT_DOUBLE_EQ(read->fit.calibration.arm.first_link_mm, 215.25);
+  EXPECT_DOUBLE_EQ(read->fit.calibration.tracker_latency_s, 0.0125);
+}
+
+TEST(StoredCalibration, RefusesWhatIsNone) {
+  EXPECT_FALSE(read_calibration("{}"));
+  EXPECT_FALSE(read_calibration("no JSON"));
+  std::string text = calibration_text(example());
+  text.replace(text.find("215.25"), 6, "\"long\"");
+  EXPECT_FALSE(read_calibration(text));
+}
+
+TEST(CalibrationStore, KeepsAdoptsAndDeletesOverARestart) {
+  const test::TemporaryFolder folder;
+  std::string hash;
+  {
+    CalibrationStore store(folder.path(), "sim:test");
+    const auto kept = store.keep(example());
+    ASSERT_TRUE(kept);
+    hash = kept->hash;
+    EXPECT_EQ(store.adopted().get(), nullptr);
+    ASSERT_TRUE(store.adopt(hash.substr(0, 8)));
+    ASSERT_NE(store.adopted().get(), nullptr);
+    EXPECT_EQ(store.adopted().get()->name, hash);
+  }
+  CalibrationStore store(folder.path(), "sim:test");
+  EXPECT_EQ(store.adopted_hash(), hash);
+  ASSERT_NE(store.adopted().get(), nullptr);
+  const auto in_use = store.remove(hash);
+  ASSERT_TRUE(in_use);
+  EXPECT_EQ(in_use->reason, Reason::kInUse);
+  ASSERT_TRUE(store.adopt(""));
+  EXPECT_EQ(store.adopted().get(), nullptr);
+  EXPECT_FALSE(store.remove(hash));
+  EXPECT_TRUE(store.list().empty());
+  EXPECT_TRUE(CalibrationStore(folder.path(), "sim:test").list().empty());
+}
+
+TEST(CalibrationStore, DoesNotAdoptATipNorAnotherRigs) {
+  CalibrationStore store("", "sim:test");
+  StoredCalibration tip = example();
+  tip.kind = calibration::CalibrationKind::kTip;
+  const auto kept_tip = store.keep(tip);
+  const auto kept_other = store.keep(example("sim:other"));
+  ASSERT_TRUE(kept_tip && kept_other);
+  EXPECT_FALSE(store.adopt(kept_tip->hash));
+  EXPECT_FALSE(store.adopt(kept_other->hash));
+  EXPECT_FALSE(store.adopt("abc"));
+}
+
+TEST(CalibrationStore, AFileThatWasChangedIsNotShown) {
+  const test::TemporaryFolder folder;
+  std::string hash;
+  {
+    CalibrationStore store(folder.path(), "sim:test");
+    hash = store.keep(example())->hash;
+  }
+  std::ofstream(std::filesystem::path(folder.path()) / (hash + ".json"), std::ios::app) << " ";
+  EXPECT_TRUE(CalibrationStore(folder.path(), "sim:test").list().empty());
+}
+
+}  // namespace
+}  // namespace hapticd::server

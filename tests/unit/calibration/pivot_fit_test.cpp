@@ -1,0 +1,71 @@
+#include "server/calibration/estimate/pivot_fit.h"
+
+#include <gtest/gtest.h>
+
+#include "hal/sim/base/random.h"
+#include "server/calibration/model/rigid_transform.h"
+
+namespace hapticd::calibration {
+namespace {
+
+const Eigen::Vector3d kTip(12.0, -7.0, -95.0);
+const Eigen::Vector3d kPivot(300.0, 40.0, 900.0);
+
+std::vector<ReferencePose> pivoted(double tilt_rad, double noise_mm = 0.3, double outlier_share = 0.0) {
+  sim::Random random(3);
+  std::vector<ReferencePose> poses;
+  for (int i = 0; i < 900; ++i) {
+    ReferencePose pose;
+    pose.stamp_s = i / 60.0;
+    const Eigen::Vector3d turn(tilt_rad * std::sin(0.9 * pose.stamp_s),
+                               tilt_rad * std::cos(0.7 * pose.stamp_s), 0.1);
+    pose.orientation = rotation_by(turn);
+    const Eigen::Vector3d noise(random.normal(), random.normal(), random.normal());
+    pose.position_mm = kPivot - *pose.orientation * kTip + noise_mm * noise;
+    if (random.uniform() < outlier_share) pose.position_mm += 80.0 * noise;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+TEST(PivotFit, FindsTheTipWithinItsStandardError) {
+  const auto fit = fit_pivot(pivoted(0.5, 0.3, 0.05));
+  ASSERT_TRUE(fit) << fit.error().text();
+  const Eigen::Vector3d off = fit->tip_in_marker_mm - kTip;
+  EXPECT_LT(off.norm(), 4.0 * std::sqrt(fit->covariance_mm2.trace()));
+  EXPECT_LT(off.norm(), 0.3);
+  EXPECT_GT(fit->outliers, 20U);
+}
+
+TEST(PivotFit, RefusesAToolThatHardlyTurned) {
+  const auto fit = fit_pivot(pivoted(0.05));
+  ASSERT_FALSE(fit);
+  EXPECT_EQ(fit.error().what, "the tool turned too little");
+}
+
+TEST(PivotFit, RefusesPosesWithoutOrientation) {
+  auto poses = pivoted(0.5);
+  poses[5].orientation.reset();
+  const auto fit = fit_pivot(poses);
+  ASSERT_FALSE(fit);
+  EXPECT_EQ(fit.error().what, "the tracker sends no orientation");
+}
+
+TEST(PivotFit, RefusesATipThatSlid) {
+  auto poses = pivoted(0.5);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (i % 5 < 2) poses[i].position_mm.x() += 25.0;
+  }
+  const auto fit = fit_pivot(poses);
+  ASSERT_FALSE(fit);
+  EXPECT_EQ(fit.error().what, "the tip did not stay where it was");
+}
+
+TEST(PivotFit, RefusesTooFewPoses) {
+  auto poses = pivoted(0.5);
+  poses.resize(20);
+  EXPECT_FALSE(fit_pivot(poses));
+}
+
+}  // namespace
+}  // namespace hapticd::calibration
