@@ -41,6 +41,12 @@ export function show(place, {rig, argument}) {
 
   async function open(file) {
     const isIncident = file.kind === 'RECORDING_KIND_INCIDENT';
+    // Its summary is written last: one that is not there yet comes in a moment.
+    for (let tries = 0; isIncident && !Number(file.cause_after_s) && tries < 5; ++tries) {
+      await new Promise((done) => setTimeout(done, 1000));
+      const {recordings} = await rpc('RecordingService/ListRecordings', {kind: file.kind});
+      file = recordings.find((one) => one.id === file.id) || file;
+    }
     const request = {id: file.id, kind: file.kind, columns: COLUMNS};
     fill(events);
     shownPart.hidden = false;
