@@ -251,6 +251,11 @@ function start() {
     const chosen = views(scene.canvas.width / scene.canvas.height);
     const behind = view.background === 'clear' ? [0, 0, 0, 0] : hasCamera ? [0.2, 0.21, 0.22, 1] : [0.06, 0.08, 0.1, 1];
     const matrices = scene.draw(chosen, parts, behind);
+    if (state.onDrawn) {
+      // For tests: after this callback the picture is gone from the canvas.
+      state.onDrawn(scene.canvas);
+      state.onDrawn = null;
+    }
     const projections = matrices.map((matrix, i) => ({ matrix, x: chosen[i].x, width: chosen[i].width }));
     state.missMm = truth && shown ? norm(minus(shown.tip, truth.tip)) : NaN;
     label(0, projections, shown && shown.tip, Number.isFinite(state.missMm) ? `off by ${fixed(state.missMm, 1)} mm` : '', 'error');
