@@ -72,7 +72,7 @@ def colours(browser: Any) -> dict[str, float]:
         const p = flat.getImageData(0, 0, copy.width, copy.height).data, n = { blue: 0, orange: 0, red: 0 };
         for (let i = 0; i < p.length; i += 4) {
           if (p[i + 2] > p[i] + 60) n.blue++;
-          else if (p[i] > p[i + 2] + 110 && p[i + 1] > p[i + 2] + 50) n.orange++;
+          else if (p[i] > p[i + 2] + 60 && p[i + 1] > p[i + 2] + 35) n.orange++;
           else if (p[i] > p[i + 1] + 90 && p[i] > p[i + 2] + 60) n.red++;
         }
         for (const name in n) n[name] *= 4000 / p.length;

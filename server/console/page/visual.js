@@ -159,7 +159,7 @@ function overlayParts(pose, shown, hasCamera) {
   // After the picture's depth is gone: what is tracked is seen wherever it is.
   parts.push({ mesh: 'tool', model: posed(shown.orientation, shown.tip), colour: [0.22, 0.78, 1, hasCamera ? 0.45 : 0.9], rim: 0.6, gloss: 0.4, clearsDepth: true });
   if (pose.position_covariance_mm2) {
-    parts.push({ mesh: 'sphere', model: ellipsoid(pose.position_covariance_mm2, shown.tip, 2), colour: [1, 0.72, 0.3, 0.35], rim: 0.9, onTop: true });
+    parts.push({ mesh: 'sphere', model: ellipsoid(pose.position_covariance_mm2, shown.tip, 2), colour: [1, 0.72, 0.3, 0.75], rim: 0.5, onTop: true });
   }
   if (pose.in_contact && pose.normal) {
     const length = 12 + 10 * Math.min(4, Math.abs(pose.reaction_force_n || 0));
