@@ -371,7 +371,8 @@ std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) 
   return std::nullopt;
 }
 
-std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
+std::optional<hal::Error> SimulatedRig::set_object(const std::string& name,
+                                                   const hal::Vector3& inclusion_aside_mm) {
   std::optional<ObjectModel> model;
   if (name != "none") {
     model = object_preset(name);
@@ -379,6 +380,14 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
       return hal::Error{"unknown object", "simulated rig", name, joined(object_preset_names()) + ", none",
                         ""};
     }
+  }
+  const Vector3 aside{inclusion_aside_mm.x, inclusion_aside_mm.y, 0.0};
+  if (aside.x != 0.0 || aside.y != 0.0) {
+    if (!model || !model->phantom || !model->phantom->inclusion) {
+      return hal::Error{"this object has no inclusion that could lie aside", "simulated rig", name,
+                        "phantom_hard, phantom_soft", ""};
+    }
+    if (auto error = model->phantom->put_inclusion(aside)) return error;
   }
   const std::lock_guard lock(state_->world);
   state_->publish_object(name, model ? &*model : nullptr);

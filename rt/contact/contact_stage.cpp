@@ -4,12 +4,32 @@
 
 namespace hapticd::rt {
 
+namespace {
+
+double inner(double a, double b) noexcept {
+  return a * b;
+}
+double inner(const hal::Vector3& a, const hal::Vector3& b) noexcept {
+  return dot(a, b);
+}
+
+}  // namespace
+
 template <class Value>
 void BasicContactStage<Value>::reset() noexcept {
   residual_.reset();
   detector_.reset();
   evidence_.reset();
   onset_.forget();
+}
+
+template <class Value>
+bool BasicContactStage<Value>::may_be_met(const Input& now) const noexcept {
+  if (force_n_ <= parameters_.threshold_n || force_n_ > evidence_.max_free_force_n()) return true;
+  const double speed_mm_per_s = magnitude(now.velocity_mm_per_s);
+  if (speed_mm_per_s < kMovingMmPerS) return true;
+  // Signed as the residual is: what opposes the motion is along it.
+  return inner(residual_.residual_n(), now.velocity_mm_per_s) > -kAlongCosine * force_n_ * speed_mm_per_s;
 }
 
 template <class Value>
@@ -32,7 +52,8 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
     after_gap_ = now.interval.is_gap;
     onset_.remember(now.tip_mm, residual_.prompt_force_n(), residual_.prompt_force_ns());
     force_n_ = magnitude(residual_.residual_n());
-    detector_.update(force_n_, now.depth_mm, now.contact_depth_mm, residual_.irregular_n());
+    detector_.update(force_n_, now.depth_mm, now.contact_depth_mm, residual_.irregular_n(),
+                     in_contact() || may_be_met(now));
     if (detector_.just_left_surface()) {
       // What still pulls above the surface of an object that never resisted was none, if it does so again and
       // again.

@@ -26,9 +26,10 @@ class BasicContactStage {
     TickInterval interval;
     /// Force the sensor bears besides its zero and the tool's weight, with the position and their instants.
     typename BasicFreeMotionResidual<Value>::Measurement free_motion;
-    Value tip_mm{};           ///< where an onset is placed
-    double reaction_n = 0.0;  ///< magnitude of f_r, for the published method
-    double depth_mm = 0.0;    ///< and where the present contact began, along one line into the object
+    Value tip_mm{};             ///< where an onset is placed
+    Value velocity_mm_per_s{};  ///< of the tip, signed as `free_motion.position_mm`
+    double reaction_n = 0.0;    ///< magnitude of f_r, for the published method
+    double depth_mm = 0.0;      ///< and where the present contact began, along one line into the object
     double contact_depth_mm = 0.0;
     double acceleration_mm_per_s2 = 0.0;  ///< magnitude
   };
@@ -83,6 +84,13 @@ class BasicContactStage {
   /// Contacts in a row that never resisted, without a quiet time between: a bouncing tool makes one or two.
   static constexpr int kUnprovenToWithdraw = 3;
   static constexpr double kQuietS = 0.02;
+  static constexpr double kMovingMmPerS = 10.0;
+  static constexpr double kAlongCosine = 0.5;
+
+  /// Whether what is felt may be an object that the tip meets: it opposes the motion. A force along the
+  /// motion is what a stop leaves, whose inertia is known a filter's delay late: a surface cannot push the
+  /// tip the way it goes. Unless it is more than free motion can leave.
+  bool may_be_met(const Input& now) const noexcept;
 
   double force_n_ = 0.0;
   int unproven_ = 0;

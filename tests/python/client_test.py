@@ -51,7 +51,7 @@ def test_every_call_reaches_the_daemon(rig: hapticd.Rig, name: str) -> None:
     call = TABLE[name]
     method = getattr(rig, call.python_name)
     try:
-        if name == "IdentificationService/UploadRecording":
+        if name in ("IdentificationService/UploadRecording", "CalibrationService/PushReferencePoses"):
             method(iter([]), deadline_s=5)
             return
         answer = method(**ARGUMENTS.get(call.python_name, {}))

@@ -107,10 +107,8 @@ class Page:
 
         self.wait(lambda: [o for o in self.field(label).find_elements("tag name", "option") if o.text.startswith(value)])
         select = Select(self.field(label))
-        for option in select.options:
-            if option.text.startswith(value):
-                select.select_by_visible_text(option.text)
-                return
+        texts = [option.text for option in select.options]
+        select.select_by_visible_text(value if value in texts else next(text for text in texts if text.startswith(value)))
 
     def field(self, label: str) -> Any:
         return self.driver.find_element("css selector", f"[aria-label='{label}']")

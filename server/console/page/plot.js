@@ -134,7 +134,8 @@ export class Traces {
     this.#timeAxis(from, to, xOf, height, bottom, colours);
     const cursorTime = this.cursor !== null && this.cursor >= left ? from + (this.cursor - left) / plotWidth * (to - from) : null;
     const cursorRow = cursorTime === null ? -1 : Math.min(rows.find(cursorTime), rows.end - 1);
-    for (let i = 0; i < series.length; ++i) this.#band(i, i * band, band, first, last, from, to, left, plotWidth, cursorRow, colours);
+    this.#divide(first, last, from, to, Math.max(1, Math.floor(plotWidth)));
+    for (let i = 0; i < series.length; ++i) this.#band(i, i * band, band, left, plotWidth, cursorRow, colours);
     ink.lineWidth = 1;
     for (const mark of this.marks) {
       if (mark.time < from || mark.time > to) continue;
@@ -169,27 +170,39 @@ export class Traces {
     ink.stroke();
     ink.textAlign = 'left';
   }
-  #band(i, top, band, first, last, from, to, left, plotWidth, cursorRow, colours) {
-    const ink = this.ink, {rows, series} = this;
-    const values = rows.columns[i + 1], times = rows.columns[0], capacity = rows.capacity;
-    const columns = Math.max(1, Math.floor(plotWidth));
-    this.low ??= new Float32Array(8192);
-    this.high ??= new Float32Array(8192);
-    const {low, high} = this;
-    low.fill(NaN, 0, columns);
-    high.fill(NaN, 0, columns);
-    let least = Infinity, most = -Infinity;
-    const perS = columns / (to - from);
+  // Which rows fall into which pixel column: once for all series. starts[c] is the first row of column c.
+  #divide(first, last, from, to, columns) {
+    if (!this.starts || this.starts.length <= columns) {
+      this.starts = new Float64Array(columns + 1);
+      this.low = new Float32Array(columns);
+      this.high = new Float32Array(columns);
+    }
+    const {starts, rows} = this, times = rows.columns[0], capacity = rows.capacity, perS = columns / (to - from);
+    let next = 0;
     for (let row = first, place = first % capacity; row < last; ++row) {
-      const value = values[place];
-      const column = ((times[place] - from) * perS) | 0;
-      if (value === value && column >= 0 && column < columns) {
-        if (!(low[column] <= value)) low[column] = value;
-        if (!(high[column] >= value)) high[column] = value;
-        if (value < least) least = value;
-        if (value > most) most = value;
-      }
+      const column = Math.floor((times[place] - from) * perS);
+      while (next <= column && next <= columns) starts[next++] = row;
       if (++place === capacity) place = 0;
+    }
+    while (next <= columns) starts[next++] = last;
+    this.pixels = columns;
+  }
+  #band(i, top, band, left, plotWidth, cursorRow, colours) {
+    const ink = this.ink, {rows, series, low, high, starts, pixels: columns} = this;
+    const values = rows.columns[i + 1], capacity = rows.capacity;
+    let least = Infinity, most = -Infinity, place = starts[0] % capacity;
+    for (let column = 0; column < columns; ++column) {
+      let l = Infinity, h = -Infinity; // NaN is neither less nor more
+      for (let n = starts[column + 1] - starts[column]; n > 0; --n) {
+        const value = values[place];
+        if (value < l) l = value;
+        if (value > h) h = value;
+        if (++place === capacity) place = 0;
+      }
+      low[column] = l;
+      high[column] = h;
+      if (l < least) least = l;
+      if (h > most) most = h;
     }
     const scale = this.scales[i];
     if (least <= most) scale.show(least, most);
@@ -223,7 +236,7 @@ export class Traces {
     ink.beginPath();
     let isDown = false;
     for (let column = 0; column < columns; ++column) {
-      if (!(low[column] <= high[column])) continue; // no sample in this column: the line goes on
+      if (low[column] > high[column]) continue; // no sample in this column: the line goes on
       const x = left + column + 0.5;
       const from_ = yOf(low[column]), to_ = yOf(high[column]);
       if (!isDown) ink.moveTo(x, from_); else ink.lineTo(x, from_);
@@ -316,7 +329,7 @@ export class Trail {
       ink.stroke();
       ink.setLineDash([]);
     }
-    const pieces = 16, step = Math.max(1, Math.floor((last - first) / 3000));
+    const pieces = 12, step = Math.max(1, Math.floor((last - first) / 1200));
     for (const [values, own, wide] of [[objects, colour(4), 1.2], [felts, colour(0), 2]]) {
       ink.strokeStyle = own;
       ink.lineWidth = wide;

@@ -42,11 +42,11 @@ export function show(place, {rig}) {
   const fit = el('canvas', {class: 'plot', role: 'img', 'aria-label': 'measured and model'});
   const fitCard = card('Fit', fit);
   fitCard.hidden = true;
-  const hands = el('div', {class: 'row'});
+  const hands = el('p', {class: 'hint'});
   const past = el('div');
   place.append(el('div', {class: 'two'},
-    el('div', {}, card('What', el('div', {class: 'row'}, task), objectRow, lawRow, el('label', {class: 'row'}, adopt, 'use the model at once'), hint,
-      el('div', {class: 'row'}, start, cancel), said, hands), card('Before', past)),
+    el('div', {}, card('What', el('div', {class: 'row'}, task), objectRow, lawRow, el('label', {class: 'row'}, adopt, 'use the model at once'), hint, hands,
+      el('div', {class: 'row'}, start, cancel), said), card('Before', past)),
     el('div', {}, card('What to do now', instruction, progress, state, missing, problem, parameters),
       card('Coverage', el('p', {class: 'hint'}, 'green: enough; blue: some; framed: still wanted'), maps), fitCard)));
 
@@ -79,7 +79,7 @@ export function show(place, {rig}) {
     fill(missing, [...p.missing.map((text) => 'missing: ' + text), ...p.remarks].map((text) => el('li', {}, text)));
     fill(problem, p.problem ? errorBox({message: p.problem.what, detail: p.problem}) : null);
     fill(parameters, p.parameters.length ? table(['parameter', 'value', '± (standard error)'], p.parameters.map((one) =>
-      [one.name.replaceAll('_', ' '), short(one.value, one.unit), short(one.standard_error, one.unit)]), {alignRight: [1, 2]}) : null);
+      [one.name.replace(/_n_.*/, '').replaceAll('_', ' '), short(one.value, one.unit), short(one.standard_error, one.unit)]), {alignRight: [1, 2]}) : null);
     if (plots.length !== p.coverage.length) {
       clearPlots();
       plots = p.coverage.map(() => {
@@ -114,15 +114,8 @@ export function show(place, {rig}) {
       const simulation = await rpc('SimulationService/GetSimulation');
       if (gone) return;
       object.value ||= simulation.object;
-      const run = (label, program) => action(label, async () => {
-        await rpc('SimulationService/SetHandProgram', {program});
-        return `Simulated hand: ${label.toLowerCase()}.`;
-      }, said);
-      fill(hands, el('span', {class: 'hint'}, 'simulated hand:'),
-        run('Press slowly', {kind: 'HAND_PROGRAM_KIND_PRESS', force_n: Number(force.value), approach_mm_per_s: 20, force_rate_n_per_s: 4, hold_s: 0.3, repetitions: -1}),
-        run('Press fast', {kind: 'HAND_PROGRAM_KIND_PRESS', force_n: Number(force.value), approach_mm_per_s: 60, force_rate_n_per_s: 30, hold_s: 0.2, repetitions: -1}),
-        run('Tap', {kind: 'HAND_PROGRAM_KIND_TAP', force_n: Number(force.value)}), run('Rest', {kind: 'HAND_PROGRAM_KIND_REST'}));
-    } catch { /* a real rig */ }
+      setText(hands, 'This rig is simulated: its hand does what is asked for.');
+    } catch { /* a real rig: a person does */ }
   }
   const unfit = fitCanvas(fit, draw);
   showTask();
