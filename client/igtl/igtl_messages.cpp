@@ -74,6 +74,14 @@ std::string quaternion_of(const igtl::Matrix4x4& m, double (&wxyz)[4]) {
   return {};
 }
 
+/// The header's own number: the library gives its lower half only.
+std::uint64_t claimed_body(const std::uint8_t* header) {
+  constexpr std::size_t kPlace = 42;  // after version, type, name and stamp
+  std::uint64_t size = 0;
+  for (std::size_t i = 0; i < 8; ++i) size = size << 8U | header[kPlace + i];
+  return size;
+}
+
 }  // namespace
 
 Packed tool_transform(const v1::Pose& pose) {
@@ -127,8 +135,8 @@ MessageReader::Event MessageReader::next() {
     problem_ = "this is no OpenIGTLink";
     return Event::kUnreadable;
   }
-  const int claimed = header->GetBodySizeToRead();
-  if (claimed < 0 || static_cast<std::size_t>(claimed) > kMaxBody) {
+  const std::uint64_t claimed = claimed_body(buffer_.data());
+  if (claimed > kMaxBody) {
     problem_ = "a message is larger than 1 MiB";
     return Event::kUnreadable;
   }

@@ -62,21 +62,22 @@ def complaints(browser: Any) -> list[str]:
     return [line["message"] for line in browser.get_log("browser") if line["level"] == "SEVERE" and "favicon" not in line["message"]]
 
 
-def colours(browser: Any) -> dict[str, int]:
-    """How many pixels of a picture just drawn are of the tool, the halo and the tumour."""
+def colours(browser: Any) -> dict[str, float]:
+    """Which part of a picture just drawn, in 1/1000, is of the tool, the halo and the tumour."""
     script = """const done = arguments[0];
-      requestAnimationFrame(() => {
-        const canvas = document.getElementById('scene'), copy = document.createElement('canvas');
+      window.hapticdVisual.onDrawn = (canvas) => {
+        const copy = document.createElement('canvas');
         copy.width = canvas.width; copy.height = canvas.height;
         const flat = copy.getContext('2d'); flat.drawImage(canvas, 0, 0);
         const p = flat.getImageData(0, 0, copy.width, copy.height).data, n = { blue: 0, orange: 0, red: 0 };
         for (let i = 0; i < p.length; i += 4) {
           if (p[i + 2] > p[i] + 60) n.blue++;
-          else if (p[i] > p[i + 2] + 110 && p[i + 1] > p[i + 2] + 50) n.orange++;
+          else if (p[i] > p[i + 2] + 60 && p[i + 1] > p[i + 2] + 35) n.orange++;
           else if (p[i] > p[i + 1] + 90 && p[i] > p[i + 2] + 60) n.red++;
         }
+        for (const name in n) n[name] *= 4000 / p.length;
         done(n);
-      });"""
+      };"""
     return dict(browser.execute_async_script(script))
 
 
@@ -85,7 +86,7 @@ def test_shows_tool_error_and_tumour(browser: Any, files: str) -> None:
     until(browser, "s.frames > 5 && s.poses > 5")
     assert state(browser)["stage"] == "live"
     seen = colours(browser)
-    assert seen["blue"] > 300 and seen["orange"] > 20 and seen["red"] > 100, seen
+    assert seen["blue"] > 3 and seen["orange"] > 0.05 and seen["red"] > 0.5, seen
     assert not complaints(browser)
 
 

@@ -203,6 +203,7 @@ export class Scene3d {
   /// Returns the viewProjection of each view.
   draw(views, parts, background = [0, 0, 0, 0]) {
     const gl = this.gl, p = this.places;
+    gl.disable(gl.SCISSOR_TEST);  // of the picture before: all of it is cleared
     gl.clearColor(...background);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.useProgram(this.program);

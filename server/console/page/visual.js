@@ -159,7 +159,7 @@ function overlayParts(pose, shown, hasCamera) {
   // After the picture's depth is gone: what is tracked is seen wherever it is.
   parts.push({ mesh: 'tool', model: posed(shown.orientation, shown.tip), colour: [0.22, 0.78, 1, hasCamera ? 0.45 : 0.9], rim: 0.6, gloss: 0.4, clearsDepth: true });
   if (pose.position_covariance_mm2) {
-    parts.push({ mesh: 'sphere', model: ellipsoid(pose.position_covariance_mm2, shown.tip, 2), colour: [1, 0.72, 0.3, 0.35], rim: 0.9, onTop: true });
+    parts.push({ mesh: 'sphere', model: ellipsoid(pose.position_covariance_mm2, shown.tip, 2), colour: [1, 0.72, 0.3, 0.75], rim: 0.5, onTop: true });
   }
   if (pose.in_contact && pose.normal) {
     const length = 12 + 10 * Math.min(4, Math.abs(pose.reaction_force_n || 0));
@@ -251,6 +251,11 @@ function start() {
     const chosen = views(scene.canvas.width / scene.canvas.height);
     const behind = view.background === 'clear' ? [0, 0, 0, 0] : hasCamera ? [0.2, 0.21, 0.22, 1] : [0.06, 0.08, 0.1, 1];
     const matrices = scene.draw(chosen, parts, behind);
+    if (state.onDrawn) {
+      // For tests: after this callback the picture is gone from the canvas.
+      state.onDrawn(scene.canvas);
+      state.onDrawn = null;
+    }
     const projections = matrices.map((matrix, i) => ({ matrix, x: chosen[i].x, width: chosen[i].width }));
     state.missMm = truth && shown ? norm(minus(shown.tip, truth.tip)) : NaN;
     label(0, projections, shown && shown.tip, Number.isFinite(state.missMm) ? `off by ${fixed(state.missMm, 1)} mm` : '', 'error');
