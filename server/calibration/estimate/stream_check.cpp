@@ -25,8 +25,9 @@ constexpr double kFrozenS = 0.5;
 constexpr double kMovedMm = 5.0;
 constexpr double kMinCorrelation = 0.5;
 constexpr double kMinSpreadMm = 8.0;
-constexpr double kWindowS = 10.0;
-constexpr double kCoarseJumpS = 0.03;
+constexpr double kWindowS = 6.0;
+constexpr double kWindowCorrelation = 0.6;
+constexpr double kCoarseJumpS = 0.06;
 constexpr double kFineJumpS = 0.004;
 constexpr double kMaxScaleError = 0.06;
 constexpr double kMinTurnRad = 0.15;
@@ -85,13 +86,13 @@ std::optional<hal::Error> check_jump(const RigStream& rig, const std::vector<Ref
     const std::vector<ReferencePose> window(reference.begin() + static_cast<std::ptrdiff_t>(first),
                                             reference.begin() + static_cast<std::ptrdiff_t>(i));
     const auto offset = find_offset(rig, window, settings.earliest_s - 1.0, settings.latest_s + 1.0);
-    if (offset && offset->correlation > 0.8) {
+    if (offset && offset->correlation > kWindowCorrelation) {
       if (before && std::abs(offset->offset_s - before->offset_s) > kCoarseJumpS) {
         return refusal(
             "the tracker's clock jumps",
             fmt::format("by {:.0f} ms between {:.1f} s and {:.1f} s",
                         1e3 * (offset->offset_s - before->offset_s), before_s, reference[i - 1].stamp_s),
-            "less than 30 ms", "keep the tracker's clock from being set while it measures");
+            "less than 60 ms", "keep the tracker's clock from being set while it measures");
       }
       before = offset;
       before_s = reference[first].stamp_s;
@@ -219,16 +220,21 @@ std::optional<hal::Error> check_turns(const RigStream& rig, const std::vector<Re
       const Quaterniond& q = *p.orientation;
       return Quaterniond(q.z(), q.w(), q.x(), q.y()).normalized();
     };
-    const TurnRelation other = relate_turns(rig, reference, offset_s, last_first);
-    if (other.disagreement_rad < kSameRad && other.residual < kSameAxisRad) {
+    const auto back = [](const ReferencePose& p) { return p.orientation->conjugate(); };
+    const TurnRelation reordered = relate_turns(rig, reference, offset_s, last_first);
+    const TurnRelation inverse = relate_turns(rig, reference, offset_s, back);
+    const auto misses = [](const TurnRelation& r) {
+      return r.map.determinant() < 0.0 ? HUGE_VAL : r.disagreement_rad + r.residual;
+    };
+    const bool is_inverse = misses(inverse) < misses(reordered);
+    const TurnRelation& better = is_inverse ? inverse : reordered;
+    if (better.disagreement_rad < kSameRad && better.residual < kSameAxisRad) {
+      if (is_inverse) {
+        return refusal("the orientations turn the other way", "", "marker coordinates into the tracker's",
+                       "send the inverse rotation");
+      }
       return refusal("the orientations are written x, y, z, w", "", "w, x, y, z",
                      "exchange the quaternion's numbers");
-    }
-    const auto back = [](const ReferencePose& p) { return p.orientation->conjugate(); };
-    const TurnRelation inverse = relate_turns(rig, reference, offset_s, back);
-    if (inverse.disagreement_rad < kSameRad && inverse.residual < kSameAxisRad) {
-      return refusal("the orientations turn the other way", "", "marker coordinates into the tracker's",
-                     "send the inverse rotation");
     }
     return refusal("the orientations do not follow the tool",
                    fmt::format("off by {:.0f}° in the median",
