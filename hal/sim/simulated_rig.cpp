@@ -12,6 +12,7 @@
 #include "hal/sim/object/general_object_model.h"
 #include "hal/sim/sensor/external_instrument.h"
 #include "hal/sim/sensor/sensor_bias.h"
+#include "hal/sim/simulated_info.h"
 #include "hal/sim/simulation.h"
 #include "hal/sim/simulation_limits.h"
 #include "hal/sim/tick_clock.h"
@@ -221,26 +222,7 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
                         std::to_string(config.object_events.size()), "at most 64", ""};
     }
   }
-  state->info.kind = hal::RigKind::kSimulated;
-  state->info.name = "sim:" + model->name;
-  state->info.rate_hz = config.rate_hz;
-  state->info.device = model->info();
-  state->info.sensor = state->simulation.sensor().info();
-  state->info.sensor.tool_mass_g = config.tool_mass_g;  // as reported; the truth may differ
-  state->info.has_truth = true;
-  state->info.has_external_position = true;
-  state->info.uncertain = model->uncertain();
-  for (hal::UncertainParameter& parameter : uncertain_of(*plant)) {
-    state->info.uncertain.push_back(std::move(parameter));
-  }
-  if (config.external_instrument) {
-    for (hal::UncertainParameter& parameter : ExternalInstrumentModel{}.uncertain()) {
-      state->info.uncertain.push_back(std::move(parameter));
-    }
-  }
-  for (hal::UncertainParameter& parameter : uncertain(*conditions)) {
-    state->info.uncertain.push_back(std::move(parameter));
-  }
+  state->info = info_of(config, *model, *plant, *conditions, state->simulation.sensor().info());
   auto rig = std::unique_ptr<SimulatedRig>(new SimulatedRig(std::move(state)));
   if (config.custom_object) {
     const std::lock_guard lock(rig->state_->world);
