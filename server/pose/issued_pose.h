@@ -19,7 +19,7 @@ struct UtcRelation {
 
 /// A pose, and the clocks it can be told by. Shared by all who want the same.
 struct IssuedPose {
-  PoseWish wish;
+  PoseRequest request;
   ToolPose pose;
   RigClock clock;
   bool has_daemon_time = false;  ///< false where the rig has a time of its own

@@ -64,8 +64,8 @@ PoseDesk::~PoseDesk() {
   stop();
 }
 
-std::optional<Refusal> PoseDesk::refusal(const PoseWish& wish) const {
-  if (wish.frame != PoseFrame::kReference) return std::nullopt;
+std::optional<Refusal> PoseDesk::refusal(const PoseRequest& request) const {
+  if (request.frame != PoseFrame::kReference) return std::nullopt;
   const auto adopted = parts_.calibration.get();
   if (adopted && adopted->registered) return std::nullopt;
   return Refusal{RefusalKind::kFailedPrecondition,
@@ -75,13 +75,13 @@ std::optional<Refusal> PoseDesk::refusal(const PoseWish& wish) const {
                           : "calibrate and adopt a calibration, or ask for POSE_FRAME_RIG"}};
 }
 
-std::optional<Refusal> PoseDesk::subscribe(const PoseWish& wish, double rate_hz,
+std::optional<Refusal> PoseDesk::subscribe(const PoseRequest& request, double rate_hz,
                                            const std::shared_ptr<PoseReceiver>& receiver) {
-  if (auto why = refusal(wish)) return why;
+  if (auto why = refusal(request)) return why;
   const std::lock_guard lock(mutex_);
   if (stopping_) return ending();
   Place place;
-  place.wish = wish;
+  place.request = request;
   place.period_ns = std::llround(1e9 / rate_hz);
   place.receiver = receiver;
   places_.push_back(std::move(place));
@@ -152,16 +152,16 @@ void PoseDesk::hand_out(const Work& work, const std::vector<Place>& due) {
   for (const Place& place : due) {
     const auto receiver = place.receiver.lock();
     if (!receiver) continue;
-    if (const auto why = refusal(place.wish)) {
+    if (const auto why = refusal(place.request)) {
       receiver->end(*why);
       continue;
     }
     auto same = std::find_if(issued.begin(), issued.end(),
-                             [&](const IssuedPose& one) { return one.wish == place.wish; });
+                             [&](const IssuedPose& one) { return one.request == place.request; });
     if (same == issued.end()) {
       IssuedPose made;
-      made.wish = place.wish;
-      made.pose = work.maker.pose(place.wish, adopted.get());
+      made.request = place.request;
+      made.pose = work.maker.pose(place.request, adopted.get());
       made.clock = work.clock;
       made.has_daemon_time = work.has_daemon_time;
       made.utc = work.utc;

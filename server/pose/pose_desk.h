@@ -55,7 +55,7 @@ class PoseDesk {
 
   /// `rate_hz` 1 … 1000. Refused: the reference frame without a calibration that has one. The receiver is
   /// held weakly: when it is gone, so is its subscription.
-  std::optional<server::Refusal> subscribe(const PoseWish& wish, double rate_hz,
+  std::optional<server::Refusal> subscribe(const PoseRequest& request, double rate_hz,
                                            const std::shared_ptr<PoseReceiver>& receiver);
   std::size_t subscribers() const;
   /// Ends all streams; later ones are refused.
@@ -63,7 +63,7 @@ class PoseDesk {
 
  private:
   struct Place {
-    PoseWish wish;
+    PoseRequest request;
     std::int64_t period_ns = 0;
     std::int64_t due_ns = 0;  ///< grid of the rig's clock, or the daemon's where the rig has its own time
     std::uint64_t last_tick = 0;
@@ -72,7 +72,7 @@ class PoseDesk {
   };
   struct Work;
 
-  std::optional<server::Refusal> refusal(const PoseWish& wish) const;
+  std::optional<server::Refusal> refusal(const PoseRequest& request) const;
   void run();
   void open(Work& work);
   void take_records(Work& work);

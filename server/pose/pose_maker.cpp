@@ -100,14 +100,14 @@ void PoseMaker::fill_scene(ToolPose& pose) const {
   pose.status = last_.sample_status;
 }
 
-ToolPose PoseMaker::pose(const PoseWish& wish, const calibration::ArmCalibration* calibration) const {
-  const bool corrects = calibration != nullptr && !wish.uncorrected && wish.frame != PoseFrame::kDevice;
+ToolPose PoseMaker::pose(const PoseRequest& request, const calibration::ArmCalibration* calibration) const {
+  const bool corrects = calibration != nullptr && !request.uncorrected && request.frame != PoseFrame::kDevice;
   ToolPose pose;
-  pose.frame = wish.frame;
+  pose.frame = request.frame;
   pose.tick = last_.tick;
   pose.measured_ns = measured_ns();
-  pose.time_ns = pose.measured_ns + std::llround(1e9 * wish.ahead_s);
-  pose.prediction = motion_.ahead(wish.ahead_s);
+  pose.time_ns = pose.measured_ns + std::llround(1e9 * request.ahead_s);
+  pose.prediction = motion_.ahead(request.ahead_s);
   pose.position_mm = pose.prediction.position_mm;
   pose.orientation = pose.prediction.orientation;
   pose.velocity_mm_per_s = motion_.velocity_mm_per_s();
@@ -118,7 +118,7 @@ ToolPose PoseMaker::pose(const PoseWish& wish, const calibration::ArmCalibration
   pose.covariance_mm2 =
       pose.prediction.covariance_mm2 + Eigen::Matrix3d::Identity() * (resolution * resolution / 12.0);
   pose.error_sources = error_source::kResolution;
-  if (wish.ahead_s > 0.0) pose.error_sources |= error_source::kPrediction;
+  if (request.ahead_s > 0.0) pose.error_sources |= error_source::kPrediction;
   if (corrects) {
     // The correction of the measured pose is that of the predicted one, too: it changes little on the way.
     const hal::RigSample sample = sample_of(last_);
@@ -130,25 +130,26 @@ ToolPose PoseMaker::pose(const PoseWish& wish, const calibration::ArmCalibration
     if (pose.contact) pose.contact->tip_mm += shift_mm;
     pose.covariance_mm2 +=
         calibration::position_covariance_mm2(*calibration, sample, calibration::Frame::kRig);
-    pose.orientation_sd_rad = std::hypot(
-        calibration::orientation_sd_rad(
-            *calibration, sample,
-            wish.frame == PoseFrame::kReference ? calibration::Frame::kReference : calibration::Frame::kRig),
-        pose.prediction.error_rad);
+    pose.orientation_sd_rad =
+        std::hypot(calibration::orientation_sd_rad(*calibration, sample,
+                                                   request.frame == PoseFrame::kReference
+                                                       ? calibration::Frame::kReference
+                                                       : calibration::Frame::kRig),
+                   pose.prediction.error_rad);
     pose.error_sources |= error_source::kCalibration;
     pose.calibration = calibration->name;
   }
-  if (!wish.uncorrected) {
+  if (!request.uncorrected) {
     pose.bending_mm = bending_mm();
     pose.position_mm += pose.bending_mm;
     if (scene_.structural_stiffness_n_per_mm > 0.0) pose.error_sources |= error_source::kBending;
     pose.covariance_mm2 += kBendingError * kBendingError * pose.bending_mm * pose.bending_mm.transpose();
   }
 
-  if (wish.frame == PoseFrame::kDevice) {
+  if (request.frame == PoseFrame::kDevice) {
     const Eigen::Quaterniond to_device = rotation(frame_.to_rig).conjugate();
     turn(pose, to_device, vector(frame_.origin_mm));
-  } else if (wish.frame == PoseFrame::kReference && calibration != nullptr) {
+  } else if (request.frame == PoseFrame::kReference && calibration != nullptr) {
     const calibration::RigidTransform& to_reference = calibration->reference_from_rig;
     turn(pose, to_reference.rotation, to_reference.translation_mm);
     if (corrects) {

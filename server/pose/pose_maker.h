@@ -26,7 +26,7 @@ class PoseMaker {
 
   /// `calibration`: the adopted one, or null. The reference frame needs one that is registered; without it
   /// the pose is the rig's.
-  ToolPose pose(const PoseWish& wish, const calibration::ArmCalibration* calibration) const;
+  ToolPose pose(const PoseRequest& request, const calibration::ArmCalibration* calibration) const;
 
  private:
   /// Standard deviation of the bending that is taken out, as a share: motors bend the structure later than

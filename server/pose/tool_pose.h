@@ -16,12 +16,12 @@ namespace hapticd::pose {
 enum class PoseFrame : std::uint8_t { kRig, kDevice, kReference };
 
 /// What a subscriber wants of each pose.
-struct PoseWish {
+struct PoseRequest {
   double ahead_s = 0.0;
   PoseFrame frame = PoseFrame::kRig;
   bool uncorrected = false;
 
-  friend bool operator==(const PoseWish&, const PoseWish&) = default;
+  friend bool operator==(const PoseRequest&, const PoseRequest&) = default;
 };
 
 /// What the loaded scene says that poses need.
@@ -38,7 +38,7 @@ inline constexpr std::uint32_t kPrediction = 1U << 2;
 inline constexpr std::uint32_t kCalibration = 1U << 3;
 }  // namespace error_source
 
-/// The tool at one instant, in the frame of the wish; as v1.Pose. Millimetres, seconds, radians, newtons.
+/// The tool at one instant, in the frame of the request; as v1.Pose. Millimetres, seconds, radians, newtons.
 struct ToolPose {
   PoseFrame frame = PoseFrame::kRig;
   std::uint64_t tick = 0;

@@ -114,18 +114,18 @@ Outcome<WantedPoses> read_request(const v1::SubscribePosesRequest& request) {
   }
   WantedPoses wanted;
   wanted.rate_hz = rate_hz;
-  wanted.wish.ahead_s = 1e-3 * ahead_ms;
-  wanted.wish.uncorrected = request.uncorrected();
+  wanted.pose.ahead_s = 1e-3 * ahead_ms;
+  wanted.pose.uncorrected = request.uncorrected();
   switch (request.frame()) {
     case v1::POSE_FRAME_UNSPECIFIED:
     case v1::POSE_FRAME_RIG:
-      wanted.wish.frame = pose::PoseFrame::kRig;
+      wanted.pose.frame = pose::PoseFrame::kRig;
       break;
     case v1::POSE_FRAME_DEVICE:
-      wanted.wish.frame = pose::PoseFrame::kDevice;
+      wanted.pose.frame = pose::PoseFrame::kDevice;
       break;
     case v1::POSE_FRAME_REFERENCE:
-      wanted.wish.frame = pose::PoseFrame::kReference;
+      wanted.pose.frame = pose::PoseFrame::kReference;
       break;
     default:
       return Refusal{

@@ -11,7 +11,7 @@ namespace hapticd::server {
 
 /// A checked request.
 struct WantedPoses {
-  pose::PoseWish wish;
+  pose::PoseRequest pose;
   double rate_hz = 0.0;
 };
 Outcome<WantedPoses> read_request(const v1::SubscribePosesRequest& request);

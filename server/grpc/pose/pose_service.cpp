@@ -33,7 +33,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   static grpc::ServerWriteReactor<grpc::ByteBuffer>* open(pose::PoseDesk& desk, const WantedPoses& wanted) {
     const auto stream = std::make_shared<PoseStream>();
     if (const ServedCall* call = served_call()) stream->place_ = call->place;
-    if (const auto why = desk.subscribe(wanted.wish, wanted.rate_hz, stream)) return new RefusedPoses(*why);
+    if (const auto why = desk.subscribe(wanted.pose, wanted.rate_hz, stream)) return new RefusedPoses(*why);
     stream->self_ = stream;
     // Before any write: a buffered first write without it would wait without end.
     stream->StartSendInitialMetadata();

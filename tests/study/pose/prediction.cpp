@@ -87,8 +87,8 @@ Judged judge(const Motion& motion, double ahead_s) {
   pose::SceneFacts facts;
   facts.press_axis = run.scene().press_axis;
   facts.structural_stiffness_n_per_mm = run.info().device.structural_stiffness_n_per_mm;
-  const pose::PoseWish ahead{ahead_s, pose::PoseFrame::kRig, false};
-  const pose::PoseWish now{0.0, pose::PoseFrame::kRig, false};
+  const pose::PoseRequest ahead{ahead_s, pose::PoseFrame::kRig, false};
+  const pose::PoseRequest now{0.0, pose::PoseFrame::kRig, false};
   std::deque<Waiting> waiting;
   Judged judged;
   while (run.time_s() < motion.seconds) {

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/pose/milliseconds.h"
+
 namespace hapticd::pose {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 class ContactEvents : public testing::Test {
  protected:

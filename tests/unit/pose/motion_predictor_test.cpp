@@ -6,10 +6,11 @@
 #include <limits>
 #include <numbers>
 
+#include "tests/unit/pose/milliseconds.h"
+
 namespace hapticd::pose {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kResolutionMm = 0.03;
 
 MotionPredictor::Now at(std::int64_t time_ns, const Eigen::Vector3d& position_mm) {

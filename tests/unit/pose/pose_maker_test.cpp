@@ -7,12 +7,12 @@
 
 #include "hal/openhaptics/device_frame.h"
 #include "server/pose/device_frame.h"
+#include "tests/unit/pose/milliseconds.h"
 
 namespace hapticd::pose {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
-const PoseWish kNow{};
+const PoseRequest kNow{};
 
 hal::DeviceInfo device() {
   hal::DeviceInfo info;
@@ -142,9 +142,9 @@ TEST(PoseMaker, UncorrectedAndDevicePosesKnowNoCalibration) {
   PoseMaker maker(device());
   maker.follow(record_at(1), {});
   const calibration::ArmCalibration calibration = registration();
-  for (const PoseWish wish :
-       {PoseWish{0.0, PoseFrame::kRig, true}, PoseWish{0.0, PoseFrame::kDevice, false}}) {
-    const ToolPose pose = maker.pose(wish, &calibration);
+  for (const PoseRequest request :
+       {PoseRequest{0.0, PoseFrame::kRig, true}, PoseRequest{0.0, PoseFrame::kDevice, false}}) {
+    const ToolPose pose = maker.pose(request, &calibration);
     EXPECT_EQ(pose.calibration, "");
     EXPECT_EQ(pose.error_sources & error_source::kCalibration, 0U);
   }

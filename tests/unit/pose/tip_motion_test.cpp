@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/unit/pose/milliseconds.h"
+
 namespace hapticd::pose {
 namespace {
-
-constexpr std::int64_t kMs = 1'000'000;
 
 TEST(TipMotion, OfAStraightLineTheVelocityIsTheSlopeAtUnevenTimes) {
   TipMotion motion;
