@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "server/calibration/estimate/clock_check.h"
 #include "server/calibration/estimate/rigid_fit.h"
 #include "server/calibration/estimate/stream_offset.h"
 
@@ -25,10 +26,6 @@ constexpr double kFrozenS = 0.5;
 constexpr double kMovedMm = 5.0;
 constexpr double kMinCorrelation = 0.5;
 constexpr double kMinSpreadMm = 8.0;
-constexpr double kWindowS = 6.0;
-constexpr double kWindowCorrelation = 0.6;
-constexpr double kCoarseJumpS = 0.06;
-constexpr double kFineJumpS = 0.004;
 constexpr double kMaxScaleError = 0.06;
 constexpr double kMinTurnRad = 0.15;
 
@@ -71,33 +68,6 @@ std::optional<hal::Error> check_frozen(const RigStream& rig, const std::vector<R
                        "poses that change", "restart the tracker; send only poses it measured");
       }
     }
-    first = i;
-  }
-  return std::nullopt;
-}
-
-std::optional<hal::Error> check_jump(const RigStream& rig, const std::vector<ReferencePose>& reference,
-                                     const ArmFitSettings& settings) {
-  std::optional<StreamOffset> before;
-  double before_s = 0.0;
-  std::size_t first = 0;
-  for (std::size_t i = 0; i <= reference.size(); ++i) {
-    if (i < reference.size() && reference[i].stamp_s - reference[first].stamp_s < kWindowS) continue;
-    const std::vector<ReferencePose> window(reference.begin() + static_cast<std::ptrdiff_t>(first),
-                                            reference.begin() + static_cast<std::ptrdiff_t>(i));
-    const auto offset = find_offset(rig, window, settings.earliest_s - 1.0, settings.latest_s + 1.0);
-    if (offset && offset->correlation > kWindowCorrelation) {
-      if (before && std::abs(offset->offset_s - before->offset_s) > kCoarseJumpS) {
-        return refusal(
-            "the tracker's clock jumps",
-            fmt::format("by {:.0f} ms between {:.1f} s and {:.1f} s",
-                        1e3 * (offset->offset_s - before->offset_s), before_s, reference[i - 1].stamp_s),
-            "less than 60 ms", "keep the tracker's clock from being set while it measures");
-      }
-      before = offset;
-      before_s = reference[first].stamp_s;
-    }
-    if (i == reference.size()) break;
     first = i;
   }
   return std::nullopt;
@@ -269,12 +239,6 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
                    "half of them do", "push poses while the rig runs, with stamps of the rig's clock");
   }
   if (auto error = check_frozen(rig, reference, offset->offset_s)) return error;
-  if (auto error = check_jump(rig, reference, settings)) return error;
-  if (offset->correlation < kMinCorrelation) {
-    return refusal("the tracker does not see the device move",
-                   fmt::format("correlation of the speeds {:.2f}", offset->correlation), "0.5 … 1",
-                   "see whether the marker is on the tool and the stamps are of the rig's clock");
-  }
   std::vector<MarkerPair> pairs;
   Vector3d mean = Vector3d::Zero();
   bool with_orientation = true;
@@ -296,6 +260,12 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
                    fmt::format("{:.1f} mm across", thin_mm), "at least 8 mm, standard deviation",
                    "move the tip through the whole workspace, in all three directions");
   }
+  if (auto error = check_jump(rig, reference, settings)) return error;
+  if (offset->correlation < kMinCorrelation) {
+    return refusal("the tracker does not see the device move",
+                   fmt::format("correlation of the speeds {:.2f}", offset->correlation), "0.5 … 1",
+                   "see whether the marker is on the tool and the stamps are of the rig's clock");
+  }
   const auto right = fit_rigid(pairs, false, true);
   const auto left = fit_rigid(pairs, true, true);
   if (left && (!right || left->median_residual_mm < 0.5 * right->median_residual_mm)) {
@@ -316,47 +286,6 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
   if (auto error = check_scale(right->scale)) return error;
   if (!with_orientation) return std::nullopt;
   return check_turns(rig, reference, offset->offset_s, right->transform.rotation.toRotationMatrix());
-}
-
-std::optional<hal::Error> check_clock(const ArmFit& fit) {
-  std::vector<std::size_t> blocks;
-  for (std::size_t i = 0; i < fit.block_offset_s.size(); ++i) {
-    if (std::isfinite(fit.block_offset_s[i])) blocks.push_back(i);
-  }
-  if (blocks.size() < 8) return std::nullopt;
-  const auto median_of = [&](std::size_t from, std::size_t to) {
-    std::vector<double> v;
-    for (std::size_t i = from; i < to; ++i) v.push_back(fit.block_offset_s[blocks[i]]);
-    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
-  };
-  const auto spread_of = [&](std::size_t from, std::size_t to, double about) {
-    double sum = 0.0;
-    for (std::size_t i = from; i < to; ++i) sum += std::abs(fit.block_offset_s[blocks[i]] - about);
-    return sum / static_cast<double>(to - from);
-  };
-  double best_jump = 0.0;
-  double best_rest = HUGE_VAL;
-  std::size_t best_at = 0;
-  for (std::size_t at = 3; at + 3 <= blocks.size(); ++at) {
-    const double before = median_of(0, at);
-    const double after = median_of(at, blocks.size());
-    const double rest = spread_of(0, at, before) * static_cast<double>(at) +
-                        spread_of(at, blocks.size(), after) * static_cast<double>(blocks.size() - at);
-    if (rest < best_rest) {
-      best_rest = rest;
-      best_jump = after - before;
-      best_at = at;
-    }
-  }
-  best_rest /= static_cast<double>(blocks.size());
-  if (std::abs(best_jump) < std::max(kFineJumpS, 5.0 * best_rest)) return std::nullopt;
-  return refusal("the tracker's clock jumps or drifts",
-                 fmt::format("stamps after {:.1f} s are {:.1f} ms later than before",
-                             fit.block_begin_s[blocks[best_at]], 1e3 * best_jump),
-                 "less than 4 ms",
-                 "keep the tracker's clock from being set, or say that it is one of its own");
 }
 
 }  // namespace hapticd::calibration

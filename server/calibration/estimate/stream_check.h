@@ -16,8 +16,4 @@ namespace hapticd::calibration {
 std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<ReferencePose>& reference,
                                        const ArmFitSettings& settings);
 
-/// What a fit shows of the tracker's clock: a jump of some milliseconds, or a clock that runs at another
-/// speed where none was estimated.
-std::optional<hal::Error> check_clock(const ArmFit& fit);
-
 }  // namespace hapticd::calibration

@@ -3,6 +3,7 @@
 #include <ctime>
 #include <utility>
 
+#include "server/calibration/estimate/clock_check.h"
 #include "server/calibration/estimate/nominal_arm.h"
 #include "server/calibration/estimate/pivot_fit.h"
 #include "server/calibration/estimate/stream_check.h"

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "server/calibration/estimate/clock_check.h"
 #include "server/calibration/estimate/nominal_arm.h"
 #include "tests/support/calibration/registration_trial.h"
 
