@@ -3,6 +3,8 @@
 namespace hapticd::pose {
 
 void ContactFollower::follow(const rt::TickRecord& record, const TipMotion& path) noexcept {
+  const bool follows = last_ns_ && record.time_ns - *last_ns_ <= kMaxGapNs && record.time_ns >= *last_ns_;
+  last_ns_ = record.time_ns;
   const bool knows = (record.channels & rt::channel::kContact) != 0;
   if (record.scene_generation != scene_) {
     // Another scene counts from 1 again.
@@ -13,25 +15,24 @@ void ContactFollower::follow(const rt::TickRecord& record, const TipMotion& path
   }
   if (!knows) {
     // A sample that is not fit for use: nothing is known of a contact that there was.
-    if (in_contact_ && event_ && !event_->ended_ns) event_->ended_ns = record.time_ns;
+    if (follows && in_contact_ && event_ && !event_->ended_ns) event_->ended_ns = record.time_ns;
     in_contact_ = false;
     return;
   }
   const bool is_new =
       record.in_contact && (!in_contact_ || !event_ || event_->number != record.contact_count);
   if (is_new) {
-    // What had begun before anything was followed was declared at an unknown time.
     ContactEvent begun;
     begun.number = record.contact_count;
     begun.began = record.contact_onset;
-    begun.declared_ns = record.time_ns;
+    if (follows) begun.declared_ns = record.time_ns;
     if (const auto tip_mm = path.position_mm(record.contact_onset.time_ns)) {
       begun.tip_mm = *tip_mm;
       begun.tip_known = true;
     }
     event_ = begun;
   } else if (in_contact_ && !record.in_contact && event_ && !event_->ended_ns) {
-    event_->ended_ns = record.time_ns;
+    if (follows) event_->ended_ns = record.time_ns;
     event_->withdrawn = record.withdrawn_count != withdrawn_;
   }
   in_contact_ = record.in_contact;

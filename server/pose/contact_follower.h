@@ -13,16 +13,19 @@ namespace hapticd::pose {
 struct ContactEvent {
   std::uint32_t number = 0;  ///< counts the contacts of the loaded scene from 1
   rt::OnsetInstant began;
-  std::int64_t declared_ns = 0;
+  std::optional<std::int64_t> declared_ns;           ///< none: that was while nothing was followed
   Eigen::Vector3d tip_mm = Eigen::Vector3d::Zero();  ///< where it began, as encoders have it, rig frame
   bool tip_known = false;                            ///< false: it was followed only after it had begun
-  std::optional<std::int64_t> ended_ns;
-  bool withdrawn = false;  ///< it turned out to be no object
+  std::optional<std::int64_t> ended_ns;              ///< none: it lasts, or its end was not followed
+  bool withdrawn = false;                            ///< it turned out to be no object
 };
 
-/// Makes events of what the records say about contact.
+/// Makes events of what the records say about contact. Records that are missing between two subscriptions
+/// leave the instants unknown that were in between.
 class ContactFollower {
  public:
+  /// Records further apart are not followed.
+  static constexpr std::int64_t kMaxGapNs = 50'000'000;
   /// `path`: of the tip, this record's included.
   void follow(const rt::TickRecord& record, const TipMotion& path) noexcept;
   void forget() noexcept { event_.reset(); }
@@ -31,6 +34,7 @@ class ContactFollower {
 
  private:
   std::optional<ContactEvent> event_;
+  std::optional<std::int64_t> last_ns_;  ///< of the last record
   bool in_contact_ = false;
   std::uint32_t scene_ = 0;
   std::uint32_t withdrawn_ = 0;

@@ -48,10 +48,14 @@ std::string contact_words(const v1::Pose& pose) {
   const v1::ContactEvent& event = pose.contact();
   const double early_ms = 1e-6 * static_cast<double>(event.began().rig_ns() - event.earliest_rig_ns());
   const double late_ms = 1e-6 * static_cast<double>(event.latest_rig_ns() - event.began().rig_ns());
-  const double noticed_ms = 1e-6 * static_cast<double>(event.declared_rig_ns() - event.began().rig_ns());
-  return fmt::format("{} contact {}: began at {:.4f} s (-{:.1f}, +{:.1f} ms), noticed {:.1f} ms later",
-                     pose.in_contact() ? "in" : "free; the last was", event.number(),
-                     1e-9 * static_cast<double>(event.began().rig_ns()), early_ms, late_ms, noticed_ms);
+  std::string words = fmt::format("{} contact {}: began at {:.4f} s (-{:.1f}, +{:.1f} ms)",
+                                  pose.in_contact() ? "in" : "free; the last was", event.number(),
+                                  1e-9 * static_cast<double>(event.began().rig_ns()), early_ms, late_ms);
+  if (event.has_declared_rig_ns()) {
+    words += fmt::format(", noticed {:.1f} ms later",
+                         1e-6 * static_cast<double>(event.declared_rig_ns() - event.began().rig_ns()));
+  }
+  return words;
 }
 
 std::string error_words(const v1::Pose& pose) {

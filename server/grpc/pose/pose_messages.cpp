@@ -64,7 +64,7 @@ void fill_event(const pose::IssuedPose& issued, v1::ContactEvent& event) {
   fill_time(issued, contact.began.time_ns, *event.mutable_began());
   event.set_earliest_rig_ns(contact.began.earliest_ns);
   event.set_latest_rig_ns(contact.began.latest_ns);
-  event.set_declared_rig_ns(contact.declared_ns);
+  if (contact.declared_ns) event.set_declared_rig_ns(*contact.declared_ns);
   if (contact.tip_known) fill_eigen(contact.tip_mm, *event.mutable_position_mm());
   if (contact.ended_ns) event.set_ended_rig_ns(*contact.ended_ns);
   event.set_withdrawn(contact.withdrawn);

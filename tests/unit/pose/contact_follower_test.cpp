@@ -56,6 +56,20 @@ TEST_F(ContactEvents, StaysTheLastOneUntilTheNextBegins) {
   EXPECT_FALSE(events_.event()->ended_ns);
 }
 
+TEST_F(ContactEvents, WhatWasNotFollowedHasNoInstants) {
+  events_.follow(touching(1000, 3, 400), path_);
+  ASSERT_TRUE(events_.event());
+  EXPECT_EQ(events_.event()->began.time_ns, 400 * kMs);
+  EXPECT_FALSE(events_.event()->declared_ns);
+  rt::TickRecord free = tick(2000);
+  free.contact_count = 3;
+  events_.follow(free, path_);
+  EXPECT_FALSE(events_.event()->ended_ns);
+  events_.follow(touching(3000, 4, 2500), path_);
+  EXPECT_EQ(events_.event()->number, 4U);
+  EXPECT_FALSE(events_.event()->declared_ns);
+}
+
 TEST_F(ContactEvents, WhatWasNoObjectIsWithdrawn) {
   events_.follow(tick(0), path_);
   events_.follow(touching(10, 1, 5), path_);
