@@ -165,6 +165,7 @@ std::string inclusions_text(const rt::SceneSpec& spec) {
         toml_number(one.response.exponent), toml_number(one.max_displacement_mm),
         toml_number(one.attenuation), toml_number(one.approach), toml_number(one.internal_friction),
         toml_number(one.internal_presliding_mm));
+    text += moved_text(one);
   }
   return text;
 }
