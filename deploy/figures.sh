@@ -79,6 +79,7 @@ fi
 measure attack hapticd_bench attack "${quick[@]}"
 measure access hapticd_bench access "${quick[@]}"
 measure recording hapticd_bench recording "${quick[@]}"
+measure console hapticd_bench console "${quick[@]}"
 
 for folder in "$out"/*/; do
   run=$(basename "$folder")

@@ -149,7 +149,7 @@ apt remove hapticd || fail "cannot be removed"
 [[ ! -e $system/usr/bin/hapticd ]] || fail "the program is still there"
 [[ -s $system/etc/hapticd/rig.toml && -d $system/var/lib/hapticd ]] || fail "removing took configuration or models away"
 say "purge"
-apt purge hapticd hapticd-tools python3-hapticd libhapticd-client-dev hapticd-doc || fail "cannot be purged"
+apt purge hapticd hapticd-tools hapticd-igtl python3-hapticd libhapticd-client-dev hapticd-doc || fail "cannot be purged"
 apt autoremove --purge || fail "cannot be purged"
 left=$(comm -13 <(echo "$before") <(listing) | grep -i hapticd || true)
 [[ -z $left ]] || fail "left behind: $left"

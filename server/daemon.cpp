@@ -6,15 +6,19 @@
 #include <utility>
 
 #include "server/access/audit_log.h"
+#include "server/access/console_door.h"
 #include "server/access/lease_desk.h"
 #include "server/access/role_policy.h"
 #include "server/calibration/run/calibration_runner.h"
+#include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/guide/guide_host.h"
 #include "server/identification/run/identification_runner.h"
 #include "server/metrics/metrics_server.h"
 #include "server/model/store/model_store.h"
+#include "server/pose/pose_desk.h"
+#include "server/pose/scene_facts.h"
 #include "server/process/crash_guard.h"
 #include "server/process/instance_lock.h"
 #include "server/process/log.h"
@@ -40,10 +44,6 @@
 
 namespace hapticd::server {
 
-namespace {
-constexpr std::chrono::milliseconds kShutdownTimeout{1000};
-}
-
 // In the order in which they are started; stopped in reverse order.
 struct Daemon::Parts {
   Parts(std::unique_ptr<hal::Rig> rig, std::unique_ptr<hal::Turntable> table,
@@ -64,10 +64,13 @@ struct Daemon::Parts {
         guide(session, scenes, hub, turntable),
         policy(config.access),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
+        door(policy, config.console.listen ? config.recording.folder : std::string(),
+             std::chrono::seconds(std::llround(config.console.session_h * 3600.0))),
         watchdog(config.watchdog, watchdog_effects()),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
-        flight(hub, events, recording_sources, config.recording) {
+        flight(hub, events, recording_sources, config.recording),
+        device_frame(pose::device_frame_of(config)) {
     latch.explain_with([this](rt::GuardFault fault) {
       const bool of_watchdog =
           fault == rt::GuardFault::kEndpointMissing || fault == rt::GuardFault::kPedalReleased;
@@ -131,6 +134,14 @@ struct Daemon::Parts {
             }};
   }
 
+  pose::PoseDesk::Parts pose_parts() {
+    const auto scene = [this](std::uint32_t) {
+      return pose::facts_of(scenes.current().get(), session.rig_info().device);
+    };
+    const auto reading = [this] { return session.last_reading(); };
+    return {hub, session.rig_info(), device_frame, calibration_store.adopted(), scene, reading};
+  }
+
   std::unique_ptr<InstanceLock> lock;
   std::shared_ptr<ModelStore> store;
   Session session;
@@ -146,16 +157,20 @@ struct Daemon::Parts {
   GuideHost guide;
   RolePolicy policy;
   LeaseDesk desk;
+  ConsoleDoor door;
   Watchdog watchdog;
   EventBoard events;
   const RecordingSources recording_sources;
   Recorder recorder;
   FlightRecorder flight;
+  const pose::DeviceFrame device_frame;
+  pose::PoseDesk poses{pose_parts()};
   std::unique_ptr<AuditLog> audit;
   GuardLog guard_log{hub};
   std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
   std::unique_ptr<MetricsServer> metrics;
+  std::unique_ptr<ConsoleServer> console;
   std::unique_ptr<LoopWatchdog> loop_watchdog;
 
   RigFigures figures() {
@@ -181,19 +196,7 @@ Daemon::Daemon(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 namespace {
 
-/// The kind of rig under which models are stored. The rig of a recording is not known: any model may be used.
-std::string rig_kind_of_models(hal::RigKind kind) {
-  switch (kind) {
-    case hal::RigKind::kSimulated:
-      return "simulated";
-    case hal::RigKind::kHardware:
-      return "hardware";
-    case hal::RigKind::kReplay:
-      break;
-  }
-  return {};
-}
-
+constexpr std::chrono::milliseconds kShutdownTimeout{1000};
 /// Everything that can fail before the service listens: loop, scenes, models, rig, first scene. A dry one
 /// creates no file: it checks whether the store could be opened, and uses an empty one.
 template <class Parts>
@@ -281,30 +284,36 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // What cannot be recorded does not keep the rig from running.
   if (const auto error = parts->recorder.open()) log_error("recordings are off: " + error->text());
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
+  const auto cannot_listen = [&](const hal::Error& error) -> std::unique_ptr<Daemon> {
+    if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
+    failure = {ExitCode::kCannotListen, error};
+    return nullptr;
+  };
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
-  auto network = GrpcServer::start(
-      {parts->session, parts->scenes, parts->targets, parts->latch, parts->hub, parts->biases,
-       parts->identifications, parts->calibrations, parts->turntable, parts->guide, parts->policy,
-       parts->desk, *parts->audit, parts->watchdog, parts->recorder, parts->flight},
-      config);
-  if (!network) {
-    if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-    failure = {ExitCode::kCannotListen, network.error()};
-    return nullptr;
-  }
+  auto network =
+      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
+                         parts->biases, parts->identifications, parts->calibrations, parts->turntable,
+                         parts->guide, parts->policy, parts->desk, *parts->audit, parts->watchdog,
+                         parts->recorder, parts->flight, parts->poses, parts->door},
+                        config);
+  if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
   if (config.metrics.listen) {
     auto metrics =
         MetricsServer::start(*config.metrics.listen, [here = parts.get()] { return here->figures(); });
-    if (!metrics) {
-      if (parts->marker && !parts->marker->found()) parts->marker->end_cleanly();
-      failure = {ExitCode::kCannotListen, metrics.error()};
-      return nullptr;
-    }
+    if (!metrics) return cannot_listen(metrics.error());
     parts->metrics = std::move(*metrics);
     log_info("metrics are shown on http://" +
              ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
+  }
+  if (config.console.is_on()) {
+    auto console = ConsoleServer::start(config.console,
+                                        {parts->door, parts->policy, parts->network->in_process_channel(),
+                                         config.certificates, config.loop.rate_hz});
+    if (!console) return cannot_listen(console.error());
+    parts->console = std::move(*console);
+    parts->network->show_console_at(parts->console->url(), parts->console->tls_url());
   }
   parts->hub.start();
   parts->guard_log.start();
@@ -357,6 +366,14 @@ std::uint16_t Daemon::metrics_port() const {
   return parts_->metrics ? parts_->metrics->port() : 0;
 }
 
+std::uint16_t Daemon::console_port() const {
+  return parts_->console ? parts_->console->port() : 0;
+}
+
+std::uint16_t Daemon::console_tls_port() const {
+  return parts_->console ? parts_->console->tls_port() : 0;
+}
+
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
@@ -370,8 +387,10 @@ void Daemon::shutdown() {
   parts_->desk.shutdown();
   parts_->network->set_serving(false);
   parts_->metrics.reset();
+  parts_->console.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
+  parts_->poses.stop();
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);
   if (parts_->marker) parts_->marker->end_cleanly();

@@ -72,10 +72,12 @@ void build_app(CLI::App& app, Session& session) {
   add_safety_commands(app, session);
   add_rig_commands(app, session);
   add_access_command(app, session);
+  add_console_command(app, session);
   add_lease_commands(app, session);
   add_watchdog_command(app, session);
   add_calibrate_commands(app, session);
   add_clock_command(app, session);
+  add_pose_command(app, session);
   add_plot_command(app, session);
   add_demo_command(app, session);
   add_rigs_command(app, session);

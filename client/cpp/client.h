@@ -14,6 +14,7 @@
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
+#include "hapticd/v1/pose.pb.h"
 #include "hapticd/v1/presentation.pb.h"
 #include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/rendering.pb.h"
@@ -90,6 +91,9 @@ class Client {
 
   /// Who the daemon takes this client for, its role, and what every call needs.
   v1::Access access();
+  /// An address that a browser opens to be this client: secret, and works once, within a minute. A refused()
+  /// Error where the daemon shows no console.
+  v1::OpenConsoleResponse open_console();
   /// Who controls the rig.
   v1::LeaseState lease();
   /// Exclusive control: all calls from now on go under it, and it is renewed in the background until
@@ -296,6 +300,14 @@ class Client {
   /// kept for this client (100 … 60000); 0 = the default. Refusals come with the stream's first next():
   /// OUT_OF_RANGE, INVALID (unknown group), TOO_MANY; UNAVAILABLE when the daemon ends.
   TelemetryStream subscribe(const v1::SubscribeRequest& request);
+
+  // Poses, for those who draw the tool.
+
+  /// The newest pose, 1 … 1000 times a second, predicted up to 100 ms ahead, in the frame of the rig, the
+  /// device or the calibration's reference. docs/poses.md explains clocks and signs. Refusals come with the
+  /// stream's first next(): OUT_OF_RANGE, INVALID (unknown frame), WRONG_STATE (no calibration for the
+  /// reference frame), TOO_MANY; UNAVAILABLE when the daemon ends.
+  PoseStream subscribe_poses(const v1::SubscribePosesRequest& request);
 
   // Recordings of the daemon, and incidents: what its flight recorder kept. They stay with the daemon.
   // Refused with WRONG_STATE where it has no folder for them.

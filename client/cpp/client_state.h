@@ -19,6 +19,7 @@
 #include "hapticd/v1/guide.grpc.pb.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
+#include "hapticd/v1/pose.grpc.pb.h"
 #include "hapticd/v1/presentation.grpc.pb.h"
 #include "hapticd/v1/recording.grpc.pb.h"
 #include "hapticd/v1/rendering.grpc.pb.h"

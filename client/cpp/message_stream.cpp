@@ -30,6 +30,7 @@ template class MessageStream<v1::CalibrationProgress>;
 template class MessageStream<v1::GuideStatus>;
 template class MessageStream<v1::IdentificationProgress>;
 template class MessageStream<v1::LeaseState>;
+template class MessageStream<v1::Pose>;
 template class MessageStream<v1::RecordingPiece>;
 template class MessageStream<v1::TelemetryBatch>;
 template class MessageStream<v1::TurntableStatus>;

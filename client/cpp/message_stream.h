@@ -11,6 +11,7 @@
 #include "hapticd/v1/calibration.pb.h"
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
+#include "hapticd/v1/pose.pb.h"
 #include "hapticd/v1/recording.pb.h"
 #include "hapticd/v1/telemetry.pb.h"
 #include "hapticd/v1/turntable.pb.h"
@@ -64,6 +65,10 @@ using TurntableStream = MessageStream<v1::TurntableStatus>;
 /// the end, ends the motion. kEnded: the tool has arrived or met an object, as the last message reported, or
 /// cancel() was called.
 using GuideStream = MessageStream<v1::GuideStatus>;
+
+/// Poses of the tool, each once. Destroying it unsubscribes. What is read late was sent late: read in a thread
+/// that does nothing else, or with next(pose, 0 ms) until it returns kNothing, and use the last one.
+using PoseStream = MessageStream<v1::Pose>;
 
 /// The pieces of a file, in order. Destroying it before the end gives the file up.
 using RecordingStream = MessageStream<v1::RecordingPiece>;

@@ -26,6 +26,7 @@ HERE = Path(__file__).resolve().parent
 NAMES = {
     "ClockService/Exchange": "exchange_clocks",
     "ClockService/GetClock": "get_clock",
+    "PoseService/Subscribe": "poses",
     "RecordingService/Annotate": "annotate_recording",
     "TelemetryService/Subscribe": "subscribe",
     "TurntableService/Home": "home_turntable",

@@ -12,6 +12,7 @@
 #include "hal/sim/object/general_object_model.h"
 #include "hal/sim/sensor/external_instrument.h"
 #include "hal/sim/sensor/sensor_bias.h"
+#include "hal/sim/simulated_info.h"
 #include "hal/sim/simulation.h"
 #include "hal/sim/simulation_limits.h"
 #include "hal/sim/tick_clock.h"
@@ -221,26 +222,7 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
                         std::to_string(config.object_events.size()), "at most 64", ""};
     }
   }
-  state->info.kind = hal::RigKind::kSimulated;
-  state->info.name = "sim:" + model->name;
-  state->info.rate_hz = config.rate_hz;
-  state->info.device = model->info();
-  state->info.sensor = state->simulation.sensor().info();
-  state->info.sensor.tool_mass_g = config.tool_mass_g;  // as reported; the truth may differ
-  state->info.has_truth = true;
-  state->info.has_external_position = true;
-  state->info.uncertain = model->uncertain();
-  for (hal::UncertainParameter& parameter : uncertain_of(*plant)) {
-    state->info.uncertain.push_back(std::move(parameter));
-  }
-  if (config.external_instrument) {
-    for (hal::UncertainParameter& parameter : ExternalInstrumentModel{}.uncertain()) {
-      state->info.uncertain.push_back(std::move(parameter));
-    }
-  }
-  for (hal::UncertainParameter& parameter : uncertain(*conditions)) {
-    state->info.uncertain.push_back(std::move(parameter));
-  }
+  state->info = info_of(config, *model, *plant, *conditions, state->simulation.sensor().info());
   auto rig = std::unique_ptr<SimulatedRig>(new SimulatedRig(std::move(state)));
   if (config.custom_object) {
     const std::lock_guard lock(rig->state_->world);
@@ -371,7 +353,8 @@ std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) 
   return std::nullopt;
 }
 
-std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
+std::optional<hal::Error> SimulatedRig::set_object(const std::string& name,
+                                                   const hal::Vector3& inclusion_aside_mm) {
   std::optional<ObjectModel> model;
   if (name != "none") {
     model = object_preset(name);
@@ -379,6 +362,14 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name) {
       return hal::Error{"unknown object", "simulated rig", name, joined(object_preset_names()) + ", none",
                         ""};
     }
+  }
+  const Vector3 aside{inclusion_aside_mm.x, inclusion_aside_mm.y, 0.0};
+  if (aside.x != 0.0 || aside.y != 0.0) {
+    if (!model || !model->phantom || !model->phantom->inclusion) {
+      return hal::Error{"this object has no inclusion that could lie aside", "simulated rig", name,
+                        "phantom_hard, phantom_soft", ""};
+    }
+    if (auto error = model->phantom->put_inclusion(aside)) return error;
   }
   const std::lock_guard lock(state_->world);
   state_->publish_object(name, model ? &*model : nullptr);

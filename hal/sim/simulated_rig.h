@@ -95,7 +95,9 @@ class SimulatedRig final : public hal::Rig {
   /// Any thread. Puts another object ("none" for none) under the tool; refused by name if unknown. A tip
   /// that touches the old object, or would be inside the new one, is lifted off first; then the program, a
   /// passive weight's too, starts again.
-  std::optional<hal::Error> set_object(const std::string& name);
+  /// `inclusion_aside_mm`: of a phantom with an inclusion, x and y of the place where it is touched straight
+  /// over it; 25 mm from the middle at most.
+  std::optional<hal::Error> set_object(const std::string& name, const hal::Vector3& inclusion_aside_mm = {});
   std::string object() const;
   /// Any thread. Something happens to the object in place, at the next read() or later as it says. Refused
   /// where too many are waiting already.

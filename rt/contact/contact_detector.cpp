@@ -55,8 +55,8 @@ void ContactDetector::declare() noexcept {
   reason_ = ContactReason::kAboveThreshold;
 }
 
-bool ContactDetector::update(double force_n, double depth_mm, double contact_depth_mm,
-                             double uncertain_n) noexcept {
+bool ContactDetector::update(double force_n, double depth_mm, double contact_depth_mm, double uncertain_n,
+                             bool may_begin) noexcept {
   const double magnitude = std::abs(force_n);
   const double clearance_mm = parameters_.release_clearance_mm;
   if (in_contact_) {
@@ -95,7 +95,7 @@ bool ContactDetector::update(double force_n, double depth_mm, double contact_dep
       return false;
     }
   }
-  if (above && !recently_released_) {
+  if (above && may_begin && !recently_released_) {
     declare();
   } else {
     reason_ = ContactReason::kFree;

@@ -36,8 +36,10 @@ class ContactDetector {
 
   /// `force_n`: what free motion leaves at zero. `depth_mm`: along the press axis, growing into the object;
   /// from `contact_depth_mm`, where the present contact began. `uncertain_n`: by how much more than ε_f the
-  /// force must be for a contact to be declared. Returns the state after this tick.
-  bool update(double force_n, double depth_mm, double contact_depth_mm, double uncertain_n = 0.0) noexcept;
+  /// force must be for a contact to be declared. `may_begin`: false where this force cannot be that of an
+  /// object that is met. Returns the state after this tick.
+  bool update(double force_n, double depth_mm, double contact_depth_mm, double uncertain_n = 0.0,
+              bool may_begin = true) noexcept;
   /// In contact from this tick on: a contact law knows of an onset that was missed.
   void declare() noexcept;
   /// There was no object: free once the force has been within ε_f.

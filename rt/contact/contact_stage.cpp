@@ -4,12 +4,32 @@
 
 namespace hapticd::rt {
 
+namespace {
+
+double inner(double a, double b) noexcept {
+  return a * b;
+}
+double inner(const hal::Vector3& a, const hal::Vector3& b) noexcept {
+  return dot(a, b);
+}
+
+}  // namespace
+
 template <class Value>
 void BasicContactStage<Value>::reset() noexcept {
   residual_.reset();
   detector_.reset();
   evidence_.reset();
   onset_.forget();
+}
+
+template <class Value>
+bool BasicContactStage<Value>::may_be_met(const Input& now) const noexcept {
+  if (force_n_ <= parameters_.threshold_n || force_n_ > evidence_.max_free_force_n()) return true;
+  const double speed_mm_per_s = magnitude(now.velocity_mm_per_s);
+  if (speed_mm_per_s < kMovingMmPerS) return true;
+  // Signed as the residual is: what opposes the motion is along it.
+  return inner(residual_.residual_n(), now.velocity_mm_per_s) > -kAlongCosine * force_n_ * speed_mm_per_s;
 }
 
 template <class Value>
@@ -30,9 +50,10 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
       residual_.start_free();  // the reading before was a mean over the gap
     }
     after_gap_ = now.interval.is_gap;
-    onset_.remember(now.tip_mm, residual_.prompt_force_n());
+    onset_.remember(now.tip_mm, residual_.prompt_force_n(), residual_.prompt_force_ns());
     force_n_ = magnitude(residual_.residual_n());
-    detector_.update(force_n_, now.depth_mm, now.contact_depth_mm, residual_.irregular_n());
+    detector_.update(force_n_, now.depth_mm, now.contact_depth_mm, residual_.irregular_n(),
+                     in_contact() || may_be_met(now));
     if (detector_.just_left_surface()) {
       // What still pulls above the surface of an object that never resisted was none, if it does so again and
       // again.
@@ -41,6 +62,7 @@ void BasicContactStage<Value>::detect(const Input& now) noexcept {
       residual_.assume_free();
     }
   }
+  if (detector_.just_declared()) note_onset(now.free_motion.position_ns);
   quiet_s_ = force_n_ < parameters_.threshold_n ? quiet_s_ + now.interval.s : 0.0;
   if (quiet_s_ > kQuietS) unproven_ = 0;
   if (!in_contact()) return evidence_.rest(now.acceleration_mm_per_s2, now.interval);
@@ -57,8 +79,19 @@ void BasicContactStage<Value>::judge(const ContactEvidence::Observation& now,
 }
 
 template <class Value>
+double BasicContactStage<Value>::quiet_n() const noexcept {
+  return parameters_.release_ratio * parameters_.threshold_n + residual_.seen_jerk_n();
+}
+
+template <class Value>
 Value BasicContactStage<Value>::onset_mm() const noexcept {
-  return onset_.place_mm(parameters_.release_ratio * parameters_.threshold_n + residual_.seen_jerk_n());
+  return onset_.place_mm(quiet_n());
+}
+
+template <class Value>
+void BasicContactStage<Value>::note_onset(std::int64_t now_ns) noexcept {
+  const bool looks_back = parameters_.method == ContactMethod::kMatchedInertia;
+  onset_instant_ = looks_back ? onset_.instant(quiet_n()) : OnsetInstant{now_ns, 0, now_ns};
 }
 
 template class BasicContactStage<double>;

@@ -26,9 +26,10 @@ class BasicContactStage {
     TickInterval interval;
     /// Force the sensor bears besides its zero and the tool's weight, with the position and their instants.
     typename BasicFreeMotionResidual<Value>::Measurement free_motion;
-    Value tip_mm{};           ///< where an onset is placed
-    double reaction_n = 0.0;  ///< magnitude of f_r, for the published method
-    double depth_mm = 0.0;    ///< and where the present contact began, along one line into the object
+    Value tip_mm{};             ///< where an onset is placed
+    Value velocity_mm_per_s{};  ///< of the tip, signed as `free_motion.position_mm`
+    double reaction_n = 0.0;    ///< magnitude of f_r, for the published method
+    double depth_mm = 0.0;      ///< and where the present contact began, along one line into the object
     double contact_depth_mm = 0.0;
     double acceleration_mm_per_s2 = 0.0;  ///< magnitude
   };
@@ -38,7 +39,10 @@ class BasicContactStage {
   /// In contact: ends it where nothing speaks for it, and counts what speaks for it.
   void judge(const ContactEvidence::Observation& now, const TickInterval& interval) noexcept;
   /// A contact law knows of an onset that was missed.
-  void declare() noexcept { detector_.declare(); }
+  void declare(std::int64_t now_ns) noexcept {
+    detector_.declare();
+    onset_instant_ = {now_ns, 0, now_ns};
+  }
   /// What is felt is no object.
   void withdraw() noexcept {
     detector_.withdraw();
@@ -56,6 +60,8 @@ class BasicContactStage {
   double max_free_force_n() const noexcept { return evidence_.max_free_force_n(); }
   /// Where a contact that has just been declared began.
   Value onset_mm() const noexcept;
+  /// When the present contact began, or the last. Its place is that of onset_mm() when it was declared.
+  const OnsetInstant& onset() const noexcept { return onset_instant_; }
   /// What the threshold is compared with.
   double force_n() const noexcept { return force_n_; }
   /// True where what the sensor reads besides the tool, residual_n(), shows its zero.
@@ -65,14 +71,26 @@ class BasicContactStage {
   const Value& residual_n() const noexcept { return residual_.residual_n(); }
 
  private:
+  /// What a force in free motion may be after all.
+  double quiet_n() const noexcept;
+  void note_onset(std::int64_t now_ns) noexcept;
+
   ContactParameters parameters_;
   BasicFreeMotionResidual<Value> residual_;
   ContactDetector detector_;
   ContactEvidence evidence_;
   BasicContactOnset<Value> onset_;
+  OnsetInstant onset_instant_{};
   /// Contacts in a row that never resisted, without a quiet time between: a bouncing tool makes one or two.
   static constexpr int kUnprovenToWithdraw = 3;
   static constexpr double kQuietS = 0.02;
+  static constexpr double kMovingMmPerS = 10.0;
+  static constexpr double kAlongCosine = 0.5;
+
+  /// Whether what is felt may be an object that the tip meets: it opposes the motion. A force along the
+  /// motion is what a stop leaves, whose inertia is known a filter's delay late: a surface cannot push the
+  /// tip the way it goes. Unless it is more than free motion can leave.
+  bool may_be_met(const Input& now) const noexcept;
 
   double force_n_ = 0.0;
   int unproven_ = 0;

@@ -75,6 +75,10 @@ class BasicFreeMotionResidual {
   /// f_s - L[m a], f_s the mean of the last kPromptMeanS: prompt, but off by up to the dead zone. For looking
   /// back at how a contact began.
   Value prompt_force_n() const noexcept { return prompt_force_.mean() - last_inertia_n_; }
+  /// The instant that it stands for: the middle of the mean.
+  std::int64_t prompt_force_ns() const noexcept {
+    return last_.force_ns - static_cast<std::int64_t>(0.5e9 * (kPromptMeanS - 1.0 / rate_hz_));
+  }
 
  private:
   /// All that passes L.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -32,6 +33,11 @@ struct InclusionParameters {
   double approach = 0.5;           ///< β: how far tip and sphere approach each other, over the displacement
   double internal_friction = 0.0;  ///< of the sphere in the tissue, over the force that it adds
   double internal_presliding_mm = 0.3;
+
+  /// It is to lie so far from there, x and y of its surface point; zero once it does. Around this point on a
+  /// round object.
+  std::array<double, 2> moved_mm{};
+  std::optional<hal::Vector3> object_centre_mm{};
 };
 
 /// Everything finite and in range: l_0 from 2 to 200 mm, exponents 1 … 4 and 2 … 12, β 0 … 0.9, friction

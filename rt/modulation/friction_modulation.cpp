@@ -53,7 +53,8 @@ void FrictionModulation::follow_fade(double speed_mm_per_s, double s) noexcept {
   const bool turned = slides && speed_mm_per_s * last_along_ < 0.0;
   if (slides) last_along_ = std::copysign(1.0, speed_mm_per_s);
   since_turn_s_ = turned ? 0.0 : since_turn_s_ + s;
-  const bool wanted = slides && since_turn_s_ >= kFadeS;
+  may_rise_ = fade_ == 0.0 || (may_rise_ && !turned);
+  const bool wanted = slides && may_rise_ && since_turn_s_ >= kTurnS;
   fade_ = std::clamp(fade_ + (wanted ? s / kRiseS : -s / kFadeS), 0.0, 1.0);
 }
 
@@ -94,6 +95,7 @@ hal::Vector3 FrictionModulation::update(const Input& now) noexcept {
 void FrictionModulation::rest() noexcept {
   axis_ = force_n_ = {};
   fade_ = last_along_ = since_turn_s_ = 0.0;
+  may_rise_ = true;
   level_ = 1.0;
   scale_ = 1.0;
   is_bounded_ = false;

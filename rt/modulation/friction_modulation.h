@@ -19,7 +19,9 @@ namespace hapticd::rt {
 ///               sign, and at most kMaxLevel of the identified level: an error of the normal by ε leaks no
 ///               more than |s - 1| sin ε f_n into the axis, and nothing across it.
 ///   less        takes energy from friction: no more than kMaxReduction of f̂, and only while the tip slides:
-///               the share of it goes to zero below kFadeSpeedMmPerS and after a reversal, over kFadeS.
+///               the share of it goes to zero below kFadeSpeedMmPerS and after a reversal, over kFadeS. After
+///               that, kTurnS after the reversal at the soonest, it grows over kRiseS: a force that comes
+///               back sooner is felt as a knock.
 ///   more        s ≤ kMaxScale, and (s - 1) μ_k f_n ≤ kMaxAddedN: friction turns over with the motion, and
 ///               beyond that the loop's delay lets device and tip swing faster than the hand slides.
 /// The passivity control at the hand's port sees all of it.
@@ -31,7 +33,8 @@ class FrictionModulation {
   static constexpr double kMaxLevel = 1.5;  // of μ_k f_n: static friction is up to 1.4 of it
   static constexpr double kFadeSpeedMmPerS = 5.0;
   static constexpr double kFadeS = 0.06;
-  static constexpr double kRiseS = 0.1;
+  static constexpr double kTurnS = 0.02;  ///< presliding is over by then
+  static constexpr double kRiseS = 0.14;
   static constexpr double kAxisMemoryMm = 1.0;
   static constexpr double kLevelS = 0.1;  ///< over which the real level is followed while sliding
 
@@ -71,6 +74,7 @@ class FrictionModulation {
   double kinetic_;
   hal::Vector3 axis_;        ///< of sliding; zero before any
   double fade_ = 0.0;        ///< share of a reduction, 0 … 1
+  bool may_rise_ = true;     ///< it has been zero since the last reversal
   double last_along_ = 0.0;  ///< sign of the last sliding along the axis
   double since_turn_s_ = 0.0;
   double level_ = 1.0;  ///< of the real coefficient while sliding, over μ_k

@@ -47,7 +47,8 @@ std::optional<hal::Error> check(const TransientParameters& transient, double rat
       {"amplifier_hz", g.amplifier_hz, 50.0, 1e5, "Hz"},
       {"grip_mass_g", g.grip_mass_g, 1.0, 1000.0, "g"},
       {"grip_stiffness_n_per_mm", g.grip_stiffness_n_per_mm, 0.0, 100.0, "N/mm"},
-      {"grip_damping_n_s_per_mm", g.grip_damping_n_s_per_mm, 0.0, 1.0, "N·s/mm"}};
+      {"grip_damping_n_s_per_mm", g.grip_damping_n_s_per_mm, 0.0, 1.0, "N·s/mm"},
+      {"object_stiffness_n_per_mm", g.object_stiffness_n_per_mm, 0.0, 100.0, "N/mm"}};
   add_ranges(transient.target, "mode", highest_transient_hz(rate_hz), ranges);
   add_ranges(transient.real, "real", highest_transient_hz(rate_hz), ranges);
   for (const TransientRange& r : ranges) {

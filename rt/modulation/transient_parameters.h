@@ -25,6 +25,9 @@ struct GripDynamics {
   double grip_mass_g = 49.0;    ///< what moves with the tip except the tool: sensor and fingers
   double grip_stiffness_n_per_mm = 0.5;
   double grip_damping_n_s_per_mm = 4e-3;
+  /// Of the object under the tip. 0: that of a linear target, else of the object's model at 1 N; without
+  /// either it counts as soft.
+  double object_stiffness_n_per_mm = 0.0;
 };
 
 /// What a contact's first moments are to feel like.

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "hal/samples.h"
+#include "rt/record/onset_instant.h"
 #include "rt/record/fault.h"
 #include "rt/signal/sensor_zero.h"
 
@@ -102,6 +103,7 @@ struct TickRecord {
   std::uint32_t force_count = 0;
   std::int64_t force_age_ns = 0;  ///< of the newest sensor sample
   std::uint32_t bias_serial = 0;  ///< of the sensor's zero; 0 = never biased
+  std::int64_t position_age_ns = 0;  ///< of the encoders' reading at time_ns
   // channel::kMotion
   double velocity_mm_per_s = 0.0;
   double acceleration_mm_per_s2 = 0.0;
@@ -113,6 +115,7 @@ struct TickRecord {
   std::uint32_t withdrawn_count = 0;  ///< of those, how many turned out to be no object
   double contact_authority = 0.0;     ///< 0 … 1: share of the desired force the contact's evidence allows
   double contact_force_n = 0.0;       ///< magnitude of what the threshold is compared with
+  OnsetInstant contact_onset;         ///< of the present contact, or the last
   // channel::kZero
   SensorZero zero;  ///< subtracted from what the sensor reads, its frame
   // channel::kDeformation

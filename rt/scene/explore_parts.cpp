@@ -29,10 +29,16 @@ Displacement displacement_of(const SceneSpec& spec, const ObjectModel& model, do
   return Displacement(FusedDisplacement(error, e.force_noise_n, rate_hz), law);
 }
 
-GripPlant grip_plant_of(const SceneSpec& spec, const hal::RigInfo& rig) {
+GripPlant grip_plant_of(const SceneSpec& spec, const ObjectModel& model, const hal::RigInfo& rig) {
+  constexpr double kImpactN = 1.0;
   const bool is_linear = spec.explore.modulated && spec.target.kind == TargetLaw::Kind::kLinear;
+  double object_n_per_mm = spec.transient->grip.object_stiffness_n_per_mm;
+  if (object_n_per_mm == 0.0) {
+    object_n_per_mm =
+        is_linear ? spec.target.stiffness_n_per_mm : stiffness_n_per_mm(model, kImpactN).value_or(0.0);
+  }
   return grip_plant(spec.transient->grip, rig.device.apparent_mass_g, spec.structural_stiffness_n_per_mm,
-                    spec.tool_mass_g, is_linear ? spec.target.stiffness_n_per_mm : 0.0);
+                    spec.tool_mass_g, object_n_per_mm);
 }
 
 }  // namespace hapticd::rt

@@ -53,7 +53,7 @@ ExplorePipeline::ExplorePipeline(const SceneSpec& resolved, const ObjectModel& m
   }
   if (!resolved.inclusions.empty()) inclusions_.emplace(resolved.inclusions);
   if (resolved.transient) {
-    transient_.emplace(*resolved.transient, grip_plant_of(resolved, rig),
+    transient_.emplace(*resolved.transient, grip_plant_of(resolved, model, rig),
                        resolved.guard.max_force_rate_n_per_s / rig.rate_hz, rig.rate_hz);
   }
   if (resolved.friction_target) friction_.emplace(*resolved.friction_target, model.rod_friction->kinetic);
@@ -149,6 +149,7 @@ void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) 
   input.free_motion = {now.load_n * -1.0, now.mass_mm, sample.time_ns - sample.position_age_ns,
                        sample.time_ns - sample.force_mean_age_ns};
   input.tip_mm = now.tip_mm;
+  input.velocity_mm_per_s = now.velocity_mm_per_s;
   input.reaction_n = norm(now.reaction_n);
   input.depth_mm = depth_mm;
   input.acceleration_mm_per_s2 = norm(now.mass_acceleration_mm_per_s2);
@@ -157,7 +158,7 @@ void ExplorePipeline::detect(const hal::RigSample& sample, const Measured& now) 
   const bool pulls = is_pulled(now, input.reaction_n);
   if (pulls && contact_.in_contact()) contact_.withdraw();
   regained_ = !pulls && displacement_.has_law() && contact_.detector().disturbed_ticks() >= regain_ticks_;
-  if (regained_) contact_.declare();
+  if (regained_) contact_.declare(sample.time_ns - sample.position_age_ns);
 }
 
 bool ExplorePipeline::is_pulled(const Measured& now, double reaction_n) noexcept {

@@ -14,6 +14,7 @@ void fill_contact(const BasicContactStage<Value>& contact, TickRecord& record) n
   record.withdrawn_count = contact.detector().withdrawn_count();
   record.contact_authority = contact.authority();
   record.contact_force_n = contact.force_n();
+  record.contact_onset = contact.onset();
 }
 
 }  // namespace hapticd::rt

@@ -75,6 +75,7 @@ hal::DeviceCommand Renderer::tick(const hal::RigSample& sample, TickRecord& reco
   record.force_count = sample.force_count;
   record.force_age_ns = sample.force_age_ns;
   record.bias_serial = sample.bias_serial;
+  record.position_age_ns = sample.position_age_ns;
 
   watch_bias(sample);
   Admission admission = guard_.admit(sample, pipeline_ != nullptr ? pipeline_->faults() : 0);

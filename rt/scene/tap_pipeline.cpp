@@ -81,6 +81,7 @@ void TapPipeline::update_contact(const hal::RigSample& sample, const Measured& n
   input.free_motion = {now.sensor_n, now.depth_mm, sample.time_ns - sample.position_age_ns,
                        sample.time_ns - sample.force_mean_age_ns};
   input.tip_mm = now.depth_mm;
+  input.velocity_mm_per_s = motion_.velocity_mm_per_s();
   input.reaction_n = std::abs(now.reaction_n);
   input.depth_mm = now.depth_mm;
   input.contact_depth_mm = contact_depth_mm_;

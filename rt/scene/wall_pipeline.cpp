@@ -35,6 +35,14 @@ void WallPipeline::applied(const hal::Vector3& force_n) noexcept {
   controller_.applied(dot(inward_, force_n));
 }
 
+void WallPipeline::note_onset(const hal::RigSample& sample, double inside_mm, double outside_mm) noexcept {
+  const std::int64_t inside_ns = sample.time_ns - sample.position_age_ns;
+  const double step_mm = inside_mm - outside_mm;
+  const double share = step_mm > 0.0 ? std::clamp(inside_mm / step_mm, 0.0, 1.0) : 0.0;
+  const auto past_ns = static_cast<std::int64_t>(share * static_cast<double>(inside_ns - position_ns_));
+  onset_ = {inside_ns - past_ns, position_ns_, inside_ns};
+}
+
 PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& record) noexcept {
   const auto [encoder_mm, inward] = surface_.at(sample.tip_position_mm);
   inward_ = inward;
@@ -44,6 +52,7 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   rate_mm_per_s_ = interval.is_gap ? 0.0
                                    : rate_mm_per_s_ + (encoder_mm - depth_mm_ - rate_mm_per_s_ * interval.s) /
                                                           (interval.s + kSmoothingS);
+  const double depth_before_mm = depth_mm_;
   depth_mm_ = encoder_mm;
 
   if (structural_field_) structural_n_per_mm_ = structural_field_->stiffness_at(sample.tip_position_mm);
@@ -70,6 +79,7 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
     } else if (reason_ != ContactReason::kAwaitingFree) {
       reason_ = ContactReason::kAboveThreshold;
       ++contact_count_;
+      note_onset(sample, encoder_mm, depth_before_mm);
     }
   } else {
     reason_ = was_inside ? ContactReason::kAboveSurface : ContactReason::kFree;
@@ -82,6 +92,7 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   record.in_contact = in_contact;
   record.contact_reason = reason_;
   record.contact_count = contact_count_;
+  record.contact_onset = onset_;
   record.contact_authority = in_contact ? 1.0 : 0.0;  // the wall needs no evidence
   record.displacement_mm = in_contact ? displacement_mm : 0.0;
   record.target_stiffness_n_per_mm = target_.stiffness_n_per_mm();
@@ -89,6 +100,7 @@ PipelineOutput WallPipeline::evaluate(const hal::RigSample& sample, TickRecord& 
   record.commanded_force_n = command_n;
   record.hand_force_n = -device_force_n;
   if (in_contact) record.normal = inward * -1.0;
+  position_ns_ = sample.time_ns - sample.position_age_ns;
   return {inward * command_n, in_contact, std::abs(desired_n) >= kTraceN, 0};
 }
 

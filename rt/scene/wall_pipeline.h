@@ -26,6 +26,9 @@ class WallPipeline final : public Pipeline {
   void set_target(const TargetLaw& target, double ramp_s) noexcept override;
 
  private:
+  /// The tip came in between the last tick and this one: on a straight line.
+  void note_onset(const hal::RigSample& sample, double inside_mm, double outside_mm) noexcept;
+
   WallSurface surface_;
   hal::Vector3 inward_;         ///< where the tip is
   double structural_n_per_mm_;  ///< where the tip is; 0 = device taken as rigid
@@ -37,6 +40,8 @@ class WallPipeline final : public Pipeline {
   ForceController controller_;
   ContactReason reason_ = ContactReason::kAwaitingFree;
   std::uint32_t contact_count_ = 0;
+  OnsetInstant onset_{};
+  std::int64_t position_ns_ = 0;  ///< of the last tick's encoders
 };
 
 }  // namespace hapticd::rt

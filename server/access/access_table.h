@@ -30,6 +30,7 @@ inline constexpr auto kAccessTable = [] {
   using enum Role;
   return std::array{
     AccessRow{"AccessService/GetAccess",                    kNone,       kNoLease, kUnaudited},
+    AccessRow{"AccessService/OpenConsole",                  kObserver,   kNoLease, kAudited},
     AccessRow{"LeaseService/AcquireLease",                  kOperator,   kNoLease, kAudited},
     AccessRow{"LeaseService/TakeLease",                     kOperator,   kNoLease, kAudited},
     AccessRow{"LeaseService/RenewLease",                    kOperator,   kNoLease, kUnaudited},
@@ -55,6 +56,7 @@ inline constexpr auto kAccessTable = [] {
     AccessRow{"SafetyService/Clear",                        kOperator,   kLease,   kAudited},
     AccessRow{"SafetyService/ListFaults",                   kObserver,   kNoLease, kUnaudited},
     AccessRow{"TelemetryService/Subscribe",                 kObserver,   kNoLease, kUnaudited},
+    AccessRow{"PoseService/Subscribe",                      kObserver,   kNoLease, kUnaudited},
     AccessRow{"RecordingService/StartRecording",            kOperator,   kNoLease, kAudited},
     AccessRow{"RecordingService/StopRecording",             kOperator,   kNoLease, kAudited},
     AccessRow{"RecordingService/Annotate",                  kOperator,   kNoLease, kAudited},

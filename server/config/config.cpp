@@ -154,6 +154,14 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
 }
 
 std::optional<hal::Error> check_network(const DaemonConfig& config) {
+  if (config.console.listen_tls && config.certificates.empty()) {
+    return hal::Error{"refusing to show the console beyond this machine without certificates",
+                      "[network] certificates",
+                      "",
+                      "a folder with server.crt, server.key and authority.crt",
+                      "make them with deploy/make_certificates.sh, then --certificates DIR",
+                      hal::Mistake::kMissingKey};
+  }
   if (!config.listen_tls) return std::nullopt;
   const ListenAddress& tls = *config.listen_tls;
   if (config.certificates.empty()) {
@@ -275,9 +283,11 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
   read_recording(root.table("recording"), config.recording);
   const auto wrong_metrics = read_metrics(root.table("metrics"), document->source(), config.metrics);
+  const auto wrong_console = read_console(root.table("console"), document->source(), config.console);
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;
   if (wrong_metrics) return *wrong_metrics;
+  if (wrong_console) return *wrong_console;
 
   const auto where = [&](const char* key) {
     return network.has(key) ? fmt::format("{}, line {}", document->source(), network.line_of(key))
@@ -307,6 +317,11 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
     auto address = parse_tls_address(*overrides.listen_tls, "--listen-tls");
     if (!address) return address.error();
     config.listen_tls = *address;
+  }
+  if (overrides.console) {
+    auto address = parse_listen_address(*overrides.console, "--console");
+    if (!address) return address.error();
+    config.console.listen = *address;
   }
   if (overrides.certificates) config.certificates = *overrides.certificates;
   if (overrides.unix_socket) config.unix_socket = *overrides.unix_socket;

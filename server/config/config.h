@@ -16,6 +16,7 @@
 #include "hal/sim/simulated_rig.h"
 #include "rt/loop/periodic_loop.h"
 #include "server/config/access_config.h"
+#include "server/config/console_section.h"
 #include "server/config/guard_ceilings.h"
 #include "server/config/listen_address.h"
 #include "server/config/metrics_section.h"
@@ -71,6 +72,7 @@ struct DaemonConfig {
 
   WatchdogConfig watchdog;  ///< [watchdog]
   MetricsConfig metrics;    ///< [metrics]
+  ConsoleConfig console;    ///< [console]
 
   RecordingConfig recording;  ///< [recording]
 
@@ -93,6 +95,7 @@ struct ConfigOverrides {
   std::optional<std::string> unix_socket;
   std::optional<std::string> listen_tls;
   std::optional<std::string> certificates;
+  std::optional<std::string> console;
   std::optional<std::string> scene;
   std::optional<std::string> scene_folder;
   std::optional<std::string> model_folder;

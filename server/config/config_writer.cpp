@@ -76,6 +76,7 @@ std::string write_config(const DaemonConfig& config) {
   text += write_access(config.access);
   text += write_watchdog(config.watchdog);
   text += write_metrics(config.metrics);
+  text += write_console(config.console);
   text += write_recording(config.recording);
   text += fmt::format("\n[log]\nlevel = {}\n", toml_quoted(text_of(config.log_level, kLogWords)));
   return text;

@@ -17,6 +17,7 @@
 #include "server/access/call_quota.h"
 #include "server/access/certificate.h"
 #include "server/access/connected_users.h"
+#include "server/grpc/calibration/calibration_service.h"
 #include "server/grpc/calls/standing_poller.h"
 #include "server/grpc/calls/unreadable_request.h"
 #include "server/grpc/connection_listener.h"
@@ -25,10 +26,10 @@
 #include "server/grpc/gate/access_gate.h"
 #include "server/grpc/gate/gated_callback.h"
 #include "server/grpc/gate/gated_service.h"
+#include "server/grpc/pose/pose_service.h"
 #include "server/grpc/recording/recording_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
-#include "server/grpc/calibration/calibration_service.h"
 #include "server/grpc/services/clock_service.h"
 #include "server/grpc/services/identification_service.h"
 #include "server/grpc/services/lease_service.h"
@@ -113,11 +114,12 @@ struct GrpcServer::State {
         guide(parts.guide),
         presentation(parts.session),
         safety(parts.latch),
-        access(parts.policy),
+        access(parts.policy, parts.door),
         lease(parts.desk),
         watchdog(parts.watchdog),
         clock(parts.session),
         recording(parts.recorder, parts.flight, recording_folder),
+        pose(parts.poses),
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
@@ -140,6 +142,7 @@ struct GrpcServer::State {
   WatchdogService watchdog;
   ClockService clock;
   RecordingService recording;
+  PoseService pose;
   CallQuota quota;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
@@ -199,6 +202,11 @@ void GrpcServer::State::add_services() {
       [this](Context* context, const Bytes* request) { return telemetry.Subscribe(context, request); }));
   add("TelemetryService", telemetry, std::move(callbacks));
   callbacks.clear();
+  callbacks.push_back(gated_stream(
+      *gate, "PoseService", "Subscribe",
+      [this](Context* context, const Bytes* request) { return pose.Subscribe(context, request); }));
+  add("PoseService", pose, std::move(callbacks));
+  callbacks.clear();
   callbacks.push_back(gated_unary<v1::CheckInRequest, v1::CheckInResponse>(
       *gate, "WatchdogService", "CheckIn",
       [this](Context* context, const v1::CheckInRequest* request, v1::CheckInResponse* response) {
@@ -240,7 +248,7 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
       config.recording.folder);
   state->listener = std::move(*listener);
   state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, state->quota,
-                                        parts.session, state->listener->unix_group()});
+                                        parts.session, state->listener->unix_group(), &parts.door});
   state->add_services();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -301,6 +309,14 @@ void GrpcServer::set_serving(bool serving) {
   // Only now has the daemon all the memory that it needs for itself.
   if (serving && !state_->memory) state_->memory.emplace(port());
   if (auto* health = state_->server->GetHealthCheckService()) health->SetServingStatus(serving);
+}
+
+std::shared_ptr<grpc::Channel> GrpcServer::in_process_channel() {
+  return state_->server->InProcessChannel({});
+}
+
+void GrpcServer::show_console_at(const std::string& plain_url, const std::string& tls_url) {
+  state_->access.show_console_at({plain_url, tls_url});
 }
 
 void GrpcServer::shutdown(std::chrono::milliseconds timeout) {

@@ -4,13 +4,22 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "hal/error.h"
 #include "server/config/config.h"
 
+namespace grpc {
+class Channel;
+}
+namespace hapticd::pose {
+class PoseDesk;
+}
+
 namespace hapticd::server {
 
 class AuditLog;
+class ConsoleDoor;
 class FlightRecorder;
 class CalibrationRunner;
 class GuideHost;
@@ -48,6 +57,8 @@ class GrpcServer {
     Watchdog& watchdog;
     Recorder& recorder;
     FlightRecorder& flight;
+    pose::PoseDesk& poses;
+    ConsoleDoor& door;
   };
 
   /// An error when someone listens there already, or the certificates cannot be used: to be asked before
@@ -64,6 +75,10 @@ class GrpcServer {
   /// That of connections with certificates; 0 where there are none.
   std::uint16_t tls_port() const;
   void set_serving(bool serving);
+  /// For callers in this process; its calls pass the gate as all others.
+  std::shared_ptr<grpc::Channel> in_process_channel();
+  /// Where browsers find the console; empty: not shown.
+  void show_console_at(const std::string& plain_url, const std::string& tls_url);
   /// No new calls; those under way may end within `timeout`, then they are cancelled.
   void shutdown(std::chrono::milliseconds timeout);
 

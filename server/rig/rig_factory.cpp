@@ -124,4 +124,16 @@ hal::Result<std::unique_ptr<hal::Rig>> open_rig(const DaemonConfig& config) {
   return std::unique_ptr<hal::Rig>(std::make_unique<hal::ComposedRig>(std::move(parts), config.loop.rate_hz));
 }
 
+std::string rig_kind_of_models(hal::RigKind kind) {
+  switch (kind) {
+    case hal::RigKind::kSimulated:
+      return "simulated";
+    case hal::RigKind::kHardware:
+      return "hardware";
+    case hal::RigKind::kReplay:
+      break;
+  }
+  return {};
+}
+
 }  // namespace hapticd::server

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
+
 #include "server/scene/scene_models.h"
 #include "server/text/toml_text.h"
 
@@ -36,6 +39,50 @@ std::string vector_text(const hal::Vector3& v) {
   return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
 }
 
+/// Of one that was not moved yet.
+std::string moved_text(const rt::InclusionParameters& one) {
+  std::string text;
+  if (one.moved_mm != std::array<double, 2>{}) {
+    text += fmt::format("moved_mm = [{}, {}]\n", toml_number(one.moved_mm[0]), toml_number(one.moved_mm[1]));
+  }
+  if (one.object_centre_mm)
+    text += fmt::format("object_centre_mm = {}\n", vector_text(*one.object_centre_mm));
+  return text;
+}
+
+/// Place and surface point where they are to be. A round object's turn about its centre, so that the depth
+/// stays.
+std::optional<hal::Error> move(rt::InclusionParameters& one, std::size_t number) {
+  const auto [x_mm, y_mm] = one.moved_mm;
+  if (x_mm == 0.0 && y_mm == 0.0) return std::nullopt;
+  const auto eigen = [](const hal::Vector3& v) { return Eigen::Vector3d(v.x, v.y, v.z); };
+  const auto plain = [](const Eigen::Vector3d& v) { return hal::Vector3{v.x(), v.y(), v.z()}; };
+  const Eigen::Vector3d aside(x_mm, y_mm, 0.0);
+  if (!one.object_centre_mm) {
+    one.place_mm = plain(eigen(one.place_mm) + aside);
+    one.surface_mm = plain(eigen(one.surface_mm) + aside);
+  } else {
+    const Eigen::Vector3d centre = eigen(*one.object_centre_mm);
+    const Eigen::Vector3d from = eigen(one.surface_mm) - centre;
+    Eigen::Vector3d to = from + aside;
+    const double left = from.squaredNorm() - to.head<2>().squaredNorm();
+    if (!(left > 0.0)) {
+      return hal::Error{"the inclusion cannot be moved beyond its object",
+                        fmt::format("inclusion[{}].moved_mm", number),
+                        fmt::format("[{:g}, {:g}] mm", x_mm, y_mm),
+                        fmt::format("within {:.1f} mm of the middle", from.norm()),
+                        "see object_centre_mm, or move it less"};
+    }
+    to.z() = std::copysign(std::sqrt(left), from.z());
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(from, to);
+    one.surface_mm = plain(centre + to);
+    one.place_mm = plain(centre + turn * (eigen(one.place_mm) - centre));
+  }
+  one.moved_mm = {};
+  one.object_centre_mm.reset();
+  return std::nullopt;
+}
+
 }  // namespace
 
 void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
@@ -44,6 +91,9 @@ void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
     table.read("variant", one.variant, kVariants);
     table.read("internal_friction", one.internal_friction, kFriction);
     table.read("internal_presliding_mm", one.internal_presliding_mm, kPreslidingMm);
+    table.read("moved_mm", one.moved_mm, kPositionMm);
+    if (table.wants("object_centre_mm"))
+      table.read("object_centre_mm", one.object_centre_mm.emplace(), kPositionMm);
     table.read("model", one.model, kMaxModelName);
     if (!one.model.empty()) {
       if (auto name = ModelName::parse(one.model, "inclusion.model"); !name)
@@ -70,7 +120,10 @@ std::optional<Refusal> fill_inclusions(const ModelLibrary& models, const hal::Ri
                                        std::vector<std::string>& remarks) {
   for (std::size_t i = 0; i < spec.inclusions.size(); ++i) {
     rt::InclusionParameters& one = spec.inclusions[i];
-    if (one.model.empty()) continue;
+    if (one.model.empty()) {
+      if (auto error = move(one, i)) return Refusal{RefusalKind::kInvalidArgument, *error};
+      continue;
+    }
     const auto found = models.find_inclusion(one.model);
     if (!found) return found.refusal();
     const StoredModel& model = **found;
@@ -79,6 +132,9 @@ std::optional<Refusal> fill_inclusions(const ModelLibrary& models, const hal::Ri
     identified.variant = one.variant;
     identified.internal_friction = one.internal_friction;
     identified.internal_presliding_mm = one.internal_presliding_mm;
+    identified.moved_mm = one.moved_mm;
+    identified.object_centre_mm = one.object_centre_mm;
+    if (auto error = move(identified, i)) return Refusal{RefusalKind::kInvalidArgument, *error};
     std::string remark = fmt::format("inclusion {}: '{}' at {} mm, from stored model {}", i + 1, one.model,
                                      vector_text(identified.place_mm), model.short_hash());
     for (const std::string& caution : cautions(model, spec, rig)) remark += "; " + caution;
@@ -97,6 +153,7 @@ std::string inclusions_text(const rt::SceneSpec& spec) {
           "\n[[inclusion]]\nvariant = {}\nmodel = {}\ninternal_friction = {}\ninternal_presliding_mm = {}\n",
           toml_quoted(variant_name(one)), toml_quoted(one.model), toml_number(one.internal_friction),
           toml_number(one.internal_presliding_mm));
+      text += moved_text(one);
       continue;
     }
     text += fmt::format(
@@ -108,6 +165,7 @@ std::string inclusions_text(const rt::SceneSpec& spec) {
         toml_number(one.response.exponent), toml_number(one.max_displacement_mm),
         toml_number(one.attenuation), toml_number(one.approach), toml_number(one.internal_friction),
         toml_number(one.internal_presliding_mm));
+    text += moved_text(one);
   }
   return text;
 }

@@ -77,6 +77,7 @@ void read_transient(TomlTable& root, rt::SceneSpec& spec) {
   table.read("grip_mass_g", grip.grip_mass_g, kGripMassG);
   table.read("grip_stiffness_n_per_mm", grip.grip_stiffness_n_per_mm, kGripStiffness);
   table.read("grip_damping_n_s_per_mm", grip.grip_damping_n_s_per_mm, kGripDamping);
+  table.read("object_stiffness_n_per_mm", grip.object_stiffness_n_per_mm, kGripStiffness);
 }
 
 std::string transient_text(const rt::SceneSpec& spec) {
@@ -84,10 +85,11 @@ std::string transient_text(const rt::SceneSpec& spec) {
   const rt::TransientParameters& t = *spec.transient;
   return fmt::format(
              "\n[transient]\nmax_force_n = {}\nmode_hz = {}\namplifier_hz = {}\n"
-             "grip_mass_g = {}\ngrip_stiffness_n_per_mm = {}\ngrip_damping_n_s_per_mm = {}\n",
+             "grip_mass_g = {}\ngrip_stiffness_n_per_mm = {}\ngrip_damping_n_s_per_mm = {}\n"
+             "object_stiffness_n_per_mm = {}\n",
              toml_number(t.max_force_n), toml_number(t.grip.mode_hz), toml_number(t.grip.amplifier_hz),
              toml_number(t.grip.grip_mass_g), toml_number(t.grip.grip_stiffness_n_per_mm),
-             toml_number(t.grip.grip_damping_n_s_per_mm)) +
+             toml_number(t.grip.grip_damping_n_s_per_mm), toml_number(t.grip.object_stiffness_n_per_mm)) +
          modes_text("mode", t.target) + modes_text("real", t.real);
 }
 

@@ -114,12 +114,14 @@ void TelemetryHub::pump(Subscription::Clock::time_point now) {
   bool more = true;
   while (more) {
     auto chunk = std::make_shared<RecordChunk>();
+    chunk->records.reserve(last_chunk_size_);
     rt::TickRecord record;
     while (chunk->records.size() < kMaxChunk && engine_.pop_record(record)) {
       record.angular_velocity_rad_per_s = turning_.follow(record.tip_orientation, record.time_ns);
       chunk->records.push_back(record);
     }
     more = chunk->records.size() == kMaxChunk;
+    last_chunk_size_ = chunk->records.size();
     chunk->received = now;
     chunk->dropped_by_server = engine_.records_dropped();
 

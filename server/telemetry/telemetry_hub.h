@@ -123,9 +123,10 @@ class TelemetryHub {
 
   rt::Engine& engine_;
 
-  std::mutex pump_mutex_;     ///< its holder is the only reader of the ring
-  AngularVelocity turning_;   ///< of the records in the order of the ring
-  mutable std::mutex mutex_;  ///< of the three below, held only briefly
+  std::mutex pump_mutex_;            ///< its holder is the only reader of the ring
+  AngularVelocity turning_;          ///< of the records in the order of the ring
+  std::size_t last_chunk_size_ = 0;  ///< of the pump: about as many come next
+  mutable std::mutex mutex_;         ///< of the three below, held only briefly
   std::shared_ptr<const Subscribers> subscribers_ = std::make_shared<const Subscribers>();
   rt::TickRecord last_;
   bool closed_ = false;

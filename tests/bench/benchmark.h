@@ -78,11 +78,31 @@ struct RecordingOptions {
 };
 int run_recording(const RecordingOptions& options);
 
+/// `hapticd_bench console`: the page for people in a headless browser, and what it costs the daemon.
+struct ConsoleOptions {
+  std::string folder;
+  bool quick = false;
+  double heap_seconds = 120.0;  ///< how long a page is left open to see whether its memory grows
+};
+int run_console(const ConsoleOptions& options);
+
 /// `hapticd_bench attack`: how fast a recording is uploaded, and what floods make of the daemon's memory.
 struct AttackOptions {
   std::string folder;
   bool quick = false;  ///< a tenth of everything
 };
 int run_attack(const AttackOptions& options);
+
+/// `hapticd_bench pose`: age and cost of poses, instants of touches over networks, the visual page.
+struct PoseOptions {
+  std::string folder;
+  bool quick = false;             ///< a tenth of everything
+  std::vector<std::string> only;  ///< of pose_parts(); empty = all
+};
+std::vector<std::string> pose_parts();
+int run_pose(const PoseOptions& options);
+
+/// The 16 subscribers of its part "cpu".
+int run_pose_child(const std::string& address, double seconds);
 
 }  // namespace hapticd::bench

@@ -138,6 +138,29 @@ int main(int argc, char** argv) {
   recording_command->add_option("--only", recording.only, "only these parts")
       ->check(CLI::IsMember({"incidents", "cost", "kills", "service", "install"}));
   recording_command->callback([&] { status = run_recording(recording); });
+
+  PoseOptions pose;
+  auto* pose_command =
+      app.add_subcommand("pose", "age and cost of poses, instants of touches over networks, the visual page");
+  pose_command->add_option("--out", pose.folder, "folder for figures.jsonl and the table; made if need be")
+      ->required();
+  pose_command->add_flag("--quick", pose.quick, "a tenth of everything");
+  pose_command->add_option("--only", pose.only, "only these parts")->check(CLI::IsMember(pose_parts()));
+  pose_command->callback([&] { status = run_pose(pose); });
+  auto* pose_child = app.add_subcommand("pose-child", "")->group("");  // hidden: started by `pose`
+  pose_child->add_option("--server", address)->required();
+  pose_child->add_option("--seconds", child_seconds)->required();
+  pose_child->callback([&] { status = run_pose_child(address, child_seconds); });
+  ConsoleOptions console;
+  auto* console_command = app.add_subcommand(
+      "console", "the page for people in a headless browser, and what it costs the daemon");
+  console_command
+      ->add_option("--out", console.folder, "folder for figures.jsonl and the table; made if need be")
+      ->required();
+  console_command->add_flag("--quick", console.quick, "a tenth of everything");
+  console_command->add_option("--heap-s", console.heap_seconds,
+                              "how long a page is left open to see whether its memory grows, s [120]");
+  console_command->callback([&] { status = run_console(console); });
 #endif
 
   try {

@@ -53,6 +53,29 @@ std::string without_progress(const std::string& words) {
   return words.substr(0, words.find(" ("));
 }
 
+constexpr const char* kPage = "page:";
+
+/// What the participant's page of an experiment asks for: touches once, else goes along with the device.
+sim::HandProgram motion_at_page(const std::string& words, unsigned tries) {
+  sim::HandProgram hand;
+  hand.kind = Kind::kFollow;
+  if (tries > 0) return hand;
+  if (says(words, "Press straight down")) {
+    hand.kind = Kind::kPress;
+    hand.force_n = 2.5;
+    hand.force_rate_n_per_s = 8.0;
+    hand.hold_s = 0.1;
+  } else if (says(words, "Press and stroke")) {
+    hand.kind = Kind::kStroke;
+    hand.force_n = 1.5;
+    hand.force_rate_n_per_s = 2.0;
+    hand.speed_mm_per_s = 80.0;
+    hand.stroke_length_mm = 20.0;
+    hand.repetitions = 3;
+  }
+  return hand;
+}
+
 }  // namespace
 
 sim::HandProgram motion_for(const std::string& words, unsigned tries) {
@@ -66,6 +89,7 @@ sim::HandProgram motion_for(const std::string& words, unsigned tries) {
     hand.force_rate_n_per_s = force_n / over_s;
     hand.hold_s = hold_s;
   };
+  if (words.rfind(kPage, 0) == 0) return motion_at_page(words, tries);
   if (words.empty() || words.rfind("let go:", 0) == 0 || says(words, "let go for some seconds")) return hand;
   if (says(words, "touch lightly")) {
     hand.kind = Kind::kScan;
@@ -140,11 +164,13 @@ bool InstructedHand::read() {
 }
 
 sim::HandProgram InstructedHand::next() {
-  return motion_for(words_, tries_++);
+  const sim::HandProgram hand = motion_for(words_, tries_++);
+  follows_ = hand.kind == Kind::kFollow;
+  return hand;
 }
 
-bool InstructedHand::must_let_go() const {
-  return words_.rfind("let go:", 0) == 0;
+bool InstructedHand::acts_at_once() const {
+  return follows_ || words_.rfind("let go:", 0) == 0;
 }
 
 }  // namespace hapticd::emulators

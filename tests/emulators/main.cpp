@@ -170,8 +170,9 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
       bench.happen({.kind = Kind::kReturn});
       next_return_s = HUGE_VAL;
     }
-    // What is asked for is done to its end, before anything else is; but a person lets go at once.
-    if (person && person->read() && person->must_let_go()) next_motion_s = now_s;
+    // What is asked for is done to its end, before anything else is; but a person lets go at once, and
+    // presses when the device no longer leads.
+    if (person && person->read() && person->acts_at_once()) next_motion_s = now_s;
     if (now_s >= next_motion_s) {
       const sim::HandProgram next = person ? person->next() : cycle[motion++ % cycle.size()];
       if (const auto error = bench.set_program(next)) throw std::runtime_error(error->text());

@@ -18,10 +18,10 @@ from daemon import Daemon  # noqa: E402
 def start_daemon(tmp_path: Path) -> Iterator[Callable[..., Daemon]]:
     daemons: list[Daemon] = []
 
-    def start(*options: str, folder: Optional[Path] = None) -> Daemon:
+    def start(*options: str, folder: Optional[Path] = None, rig: str = "sim") -> Daemon:
         place = folder or tmp_path / f"daemon_{len(daemons)}"
         place.mkdir(exist_ok=True)
-        daemons.append(Daemon(place, *(options or ("--model-store", ":memory:"))))
+        daemons.append(Daemon(place, *(options or ("--model-store", ":memory:")), rig=rig))
         return daemons[-1]
 
     yield start

@@ -12,7 +12,7 @@ import pytest
 
 import hapticd
 from daemon import BINARIES
-from hapticd.errors import BadFile
+from hapticd.errors import BadFile, Refused
 from hapticd.experiment import protocol, runner
 from hapticd.experiment.hands import SimulatedHand
 from hapticd.experiment.observer import Observer
@@ -142,6 +142,24 @@ def test_a_stop_in_mid_press_discards_the_trial(start_daemon: Any, tmp_path: Pat
     assert waits[0] and waits[-1] == ""
 
 
+def test_a_daemon_that_dies_in_mid_press_ends_the_session_and_another_goes_on(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(CONFIGURATION)
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    hand = Killer(lambda: daemon.end(signal.SIGKILL))
+    with hapticd.connect(daemon.address) as rig:
+        with RigStage(rig, hand, wait_for_clear_s=0.0) as stage:
+            opened = journal_of(tmp_path)
+            state = runner.Runner(opened, stage, SimulatedParticipant(Observer("S1", 1))).run()
+    assert not state.ended and state.aborted and state.answered == state.trained == 0
+    opened.close()
+    other = start_daemon("--model-store", ":memory:", "--config", str(configuration))
+    resumed = runner.resume(opened.path)
+    with hapticd.connect(other.address) as rig, RigStage(rig, SimulatedHand(1, "S1"), wait_for_clear_s=0.0) as stage:
+        after = runner.Runner(resumed, stage, SimulatedParticipant(Observer("S1", 1))).run(until=lambda one: one.answered >= 1)
+    assert after.answered == 1 and not after.aborted
+
+
 def test_a_table_that_stalls_ends_the_session(start_daemon: Any, tmp_path: Path) -> None:
     drive = subprocess.Popen([BINARIES / "hapticd_emulated_drive", "--tcp", "0"], stdout=subprocess.PIPE, text=True)
     try:
@@ -163,3 +181,55 @@ def test_a_table_that_stalls_ends_the_session(start_daemon: Any, tmp_path: Path)
         drive.send_signal(signal.SIGCONT)
         drive.kill()
         drive.wait()
+
+
+FREE = """
+[rig.sim]
+speed = 20
+object_edge_mm = 60
+"""
+
+
+def of_free_change(path_mm: float) -> protocol.Protocol:
+    """D§4.7 without a table: the object is under the tool already, and ends before the virtual one begins."""
+    chosen = {**protocol.read("stiffness_3d").document}
+    condition = {**chosen["condition"][0], "reference": {"object": "sponge_cut", "scene": "explore_sponge_watched"}}
+    chosen["presentation"] = {**chosen["presentation"], "min_lateral_path_mm": path_mm, "max_press_s": 600.0}  # the rig's time runs on while a busy machine does not
+    return protocol.of({**chosen, "session": {"min_break_s": 0}, "condition": [condition]}, "test")
+
+
+def test_a_participant_changes_between_two_places(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text(FREE)
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration), rig="sim:phantom_1_5_high_force")
+    chosen = of_free_change(60.0)
+    with hapticd.connect(daemon.address) as rig, RigStage(rig, SimulatedHand(1, "S1"), wait_for_clear_s=0.0) as stage:
+        opened = runner.begin(tmp_path, chosen, "S1", 0, 1, {})
+        runner.Runner(opened, stage, SimulatedParticipant(Observer("S1", 1))).run(until=lambda state: state.answered >= 2)
+        shown = [event for event in opened.events if event["event"] == "presentation"]
+        felt: dict[str, list[float]] = {"reference": [], "comparison": []}
+        for event in shown:
+            assert event["flaws"] == [] and event["contacts"] >= 1 and event["lateral_path_mm"] >= 60.0
+            if event.get("felt_n_per_mm") is not None:
+                felt[event["role"]].append(event["felt_n_per_mm"])
+        assert len(felt["reference"]) >= 2 and len(felt["comparison"]) >= 2
+        # 0.3 N/mm on the left; on the right 0.7, then 0.1 less: there is no real object, and nothing but the wall is felt.
+        assert all(one < 0.45 for one in felt["reference"]) and all(one > 0.45 for one in felt["comparison"])
+        assert [event["interval"] for event in shown if event["trial"] == 0][:2] == [1, 2]
+
+        # Too short a path, over all touches of a place, discards the trial.
+        strict = runner.begin(tmp_path / "strict", of_free_change(5000.0), "S1", 0, 1, {})
+        runner.Runner(strict, stage, SimulatedParticipant(Observer("S1", 1))).run(until=lambda state: state.attempts >= 1)
+        assert [event["why"] for event in strict.events if event["event"] == "discarded"] == [["lateral_path"]]
+
+
+def test_a_tumour_lies_elsewhere_each_time(start_daemon: Any, tmp_path: Path) -> None:
+    configuration = tmp_path / "rig.toml"
+    configuration.write_text("[rig.sim]\nspeed = 20\n")
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(configuration), rig="sim:phantom_1_5_high_force")
+    with hapticd.connect(daemon.address) as rig, rig.lease("test"):
+        rig.set_object("phantom_hard", inclusion_x_mm=-6.0, inclusion_y_mm=8.0)
+        with pytest.raises(Refused, match="no inclusion"):
+            rig.set_object("phantom", inclusion_x_mm=1.0)
+        with pytest.raises(Refused, match="too far aside"):
+            rig.set_object("phantom_hard", inclusion_x_mm=-60.0)

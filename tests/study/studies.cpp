@@ -9,6 +9,7 @@
 #include "tests/study/loading/loading_study.h"
 #include "tests/study/machine/machine_study.h"
 #include "tests/study/modulation/modulation_study.h"
+#include "tests/study/pose/pose_study.h"
 #include "tests/study/precision/precision_study.h"
 #include "tests/study/registration/registration_study.h"
 #include "tests/study/stability/stability_study.h"
@@ -132,6 +133,14 @@ const std::vector<Study>& studies() {
             run_free_air, PlantUse::kBoth, true},
            {"contact", "real taps and presses under the same causes: missed, dropped, late", run_contact_kept,
             PlantUse::kBoth, true},
+       }},
+      {"pose",
+       "poses for those who draw: when a contact began, and where the tool will be",
+       {
+           {"onset", "the instant of a contact, as reported and as noticed, against the true one",
+            run_contact_onset},
+           {"prediction", "poses 20 to 100 ms ahead, against none predicted, and their stated error",
+            run_pose_prediction, PlantUse::kSeparable},
        }},
       {"report",
        "one page: error against run time, stability maps, numerical extremes, what scenes and loop cost",

@@ -15,6 +15,10 @@ v1::Access Client::access() {
   return state_->call(*state_->access, &v1::AccessService::Stub::GetAccess, v1::GetAccessRequest());
 }
 
+v1::OpenConsoleResponse Client::open_console() {
+  return state_->call(*state_->access, &v1::AccessService::Stub::OpenConsole, v1::OpenConsoleRequest());
+}
+
 v1::LeaseState Client::lease() {
   return state_->call(state_->keeper->stub(), &v1::LeaseService::Stub::GetLease, v1::GetLeaseRequest());
 }
@@ -50,6 +54,12 @@ v1::ExchangeResponse Client::exchange_clocks(const v1::ExchangeRequest& request)
 
 v1::ClockState Client::clock() {
   return state_->call(*state_->clock, &v1::ClockService::Stub::GetClock, v1::GetClockRequest());
+}
+
+PoseStream Client::subscribe_poses(const v1::SubscribePosesRequest& request) {
+  return PoseStream(streaming<v1::Pose>(std::shared_ptr(v1::PoseService::NewStub(state_->channel)),
+                                        state_->options.address, *state_->keeper, request,
+                                        &v1::PoseService::Stub::AsyncSubscribe));
 }
 
 LeaseStream Client::watch_lease() {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "hal/sim/object/phantom_energy.h"
 
@@ -19,6 +20,17 @@ double size_of(const Vector3& v) noexcept {
 }
 
 }  // namespace
+
+std::optional<hal::Error> PhantomParameters::put_inclusion(const Vector3& aside_mm) {
+  const double off_mm = std::hypot(aside_mm.x, aside_mm.y);
+  if (!(off_mm <= kMaxAsideMm)) {
+    return hal::Error{"the inclusion would lie too far aside", "simulated phantom",
+                      std::to_string(off_mm) + " mm", "0 … 25 mm from the middle", ""};
+  }
+  const Vector3 out{aside_mm.x / kSumOfRadiiMm, aside_mm.y / kSumOfRadiiMm, 0.0};
+  inclusion->axis = out + Vector3{0.0, 0.0, std::sqrt(1.0 - dot(out, out))};
+  return std::nullopt;
+}
 
 PhantomBody::PhantomBody(const PhantomParameters& parameters, double step_s)
     : parameters_(parameters), step_s_(step_s) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 
+#include "hal/error.h"
 #include "hal/samples.h"
 #include "hal/sim/object/material.h"
 #include "hal/sim/object/reduced_function.h"
@@ -26,6 +27,10 @@ struct PhantomParameters {
   double stiffness_at_10mm_n_per_mm = 0.13;
   std::array<RelaxationBranch, 3> branches{{{0.10, 0.005}, {0.08, 0.20}, {0.10, 3.0}}};
   std::optional<PhantomInclusion> inclusion{};
+
+  static constexpr double kMaxAsideMm = 25.0;
+  /// Where the tip touches straight over the inclusion; z is not used. Needs an inclusion.
+  std::optional<hal::Error> put_inclusion(const hal::Vector3& aside_mm);
 };
 
 /// Matter of a phantom: the potential energy of a finite-element body in large deformation, reduced to a

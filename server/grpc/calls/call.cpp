@@ -29,7 +29,8 @@ Caller caller_of(const grpc::ServerContextBase& context) {
 
 void log_call(std::string_view what, const grpc::ServerContextBase& context) {
   const ServedCall* call = served_call();
-  log_info(std::string(what) + " by " + (call == nullptr ? "" : call->who.name + " at ") + context.peer());
+  log_info(std::string(what) + " by " +
+           (call == nullptr ? context.peer() : call->who.name + " at " + call->who.peer));
 }
 
 }  // namespace hapticd::server

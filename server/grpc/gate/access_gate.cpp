@@ -9,6 +9,8 @@
 #include "server/access/call_quota.h"
 #include "server/access/certificate.h"
 #include "server/access/connected_users.h"
+#include "server/access/console_door.h"
+#include "server/access/console_metadata.h"
 #include "server/access/lease_desk.h"
 
 namespace hapticd::server {
@@ -22,9 +24,9 @@ std::string first_property(const grpc::AuthContext& auth, const char* name) {
   return values.empty() ? std::string() : std::string(values.front().data(), values.front().size());
 }
 
-std::string token_of(const grpc::ServerContextBase& context) {
+std::string metadata_of(const grpc::ServerContextBase& context, const char* key) {
   const auto& metadata = context.client_metadata();
-  const auto found = metadata.find(kTokenKey);
+  const auto found = metadata.find(key);
   return found == metadata.end() ? std::string() : std::string(found->second.data(), found->second.size());
 }
 
@@ -57,6 +59,13 @@ Refusal wrong_role(const Identity& who, const AccessRow& row) {
 Identity AccessGate::identify(const grpc::ServerContextBase& context) const {
   const std::string peer = context.peer();
   Identity who;
+  if (const std::string pass = metadata_of(context, kConsolePassKey);
+      !pass.empty() && parts_.door != nullptr) {
+    if (auto holder = parts_.door->holder_of(pass)) {
+      holder->peer = "console " + metadata_of(context, kConsolePeerKey);
+      return *holder;
+    }
+  }
   const auto auth = context.auth_context();
   if (auth && auth->IsPeerAuthenticated()) {
     std::string uri = first_property(*auth, "peer_spiffe_id");
@@ -78,7 +87,7 @@ Identity AccessGate::identify(const grpc::ServerContextBase& context) const {
 std::optional<Refusal> AccessGate::admit(const AccessRow* row, const grpc::ServerContextBase& context,
                                          ServedCall& call) const {
   call.who = identify(context);
-  call.token = token_of(context);
+  call.token = metadata_of(context, kTokenKey);
   call.row = row;
   call.desk = &parts_.desk;
   call.session = &parts_.session;

@@ -18,6 +18,7 @@ namespace hapticd::server {
 class AuditLog;
 class CallQuota;
 class ConnectedUsers;
+class ConsoleDoor;
 class LeaseDesk;
 class Session;
 
@@ -31,7 +32,8 @@ class AccessGate {
     AuditLog& audit;
     CallQuota& quota;
     const Session& session;
-    std::string unix_group;  ///< of the unix socket
+    std::string unix_group;             ///< of the unix socket
+    const ConsoleDoor* door = nullptr;  ///< to browsers
   };
   explicit AccessGate(Parts parts) : parts_(std::move(parts)) {}
 

@@ -104,7 +104,7 @@ grpc::Status RenderingService::SetTarget(grpc::ServerContext* context, const v1:
   if (!set) return to_status(set.refusal());
   const std::string line = log_.line(
       fmt::format("{:g} N/mm ({:g} asked for)", set->grant.granted_n_per_mm, set->requested_n_per_mm),
-      served_call()->who.name + " at " + context->peer(), TargetLog::Clock::now());
+      served_call()->who.name + " at " + served_call()->who.peer, TargetLog::Clock::now());
   if (!line.empty()) log_info(line);
   response->set_requested_n_per_mm(set->requested_n_per_mm);
   response->set_granted_n_per_mm(set->grant.granted_n_per_mm);

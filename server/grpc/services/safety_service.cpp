@@ -16,9 +16,10 @@ grpc::ServerUnaryReactor* SafetyService::Stop(grpc::CallbackServerContext* conte
                                               const grpc::ByteBuffer* request, grpc::ByteBuffer* response) {
   const std::uint64_t last_tick = latch_.stop();  // before anything that could fail or take long
   const StopReason reason = read_stop_request(*request);
-  std::string line =
-      fmt::format("stopped by {}{}: {}", served_call() == nullptr ? "" : served_call()->who.name + " at ",
-                  context->peer(), reason.text.empty() ? "no reason given" : reason.text);
+  std::string line = fmt::format(
+      "stopped by {}: {}",
+      served_call() == nullptr ? context->peer() : served_call()->who.name + " at " + served_call()->who.peer,
+      reason.text.empty() ? "no reason given" : reason.text);
   v1::StopResponse answer;
   for (const std::string& repair : reason.repairs) {
     answer.add_repairs(repair);

@@ -129,7 +129,8 @@ grpc::Status SimulationService::SetObject(grpc::ServerContext* context, const v1
                       {"no such object", "SetObjectRequest.name", request->name(), comma_separated(known),
                        did_you_mean(request->name(), known, "use one of those")}});
   }
-  if (const auto error = session_.simulation()->set_object(request->name())) {
+  if (const auto error = session_.simulation()->set_object(
+          request->name(), {request->inclusion_x_mm(), request->inclusion_y_mm(), 0.0})) {
     return to_status({RefusalKind::kInvalidArgument, *error});
   }
   log_call("object '" + request->name() + "' put under the tool", *context);

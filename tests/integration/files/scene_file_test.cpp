@@ -60,8 +60,10 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
     if (!tip_to_centre) tip_to_centre.emplace();
     add({&tip_to_centre->x, &tip_to_centre->y, &tip_to_centre->z});
     for (rt::InclusionParameters& one : inclusions) {
-      auto& [variant, model, place, surface, response, deepest, attenuation, approach, friction, presliding] =
-          one;
+      auto& [variant, model, place, surface, response, deepest, attenuation, approach, friction, presliding,
+             moved, object_centre] = one;
+      if (!object_centre) object_centre.emplace();
+      add({&moved[0], &moved[1], &object_centre->x, &object_centre->y, &object_centre->z});
       auto& [added_stiffness, added_damping, added_exponent] = response;
       // Those whose ranges do not contain 0.01 … 0.99 are compared below.
       static_cast<void>(variant), static_cast<void>(model), static_cast<void>(deepest),

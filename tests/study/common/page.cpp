@@ -158,6 +158,14 @@ void write_report_page(StudyContext& context) {
   report::write_page(
       context.report.folder(),
       {.title = "hapticd: error against run time, stability, cost",
+       .readers =
+           "hapticd is a program that changes how stiff a real object feels: a device holds the tool with "
+           "which a person presses the object, and adds or takes force while he presses. This page says how "
+           "well it does so, how fast, and where it fails. Each section asks one question and answers it "
+           "with "
+           "a table or a plot. Errors are fractions: 0.05 means that a stiffness or a depth was wrong by 5 "
+           "percent. Smaller is better, unless a heading says otherwise; a goal was set before it was "
+           "measured, and a case that failed is shown as failed. Begin with the summary.",
        .introduction =
            std::string(context.quick
                            ? "A quick run: fewer and shorter cases, for completeness and not for its "

@@ -14,9 +14,15 @@ namespace {
 
 using report::fixed;
 
-rt::TransientParameters one_mode(double frequency_hz) {
+/// Stiffness of the object as D§3.4 and D§4 measured it: what a user would write into the scene.
+double known_n_per_mm(const std::string& object) {
+  return object == "rubber_eraser" ? 2.26 : 0.18;
+}
+
+rt::TransientParameters one_mode(double frequency_hz, double object_n_per_mm = 0.0) {
   rt::TransientParameters transient;
   transient.target = {{frequency_hz, 80.0, 15.0}};
+  transient.grip.object_stiffness_n_per_mm = object_n_per_mm;
   return transient;
 }
 
@@ -90,7 +96,7 @@ void run_transient_frequency(StudyContext& context) {
             add_row({"refused"});
             continue;
           }
-          trial.transient = one_mode(hz);
+          trial.transient = one_mode(hz, known_n_per_mm(object));
           const TapLog with = tap(trial);
           const DecayFit fit = fit_added(with, without, trial.transient->target[0]);
           const double f_error = fit.frequency_hz / hz - 1.0, b_error = fit.decay_per_s / 80.0 - 1.0;

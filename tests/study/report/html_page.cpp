@@ -238,6 +238,7 @@ void write_page(const std::filesystem::path& folder, const PageText& text) {
   }
   data page;
   page.set("title", text.title);
+  if (!text.readers.empty()) page.set("readers", text.readers);
   page.set("introduction", text.introduction);
   page.set("provenance", provenance_rows);
   page.set("sections", sections);

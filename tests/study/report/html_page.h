@@ -9,6 +9,7 @@ namespace hapticd::report {
 /// What the page says of itself.
 struct PageText {
   std::string title;
+  std::string readers{};  ///< for those who did not write it: what was measured, and how to read it
   std::string introduction;
   /// Names of sections in the order they are to be read; those that are not in the folder are left out, those
   /// that are there and not named come behind, by name.

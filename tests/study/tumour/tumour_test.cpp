@@ -10,10 +10,11 @@
 namespace hapticd::study {
 namespace {
 
-double error_of(const char* phantom, rt::InclusionVariant variant, double place_mm, double depth_mm) {
+double error_of(const char* phantom, rt::InclusionVariant variant, double place_mm, double depth_mm,
+                double speed_mm_per_s = 60.0) {
   const IdentifiedTumour& tumour = identified_tumour(phantom);
   const bool published = variant == rt::InclusionVariant::kPublished;
-  const PhantomPress press{place_mm, 0.0, depth_mm, 60.0};
+  const PhantomPress press{place_mm, 0.0, depth_mm, speed_mm_per_s};
   const rt::InclusionParameters& inclusion = (published ? tumour.by_pair : tumour.by_scan).inclusion;
   return curve_error(press_rendered({inclusion}, press), press_real(phantom, press));
 }
@@ -22,6 +23,16 @@ TEST(Tumour, TheSoftOneIsRenderedWithinTheGoals) {
   EXPECT_LT(error_of("phantom_soft", rt::InclusionVariant::kEnergy, 0.0, 14.0), 0.05);
   EXPECT_LT(error_of("phantom_soft", rt::InclusionVariant::kEnergy, 10.0, 14.0), 0.08);
   EXPECT_LT(error_of("phantom_soft", rt::InclusionVariant::kEnergy, 20.0, 14.0), 0.08);
+}
+
+TEST(Tumour, TheHardOneIsRenderedWithinTheGoals) {
+  // 20 mm beside it at 60 mm/s the hand stops just as the contact begins.
+  for (const double speed_mm_per_s : {20.0, 60.0, 100.0}) {
+    constexpr auto kEnergy = rt::InclusionVariant::kEnergy;
+    EXPECT_LT(error_of("phantom_hard", kEnergy, 0.0, 11.5, speed_mm_per_s), 0.05) << speed_mm_per_s;
+    EXPECT_LT(error_of("phantom_hard", kEnergy, 10.0, 11.5, speed_mm_per_s), 0.08) << speed_mm_per_s;
+    EXPECT_LT(error_of("phantom_hard", kEnergy, 20.0, 11.5, speed_mm_per_s), 0.08) << speed_mm_per_s;
+  }
 }
 
 TEST(Tumour, OffTheAxisTheEnergyLawIsBetterThanThePublishedOne) {

@@ -127,6 +127,42 @@ TEST(InclusionFit, ABallOnARoundObjectIsNotTakenForAPoint) {
   EXPECT_GT(unknown->depth_mm.standard_error, 0.8);
 }
 
+TEST(InclusionFit, DisplacementsCountFromTheObjectWithoutTheInclusion) {
+  // A press begins where 0.03 N are passed: sooner over the inclusion. Rendering counts from where the object
+  // without it is met.
+  constexpr double kThresholdN = 0.03;
+  rt::InclusionParameters truth = inclusion_at(0.0, 0.0, 25.0);
+  truth.response = {0.2, 2e-5, 1.5};
+  const auto between = [&](const rt::InclusionParameters* inclusion) {
+    std::vector<Press> all = presses(grid(), inclusion);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      // The samples of a press are 0.5 mm apart near the surface: where the threshold is passed is put
+      // between them.
+      const bool over = inclusion != nullptr;
+      double x = 0.0;
+      const auto force_n = [&](double depth_mm) {
+        const Vector3 tip = all[i].surface_mm - Vector3{0.0, 0.0, depth_mm};
+        const Vector3 out = tip + Vector3{0.0, 0.0, kRadiusMm};
+        const rt::Indentation at{tip, out * (1.0 / rt::norm(out)), kRadiusMm - rt::norm(out), 0.0};
+        const double d = at.displacement_mm;
+        return 0.08 * d + 0.004 * d * d + (over ? rt::norm(rt::energy_force_n(*inclusion, at)) : 0.0);
+      };
+      while (force_n(x) < kThresholdN) x += 0.001;
+      all[i].surface_mm.z -= x;
+    }
+    return all;
+  };
+  const auto fit = fit_inclusion_scan(between(nullptr), between(&truth));
+  ASSERT_TRUE(fit);
+  const double late_mm = 0.368;  // 0.08 x + 0.004 x² = 0.03
+  for (const double x : {4.0, 6.0, 9.0}) {
+    EXPECT_NEAR(rt::hunt_crossley_force_n(fit->inclusion.response, x - late_mm, 0.0) /
+                    rt::hunt_crossley_force_n(truth.response, x, 0.0),
+                1.0, 0.025)
+        << x;
+  }
+}
+
 TEST(InclusionFit, TooLittleIsRefused) {
   EXPECT_FALSE(fit_inclusion_scan({}, {}));
   EXPECT_FALSE(fit_inclusion_response({}, presses({{0, 0, 0}}, nullptr), 25.0));
@@ -143,6 +179,8 @@ TEST(InclusionFit, ARecordingIsCutIntoPresses) {
   ASSERT_EQ(presses_found.size(), 3U);
   EXPECT_NEAR(presses_found[1].surface_mm.z, 0.0, 0.2);
   EXPECT_NEAR(static_cast<double>(presses_found[1].samples.size()), 50.0, 2.0);
+  // Placed where the force was quiet last, not where the threshold was passed.
+  EXPECT_LT(recording.front().tip_mm.z - presses_found[1].surface_mm.z, 5.0 * 0.012);
 }
 
 }  // namespace

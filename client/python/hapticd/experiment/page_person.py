@@ -56,6 +56,7 @@ class PagePerson:
         self._aborted = ""
         self._wants_noise = False
         self._touching = ""
+        self._places: list[list[float]] = []  #: of the stimuli that lie next to each other
 
     # The page's side.
 
@@ -101,7 +102,7 @@ class PagePerson:
         early = self._early()
         events: list[Event] = []
         while True:
-            name = "first" if interval == 1 else "second"
+            name = "two" if state.protocol.change == "free" else "first" if interval == 1 else "second"
             self._show("ready", f"Press space to feel the {name}." + (" (Training)" if trial.is_training else ""), interval=interval)
             key, _ = self._wait_for_key(lambda: self._has_noise())
             if key == " ":
@@ -117,6 +118,10 @@ class PagePerson:
             if kind == "stroke"
             else "Look for the lump. Keep the tool on it, and press space as soon as you have found it.",
         )
+        if state.protocol.change == "free":
+            self._touching = "Feel both objects, left and right, as often as you like. Space when you know your answer."
+            condition = state.protocol.condition(trial.condition)
+            self._places = [list(one.at_mm) for one in (condition.reference, condition.comparison)]
         guided = state.protocol.approach == "guided"
         self._show("guided", "Follow the tool." if guided else self._touching, interval=interval)
         return [*early, *events]
@@ -185,7 +190,7 @@ class PagePerson:
         self._forget_spaces()
         with self._changed:
             interval = self._views.participant.get("interval", 1)
-        self._show("touch", self._touching, interval=interval)
+        self._show("touch", self._touching, interval=interval, **({"places_mm": self._places} if self._places else {}))
 
     def says_done(self) -> bool:
         """Raises Interrupted where the page or its noise went away, Aborted where the session was ended."""

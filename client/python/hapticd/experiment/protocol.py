@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 import re
 import tomllib
 from dataclasses import dataclass, field
@@ -30,6 +31,12 @@ class Stimulus:
     scene_toml: str  #: text of a scene
     station: str  #: of the turntable; empty where it is not turned
     object: str  #: put under the tool on a simulated rig without a table; empty: as it is
+    stations: tuple[str, ...] = ()  #: of which one is drawn for each trial, in place of `station`
+    at_mm: tuple[float, ...] = (0.0, 0.0)  #: where it lies, rig frame; for a free change
+
+    @property
+    def all_stations(self) -> tuple[str, ...]:
+        return self.stations or ((self.station,) if self.station else ())
 
 
 @dataclass(frozen=True)
@@ -66,6 +73,11 @@ class Protocol:
     approach: str  #: "guided": the device leads the tool to the contact; "free": from above it, by the participant
     above_mm: tuple[float, ...]
     places_mm: tuple[float, ...]  #: along x, where a simulated hand searches
+    rows_mm: tuple[float, ...]  #: along y, the same
+    inclusion_within_mm: float  #: of the middle: where the inclusion lies is drawn for each presentation; 0: where it is
+    object_centre_mm: tuple[float, ...]  #: of a round object, about which its inclusion is moved; empty: it is flat
+    change: str  #: of the stimuli: "table": one after the other; "free": both lie there, the participant changes between them
+    min_lateral_path_mm: float  #: of a free change: of each stimulus, over all touches of a trial
     start_jitter_mm: float  #: by how much a free touch begins aside of above_mm
     contact_within_mm: float
     guide_speed_mm_per_s: float
@@ -165,6 +177,11 @@ def of(document: Mapping[str, Any], where: str) -> Protocol:
         stroke_path_mm=presentation.number("stroke_path_mm", 10.0, 1000.0, 60.0),
         approach=presentation.word("approach", ("guided", "free"), "free" if kind == "rate" else "guided"),
         places_mm=presentation.numbers("places_mm", -500.0, 500.0, (-24.0, -12.0, 0.0, 12.0, 24.0)),
+        rows_mm=presentation.numbers("rows_mm", -500.0, 500.0, (0.0,)),
+        inclusion_within_mm=presentation.number("inclusion_within_mm", 0.0, 25.0, 0.0),
+        object_centre_mm=presentation.numbers("object_centre_mm", -500.0, 500.0, count=3) if presentation.has("object_centre_mm") else (),
+        change=presentation.word("change", ("table", "free"), "table"),
+        min_lateral_path_mm=presentation.number("min_lateral_path_mm", 0.0, 10000.0, 0.0),
         start_jitter_mm=presentation.number("start_jitter_mm", 0.0, 50.0, 0.0),
         above_mm=presentation.numbers("above_mm", -500.0, 500.0, (0.0, 0.0, 30.0), count=3),
         contact_within_mm=presentation.number("contact_within_mm", 0.0, 200.0, 60.0),
@@ -180,6 +197,7 @@ def of(document: Mapping[str, Any], where: str) -> Protocol:
             where=f"{where} [trial] lowest_n_per_mm",
             value=f"{protocol.lowest_n_per_mm:g} … {protocol.highest_n_per_mm:g}",
         )
+    _check_places(protocol, where)
     for condition in protocol.conditions:
         if kind == "compare" and not protocol.lowest_n_per_mm < condition.reference_n_per_mm < protocol.highest_n_per_mm:
             raise BadFile(
@@ -189,6 +207,36 @@ def of(document: Mapping[str, Any], where: str) -> Protocol:
                 limit=f"{protocol.lowest_n_per_mm:g} … {protocol.highest_n_per_mm:g} N/mm",
             )
     return protocol
+
+
+#: So far apart lie two stimuli at least between which the participant changes freely.
+MIN_APART_MM = 60.0
+
+
+def _check_places(protocol: Protocol, where: str) -> None:
+    """Of a free change."""
+    if protocol.change != "free":
+        return
+    if protocol.kind != "compare" or protocol.approach != "free" or protocol.order != "reference_first":
+        raise BadFile(
+            "a free change is for comparisons whose two places never change",
+            where=f"{where} [presentation] change",
+            value=f"kind = {protocol.kind!r}, approach = {protocol.approach!r}, order = {protocol.order!r}",
+            limit="kind = 'compare', approach = 'free', [trial] order = 'reference_first'",
+        )
+    for condition in protocol.conditions:
+        apart = math.dist(condition.reference.at_mm, condition.comparison.at_mm)
+        if apart < MIN_APART_MM:
+            raise BadFile(
+                "the two stimuli lie too close to each other to change between them",
+                where=f"{where} [[condition]] {condition.name}: at_mm", value=f"{apart:g} mm", limit=f"≥ {MIN_APART_MM:g} mm apart",
+            )  # fmt: skip
+        if condition.comparison.all_stations and condition.comparison.all_stations != condition.reference.all_stations:
+            raise BadFile(
+                "both stimuli lie there at once: the table cannot bring one of them",
+                where=f"{where} [[condition]] {condition.name}: comparison station", value=condition.comparison.station,
+                limit="none, or the reference's", remedy="change = 'table'",
+            )  # fmt: skip
 
 
 def _code(table: Table, key: str) -> str:
@@ -271,16 +319,22 @@ def _stop(table: Table, known: Mapping[str, int]) -> stops.Rule:
 
 
 def _stimulus(own: Table, shared: Mapping[str, Any], interval: str, scenes: Mapping[str, Any]) -> Stimulus:
-    chosen = {key: own.take(key) for key in ("scene", "scene_toml", "station", "object") if own.has(key)}
+    chosen = {key: own.take(key) for key in ("scene", "scene_toml", "station", "stations", "object", "at_mm") if own.has(key)}
     if "scene" in chosen or "scene_toml" in chosen:
         shared = {key: value for key, value in shared.items() if key not in ("scene", "scene_toml")}
+    if "station" in chosen or "stations" in chosen:
+        shared = {key: value for key, value in shared.items() if key not in ("station", "stations")}
     table = Table({**shared, **chosen}, own.where)
     stimulus = Stimulus(
         table.text("scene", "", limit=128),
         table.text("scene_toml", "", limit=65536),
         table.text("station", "", limit=128),
         table.text("object", "", limit=128),
+        table.texts("stations") if table.has("stations") else (),
+        table.numbers("at_mm", -500.0, 500.0, (0.0, 0.0), count=2),
     )
+    if stimulus.station and stimulus.stations:
+        raise BadFile("one of the two", where=own.where, value="station, stations", remedy="leave out one")
     own.done()
     table.done()
     if stimulus.scene in scenes:

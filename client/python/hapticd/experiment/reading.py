@@ -73,6 +73,12 @@ class Table:
                 raise BadFile("a number of the list is out of range", where=self._at(key), value=repr(one), limit=f"{low:g} … {high:g}")
         return tuple(float(one) for one in value)
 
+    def texts(self, key: str) -> tuple[str, ...]:
+        value = self.take(key)
+        if not isinstance(value, list) or not value or not all(isinstance(one, str) and one for one in value):
+            raise BadFile("a list of texts is needed", where=self._at(key), value=repr(value))
+        return tuple(value)
+
     def table(self, key: str, *, needed: bool = False) -> Table:
         value = self.take(key) if needed else self.take(key, {})
         if not isinstance(value, Mapping):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 import time
 from typing import Any, Callable, Iterator, Optional, Sequence
@@ -13,8 +14,8 @@ import hapticd
 from hapticd._requests import enum_word
 from hapticd.block import Block
 from hapticd.errors import BadFile, HapticdError, LeaseLost, Refused, Stopped, TimedOut, Unreachable
+from hapticd.experiment import free_change, inclusions, seeds
 from hapticd.experiment import protocol as protocols
-from hapticd.experiment import seeds
 from hapticd.experiment.hands import Hand, SimulatedHand
 from hapticd.experiment.session import Role, Trial
 from hapticd.experiment.stage import Aborted, Interrupted, Presentation, record_of
@@ -60,6 +61,7 @@ class RigStage:
         self._station: Optional[str] = None
         self._protocol: Optional[protocols.Protocol] = None
         info = rig.get_rig_info()
+        self._is_simulated = info.kind == rig_pb2.RIG_KIND_SIMULATED
         self._has_truth, self._rate_hz = info.has_truth, info.loop_rate_hz
         self._stack = contextlib.ExitStack()
         self._blocks: Iterator[Block] = iter(())
@@ -96,9 +98,9 @@ class RigStage:
         for condition in protocol.conditions:
             for role, stimulus in (("reference", condition.reference), ("comparison", condition.comparison)):
                 where = f"[[condition]] {condition.name} {role}"
-                if stimulus.station and stimulus.station not in stations:
+                for station in (one for one in stimulus.all_stations if one not in stations):
                     raise BadFile(
-                        "there is no such station", where=f"{where}: station", value=stimulus.station,
+                        "there is no such station", where=f"{where}: station", value=station,
                         limit=", ".join(stations) or "this rig has no turntable",
                         remedy="name it in [rig.turntable.stations] of the daemon's configuration",
                     )
@@ -154,14 +156,80 @@ class RigStage:
         target = condition.reference_n_per_mm if role == "reference" else trial.level
         try:
             self._wait_for_force()
-            self._place(stimulus)
-            self._load(stimulus)
+            self._place(stimulus, trial, role)
+            drawn = self._put_inclusion(stimulus, trial, role)
+            self._load(stimulus, *drawn)
             granted = self._rig.set_target(target).granted_n_per_mm if target > 0.0 else 0.0
-            return self._touched(protocol, trial, role, granted)
+            return self._touched(protocol, trial, role, granted, drawn)
         except (LeaseLost, Unreachable, TimedOut) as error:
             raise Aborted(str(error)) from error
         except Stopped as error:
             raise Interrupted("force_cut") from error
+
+    def explore(self, trial: Trial) -> Iterator[tuple[Role, Presentation]]:
+        protocol = self._protocol
+        assert protocol is not None
+        condition = protocol.condition(trial.condition)
+        try:
+            self._wait_for_force()
+            self._place(condition.reference, trial, "reference")
+            self._hand.explore(self._rig, trial, condition, protocol.stroke_path_mm)
+            yield from self._visits(protocol, trial, condition)
+        except (LeaseLost, Unreachable, TimedOut) as error:
+            raise Aborted(str(error)) from error
+        except Stopped as error:
+            raise Interrupted("force_cut") from error
+        except Refused as error:
+            raise Interrupted(error.what) from error
+
+    def _visits(self, protocol: protocols.Protocol, trial: Trial, condition: protocols.Condition) -> Iterator[tuple[Role, Presentation]]:
+        """Each of them is judged by itself; the scene is exchanged on the way, in free air."""
+        side = free_change.Side(condition)
+        of = "truth" if self._has_truth else "sample"
+        began_ns = self._lifted(side, of, protocol.max_press_s)
+        is_over = False
+        while not is_over:
+            at = side.role
+            self._load(condition.reference if at == "reference" else condition.comparison)
+            granted = self._rig.set_target(condition.reference_n_per_mm if at == "reference" else trial.level).granted_n_per_mm
+            begin_tick = self._rig.begin_presentation().begin_tick
+            touch = Touch(self._has_truth, False)
+            for block in self._blocks:
+                self._hand.sees(block)
+                block = block.between(begin_tick, 2**62)
+                if not len(block):
+                    continue
+                touch.add(block)
+                self._time_ns = int(block["time_ns"][-1])
+                is_late = self._time_ns - began_ns > protocol.max_press_s * 1e9
+                is_over = is_late or self._hand.has_explored(self._rig, at, touch.has_pressed, touch.is_lifted)
+                if is_over or side.sees(block, of):
+                    break
+            else:
+                raise Unreachable("the telemetry ended", where=self._rig.address)
+            summary = self._rig.end_presentation()
+            presentation = self._presentation(summary, granted, touch.felt())
+            own = [flaw for flaw in presentation.flaws if flaw not in free_change.OF_ALL_TOUCHES]
+            if is_over and is_late:
+                own.append("too_long")
+            if summary.contacts or own:
+                yield at, dataclasses.replace(presentation, flaws=own)
+
+    def _lifted(self, side: free_change.Side, of: str, max_s: float) -> int:
+        """When the tool is in free air, ns; at which of the two places it is then."""
+        began_ns: Optional[int] = None
+        for block in self._blocks:
+            self._hand.sees(block)
+            if not len(block):
+                continue
+            self._time_ns = int(block["time_ns"][-1])
+            began_ns = self._time_ns if began_ns is None else began_ns
+            if not block["contact_in_contact"][-1] > 0.5:  # NaN: there is no scene yet
+                side.sees(block, of)
+                return self._time_ns
+            if self._time_ns - began_ns > max_s * 1e9:
+                raise Interrupted("the tool was not lifted")
+        raise Unreachable("the telemetry ended", where=self._rig.address)
 
     def _wait_for_force(self) -> None:
         """A stop, or a fault, is for the experimenter to clear."""
@@ -181,26 +249,54 @@ class RigStage:
                 raise Aborted(f"the force was taken away ({fault}), and no one cleared it")
             time.sleep(0.2)
 
-    def _place(self, stimulus: protocols.Stimulus) -> None:
-        if stimulus.station and stimulus.station != self._station:
+    def _place(self, stimulus: protocols.Stimulus, trial: Trial, role: Role) -> None:
+        station = stimulus.station
+        if stimulus.stations:
+            station = stimulus.stations[int(self._drawn("station", trial, role).integers(len(stimulus.stations)))]
+        if station and station != self._station:
             try:
-                self._rig.move_turntable(station=stimulus.station).last()
+                self._rig.move_turntable(station=station).last()
             except Stopped:
                 raise
             except Refused as refused:
                 raise Aborted(str(refused)) from refused
-            self._station = stimulus.station
+            self._station = station
         elif stimulus.object and stimulus.object != self._station:
             self._rig.set_object(stimulus.object)
             self._station = stimulus.object
 
-    def _load(self, stimulus: protocols.Stimulus) -> None:
-        wanted = stimulus.scene or stimulus.scene_toml
+    def _load(self, stimulus: protocols.Stimulus, x_mm: float = 0.0, y_mm: float = 0.0) -> None:
+        """x_mm, y_mm: by how much its inclusion is moved."""
+        assert self._protocol is not None
+        text = inclusions.moved(stimulus.scene_toml, x_mm, y_mm, self._protocol.object_centre_mm)
+        wanted = stimulus.scene or text
         if wanted != self._scene:
-            self._rig.load_scene(stimulus.scene or None, toml=stimulus.scene_toml or None)
+            self._rig.load_scene(stimulus.scene or None, toml=text or None)
             self._scene = wanted
 
-    def _touched(self, protocol: protocols.Protocol, trial: Trial, role: Role, granted: float) -> Presentation:
+    def _drawn(self, what: str, trial: Trial, role: Role) -> np.random.Generator:
+        return seeds.generator(self._seed, what, trial.condition, int(trial.is_training), trial.number, trial.attempt, role)
+
+    def _put_inclusion(self, stimulus: protocols.Stimulus, trial: Trial, role: Role) -> tuple[float, float]:
+        """Where the inclusion lies in this presentation, aside of where it lay when it was identified, mm. A rendered one is
+        rendered there; on a simulated rig a real one is put there. Of a real object on a real rig: several stations."""
+        assert self._protocol is not None
+        within_mm = self._protocol.inclusion_within_mm
+        if within_mm <= 0.0:
+            return 0.0, 0.0
+        random = self._drawn("inclusion", trial, role)
+        away_mm, angle = within_mm * math.sqrt(random.uniform()), random.uniform(0.0, 2.0 * math.pi)
+        x_mm, y_mm = round(away_mm * math.cos(angle), 3), round(away_mm * math.sin(angle), 3)
+        if inclusions.are_in(stimulus.scene_toml):
+            return x_mm, y_mm
+        if not self._is_simulated:
+            return 0.0, 0.0
+        self._rig.set_object(self._rig.get_simulation().object, inclusion_x_mm=x_mm, inclusion_y_mm=y_mm)
+        return x_mm, y_mm
+
+    def _touched(
+        self, protocol: protocols.Protocol, trial: Trial, role: Role, granted: float, drawn: tuple[float, float]
+    ) -> Presentation:
         above_mm = self._above(protocol, trial, role)
         self._hand.follow(self._rig)
         self._guide(point_mm=above_mm, max_speed_mm_per_s=protocol.guide_speed_mm_per_s)
@@ -222,6 +318,12 @@ class RigStage:
             felt, in_time = (math.nan, False) if touch is None else (touch.felt(), True)
         summary = self._rig.end_presentation()
         self._up(protocol, above_mm)
+        return self._presentation(summary, granted, felt, found_after_s, in_time, drawn)
+
+    def _presentation(
+        self, summary: Any, granted: float, felt: float, found_after_s: float = math.nan, in_time: bool = True,
+        drawn: tuple[float, float] = (0.0, 0.0),
+    ) -> Presentation:  # fmt: skip
         flaws = [enum_word(presentation_pb2.PresentationFlaw.DESCRIPTOR, one) for one in summary.flaws]
         if not in_time:
             flaws.append("too_long")
@@ -230,6 +332,8 @@ class RigStage:
             "duration_s": round((summary.end_tick - summary.begin_tick + 1) / self._rate_hz, 4),
             **record_of(summary, PEAKS),
         }
+        if drawn != (0.0, 0.0):
+            record["inclusion_mm"] = list(drawn)
         if self._recording:
             record["recording"] = self._recording
         return Presentation(flaws, record, felt, found_after_s)
@@ -238,15 +342,14 @@ class RigStage:
         """Where the tool is let go; aside at random, so that where it stands says nothing of what is sought."""
         if protocol.start_jitter_mm <= 0.0:
             return protocol.above_mm
-        names = ("start", trial.condition, int(trial.is_training), trial.number, trial.attempt, role)
         x, y, z = protocol.above_mm
-        dx, dy = protocol.start_jitter_mm * seeds.generator(self._seed, *names).uniform(-1.0, 1.0, 2)
+        dx, dy = protocol.start_jitter_mm * self._drawn("start", trial, role).uniform(-1.0, 1.0, 2)
         return x + float(dx), y + float(dy), z
 
     def _searched(self, protocol: protocols.Protocol, trial: Trial, role: Role, begin_tick: int) -> tuple[float, float, bool]:
         """The greatest stiffness that was felt, N/mm; how long the object was touched until what is sought was found; whether
         it took no longer than it may."""
-        search = self._hand.search(trial, role, protocol.places_mm)
+        search = self._hand.search(trial, role, [(x, y) for y in protocol.rows_mm for x in protocol.places_mm])
         contact_s, felt, began_ns = 0.0, math.nan, self._time_ns
         place = next(search)
         while self._time_ns - began_ns < protocol.max_press_s * 1e9:

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any, Callable, Optional, Protocol as Interface, Sequence
 
 from hapticd.errors import BadFile
+from hapticd.experiment import free_change
 from hapticd.experiment import journal as journals
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment import session
 from hapticd.experiment.journal import Event, Journal
 from hapticd.experiment.stage import Aborted, Interrupted, Presentation, Stage, as_record, without_nan
-from hapticd.experiment.session import Break, Condition, End, State, Trial
+from hapticd.experiment.session import Break, Condition, End, Role, State, Trial
 
 
 class Participant(Interface):
@@ -103,6 +104,16 @@ class Runner:
 
     def _trial(self, trial: Trial) -> None:
         fields = session.trial_fields(trial)
+        felt = self._explored(trial, fields) if self._state.protocol.change == "free" else self._presented(trial, fields)
+        if felt is None:
+            return
+        answer, events = self._participant.answer(self._state, trial, felt)
+        for event in events:
+            self._write(event)
+        self._write({"event": "answer", **fields, **self._answered(trial, answer, felt)})
+
+    def _presented(self, trial: Trial, fields: dict[str, Any]) -> Optional[list[Presentation]]:
+        """One after the other; None where the trial is discarded."""
         felt: list[Presentation] = []
         for interval, role in enumerate(trial.roles, 1):
             for event in self._participant.ready(self._state, trial, interval):
@@ -110,15 +121,32 @@ class Runner:
             try:
                 presentation = self._stage.present(trial, role)
             except Interrupted as interrupted:
-                return self._discard(trial, fields, [str(interrupted)])
+                self._discard(trial, fields, [str(interrupted)])
+                return None
             self._write({"event": "presentation", **fields, "interval": interval, "role": role, **as_record(presentation)})
             if presentation.flaws:
-                return self._discard(trial, fields, presentation.flaws)
+                self._discard(trial, fields, presentation.flaws)
+                return None
             felt.append(presentation)
-        answer, events = self._participant.answer(self._state, trial, felt)
-        for event in events:
+        return felt
+
+    def _explored(self, trial: Trial, fields: dict[str, Any]) -> Optional[list[Presentation]]:
+        """Both at once, changed between at will; an event for each visit. None where the trial is discarded."""
+        for event in self._participant.ready(self._state, trial, 1):
             self._write(event)
-        self._write({"event": "answer", **fields, **self._answered(trial, answer, felt)})
+        visits: list[tuple[Role, Presentation]] = []
+        try:
+            for role, presentation in self._stage.explore(trial):
+                visits.append((role, presentation))
+                self._write({"event": "presentation", **fields, "interval": len(visits), "role": role, **as_record(presentation)})
+        except Interrupted as interrupted:
+            self._discard(trial, fields, [str(interrupted)])
+            return None
+        flaws = [flaw for _, one in visits for flaw in one.flaws] + free_change.flaws_of_all(self._state.protocol, visits)
+        if flaws:
+            self._discard(trial, fields, list(dict.fromkeys(flaws)))
+            return None
+        return [free_change.joined(visits, role) for role in trial.roles]
 
     def _answered(self, trial: Trial, answer: str, felt: Sequence[Presentation]) -> dict[str, Any]:
         if self._state.protocol.kind == "rate":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Mapping, Optional, Protocol as Interface, Sequence
+from typing import Any, Iterator, Mapping, Optional, Protocol as Interface, Sequence
 
 from hapticd.experiment import protocol as protocols
 from hapticd.experiment import seeds
@@ -44,6 +44,9 @@ class Stage(Interface):
     def present(self, trial: Trial, role: Role) -> Presentation:
         """Raises Interrupted, Aborted or HapticdError."""
 
+    def explore(self, trial: Trial) -> Iterator[tuple[Role, Presentation]]:
+        """Both stimuli at once: each visit of one of them, as it ends. Raises the same."""
+
     def time_s(self) -> Optional[float]:
         """By the rig's clock; None where there is none."""
 
@@ -73,6 +76,12 @@ class BareStage:
         flaws = ("press_speed",) if random.random() < self.flawed_share else ()
         level = trial.level if role == "comparison" else self.protocol.condition(trial.condition).reference_n_per_mm
         return Presentation(flaws, {}, level)
+
+    def explore(self, trial: Trial) -> Iterator[tuple[Role, Presentation]]:
+        for role in trial.roles:
+            presentation = self.present(trial, role)
+            path = {"lateral_path_mm": self.protocol.min_lateral_path_mm}
+            yield role, Presentation(presentation.flaws, path, presentation.felt_n_per_mm)
 
     def time_s(self) -> Optional[float]:
         return None

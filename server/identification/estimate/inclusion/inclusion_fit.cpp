@@ -30,6 +30,7 @@ constexpr double kUsualAttenuation = 5.4, kAttenuationDeviation = 0.72;
 constexpr double kUsualApproach = 0.55, kApproachDeviation = 0.15;
 constexpr double kMaxApproach = 0.9;
 constexpr double kMinBodyRadiusMm = 5.0;
+constexpr double kCloseMm = 0.3;  // rms of surface points off their sphere: an onset is seen as well as that
 
 /// Of the object's own response: smooth from zero, and a part that grows with the speed.
 Eigen::Matrix<double, kTissueTerms, 1> tissue_terms(double x, double rate) {
@@ -50,6 +51,7 @@ struct Row {
 struct Sphere {
   hal::Vector3 centre_mm;
   double radius_mm = 0.0;
+  bool is_close = false;  ///< to the surface points
   hal::Vector3 normal_at(const hal::Vector3& p) const {
     return rt::direction_or(p - centre_mm, {0.0, 0.0, 1.0});
   }
@@ -72,20 +74,27 @@ Sphere surface_of(const std::vector<Press>& presses) {
   const VectorXd c = a.colPivHouseholderQr().solve(b);
   const double squared = c[3] + c.head<3>().squaredNorm();
   if (!c.allFinite() || !(squared > 0.0 && squared < kMaxMm * kMaxMm) || !(c[2] < 0.0)) return flat;
-  return {mean + hal::Vector3{c[0], c[1], c[2]}, std::sqrt(squared)};
+  Sphere sphere{mean + hal::Vector3{c[0], c[1], c[2]}, std::sqrt(squared)};
+  double off = 0.0;
+  for (const Press& p : presses) {
+    const double off_mm = rt::norm(p.surface_mm - sphere.centre_mm) - sphere.radius_mm;
+    off += off_mm * off_mm;
+  }
+  sphere.is_close = off < kCloseMm * kCloseMm * static_cast<double>(presses.size());
+  return sphere;
 }
 
 void add_rows(const std::vector<Press>& presses, const Sphere& surface, bool has_inclusion,
               std::vector<Row>& rows) {
   for (const Press& press : presses) {
     const std::size_t number = rows.empty() ? 0 : rows.back().press + 1;
-    // The onset is seen late by what the threshold takes: each press counts from its own surface point.
-    const double own_radius_mm = rt::norm(press.surface_mm - surface.centre_mm);
+    const double from_mm =
+        surface.is_close ? surface.radius_mm : rt::norm(press.surface_mm - surface.centre_mm);
     for (const PressSample& s : press.samples) {
       Row row;
       row.at.tip_mm = s.tip_mm;
       row.at.normal = surface.normal_at(s.tip_mm);
-      row.at.displacement_mm = own_radius_mm - rt::norm(s.tip_mm - surface.centre_mm);
+      row.at.displacement_mm = from_mm - rt::norm(s.tip_mm - surface.centre_mm);
       row.at.rate_mm_per_s = -dot(s.velocity_mm_per_s, row.at.normal);
       if (row.at.displacement_mm < kMinDisplacementMm) continue;
       row.normal_n = dot(s.force_n, row.at.normal);
@@ -148,27 +157,6 @@ double rms_without_inclusion(const std::vector<Row>& rows) {
 }
 
 }  // namespace
-
-std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, double rate_hz,
-                                    double threshold_n, double kept_hz) {
-  std::vector<Press> presses;
-  const auto every = static_cast<std::size_t>(std::max(1.0, std::round(rate_hz / kept_hz)));
-  bool touching = false;
-  std::size_t since = 0;
-  for (const PressSample& s : recording) {
-    const double force_n = rt::norm(s.force_n);
-    if (!touching && force_n > threshold_n) {
-      touching = true;
-      since = 0;
-      presses.push_back({s.tip_mm, {}});
-    } else if (touching && force_n < 0.5 * threshold_n) {
-      touching = false;
-    }
-    if (touching && since++ % every == 0) presses.back().samples.push_back(s);
-  }
-  std::erase_if(presses, [](const Press& p) { return p.samples.size() < 3; });
-  return presses;
-}
 
 hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& without,
                                                  const std::vector<Press>& with, double depth_mm,
@@ -253,7 +241,8 @@ hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const Estimated& tip_radius_mm) {
   std::vector<Press> all = with;
   all.insert(all.end(), without.begin(), without.end());
-  const Sphere surface = surface_of(all);
+  constexpr std::size_t kEnoughToSpan = 6;
+  const Sphere surface = surface_of(without.size() >= kEnoughToSpan ? without : all);
   std::vector<Row> rows;
   add_rows(with, surface, true, rows);
   const std::size_t with_count = rows.size();

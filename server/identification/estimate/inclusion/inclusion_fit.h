@@ -6,26 +6,9 @@
 #include "hal/error.h"
 #include "hal/samples.h"
 #include "rt/inclusion/inclusion_parameters.h"
+#include "server/identification/estimate/inclusion/inclusion_press.h"
 
 namespace hapticd::identification {
-
-/// One sample of a press: where the tip is, how fast, and the force on it.
-struct PressSample {
-  hal::Vector3 tip_mm;
-  hal::Vector3 velocity_mm_per_s;
-  hal::Vector3 force_n;
-};
-
-/// One press: where the surface was met, and what came after, until the tip was free again.
-struct Press {
-  hal::Vector3 surface_mm;
-  std::vector<PressSample> samples;
-};
-
-/// Cuts a recording into presses: a press begins where the force exceeds `threshold_n` and ends where it
-/// falls below half of it. Every n-th sample is kept so that there are about `kept_hz` a second.
-std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, double rate_hz,
-                                    double threshold_n = 0.03, double kept_hz = 50.0);
 
 /// A number and its standard error.
 struct Estimated {
@@ -71,8 +54,10 @@ hal::Result<InclusionFit> fit_inclusion_response(const std::vector<Press>& witho
 /// From presses all over the object: place, response and attenuation together with the object's own response,
 /// by least squares. `without`: presses on the same object without an inclusion; may be empty, then those of
 /// `with` that are far from the inclusion stand for them, or the object's own law, where that is known. The
-/// surface is a sphere through the surface points. `tip_radius_mm`: of the ball that presses, whose lowest
-/// point is the tip; 0 = a point. Its error is in that of the depth.
+/// surface is a sphere through the surface points. Where they are close to it, displacements count from it:
+/// over an inclusion the threshold is passed sooner, and rendering counts from where the object without it is
+/// met. On an object of another shape each press counts from its own surface point. `tip_radius_mm`: of the
+/// ball that presses, whose lowest point is the tip; 0 = a point. Its error is in that of the depth.
 hal::Result<InclusionFit> fit_inclusion_scan(const std::vector<Press>& without,
                                              const std::vector<Press>& with,
                                              const std::optional<rt::HuntCrossleyParameters>& own = {},

@@ -14,14 +14,13 @@ namespace {
 constexpr std::size_t kRefitEvery = 3;
 constexpr double kSteadyMm = 0.7;
 
-/// A press is seen from the threshold on; a law counts from the surface. Two recordings are late alike.
-std::vector<Press> counted_from_surface(std::vector<Press> presses, const rt::HuntCrossleyParameters& law) {
+/// A press is seen from what is quiet on; a law counts from the surface. Two recordings are late alike.
+std::vector<Press> counted_from_surface(std::vector<Press> presses, const rt::HuntCrossleyParameters& law,
+                                        double threshold_n) {
   constexpr double kMaxLateMm = 3.0;
-  for (Press& press : presses) {
-    const double force_n = rt::norm(press.samples.front().force_n);
-    const double late_mm = std::pow(force_n / law.stiffness_n_per_mm_m, 1.0 / law.exponent);
-    press.surface_mm.z += std::min(kMaxLateMm, late_mm);
-  }
+  const double quiet_n = Press::kQuietShare * threshold_n;
+  const double late_mm = std::pow(quiet_n / law.stiffness_n_per_mm_m, 1.0 / law.exponent);
+  for (Press& press : presses) press.surface_mm.z += std::min(kMaxLateMm, late_mm);
   return presses;
 }
 
@@ -48,7 +47,7 @@ hal::Result<InclusionFit> InclusionIdentification::fit() const {
   const std::vector<Press>& presses = collector_.presses();
   const InclusionReference& reference = task_.reference;
   std::vector<Press> counted;
-  if (reference.law) counted = counted_from_surface(presses, *reference.law);
+  if (reference.law) counted = counted_from_surface(presses, *reference.law, task_.threshold_n);
   const std::vector<Press>& with = reference.law ? counted : presses;
   if (!scans()) return fit_inclusion_response(reference.presses, with, task_.known_depth_mm, reference.law);
   return fit_inclusion_scan(reference.presses, with, reference.law, tip_radius_mm_);
@@ -126,8 +125,8 @@ hal::Result<rt::IdentifiedModel> InclusionIdentification::finish() const {
         formatted("%.0f %% of what that leaves is left over, depth %.0f mm", 100.0 * found.left_over_share,
                   found.depth_mm.value),
         formatted("less than %.0f %%, at a depth of 9 to 59 mm", 100.0 * kMaxLeftOverShare),
-        "press deeper, and closer to where the object feels hard; give a reference of the object "
-        "without it"};
+        "press with a ball bearing: a rod rubs; deeper, and closer to where the object feels hard; give a "
+        "reference of the object without it"};
   }
   rt::IdentifiedModel model;
   rt::InclusionModel content;

@@ -36,6 +36,7 @@ void PressCollector::add(const rt::Observation& observation) {
     ticks_since_restart_ = 0;
     if (touching_) ++interrupted_;
     touching_ = was_free_ = false;
+    quiet_mm_.reset();
     if (verdict == SampleGate::Verdict::kInterrupt) return;
   }
   const hal::RigSample& sample = observation.sample;
@@ -49,10 +50,11 @@ void PressCollector::add(const rt::Observation& observation) {
   const double force_n = rt::norm(s.force_n);
   const double step_s = gate_.step_s();
   if (!touching_) {
+    if (force_n < Press::kQuietShare * threshold_n_) quiet_mm_ = s.tip_mm;
     if (force_n < 0.5 * threshold_n_) was_free_ = seen_free_ = true;
     if (!was_free_ || force_n <= threshold_n_) return;
     touching_ = true;
-    press_ = {s.tip_mm, {}};
+    press_ = {surface_before(quiet_mm_, s.tip_mm), {}};
     since_s_ = below_s_ = deepest_mm_ = largest_n_ = 0.0;
     step_s_ = 1.0 / kKeptHz;
     kept_s_ = -step_s_;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,7 @@ class PressCollector {
 
   Press press_;
   bool touching_ = false;
+  std::optional<hal::Vector3> quiet_mm_;  ///< where the force was quiet last
   bool was_free_ = false;  ///< since the start or a gap: only then is it known where a press begins
   double since_s_ = 0.0;   ///< of the press under way
   double kept_s_ = 0.0;    ///< the time of its last kept sample

@@ -19,12 +19,15 @@ class Line {
   /// One tick `late_s` after it was due.
   void tick(double depth_mm, double force_n, double acceleration_mm_per_s2 = 0.0, double late_s = 0.0) {
     time_s_ += period_s_ + late_s;
+    const double velocity_mm_per_s = (depth_mm - depth_before_mm_) / (period_s_ + late_s);
+    depth_before_mm_ = depth_mm;
     const auto now_ns = static_cast<std::int64_t>(std::llround(1e9 * time_s_));
     ContactStage::Input input;
     input.interval = timer_.update(now_ns);
     input.free_motion = {force_n, depth_mm, now_ns,
                          now_ns - static_cast<std::int64_t>(0.5e9 * (period_s_ + late_s))};
     input.tip_mm = input.depth_mm = depth_mm;
+    input.velocity_mm_per_s = velocity_mm_per_s;
     input.contact_depth_mm = contact_depth_mm_;
     input.acceleration_mm_per_s2 = std::abs(acceleration_mm_per_s2);
     stage_.detect(input);
@@ -57,6 +60,7 @@ class Line {
   ContactStage stage_;
   double time_s_ = 0.0;
   double contact_depth_mm_ = 0.0;
+  double depth_before_mm_ = 0.0;
   double largest_ = 0.0;
 };
 
@@ -69,6 +73,32 @@ TEST(ContactStage, LateTicksOfAFreeToolAreNoContact) {
       EXPECT_TRUE(line.detector().is_free());
     }
   }
+}
+
+TEST(ContactStage, AStopIsNoContactAndTheOneThatFollowsIsSeen) {
+  // A hand that stops within 2 ms, faster than the filters follow: the tool's inertia pushes the way it went.
+  Line line;
+  double depth_mm = 0.0;
+  for (int i = 0; i < 300; ++i) line.tick(depth_mm += 0.06, 0.0);
+  const double stop_n = 1e-6 * kStageToolG * -60.0 / 0.002;
+  ASSERT_LT(stop_n, -0.2);
+  line.tick(depth_mm += 0.045, stop_n, -30e3);
+  line.tick(depth_mm += 0.015, stop_n, -30e3);
+  for (int i = 0; i < 3; ++i) line.tick(depth_mm += 0.011, -0.1);
+  EXPECT_EQ(line.detector().count(), 0U);
+  for (int i = 0; i < 100; ++i) line.tick(depth_mm, 0.0);
+  EXPECT_EQ(line.detector().withdrawn_count(), 0U);
+  for (int i = 0; i < 200; ++i) line.tick(depth_mm + 0.02 * i, 0.4 * 0.02 * i);
+  EXPECT_TRUE(line.stage().in_contact());
+  EXPECT_EQ(line.stage().authority(), 1.0);
+}
+
+TEST(ContactStage, WhatPushesTheTipTheWayItGoesIsAnObjectOnceItIsUnmistakable) {
+  // An object that comes after the tip.
+  Line line;
+  for (int i = 0; i < 100; ++i) line.tick(0.0, 0.0);
+  for (int i = 0; i < 100; ++i) line.tick(-0.03 * i, 0.008 * i);
+  EXPECT_EQ(line.detector().count(), 1U);
 }
 
 TEST(ContactStage, AWrongZeroIsWithdrawnAndEarnsNothing) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <complex>
 #include <limits>
 
 #include "rt/signal/vector.h"
@@ -215,6 +216,16 @@ TEST(TransientParameters, AreCheckedByNameAndByTheRate) {
   TransientParameters bad = wood();
   bad.grip.grip_mass_g = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(check(bad, 1000.0, "transient.", "scene"));
+}
+
+TEST(GripInverse, AStiffObjectAsksForMoreForceAtLowFrequencies) {
+  // m s² + k of tip, hand and object: what accelerates the grip at 30 Hz has to bend an eraser as well.
+  const std::complex<double> low{-80.0, 2.0 * M_PI * 30.0}, high{-80.0, 2.0 * M_PI * 300.0};
+  const GripPlant soft = plant();
+  const GripPlant stiff = grip_plant(GripDynamics{}, 75.0, 3.5, 12.59, 2.26);
+  EXPECT_GT(std::abs(command_per_acceleration(stiff, low) / command_per_acceleration(soft, low) - 1.0), 0.3);
+  EXPECT_LT(std::abs(command_per_acceleration(stiff, high) / command_per_acceleration(soft, high) - 1.0),
+            0.05);
 }
 
 }  // namespace

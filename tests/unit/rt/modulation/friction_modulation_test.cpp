@@ -82,6 +82,23 @@ TEST(FrictionModulation, AReversalFadesAReductionOutAndInAgain) {
   EXPECT_LT(largest_step_n, 0.07) << "no jump";
 }
 
+TEST(FrictionModulation, AReductionThatIsGoneComesBackSlowly) {
+  FrictionModulation modulation = scaled(0.5);
+  after(modulation, sliding(50.0), 400);
+  after(modulation, sliding(2.0), 100);  // slow, then back
+  ASSERT_EQ(modulation.scale(), 1.0);
+  FrictionModulation::Input back = sliding(-50.0);
+  back.friction_n.x *= -1.0;
+  after(modulation, back, 18);
+  EXPECT_EQ(modulation.scale(), 1.0) << "presliding is the object's";
+  after(modulation, back, 5);
+  EXPECT_LT(modulation.scale(), 1.0);
+  after(modulation, back, 70);
+  EXPECT_NEAR(modulation.scale(), 0.75, 0.03) << "half of it after half of the rise";
+  after(modulation, back, 80);
+  EXPECT_NEAR(modulation.scale(), 0.5, 1e-12);
+}
+
 TEST(FrictionModulation, IsBoundedInDirectionAndSize) {
   FrictionModulation modulation = scaled(2.0);
   FrictionModulation::Input input = sliding(50.0);

@@ -85,26 +85,40 @@ element("abort").addEventListener("click", () => {
 
 const WORDS = { first: "the first", second: "the second", same: "the same" };
 
-function drawPlace(at) {
+function drawPlace(at, places = [[0, 0]]) {
   const canvas = element("place");
   canvas.hidden = !at;
   if (!at) return;
   const context = canvas.getContext("2d");
   const style = getComputedStyle(document.body);
-  const scale = 3; // pixels per mm
-  const centre = canvas.width / 2;
+  const middle = [0, 1].map((axis) => places.reduce((sum, one) => sum + one[axis], 0) / places.length);
+  const reach = Math.max(...places.map((one) => Math.hypot(one[0] - middle[0], one[1] - middle[1])));
+  const scale = canvas.width / (2 * reach + 120); // pixels per mm
+  const x = (mm) => canvas.width / 2 + scale * (mm - middle[0]);
+  const y = (mm) => canvas.height / 2 - scale * (mm - middle[1]);
   context.clearRect(0, 0, canvas.width, canvas.height);
-  context.strokeStyle = style.getPropertyValue("--quiet");
   context.lineWidth = 2;
-  for (const radius of [10, 25]) {
-    context.beginPath();
-    context.arc(centre, centre, radius * scale, 0, 2 * Math.PI);
-    context.stroke();
+  const away = (one) => Math.hypot(at[0] - one[0], at[1] - one[1]);
+  const nearest = places.reduce((best, one) => (away(one) < away(best) ? one : best));
+  for (const place of places) {
+    // The one at which the tool is stands out.
+    context.strokeStyle = style.getPropertyValue(places.length > 1 && place === nearest ? "--accent" : "--quiet");
+    for (const radius of [10, 25]) {
+      context.beginPath();
+      context.arc(x(place[0]), y(place[1]), radius * scale, 0, 2 * Math.PI);
+      context.stroke();
+    }
+  }
+  if (places.length > 1) {
+    context.fillStyle = style.getPropertyValue("--quiet");
+    context.font = "16px sans-serif";
+    context.textAlign = "center";
+    places.forEach((place, index) => context.fillText(["left", "right"][index] ?? "", x(place[0]), y(place[1]) + 34 * scale + 12));
   }
   context.fillStyle = style.getPropertyValue("--accent");
   context.beginPath();
   // The higher the tool, the larger its dot.
-  context.arc(centre + scale * at[0], centre - scale * at[1], 5 + Math.min(20, Math.max(0, at[2])) / 2, 0, 2 * Math.PI);
+  context.arc(x(at[0]), y(at[1]), 5 + Math.min(20, Math.max(0, at[2])) / 2, 0, 2 * Math.PI);
   context.fill();
 }
 
@@ -133,7 +147,7 @@ function show(state) {
   element("seconds").textContent = state.seconds_left ? `${state.seconds_left} s` : "";
   element("progress").value = state.progress ?? 0;
   element("rating").hidden = state.phase !== "rate";
-  drawPlace(state.tool_mm);
+  drawPlace(state.tool_mm, state.places_mm);
 }
 
 const events = new EventSource(`/events?key=${key}`);

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "client/cpp/client.h"
+#include "client/igtl/igtl_port.h"
+
+namespace hapticd::igtl_bridge {
+
+struct BridgeOptions {
+  client::ClientOptions daemon;
+  std::string host = "127.0.0.1";
+  std::uint16_t port = 18944;  ///< that of OpenIGTLink
+  double rate_hz = 60.0;
+  double predict_ms = 0.0;
+  v1::PoseFrame frame = v1::POSE_FRAME_RIG;
+  /// Transforms of this name are poses of the marker on the tool in the tracker's frame: they go to the
+  /// calibration that runs. Empty = none do.
+  std::string reference{};
+};
+
+/// The daemon's poses to OpenIGTLink peers, until `stop`. Connects to the daemon again where it is lost;
+/// peers stay, and get a STATUS that says so. Throws client::Error where the daemon refuses the poses, and
+/// std::runtime_error where the port cannot be used.
+class Bridge {
+ public:
+  explicit Bridge(BridgeOptions options);
+  std::uint16_t port() const noexcept { return port_.port(); }
+  void run(const std::atomic<bool>& stop);
+
+ private:
+  void run_connected(const std::atomic<bool>& stop);
+  void take(const ReceivedTransform& transform);
+  /// Sends what has come to the daemon's calibration; says once where none runs.
+  void push_references(client::Client& client);
+  void report(RigStatus status, const std::string& words);
+  void note(const std::string& line);
+
+  BridgeOptions options_;
+  IgtlPort port_;
+  std::string reported_;
+  v1::PushReferencePosesRequest references_;  ///< since the last push
+  std::string pushed_;                        ///< what became of the last push, as it was noted
+};
+
+}  // namespace hapticd::igtl_bridge

@@ -1,0 +1,160 @@
+#include "client/igtl/igtl_port.h"
+
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace hapticd::igtl_bridge {
+
+namespace {
+
+/// A pose that waits in a socket's buffer is an old one: 60 messages at most.
+constexpr int kSendBuffer = 8192;
+
+std::string words(const char* what) {
+  return std::string(what) + ": " + std::strerror(errno);
+}
+
+}  // namespace
+
+IgtlPort::IgtlPort(const std::string& host, std::uint16_t port, Handlers handlers)
+    : handlers_(std::move(handlers)) {
+  addrinfo wanted{};
+  wanted.ai_family = AF_UNSPEC;
+  wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  const std::string service = std::to_string(port);
+  if (const int error = getaddrinfo(host.c_str(), service.c_str(), &wanted, &found); error != 0) {
+    throw std::runtime_error(host + " is no address: " + gai_strerror(error));
+  }
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, freeaddrinfo);
+  listener_ = socket(found->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const int yes = 1;
+  if (listener_ >= 0) setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  if (listener_ < 0 || bind(listener_, found->ai_addr, found->ai_addrlen) != 0 ||
+      listen(listener_, kMaxPeers) != 0) {
+    const std::string reason = words((host + ":" + service + " cannot be listened on").c_str());
+    if (listener_ >= 0) close(listener_);
+    throw std::runtime_error(reason);
+  }
+  sockaddr_storage bound{};
+  socklen_t size = sizeof bound;
+  getsockname(listener_, reinterpret_cast<sockaddr*>(&bound), &size);
+  port_ = ntohs(bound.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6*>(&bound)->sin6_port
+                                            : reinterpret_cast<const sockaddr_in*>(&bound)->sin_port);
+}
+
+IgtlPort::~IgtlPort() {
+  for (const Peer& peer : peers_) close(peer.descriptor);
+  close(listener_);
+}
+
+void IgtlPort::accept_peers() {
+  while (true) {
+    sockaddr_storage from{};
+    socklen_t size = sizeof from;
+    const int descriptor =
+        accept4(listener_, reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (descriptor < 0) return;
+    std::array<char, NI_MAXHOST> host{};
+    getnameinfo(reinterpret_cast<const sockaddr*>(&from), size, host.data(), host.size(), nullptr, 0,
+                NI_NUMERICHOST);
+    if (peers_.size() >= kMaxPeers) {
+      handlers_.on_note(std::string(host.data()) + " was refused: " + std::to_string(kMaxPeers) +
+                        " peers are connected");
+      close(descriptor);
+      continue;
+    }
+    const int yes = 1;
+    setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    setsockopt(descriptor, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
+    peers_.emplace_back();
+    peers_.back().descriptor = descriptor;
+    peers_.back().name = host.data();
+    handlers_.on_note(peers_.back().name + " has connected");
+  }
+}
+
+void IgtlPort::read_from(Peer& peer) {
+  std::array<std::uint8_t, 16384> bytes{};
+  while (!peer.gone) {
+    const ssize_t count = recv(peer.descriptor, bytes.data(), bytes.size(), 0);
+    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    if (count <= 0) {
+      peer.gone = true;
+      return;
+    }
+    peer.reader.add(bytes.data(), static_cast<std::size_t>(count));
+    for (bool more = true; more && !peer.gone;) {
+      switch (peer.reader.next()) {
+        case MessageReader::Event::kNothing:
+          more = false;
+          break;
+        case MessageReader::Event::kTransform:
+          handlers_.on_transform(peer.reader.transform());
+          break;
+        case MessageReader::Event::kOther:
+          break;
+        case MessageReader::Event::kBroken:
+          // A peer sends the same again and again: the first says enough.
+          if (peer.broken++ == 0) {
+            handlers_.on_note(peer.name + ", '" + peer.reader.transform().name +
+                              "': " + peer.reader.problem());
+          }
+          break;
+        case MessageReader::Event::kUnreadable:
+          handlers_.on_note(peer.name + ": " + peer.reader.problem());
+          peer.gone = true;
+          break;
+      }
+    }
+  }
+}
+
+bool IgtlPort::write_rest(Peer& peer) {
+  while (!peer.rest.empty()) {
+    const ssize_t count = ::send(peer.descriptor, peer.rest.data(), peer.rest.size(), MSG_NOSIGNAL);
+    if (count < 0) {
+      if (errno != EAGAIN && errno != EINTR) peer.gone = true;
+      return false;
+    }
+    peer.rest.erase(peer.rest.begin(), peer.rest.begin() + count);
+  }
+  return true;
+}
+
+void IgtlPort::send(const Packed& message) {
+  for (Peer& peer : peers_) {
+    if (peer.gone) continue;
+    if (!write_rest(peer)) {
+      ++skipped_;
+      continue;
+    }
+    peer.rest = message;
+    write_rest(peer);
+  }
+}
+
+void IgtlPort::serve() {
+  accept_peers();
+  for (Peer& peer : peers_) read_from(peer);
+  for (auto peer = peers_.begin(); peer != peers_.end();) {
+    if (!peer->gone) {
+      ++peer;
+      continue;
+    }
+    handlers_.on_note(peer->name + " has gone");
+    close(peer->descriptor);
+    peer = peers_.erase(peer);
+  }
+}
+
+}  // namespace hapticd::igtl_bridge

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+
+#include "client/igtl/igtl_messages.h"
+
+namespace hapticd::igtl_bridge {
+
+/// Where OpenIGTLink programs connect to (3D Slicer, PLUS, …), up to kMaxPeers of them. One thread; nothing
+/// here waits. A peer that does not read loses whole messages, the oldest never comes late.
+class IgtlPort {
+ public:
+  static constexpr int kMaxPeers = 8;
+
+  struct Handlers {
+    std::function<void(const ReceivedTransform&)> on_transform;
+    std::function<void(const std::string&)> on_note;  ///< a line for the log
+  };
+  /// Throws std::runtime_error with the reason where the address cannot be used. `port` 0: any free one.
+  IgtlPort(const std::string& host, std::uint16_t port, Handlers handlers);
+  ~IgtlPort();
+  IgtlPort(const IgtlPort&) = delete;
+  IgtlPort& operator=(const IgtlPort&) = delete;
+
+  std::uint16_t port() const noexcept { return port_; }
+  std::size_t peers() const noexcept { return peers_.size(); }
+  /// To all. A peer that has not taken the message before gets none of this one.
+  void send(const Packed& message);
+  /// Accepts, and reads what has come.
+  void serve();
+  std::uint64_t skipped() const noexcept { return skipped_; }
+
+ private:
+  struct Peer {
+    int descriptor = -1;
+    std::string name;
+    MessageReader reader;
+    Packed rest;  ///< of a message that the socket took in part
+    std::uint64_t broken = 0;
+    bool gone = false;
+  };
+  void accept_peers();
+  void read_from(Peer& peer);
+  bool write_rest(Peer& peer);
+
+  Handlers handlers_;
+  int listener_ = -1;
+  std::uint16_t port_ = 0;
+  std::list<Peer> peers_;
+  std::uint64_t skipped_ = 0;
+};
+
+}  // namespace hapticd::igtl_bridge

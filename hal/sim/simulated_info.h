@@ -1,0 +1,15 @@
+#pragma once
+
+#include "hal/rig.h"
+#include "hal/sim/base/conditions.h"
+#include "hal/sim/base/plant.h"
+#include "hal/sim/device/device_model.h"
+#include "hal/sim/simulated_rig.h"
+
+namespace hapticd::sim {
+
+/// What a simulated rig reports itself to be: as its parts' data sheets have it. The truth may differ.
+hal::RigInfo info_of(const SimulationConfig& config, const DeviceModel& device, Plant plant,
+                     const Conditions& conditions, const hal::SensorInfo& sensor);
+
+}  // namespace hapticd::sim

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "hal/samples.h"
+
+namespace hapticd::identification {
+
+/// One sample of a press: where the tip is, how fast, and the force on it.
+struct PressSample {
+  hal::Vector3 tip_mm;
+  hal::Vector3 velocity_mm_per_s;
+  hal::Vector3 force_n;
+};
+
+/// One press: where the surface was met, and what came after, until the tip was free again.
+struct Press {
+  /// Of the threshold: the surface is where the force was within it last, as the tick places an onset.
+  static constexpr double kQuietShare = 1.0 / 3.0;
+  /// Farther back no surface is looked for.
+  static constexpr double kMaxLateMm = 2.0;
+
+  hal::Vector3 surface_mm;
+  std::vector<PressSample> samples;
+};
+
+/// Where a press met the surface whose force exceeds the threshold at `tip_mm` and was quiet at `quiet_mm`
+/// last.
+hal::Vector3 surface_before(const std::optional<hal::Vector3>& quiet_mm, const hal::Vector3& tip_mm);
+
+/// Cuts a recording into presses: a press begins where the force exceeds `threshold_n`, its surface is where
+/// it was within Press::kQuietShare of that, and it ends where it falls below half of it. Every n-th sample
+/// is kept so that there are about `kept_hz` a second.
+std::vector<Press> cut_into_presses(const std::vector<PressSample>& recording, double rate_hz,
+                                    double threshold_n = 0.03, double kept_hz = 50.0);
+
+}  // namespace hapticd::identification

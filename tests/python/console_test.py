@@ -1,0 +1,226 @@
+"""The console as a person uses it: every view against a daemon on the simulated rig, in a headless browser."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hapticd
+from console_page import Page, Visitor, configuration, console_port, page  # noqa: F401
+from hapticd.v1 import rig_pb2
+
+OPTIONS = ("--scene", "tap_1d")
+
+
+@pytest.fixture
+def daemon(start_daemon: Any, tmp_path: Path) -> Any:
+    return start_daemon(*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), "--config", str(configuration(tmp_path)))
+
+
+def opened(page: Page, daemon: Any) -> Page:
+    with hapticd.connect(daemon.address) as rig:
+        page.open(rig.open_console().url)
+    return page
+
+
+def state_of(daemon: Any) -> Any:
+    with hapticd.connect(daemon.address) as rig:
+        return rig.get_rig_state(without_histograms=True)
+
+
+def pictured(page: Page, name: str) -> None:
+    if folder := os.environ.get("HAPTICD_SCREENSHOTS"):
+        page.driver.save_screenshot(f"{folder}/{name}.png")
+
+
+def test_a_sponge_is_pressed_at_two_stiffnesses(page: Page, daemon: Any) -> None:  # noqa: F811
+    opened(page, daemon)
+    page.view("scene")
+    page.choose("simulated object", "sponge_block")
+    page.click("Put it under the tool")
+    page.says("sponge_block is under the tool")
+    page.click("Press again and again")
+    page.says("The simulated hand")
+    for stiffness in ("0.3", "0.8"):
+        page.enter("target stiffness in N/mm", stiffness)  # the slider is the first of this name
+        page.says(f"{float(stiffness):.3f} N/mm")
+        page.wait(lambda: abs(state_of(daemon).target_stiffness_n_per_mm - float(stiffness)) < 1e-3)
+    # More than the scene allows is granted in part, and the page says why.
+    page.run("const n = document.querySelector('input[type=number][aria-label^=target]'); n.value = 5; n.dispatchEvent(new Event('change'));")
+    page.says("1.000 N/mm")
+    page.says("scene maximum")
+    page.wait(lambda: "(now)" in page.text())
+    pictured(page, "scene")
+    # What is felt lies on the target's line.
+    page.view("live")
+    page.says("every tick")
+    slopes = page.driver.execute_async_script("""
+        const done = arguments[0], rows = [];
+        const api = await import('/api.js');
+        const t = api.telemetry({columns: ['contact_in_contact', 'deformation_displacement_mm', 'control_hand_force_n', 'guard_authority'],
+          rows: ({data, count, width, samples}) => {
+            for (let i = 0; samples === 1 && i < count; ++i) if (data[i * width + 1] > 2) rows.push(data[i * width + 2] / data[i * width + 1]);
+            if (rows.length > 2000) { t.close(); done(rows.sort((a, b) => a - b)); }
+          }});""")  # fmt: skip
+    assert slopes[len(slopes) // 2] == pytest.approx(1.0, rel=0.2)
+    page.wait(lambda: page.run("return liveStats.frames") > 20)
+    pictured(page, "live")
+    page.click("Pause")
+    page.run("window.saved = null; const make = URL.createObjectURL; URL.createObjectURL = (b) => { b.text().then((t) => { window.saved = t; }); return make(b); }")
+    page.click("Save as CSV")
+    lines = str(page.wait(lambda: page.run("return window.saved"))).splitlines()
+    assert lines[0].startswith("time_s,contact_reaction_force_n") and len(lines) > 100
+    assert page.problems() == []
+
+
+def test_stop_works_by_key_and_by_button_and_says_why_there_is_no_force(page: Page, daemon: Any) -> None:  # noqa: F811
+    opened(page, daemon)
+    from selenium.webdriver.common.keys import Keys
+
+    page.driver.find_element("tag name", "body").send_keys(Keys.ESCAPE)
+    page.says("no force: stopped", "#state")
+    assert state_of(daemon).guard_state == rig_pb2.GUARD_STATE_LATCHED
+    page.view("now")
+    page.says("someone asked for it")
+    page.says("clear when the reason is gone")
+    pictured(page, "now_stopped")
+    page.click("Clear: let the force return")
+    page.says("Cleared stopped")
+    page.wait(lambda: state_of(daemon).guard_state in (rig_pb2.GUARD_STATE_RESUMING, rig_pb2.GUARD_STATE_RENDERING))
+    # In an input field, and while the socket is stuck, too.
+    page.view("scene")
+    page.run("window.WebSocket = function () { throw new Error('stuck'); };")
+    page.field("hand force in N").send_keys(Keys.ESCAPE)
+    page.wait(lambda: state_of(daemon).guard_state == rig_pb2.GUARD_STATE_LATCHED)
+    assert "stopped by user:" in daemon.log.read_text() and "at console 127.0.0.1:" in daemon.log.read_text()
+
+
+def test_an_object_is_identified(page: Page, start_daemon: Any, tmp_path: Path) -> None:  # noqa: F811
+    daemon = start_daemon(*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), "--config",
+                          str(configuration(tmp_path, more="[rig.sim]\nspeed = 4\n")))  # fmt: skip
+    opened(page, daemon)
+    page.view("identify")
+    page.wait(lambda: page.field("name of the object").get_attribute("value") == "sponge_block")
+    # On a simulated rig the hand does what is asked for; the page says what that is.
+    page.run("window.told = new Set(); const big = document.querySelector('.big'); new MutationObserver(() => told.add(big.textContent)).observe(big, "
+             "{childList: true, characterData: true, subtree: true})")  # fmt: skip
+    page.click("Begin")
+    page.says("runs")
+    page.wait(lambda: "is kept" in page.text(), 120.0)
+    assert any(re.search("press|hold|lift", text, re.IGNORECASE) for text in page.run("return [...told]")), page.run("return [...told]")
+    assert page.shows("canvas[aria-label=coverage]")
+    pictured(page, "identify")
+    page.view("objects")
+    page.says("contact")
+    assert page.shows("main input[type=checkbox]")
+    pictured(page, "objects")
+    assert page.problems() == []
+
+
+def test_a_recording_is_read_and_an_incident_explained(page: Page, daemon: Any) -> None:  # noqa: F811
+    opened(page, daemon)
+    page.view("recordings")
+    page.enter("name of the recording", "press")
+    page.click("Start")
+    page.says("whatever becomes of this page")
+    time.sleep(2.0)
+    page.click("Stop recording")
+    page.says(" rows.")
+    page.click("Stop Esc", "header")
+    page.wait(lambda: state_of(daemon).last_incident)
+    page.wait(lambda: (page.click("Read again"), "incident: stopped" in page.text())[1])
+    page.click("show")  # the newest
+    page.says("someone asked for it")
+    page.says("stopped: zero force")
+    # The plot shows the last second before the cut: a line is drawn.
+    drawn = """const c = document.querySelector('main canvas.traces'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+        const seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]); return [...seen];"""
+    page.wait(lambda: {0x0072B2, 0xB3261E} <= set(page.run(drawn)))
+    pictured(page, "incident")
+    page.choose("kind", "recordings")
+    page.wait(lambda: "incident:" not in page.text(".scroll"))
+    page.click("show")
+    page.says("press", "main .card:last-child h3")
+    assert page.problems() == []
+
+
+def test_the_other_views_show_what_there_is(page: Page, daemon: Any) -> None:  # noqa: F811
+    opened(page, daemon)
+    page.says("Nothing with hardware behind it")
+    page.says("user:")
+    page.view("turntable")
+    page.says("this rig has no turntable")
+    page.view("experiment")
+    page.says("this scene judges none")
+    assert page.driver.find_element("id", "force").value_of_css_property("visibility") == "hidden"
+    page.view("poses")
+    page.says("mm")
+    page.view("log")
+    page.says("connection")
+    page.click("take control", "header")
+    page.says("you have control", "#lease")
+    with hapticd.connect(daemon.address) as rig, pytest.raises(hapticd.HapticdError, match="console"):
+        rig.load_scene(name="wall")
+    page.view("scene")
+    page.choose("scene", "wall")
+    page.click("Load")
+    page.says("Loaded from tick")
+    page.click("you have control", "header")
+    page.says("take control", "#lease")
+    page.view("log")
+    page.says("wall is loaded")
+    assert page.problems() == []
+
+
+def test_a_session_of_an_experiment_is_seen_blind(page: Page, daemon: Any) -> None:  # noqa: F811
+    opened(page, daemon)
+    with hapticd.connect(daemon.address) as rig:
+        rig.load_scene(name="press_guided")
+        page.view("experiment")
+        page.says("none runs")
+        rig.begin_presentation()
+        page.says("number 1 runs")
+        rig.end_presentation()
+        page.says("never touched")
+    assert "N/mm" not in page.text() and "N/mm" not in page.text("header")
+
+
+def test_a_killed_daemon_is_shown_and_the_page_comes_back(page: Page, start_daemon: Any, tmp_path: Path) -> None:  # noqa: F811
+    first = start_daemon(*OPTIONS, "--model-store", ":memory:", "--config", str(configuration(tmp_path)))
+    opened(page, first)
+    port = console_port(first)
+    first.end(signal.SIGKILL)
+    page.wait(lambda: page.shows("body.away"))
+    page.says("not connected", "#state")
+    page.says("The daemon does not answer", "#notice")
+    # Still signed in at the next one, whose secret is the same.
+    start_daemon(*OPTIONS, "--model-store", ":memory:", "--config", str(configuration(tmp_path, port)))
+    page.wait(lambda: not page.shows("body.away"))
+    page.says("rendering", "#state")
+    # Without its secret it says what to do.
+    os.unlink(tmp_path / "recordings" / "console.key")
+    Visitor(start_daemon("--model-store", ":memory:", "--config", str(configuration(tmp_path))), sign_in=False)
+
+
+def test_every_view_can_be_reached_by_keys_and_has_names_for_all_controls(page: Page, daemon: Any) -> None:  # noqa: F811
+    opened(page, daemon)
+    for number, view in enumerate(("now", "live", "scene", "identify", "objects", "turntable", "recordings", "experiment", "poses", "log")):
+        page.run("dispatchEvent(new KeyboardEvent('keydown', {key: arguments[0], altKey: true, bubbles: true}))", str((number + 1) % 10))
+        page.wait(lambda: page.shows(f".view.{view}"))
+        time.sleep(0.3)
+        nameless = page.run("""return [...document.querySelectorAll('button, input, select, canvas, iframe, a')].filter((e) =>
+            !(e.textContent.trim() || e.getAttribute('aria-label') || e.title || e.closest('label')?.textContent.trim())).map((e) => e.outerHTML)""")
+        assert nameless == []
+        # Nothing is wider than the page, on a tablet neither.
+        page.driver.set_window_size(820, 1100)
+        assert page.run("return document.documentElement.scrollWidth <= innerWidth + 1"), view
+        page.driver.set_window_size(1440, 900)
+    page.click("◐", "header")
+    assert page.run("return document.documentElement.dataset.theme") == "dark"
+    assert page.problems() == []
