@@ -102,7 +102,7 @@ TEST(Configuration, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
   expect_config_refused(
       "[lop]\nrate_hz = 1000\n",
       {"unknown key 'lop'", "hapticd.toml, line 1", "",
-       "loop, network, rig, guard, access, watchdog, scene, models, recording, metrics, log",
+       "loop, network, rig, guard, access, watchdog, scene, models, recording, metrics, console, log",
        "did you mean 'loop'?"});
   expect_config_refused(
       "[rig.sim]\nforce = 3\n",
