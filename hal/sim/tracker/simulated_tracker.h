@@ -57,7 +57,7 @@ class SimulatedTracker {
   hal::Quaternion before_;
   std::optional<TrackerPose> frozen_;
 
-  static constexpr std::size_t kCapacity = 1024;  ///< a few seconds; what nobody takes is lost
+  static constexpr std::size_t kCapacity = 1024;  ///< a few seconds; what is not taken is lost
   std::array<TrackerPose, kCapacity> sent_{};
   std::atomic<std::size_t> pushed_{0};
   std::atomic<std::size_t> popped_{0};

@@ -16,8 +16,8 @@ constexpr int kMaxRounds = 40;
 constexpr double kMedianOfThree = 1.5382;
 /// Tukey's biweight for three numbers together: 0.3 % of good poses lie beyond two thirds of it.
 constexpr double kTukey = 6.0;
-constexpr double kLeastNoiseMm = 1e-4;
-constexpr double kLeastNoiseRad = 1e-6;
+constexpr double kMinNoiseMm = 1e-4;
+constexpr double kMinNoiseRad = 1e-6;
 
 double median(std::vector<double>& values) {
   if (values.empty()) return 0.0;
@@ -137,8 +137,8 @@ class Solver {
       position.push_back(row.residual.head<3>().norm());
       if (row.seen->orientation) turn.push_back(row.residual.tail<3>().norm());
     }
-    solved_.noise_mm = std::max(kLeastNoiseMm, median(position) / kMedianOfThree);
-    solved_.noise_rad = std::max(kLeastNoiseRad, median(turn) / kMedianOfThree);
+    solved_.noise_mm = std::max(kMinNoiseMm, median(position) / kMedianOfThree);
+    solved_.noise_rad = std::max(kMinNoiseRad, median(turn) / kMedianOfThree);
   }
 
   void set_weights(bool final) {

@@ -50,7 +50,7 @@ struct CalibrationReport {
 };
 
 /// Runs calibrations, one at a time, in a thread of its own: takes the rig's poses from the telemetry hub and
-/// the tracker's from whoever pushes them, tells what the motion lacks, fits and stores. The loop knows
+/// the tracker's from the client that pushes them, tells what the motion lacks, fits and stores. The loop knows
 /// nothing of it. Any thread may call.
 class CalibrationRunner {
  public:

@@ -31,7 +31,7 @@ class CalibrationStore {
   std::optional<Refusal> remove(const std::string& hash);
   /// Hash of the one in use; empty = none.
   std::string adopted_hash() const;
-  /// For whoever corrects poses.
+  /// For the code that corrects poses.
   const calibration::AdoptedCalibration& adopted() const { return adopted_; }
 
  private:
