@@ -50,8 +50,8 @@ struct CalibrationReport {
 };
 
 /// Runs calibrations, one at a time, in a thread of its own: takes the rig's poses from the telemetry hub and
-/// the tracker's from the client that pushes them, tells what the motion lacks, fits and stores. The loop knows
-/// nothing of it. Any thread may call.
+/// the tracker's from the client that pushes them, tells what the motion lacks, fits and stores. The loop
+/// knows nothing of it. Any thread may call.
 class CalibrationRunner {
  public:
   static constexpr std::size_t kMaxPoses = 200'000;
