@@ -6,11 +6,14 @@ import math
 import tomllib
 from typing import Any
 
+import numpy as np
 import pytest
 
+from hapticd.block import Block, Columns
 from hapticd.errors import BadFile
 from hapticd.experiment import free_change, inclusions, protocol
 from hapticd.experiment.stage import Presentation
+from hapticd.experiment.touch import Touch
 
 
 def visit(path_mm: float, felt: float = 0.3) -> Presentation:
@@ -66,3 +69,29 @@ def test_an_inclusion_is_moved_in_the_text_of_its_scene() -> None:
     scene = tomllib.loads(text)
     assert scene["inclusion"] == [{"model": "tumour_hard", "moved_mm": [3.5, -2.0], "object_centre_mm": [0, 0, -63]}]
     assert inclusions.moved(condition.comparison.scene_toml, 0.0, 0.0) == condition.comparison.scene_toml
+
+
+def touch_of(samples: list[tuple[float, bool, float]]) -> Touch:
+    """samples: height, mm; whether there is contact; its evidence."""
+    names = ("tick", "time_ns", *(f"sample_tip_position_{axis}_mm" for axis in "xyz"), "contact_in_contact", "contact_authority")
+    columns = Columns(names, [""] * len(names), ["<i8", "<i8"] + ["<f8"] * 5)
+    rows = np.zeros(len(samples), dtype=columns.dtype)
+    rows["tick"], rows["time_ns"] = np.arange(len(samples)), 4_000_000 * np.arange(len(samples))
+    rows["sample_tip_position_z_mm"], rows["contact_in_contact"], rows["contact_authority"] = np.array(samples).T
+    touch = Touch(has_truth=False, from_contact=False)
+    for at in range(0, len(rows), 3):
+        touch.add(Block(columns, rows[at : at + 3]))
+    return touch
+
+
+def test_a_touch_begins_where_its_evidence_says() -> None:
+    # On the way down the hand stops short, which is taken for a contact for a moment; the object is at 0 mm.
+    way = [(8.0, False, 0.0), (8.0, True, 0.0), (7.9, True, 0.1), (7.8, False, 0.0), (4.0, False, 0.0)]
+    touched = [(0.0, True, 0.0), (-0.2, True, 0.2), (-0.4, True, 0.6)]
+    assert not touch_of(way).has_pressed
+    assert not touch_of(way + touched).has_pressed
+    assert touch_of(way + touched + [(-0.7, True, 1.0)]).has_pressed
+    pressed = touch_of(way + touched + [(-2.0, True, 1.0), (-0.4, True, 0.5)])
+    assert not pressed.is_lifted
+    pressed.add(touch_of([(-0.2, False, 0.0)])._blocks[0])
+    assert pressed.is_lifted

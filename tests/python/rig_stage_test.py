@@ -210,8 +210,7 @@ def test_a_participant_changes_between_two_places(start_daemon: Any, tmp_path: P
         felt: dict[str, list[float]] = {"reference": [], "comparison": []}
         for event in shown:
             assert event["flaws"] == [] and event["contacts"] >= 1 and event["lateral_path_mm"] >= 60.0
-            if event.get("felt_n_per_mm") is not None:
-                felt[event["role"]].append(event["felt_n_per_mm"])
+            felt[event["role"]].append(event["felt_n_per_mm"])
         assert len(felt["reference"]) >= 2 and len(felt["comparison"]) >= 2
         # 0.3 N/mm on the left; on the right 0.7, then 0.1 less: there is no real object, and nothing but the wall is felt.
         assert all(one < 0.45 for one in felt["reference"]) and all(one > 0.45 for one in felt["comparison"])

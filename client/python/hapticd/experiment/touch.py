@@ -15,6 +15,8 @@ Array = npt.NDArray[np.float64]
 
 #: What counts as pressed, and as lifted again.
 PRESSED_MM, LIFTED_SHARE = 0.5, 0.15
+#: The share of the force that the evidence of a contact allows, from which on it is one for sure.
+EVIDENT = 0.5
 #: A hand that is so far aside of where it touched no longer presses only: it strokes.
 STROKES_MM = 1.5
 
@@ -27,7 +29,7 @@ class Touch:
     """From its first sample, and by blocks as they come.
 
     from_contact: the tool stands at the object when it begins, so that depth counts from there; else from where the first
-    contact is seen.
+    contact begins that the rig has evidence of.
     """
 
     def __init__(self, has_truth: bool, from_contact: bool) -> None:
@@ -36,6 +38,7 @@ class Touch:
         self._from_contact = from_contact
         self._blocks: list[Block] = []
         self._zero: Optional[tuple[float, float, float]] = None
+        self._is_sure = False
         self._begun_ns: Optional[int] = None
         self._deepest = 0.0
         self._depth = 0.0
@@ -45,26 +48,30 @@ class Touch:
             return
         self._blocks.append(block)
         self._begun_ns = int(block["time_ns"][0]) if self._begun_ns is None else self._begun_ns
-        if self._zero is None:
-            self._zero = self._zero_of(block)
+        self._find_zero(block)
         depth = self._depth_of(block)
         self._deepest = max(self._deepest, float(np.nanmax(depth, initial=0.0)))
         self._depth = float(depth[-1])
 
-    def _zero_of(self, block: Block) -> Optional[tuple[float, float, float]]:
-        at = 0
-        if not self._from_contact:
-            touched = np.flatnonzero(block["contact_in_contact"] > 0.5)
-            if not len(touched):
-                return None
-            at = int(touched[0])
-        x, y, z = (float(block[f"{self._of}_tip_position_{axis}_mm"][at]) for axis in "xyz")
-        return x, y, z
+    def _find_zero(self, block: Block) -> None:
+        """Where the contact began that the tool had evidence of: a hand that stops short in the air is taken for one for a moment."""
+        if self._is_sure:
+            return
+        touches, evidence = block["contact_in_contact"] > 0.5, block["contact_authority"] > EVIDENT
+        for at in range(len(block)):
+            if self._from_contact or (touches[at] and self._zero is None):
+                x, y, z = (float(block[f"{self._of}_tip_position_{axis}_mm"][at]) for axis in "xyz")
+                self._zero = x, y, z
+            elif not touches[at]:
+                self._zero = None
+            self._is_sure = self._from_contact or bool(touches[at] and evidence[at])
+            if self._is_sure:
+                return
 
     def _depth_of(self, block: Block) -> Array:
         """Below where it was touched first."""
         height = np.asarray(block[f"{self._of}_tip_position_z_mm"], dtype=np.float64)
-        return np.zeros_like(height) if self._zero is None else self._zero[2] - height
+        return self._zero[2] - height if self._is_sure and self._zero is not None else np.zeros_like(height)
 
     @property
     def has_pressed(self) -> bool:
@@ -92,7 +99,7 @@ class Touch:
 
     def felt(self) -> float:
         """Stiffness that a simulated hand felt where it pressed first, N/mm; NaN on a real rig, where that is the question."""
-        if not self._has_truth or not self._blocks or self._zero is None:
+        if not self._has_truth or not self._is_sure or self._zero is None:
             return math.nan
         rows = Block.joined(self._blocks)
         aside = np.hypot(rows["truth_tip_position_x_mm"] - self._zero[0], rows["truth_tip_position_y_mm"] - self._zero[1])
