@@ -80,7 +80,8 @@ TEST(Events, AreListedByNumberAndKindUpToALimit) {
   request.clear_kinds();
   request.set_max_events(0);
   request.set_after_number(two.events(1).number());
-  for (const auto& one : client.events(request).events()) EXPECT_GT(one.number(), two.events(1).number());
+  const auto rest = client.events(request);
+  for (const auto& one : rest.events()) EXPECT_GT(one.number(), two.events(1).number());
   request.set_max_events(1001);
   EXPECT_THROW(client.events(request), client::Error);
   // A number of an earlier run, that is still to come in this one.
