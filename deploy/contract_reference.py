@@ -10,7 +10,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROTO = ROOT / "proto/hapticd/v1"
 PAGE = ROOT / "docs/contract.md"
-ORDER = "rig scene model rendering safety telemetry pose simulation identification calibration turntable guide presentation access watchdog clock recording common".split()
+ORDER = "rig scene model rendering safety telemetry pose simulation identification calibration turntable guide presentation access watchdog clock recording event experiment common".split()
 
 BLOCK = re.compile(r"^(\s*)(service|message|enum|oneof)\s+(\w+)\s*\{(\s*\})?")
 METHOD = re.compile(r"^rpc (\w+)\((stream )?(\w+)\) returns \((stream )?(\w+)\)")

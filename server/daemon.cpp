@@ -28,13 +28,13 @@
 #include "server/process/version.h"
 #include "server/recording/event_board.h"
 #include "server/recording/flight/flight_recorder.h"
+#include "server/recording/guard_watch.h"
 #include "server/recording/recorder.h"
 #include "server/rig/rig_factory.h"
 #include "server/rig/sensor_bias.h"
 #include "server/rig_file/turntable_factory.h"
 #include "server/scene/scene_host.h"
 #include "server/scene/target_control.h"
-#include "server/session/guard_log.h"
 #include "server/session/loop_watchdog.h"
 #include "server/session/safety_latch.h"
 #include "server/session/session.h"
@@ -77,9 +77,10 @@ struct Daemon::Parts {
       return of_watchdog ? missing_words(watchdog.views()) : std::string();
     });
     scenes.know_zero_by([this] { return biases.zero_in_force(); });
-    turntable.on_motion([this](std::uint64_t number) {
-      note_event(recording::EventKind::kTurntable, "motion " + std::to_string(number) + " begins", "");
-    });
+    turntable.on_motion(
+        [this](const std::string& words) { note_event(recording::EventKind::kTurntable, words, ""); });
+    identifications.on_end(
+        [this](const std::string& words) { note_event(recording::EventKind::kIdentification, words, ""); });
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
   }
 
@@ -146,6 +147,7 @@ struct Daemon::Parts {
   std::shared_ptr<ModelStore> store;
   Session session;
   TelemetryHub hub;
+  EventBoard events;
   SceneHost scenes;
   SensorBiases biases;
   TargetControl targets;
@@ -159,14 +161,13 @@ struct Daemon::Parts {
   LeaseDesk desk;
   ConsoleDoor door;
   Watchdog watchdog;
-  EventBoard events;
+  GuardWatch guard_watch{hub, events};
   const RecordingSources recording_sources;
   Recorder recorder;
   FlightRecorder flight;
   const pose::DeviceFrame device_frame;
   pose::PoseDesk poses{pose_parts()};
   std::unique_ptr<AuditLog> audit;
-  GuardLog guard_log{hub};
   std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
   std::unique_ptr<MetricsServer> metrics;
@@ -295,7 +296,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
       GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
                          parts->biases, parts->identifications, parts->calibrations, parts->turntable,
                          parts->guide, parts->policy, parts->desk, *parts->audit, parts->watchdog,
-                         parts->recorder, parts->flight, parts->poses, parts->door},
+                         parts->recorder, parts->flight, parts->poses, parts->door, parts->events},
                         config);
   if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
@@ -316,12 +317,16 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     parts->network->show_console_at(parts->console->url(), parts->console->tls_url());
   }
   parts->hub.start();
-  parts->guard_log.start();
+  parts->guard_watch.start();
   if (parts->marker && parts->marker->found()) {
     parts->session.engine().raise(rt::GuardFault::kUncleanEnd);  // from the first tick on
     log_warning("the last run did not end cleanly (" + parts->marker->path() +
                 " was left): no force until someone clears");
   }
+  parts->note_event(recording::EventKind::kDaemon,
+                    "hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
+                        (config.scene.empty() ? "" : " with the scene " + config.scene),
+                    "");
   parts->session.start();
   write_zero_in_crash_of(&parts->session.rig());
   parts->network->set_serving(true);
@@ -385,6 +390,7 @@ void Daemon::shutdown() {
   write_zero_in_crash_of(nullptr);
   parts_->turntable.shutdown();
   parts_->desk.shutdown();
+  parts_->events.end();
   parts_->network->set_serving(false);
   parts_->metrics.reset();
   parts_->console.reset();

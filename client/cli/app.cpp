@@ -64,6 +64,7 @@ void build_app(CLI::App& app, Session& session) {
   add_telemetry_record_command(*telemetry, session);
   add_record_commands(app, session);
   add_incident_commands(app, session);
+  add_log_command(app, session);
   add_sim_command(app, session);
   add_turntable_command(app, session);
   add_guide_command(app, session);

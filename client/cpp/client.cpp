@@ -282,4 +282,13 @@ v1::PresentationSummary Client::end_presentation() {
                       v1::EndPresentationRequest());
 }
 
+void Client::report_experiment(const v1::ExperimentProgress& progress) {
+  state_->call(*state_->experiment, &v1::ExperimentService::Stub::ReportExperiment, progress);
+}
+
+v1::ExperimentState Client::experiment() {
+  return state_->call(*state_->experiment, &v1::ExperimentService::Stub::GetExperiment,
+                      v1::GetExperimentRequest());
+}
+
 }  // namespace hapticd::client

@@ -9,8 +9,10 @@
 #include "client/cpp/message_stream.h"
 #include "client/cpp/recording_upload.h"
 #include "hapticd/v1/access.pb.h"
-#include "hapticd/v1/clock.pb.h"
 #include "hapticd/v1/calibration.pb.h"
+#include "hapticd/v1/clock.pb.h"
+#include "hapticd/v1/event.pb.h"
+#include "hapticd/v1/experiment.pb.h"
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/model.pb.h"
@@ -294,6 +296,12 @@ class Client {
   /// Refused: NOT_IN_THIS_SCENE (none is under way).
   v1::PresentationSummary end_presentation();
 
+  /// How the session goes on, for those who watch; from the program that holds the lease. Refused:
+  /// LEASE_REQUIRED.
+  void report_experiment(const v1::ExperimentProgress& progress);
+  /// The last that was reported.
+  v1::ExperimentState experiment();
+
   // Telemetry.
 
   /// The loop's records, live: groups, every n-th tick (1 … 10000), samples in a batch (1 … 1000), samples
@@ -320,6 +328,10 @@ class Client {
   v1::RecordingFile stop_recording();
   /// A note in the one that runs, now; 1 … 4096 bytes. Refused: WRONG_STATE (none runs), INVALID.
   void annotate_recording(const std::string& text);
+  /// What happened on the rig, as far as the daemon keeps it, oldest first. Refused: OUT_OF_RANGE.
+  v1::ListEventsResponse events(const v1::ListEventsRequest& request);
+  /// The same, then each as it happens. Refused with the stream's first next(): TOO_MANY (16 clients watch).
+  EventStream watch_events(const v1::WatchEventsRequest& request);
   /// Oldest first, the one that runs last.
   v1::ListRecordingsResponse recordings(v1::RecordingKind kind);
   /// The file (MCAP). Refusals come with the stream's first next(): NOT_FOUND, BUSY (it still runs),

@@ -16,6 +16,8 @@
 #include "hapticd/v1/access.grpc.pb.h"
 #include "hapticd/v1/calibration.grpc.pb.h"
 #include "hapticd/v1/clock.grpc.pb.h"
+#include "hapticd/v1/event.grpc.pb.h"
+#include "hapticd/v1/experiment.grpc.pb.h"
 #include "hapticd/v1/guide.grpc.pb.h"
 #include "hapticd/v1/identification.grpc.pb.h"
 #include "hapticd/v1/model.grpc.pb.h"
@@ -63,6 +65,8 @@ struct Client::State {
         watchdog(v1::WatchdogService::NewStub(channel)),
         clock(v1::ClockService::NewStub(channel)),
         recording(v1::RecordingService::NewStub(channel)),
+        event(v1::EventService::NewStub(channel)),
+        experiment(v1::ExperimentService::NewStub(channel)),
         keeper(std::make_unique<LeaseKeeper>(channel, options.lease_token)) {}
 
   /// One unary call: `method` of `stub` with a deadline; its answer, or an Error thrown.
@@ -127,6 +131,8 @@ struct Client::State {
   std::unique_ptr<v1::WatchdogService::Stub> watchdog;
   std::unique_ptr<v1::ClockService::Stub> clock;
   std::unique_ptr<v1::RecordingService::Stub> recording;
+  std::unique_ptr<v1::EventService::Stub> event;
+  std::unique_ptr<v1::ExperimentService::Stub> experiment;
   std::unique_ptr<LeaseKeeper> keeper;
 };
 

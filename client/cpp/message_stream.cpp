@@ -27,6 +27,7 @@ void MessageStream<Message>::cancel() {
 }
 
 template class MessageStream<v1::CalibrationProgress>;
+template class MessageStream<v1::EventBatch>;
 template class MessageStream<v1::GuideStatus>;
 template class MessageStream<v1::IdentificationProgress>;
 template class MessageStream<v1::LeaseState>;

@@ -9,6 +9,7 @@
 #include "client/cpp/telemetry_table.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/calibration.pb.h"
+#include "hapticd/v1/event.pb.h"
 #include "hapticd/v1/guide.pb.h"
 #include "hapticd/v1/identification.pb.h"
 #include "hapticd/v1/pose.pb.h"
@@ -57,6 +58,9 @@ using CalibrationStream = MessageStream<v1::CalibrationProgress>;
 /// Watches who controls the rig. Destroying it ends the watching.
 using LeaseStream = MessageStream<v1::LeaseState>;
 
+/// What happened on the rig, then what happens. Destroying it ends the watching.
+using EventStream = MessageStream<v1::EventBatch>;
+
 /// A motion of the turntable from its order to its end, with ten messages a second. cancel(), or destroying
 /// it before the end, has the daemon stop the table. kEnded: the table has arrived, or cancel() was called.
 using TurntableStream = MessageStream<v1::TurntableStatus>;
@@ -66,8 +70,8 @@ using TurntableStream = MessageStream<v1::TurntableStatus>;
 /// cancel() was called.
 using GuideStream = MessageStream<v1::GuideStatus>;
 
-/// Poses of the tool, each once. Destroying it unsubscribes. What is read late was sent late: read in a thread
-/// that does nothing else, or with next(pose, 0 ms) until it returns kNothing, and use the last one.
+/// Poses of the tool, each once. Destroying it unsubscribes. What is read late was sent late: read in a
+/// thread that does nothing else, or with next(pose, 0 ms) until it returns kNothing, and use the last one.
 using PoseStream = MessageStream<v1::Pose>;
 
 /// The pieces of a file, in order. Destroying it before the end gives the file up.

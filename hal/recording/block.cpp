@@ -93,7 +93,8 @@ bool read_event(std::string_view message, Event& event) {
         event.unix_ns = static_cast<std::int64_t>(field.value);
         break;
       case kKind:
-        event.kind = static_cast<EventKind>(field.value <= 12 ? field.value : 0);
+        event.kind = static_cast<EventKind>(
+            field.value <= static_cast<std::uint64_t>(EventKind::kDaemon) ? field.value : 0);
         break;
       case kText:
         event.text = field.bytes;
@@ -137,6 +138,16 @@ const char* name_of(EventKind kind) noexcept {
       return "overrun";
     case EventKind::kEnd:
       return "end";
+    case EventKind::kRecording:
+      return "recording";
+    case EventKind::kIncident:
+      return "incident";
+    case EventKind::kIdentification:
+      return "identification";
+    case EventKind::kSensor:
+      return "sensor";
+    case EventKind::kDaemon:
+      return "daemon";
     case EventKind::kUnspecified:
       break;
   }

@@ -57,18 +57,23 @@ bool read_block(std::string_view message, Block& block);
 /// What happened while a recording ran: a v1::RecordingEvent message.
 enum class EventKind : std::uint8_t {
   kUnspecified,
-  kScene,       ///< loaded or unloaded
-  kTarget,      ///< set by a client
-  kFault,       ///< the guard latched, or gave way to a fault that ends by itself
-  kCleared,     ///< the guard renders again
-  kStop,        ///< a client's stop
-  kLease,       ///< control of the rig changed hands
-  kTurntable,   ///< a motion, or a command to the table
-  kAnnotation,  ///< a client's note
-  kLoss,        ///< ticks that are missing from here on
-  kCommand,     ///< any other command of a client
-  kOverrun,     ///< a period was overrun
-  kEnd,         ///< the recording ended, and why
+  kScene,           ///< loaded or unloaded
+  kTarget,          ///< set by a client
+  kFault,           ///< the guard latched, or gave way to a fault that ends by itself
+  kCleared,         ///< the guard renders again
+  kStop,            ///< a client's stop
+  kLease,           ///< control of the rig changed hands
+  kTurntable,       ///< a motion, or a command to the table
+  kAnnotation,      ///< a client's note
+  kLoss,            ///< ticks that are missing from here on
+  kCommand,         ///< any other command of a client
+  kOverrun,         ///< a period was overrun
+  kEnd,             ///< the recording ended, and why
+  kRecording,       ///< a client started, stopped or deleted one
+  kIncident,        ///< the flight recorder kept the seconds around a fault
+  kIdentification,  ///< one, or a calibration, began or ended
+  kSensor,          ///< a bias, or the device's reset pose
+  kDaemon,          ///< it started
 };
 struct Event {
   std::int64_t time_ns = 0;  ///< of the rig's clock

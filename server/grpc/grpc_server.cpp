@@ -21,12 +21,14 @@
 #include "server/grpc/calls/standing_poller.h"
 #include "server/grpc/calls/unreadable_request.h"
 #include "server/grpc/connection_listener.h"
+#include "server/grpc/experiment/experiment_service.h"
 #include "server/grpc/experiment/guide_service.h"
 #include "server/grpc/experiment/presentation_service.h"
 #include "server/grpc/gate/access_gate.h"
 #include "server/grpc/gate/gated_callback.h"
 #include "server/grpc/gate/gated_service.h"
 #include "server/grpc/pose/pose_service.h"
+#include "server/grpc/recording/event_service.h"
 #include "server/grpc/recording/recording_service.h"
 #include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
@@ -113,6 +115,7 @@ struct GrpcServer::State {
         turntable(parts.turntable),
         guide(parts.guide),
         presentation(parts.session),
+        experiment(parts.desk),
         safety(parts.latch),
         access(parts.policy, parts.door),
         lease(parts.desk),
@@ -120,6 +123,7 @@ struct GrpcServer::State {
         clock(parts.session),
         recording(parts.recorder, parts.flight, recording_folder),
         pose(parts.poses),
+        event(parts.events),
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
@@ -136,6 +140,7 @@ struct GrpcServer::State {
   TurntableService turntable;
   GuideService guide;
   PresentationService presentation;
+  ExperimentService experiment;
   SafetyService safety;
   AccessService access;
   LeaseService lease;
@@ -143,6 +148,7 @@ struct GrpcServer::State {
   ClockService clock;
   RecordingService recording;
   PoseService pose;
+  EventService event;
   CallQuota quota;
   ConnectedUsers users;
   std::optional<AccessGate> gate;
@@ -182,9 +188,11 @@ void GrpcServer::State::add_services() {
   add("TurntableService", turntable);
   add("GuideService", guide);
   add("PresentationService", presentation);
+  add("ExperimentService", experiment);
   add("AccessService", access);
   add("LeaseService", lease);
   add("RecordingService", recording);
+  add("EventService", event);
   std::vector<GatedCallback> callbacks;
   callbacks.push_back(gated_unary<Bytes, Bytes>(
       *gate, "SafetyService", "Stop", [this](Context* context, const Bytes* request, Bytes* response) {

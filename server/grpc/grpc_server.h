@@ -20,6 +20,7 @@ namespace hapticd::server {
 
 class AuditLog;
 class ConsoleDoor;
+class EventBoard;
 class FlightRecorder;
 class CalibrationRunner;
 class GuideHost;
@@ -59,6 +60,7 @@ class GrpcServer {
     FlightRecorder& flight;
     pose::PoseDesk& poses;
     ConsoleDoor& door;
+    EventBoard& events;
   };
 
   /// An error when someone listens there already, or the certificates cannot be used: to be asked before

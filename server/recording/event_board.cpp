@@ -1,32 +1,76 @@
 #include "server/recording/event_board.h"
 
-#include <utility>
+#include <algorithm>
+#include <iterator>
 
 namespace hapticd::server {
 
-void EventBoard::add(recording::Event event) {
-  const std::lock_guard lock(mutex_);
-  events_.push_back(std::move(event));
-  ++last_;
-  if (events_.size() > kKept) events_.pop_front();
+namespace {
+
+bool is_frequent(recording::EventKind kind) {
+  return kind == recording::EventKind::kTarget || kind == recording::EventKind::kOverrun;
+}
+
+}  // namespace
+
+void EventBoard::add(recording::Event event, bool is_in_records) {
+  {
+    const std::lock_guard lock(mutex_);
+    const bool frequent = is_frequent(event.kind);
+    auto& events = events_[frequent ? 0 : 1];
+    events.push_back({++last_, std::move(event), is_in_records});
+    if (events.size() > (frequent ? kKeptOfFrequent : kKept)) events.pop_front();
+  }
+  added_.notify_all();
+}
+
+std::vector<NumberedEvent> EventBoard::collect_locked(std::uint64_t number) const {
+  const auto first_of = [number](const std::deque<NumberedEvent>& events) {
+    return std::upper_bound(events.begin(), events.end(), number,
+                            [](std::uint64_t wanted, const auto& one) { return wanted < one.number; });
+  };
+  std::vector<NumberedEvent> found;
+  std::merge(first_of(events_[0]), events_[0].end(), first_of(events_[1]), events_[1].end(),
+             std::back_inserter(found), [](const auto& a, const auto& b) { return a.number < b.number; });
+  return found;
 }
 
 std::vector<recording::Event> EventBoard::after(std::uint64_t& number, std::uint64_t& missed) const {
   const std::lock_guard lock(mutex_);
-  const std::uint64_t before_first = last_ - events_.size();
-  if (number < before_first) {
-    missed += before_first - number;
-    number = before_first;
+  if (number == last_) return {};
+  std::vector<recording::Event> found;
+  std::uint64_t kept = 0;
+  for (NumberedEvent& one : collect_locked(number)) {
+    ++kept;
+    if (!one.is_in_records) found.push_back(std::move(one.event));
   }
-  std::vector<recording::Event> found(events_.begin() + static_cast<std::ptrdiff_t>(number - before_first),
-                                      events_.end());
+  missed += last_ - number - kept;
   number = last_;
   return found;
+}
+
+std::vector<NumberedEvent> EventBoard::all_after(std::uint64_t number) const {
+  const std::lock_guard lock(mutex_);
+  return number < last_ ? collect_locked(number) : std::vector<NumberedEvent>();
 }
 
 std::uint64_t EventBoard::last() const {
   const std::lock_guard lock(mutex_);
   return last_;
+}
+
+bool EventBoard::await_after(std::uint64_t number, std::chrono::milliseconds timeout) const {
+  std::unique_lock lock(mutex_);
+  added_.wait_for(lock, timeout, [&] { return ended_ || last_ > number; });
+  return !ended_;
+}
+
+void EventBoard::end() {
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+  }
+  added_.notify_all();
 }
 
 }  // namespace hapticd::server

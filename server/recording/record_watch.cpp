@@ -76,7 +76,7 @@ void RecordWatch::look_at_guard(const rt::TickRecord& record, std::vector<Watche
                 : fmt::format("{}; {}", fault_words(record.guard_fault),
                               record.guard_state == rt::GuardState::kLatched ? "no force until it is cleared"
                                                                              : "no force until it is over");
-    if (!has_last_) text += "; so it was when the recording began";
+    if (!has_last_) text += "; so it was at the beginning";
     events.push_back({event_at(record, stopped ? EventKind::kStop : EventKind::kFault, std::move(text)),
                       record.guard_fault, record.guard_state == rt::GuardState::kSuspended});
   }

@@ -228,8 +228,7 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   const auto number = begin();
   if (!number) return Refusal{RefusalKind::kFailedPrecondition, number.error()};
   forget_faults();
-  log_info(fmt::format("turntable: motion {} begins", *number));
-  on_motion_(*number);
+  report_motion(fmt::format("motion {} begins", *number));
 
   std::optional<Refusal> left;  // why the caller no longer waits
   auto next_progress = Caller::Clock::now();
@@ -273,6 +272,11 @@ Outcome<hal::TurntableStatus> TurntableHost::perform(const Begin& begin, const C
   }
 }
 
+void TurntableHost::report_motion(const std::string& words) const {
+  log_info("turntable: " + words);
+  on_motion_(words);
+}
+
 // The interlock has stopped the table: what it saw is over. All else lasts until someone sees to the table.
 void TurntableHost::report_fault(rt::GuardFault fault) {
   if (fault == rt::GuardFault::kTurntableMoving) return session_.engine().raise(fault);
@@ -287,8 +291,8 @@ void TurntableHost::forget_faults() {
 Outcome<hal::TurntableStatus> TurntableHost::conclude(const hal::TurntableStatus& end,
                                                       const std::optional<Refusal>& left) {
   const hal::MotionReport& motion = end.motion;
-  log_info(fmt::format("turntable: motion {} is over: {}{}", motion.number, hal::word_of(motion.end),
-                       motion.problem ? "; " + motion.problem->text() : std::string()));
+  report_motion(fmt::format("motion {} is over: {}{}", motion.number, hal::word_of(motion.end),
+                            motion.problem ? "; " + motion.problem->text() : std::string()));
   const hal::Error problem = motion.problem.value_or(
       hal::Error{fmt::format("the motion ended: {}", hal::word_of(motion.end)), "turntable", "", "", ""});
   if (!shutting_down_.load()) report_fault(fault_of(motion.end));

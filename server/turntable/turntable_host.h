@@ -42,8 +42,9 @@ class TurntableHost {
   TurntableHost(const TurntableHost&) = delete;
   TurntableHost& operator=(const TurntableHost&) = delete;
 
-  /// Called when a motion begins, in the thread of its call. Set before the first.
-  void on_motion(std::function<void(std::uint64_t number)> begun) { on_motion_ = std::move(begun); }
+  /// Called when a motion begins and when it is over, in words, in the thread of its call. Set before the
+  /// first.
+  void on_motion(std::function<void(const std::string& words)> call) { on_motion_ = std::move(call); }
 
   /// Stops the table and closes the port; motions end, and no other begins.
   void shutdown();
@@ -75,6 +76,7 @@ class TurntableHost {
   /// Why the table must stay: the scene that is loaded was loaded for its station.
   std::optional<Refusal> needed_where_it_is() const;
   Outcome<hal::TurntableStatus> perform(const Begin& begin, const Caller& caller, const Progress& progress);
+  void report_motion(const std::string& words) const;
   void report_fault(rt::GuardFault fault);
   void forget_faults();
   Outcome<hal::TurntableStatus> conclude(const hal::TurntableStatus& end, const std::optional<Refusal>& left);
@@ -86,7 +88,7 @@ class TurntableHost {
   TelemetryHub& hub_;
   const InterlockConfig config_;
   Interlock interlock_;
-  std::function<void(std::uint64_t)> on_motion_ = [](std::uint64_t) {};
+  std::function<void(const std::string&)> on_motion_ = [](const std::string&) {};
   std::atomic<bool> shutting_down_{false};
   std::unique_ptr<hal::Turntable> table_;  ///< last: its thread asks the interlock
 };

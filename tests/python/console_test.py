@@ -162,7 +162,7 @@ def test_the_other_views_show_what_there_is(page: Page, daemon: Any) -> None:  #
     page.view("poses")
     page.says("mm")
     page.view("log")
-    page.says("connection")
+    page.says("with the scene tap_1d")
     page.click("take control", "header")
     page.says("you have control", "#lease")
     with hapticd.connect(daemon.address) as rig, pytest.raises(hapticd.HapticdError, match="console"):
@@ -174,7 +174,7 @@ def test_the_other_views_show_what_there_is(page: Page, daemon: Any) -> None:  #
     page.click("you have control", "header")
     page.says("take control", "#lease")
     page.view("log")
-    page.says("wall is loaded")
+    page.says("load scene · name: \"wall\"")
     assert page.problems() == []
 
 

@@ -38,6 +38,7 @@ void add_completion_command(CLI::App& app);
 void add_rigs_command(CLI::App& app, Session& session);
 void add_record_commands(CLI::App& app, Session& session);
 void add_incident_commands(CLI::App& app, Session& session);
+void add_log_command(CLI::App& app, Session& session);
 
 /// Global options and all commands.
 void build_app(CLI::App& app, Session& session);

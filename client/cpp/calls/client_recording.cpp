@@ -1,4 +1,4 @@
-// Recordings and incidents of the daemon.
+// Recordings and incidents of the daemon, and what happened on the rig.
 
 #include "client/cpp/client.h"
 #include "client/cpp/client_state.h"
@@ -30,6 +30,16 @@ v1::ListRecordingsResponse Client::recordings(v1::RecordingKind kind) {
   v1::ListRecordingsRequest request;
   request.set_kind(kind);
   return state_->call(*state_->recording, &v1::RecordingService::Stub::ListRecordings, request);
+}
+
+v1::ListEventsResponse Client::events(const v1::ListEventsRequest& request) {
+  return state_->call(*state_->event, &v1::EventService::Stub::ListEvents, request);
+}
+
+EventStream Client::watch_events(const v1::WatchEventsRequest& request) {
+  return EventStream(streaming<v1::EventBatch>(std::shared_ptr(v1::EventService::NewStub(state_->channel)),
+                                               state_->options.address, *state_->keeper, request,
+                                               &v1::EventService::Stub::AsyncWatchEvents));
 }
 
 RecordingStream Client::get_recording(const v1::GetRecordingRequest& request) {

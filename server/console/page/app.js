@@ -2,7 +2,6 @@
 
 import {onLink, rpc, stop} from '/api.js';
 import {el, errorBox, fill, num, setText, word} from '/ui.js';
-import {note, noteState} from '/journal.js';
 import {leaseButton} from '/lease.js';
 
 const VIEWS = [
@@ -61,7 +60,6 @@ async function stopNow() {
     const done = await stop();
     stoppedAt = performance.now();
     button.dataset.ms = (stoppedAt - begun).toFixed(1);
-    note('stop', `stopped by this page after tick ${done.latched_after_tick}`, true);
     notice(`Stopped after tick ${done.latched_after_tick}: no force until it is cleared in the view Now.`, 'stopped');
     await readState();
   } catch (error) {
@@ -122,14 +120,12 @@ export async function readState() {
     setText(at('rig'), rig.info.name);
     setText(at('force'), 'object ' + num(rig.state.reaction_force_n, 'N', 2));
   }
-  noteState(rig.state);
   for (const call of rig.listeners) call(rig.state);
   if (noticeUntil < performance.now()) notice('');
 }
 
 function tellLink({state}) {
   link = state;
-  note('connection', state, state !== 'live');
   const pill = at('state');
   document.body.classList.toggle('away', state !== 'live');
   if (state === 'live') {

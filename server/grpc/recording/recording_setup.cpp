@@ -38,6 +38,10 @@ recording::EventKind kind_of_call(std::string_view method) {
   if (method.starts_with("SceneService/")) return kScene;
   if (method.starts_with("LeaseService/")) return kLease;
   if (method.starts_with("TurntableService/")) return kTurntable;
+  if (method.starts_with("RecordingService/")) return kRecording;
+  if (method.starts_with("IdentificationService/") || method.starts_with("CalibrationService/"))
+    return kIdentification;
+  if (method == "RigService/BiasForceSensor" || method == "RigService/HomeDevice") return kSensor;
   return kCommand;
 }
 

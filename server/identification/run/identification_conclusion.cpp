@@ -138,9 +138,11 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
                                     problem ? problem->text() : std::string(), ""},
                                    Clock::now() + kStoreTimeout);
   if (!recorded) log_warning(recorded.refusal().error.text());
-  log_info("identification '" + report.id + "' is over: " + text_of(state) +
-           (hash.empty() ? "" : ", model " + hash.substr(0, 12)) +
-           (problem ? "; " + problem->text() : std::string()));
+  const std::string words = "identification '" + report.id + "' is over: " + text_of(state) +
+                            (hash.empty() ? "" : ", model " + hash.substr(0, 12)) +
+                            (problem ? "; " + problem->text() : std::string());
+  log_info(words);
+  on_end_(words);
 }
 
 }  // namespace hapticd::server

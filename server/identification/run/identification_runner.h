@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -84,6 +85,8 @@ class IdentificationRunner {
   void shutdown();
 
   RecordingShelf& recordings() { return shelf_; }
+  /// Called when one is over, in its thread, in words. Set before the first.
+  void on_end(std::function<void(const std::string& words)> call) { on_end_ = std::move(call); }
 
  private:
   /// Why data stopped coming.
@@ -111,6 +114,7 @@ class IdentificationRunner {
   const SensorBiases& biases_;
   ModelStore& store_;
   RecordingShelf shelf_;
+  std::function<void(const std::string&)> on_end_ = [](const std::string&) {};
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

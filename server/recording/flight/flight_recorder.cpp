@@ -333,6 +333,13 @@ void FlightRecorder::write(const Incident& incident, const FlightRing& ring, con
   static_cast<void>(folder_.make_room(id));
   log_warning("incident '" + id + "': " + incident.words);
   ++incidents_written_;
+  Event event;
+  event.time_ns = incident.time_ns;
+  event.tick = incident.tick;
+  event.unix_ns = incident.unix_ns;
+  event.kind = EventKind::kIncident;
+  event.text = id + ": " + incident.words;
+  board_.add(std::move(event));
   const std::lock_guard lock(mutex_);
   last_ = Last{id, incident.words};
 }

@@ -17,7 +17,6 @@
 #include "rt/scene/renderer.h"
 #include "server/diagnosis/force_watch.h"
 #include "server/diagnosis/machine_findings.h"
-#include "server/session/guard_log.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::server {
@@ -139,24 +138,6 @@ TEST(Doctor, NamesTheFaultThatTheGuardIsLatchedBy) {
   EXPECT_EQ(found[0].severity, kProblem);
   EXPECT_NE(found[0].text.find("latched, sensor_stale"), std::string::npos) << found[0].text;
   EXPECT_NE(found[0].remedy.find("then hapticctl clear"), std::string::npos) << found[0].remedy;
-}
-
-TEST(GuardLog, HasALineWhereAFaultLatchesAndNoneWhileItLasts) {
-  rt::TickRecord free;
-  rt::TickRecord latched;
-  latched.tick = 1234;
-  latched.guard_state = rt::GuardState::kLatched;
-  latched.guard_fault = rt::GuardFault::kOscillation;
-  const auto line = latch_line(free, latched);
-  ASSERT_TRUE(line);
-  EXPECT_NE(line->find("tick 1234 or shortly before, oscillation"), std::string::npos) << *line;
-  EXPECT_FALSE(latch_line(latched, latched)) << "once";
-  EXPECT_FALSE(latch_line(latched, free));
-  rt::TickRecord other = latched;
-  other.guard_fault = rt::GuardFault::kSensorLost;
-  EXPECT_TRUE(latch_line(latched, other)) << "cleared and latched again between two looks";
-  other.guard_fault = rt::GuardFault::kStopped;
-  EXPECT_FALSE(latch_line(free, other)) << "the one who stops is named elsewhere";
 }
 
 /// A scene on a simulated rig, in virtual time, and what the doctor sees of its force.

@@ -161,18 +161,22 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _session(rig: hapticd.Rig, journal: Journal, options: argparse.Namespace) -> int:
     from hapticd.experiment.page_server import PageServer
+    from hapticd.experiment.reporting import Reporter
 
     with PageServer(options.port, rig.stop) as pages:
         participant = pages.participant
         print(f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}", flush=True)
         name = _recording_name(rig, options, journal.path.stem)
-        seed = session.fold(journal.events).seed
+        begun = session.fold(journal.events)
+        seed = begun.seed
         hand: Hand = (person := Person(participant.says_done, participant.begins, participant.sees))
         if rig.get_rig_info().kind == rig_pb2.RIG_KIND_SIMULATED:
             hand = PersonOnSimulatedRig(seed, journal.path.stem, person=person)
         try:
-            with RigStage(rig, hand, seed=seed, record_as=name, on_wait=participant.waits) as stage:
+            on_rig = RigStage(rig, hand, seed=seed, record_as=name, on_wait=participant.waits)
+            with on_rig as stage, Reporter(rig, begun.protocol.name, participant) as reporter:
                 state = runner.Runner(journal, stage, participant).run()
+                reporter.ended(state.aborted)
         finally:
             journal.close()
         participant.goodbye()

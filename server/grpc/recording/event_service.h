@@ -1,0 +1,28 @@
+#pragma once
+
+#include <atomic>
+
+#include "hapticd/v1/event.grpc.pb.h"
+
+namespace hapticd::server {
+
+class EventBoard;
+
+class EventService final : public v1::EventService::Service {
+ public:
+  /// Streams at once; more are refused, since each holds one of the server's threads.
+  static constexpr int kMaxWatchers = 16;
+
+  explicit EventService(const EventBoard& board) : board_(board) {}
+
+  grpc::Status ListEvents(grpc::ServerContext* context, const v1::ListEventsRequest* request,
+                          v1::ListEventsResponse* response) override;
+  grpc::Status WatchEvents(grpc::ServerContext* context, const v1::WatchEventsRequest* request,
+                           grpc::ServerWriter<v1::EventBatch>* writer) override;
+
+ private:
+  const EventBoard& board_;
+  std::atomic<int> watchers_{0};
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,73 @@
+#include "server/recording/guard_watch.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <chrono>
+#include <utility>
+
+#include "server/process/log.h"
+#include "server/process/system_clock.h"
+
+namespace hapticd::server {
+
+namespace {
+
+constexpr std::chrono::milliseconds kRound{50};
+constexpr std::uint32_t kRecordsAtOnce = 2048;
+constexpr std::uint32_t kQueue = 20'000;
+
+}  // namespace
+
+GuardWatch::~GuardWatch() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_requested_ = true;
+  }
+  stop_signal_.notify_one();
+  if (thread_.joinable()) thread_.join();
+  if (subscription_) hub_.unsubscribe(subscription_);
+}
+
+void GuardWatch::start() {
+  SubscriptionOptions options;
+  options.batch_size = kRecordsAtOnce;
+  options.is_own = true;
+  options.longest_wait = std::chrono::milliseconds(0);
+  options.queue_samples = kQueue;
+  subscription_ = hub_.subscribe(std::move(options));
+  thread_ = std::thread([this] { run(); });
+}
+
+void GuardWatch::run() {
+  pthread_setname_np(pthread_self(), "hapticd-guard");
+  std::unique_lock lock(mutex_);
+  while (!stop_requested_) {
+    lock.unlock();
+    take_records();
+    lock.lock();
+    stop_signal_.wait_for(lock, kRound, [this] { return stop_requested_; });
+  }
+}
+
+void GuardWatch::take_records() {
+  Subscription::Batch batch;
+  while (subscription_->take(batch, Subscription::Clock::now())) {
+    for (const Subscription::Entry& entry : batch.entries) {
+      for (WatchedEvent& watched : watch_.look(entry.record())) report(std::move(watched));
+    }
+  }
+}
+
+void GuardWatch::report(WatchedEvent watched) {
+  recording::Event& event = watched.event;
+  // Who loaded a scene, and which, is an event of the call.
+  if (event.kind == recording::EventKind::kScene) return;
+  if (event.kind == recording::EventKind::kFault && !watched.ends_by_itself) {
+    log_warning(fmt::format("guard latched in tick {}, {}", event.tick, event.text));
+  }
+  event.unix_ns = read_clocks().utc_ns;
+  board_.add_from_records(std::move(event));
+}
+
+}  // namespace hapticd::server
