@@ -12,6 +12,7 @@
 #include "server/calibration/run/calibration_runner.h"
 #include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
+#include "server/grpc/recording/event_notes.h"
 #include "server/grpc/recording/recording_setup.h"
 #include "server/guide/guide_host.h"
 #include "server/identification/run/identification_runner.h"
@@ -77,10 +78,8 @@ struct Daemon::Parts {
       return of_watchdog ? missing_words(watchdog.views()) : std::string();
     });
     scenes.know_zero_by([this] { return biases.zero_in_force(); });
-    turntable.on_motion(
-        [this](const std::string& words) { note_event(recording::EventKind::kTurntable, words, ""); });
-    identifications.on_end(
-        [this](const std::string& words) { note_event(recording::EventKind::kIdentification, words, ""); });
+    turntable.on_motion(notes.of(recording::EventKind::kTurntable));
+    identifications.on_end(notes.of(recording::EventKind::kIdentification));
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });
   }
 
@@ -94,29 +93,8 @@ struct Daemon::Parts {
             [this](LeaseExpiry action) {
               if (action == LeaseExpiry::kRampToZero) session.engine().raise(rt::GuardFault::kClientLost);
               if (action == LeaseExpiry::kStop) latch.stop();
-              note_event(recording::EventKind::kLease, "the lease expired: its holder was not heard of", "");
+              notes.note(recording::EventKind::kLease, "the lease expired: its holder was not heard of");
             }};
-  }
-
-  /// For those who record.
-  void note_event(recording::EventKind kind, std::string text, const std::string& by) {
-    recording::Event event;
-    event.time_ns = session.now_ns();
-    event.tick = session.last_tick();
-    event.unix_ns = read_clocks().utc_ns;
-    event.kind = kind;
-    event.text = std::move(text);
-    event.by = by;
-    events.add(std::move(event));
-  }
-
-  /// A command of a client that was granted, as the audit log has it.
-  void note_call(const AuditLine& line) {
-    if (line.outcome != "OK" || line.method == "RecordingService/Annotate") return;  // an event of its own
-    std::string text = line.method;
-    if (!line.arguments.empty()) text += " " + line.arguments;
-    if (line.effective_tick) text += ", in force from tick " + std::to_string(*line.effective_tick);
-    note_event(kind_of_call(line.method), std::move(text), line.identity);
   }
 
   /// A fault of the watchdog is raised as well: one that is over before the next tick latches, too.
@@ -148,6 +126,7 @@ struct Daemon::Parts {
   Session session;
   TelemetryHub hub;
   EventBoard events;
+  EventNotes notes{session, events};
   SceneHost scenes;
   SensorBiases biases;
   TargetControl targets;
@@ -281,7 +260,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     parts->marker = std::move(*marker);
     parts->latch.on_cleared([here = parts.get()] { here->marker->acknowledge(); });
   }
-  parts->audit->show_to([here = parts.get()](const AuditLine& line) { here->note_call(line); });
+  parts->audit->show_to([here = parts.get()](const AuditLine& line) { here->notes.note_call(line); });
   // What cannot be recorded does not keep the rig from running.
   if (const auto error = parts->recorder.open()) log_error("recordings are off: " + error->text());
   if (const auto error = parts->flight.open()) log_error("the flight recorder is off: " + error->text());
@@ -323,10 +302,9 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     log_warning("the last run did not end cleanly (" + parts->marker->path() +
                 " was left): no force until someone clears");
   }
-  parts->note_event(recording::EventKind::kDaemon,
+  parts->notes.note(recording::EventKind::kDaemon,
                     "hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
-                        (config.scene.empty() ? "" : " with the scene " + config.scene),
-                    "");
+                        (config.scene.empty() ? "" : " with the scene " + config.scene));
   parts->session.start();
   write_zero_in_crash_of(&parts->session.rig());
   parts->network->set_serving(true);

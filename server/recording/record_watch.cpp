@@ -103,7 +103,7 @@ void RecordWatch::look_at_timing(const rt::TickRecord& record, std::vector<Watch
   next_overrun_ns_ = record.time_ns + kOverrunPauseNs;
   events.push_back({event_at(
       record, EventKind::kOverrun,
-      fmt::format("a period was overrun by {} ({} since the last one reported; {} periods missed here)",
+      fmt::format("a period was overrun by {} ({} since the last one reported; periods missed here: {})",
                   words_of(record.timing.overrun), overruns_, record.timing.periods_missed))});
   overruns_ = 0;
 }

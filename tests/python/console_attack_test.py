@@ -33,13 +33,15 @@ def daemon(start_daemon: Any, tmp_path: Path) -> Any:
 class Socket:
     """A WebSocket, as far as a test needs it."""
 
-    def __init__(self, visitor: Visitor, origin: str = "") -> None:
-        self.wire = socket.create_connection(("127.0.0.1", visitor.port), timeout=30)
-        own = f"http://127.0.0.1:{visitor.port}" if origin == "" else origin
+    def __init__(self, port: int, cookie: str = "", origin: str = "", secure: ssl.SSLContext | None = None) -> None:
+        self.wire = socket.create_connection(("127.0.0.1", port), timeout=30)
+        if secure:
+            self.wire = secure.wrap_socket(self.wire, server_hostname="127.0.0.1")
+        own = f"{'https' if secure else 'http'}://127.0.0.1:{port}" if origin == "" else origin
         key = base64.b64encode(os.urandom(16)).decode()
         self.wire.sendall(
-            f"GET /live HTTP/1.1\r\nHost: 127.0.0.1:{visitor.port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-            f"Sec-WebSocket-Key: {key}\r\nOrigin: {own}\r\nCookie: {visitor.cookie}\r\n\r\n".encode())  # fmt: skip
+            f"GET /live HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            f"Sec-WebSocket-Key: {key}\r\nOrigin: {own}\r\nCookie: {cookie}\r\n\r\n".encode())  # fmt: skip
         self.rest = b""
         while b"\r\n\r\n" not in self.rest:
             piece = self.wire.recv(4096)
@@ -133,7 +135,7 @@ def test_other_sites_are_kept_out(daemon: Any) -> None:
         assert visitor.ask("POST", STOP, "{}", {**HEADERS, "Host": host, "Origin": f"http://{host}"}).status == 421
     for origin in ("http://evil.example", "null", f"https://{own}", f"http://{own}.evil.example"):
         assert visitor.ask("POST", STOP, "{}", {**HEADERS, "Origin": origin}).status == 403
-        assert Socket(visitor, origin).status == 403
+        assert Socket(visitor.port, visitor.cookie, origin).status == 403
     # What a form or an image can send.
     for kind in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x"):
         assert visitor.ask("POST", STOP, "{}", {"Content-Type": kind, "X-Hapticd": "1"}).status == 415
@@ -151,16 +153,16 @@ def test_what_is_too_large_is_refused(daemon: Any) -> None:
     visitor = Visitor(daemon)
     assert visitor.ask("POST", STOP, '{"reason":"' + "x" * 300_000 + '"}', HEADERS).status == 413
     assert visitor.ask("GET", "/", headers={"X-Long": "x" * 20_000}).status == 431
-    live = Socket(visitor)
+    live = Socket(visitor.port, visitor.cookie)
     assert live.status == 101
     live.send(b"x" * 200_000)
     assert live.is_closed()
     for nonsense in (b"no json", b"[]", b"{}", b'{"open":-1}', b'{"open":"x","method":"a"}', b'{"telemetry":1,"columns":3}', b'{"telemetry":1,"columns":[3]}',
                      b'{"open":1e300}', b"[" * 60_000):  # fmt: skip
-        live = Socket(visitor)
+        live = Socket(visitor.port, visitor.cookie)
         live.send(nonsense)
         assert live.is_closed(), nonsense
-    flood = Socket(visitor)
+    flood = Socket(visitor.port, visitor.cookie)
     try:
         for _ in range(6000):
             flood.send(b'{"close":1}')
@@ -172,7 +174,7 @@ def test_what_is_too_large_is_refused(daemon: Any) -> None:
 
 def test_streams_come_as_they_are_granted(daemon: Any) -> None:
     visitor = Visitor(daemon)
-    live = Socket(visitor)
+    live = Socket(visitor.port, visitor.cookie)
     live.send(b'{"open":7,"method":"hapticd.v1.LeaseService/WatchLease","request":{},"credits":1}')
     first = live.next_json()
     assert first["id"] == 7 and first["message"]["change"] == "LEASE_CHANGE_NONE"
@@ -192,7 +194,7 @@ def test_streams_come_as_they_are_granted(daemon: Any) -> None:
 
 def test_a_page_that_does_not_read_gets_pairs_and_is_told(daemon: Any) -> None:
     visitor = Visitor(daemon)
-    live = Socket(visitor)
+    live = Socket(visitor.port, visitor.cookie)
     live.send(b'{"telemetry":1,"columns":["tick"],"max_rows":64,"credits":1}')
     start = live.next_json()
     assert start["columns"] == [{"name": "tick", "unit": "1"}] and start["rate_hz"] == 1000
@@ -234,7 +236,7 @@ def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any) -> None:
     assert visitor.rpc("SafetyService/Stop")[0] == 200
     assert ticks(daemon) > before
     # Of pages that are signed in, no more than are allowed.
-    pages = [Socket(visitor) for _ in range(70)]
+    pages = [Socket(visitor.port, visitor.cookie) for _ in range(70)]
     assert [one.status for one in pages[:64]] == [101] * 64 and {one.status for one in pages[64:]} == {503}
     assert visitor.rpc("SafetyService/Stop")[0] == 200
     with hapticd.connect(daemon.address) as rig:
@@ -263,11 +265,14 @@ def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, tmp
     assert found
     port = int(found.group(1))
 
-    def ask(person: str, method: str, request: str = "{}", headers: dict[str, str] = {}) -> tuple[int, Any]:  # noqa: B006
+    def secured(person: str) -> ssl.SSLContext:
         context = ssl.create_default_context(cafile=str(made / "clients" / (person or "anna") / "authority.crt"))
         if person:
             context.load_cert_chain(made / "clients" / person / "client.crt", made / "clients" / person / "client.key")
-        connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=30, context=context)
+        return context
+
+    def ask(person: str, method: str, request: str = "{}", headers: dict[str, str] = {}) -> tuple[int, Any]:  # noqa: B006
+        connection = http.client.HTTPSConnection("127.0.0.1", port, timeout=30, context=secured(person))
         connection.request("POST", f"/rpc/hapticd.v1.{method}", request, {**HEADERS, **headers})
         answer = connection.getresponse()
         return answer.status, json.loads(answer.read() or b"{}")
@@ -284,6 +289,17 @@ def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, tmp
     assert ask("anna", "SafetyService/Stop", headers={"Origin": "http://127.0.0.1:" + str(port)})[0] == 403
     with pytest.raises((ssl.SSLError, ConnectionError, http.client.HTTPException)):
         ask("", "AccessService/GetAccess")
+    # The same on the socket: what may be seen, what only an operator may begin, and no one without a certificate.
+    watches = Socket(port, secure=secured("otto"))
+    assert watches.status == 101
+    watches.send(b'{"open":1,"method":"hapticd.v1.EventService/WatchEvents","request":{},"credits":9}')
+    assert "hapticd" in watches.next_json()["message"]["events"][0]["event"]["text"]
+    watches.send(b'{"open":2,"method":"hapticd.v1.TurntableService/Home","request":{},"credits":9}')
+    refused = next(one for one in iter(watches.next_json, None) if one["id"] == 2)
+    assert refused["end"]["code"] == "PERMISSION_DENIED" and "operator" in refused["end"]["message"]
+    assert Socket(port, secure=secured("otto"), origin="https://elsewhere.example").status == 403
+    with pytest.raises((ssl.SSLError, ConnectionError, IndexError)):
+        Socket(port, secure=secured(""))
     # Whoever asks on the rig itself is told where it is.
     with hapticd.connect(daemon.address) as rig:
         assert rig.open_console().url == f"https://127.0.0.1:{port}/"

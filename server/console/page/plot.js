@@ -47,9 +47,18 @@ export class Rows {
   }
 }
 
+// Of a plot: on a large screen its letters are larger, as the page's are.
+let letters = 1;
+function measured(canvas, ink) {
+  const ratio = (devicePixelRatio || 1) * letters;
+  ink.setTransform(ratio, 0, 0, ratio, 0, 0);
+  return [canvas.width / ratio, canvas.height / ratio];
+}
+
 // A canvas as large as its place, sharp on every screen. draw() is called when its size changes.
 export function fitCanvas(canvas, draw) {
   const observer = new ResizeObserver(() => {
+    letters = parseFloat(getComputedStyle(document.documentElement).fontSize) / 15;
     const ratio = devicePixelRatio || 1;
     const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
     if (canvas.width !== width || canvas.height !== height) {
@@ -105,10 +114,10 @@ export class Traces {
   constructor(canvas) {
     this.canvas = canvas;
     this.ink = canvas.getContext('2d', {alpha: false});
-    this.cursor = null; // x in css pixels
+    this.cursor = null; // x as drawn
     this.marks = []; // {time, text, bad}
     this.scales = [];
-    canvas.addEventListener('pointermove', (event) => { this.cursor = event.offsetX; this.onCursor?.(); });
+    canvas.addEventListener('pointermove', (event) => { this.cursor = event.offsetX / letters; this.onCursor?.(); });
     canvas.addEventListener('pointerleave', () => { this.cursor = null; this.onCursor?.(); });
   }
   setSeries(series, rows) {
@@ -120,9 +129,7 @@ export class Traces {
   draw(from, to) {
     const {ink, canvas, rows, series} = this;
     if (!series || !canvas.width) return;
-    const colours = look(), ratio = devicePixelRatio || 1;
-    ink.setTransform(ratio, 0, 0, ratio, 0, 0);
-    const width = canvas.width / ratio, height = canvas.height / ratio;
+    const colours = look(), [width, height] = measured(canvas, ink);
     const left = 64, right = 8, bottom = 20, plotWidth = width - left - right;
     ink.fillStyle = colours.ground;
     ink.fillRect(0, 0, width, height);
@@ -284,11 +291,10 @@ function frame(ink, width, height, xScale, yScale, xLabel, yLabel, colours) {
 }
 
 function blank(canvas, ink) {
-  const ratio = devicePixelRatio || 1;
-  ink.setTransform(ratio, 0, 0, ratio, 0, 0);
+  const [width, height] = measured(canvas, ink);
   ink.fillStyle = look().ground;
-  ink.fillRect(0, 0, canvas.width / ratio, canvas.height / ratio);
-  return [canvas.width / ratio, canvas.height / ratio];
+  ink.fillRect(0, 0, width, height);
+  return [width, height];
 }
 
 // Force over displacement: the last seconds fade. x, y, y2: columns of Rows; stiffness: of the target's line.

@@ -23,7 +23,7 @@ export function show(place) {
   function wanted() {
     const text = find.value.toLowerCase();
     const kinds = GROUPS.find(([key]) => key === kind.value)?.[2] || (kind.value ? [kind.value] : null);
-    return events.filter((one) => (!kinds || kinds.includes(one.kind)) && `${one.kind} ${one.text} ${one.by}`.toLowerCase().includes(text)).reverse();
+    return events.filter((one) => (!kinds || kinds.includes(one.kind)) && `${one.kind} ${one.text} ${one.by}`.toLowerCase().includes(text)).sort((a, b) => b.at - a.at || b.number - a.number);
   }
   function draw() {
     later = 0;
@@ -39,7 +39,7 @@ export function show(place) {
       // After a loss of the connection all come again; those of another run of the daemon begin at 1.
       const last = events.at(-1);
       if (last && Number(number) <= last.number) events = [];
-      events.push({number: Number(number), severity: word(severity, 'EVENT_SEVERITY_'), kind: word(event.kind, 'RECORDING_EVENT_KIND_'), time: clockTime(event.unix_ns),
+      events.push({number: Number(number), severity: word(severity, 'EVENT_SEVERITY_'), kind: word(event.kind, 'RECORDING_EVENT_KIND_'), at: Number(event.unix_ns), time: clockTime(event.unix_ns),
         unix_ns: event.unix_ns, tick: event.tick, text: plain(event.text), by: event.by});
     }
     events = events.slice(-KEPT);

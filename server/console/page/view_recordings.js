@@ -50,7 +50,7 @@ export function show(place, {rig, argument}) {
     const request = {id: file.id, kind: file.kind, columns: COLUMNS};
     fill(events);
     shownPart.hidden = false;
-    fill(headline, el('h3', {}, file.id), isIncident ? el('div', {class: 'fault'}, el('strong', {}, file.cause || file.name), remedy(file.cause)) : el('p', {}, file.note));
+    fill(headline, el('h3', {}, file.id), isIncident ? el('div', {class: 'fault'}, el('strong', {}, file.cause || file.name), await remedy(file.cause)) : el('p', {}, file.note));
     headline.scrollIntoView({block: 'start'});
     const wait = el('p', {class: 'hint', role: 'status'}, 'reading…');
     headline.append(wait);
@@ -79,12 +79,12 @@ export function show(place, {rig, argument}) {
       fill(headline, el('h3', {}, file.id), errorBox(error));
     }
   }
-  function remedy(cause) {
-    const found = rules.find((rule) => (cause || '').startsWith(word(rule.fault, 'GUARD_FAULT_').replaceAll(' ', '_')) || (cause || '').includes(word(rule.fault, 'GUARD_FAULT_')));
+  async function remedy(cause) {
+    rules ||= (await rpc('SafetyService/ListFaults').catch(() => null))?.faults;
+    const found = rules?.find((rule) => (cause || '').startsWith(word(rule.fault, 'GUARD_FAULT_').replaceAll(' ', '_')) || (cause || '').includes(word(rule.fault, 'GUARD_FAULT_')));
     return found ? [el('div', {}, found.cause), el('div', {class: 'remedy'}, found.remedy)] : null;
   }
-  let rules = [];
-  rpc('SafetyService/ListFaults').then((answer) => { rules = answer.faults; }).catch(() => {});
+  let rules = null;
 
   async function save(file) {
     const pieces = await fetchExport({id: file.id, kind: file.kind, format: 'EXPORT_FORMAT_CSV'});
@@ -98,7 +98,7 @@ export function show(place, {rig, argument}) {
       if (gone) return;
       all = answers.flatMap((answer) => answer.recordings).sort((a, b) => Number(BigInt(b.started_unix_ns) - BigInt(a.started_unix_ns)));
       fill(list, all.length ? table(['begun', 'what', 'duration', 'ticks lost', 'size', 'by', ''], all.slice(0, 200).map((file) => [
-        clockTime(file.started_unix_ns), [file.kind === 'RECORDING_KIND_INCIDENT' ? el('strong', {}, 'incident: ', file.cause || file.name) : file.name, file.note ? el('div', {class: 'muted'}, file.note) : null],
+        el('span', {class: 'time'}, clockTime(file.started_unix_ns)), [file.kind === 'RECORDING_KIND_INCIDENT' ? el('strong', {}, 'incident: ', file.cause || file.name) : file.name, file.note ? el('div', {class: 'muted'}, file.note) : null],
         duration(file.duration_s), count(file.lost_ticks), bytes(file.bytes), file.by, file.state === 'RECORDING_STATE_RUNNING' ? 'runs' : el('div', {class: 'row'},
           el('button', {type: 'button', onclick: () => { location.hash = 'recordings/' + file.id; open(file); }}, 'show'), action('save CSV', () => save(file), said))]), {alignRight: [2, 3, 4]})
         : el('p', {class: 'muted'}, 'None yet.'));
