@@ -188,6 +188,16 @@ def test_a_session_of_an_experiment_is_seen_blind(page: Page, daemon: Any) -> No
         page.says("number 1 runs")
         rig.end_presentation()
         page.says("never touched")
+        # What the program that runs the session reports.
+        with rig.lease("experiment"):
+            reported = {"protocol": "stiffness_3d", "participant": "S7", "conditions": 8, "answered": 13, "presented": 27}
+            rig.report_experiment(**reported, phase="touch", condition=3, trial=14, discarded=1, last_flaws=["lateral_path"])
+            page.says("S7, stiffness_3d")
+            for said in ("the participant touches", "3 of 8", "lateral path", "closed"):
+                page.says(said)
+            pictured(page, "experiment")
+            rig.report_experiment(**reported, phase="aborted", condition=3, ended_because="the page was closed")
+            page.says("ended early: the page was closed")
     assert "N/mm" not in page.text() and "N/mm" not in page.text("header")
 
 
@@ -208,6 +218,22 @@ def test_a_killed_daemon_is_shown_and_the_page_comes_back(page: Page, start_daem
     Visitor(start_daemon("--model-store", ":memory:", "--config", str(configuration(tmp_path))), sign_in=False)
 
 
+FAINT = """
+    const channels = (colour) => colour.match(/[\\d.]+/g).map(Number);
+    const luminance = ([r, g, b]) => [r, g, b].map((c) => c / 255).map((c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)
+      .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+    const ground = (e) => { for (; e; e = e.parentElement) { const c = channels(getComputedStyle(e).backgroundColor); if (c[3] !== 0) return c; } return [255, 255, 255]; };
+    const found = [];
+    for (const e of document.querySelectorAll('body *')) {
+      const own = [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+      if (!own || !e.checkVisibility({checkVisibilityCSS: true}) || e.closest(':disabled, option, script')) continue;
+      const style = getComputedStyle(e), [a, b] = [luminance(channels(style.color)), luminance(ground(e))];
+      const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), size = parseFloat(style.fontSize);
+      if (ratio < (size >= 24 || size >= 18.66 && style.fontWeight >= 700 ? 3 : 4.5)) found.push(`${ratio.toFixed(2)}: ${e.textContent.trim().slice(0, 40)}`);
+    }
+    return found;"""
+
+
 def test_every_view_can_be_reached_by_keys_and_has_names_for_all_controls(page: Page, daemon: Any) -> None:  # noqa: F811
     opened(page, daemon)
     for number, view in enumerate(("now", "live", "scene", "identify", "objects", "turntable", "recordings", "experiment", "poses", "log")):
@@ -223,4 +249,11 @@ def test_every_view_can_be_reached_by_keys_and_has_names_for_all_controls(page: 
         page.driver.set_window_size(1440, 900)
     page.click("◐", "header")
     assert page.run("return document.documentElement.dataset.theme") == "dark"
+    # All that is written can be read, in both themes: WCAG's contrast of 4.5, 3 where it is large.
+    for _ in range(2):
+        for view in ("now", "scene", "identify", "objects", "turntable", "recordings", "experiment", "log"):
+            page.view(view)
+            time.sleep(0.2)
+            assert page.run(FAINT) == [], view
+        page.click("◐", "header")
     assert page.problems() == []
