@@ -187,7 +187,7 @@ def test_a_session_of_an_experiment_is_seen_blind(page: Page, daemon: Any) -> No
         rig.begin_presentation()
         page.says("number 1 runs")
         rig.end_presentation()
-        page.says("never touched")
+        page.says("never touched", "main .card:last-child")
         # What the program that runs the session reports.
         with rig.lease("experiment"):
             reported = {"protocol": "stiffness_3d", "participant": "S7", "conditions": 8, "answered": 13, "presented": 27}

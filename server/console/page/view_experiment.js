@@ -39,7 +39,7 @@ function sessionCard() {
 
 export function show(place, {rig}) {
   document.body.classList.add('blind');
-  let gone = false, last = 0, flaws = 0, number = 0;
+  let gone = false, last = 0, number = 0;
   const past = [];
   const session = sessionCard();
   const now = facts([['presentation', 'presentation'], ['contact', 'tool'], ['flaws', 'flaws so far'], ['guide', 'guide'], ['guard', 'guard'], ['recording', 'recording']]);
@@ -56,14 +56,13 @@ export function show(place, {rig}) {
       const [presentation, bits, guide, contact] = data.subarray((n - 1) * width);
       number = presentation || 0;
       if (last && !number) {
-        past.unshift({number: last, flaws: names(flaws)});
+        past.unshift({number: last, flaws: names(bits || 0)}); // some are known at its end only
         past.length = Math.min(past.length, 50);
         showPast();
       }
       last = number;
-      flaws = bits || 0;
       now.set('presentation', Number.isNaN(presentation) ? 'this scene judges none' : number ? `number ${number} runs` : 'none runs');
-      now.set('flaws', names(flaws).join(', ') || 'none');
+      now.set('flaws', number ? names(bits).join(', ') || 'none' : '–');
       now.set('guide', GUIDE[guide] || '–');
       now.set('contact', contact ? 'touches' : 'is free');
     },
