@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/study/common/page.h"
 #include "tests/study/common/plant.h"
 #include "tests/study/common/plant_comparison.h"
 #include "tests/study/common/study.h"
@@ -104,7 +105,10 @@ int run(const Study& study, const Options& options) {
   }
   report.set_condition("", "", "");
   if (cells.shard().is_whole()) hapticd::study::compare_plants(report, std::string(study.name) + "_plants");
-  if (study.finish != nullptr && cells.shard().is_whole()) study.finish(context);
+  if (cells.shard().is_whole()) {
+    if (study.summarize != nullptr) study.summarize(context);
+    hapticd::study::write_page(study, context);
+  }
   std::cout << "\nfigures: " << (report.folder() / "figures.jsonl").string() << std::endl;
   return failures;
 }

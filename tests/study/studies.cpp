@@ -143,7 +143,7 @@ const std::vector<Study>& studies() {
             run_pose_prediction, PlantUse::kSeparable},
        }},
       {"report",
-       "one page: error against run time, stability maps, numerical extremes, what scenes and loop cost",
+       "error against run time, stability, numerical extremes, what scenes and loop cost",
        {
            {"motion", "error against run time: velocity and acceleration", run_motion_precision,
             PlantUse::kNone},
@@ -175,7 +175,7 @@ const std::vector<Study>& studies() {
             run_realtime_cost, PlantUse::kSeparable},
        },
        {},
-       write_report_page},
+       summarize_report},
   };
   return all;
 }

@@ -75,7 +75,7 @@ export function show(place, {rig}) {
     setText(instruction, running ? p.instruction || '…' : `${word(p.state, 'IDENTIFICATION_STATE_')}. ${p.model ? `Model ${p.model.slice(0, 12)} is kept.` : ''}`);
     progress.value = String(p.completion);
     setText(state, `${p.kind} ${p.object}: ${duration(p.duration_s)} of ${duration(p.time_limit_s)}, ${p.samples} samples, `
-      + `${p.steady ? 'steady' : 'not steady yet'}, ${p.certain ? 'certain' : 'not certain yet'}${p.residual !== undefined ? `, residual ${short(p.residual)}` : ''}`);
+      + `${p.steady ? 'steady' : 'not steady yet'}, ${p.certain ? 'certain' : 'not certain yet'}${p.residual !== undefined ? `, residual ${num(100 * p.residual, '%', 1)}` : ''}`);
     fill(missing, [...p.missing.map((text) => 'missing: ' + text), ...p.remarks].map((text) => el('li', {}, text)));
     fill(problem, p.problem ? errorBox({message: p.problem.what, detail: p.problem}) : null);
     fill(parameters, p.parameters.length ? table(['parameter', 'value', '± (standard error)'], p.parameters.map((one) =>

@@ -25,7 +25,7 @@ export function show(place) {
     if (gone) return;
     fill(stored, answer.models.length ? table(['', 'object', 'kind', 'parameters', 'residual', 'stored', 'hash', ''], answer.models.map((m) => [
       el('input', {type: 'checkbox', checked: chosen.includes(m.hash), 'aria-label': `compare ${m.object} ${m.hash.slice(0, 8)}`, onchange: (event) => choose(m.hash, event.target.checked)}),
-      m.object || '–', m.kind, m.parameters.map((p) => `${p.name.replace(/_n_.*/, '').replaceAll('_', ' ')} ${short(p.value, p.unit)}`).join(', '), short(m.residual), new Date(Number(m.stored_at_unix_s) * 1000).toLocaleString('sv'),
+      m.object || '–', m.kind, m.parameters.map((p) => `${p.name.replace(/_n_.*/, '').replaceAll('_', ' ')} ${short(p.value, p.unit)}`).join(', '), num(100 * m.residual, '%', 1), new Date(Number(m.stored_at_unix_s) * 1000).toLocaleString('sv'),
       m.hash.slice(0, 8) + (m.in_use ? ' (in use)' : ''), action('tag', async () => {
         const tag = prompt('Name of the tag:');
         if (!tag) return '';

@@ -18,6 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using report::significant;
 
+constexpr const char* kSummary = "report_summary";
 constexpr std::size_t kNarrowest = 5;
 constexpr std::size_t kMax = 3;
 
@@ -135,7 +136,7 @@ void add_dearest(report::Report& report) {
 
 /// In the order of the walk, then stability, extremes, cost.
 std::vector<std::string> order_of(const Study& study) {
-  std::vector<std::string> order{"report_summary", std::string(study.name) + "_plants"};
+  std::vector<std::string> order{kSummary, std::string(study.name) + "_plants"};
   for (const StudyPart& part : study.parts) {
     for (const sim::Plant plant : {sim::Plant::kSeparable, sim::Plant::kGeneral}) {
       order.push_back(std::string(study.name) + '_' + part.name + plant_suffix(plant));
@@ -146,37 +147,36 @@ std::vector<std::string> order_of(const Study& study) {
 
 }  // namespace
 
-void write_report_page(StudyContext& context) {
-  context.report.begin_section("report_summary", "Summary");
+void summarize_report(StudyContext& context) {
+  context.report.begin_section(kSummary, "Summary");
   add_defaults(context.report);
   add_largest_errors(context.report);
   add_narrowest(context.report);
   add_dearest(context.report);
-  const auto report_study = std::find_if(studies().begin(), studies().end(), [](const Study& study) {
-    return study.finish == write_report_page;
-  });
+}
+
+void write_page(const Study& study, const StudyContext& context) {
+  const bool has_summary = study.summarize != nullptr;
   report::write_page(
       context.report.folder(),
-      {.title = "hapticd: error against run time, stability, cost",
-       .readers =
-           "hapticd is a program that changes how stiff a real object feels: a device holds the tool with "
-           "which a person presses the object, and adds or takes force while he presses. This page says how "
-           "well it does so, how fast, and where it fails. Each section asks one question and answers it "
-           "with "
-           "a table or a plot. Errors are fractions: 0.05 means that a stiffness or a depth was wrong by 5 "
-           "percent. Smaller is better, unless a heading says otherwise; a goal was set before it was "
-           "measured, and a case that failed is shown as failed. Begin with the summary.",
+      {.title = std::string("hapticd: ") + study.shows,
+       .readers = "hapticd is a program that changes how stiff a real object feels: a device holds the tool "
+                  "with which a person presses the object, and adds or takes force while he presses. This "
+                  "page is about one question: " +
+                  std::string(study.shows) +
+                  ". Each section answers a part of it with a table or a plot. Where an error has no unit it "
+                  "is a fraction: 0.05 means wrong by 5 percent. Smaller is better, unless a heading says "
+                  "otherwise; a goal was set before it was measured, and a case that failed is shown as "
+                  "failed." +
+                  (has_summary ? " Begin with the summary." : ""),
        .introduction =
-           std::string(context.quick
-                           ? "A quick run: fewer and shorter cases, for completeness and not for its "
-                             "numbers. "
-                           : "") +
-           "Errors and stability are of virtual time: seeded (sim::SimulationConfig::seed is 1 where a "
-           "section "
-           "does not say otherwise), judged against the simulated plant's ground truth, the same on every "
-           "machine with the same floating-point library. Run times, instructions and latencies are of this "
-           "machine.",
-       .order = order_of(*report_study)});
+           std::string(context.quick ? "A quick run: fewer and shorter cases, for completeness and not for "
+                                       "its numbers. "
+                                     : "") +
+           "Unless a section says otherwise, time is virtual and all is seeded (sim::SimulationConfig::seed "
+           "is 1) and judged against the simulated rig's ground truth: the same on every machine with the "
+           "same floating-point library. Run times, instructions and latencies are of this machine.",
+       .order = order_of(study)});
 }
 
 }  // namespace hapticd::study

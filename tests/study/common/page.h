@@ -4,7 +4,10 @@
 
 namespace hapticd::study {
 
-/// The page of `hapticd_study report`: summary, then all sections in the folder.
-void write_report_page(StudyContext& context);
+/// The first section of `hapticd_study report`: what ships, the largest errors, the narrowest margins.
+void summarize_report(StudyContext& context);
+
+/// report.html of a study: all sections in its folder, for readers who did not write it.
+void write_page(const Study& study, const StudyContext& context);
 
 }  // namespace hapticd::study

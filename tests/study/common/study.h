@@ -40,8 +40,8 @@ struct Study {
   std::vector<StudyPart> parts;
   /// What `--transport emulated` runs instead; empty = there is no such option.
   std::vector<StudyPart> emulated{};
-  /// Makes one page of all that is in the folder, when the parts have run; null = there is no page.
-  void (*finish)(StudyContext& context) = nullptr;
+  /// Adds a section that its page begins with, when the parts have run; null = there is none.
+  void (*summarize)(StudyContext& context) = nullptr;
 };
 
 /// All studies there are.
