@@ -38,9 +38,10 @@ std::optional<hal::Error> check(const FixtureParameters& parameters, const std::
 
 double ToolFixture::push_n(double depth_mm, double speed_mm_per_s) const noexcept {
   if (depth_mm <= 0.0) return 0.0;
-  return parameters_.stiffness_n_per_mm * depth_mm + parameters_.damping_n_s_per_mm *
-                                                         std::max(0.0, speed_mm_per_s) *
-                                                         std::min(1.0, depth_mm / kFullDampingMm);
+  const double spring_n = parameters_.stiffness_n_per_mm * depth_mm;
+  if (speed_mm_per_s < 0.0) return spring_n * std::max(0.0, 1.0 + speed_mm_per_s / kReturnMmPerS);
+  return spring_n +
+         parameters_.damping_n_s_per_mm * speed_mm_per_s * std::min(1.0, depth_mm / kFullDampingMm);
 }
 
 hal::Vector3 ToolFixture::walls_n(const Situation& now) noexcept {
@@ -62,12 +63,14 @@ hal::Vector3 ToolFixture::walls_n(const Situation& now) noexcept {
 }
 
 hal::Vector3 ToolFixture::update(const Situation& now) noexcept {
-  if (!now.is_force_allowed || now.is_withdrawn) is_anchored_ = false;
+  if (!now.is_force_allowed || (now.is_withdrawn && is_first_contact_)) is_anchored_ = false;
   if (!now.is_force_allowed) share_ = 0.0;
   if (!is_anchored_ && now.in_contact && now.is_force_allowed) {
     is_anchored_ = true;
+    is_first_contact_ = true;
     anchor_mm_ = now.tip_mm - axis_ * now.displacement_mm;
   }
+  is_first_contact_ = is_first_contact_ && now.in_contact;
   if (is_anchored_) last_n_ = walls_n(now);
   const double step = now.interval_s / kFadeS;
   share_ = is_anchored_ && !now.is_guided ? std::min(1.0, share_ + step) : std::max(0.0, share_ - step);

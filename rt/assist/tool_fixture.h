@@ -24,8 +24,9 @@ struct FixtureParameters {
 std::optional<hal::Error> check(const FixtureParameters& parameters, const std::string& where);
 
 /// Both walls only push, back to where the press is allowed, and never along the press: f = k d + b v min(1,
-/// d/0.5 mm), d > 0 how deep the tip is in the wall and v >= 0 how fast it goes deeper. On the way out the
-/// damper gives nothing, so a cycle takes energy: passive for b > k T/2 (0.00025 N·s/mm at 1 kHz).
+/// d/0.5 mm), d > 0 how deep the tip is in the wall and v >= 0 how fast it goes deeper. On the way out f = k d
+/// max(0, 1 - |v|/(40 mm/s)): a tool that the hand lets go comes back slowly. So a cycle takes energy: passive
+/// for b > k T/2 (0.00025 N·s/mm at 1 kHz).
 class ToolFixture {
  public:
   /// `press_axis`: unit vector into the object.
@@ -50,6 +51,7 @@ class ToolFixture {
  private:
   static constexpr double kFadeS = 0.05;
   static constexpr double kFullDampingMm = 0.5;
+  static constexpr double kReturnMmPerS = 40.0;
 
   hal::Vector3 walls_n(const Situation& now) noexcept;
   double push_n(double depth_mm, double speed_mm_per_s) const noexcept;
@@ -57,7 +59,8 @@ class ToolFixture {
   FixtureParameters parameters_;
   hal::Vector3 axis_;
   bool is_anchored_ = false;
-  hal::Vector3 anchor_mm_;  ///< the contact point
+  bool is_first_contact_ = false;  ///< still the one whose point it is; a later one takes no walls away
+  hal::Vector3 anchor_mm_;         ///< the contact point
   double share_ = 0.0;
   hal::Vector3 last_n_;  ///< before the share; what fades after it was let go
 };

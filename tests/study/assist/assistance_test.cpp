@@ -254,14 +254,35 @@ TEST(ToolFixture, PushesBackFromBothWallsAndOnlyBack) {
   auto moved = in_contact_at({0.0, 0.0, 1.5});
   moved.in_contact = false;
   EXPECT_NEAR(fixture.update(moved).z, -0.5, 1e-12);  // a millimetre above the ceiling at 0.5 mm
-  moved.velocity_mm_per_s = {0.0, 0.0, -50.0};        // on its way back: the damper gives nothing
-  EXPECT_NEAR(fixture.update(moved).z, -0.5, 1e-12);
+  moved.velocity_mm_per_s = {0.0, 0.0, -10.0};        // on its way back, slowly and fast
+  EXPECT_NEAR(fixture.update(moved).z, -0.375, 1e-12);
+  moved.velocity_mm_per_s = {0.0, 0.0, -50.0};
+  EXPECT_EQ(fixture.update(moved).z, 0.0);
   moved.velocity_mm_per_s = {0.0, 0.0, 50.0};
   EXPECT_NEAR(fixture.update(moved).z, -0.6, 1e-12);
   const hal::Vector3 aside_n = fixture.update(in_contact_at({0.0, 3.0, -2.0}));
   EXPECT_NEAR(aside_n.y, -1.0, 1e-12);
   EXPECT_EQ(aside_n.z, 0.0);
   EXPECT_NEAR(length(fixture.update(in_contact_at({8.0, 0.0, 4.0}))), 2.0, 1e-12);  // at most
+}
+
+TEST(ToolFixture, AToolThatTheHandLetsGoComesBackSlowly) {
+  rt::SceneSpec spec = press_scene();
+  spec.fixture.emplace();
+  AssistedRig rig({}, spec);
+  rig.set_hand({.kind = sim::HandProgram::Kind::kPress, .force_n = 2.5});
+  rig.run(6.0);  // pressed, lifted, and held against the fixture
+  const double start_mm = rig.truth().tip_position_mm.z;
+  ASSERT_LT(rig.record().fixture_force_n.z, -1.5);
+  rig.set_hand(following());
+  double fastest_mm_per_s = 0.0;
+  hal::Vector3 last_mm = rig.truth().tip_position_mm;
+  rig.run(2.0, [&] {
+    fastest_mm_per_s = std::max(fastest_mm_per_s, length(rig.truth().tip_position_mm - last_mm) / 1e-3);
+    last_mm = rig.truth().tip_position_mm;
+  });
+  EXPECT_LT(fastest_mm_per_s, 120.0);
+  EXPECT_LT(last_mm.z, start_mm - 2.0);
 }
 
 TEST(ToolFixture, LetsGoOfAToolThatIsPulledAwayAndOfWhatWasNoContact) {
@@ -280,6 +301,12 @@ TEST(ToolFixture, LetsGoOfAToolThatIsPulledAwayAndOfWhatWasNoContact) {
   away.is_withdrawn = false;
   for (int i = 0; i < 60; ++i) fixture.update(away);
   EXPECT_EQ(length(fixture.update(away)), 0.0);
+
+  for (int i = 0; i < 100; ++i) fixture.update(in_contact_at({}));  // a jerk in the air later is no reason
+  fixture.update(away);
+  away.is_withdrawn = true;
+  for (int i = 0; i < 60; ++i) fixture.update(away);
+  EXPECT_NEAR(fixture.update(away).z, -0.75, 1e-12);
 }
 
 TEST(ToolFixture, GivesNothingWhileTheToolIsGuided) {
