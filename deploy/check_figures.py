@@ -334,7 +334,7 @@ def main(arguments=None):
             path.read_text(encoding="utf-8")
             for folder in options.sources
             for path in sorted(folder.rglob("*"))
-            if path.suffix in (".cpp", ".h", ".sh") and not path.name.endswith("_test.cpp")
+            if path.suffix in (".cpp", ".h", ".py", ".sh") and not path.name.endswith("_test.cpp")
         ]
     except (OSError, ValueError) as error:
         print(f"check_figures.py: {error}", file=sys.stderr)

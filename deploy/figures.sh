@@ -62,7 +62,7 @@ done
 wait "$identify_job"
 trap - EXIT
 # These are live in part or use every core; the report runs the benchmarks `scenes` and `realtime`, too.
-for study in tumour friction transients faults trust experiments report; do
+for study in registration pose tumour friction transients faults trust experiments report; do
   measure "$study" hapticd_study "$study" "${quick[@]}"
 done
 if ((${#quick[@]})); then
