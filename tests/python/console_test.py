@@ -123,6 +123,12 @@ def test_an_object_is_identified(page: Page, start_daemon: Any, tmp_path: Path) 
     assert page.problems() == []
 
 
+#: The colours in the plot.
+DRAWN = """
+    const c = document.querySelector('main canvas.traces'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+    const seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]); return [...seen];"""
+
+
 def test_a_recording_is_read_and_an_incident_explained(page: Page, daemon: Any) -> None:  # noqa: F811
     opened(page, daemon)
     page.view("recordings")
@@ -139,14 +145,34 @@ def test_a_recording_is_read_and_an_incident_explained(page: Page, daemon: Any) 
     page.says("someone asked for it")
     page.says("stopped: zero force")
     # The plot shows the last second before the cut: a line is drawn.
-    drawn = """const c = document.querySelector('main canvas.traces'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
-        const seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]); return [...seen];"""
-    page.wait(lambda: {0x0072B2, 0xB3261E} <= set(page.run(drawn)))
+    page.wait(lambda: {0x0072B2, 0xB3261E} <= set(page.run(DRAWN)))
     pictured(page, "incident")
     page.choose("kind", "recordings")
     page.wait(lambda: "incident:" not in page.text(".scroll"))
     page.click("show")
     page.says("press", "main .card:last-child h3")
+    assert page.problems() == []
+
+
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+def test_the_recording_of_a_daemon_before_is_read(end: signal.Signals, page: Page, start_daemon: Any, tmp_path: Path) -> None:  # noqa: F811
+    options = (*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), "--config", str(configuration(tmp_path)))
+    yesterday = start_daemon(*options)
+    with hapticd.connect(yesterday.address) as rig:
+        rig.set_hand_program({"kind": "press", "force_n": 3.0, "repetitions": -1})
+        rig.start_recording("press", note="with the sponge")
+        time.sleep(4.0)
+    yesterday.end(end)  # while it records
+    opened(page, start_daemon(*options))
+    page.view("recordings")
+    page.says("with the sponge")
+    page.choose("kind", "recordings")
+    page.wait(lambda: "incident:" not in page.text(".scroll"))
+    page.click("show")
+    page.says("press", "main .card:last-child h3")
+    page.says("with the sponge", "main .card:last-child")
+    page.wait(lambda: 0x0072B2 in set(page.run(DRAWN)))
+    pictured(page, "recording")
     assert page.problems() == []
 
 
