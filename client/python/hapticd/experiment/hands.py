@@ -137,8 +137,8 @@ class SimulatedHand:
 
     def _stroke(self, rig: hapticd.Rig, path_mm: float, at_mm: Sequence[float], force_n: float, rate: float) -> None:
         length_mm = 20.0
-        # From the middle to one end, then back and forth; 10 % more than asked, for the tip lags behind.
-        repetitions = max(1, math.ceil(0.5 * (1.0 + (1.1 * path_mm - 0.5 * length_mm) / length_mm)))
+        # From the middle to one end, then back and forth; a quarter more than asked, for the tip lags behind where it sinks deep.
+        repetitions = max(1, math.ceil(0.5 * (1.0 + (1.25 * path_mm - 0.5 * length_mm) / length_mm)))
         rig.set_hand_program(
             {
                 "kind": "stroke", "force_n": force_n, "force_rate_n_per_s": 0.4 * rate, "speed_mm_per_s": 80.0,

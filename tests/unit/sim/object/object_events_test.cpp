@@ -140,6 +140,24 @@ TEST(ObjectEdge, BeyondItThereIsNothing) {
   EXPECT_TRUE(fell);
 }
 
+TEST(ObjectEdge, AHandThatStrokesBeyondItStaysThere) {
+  SimulationConfig config{.device = "phantom_1_5_high_force", .object = "foam_ball_3d"};
+  config.hold.edge_mm = 60.0;
+  HandProgram stroke{.kind = HandProgram::Kind::kStroke, .speed_mm_per_s = 80.0, .repetitions = 3};
+  stroke.stroke_length_mm = 20.0;
+  stroke.place_mm.x = 140.0;
+  VirtualRig rig(config, stroke);
+  rig.run(3.0);
+  double deepest_mm = 0.0;
+  for (int i = 0; i < 8000; ++i) {  // on a virtual plane, which the device renders there
+    const hal::Vector3& tip_mm = rig.truth().tip_position_mm;
+    ASSERT_NEAR(tip_mm.x, 140.0, 25.0) << rig.time_s();
+    deepest_mm = std::max(deepest_mm, -tip_mm.z);
+    rig.tick({0.0, 0.0, std::max(0.0, -0.5 * tip_mm.z)});
+  }
+  EXPECT_GT(deepest_mm, 1.0);
+}
+
 TEST(ObjectEdge, StiffnessFallsSmoothlyToNothing) {
   ObjectHold hold;
   hold.edge_mm = 10.0;
