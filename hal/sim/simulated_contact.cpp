@@ -7,14 +7,14 @@
 
 namespace hapticd::sim {
 
-// Pressing straight down while moving sideways would jam the tip against the flank of anything curved. Where
-// the object has ended there is nothing to go along.
+// Pressing straight down while moving sideways would jam the tip against the flank of anything curved. A hand
+// that is told to stroke beyond the object's edge has nothing to go along.
 void Simulation::follow_contour(HandIntent& intent) noexcept {
   const Vector3 meant_mm = intent.position_mm;
   const ObjectPose& pose = object_->pose;
+  if (pose.displaced() && pose.share_at(pose.to_object(hand_->program.place_mm)) <= 0.0) return;
   Vector3 above{intent.position_mm.x, intent.position_mm.y, 0.0};
   if (pose.displaced()) above = pose.to_object(above);
-  if (pose.displaced() && pose.share_at(above) <= 0.0) return;
   Projection surface = project(object_->model.shape, above);
   if (pose.displaced()) {
     surface.point_mm = pose.to_rig(surface.point_mm);
