@@ -161,7 +161,8 @@ TEST(ServiceCalibration, NamesAWrongUnit) {
   EXPECT_TRUE(progress.stored().empty());
 }
 
-/// A trial as the files that `hapticctl telemetry record` and a tracker would leave; the tracker's clock gains.
+/// A trial as the files that `hapticctl telemetry record` and a tracker would leave; the tracker's clock
+/// gains.
 struct TrialFiles {
   TrialFiles(const study::RegistrationTrial& trial, double clock_gains) {
     std::ofstream rig(folder.path("rig.csv"));
@@ -200,9 +201,17 @@ TEST(ServiceCalibration, IsMadeOfFilesByTheCommand) {
   constexpr double kDrift = 200e-6;
   const TrialFiles files(trial, kDrift);
   const auto made = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{"--server", service.address(), "--timeout", "120", "--json",
-                                   "calibrate", "kinematics", "--recording", files.folder.path("rig.csv"),
-                                   "--reference", files.folder.path("tracker.csv")};
+    std::vector<std::string> words{"--server",
+                                   service.address(),
+                                   "--timeout",
+                                   "120",
+                                   "--json",
+                                   "calibrate",
+                                   "kinematics",
+                                   "--recording",
+                                   files.folder.path("rig.csv"),
+                                   "--reference",
+                                   files.folder.path("tracker.csv")};
     words.insert(words.end(), more.begin(), more.end());
     ChildProcess command(HAPTICCTL_BINARY, words);
     EXPECT_EQ(command.wait(), 0) << command.output() << command.errors();
@@ -211,9 +220,8 @@ TEST(ServiceCalibration, IsMadeOfFilesByTheCommand) {
   const nlohmann::json found = made({"--own-clock"});
   EXPECT_LT(found.at("predicted_target_error_95_mm"), 1.0);
   const auto& parameters = found.at("parameters");
-  const auto drift = std::find_if(parameters.begin(), parameters.end(), [](const auto& one) {
-    return one.at("name") == "tracker_clock_drift";
-  });
+  const auto drift = std::find_if(parameters.begin(), parameters.end(),
+                                  [](const auto& one) { return one.at("name") == "tracker_clock_drift"; });
   ASSERT_NE(drift, parameters.end()) << found;
   EXPECT_NEAR(drift->at("value"), kDrift * 1e6, 0.1 * kDrift * 1e6);
   EXPECT_EQ(drift->at("unit"), "ppm");
