@@ -1,11 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iomanip>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -13,8 +9,6 @@
 #include "tests/integration/error_detail.h"
 #include "tests/integration/running_service.h"
 #include "tests/support/calibration/registration_trial.h"
-#include "tests/support/child_process.h"
-#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {
@@ -159,77 +153,6 @@ TEST(ServiceCalibration, NamesAWrongUnit) {
   EXPECT_EQ(progress.state(), v1::CALIBRATION_STATE_FAILED);
   EXPECT_EQ(progress.problem().what(), "the poses are in metres");
   EXPECT_TRUE(progress.stored().empty());
-}
-
-/// A trial as the files that `hapticctl telemetry record` and a tracker would leave; the tracker's clock
-/// gains.
-struct TrialFiles {
-  TrialFiles(const study::RegistrationTrial& trial, double clock_gains) {
-    std::ofstream rig(folder.path("rig.csv"));
-    rig << std::setprecision(17)
-        << "time_ns,sample_tip_position_x_mm,sample_tip_position_y_mm,sample_tip_position_z_mm,"
-           "sample_orientation_w,sample_orientation_x,sample_orientation_y,sample_orientation_z";
-    for (const char* kind : {"joint", "gimbal"}) {
-      for (int i = 1; i <= 3; ++i) rig << ",angles_" << kind << '_' << i << "_rad";
-    }
-    rig << '\n';
-    for (const auto& pose : trial.rig.poses()) {
-      rig << std::llround(1e9 * pose.time_s);
-      for (const double value : pose.tip_mm) rig << ',' << value;
-      const Eigen::Quaterniond& q = pose.orientation;
-      rig << ',' << q.w() << ',' << q.x() << ',' << q.y() << ',' << q.z();
-      for (const double angle : pose.angles.joint_rad) rig << ',' << angle;
-      for (const double angle : pose.angles.gimbal_rad) rig << ',' << angle;
-      rig << '\n';
-    }
-    std::ofstream tracker(folder.path("tracker.csv"));
-    tracker << std::setprecision(17) << "stamp_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
-    const double begin_s = trial.reference.front().stamp_s;
-    for (const auto& pose : trial.reference) {
-      tracker << begin_s + (1.0 + clock_gains) * (pose.stamp_s - begin_s);
-      for (const double value : pose.position_mm) tracker << ',' << value;
-      const Eigen::Quaterniond q = pose.orientation.value_or(Eigen::Quaterniond::Identity());
-      tracker << ',' << q.w() << ',' << q.x() << ',' << q.y() << ',' << q.z() << '\n';
-    }
-  }
-  TemporaryFolder folder;
-};
-
-TEST(ServiceCalibration, IsMadeOfFilesByTheCommand) {
-  const Calibrating service;
-  const auto trial = study::record_trial({.seed = 23, .calibration_s = 40.0, .held_out_s = 1.0});
-  constexpr double kDrift = 200e-6;
-  const TrialFiles files(trial, kDrift);
-  const auto made = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{"--server",
-                                   service.address(),
-                                   "--timeout",
-                                   "120",
-                                   "--json",
-                                   "calibrate",
-                                   "kinematics",
-                                   "--recording",
-                                   files.folder.path("rig.csv"),
-                                   "--reference",
-                                   files.folder.path("tracker.csv")};
-    words.insert(words.end(), more.begin(), more.end());
-    ChildProcess command(HAPTICCTL_BINARY, words);
-    EXPECT_EQ(command.wait(), 0) << command.output() << command.errors();
-    return nlohmann::json::parse(command.output());
-  };
-  const nlohmann::json found = made({"--own-clock"});
-  EXPECT_LT(found.at("predicted_target_error_95_mm"), 1.0);
-  const auto& parameters = found.at("parameters");
-  const auto drift = std::find_if(parameters.begin(), parameters.end(),
-                                  [](const auto& one) { return one.at("name") == "tracker_clock_drift"; });
-  ASSERT_NE(drift, parameters.end()) << found;
-  EXPECT_NEAR(drift->at("value"), kDrift * 1e6, 0.1 * kDrift * 1e6);
-  EXPECT_EQ(drift->at("unit"), "ppm");
-  const double latency_ms = found.at("latency_ms");
-  EXPECT_NEAR(latency_ms, 1e3 * trial.latency_s, 0.5);
-  // Without, the clocks are taken for one: half of what they differ by at the end is taken for latency.
-  const double span_s = trial.reference.back().stamp_s - trial.reference.front().stamp_s;
-  EXPECT_NEAR(made({}).at("latency_ms").get<double>() - latency_ms, 0.5e3 * kDrift * span_s, 1.0);
 }
 
 TEST(ServiceCalibration, RefusesWhatItCannotUse) {
