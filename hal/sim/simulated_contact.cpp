@@ -8,7 +8,7 @@
 namespace hapticd::sim {
 
 // Pressing straight down while moving sideways would jam the tip against the flank of anything curved. A hand
-// that is told to stroke beyond the object's edge has nothing to go along.
+// whose stroke lies beyond the object's edge has nothing to go along.
 void Simulation::follow_contour(HandIntent& intent) noexcept {
   const Vector3 meant_mm = intent.position_mm;
   const ObjectPose& pose = object_->pose;

@@ -108,6 +108,6 @@ def test_a_session_with_a_late_clock_and_a_drifting_zero(tmp_path: Path, process
     shown = [event for event in events if event["event"] == "presentation"]
     valid = [event for event in shown if not event["flaws"]]
     assert len(valid) >= 2
-    for event in shown:  # whatever the clock does: nobody is thrown about, and what is felt is an object
+    for event in shown:  # however late the clock is: no fast motion, and what is felt is an object
         assert set(event["flaws"]) <= {"ticks_lost"}, event
         assert event["contacts"] >= 1 and 0.3 < event["peak_force_n"] < 3.0, event

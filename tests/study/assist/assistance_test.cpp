@@ -285,6 +285,26 @@ TEST(ToolFixture, AToolThatTheHandLetsGoComesBackSlowly) {
   EXPECT_LT(last_mm.z, start_mm - 2.0);
 }
 
+TEST(ToolFixture, AToolThatIsHeldAgainstItStandsStill) {
+  for (const char* device : {"phantom_1_0", "phantom_1_5_high_force"}) {
+    rt::SceneSpec spec = press_scene();
+    spec.fixture.emplace();
+    sim::SimulationConfig config;
+    config.device = device;
+    AssistedRig rig(config, spec);
+    rig.set_hand({.kind = sim::HandProgram::Kind::kPress, .force_n = 2.5});
+    rig.run(6.0);
+    ASSERT_LT(rig.record().fixture_force_n.z, -1.5) << device;
+    double least_n = 0.0;
+    double most_n = -10.0;
+    rig.run(2.0, [&] {
+      least_n = std::min(least_n, rig.record().fixture_force_n.z);
+      most_n = std::max(most_n, rig.record().fixture_force_n.z);
+    });
+    EXPECT_LT(most_n - least_n, 0.2) << device;
+  }
+}
+
 TEST(ToolFixture, LetsGoOfAToolThatIsPulledAwayAndOfWhatWasNoContact) {
   rt::ToolFixture fixture({}, {0.0, 0.0, -1.0});
   for (int i = 0; i < 100; ++i) fixture.update(in_contact_at({}));
