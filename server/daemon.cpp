@@ -78,6 +78,7 @@ struct Daemon::Parts {
       return of_watchdog ? missing_words(watchdog.views()) : std::string();
     });
     scenes.know_zero_by([this] { return biases.zero_in_force(); });
+    scenes.know_calibration_by([this] { return calibration_store.adopted().get(); });
     turntable.on_motion(notes.of(recording::EventKind::kTurntable));
     identifications.on_end(notes.of(recording::EventKind::kIdentification));
     scenes.check_stations_with([this](const std::string& name) { return turntable.require_station(name); });

@@ -345,6 +345,9 @@ SceneOutline outline(const SceneSpec& spec) {
     result.channels |= channel::kMotion | channel::kZero;
   }
   if (!spec.turntable_station.empty()) result.hardware.emplace_back("turntable");
+  if (spec.corrected_poses) {
+    result.stages.emplace(result.stages.begin(), "pose: corrected by the arm's adopted calibration");
+  }
   if (spec.kind != SceneKind::kExplore) {
     result.stages.emplace_back(spec.structural_compensation
                                    ? "target force (3.3), structural compensation solved implicitly"

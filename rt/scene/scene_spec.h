@@ -82,6 +82,8 @@ struct SceneSpec {
   std::string object_model = "none";
   /// Where the turntable must stand for the scene to be loaded; empty where none is needed.
   std::string turntable_station{};
+  /// The stages work on poses that the adopted calibration of the arm corrects. False: on the device's own.
+  bool corrected_poses = false;
 
   hal::Vector3 press_axis{0.0, 0.0, -1.0};  ///< rig frame, into the object; normalised by compose()
   double tool_mass_g = 9.35;  ///< beyond the sensor (D§3.2.1); kExplore: 0 = what the rig knows of it

@@ -205,6 +205,7 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
   root.read("description", spec.description);
   root.read("object_model", spec.object_model, kMaxModelName);
   root.read("turntable_station", spec.turntable_station, kMaxStationName);
+  root.read("corrected_poses", spec.corrected_poses);
   if (explores(spec)) {
     refuse_foreign(root, "press_axis", "press_axis", spec, "\"tap_1d\" or \"wall\"");
   } else {

@@ -92,7 +92,8 @@ Outcome<SceneHost::Loaded> SceneHost::unload(const Caller& caller) {
 bool SceneHost::differs_in_models_only(const ResolvedScene* next) const {
   const auto before = current();
   if (!before || next == nullptr || next->written.empty() || before->written != next->written) return false;
-  return before->stored != next->stored || !next->outline.models.empty();
+  return before->stored != next->stored || before->calibration != next->calibration ||
+         !next->outline.models.empty();
 }
 
 std::optional<Refusal> SceneHost::check_stored(const ResolvedScene& scene) const {

@@ -22,6 +22,10 @@
 #include "server/session/outcome.h"
 #include "server/session/session.h"
 
+namespace hapticd::calibration {
+struct ArmCalibration;
+}
+
 namespace hapticd::server {
 
 /// A scene: a name that the library knows, or the text of a scene file.
@@ -48,6 +52,8 @@ struct ResolvedScene {
   std::optional<hal::Error> model_problem;  ///< why there is none
   std::vector<std::string> stored;          ///< hashes of the stored models that it uses, sorted
   std::vector<std::string> remarks;         ///< which values come from the rig's own models
+  /// Of the arm, where the scene works on corrected poses; null where none is adopted.
+  std::shared_ptr<const calibration::ArmCalibration> calibration;
   /// The scene as it was written, without the object's model: two scenes with the same text differ in models
   /// only.
   std::string written;
@@ -69,6 +75,10 @@ class SceneHost {
   /// Called when a scene is resolved, for the present zero of the force sensor. Set it before the first load.
   using ZeroSource = std::function<ZeroInForce()>;
   void know_zero_by(ZeroSource source) { zero_in_force_ = std::move(source); }
+  /// Called when a scene is resolved that works on corrected poses; null: no calibration is adopted. Set it
+  /// before the first load.
+  using CalibrationSource = std::function<std::shared_ptr<const calibration::ArmCalibration>()>;
+  void know_calibration_by(CalibrationSource source) { calibration_in_use_ = std::move(source); }
   /// Opens the hardware that the loaded scene needs, before the loop runs. load() does it by itself.
   std::optional<hal::Error> open_hardware();
 
@@ -142,6 +152,9 @@ class SceneHost {
   Outcome<rt::SceneSpec> resolve_within_ceilings(rt::SceneSpec spec, std::vector<std::string>& remarks) const;
   rt::GuardLimits idle_limits() const;
   void find_model(ResolvedScene& scene) const;
+  void find_calibration(ResolvedScene& scene) const;
+  /// Without what corrects their poses.
+  Outcome<std::unique_ptr<rt::Pipeline>> compose_stages(const ResolvedScene& scene) const;
   bool differs_in_models_only(const ResolvedScene* next) const;
   /// An error where a stored model that the scene was resolved with was deleted.
   std::optional<Refusal> check_stored(const ResolvedScene& scene) const;
@@ -157,6 +170,7 @@ class SceneHost {
   const GuardCeilings ceilings_;  ///< limits of every scene
   StationCheck check_station_;
   ZeroSource zero_in_force_;
+  CalibrationSource calibration_in_use_;
   SceneLibrary library_;
   ModelLibrary models_;
 

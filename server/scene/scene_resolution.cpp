@@ -6,6 +6,8 @@
 #include "rt/record/tick_record.h"
 #include "rt/scene/compose.h"
 #include "rt/target/largest_target.h"
+#include "server/calibration/model/arm_calibration.h"
+#include "server/scene/corrected_pipeline.h"
 #include "server/scene/scene_file.h"
 #include "server/scene/scene_host.h"
 #include "server/scene/scene_inclusions.h"
@@ -132,6 +134,7 @@ Outcome<ResolvedScene> SceneHost::resolve(const SceneSource& source) const {
   scene.remarks.insert(scene.remarks.end(), limited.begin(), limited.end());
   const bool rolls = rolls_on_an_object(scene.spec);
   if (!scene.outline.models.empty() || rolls) find_model(scene);
+  find_calibration(scene);
   if (rolls) say_bearing_friction(scene, session_.rig_info());
   const bool says = spec->max_target_stiffness_n_per_mm > 0.0;
   if (!says && scene.model && !scene.outline.models.empty()) limit_to_object(scene);
@@ -180,7 +183,34 @@ void SceneHost::find_model(ResolvedScene& scene) const {
   uses(scene.model->rod_friction, "friction");
 }
 
+void SceneHost::find_calibration(ResolvedScene& scene) const {
+  if (!scene.spec.corrected_poses) return;
+  scene.calibration = calibration_in_use_ ? calibration_in_use_() : nullptr;
+  scene.remarks.push_back(scene.calibration
+                              ? "poses: corrected by calibration " + scene.calibration->name.substr(0, 12)
+                              : "poses: no calibration is adopted; the scene cannot be loaded");
+}
+
 Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose(const ResolvedScene& scene) const {
+  auto stages = compose_stages(scene);
+  if (!stages || !scene.spec.corrected_poses) return stages;
+  const auto lacking = [&](const char* what, const char* remedy) {
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {what, "scene '" + scene.spec.name + "'", "corrected_poses = true", "", remedy}};
+  };
+  if (!scene.calibration) {
+    return lacking("the scene works on corrected poses, and no calibration is adopted",
+                   "calibrate the device and adopt what was found, or remove the key");
+  }
+  if (scene.calibration->arm.use == calibration::AngleUse::kNone) {
+    return lacking("the adopted calibration corrects no pose: it was made without the device's angles",
+                   "calibrate the device's kinematics, or remove the key");
+  }
+  return std::unique_ptr<rt::Pipeline>(
+      std::make_unique<CorrectedPipeline>(std::move(*stages), scene.calibration));
+}
+
+Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose_stages(const ResolvedScene& scene) const {
   const std::string& wanted = scene.spec.object_model;
   // What is there but cannot be used is reported by its own mistake.
   if (scene.model_problem && models_.contains(wanted)) {

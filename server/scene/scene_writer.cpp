@@ -67,9 +67,10 @@ std::string write_scene(const rt::SceneSpec& spec) {
   const auto number = [](double value) { return toml_number(value); };
   const bool explore = explores(spec);
   std::string text =
-      fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\nturntable_station = {}\n",
+      fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\nturntable_station = {}\n"
+                  "corrected_poses = {}\n",
                   toml_quoted(spec.name), quoted_word(spec.kind, kKinds), toml_quoted(spec.description),
-                  toml_quoted(spec.object_model), toml_quoted(spec.turntable_station));
+                  toml_quoted(spec.object_model), toml_quoted(spec.turntable_station), spec.corrected_poses);
   if (!explore) text += fmt::format("press_axis = {}\n", vector_text(spec.press_axis));
   text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", quoted_word(spec.tip, kTips),
                       number(spec.tool_mass_g));

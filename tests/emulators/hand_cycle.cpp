@@ -7,8 +7,8 @@ constexpr double kClearOfObjectsMm = 80.0;
 }
 
 std::vector<std::string> hand_programs() {
-  return {"press",   "tap", "rest", "wave", "dart",   "follow",
-          "palpate", "rub", "turn", "free", "search", "walls"};
+  return {"press", "tap",  "rest", "wave",   "dart",  "follow", "palpate",
+          "rub",   "turn", "free", "search", "walls", "survey"};
 }
 
 sim::HandProgram single_motion(const HandTask& task) {
@@ -25,6 +25,15 @@ sim::HandProgram single_motion(const HandTask& task) {
     program.speed_mm_per_s = 276.0;
     program.hold_s = -1.0;
     program.place_mm = {0.0, 0.0, 60.0};
+  }
+  if (task.program == "survey") {  // with the tool turned to all sides
+    program.kind = sim::HandProgram::Kind::kSway;
+    program.rate_hz = 0.27;
+    program.speed_mm_per_s = 150.0;
+    program.hold_s = -1.0;
+    program.place_mm = {0.0, -25.0, 70.0};
+    program.tilt_deg = 35.0;
+    program.twist_deg = 35.0;
   }
   if (task.program == "dart") {  // the tool, on the spring of the hand: 400 mm/s, 20 m/s²
     program.speed_mm_per_s = 330.0;

@@ -14,9 +14,9 @@ struct HandTask {
   double hold_s = 2.0;  ///< of a press; negative = for ever
 };
 
-/// "press", "tap", "rest", "wave", "dart", "follow": a single motion. "palpate", "rub", "turn", "free",
-/// "search", "walls": what a person does whom an identification of contact, friction, tool, threshold, gains
-/// or structural stiffness asks.
+/// "press", "tap", "rest", "wave", "dart", "follow", "survey" (for a calibration): a single motion.
+/// "palpate", "rub", "turn", "free", "search", "walls": what a person does whom an identification of contact,
+/// friction, tool, threshold, gains or structural stiffness asks.
 std::vector<std::string> hand_programs();
 
 /// Of the programs of a single motion; at rest for the others.

@@ -61,6 +61,7 @@ struct Options {
   double vanish_every_s = 0.0;
   double slide_mm_per_s = 0.0;
   double edge_mm = 0.0;
+  std::string tracker;
 };
 
 /// A page that is there is gone on with: a daemon that outlived its peers still has it mapped.
@@ -122,6 +123,32 @@ bool wait(const sigset_t& ending, double seconds) {
   return sigtimedwait(&ending, nullptr, &time) < 0;
 }
 
+/// What a tracker sends, as rows of a file that others read while it grows.
+class TrackerFile {
+ public:
+  TrackerFile(const std::string& path, emulators::EmulatedBench& bench) : bench_(bench) {
+    if (path.empty()) return;
+    file_.open(path);
+    file_ << "stamp_ns,x_mm,y_mm,z_mm,qw,qx,qy,qz\n" << std::flush;
+    if (!file_) throw std::runtime_error("cannot write " + path);
+  }
+  void go_on() {
+    if (!file_.is_open()) return;
+    for (const sim::TrackerPose& pose : bench_.tracker_poses()) {
+      const auto& p = pose.position_mm;
+      const auto& q = pose.orientation;
+      file_ << fmt::format("{},{:.4f},{:.4f},{:.4f},", pose.stamp_ns, p.x, p.y, p.z);
+      file_ << (pose.has_orientation ? fmt::format("{:.7f},{:.7f},{:.7f},{:.7f}\n", q.w, q.x, q.y, q.z)
+                                     : ",,,\n");
+    }
+    file_ << std::flush;
+  }
+
+ private:
+  emulators::EmulatedBench& bench_;
+  std::ofstream file_;
+};
+
 /// A posture is kept beyond the way to it.
 double posture_s(const sim::HandProgram& program) {
   using Kind = sim::HandProgram::Kind;
@@ -131,7 +158,7 @@ double posture_s(const sim::HandProgram& program) {
 /// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object
 /// vanishes and slides as asked.
 void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench,
-                      const std::function<bool()>& may_begin) {
+                      TrackerFile& tracker, const std::function<bool()>& may_begin) {
   using Kind = sim::ObjectEvent::Kind;
   constexpr double kTurnS = 0.1;
   constexpr double kSlideS = 1.0;
@@ -151,6 +178,7 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   bool begun = false;
   for (double now_s = 0.0; options.seconds <= 0.0 || now_s < options.seconds; now_s += kTurnS) {
     if (!wait(ending, kTurnS)) return;
+    tracker.go_on();
     if (!begun && !may_begin()) {
       now_s -= kTurnS;
       continue;
@@ -213,9 +241,8 @@ emulators::EmulatedBench::Peers peers_of(const emulators::BenchConfig& config, e
   }
   if (board == nullptr) return peers;
   if (page == nullptr) {
-    peers.pose = [board](const hal::Vector3& tip_mm, const hal::Quaternion& orientation) {
-      board->pose(tip_mm, orientation);
-    };
+    peers.pose = [board](const hal::Vector3& tip_mm, const hal::Quaternion& orientation,
+                         const hal::DeviceAngles&) { board->pose(tip_mm, orientation); };
     peers.force_n = [board] { return board->force_n(); };
   }
   if (box == nullptr) {
@@ -271,6 +298,9 @@ int run(const Options& options) {
   config.simulation.tool_mass_g = options.tool_mass_g;
   if (options.edge_mm > 0.0) config.simulation.hold.edge_mm = options.edge_mm;
   config.truth_capacity = 1;  // no one asks for it
+  if (device_on_board && options.conditions == "arm") {
+    throw std::runtime_error("--conditions arm needs --device-over openhaptics: the board's arm is another");
+  }
   config.turn = turn_of(options);
   std::optional<hal::Error> error;
   auto bench = emulators::EmulatedBench::create(config, peers_of(config, page.get(), box.get(), board.get()));
@@ -286,6 +316,7 @@ int run(const Options& options) {
   // An arm on the board is homed before the hand moves it.
   const auto may_begin = [&] { return !device_on_board || board->is_awake(); };
   if (device_on_board) (void)(*bench)->set_program({});
+  TrackerFile tracker(options.tracker, **bench);
   const hal::RigInfo& rig = (*bench)->info();
   if (page) {
     page->set_late_ticks(options.late_ticks.empty() ? std::vector<double>{}
@@ -312,7 +343,7 @@ int run(const Options& options) {
     std::printf("%shapticd --config '%s'\n", environment_of(peers).c_str(), options.file.c_str());
   }
   std::fflush(stdout);
-  wait_for_the_end(ending, options, **bench, may_begin);
+  wait_for_the_end(ending, options, **bench, tracker, may_begin);
   (*bench)->stop();
   const test::FreeAirJudge& free_air = (*bench)->free_air();
   std::fprintf(
@@ -372,8 +403,10 @@ int main(int argc, char** argv) {
   app.add_option("--write", options.file, "Where the rig file goes; else to standard output")
       ->type_name("FILE");
   app.add_option("--seconds", options.seconds, "End after so long; 0 = on SIGINT or SIGTERM");
-  app.add_option("--conditions", options.conditions, "clean, or lab: drift, vibration and the like")
-      ->check(CLI::IsMember({"clean", "lab"}));
+  app.add_option(
+         "--conditions", options.conditions,
+         "clean; lab: drift, vibration and the like; arm: one that was never calibrated, and a tracker")
+      ->check(CLI::IsMember({"clean", "lab", "arm"}));
   app.add_option("--condition", options.values, "One of them by name, over the preset; again for more")
       ->type_name("NAME=VALUE");
   app.add_option("--drift-n-per-s", options.drift_n_per_s, "Of the sensor's zero, each axis")
@@ -386,6 +419,10 @@ int main(int argc, char** argv) {
                  "The object vanishes so often and is back after half of that; 0 = never");
   app.add_option("--slide-mm-per-s", options.slide_mm_per_s,
                  "The object slides along x and back; 0 = it rests");
+  app.add_option(
+         "--tracker", options.tracker,
+         "Where what a tracker sees of the tool goes, as it is seen; needs tracker_rate_hz, as of arm")
+      ->type_name("FILE");
   app.add_option("--edge-mm", options.edge_mm, "Where the object ends along x; 0 = nowhere");
   app.footer(
       "Example:\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Callable, Iterator, Optional
+from typing import Any, Callable, Iterator, Optional
 
 import pytest
 
@@ -12,6 +12,7 @@ import hapticd
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from daemon import Daemon  # noqa: E402
+from emulated_rig import EmulatedRig  # noqa: E402
 
 
 @pytest.fixture
@@ -27,6 +28,19 @@ def start_daemon(tmp_path: Path) -> Iterator[Callable[..., Daemon]]:
     yield start
     for daemon in daemons:
         daemon.end()
+
+
+@pytest.fixture
+def emulated_rig(tmp_path: Path) -> Iterator[Callable[..., EmulatedRig]]:
+    rigs: list[EmulatedRig] = []
+
+    def start(*options: Any) -> EmulatedRig:
+        rigs.append(EmulatedRig(tmp_path, *options))
+        return rigs[-1]
+
+    yield start
+    for rig in rigs:
+        rig.end()
 
 
 @pytest.fixture(scope="module")

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
-import shlex
-import subprocess
 import sys
-import time
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any
 
-import pytest
-
-from daemon import BINARIES
+from emulated_rig import LATE
 
 PROTOCOL = """
 name = "short"
@@ -42,66 +36,27 @@ name = "sponge_05"
 reference_n_per_mm = 0.5
 object_n_per_mm = 0.37
 """
-# A machine that runs the emulators as well is late: what a real one would be stopped for is tolerated here.
-LATE = "\n[guard]\nsensor_stale_after_ms = 1000\nloop_gap_ms = 1000\n"
 SCENE = 'name = "press_late"\nkind = "tap_1d"\n[target]\nstiffness_n_per_mm = 0.6\n[fixture]\n[watch]\n' + LATE
-CEILINGS = "\n[guard]\nmax_sensor_stale_after_ms = 1000\nmax_loop_gap_ms = 1000\n"
 
 
-def line_of(file: Path, pattern: str, process: subprocess.Popen[Any]) -> str:
-    for _ in range(3000):
-        if found := re.search(pattern, file.read_text()):
-            return found.group(1)
-        assert process.poll() is None, file.read_text()
-        time.sleep(0.02)
-    raise AssertionError(f"{file}: nothing like {pattern}: {file.read_text()}")
-
-
-@pytest.fixture
-def processes() -> Iterator[list[subprocess.Popen[Any]]]:
-    started: list[subprocess.Popen[Any]] = []
-    yield started
-    for process in reversed(started):
-        process.terminate()
-        process.wait()
-
-
-def test_a_session_with_a_late_clock_and_a_drifting_zero(tmp_path: Path, processes: list[subprocess.Popen[Any]]) -> None:
-    def start(name: str, *command: Any) -> tuple[Path, subprocess.Popen[Any]]:
-        output = tmp_path / f"{name}.out"
-        with output.open("wb") as file:
-            processes.append(subprocess.Popen([str(word) for word in command], cwd=tmp_path, stdout=file, stderr=file))
-        return output, processes[-1]
-
+def test_a_session_with_a_late_clock_and_a_drifting_zero(tmp_path: Path, emulated_rig: Any) -> None:
     instructions = tmp_path / "instructions.jsonl"
     instructions.touch()
-    emulator = start("emulator", BINARIES.resolve() / "hapticd_emulated_rig", "--instructions", instructions, "--late-ticks", "builtin",
-                     "--drift-n-per-s", "0.001", "--write", "rig.toml")  # fmt: skip
-    page_of_device = shlex.split(line_of(emulator[0], r"(HD_STAND_IN_PAGE=\S+)", emulator[1]))[0]
-    with (tmp_path / "rig.toml").open("a") as file:
-        file.write(CEILINGS)
-    daemon = start("hapticd", "env", page_of_device, BINARIES.resolve() / "hapticd", "--config", "rig.toml", "--listen", "127.0.0.1:0",
-                   "--model-store", tmp_path / "models.sqlite")  # fmt: skip
-    address = line_of(daemon[0], r"listens on (\S+)", daemon[1])
+    rig = emulated_rig("--instructions", instructions)
     (tmp_path / "short.toml").write_text(PROTOCOL)
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "press_late.toml").write_text(SCENE)
 
-    def control(*words: str) -> str:
-        done = subprocess.run([BINARIES.resolve() / "hapticctl", "--server", address, *words], cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
-
-    time.sleep(2.0)  # until the sensor's stream is up
-    control("sensor", "bias")
-    control("experiment", "check", "./short.toml")
-    control("clear")
-    session = start("session", BINARIES.resolve() / "hapticctl", "--server", address, "experiment", "run", "./short.toml",
-                    "--participant", "P01", "--folder", "sessions", "--port", "0")  # fmt: skip
-    url = line_of(session[0], r"participant's page: +(\S+)", session[1])
-    person = start("person", sys.executable, Path(__file__).parent / "answering_page.py", url, "--instructions", instructions, "--touch-s", "4")
-    assert person[1].wait(timeout=500) == 0, session[0].read_text() + daemon[0].read_text()
-    assert session[1].wait(timeout=60) == 0, session[0].read_text()
+    rig.control("sensor", "bias")
+    rig.control("experiment", "check", "./short.toml")
+    rig.control("clear")
+    session = rig.start("session", *rig.command("experiment", "run", "./short.toml", "--participant", "P01", "--folder", "sessions",
+                                                "--port", "0"))  # fmt: skip
+    url = rig.line_of(session, r"participant's page: +(\S+)")
+    person = rig.start("person", sys.executable, Path(__file__).parent / "answering_page.py", url, "--instructions", instructions,
+                       "--touch-s", "4")  # fmt: skip
+    assert person.wait(timeout=500) == 0, rig.output_of("session").read_text() + rig.output_of("hapticd").read_text()
+    assert session.wait(timeout=60) == 0, rig.output_of("session").read_text()
 
     events = [json.loads(line) for line in (tmp_path / "sessions" / "short_P01.jsonl").read_text().splitlines()]
     assert events[-1]["event"] == "end"

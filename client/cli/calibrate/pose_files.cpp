@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 
 #include "client/cli/plot/csv_table.h"
 
@@ -10,6 +12,7 @@ namespace hapticd::cli {
 namespace {
 
 constexpr int kPosesInPiece = 500;
+constexpr std::int64_t kNoTime = std::numeric_limits<std::int64_t>::min();
 
 template <class Fill>
 std::vector<v1::PushReferencePosesRequest> pieces_of(std::size_t rows, Fill&& fill) {
@@ -37,12 +40,22 @@ void set(v1::Quaternion& quaternion, double w, double x, double y, double z) {
   quaternion.set_z(z);
 }
 
+/// In ns, of a column in ns or in s.
+std::vector<std::int64_t> times_ns(const CsvTable& table, const std::string& name) {
+  const bool in_ns = table.has(name + "_ns");
+  const double scale = in_ns ? 1.0 : 1e9;
+  std::vector<std::int64_t> times;
+  for (const double time : table.column(name + (in_ns ? "_ns" : "_s"))) {
+    times.push_back(std::abs(scale * time) < 9e18 ? std::llround(scale * time) : kNoTime);
+  }
+  return times;
+}
+
 }  // namespace
 
 std::vector<v1::PushReferencePosesRequest> read_reference_file(const std::string& path) {
   const CsvTable table = CsvTable::read(path);
-  const bool in_ns = table.has("stamp_ns");
-  const auto& stamp = table.column(in_ns ? "stamp_ns" : "stamp_s");
+  const std::vector<std::int64_t> stamp_ns = times_ns(table, "stamp");
   const auto& x = table.column("x_mm");
   const auto& y = table.column("y_mm");
   const auto& z = table.column("z_mm");
@@ -53,9 +66,9 @@ std::vector<v1::PushReferencePosesRequest> read_reference_file(const std::string
   const auto& qy = turned ? table.column("qy") : none;
   const auto& qz = turned ? table.column("qz") : none;
   return pieces_of(table.rows(), [&](std::size_t i, v1::PushReferencePosesRequest& piece) {
-    if (!std::isfinite(stamp[i] + x[i] + y[i] + z[i])) return false;
+    if (stamp_ns[i] == kNoTime || !std::isfinite(x[i] + y[i] + z[i])) return false;
     v1::ReferencePose& pose = *piece.add_poses();
-    pose.set_stamp_ns(std::llround(in_ns ? stamp[i] : 1e9 * stamp[i]));
+    pose.set_stamp_ns(stamp_ns[i]);
     set(*pose.mutable_position_mm(), x[i], y[i], z[i]);
     if (turned && std::isfinite(qw[i] + qx[i] + qy[i] + qz[i])) {
       set(*pose.mutable_orientation(), qw[i], qx[i], qy[i], qz[i]);
@@ -66,7 +79,7 @@ std::vector<v1::PushReferencePosesRequest> read_reference_file(const std::string
 
 std::vector<v1::PushReferencePosesRequest> read_rig_file(const std::string& path) {
   const CsvTable table = CsvTable::read(path);
-  const auto& time_ns = table.column("time_ns");
+  const std::vector<std::int64_t> time_ns = times_ns(table, "time");
   const auto& x = table.column("sample_tip_position_x_mm");
   const auto& y = table.column("sample_tip_position_y_mm");
   const auto& z = table.column("sample_tip_position_z_mm");
@@ -79,9 +92,9 @@ std::vector<v1::PushReferencePosesRequest> read_rig_file(const std::string& path
     return table.column("angles_" + std::string(kind) + "_" + std::to_string(number) + "_rad")[row];
   };
   return pieces_of(table.rows(), [&](std::size_t i, v1::PushReferencePosesRequest& piece) {
-    if (!std::isfinite(time_ns[i] + x[i] + y[i] + z[i] + qw[i])) return false;
+    if (time_ns[i] == kNoTime || !std::isfinite(x[i] + y[i] + z[i] + qw[i])) return false;
     v1::RecordedRigPose& pose = *piece.add_rig_poses();
-    pose.set_time_ns(std::llround(time_ns[i]));
+    pose.set_time_ns(time_ns[i]);
     set(*pose.mutable_tip_mm(), x[i], y[i], z[i]);
     set(*pose.mutable_orientation(), qw[i], qx[i], qy[i], qz[i]);
     if (angles && std::isfinite(angle("joint", 1, i))) {

@@ -56,7 +56,7 @@ hal::Result<ArmState> find_start(const RigStream& rig, const std::vector<Referen
     const auto offset = find_offset(rig, reference, settings.earliest_s, settings.latest_s);
     if (!offset) {
       return refusal("the tracker's poses and the rig's do not fall together in time", "", "half of them do",
-                     "push poses while the rig runs, with stamps of the rig's clock");
+                     "push poses while the rig runs, with stamps of the rig's clock; or say own_clock");
     }
     if (offset->correlation < kMinCorrelation) {
       return refusal("the tracker does not see the device move",

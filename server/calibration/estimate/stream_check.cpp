@@ -236,7 +236,8 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
     return refusal("the tracker's poses and the rig's do not fall together in time",
                    fmt::format("stamps {:.2f} … {:.2f} s, rig {:.2f} … {:.2f} s", reference.front().stamp_s,
                                reference.back().stamp_s, rig.begin_s(), rig.end_s()),
-                   "half of them do", "push poses while the rig runs, with stamps of the rig's clock");
+                   "half of them do",
+                   "push poses while the rig runs, with stamps of the rig's clock; or say own_clock");
   }
   if (auto error = check_frozen(rig, reference, offset->offset_s)) return error;
   std::vector<MarkerPair> pairs;

@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace hapticd::calibration {
 
 namespace {
 
+constexpr double kCoarseStepS = 0.02;
 constexpr double kStepS = 0.005;
 constexpr double kSpanS = 0.1;  ///< over which a speed is taken: noise of 0.3 mm is 4 mm/s then
 constexpr std::size_t kMinSpeeds = 30;
+constexpr std::size_t kFewestSpeeds = 200;  ///< that tell one offset from another in a long recording
+constexpr double kSpanWithAllSpeedsS = 60.0;
 
 struct Speed {
   double stamp_s;
@@ -74,18 +78,29 @@ std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<
                                         double from_s, double to_s) {
   const std::vector<Speed> speeds = marker_speeds(reference);
   const std::size_t stride = 1 + speeds.size() / 600;
+  // First as coarse as speeds of a hand allow, and of fewer speeds where there is much to search.
+  const std::size_t coarser = 1 + static_cast<std::size_t>((to_s - from_s) / kSpanWithAllSpeedsS);
+  const std::size_t coarsest = std::max<std::size_t>(stride, speeds.size() / kFewestSpeeds);
   std::optional<StreamOffset> best;
-  // First as coarse as speeds of a hand allow, then finer about the best.
-  for (const double step_s : {0.02, kStepS}) {
-    const double low_s = best && step_s == kStepS ? best->offset_s - 0.04 : from_s;
-    const double high_s = best && step_s == kStepS ? best->offset_s + 0.04 : to_s;
+  const auto search = [&](double low_s, double high_s, double step_s, std::size_t every) {
     for (double offset_s = low_s; offset_s <= high_s; offset_s += step_s) {
-      const auto value = correlation(rig, speeds, stride, offset_s);
+      const auto value = correlation(rig, speeds, every, offset_s);
       if (value && (!best || *value > best->correlation)) best = StreamOffset{offset_s, *value};
     }
-    if (!best) return std::nullopt;
-  }
+  };
+  search(from_s, to_s, kCoarseStepS, std::min(stride * coarser, coarsest));
+  if (!best) return std::nullopt;
+  const double near_s = std::exchange(best, std::nullopt)->offset_s;
+  search(near_s - 2.0 * kCoarseStepS, near_s + 2.0 * kCoarseStepS, kStepS, stride);
   return best;
+}
+
+std::optional<StreamOffset> find_any_offset(const RigStream& rig,
+                                            const std::vector<ReferencePose>& reference) {
+  if (rig.size() < 2 || reference.size() < 2) return std::nullopt;
+  const double half_s = 0.5 * (reference.back().stamp_s - reference.front().stamp_s);
+  return find_offset(rig, reference, reference.front().stamp_s - rig.end_s() + half_s,
+                     reference.back().stamp_s - rig.begin_s() - half_s);
 }
 
 }  // namespace hapticd::calibration

@@ -18,4 +18,9 @@ struct StreamOffset {
 std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<ReferencePose>& reference,
                                         double from_s, double to_s);
 
+/// The same where nothing is known of the two clocks: over all offsets at which half of the tracker's poses
+/// fall into the rig's.
+std::optional<StreamOffset> find_any_offset(const RigStream& rig,
+                                            const std::vector<ReferencePose>& reference);
+
 }  // namespace hapticd::calibration

@@ -7,6 +7,7 @@
 #include "server/calibration/estimate/nominal_arm.h"
 #include "server/calibration/estimate/pivot_fit.h"
 #include "server/calibration/estimate/stream_check.h"
+#include "server/calibration/estimate/stream_offset.h"
 #include "server/calibration/run/calibration_runner.h"
 
 namespace hapticd::server {
@@ -26,6 +27,18 @@ std::string now_utc() {
   char text[32];
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
   return text;
+}
+
+/// Of a recording nothing but the motion says how far the tracker's clock is off: its stamps are shifted to
+/// where both move alike. Not where they do as they are.
+void bring_together(const calibration::RigStream& rig, std::vector<ReferencePose>& reference,
+                    const calibration::ArmFitSettings& settings) {
+  constexpr double kAlike = 0.8;
+  const auto usual = calibration::find_offset(rig, reference, settings.earliest_s, settings.latest_s);
+  if (usual && usual->correlation > kAlike) return;
+  const auto any = calibration::find_any_offset(rig, reference);
+  if (!any || (usual && any->correlation <= usual->correlation)) return;
+  for (ReferencePose& pose : reference) pose.stamp_s -= any->offset_s;
 }
 
 }  // namespace
@@ -60,6 +73,7 @@ Outcome<StoredCalibration> CalibrationRunner::fit(const CalibrationRequest& requ
     settings.tip_in_marker_mm = tip->tip_in_marker_mm;
     settings.tip_covariance_mm2 = tip->tip_covariance_mm2;
   }
+  if (request.recorded && request.own_clock) bring_together(rig, reference, settings);
   if (auto error = calibration::check_stream(rig, reference, settings)) return refused(*error);
   const calibration::NominalArm nominal = calibration::find_nominal_arm(rig.poses());
   if (request.kind == CalibrationKind::kKinematics && nominal.arm.use == calibration::AngleUse::kNone) {

@@ -35,7 +35,11 @@ grpc::Status CalibrationService::PushReferencePoses(grpc::ServerContext* context
     if (!reference) return to_status(reference.refusal());
     const auto rig = read_rig_poses(piece);
     if (!rig) return to_status(rig.refusal());
-    if (auto refusal = runner_.push(*reference, *rig)) return to_status(*refusal);
+    if (auto refusal = runner_.push(*reference, *rig)) {
+      // The calibration was over before whoever pushes.
+      if (refusal->kind == RefusalKind::kFailedPrecondition && poses + rig_poses > 0) break;
+      return to_status(*refusal);
+    }
     poses += reference->size();
     rig_poses += rig->size();
   }

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <thread>
 #include <utility>
 
-#include "tests/emulators/board/arm_emulator.h"
+#include "hal/sim/device/arm.h"
 #include "tests/support/turn.h"
 
 namespace hapticd::emulators {
@@ -54,8 +55,10 @@ struct EmulatedBench::State {
   const BenchConfig config;
   const Peers peers;
   const std::unique_ptr<sim::SimulatedRig> rig;
+  const bool upright = config.turn.w == 1.0;
   std::thread thread;
   std::atomic<bool> stop{false};
+  std::atomic<std::int64_t> began_ns{std::numeric_limits<std::int64_t>::min()};  ///< CLOCK_MONOTONIC
 
   // Filled by the bench's thread; what is counted is final.
   const std::unique_ptr<BenchTruth[], Free> truths;
@@ -73,10 +76,15 @@ struct EmulatedBench::State {
 
 void EmulatedBench::State::turn() {
   hal::RigSample sample;
+  const std::int64_t before_ns = monotonic_ns();
   rig->read(sample);
+  // A thread that is held up in between takes too little; a world that leaves time out begins later.
+  if (before_ns - sample.time_ns > began_ns) began_ns = before_ns - sample.time_ns;  // of one writer
   if (peers.pose) {
-    peers.pose(test::turned(config.turn, sample.tip_position_mm),
-               test::product(config.turn, sample.tip_orientation));
+    const Vector3 tip_mm = test::turned(config.turn, sample.tip_position_mm);
+    const Quaternion orientation = test::product(config.turn, sample.tip_orientation);
+    // An arm does not turn with the world: it reaches there with other angles.
+    peers.pose(tip_mm, orientation, upright ? sample.angles : sim::angles_of({}, tip_mm, orientation));
   }
   if (peers.load) peers.load(sample.sensor_force_n, sample.sensor_torque_n_mm);
   Vector3 outside_mm;
@@ -132,11 +140,10 @@ void EmulatedBench::State::run() {
 
 EmulatedBench::Peers EmulatedBench::peers_of(HdPage& page, const BenchConfig& config) {
   Peers peers;
-  peers.pose = [&page, arm = ArmEmulator({.shoulder_mm = {-215.0, 0.0, 170.0}}), origin_mm = config.origin_mm,
-                device = config.page_device](const Vector3& tip_mm, const Quaternion& orientation) {
+  peers.pose = [&page, origin_mm = config.origin_mm, device = config.page_device](
+                   const Vector3& tip_mm, const Quaternion& orientation, const hal::DeviceAngles& angles) {
     page.set_pose(to_vendor(tip_mm) + origin_mm, to_vendor(orientation), device);
-    const auto joint_rad = arm.joints(tip_mm);
-    page.set_angles(joint_rad, arm.gimbal(joint_rad, orientation), device);
+    page.set_angles(angles.joint_rad, angles.gimbal_rad, device);
   };
   peers.force_n = [&page, device = config.page_device] { return to_rig(page.force_n(device)); };
   return peers;
@@ -199,6 +206,16 @@ std::optional<hal::Error> EmulatedBench::happen(const sim::ObjectEvent& event) {
 }
 const test::FreeAirJudge& EmulatedBench::free_air() const noexcept {
   return state_->free_air;
+}
+
+std::vector<sim::TrackerPose> EmulatedBench::tracker_poses() {
+  std::vector<sim::TrackerPose> list;
+  sim::TrackerPose pose;
+  while (state_->rig->tracker().take(pose)) {
+    pose.stamp_ns += state_->began_ns.load();
+    list.push_back(pose);
+  }
+  return list;
 }
 
 std::size_t EmulatedBench::truth_count() const noexcept {

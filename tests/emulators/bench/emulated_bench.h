@@ -12,6 +12,7 @@
 #include "hal/error.h"
 #include "hal/samples.h"
 #include "hal/sim/simulated_rig.h"
+#include "hal/sim/tracker/simulated_tracker.h"
 #include "tests/emulators/openhaptics/page.h"
 #include "tests/support/free_air_judge.h"
 
@@ -52,7 +53,9 @@ class EmulatedBench {
   /// What the world is coupled to. Called from the bench's thread, must not block; what is empty is not
   /// there. Rig frame, but for the sensor's load.
   struct Peers {
-    std::function<void(const hal::Vector3& tip_mm, const hal::Quaternion& orientation)> pose;  ///< encoders'
+    std::function<void(const hal::Vector3& tip_mm, const hal::Quaternion& orientation,
+                       const hal::DeviceAngles& angles)>
+        pose;                               ///< encoders'
     std::function<hal::Vector3()> force_n;  ///< of the device on the tip
     ForceSink load;
     std::function<void(const hal::Vector3& tip_mm)> instrument;  ///< where an instrument from outside sees it
@@ -80,6 +83,9 @@ class EmulatedBench {
   std::optional<hal::Error> happen(const sim::ObjectEvent& event);
   /// Force asked for where nothing was touched. Call it while the world is at rest.
   const test::FreeAirJudge& free_air() const noexcept;
+  /// What a tracker of the tool has sent since the last call; frame of the simulated world, stamps of
+  /// CLOCK_MONOTONIC but for what its own clock is off by. One thread. Empty where the conditions have none.
+  std::vector<sim::TrackerPose> tracker_poses();
 
   // -- any thread, at any time
   /// How many truths are kept so far. Each is final once it is counted.

@@ -16,9 +16,10 @@ namespace {
 /// Every number that the file of such a scene says, by reference. The bindings name all members, so a new one
 /// fails to compile here until the scene file can say it.
 std::vector<double*> numbers_of(rt::SceneSpec& spec) {
-  auto& [name, kind, description, tip, object_model, station, axis, mass, contact, wall, ball, map, target,
-         max_target, ramp, max_change, structure_compensated, structural, structural_field, explore,
-         inclusions, friction_target, transient, fixture, watch, control, compensation, guard] = spec;
+  auto& [name, kind, description, tip, object_model, station, corrected_poses, axis, mass, contact, wall,
+         ball, map, target, max_target, ramp, max_change, structure_compensated, structural, structural_field,
+         explore, inclusions, friction_target, transient, fixture, watch, control, compensation, guard] =
+      spec;
   auto& [method, threshold, ratio, release_time, clearance, quiet_time, arming_time, evidence, zero_bound] =
       contact;
   auto& [evidence_required, unexplained, lowest_stiffness] = evidence;
@@ -30,6 +31,7 @@ std::vector<double*> numbers_of(rt::SceneSpec& spec) {
   auto& [target_kind, stiffness, power_law, knots, knot_count, target_axis] = target;
   auto& [power_stiffness, power_damping, exponent] = power_law;
   static_cast<void>(name), static_cast<void>(description), static_cast<void>(tip);
+  static_cast<void>(corrected_poses);  // compared below
   static_cast<void>(object_model), static_cast<void>(station), static_cast<void>(structure_compensated),
       static_cast<void>(method), static_cast<void>(evidence_required);
   static_cast<void>(release_time), static_cast<void>(quiet_time), static_cast<void>(arming_time);
@@ -123,6 +125,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     spec.description = "quotes \" and \\ and\nlines and ε and \x01";
     spec.tip = turn(round, 2, {rt::Tip::kBallBearing, rt::Tip::kRod});
     spec.object_model = "sponge";
+    spec.corrected_poses = round % 2 == 1;
     spec.structural_compensation = round % 3 == 0;
     if (!wall) {
       spec.contact.method =
@@ -205,6 +208,7 @@ TEST(SceneFile, WhatIsWrittenReadsBackBitForBit) {
     const auto before = numbers_of(spec);
     const auto after = numbers_of(*again);
     ASSERT_EQ(before.size(), after.size());
+    EXPECT_EQ(again->corrected_poses, spec.corrected_poses);
     for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(*before[i], *after[i]) << "number " << i;
     ASSERT_EQ(again->structural_field.has_value(), spec.structural_field.has_value());
     if (spec.structural_field) {
@@ -292,7 +296,8 @@ TEST(SceneFile, UnknownKeysAreRefusedByNameLineAndSuggestion) {
                 "did you mean 'stiffness_n_per_mm'?"});
   expect_error("name = \"x\"\n[contcat]\nthreshold_n = 0.5\n",
                {"unknown key 'contcat'", "scene text, line 2", "",
-                "name, kind, description, object_model, turntable_station, press_axis, tool, contact, "
+                "name, kind, description, object_model, turntable_station, corrected_poses, press_axis, "
+                "tool, contact, "
                 "target, structure, control, guard",
                 "did you mean 'contact'?"});
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <iomanip>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -17,19 +18,20 @@ namespace hapticd::test {
 namespace {
 
 /// A trial as the files that `hapticctl telemetry record` and a tracker would leave; the tracker's clock
-/// gains.
+/// is ahead and gains.
 struct TrialFiles {
-  TrialFiles(const study::RegistrationTrial& trial, double clock_gains) {
+  TrialFiles(const study::RegistrationTrial& trial, double clock_gains, double clock_ahead_s = 0.0) {
     std::ofstream rig(folder.path("rig.csv"));
     rig << std::setprecision(17)
-        << "time_ns,sample_tip_position_x_mm,sample_tip_position_y_mm,sample_tip_position_z_mm,"
+        << "tick,time_s,sample_tip_position_x_mm,sample_tip_position_y_mm,sample_tip_position_z_mm,"
            "sample_orientation_w,sample_orientation_x,sample_orientation_y,sample_orientation_z";
     for (const char* kind : {"joint", "gimbal"}) {
       for (int i = 1; i <= 3; ++i) rig << ",angles_" << kind << '_' << i << "_rad";
     }
     rig << '\n';
+    int tick = 0;
     for (const auto& pose : trial.rig.poses()) {
-      rig << std::llround(1e9 * pose.time_s);
+      rig << tick++ << ',' << pose.time_s;
       for (const double value : pose.tip_mm) rig << ',' << value;
       const Eigen::Quaterniond& q = pose.orientation;
       rig << ',' << q.w() << ',' << q.x() << ',' << q.y() << ',' << q.z();
@@ -41,7 +43,7 @@ struct TrialFiles {
     tracker << std::setprecision(17) << "stamp_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
     const double begin_s = trial.reference.front().stamp_s;
     for (const auto& pose : trial.reference) {
-      tracker << begin_s + (1.0 + clock_gains) * (pose.stamp_s - begin_s);
+      tracker << clock_ahead_s + begin_s + (1.0 + clock_gains) * (pose.stamp_s - begin_s);
       for (const double value : pose.position_mm) tracker << ',' << value;
       const Eigen::Quaterniond q = pose.orientation.value_or(Eigen::Quaterniond::Identity());
       tracker << ',' << q.w() << ',' << q.x() << ',' << q.y() << ',' << q.z() << '\n';
@@ -50,29 +52,37 @@ struct TrialFiles {
   TemporaryFolder folder;
 };
 
+/// `hapticctl calibrate kinematics` of these files.
+std::unique_ptr<ChildProcess> calibrate(const RunningService& service, const TrialFiles& files,
+                                        const std::vector<std::string>& more) {
+  std::vector<std::string> words{"--server",
+                                 service.address(),
+                                 "--timeout",
+                                 "120",
+                                 "--json",
+                                 "calibrate",
+                                 "kinematics",
+                                 "--recording",
+                                 files.folder.path("rig.csv"),
+                                 "--reference",
+                                 files.folder.path("tracker.csv")};
+  words.insert(words.end(), more.begin(), more.end());
+  return std::make_unique<ChildProcess>(HAPTICCTL_BINARY, words);
+}
+
+nlohmann::json made(const RunningService& service, const TrialFiles& files,
+                    const std::vector<std::string>& more) {
+  const auto command = calibrate(service, files, more);
+  EXPECT_EQ(command->wait(), 0) << command->output() << command->errors();
+  return nlohmann::json::parse(command->output());
+}
+
 TEST(CalibrateCli, MakesACalibrationOfFiles) {
   const RunningService service;
   const auto trial = study::record_trial({.seed = 23, .calibration_s = 40.0, .held_out_s = 1.0});
   constexpr double kDrift = 200e-6;
   const TrialFiles files(trial, kDrift);
-  const auto made = [&](std::vector<std::string> more) {
-    std::vector<std::string> words{"--server",
-                                   service.address(),
-                                   "--timeout",
-                                   "120",
-                                   "--json",
-                                   "calibrate",
-                                   "kinematics",
-                                   "--recording",
-                                   files.folder.path("rig.csv"),
-                                   "--reference",
-                                   files.folder.path("tracker.csv")};
-    words.insert(words.end(), more.begin(), more.end());
-    ChildProcess command(HAPTICCTL_BINARY, words);
-    EXPECT_EQ(command.wait(), 0) << command.output() << command.errors();
-    return nlohmann::json::parse(command.output());
-  };
-  const nlohmann::json found = made({"--own-clock"});
+  const nlohmann::json found = made(service, files, {"--own-clock"});
   EXPECT_LT(found.at("predicted_target_error_95_mm"), 1.0);
   const auto& parameters = found.at("parameters");
   const auto drift = std::find_if(parameters.begin(), parameters.end(),
@@ -84,7 +94,20 @@ TEST(CalibrateCli, MakesACalibrationOfFiles) {
   EXPECT_NEAR(latency_ms, 1e3 * trial.latency_s, 0.5);
   // Without, the clocks are taken for one: half of what they differ by at the end is taken for latency.
   const double span_s = trial.reference.back().stamp_s - trial.reference.front().stamp_s;
-  EXPECT_NEAR(made({}).at("latency_ms").get<double>() - latency_ms, 0.5e3 * kDrift * span_s, 1.0);
+  EXPECT_NEAR(made(service, files, {}).at("latency_ms").get<double>() - latency_ms, 0.5e3 * kDrift * span_s,
+              1.0);
+}
+
+TEST(CalibrateCli, FindsHowFarAClockIsOffByTheMotion) {
+  const RunningService service;
+  auto trial = study::record_trial({.seed = 24, .calibration_s = 40.0, .held_out_s = 1.0});
+  trial.reference.erase(trial.reference.begin(), trial.reference.begin() + 300);  // began 5 s later
+  const TrialFiles utc(trial, 20e-6, 1.76e9);
+  EXPECT_LT(made(service, utc, {"--own-clock"}).at("predicted_target_error_95_mm"), 1.0);
+  const auto refused = calibrate(service, utc, {});
+  EXPECT_NE(refused->wait(), 0);
+  EXPECT_NE(refused->output().find("do not fall together in time"), std::string::npos)
+      << refused->output() << refused->errors();
 }
 
 }  // namespace

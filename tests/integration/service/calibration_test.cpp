@@ -111,10 +111,23 @@ TEST(ServiceCalibration, FindsStoresAndAdoptsFromPushedPoses) {
   EXPECT_EQ(found.target_error(0).covariance_mm2_size(), 6);
   EXPECT_FALSE(found.adopted());
 
+  const std::string on_corrected_poses = "name = \"on_corrected\"\ncorrected_poses = true\n";
+  const auto too_early = service.load_toml(on_corrected_poses);
+  EXPECT_EQ(too_early.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(detail_of(too_early).what(), "the scene works on corrected poses, and no calibration is adopted");
+
   v1::AdoptCalibrationRequest adopt;
   adopt.set_hash(progress.stored());
   v1::AdoptCalibrationResponse adopted;
   ASSERT_TRUE(service.stub->AdoptCalibration(call_context().get(), adopt, &adopted).ok());
+  EXPECT_TRUE(service.load_toml(on_corrected_poses).ok());
+  v1::ExplainSceneRequest explain;
+  explain.set_toml(on_corrected_poses);
+  v1::SceneOutline outline;
+  ASSERT_TRUE(service.scene->ExplainScene(call_context().get(), explain, &outline).ok());
+  ASSERT_FALSE(outline.remarks().empty());
+  EXPECT_EQ(outline.remarks(outline.remarks_size() - 1),
+            "poses: corrected by calibration " + progress.stored().substr(0, 12));
   v1::DeleteCalibrationRequest remove;
   remove.set_hash(progress.stored());
   v1::DeleteCalibrationResponse removed;
@@ -178,6 +191,30 @@ TEST(ServiceCalibration, RefusesWhatItCannotUse) {
   v1::CalibrationProgress cancelled;
   ASSERT_TRUE(service.stub->CancelCalibration(call_context().get(), {}, &cancelled).ok());
   EXPECT_EQ(cancelled.state(), v1::CALIBRATION_STATE_CANCELLED);
+}
+
+TEST(ServiceCalibration, AStreamThatOutlivesTheCalibrationKeepsWhatItGave) {
+  const Calibrating service;
+  ASSERT_TRUE(service.start(recorded(v1::CALIBRATION_KIND_TIP)).ok());
+  v1::PushReferencePosesRequest piece;
+  set(*piece.add_poses()->mutable_position_mm(), Eigen::Vector3d(1, 2, 3));
+  const auto context = call_context(std::chrono::seconds(30));
+  v1::PushReferencePosesResponse response;
+  const auto writer = service.stub->PushReferencePoses(context.get(), &response);
+  ASSERT_TRUE(writer->Write(piece));
+  const auto watching = call_context(std::chrono::seconds(30));
+  const auto watch = service.stub->WatchCalibration(watching.get(), {});
+  v1::CalibrationProgress progress;
+  while (progress.reference_poses() == 0 && watch->Read(&progress)) {
+  }
+  ASSERT_EQ(progress.reference_poses(), 1u);
+  v1::CalibrationProgress cancelled;
+  ASSERT_TRUE(service.stub->CancelCalibration(call_context().get(), {}, &cancelled).ok());
+  writer->Write(piece);
+  writer->WritesDone();
+  const auto status = writer->Finish();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response.poses(), 1u);
 }
 
 }  // namespace

@@ -1,0 +1,37 @@
+#include "server/scene/corrected_pipeline.h"
+
+namespace hapticd::server {
+
+namespace {
+
+Eigen::Quaterniond rotation(const hal::Quaternion& q) noexcept {
+  return {q.w, q.x, q.y, q.z};
+}
+
+hal::Quaternion turned(const Eigen::Quaterniond& turn, const hal::Quaternion& orientation) noexcept {
+  const Eigen::Quaterniond q = (turn * rotation(orientation)).normalized();
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+}  // namespace
+
+rt::PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample,
+                                               rt::TickRecord& record) noexcept {
+  const calibration::CorrectedPose pose = calibration::correct(*calibration_, sample);
+  if (pose.source != calibration::PoseSource::kReported && pose.tip_mm.allFinite() &&
+      pose.orientation.coeffs().allFinite()) {
+    const hal::Vector3 tip_mm{pose.tip_mm.x(), pose.tip_mm.y(), pose.tip_mm.z()};
+    shift_mm_ = tip_mm - sample.tip_position_mm;
+    turn_ = pose.orientation * rotation(sample.tip_orientation).conjugate();
+  }
+  hal::RigSample corrected = sample;
+  corrected.tip_position_mm = sample.tip_position_mm + shift_mm_;
+  corrected.tip_orientation = turned(turn_, sample.tip_orientation);
+  return stages_->evaluate(corrected, record);
+}
+
+void CorrectedPipeline::biased_at(const hal::Quaternion& orientation) noexcept {
+  stages_->biased_at(turned(turn_, orientation));
+}
+
+}  // namespace hapticd::server
