@@ -18,7 +18,8 @@ from urllib.parse import urlsplit
 import pytest
 
 import hapticd
-from hapticd.experiment import journal, protocol, runner
+from hapticd import errors
+from hapticd.experiment import journal, protocol, reporting, runner, stage
 from hapticd.experiment.page_person import PagePerson
 from hapticd.experiment.page_server import PageServer
 from hapticd.experiment.stage import BareStage
@@ -200,6 +201,32 @@ def test_a_page_that_is_closed_and_a_session_that_is_stopped(fast_daemon: Any, t
     page = Page(program.participant, willing)
     assert program.end() == 0
     assert kinds(events_of(tmp_path))[-1] == "end"
+
+
+@pytest.mark.parametrize("error, ends", [(errors.Unreachable, True), (errors.Refused, False)])
+def test_a_lost_daemon_ends_the_session_and_one_that_refuses_does_not(monkeypatch: pytest.MonkeyPatch, error: Any, ends: bool) -> None:
+    monkeypatch.setattr(reporting, "LOST_AFTER_S", 0.2)
+    monkeypatch.setattr(reporting, "HEARTBEAT_S", 0.05)
+    person = PagePerson(lambda why: None)
+
+    class Daemon:
+        reports = 0
+
+        def report_experiment(self, **_: Any) -> None:
+            self.reports += 1
+            raise error("gone")
+
+    daemon: Any = Daemon()
+    reason = ""
+    with reporting.Reporter(daemon, "short", person):
+        while not reason and daemon.reports < 5:
+            person.seen()
+            try:
+                person.says_done()
+            except stage.Aborted as end:
+                reason = str(end)
+            time.sleep(0.01)
+    assert ("no longer answers" in reason) == ends
 
 
 def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(fast_daemon: Any, tmp_path: Path) -> None:

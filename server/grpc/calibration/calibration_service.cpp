@@ -4,6 +4,7 @@
 #include "server/grpc/calibration/calibration_messages.h"
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
+#include "server/grpc/calls/progress_stream.h"
 #include "server/grpc/calls/silence_watch.h"
 #include "server/grpc/messages/status.h"
 
@@ -72,21 +73,8 @@ grpc::Status CalibrationService::WatchCalibration(grpc::ServerContext* context,
                                                   grpc::ServerWriter<v1::CalibrationProgress>* writer) {
   const CountedCall counted(watchers_, kMaxWatchers);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchCalibration");
-  const Caller caller = caller_of(*context);
-  std::string id = request->calibration();
-  for (std::uint64_t seen = 0;;) {
-    const auto report = runner_.report(id, seen, caller);
-    if (!report) return to_status(report.refusal());
-    if (caller.cancelled()) return grpc::Status::CANCELLED;
-    id = report->id;
-    if (report->version != seen) {
-      v1::CalibrationProgress message;
-      fill(*report, message);
-      if (!writer->Write(message)) return grpc::Status::CANCELLED;
-    }
-    seen = report->version;
-    if (report->over()) return grpc::Status::OK;
-  }
+  return stream_progress(runner_, request->calibration(), caller_of(*context), *writer,
+                         [](const CalibrationReport& report) { return report.over(); });
 }
 
 grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext*, const v1::ListCalibrationsRequest*,

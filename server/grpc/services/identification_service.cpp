@@ -4,6 +4,7 @@
 
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
+#include "server/grpc/calls/progress_stream.h"
 #include "server/grpc/calls/silence_watch.h"
 #include "server/grpc/messages/identification_messages.h"
 #include "server/grpc/messages/status.h"
@@ -74,21 +75,9 @@ grpc::Status IdentificationService::WatchIdentification(
     grpc::ServerWriter<v1::IdentificationProgress>* writer) {
   const CountedCall counted(watchers_, kMaxWatchers);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchIdentification");
-  const Caller caller = caller_of(*context);
-  std::string id = request->identification();
-  for (std::uint64_t seen = 0;;) {
-    const auto report = runner_.report(id, seen, caller);
-    if (!report) return to_status(report.refusal());
-    if (caller.cancelled()) return grpc::Status::CANCELLED;
-    id = report->id;
-    if (report->version != seen) {
-      v1::IdentificationProgress message;
-      fill(*report, message);
-      if (!writer->Write(message)) return grpc::Status::CANCELLED;
-    }
-    seen = report->version;
-    if (report->state != IdentificationState::kRunning) return grpc::Status::OK;
-  }
+  return stream_progress(
+      runner_, request->identification(), caller_of(*context), *writer,
+      [](const IdentificationReport& report) { return report.state != IdentificationState::kRunning; });
 }
 
 grpc::Status IdentificationService::CancelIdentification(grpc::ServerContext* context,

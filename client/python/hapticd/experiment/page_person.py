@@ -94,6 +94,12 @@ class PagePerson:
             self._aborted = f"by the {who}"
             self._changed.notify_all()
 
+    def lost(self, what: str) -> None:
+        """The session ends: nothing of the rig can be stopped or felt any more."""
+        with self._changed:
+            self._aborted = what
+            self._changed.notify_all()
+
     # The runner's side.
 
     def ready(self, state: State, trial: Trial, interval: int) -> Sequence[Event]:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import time
 from typing import Any
 
 import hapticd
-from hapticd.errors import HapticdError
+from hapticd.errors import HapticdError, TimedOut, Unreachable
 from hapticd.experiment.page_person import PagePerson
 
 #: No more often, s; and no less often than the page hears of it.
 PAUSE_S, HEARTBEAT_S = 0.2, 1.0
+
+#: A daemon that no report reached for so long is lost, s.
+LOST_AFTER_S = 5.0
 
 PHASES = {
     "wait": "waiting",
@@ -66,11 +70,19 @@ class Reporter:
 
     def _run(self) -> None:
         version = -1
+        arrived_s = time.monotonic()
         while not self._ending.wait(PAUSE_S):
             version, shown = self._person.view("experimenter", version, HEARTBEAT_S)
-            self._report(shown, {})
+            if self._report(shown, {}):
+                arrived_s = time.monotonic()
+            elif time.monotonic() - arrived_s > LOST_AFTER_S:
+                self._person.lost("the daemon no longer answers")
 
-    def _report(self, shown: dict[str, Any], end: dict[str, Any]) -> None:
-        # A session goes on where its reports do not arrive.
+    def _report(self, shown: dict[str, Any], end: dict[str, Any]) -> bool:
+        """Whether the daemon was there. One that refuses a report is; the session goes on."""
         with contextlib.suppress(HapticdError):
-            self._rig.report_experiment(**{**progress_of(self._protocol, shown), **end})
+            try:
+                self._rig.report_experiment(**{**progress_of(self._protocol, shown), **end})
+            except (TimedOut, Unreachable):
+                return False
+        return True
