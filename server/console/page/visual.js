@@ -222,7 +222,7 @@ function label(index, projections, place, text, kind = '') {
 function start() {
   document.body.dataset.background = view.background;
   document.body.dataset.panel = params.get('panel') || 'on';
-  $('panel').open = innerWidth >= 900; // else it would hide what it tells of
+  $('panel').open = innerWidth >= 900 && !view.stereo; // else it would hide what it describes, in stereo from one eye
   let scene;
   try {
     scene = new Scene3d($('scene'));
