@@ -8,7 +8,7 @@
 set -euo pipefail
 
 declare -A packages=(
-  [build]="cmake ninja-build g++ ccache pkg-config python3"
+  [build]="cmake ninja-build g++ lld ccache pkg-config python3"
   # What the configuration of the build looks for, the test framework included.
   [libraries]="libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler python3-protobuf
                libmodbus-dev libasio-dev libboost-dev libcpp-httplib-dev libpugixml-dev libcomedi-dev libeigen3-dev

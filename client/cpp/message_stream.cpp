@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "client/cpp/server_stream.h"
+#include "hapticd/v1/telemetry.grpc.pb.h"  // how gRPC writes and reads messages, of any service
 
 namespace hapticd::client {
 

@@ -132,8 +132,8 @@ def main() -> None:
         ["protocol", "Weber fraction", "lapses", "error %", "error as published %", "held % (± one deviation)", "observers"],
         rows,
         "Simulated observers that compare the logarithms of two stiffnesses. Published: mean of the thresholds, or of the reversals. "
-        f"Held: the goal is {100 * GOAL[0]:.0f} … {100 * GOAL[1]:.0f} %; where the share of {observers} observers is within two "
-        f"deviations of an edge, {MORE} times as many were simulated, and all of them count.",
+        f"Held: the goal is {100 * GOAL[0]:.0f} … {100 * GOAL[1]:.0f} %. Where the share of {observers} observers is within two "
+        f"deviations of an edge, {MORE} times as many are simulated, and all of them count; not in the quick form.",
     )
 
 
