@@ -7,7 +7,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 # Of the tests only, or needed before a package is built.
-NOT_NEEDED = {"g++", "ccache", "libgtest-dev", "libbenchmark-dev", "libceres-dev"}
+NOT_NEEDED = {"g++", "ccache", "lld", "libgtest-dev", "libbenchmark-dev", "libceres-dev"}
 # Helpers of the build of packages.
 HELPERS = {"debhelper-compat", "dh-sequence-installsysusers", "dh-sequence-python3", "help2man"}
 
