@@ -33,11 +33,10 @@ std::string now_utc() {
 /// where both move alike. Not where they do as they are.
 void bring_together(const calibration::RigStream& rig, std::vector<ReferencePose>& reference,
                     const calibration::ArmFitSettings& settings) {
-  constexpr double kAlike = 0.8;
+  constexpr double kMoreAlike = 0.1;  // of the correlation: not the same offset again, found by fewer speeds
   const auto usual = calibration::find_offset(rig, reference, settings.earliest_s, settings.latest_s);
-  if (usual && usual->correlation > kAlike) return;
   const auto any = calibration::find_any_offset(rig, reference);
-  if (!any || (usual && any->correlation <= usual->correlation)) return;
+  if (!any || (usual && any->correlation < usual->correlation + kMoreAlike)) return;
   for (ReferencePose& pose : reference) pose.stamp_s -= any->offset_s;
 }
 

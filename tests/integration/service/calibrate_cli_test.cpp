@@ -102,6 +102,9 @@ TEST(CalibrateCli, FindsHowFarAClockIsOffByTheMotion) {
   const RunningService service;
   auto trial = study::record_trial({.seed = 24, .calibration_s = 40.0, .held_out_s = 1.0});
   trial.reference.erase(trial.reference.begin(), trial.reference.begin() + 300);  // began 5 s later
+  // Also by little: while both are there, but the motions do not agree.
+  const TrialFiles near(trial, 20e-6, 3.0);
+  EXPECT_LT(made(service, near, {"--own-clock"}).at("predicted_target_error_95_mm"), 1.0);
   const TrialFiles utc(trial, 20e-6, 1.76e9);
   EXPECT_LT(made(service, utc, {"--own-clock"}).at("predicted_target_error_95_mm"), 1.0);
   const auto refused = calibrate(service, utc, {});
