@@ -231,7 +231,7 @@ function start() {
   }
   (view.demo ? openDemo() : openDaemon()).catch((error) => setStage('refused', String(error.message || error)));
 
-  let countedFrom = performance.now(), counted = 0, wordsAt = 0, pixelRatio = 1;
+  let countedFrom = performance.now(), counted = 0, wordsAt = 0, pixelRatio = scene.byProcessor ? 0.6 : 1;
   const frame = () => {
     requestAnimationFrame(frame);
     const nowMs = performance.now();
