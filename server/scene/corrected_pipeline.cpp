@@ -1,5 +1,7 @@
 #include "server/scene/corrected_pipeline.h"
 
+#include <utility>
+
 namespace hapticd::server {
 
 namespace {
@@ -23,6 +25,7 @@ rt::PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample,
     const hal::Vector3 tip_mm{pose.tip_mm.x(), pose.tip_mm.y(), pose.tip_mm.z()};
     shift_mm_ = tip_mm - sample.tip_position_mm;
     turn_ = pose.orientation * rotation(sample.tip_orientation).conjugate();
+    if (!std::exchange(is_known_, true) && was_biased_) biased_at(biased_at_);
   }
   hal::RigSample corrected = sample;
   corrected.tip_position_mm = sample.tip_position_mm + shift_mm_;
@@ -31,6 +34,8 @@ rt::PipelineOutput CorrectedPipeline::evaluate(const hal::RigSample& sample,
 }
 
 void CorrectedPipeline::biased_at(const hal::Quaternion& orientation) noexcept {
+  biased_at_ = orientation;  // of a pipeline that has not seen a pose: said again when it has
+  was_biased_ = true;
   stages_->biased_at(turned(turn_, orientation));
 }
 

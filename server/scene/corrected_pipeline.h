@@ -8,8 +8,8 @@
 
 namespace hapticd::server {
 
-/// A scene's stages on poses that a calibration corrected. Guard, assistance and telemetry go on with what the
-/// device reports. A sample without angles is corrected as the one before it was, so that no pose jumps.
+/// A scene's stages on poses that a calibration corrected. Guard, assistance and telemetry go on with what
+/// the device reports. A sample without angles is corrected as the one before it was, so that no pose jumps.
 class CorrectedPipeline final : public rt::Pipeline {
  public:
   CorrectedPipeline(std::unique_ptr<rt::Pipeline> stages,
@@ -33,6 +33,9 @@ class CorrectedPipeline final : public rt::Pipeline {
   std::shared_ptr<const calibration::ArmCalibration> calibration_;
   hal::Vector3 shift_mm_;  ///< of the last sample with angles
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
+  bool is_known_ = false;  ///< since a sample had angles
+  hal::Quaternion biased_at_;
+  bool was_biased_ = false;
 };
 
 }  // namespace hapticd::server

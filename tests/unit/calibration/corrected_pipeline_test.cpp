@@ -106,5 +106,16 @@ TEST_F(CorrectedScene, ABiasIsOfTheCorrectedOrientation) {
   EXPECT_NEAR(seen.biased_at.z, seen.sample.tip_orientation.z, 1e-12);
 }
 
+TEST_F(CorrectedScene, ABiasOfBeforeTheFirstPoseIsCorrectedWithIt) {
+  const hal::RigSample sample = sample_at(0.2);
+  pipeline.biased_at(sample.tip_orientation);
+  EXPECT_NEAR(seen.biased_at.z, sample.tip_orientation.z, 1e-12);  // nothing better is known yet
+  tip_mm(sample);
+  const calibration::CorrectedPose expected = calibration::correct(*found(), sample);
+  EXPECT_NEAR(seen.biased_at.w, expected.orientation.w(), 1e-9);
+  EXPECT_NEAR(seen.biased_at.z, expected.orientation.z(), 1e-9);
+  EXPECT_GT(std::abs(seen.biased_at.z - sample.tip_orientation.z), 1e-3);
+}
+
 }  // namespace
 }  // namespace hapticd::server
