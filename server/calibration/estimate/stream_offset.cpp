@@ -15,6 +15,7 @@ constexpr double kSpanS = 0.1;  ///< over which a speed is taken: noise of 0.3 m
 constexpr std::size_t kMinSpeeds = 30;
 constexpr std::size_t kFewestSpeeds = 200;  ///< that tell one offset from another in a long recording
 constexpr double kSpanWithAllSpeedsS = 60.0;
+constexpr double kMaxSearchS = 3600.0;  ///< some seconds of computing
 
 struct Speed {
   double stamp_s;
@@ -98,6 +99,7 @@ std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<
 std::optional<StreamOffset> find_any_offset(const RigStream& rig,
                                             const std::vector<ReferencePose>& reference) {
   if (rig.size() < 2 || reference.size() < 2) return std::nullopt;
+  if (rig.end_s() - rig.begin_s() > kMaxSearchS) return std::nullopt;
   const double half_s = 0.5 * (reference.back().stamp_s - reference.front().stamp_s);
   return find_offset(rig, reference, reference.front().stamp_s - rig.end_s() + half_s,
                      reference.back().stamp_s - rig.begin_s() - half_s);

@@ -19,7 +19,7 @@ std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<
                                         double from_s, double to_s);
 
 /// The same where nothing is known of the two clocks: over all offsets at which half of the tracker's poses
-/// fall into the rig's.
+/// fall into the rig's. Nothing where the rig's are of more than an hour.
 std::optional<StreamOffset> find_any_offset(const RigStream& rig,
                                             const std::vector<ReferencePose>& reference);
 

@@ -7,6 +7,7 @@
 
 #include "server/calibration/estimate/clock_check.h"
 #include "server/calibration/estimate/nominal_arm.h"
+#include "server/calibration/estimate/stream_offset.h"
 #include "tests/support/calibration/registration_trial.h"
 
 namespace hapticd::calibration {
@@ -127,6 +128,31 @@ TEST(StreamCheck, RefusesAMotionInAPlane) {
   }
   trial.rig = flat;
   EXPECT_TRUE(has(complaint(trial), "too flat")) << complaint(trial);
+}
+
+TEST(StreamOffset, IsFoundForAnyClockOfTheTracker) {
+  study::RegistrationTrial trial = with({});
+  const auto near = find_offset(trial.rig, trial.reference, -0.1, 0.5);
+  ASSERT_TRUE(near);
+  for (const double ahead_s : {-40.0, 5.0, 1.76e9}) {
+    std::vector<ReferencePose> shifted = trial.reference;
+    for (ReferencePose& pose : shifted) pose.stamp_s += ahead_s;
+    const auto found = find_any_offset(trial.rig, shifted);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->offset_s, ahead_s + near->offset_s, 0.02);
+  }
+}
+
+TEST(StreamOffset, IsNotSearchedForInARecordingOfYears) {
+  RigStream years;
+  std::vector<ReferencePose> reference;
+  for (int i = 0; i < 200; ++i) {
+    RigPose pose;
+    pose.time_s = 1e6 * i;
+    years.add(pose);
+    reference.push_back({.stamp_s = 1e6 * i});
+  }
+  EXPECT_FALSE(find_any_offset(years, reference));
 }
 
 }  // namespace
