@@ -12,7 +12,7 @@ namespace {
 
 using enum FindingSeverity;
 
-constexpr const char* kTopic = "force sensor";
+constexpr const char* kForceSensor = "force sensor";
 constexpr const char* kBiasRemedy = "hapticctl sensor bias, with the tool free and at rest";
 
 double norm(const hal::Vector3& v) {
@@ -57,18 +57,18 @@ void ForceWatch::add_pressed(const rt::TickRecord& record, const hal::Vector3& f
 Findings ForceWatch::findings() const {
   if (ticks_ == 0) return {};
   if (usable_ticks_ == 0) {
-    return {{kProblem, kTopic, "no usable force reached the scene while it was watched",
+    return {{kProblem, kForceSensor, "no usable force reached the scene while it was watched",
              "hapticctl status names what keeps it away"}};
   }
   Findings findings;
   if (last_.bias_serial == 0) {
     findings.push_back(
-        {kWarning, kTopic, "was never biased: what it reads at rest is taken for a load", kBiasRemedy});
+        {kWarning, kForceSensor, "was never biased: what it reads at rest is taken for a load", kBiasRemedy});
   }
   add_zero_findings(findings);
   if (last_.withdrawn_count > 0) {
     findings.push_back(
-        {kNote, kTopic,
+        {kNote, kForceSensor,
          fmt::format("{} of {} contacts were taken back: what was felt was no object, but a wrong zero, a "
                      "wrong tool mass or late samples",
                      last_.withdrawn_count, last_.contact_count),
@@ -85,7 +85,7 @@ void ForceWatch::add_zero_findings(Findings& findings) const {
   const bool far = (last_.faults_present & rt::set_of(rt::GuardFault::kSensorZeroFar)) != 0;
   if (!lost && !far) return;
   findings.push_back(
-      {lost ? kProblem : kWarning, kTopic,
+      {lost ? kProblem : kWarning, kForceSensor,
        fmt::format("its zero has moved by {:.3f} N since the bias; it is followed up to {:g} N",
                    norm(last_.zero.force_n), zero_bound_n_),
        kBiasRemedy});
@@ -96,7 +96,8 @@ Finding ForceWatch::of_press() const {
   const double size_n = norm(mean_n);
   // A force that varies in all directions is the inertia of a heavy tool.
   if (pressed_ticks_ < kMinPressedTicks || size_n < kPressedN) {
-    return {kNote, kTopic, "whether its force follows the press axis was not seen: the tool is not pressed",
+    return {kNote, kForceSensor,
+            "whether its force follows the press axis was not seen: the tool is not pressed",
             fmt::format("press onto an object until the sensor reads more than {:g} N, straight down the "
                         "press axis, while "
                         "hapticctl doctor runs",
@@ -106,12 +107,12 @@ Finding ForceWatch::of_press() const {
   const double cosine = std::clamp(dot(mean_n, expected) / size_n, -1.0, 1.0);
   const double off_deg = std::acos(cosine) * 180.0 / std::numbers::pi;
   if (off_deg <= kMaxOffDeg) {
-    return {kGood, kTopic,
+    return {kGood, kForceSensor,
             fmt::format("its force follows the press axis: {:.2f} N, {:.0f}° off it", size_n, off_deg), ""};
   }
   const bool wrong_sign = off_deg >= 180.0 - kMaxOffDeg;
   return {
-      kProblem, kTopic,
+      kProblem, kForceSensor,
       fmt::format("its force does not follow the press axis {}: pressed {:.2f} mm deeper, it reads {:.2f} "
                   "N along {}, {}, where an object pushes back along {}",
                   text(press_axis_), deepest_mm_ - first_depth_mm_, size_n, text(mean_n * (1.0 / size_n)),

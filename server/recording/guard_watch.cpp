@@ -14,7 +14,7 @@ namespace hapticd::server {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{50};
-constexpr std::uint32_t kRecordsAtOnce = 2048;
+constexpr std::uint32_t kGuardRecordsAtOnce = 2048;
 constexpr std::uint32_t kQueue = 20'000;
 
 }  // namespace
@@ -31,7 +31,7 @@ GuardWatch::~GuardWatch() {
 
 void GuardWatch::start() {
   SubscriptionOptions options;
-  options.batch_size = kRecordsAtOnce;
+  options.batch_size = kGuardRecordsAtOnce;
   options.is_own = true;
   options.longest_wait = std::chrono::milliseconds(0);
   options.queue_samples = kQueue;

@@ -28,10 +28,6 @@ constexpr Range kTimeoutS{0.1, 120.0, "s"};
 constexpr Range kStallS{0.005, 10.0, "s"};
 constexpr Range kDeathS{0.1, 3600.0, "s"};
 
-std::string vector_text(const hal::Vector3& v) {
-  return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
-}
-
 }  // namespace
 
 void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
@@ -91,7 +87,7 @@ std::string write_openhaptics(const openhaptics::OpenHapticsConfig& config) {
   optional("position_resolution_mm", config.position_resolution_mm);
   const hal::Quaternion& q = config.tool_to_stylus;
   text += fmt::format("origin_mm = {}\ntip_offset_mm = {}\ntool_to_stylus = [{}, {}, {}, {}]\n",
-                      vector_text(config.origin_mm), vector_text(config.tip_offset_mm), toml_number(q.w),
+                      toml_vector(config.origin_mm), toml_vector(config.tip_offset_mm), toml_number(q.w),
                       toml_number(q.x), toml_number(q.y), toml_number(q.z));
   text += fmt::format(
       "warm_share = {}\nreset_encoders = {}\ncalibration_wait_s = {}\npatience_s = {}\nstall_s = {}\n"

@@ -22,11 +22,11 @@ constexpr std::uint32_t kTicks = 5000;
 constexpr std::uint32_t kApproachTicks = 500;
 constexpr std::uint32_t kPressTicks = 700;
 constexpr std::uint32_t kStrokeTicks = 3000;
-constexpr double kClearanceMm = 5.0;
+constexpr double kApproachMm = 5.0;
 constexpr double kStiffnessNPerMm = 0.6;
 constexpr double kMaxDepthMm = 5.0;
 constexpr double kStrokeMm = 20.0;
-constexpr double kFriction = 0.3;
+constexpr double kStrokeFriction = 0.3;
 constexpr double kGravityMmPerS2 = 9807.0;
 
 /// From 0 to 1, smoothly, for `count` ticks from `begin` on.
@@ -69,7 +69,7 @@ class SyntheticTouch {
     const double speed_mm_per_s = (along_mm - last_along_mm_) * rate_hz_;
     last_along_mm_ = along_mm;
     const double normal_n = stiffness_n_per_mm_ * std::max(0.0, depth_mm);
-    const double friction_n = kFriction * normal_n * speed_mm_per_s / (std::abs(speed_mm_per_s) + 1.0);
+    const double friction_n = kStrokeFriction * normal_n * speed_mm_per_s / (std::abs(speed_mm_per_s) + 1.0);
     hal::RigSample sample;
     sample.tick = tick;
     sample.time_ns = static_cast<std::int64_t>(1e9 * tick / rate_hz_);
@@ -82,10 +82,10 @@ class SyntheticTouch {
  private:
   static double depth_at(std::uint32_t tick) {
     constexpr std::uint32_t kReleased = kApproachTicks + kPressTicks + kStrokeTicks;
-    const double path_mm = kClearanceMm + kMaxDepthMm;
+    const double path_mm = kApproachMm + kMaxDepthMm;
     return path_mm * (eased(tick, kApproachTicks / 2, kApproachTicks / 2 + kPressTicks) -
                       eased(tick, kReleased, kTicks - kReleased)) -
-           kClearanceMm;
+           kApproachMm;
   }
 
   double rate_hz_;

@@ -50,7 +50,6 @@ constexpr Range kReactionLeadShare{0.0, 1.0, ""};
 constexpr Range kPowerStiffness{0.0, 1000.0, "N/mm^m"};
 constexpr Range kPowerDamping{0.0, 10.0, "N·s/mm^(m+1)"};
 constexpr Range kExponent{1.0, 3.0, ""};
-constexpr std::size_t kMaxModelName = 129;  // NAME@TAG
 constexpr std::size_t kMaxStationName = 64;
 
 /// Refuses a key that only scenes of another kind use.
@@ -157,9 +156,10 @@ void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
   };
   const bool is_tap = spec.kind == rt::SceneKind::kTap1d;
   if (law.kind != Kind::kLinear && is_tap) {
-    target.refuse("law", {"scenes of kind tap_1d render linear targets only", "",
-                          std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
-                          "choose kind = \"explore\" or \"wall\" for other laws", hal::Mistake::kMisplacedKey});
+    target.refuse("law",
+                  {"scenes of kind tap_1d render linear targets only", "",
+                   std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
+                   "choose kind = \"explore\" or \"wall\" for other laws", hal::Mistake::kMisplacedKey});
     return;
   }
   if (of_law("stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {

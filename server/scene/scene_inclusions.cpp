@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/scene/scene_models.h"
+#include "server/scene/scene_words.h"
 #include "server/text/toml_text.h"
 
 namespace hapticd::server {
@@ -13,30 +14,25 @@ namespace hapticd::server {
 namespace {
 
 constexpr std::size_t kMaxInclusions = 8;
-constexpr Range kPositionMm{-1000.0, 1000.0, "mm"};
-constexpr Range kStiffness{1e-6, 1000.0, "N/mm^m"};
+constexpr Range kPlaceMm{-1000.0, 1000.0, "mm"};
+constexpr Range kInclusionStiffness{1e-6, 1000.0, "N/mm^m"};
 constexpr Range kDamping{0.0, 10.0, "N·s/mm^(m+1)"};
-constexpr Range kExponent{1.0, 4.0, ""};
+constexpr Range kInclusionExponent{1.0, 4.0, ""};
 constexpr Range kDepthMm{0.5, 100.0, "mm"};
 constexpr Range kAttenuation{2.0, 12.0, ""};
 constexpr Range kApproach{0.0, 0.9, ""};
-constexpr Range kFriction{0.0, 1.0, ""};
+constexpr Range kRubbingFriction{0.0, 1.0, ""};
 constexpr Range kPreslidingMm{0.01, 10.0, "mm"};
 
 constexpr Word<rt::InclusionVariant> kVariants[] = {{"energy", rt::InclusionVariant::kEnergy},
                                                     {"published", rt::InclusionVariant::kPublished}};
 
-constexpr std::size_t kMaxModelName = 130;  // NAME@TAG
 /// What a model says of an inclusion.
 constexpr const char* kOfModel[] = {"place_mm", "surface_mm", "stiffness_n_per_mm_m", "damping_n_s_per_mm_m1",
                                     "exponent", "approach",   "max_displacement_mm",  "attenuation"};
 
 const char* variant_name(const rt::InclusionParameters& inclusion) {
   return inclusion.variant == rt::InclusionVariant::kPublished ? "published" : "energy";
-}
-
-std::string vector_text(const hal::Vector3& v) {
-  return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
 }
 
 /// Of one that was not moved yet.
@@ -46,7 +42,7 @@ std::string moved_text(const rt::InclusionParameters& one) {
     text += fmt::format("moved_mm = [{}, {}]\n", toml_number(one.moved_mm[0]), toml_number(one.moved_mm[1]));
   }
   if (one.object_centre_mm)
-    text += fmt::format("object_centre_mm = {}\n", vector_text(*one.object_centre_mm));
+    text += fmt::format("object_centre_mm = {}\n", toml_vector(*one.object_centre_mm));
   return text;
 }
 
@@ -89,11 +85,11 @@ void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
   for (TomlTable& table : root.tables("inclusion", kMaxInclusions)) {
     rt::InclusionParameters& one = spec.inclusions.emplace_back();
     table.read("variant", one.variant, kVariants);
-    table.read("internal_friction", one.internal_friction, kFriction);
+    table.read("internal_friction", one.internal_friction, kRubbingFriction);
     table.read("internal_presliding_mm", one.internal_presliding_mm, kPreslidingMm);
-    table.read("moved_mm", one.moved_mm, kPositionMm);
+    table.read("moved_mm", one.moved_mm, kPlaceMm);
     if (table.wants("object_centre_mm"))
-      table.read("object_centre_mm", one.object_centre_mm.emplace(), kPositionMm);
+      table.read("object_centre_mm", one.object_centre_mm.emplace(), kPlaceMm);
     table.read("model", one.model, kMaxModelName);
     if (!one.model.empty()) {
       if (auto name = ModelName::parse(one.model, "inclusion.model"); !name)
@@ -104,11 +100,11 @@ void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
       }
       continue;
     }
-    table.read("place_mm", one.place_mm, kPositionMm);
-    table.read("surface_mm", one.surface_mm, kPositionMm);
-    table.read("stiffness_n_per_mm_m", one.response.stiffness_n_per_mm_m, kStiffness);
+    table.read("place_mm", one.place_mm, kPlaceMm);
+    table.read("surface_mm", one.surface_mm, kPlaceMm);
+    table.read("stiffness_n_per_mm_m", one.response.stiffness_n_per_mm_m, kInclusionStiffness);
     table.read("damping_n_s_per_mm_m1", one.response.damping_n_s_per_mm_m1, kDamping);
-    table.read("exponent", one.response.exponent, kExponent);
+    table.read("exponent", one.response.exponent, kInclusionExponent);
     table.read("max_displacement_mm", one.max_displacement_mm, kDepthMm);
     table.read("attenuation", one.attenuation, kAttenuation);
     table.read("approach", one.approach, kApproach);
@@ -136,7 +132,7 @@ std::optional<Refusal> fill_inclusions(const ModelLibrary& models, const hal::Ri
     identified.object_centre_mm = one.object_centre_mm;
     if (auto error = move(identified, i)) return Refusal{RefusalKind::kInvalidArgument, *error};
     std::string remark = fmt::format("inclusion {}: '{}' at {} mm, from stored model {}", i + 1, one.model,
-                                     vector_text(identified.place_mm), model.short_hash());
+                                     toml_vector(identified.place_mm), model.short_hash());
     for (const std::string& caution : cautions(model, spec, rig)) remark += "; " + caution;
     remarks.push_back(std::move(remark));
     stored.push_back(model.hash);
@@ -160,7 +156,7 @@ std::string inclusions_text(const rt::SceneSpec& spec) {
         "\n[[inclusion]]\nvariant = {}\nplace_mm = {}\nsurface_mm = {}\nstiffness_n_per_mm_m = {}\n"
         "damping_n_s_per_mm_m1 = {}\nexponent = {}\nmax_displacement_mm = {}\nattenuation = {}\n"
         "approach = {}\ninternal_friction = {}\ninternal_presliding_mm = {}\n",
-        toml_quoted(variant_name(one)), vector_text(one.place_mm), vector_text(one.surface_mm),
+        toml_quoted(variant_name(one)), toml_vector(one.place_mm), toml_vector(one.surface_mm),
         toml_number(one.response.stiffness_n_per_mm_m), toml_number(one.response.damping_n_s_per_mm_m1),
         toml_number(one.response.exponent), toml_number(one.max_displacement_mm),
         toml_number(one.attenuation), toml_number(one.approach), toml_number(one.internal_friction),

@@ -8,6 +8,8 @@
 
 namespace hapticd::server {
 
+inline constexpr std::size_t kMaxModelName = 129;  ///< NAME@TAG
+
 /// The words of scene files, for reading and for writing.
 inline constexpr Word<rt::SceneKind> kKinds[] = {
     {"tap_1d", rt::SceneKind::kTap1d}, {"wall", rt::SceneKind::kWall}, {"explore", rt::SceneKind::kExplore}};

@@ -19,10 +19,6 @@ std::string quoted_word(E value, const Word<E> (&words)[N]) {
   return toml_quoted(word_for(value, words));
 }
 
-std::string vector_text(const hal::Vector3& v) {
-  return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
-}
-
 std::string structural_field_text(const rt::StructuralModel& field) {
   std::string curvature;
   for (const double h : field.curvature_per_mm2)
@@ -30,8 +26,8 @@ std::string structural_field_text(const rt::StructuralModel& field) {
   return fmt::format(
       "field = {{ centre_mm = {}, gradient_per_mm = {}, curvature_per_mm2 = [{}], covered_from_mm = {}, "
       "covered_to_mm = {} }}\n",
-      vector_text(field.centre_mm), vector_text(field.gradient_per_mm), curvature,
-      vector_text(field.covered_from_mm), vector_text(field.covered_to_mm));
+      toml_vector(field.centre_mm), toml_vector(field.gradient_per_mm), curvature,
+      toml_vector(field.covered_from_mm), toml_vector(field.covered_to_mm));
 }
 
 std::string target_law_text(const rt::TargetLaw& law, bool other_laws) {
@@ -57,7 +53,7 @@ std::string target_law_text(const rt::TargetLaw& law, bool other_laws) {
                          toml_number(law.knots[i].stiffness_n_per_mm));
   }
   text += fmt::format("profile = [{}]\n", knots);
-  if (law.kind == Kind::kPositionProfile) text += fmt::format("axis = {}\n", vector_text(law.axis));
+  if (law.kind == Kind::kPositionProfile) text += fmt::format("axis = {}\n", toml_vector(law.axis));
   return text;
 }
 
@@ -66,28 +62,28 @@ std::string target_law_text(const rt::TargetLaw& law, bool other_laws) {
 std::string write_scene(const rt::SceneSpec& spec) {
   const auto number = [](double value) { return toml_number(value); };
   const bool explore = explores(spec);
-  std::string text =
-      fmt::format("name = {}\nkind = {}\ndescription = {}\nobject_model = {}\nturntable_station = {}\n"
-                  "corrected_poses = {}\n",
-                  toml_quoted(spec.name), quoted_word(spec.kind, kKinds), toml_quoted(spec.description),
-                  toml_quoted(spec.object_model), toml_quoted(spec.turntable_station), spec.corrected_poses);
-  if (!explore) text += fmt::format("press_axis = {}\n", vector_text(spec.press_axis));
+  std::string text = fmt::format(
+      "name = {}\nkind = {}\ndescription = {}\nobject_model = {}\nturntable_station = {}\n"
+      "corrected_poses = {}\n",
+      toml_quoted(spec.name), quoted_word(spec.kind, kKinds), toml_quoted(spec.description),
+      toml_quoted(spec.object_model), toml_quoted(spec.turntable_station), spec.corrected_poses);
+  if (!explore) text += fmt::format("press_axis = {}\n", toml_vector(spec.press_axis));
   text += fmt::format("\n[tool]\ntip = {}\nmass_g = {}\n", quoted_word(spec.tip, kTips),
                       number(spec.tool_mass_g));
-  if (explore) text += fmt::format("gravity_at_bias = {}\n", vector_text(spec.explore.gravity_at_bias));
+  if (explore) text += fmt::format("gravity_at_bias = {}\n", toml_vector(spec.explore.gravity_at_bias));
   if (explore && spec.explore.sensor_mounting) {
     text += fmt::format("sensor_turn_deg = {}\nsensor_bias_n = {}\n",
-                        vector_text(spec.explore.sensor_mounting->turn_deg),
-                        vector_text(spec.explore.sensor_mounting->force_bias_n));
+                        toml_vector(spec.explore.sensor_mounting->turn_deg),
+                        toml_vector(spec.explore.sensor_mounting->force_bias_n));
   }
   if (explore && spec.explore.tip_to_centre_mm) {
-    text += fmt::format("tip_to_centre_mm = {}\n", vector_text(*spec.explore.tip_to_centre_mm));
+    text += fmt::format("tip_to_centre_mm = {}\n", toml_vector(*spec.explore.tip_to_centre_mm));
   }
   if (spec.kind == rt::SceneKind::kWall) {
     text += fmt::format("\n[wall]\nposition_mm = {}\n", number(spec.wall_position_mm));
     if (spec.wall_ball) {
       text += fmt::format("ball_radius_mm = {}\nball_centre_mm = {}\n", number(spec.wall_ball->radius_mm),
-                          vector_text(spec.wall_ball->centre_mm));
+                          toml_vector(spec.wall_ball->centre_mm));
     }
     if (spec.wall_map) {
       const rt::SurfaceMapParameters& map = *spec.wall_map;

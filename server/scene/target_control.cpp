@@ -19,7 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr Range kStiffness{0.0, 1000.0, "N/mm"};
+constexpr Range kTargetStiffness{0.0, 1000.0, "N/mm"};
 constexpr Range kRampS{0.0, 60.0, "s"};
 constexpr Range kHandForceN{-100.0, 100.0, "N"};
 constexpr nanoseconds kFurthestAhead = std::chrono::seconds{60};
@@ -43,7 +43,7 @@ double sum_of(const rt::TargetLaw& law) {
 /// Checks the law and normalises it.
 std::optional<Refusal> validate(rt::TargetLaw& law) {
   if (law.kind == rt::TargetLaw::Kind::kLinear) {
-    if (auto error = check(law.stiffness_n_per_mm, kStiffness, "target stiffness",
+    if (auto error = check(law.stiffness_n_per_mm, kTargetStiffness, "target stiffness",
                            "SetTargetRequest.stiffness_n_per_mm")) {
       return refuse(*error, law.stiffness_n_per_mm);
     }
@@ -294,7 +294,7 @@ Outcome<Feasibility> TargetControl::feasible(std::optional<double> hand_force_n,
     result.hand_force_n = last.hand_force_n;
   }
   if (object_stiffness_n_per_mm) {
-    if (auto error = check(*object_stiffness_n_per_mm, kStiffness, "object stiffness",
+    if (auto error = check(*object_stiffness_n_per_mm, kTargetStiffness, "object stiffness",
                            "GetFeasibleRangeRequest.object_stiffness_n_per_mm")) {
       return refuse(*error, *object_stiffness_n_per_mm);
     }

@@ -56,4 +56,8 @@ std::string toml_number(double value) {
   return text;
 }
 
+std::string toml_vector(const hal::Vector3& v) {
+  return fmt::format("[{}, {}, {}]", toml_number(v.x), toml_number(v.y), toml_number(v.z));
+}
+
 }  // namespace hapticd::server

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "hal/error.h"
+#include "hal/samples.h"
 
 namespace hapticd::server {
 
@@ -14,5 +15,6 @@ hal::Result<std::string> read_text_file(const std::string& path);
 std::string toml_quoted(std::string_view text);
 /// The shortest text that reads back as the same number.
 std::string toml_number(double value);
+std::string toml_vector(const hal::Vector3& v);
 
 }  // namespace hapticd::server

@@ -20,11 +20,10 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr std::size_t kMinPairs = 40;
-constexpr double kMinCorrelation = 0.3;
 constexpr std::size_t kPredictedPlaces = 250;
 constexpr double kOffsetBlockS = 2.0;
 
-hal::Error refusal(const char* what, std::string value, const char* limit, const char* remedy) {
+hal::Error fit_refusal(const char* what, std::string value, const char* limit, const char* remedy) {
   return {what, "calibration", std::move(value), limit, remedy};
 }
 
@@ -55,13 +54,14 @@ hal::Result<ArmState> find_start(const RigStream& rig, const std::vector<Referen
   if (late) {
     const auto offset = find_offset(rig, reference, settings.earliest_s, settings.latest_s);
     if (!offset) {
-      return refusal("the tracker's poses and the rig's do not fall together in time", "", "half of them do",
-                     "push poses while the rig runs, with stamps of the rig's clock; or say own_clock");
+      return fit_refusal("the tracker's poses and the rig's do not fall together in time", "",
+                         "half of them do",
+                         "push poses while the rig runs, with stamps of the rig's clock; or say own_clock");
     }
     if (offset->correlation < kMinCorrelation) {
-      return refusal("the tracker does not see the device move",
-                     "correlation of the speeds " + std::to_string(offset->correlation), "0.3 … 1",
-                     "see whether the marker is on the tool and the stamps are of the rig's clock");
+      return fit_refusal("the tracker does not see the device move",
+                         "correlation of the speeds " + std::to_string(offset->correlation), "0.3 … 1",
+                         "see whether the marker is on the tool and the stamps are of the rig's clock");
     }
     state.latency_s = offset->offset_s;
   }
@@ -75,13 +75,13 @@ hal::Result<ArmState> find_start(const RigStream& rig, const std::vector<Referen
     if (seen.orientation) turns.emplace_back(pose->orientation, *seen.orientation);
   }
   if (pairs.size() < kMinPairs) {
-    return refusal("too few poses of the tracker have one of the rig's", std::to_string(pairs.size()),
-                   "at least 40", "push poses while the rig runs, with stamps of the rig's clock");
+    return fit_refusal("too few poses of the tracker have one of the rig's", std::to_string(pairs.size()),
+                       "at least 40", "push poses while the rig runs, with stamps of the rig's clock");
   }
   const auto rigid = fit_rigid(pairs, false, false);
   if (!rigid) {
-    return refusal("all positions lie on a line", "", "motion in three directions",
-                   "move the tool through the whole workspace");
+    return fit_refusal("all positions lie on a line", "", "motion in three directions",
+                       "move the tool through the whole workspace");
   }
   state.reference_from_rig = rigid->transform;
   state.marker_mm = rigid->marker_mm + nominal.tip_offset_mm;
@@ -146,7 +146,6 @@ void find_block_offsets(const Solved& solved, double noise_mm, ArmFit& fit) {
 }
 
 void list_parameters(const Solved& solved, const UnknownMatrix& covariance, ArmFit& fit) {
-  constexpr double kDegPerRad = 57.29577951308232;
   const ArmModel& arm = solved.state.arm;
   const ArmModel& nominal = solved.state.nominal;
   const auto add = [&](int index, std::string name, double value, double standard, double scale,
@@ -232,8 +231,8 @@ void set_misfit(const Solved& solved, const RigStream& rig, const LeftOut& left,
 hal::Result<ArmFit> fit_arm(const RigStream& rig, const std::vector<ReferencePose>& reference,
                             const ArmModel& nominal, const ArmFitSettings& settings) {
   if (reference.size() < kMinPairs) {
-    return refusal("too few poses of the tracker", std::to_string(reference.size()), "at least 40",
-                   "let the tracker run longer");
+    return fit_refusal("too few poses of the tracker", std::to_string(reference.size()), "at least 40",
+                       "let the tracker run longer");
   }
   auto start = find_start(rig, reference, nominal, settings);
   if (!start) return start.error();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/calibration/estimate/median.h"
+
 namespace hapticd::calibration {
 
 namespace {
@@ -12,19 +14,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMaxRounds = 40;
-/// Medians of the length of three and of three independent normal numbers, for a deviation of 1.
-constexpr double kMedianOfThree = 1.5382;
 /// Tukey's biweight for three numbers together: 0.3 % of good poses lie beyond two thirds of it.
 constexpr double kTukey = 6.0;
 constexpr double kMinNoiseMm = 1e-4;
 constexpr double kMinNoiseRad = 1e-6;
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Steps of the numerical derivative, about 1e-6 of what an unknown may be.
 UnknownVector difference_steps() {

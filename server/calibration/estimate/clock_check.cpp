@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "server/calibration/estimate/median.h"
+#include "server/calibration/estimate/poses_refusal.h"
 #include "server/calibration/estimate/rigid_fit.h"
 
 namespace hapticd::calibration {
@@ -23,10 +25,6 @@ constexpr double kMaxRigidMm = 15.0;  ///< beyond: no motion of the tool at all
 constexpr double kMaxJumpS = 1.5;
 constexpr double kCoarseJumpS = 0.08;
 constexpr double kFineJumpS = 0.004;
-
-hal::Error refusal(std::string what, std::string value, std::string limit, std::string remedy) {
-  return {std::move(what), "reference poses", std::move(value), std::move(limit), std::move(remedy)};
-}
 
 std::vector<MarkerPair> pairs_at(const RigStream& rig, const std::vector<ReferencePose>& reference,
                                  double offset_s) {
@@ -57,9 +55,7 @@ double median_residual_mm(const WindowFit& window, const std::vector<MarkerPair>
     const Vector3d model = f.scale * (f.transform.rotation * (p.tip_mm + p.tool * f.marker_mm));
     residuals.push_back((seen - model - f.transform.translation_mm).norm() / f.scale);
   }
-  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
-  return *middle;
+  return median(std::move(residuals));
 }
 
 /// The offset at which a window is most like a rigid motion; speeds alone would say it less well, since the
@@ -110,9 +106,10 @@ std::optional<hal::Error> check_jump(const RigStream& rig, const std::vector<Ref
         best_s = shift_s;
       }
       if (std::abs(best_s) > kCoarseJumpS && best_mm < 0.4 * usual_mm && std::isfinite(usual_mm)) {
-        return refusal("the tracker's clock jumps",
-                       fmt::format("by {:.0f} ms before {:.1f} s", 1e3 * best_s, reference[i - 1].stamp_s),
-                       "less than 80 ms", "keep the tracker's clock from being set while it measures");
+        return poses_refusal(
+            "the tracker's clock jumps",
+            fmt::format("by {:.0f} ms before {:.1f} s", 1e3 * best_s, reference[i - 1].stamp_s),
+            "less than 80 ms", "keep the tracker's clock from being set while it measures");
       }
     }
     if (i == reference.size()) break;
@@ -130,9 +127,7 @@ std::optional<hal::Error> check_clock(const ArmFit& fit) {
   const auto median_of = [&](std::size_t from, std::size_t to) {
     std::vector<double> v;
     for (std::size_t i = from; i < to; ++i) v.push_back(fit.block_offset_s[blocks[i]]);
-    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
+    return median(std::move(v));
   };
   const auto spread_of = [&](std::size_t from, std::size_t to, double about) {
     double sum = 0.0;
@@ -155,11 +150,11 @@ std::optional<hal::Error> check_clock(const ArmFit& fit) {
   }
   best_rest /= static_cast<double>(blocks.size());
   if (std::abs(best_jump) < std::max(kFineJumpS, 5.0 * best_rest)) return std::nullopt;
-  return refusal("the tracker's clock jumps or drifts",
-                 fmt::format("stamps after {:.1f} s are {:.1f} ms later than before",
-                             fit.block_begin_s[blocks[best_at]], 1e3 * best_jump),
-                 "less than 4 ms",
-                 "keep the tracker's clock from being set, or say that it is one of its own");
+  return poses_refusal("the tracker's clock jumps or drifts",
+                       fmt::format("stamps after {:.1f} s are {:.1f} ms later than before",
+                                   fit.block_begin_s[blocks[best_at]], 1e3 * best_jump),
+                       "less than 4 ms",
+                       "keep the tracker's clock from being set, or say that it is one of its own");
 }
 
 }  // namespace hapticd::calibration

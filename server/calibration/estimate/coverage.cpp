@@ -10,8 +10,7 @@ namespace hapticd::calibration {
 
 namespace {
 
-constexpr double kDegPerRad = 57.29577951308232;
-constexpr std::size_t kMaxPoses = 1500;
+constexpr std::size_t kMaxPosesLookedAt = 1500;
 
 double range_of(std::vector<double> values) {
   if (values.size() < 2) return 0.0;
@@ -53,7 +52,7 @@ std::vector<CoverageItem> coverage_of(CalibrationKind kind, const RigStream& rig
     std::array<std::vector<double>, 6> angles;
     double squares = 0.0;
     double count = 0.0;
-    const std::size_t stride = 1 + rig.size() / kMaxPoses;
+    const std::size_t stride = 1 + rig.size() / kMaxPosesLookedAt;
     for (std::size_t i = 0; i < rig.size(); i += stride) {
       const RigPose& p = rig.poses()[i];
       for (std::size_t k = 0; k < 3; ++k) {

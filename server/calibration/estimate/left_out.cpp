@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "server/calibration/estimate/median.h"
+
 namespace hapticd::calibration {
 
 namespace {
@@ -73,9 +75,7 @@ Neighbours neighbours(const std::vector<FitRow>& rows, const std::vector<PoseRes
     steps.push_back(rows[i].seen->stamp_s - rows[i - 1].seen->stamp_s);
   Neighbours n;
   if (steps.empty()) return n;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  const double step_s = *middle;
+  const double step_s = median(std::move(steps));
   const auto good = [&rows](std::size_t i) {
     return rows[i].position_weight > kGoodWeight &&
            (!rows[i].seen->orientation || rows[i].turn_weight > kGoodWeight);
@@ -114,9 +114,7 @@ std::vector<int> groups_by_place(const ArmState& state, const RigStream& rig,
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const Vector3d& p : places) values.push_back(p[axis]);
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), at, values.end());
-    middle[axis] = *at;
+    middle[axis] = median(std::move(values));
   }
   std::vector<int> groups;
   for (const Vector3d& p : places) {

@@ -15,8 +15,8 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::size_t kMinPoses = 50;
-constexpr std::size_t kMaxPoses = 300;
+constexpr std::size_t kMinPosesOfArm = 50;
+constexpr std::size_t kMaxPosesOfArm = 300;
 /// Encoders' steps and readings that are not quite of one instant stay below these.
 constexpr double kMaxPositionMm = 0.3;
 constexpr double kMaxOrientationRad = 0.02;
@@ -172,12 +172,12 @@ double refine_gimbal(ArmModel& arm, const std::vector<RigPose>& poses) {
 
 NominalArm find_nominal_arm(const std::vector<RigPose>& all) {
   std::vector<RigPose> poses;
-  const std::size_t stride = 1 + all.size() / kMaxPoses;
+  const std::size_t stride = 1 + all.size() / kMaxPosesOfArm;
   for (std::size_t i = 0; i < all.size(); i += stride) {
     if (all[i].angles.known) poses.push_back(all[i]);
   }
   NominalArm found;
-  if (poses.size() < kMinPoses) return found;
+  if (poses.size() < kMinPosesOfArm) return found;
   found.position_rms_mm = HUGE_VAL;
   for (unsigned bits = 0; bits < 8; ++bits) {
     ArmModel arm;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "server/calibration/estimate/median.h"
 #include "server/calibration/model/rigid_transform.h"
 
 namespace hapticd::calibration {
@@ -19,20 +20,11 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Row = Eigen::Matrix<double, 3, 6>;
 
-constexpr std::size_t kMinPoses = 40;
 constexpr double kMinTiltDeg = 8.0;
 constexpr double kMaxErrorMm = 0.5;
 constexpr double kMaxOutlierShare = 0.3;
-constexpr double kMedianOfThree = 1.5382;
-constexpr double kDegPerRad = 57.29577951308232;
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-hal::Error refusal(std::string what, std::string value, std::string limit, std::string remedy) {
+hal::Error tip_refusal(std::string what, std::string value, std::string limit, std::string remedy) {
   return {std::move(what), "tip calibration", std::move(value), std::move(limit), std::move(remedy)};
 }
 
@@ -54,23 +46,24 @@ double tilt_deg(const std::vector<ReferencePose>& poses) {
 }  // namespace
 
 hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
-  if (poses.size() < kMinPoses) {
-    return refusal("too few poses", std::to_string(poses.size()), "at least 40", "turn the tool for longer");
+  if (poses.size() < kMinReferencePoses) {
+    return tip_refusal("too few poses", std::to_string(poses.size()), "at least 40",
+                       "turn the tool for longer");
   }
   for (const ReferencePose& p : poses) {
     if (!p.orientation) {
-      return refusal("the tracker sends no orientation", "", "poses with orientation",
-                     "use a body of three markers or more");
+      return tip_refusal("the tracker sends no orientation", "", "poses with orientation",
+                         "use a body of three markers or more");
     }
   }
   PivotFit fit;
   fit.poses = poses.size();
   fit.tilt_deg = tilt_deg(poses);
   if (fit.tilt_deg < kMinTiltDeg) {
-    return refusal("the tool turned too little",
-                   fmt::format("{:.1f}°, standard deviation about its second axis", fit.tilt_deg),
-                   "at least 8°",
-                   "keep the tip in its hollow and lean the tool to all sides, by 30° and more");
+    return tip_refusal("the tool turned too little",
+                       fmt::format("{:.1f}°, standard deviation about its second axis", fit.tilt_deg),
+                       "at least 8°",
+                       "keep the tip in its hollow and lean the tool to all sides, by 30° and more");
   }
   std::vector<Row> rows;
   for (const ReferencePose& p : poses) {
@@ -125,13 +118,14 @@ hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
       std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, fit.poses - fit.outliers)));
   const double error_mm = std::sqrt(fit.covariance_mm2.trace());
   if (!x.allFinite() || !(error_mm < kMaxErrorMm)) {
-    return refusal("the tip's place is not determined", fmt::format("{:.2f} mm, standard error", error_mm),
-                   "0.5 mm", "lean the tool further and to all sides, for longer");
+    return tip_refusal("the tip's place is not determined",
+                       fmt::format("{:.2f} mm, standard error", error_mm), "0.5 mm",
+                       "lean the tool further and to all sides, for longer");
   }
   if (static_cast<double>(fit.outliers) > kMaxOutlierShare * static_cast<double>(fit.poses)) {
-    return refusal("the tip did not stay where it was",
-                   fmt::format("{} of {} poses do not fit", fit.outliers, fit.poses), "30 %",
-                   "keep the tip in its hollow all the time");
+    return tip_refusal("the tip did not stay where it was",
+                       fmt::format("{} of {} poses do not fit", fit.outliers, fit.poses), "30 %",
+                       "keep the tip in its hollow all the time");
   }
   return fit;
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "server/calibration/estimate/median.h"
+
 namespace hapticd::calibration {
 
 namespace {
@@ -16,12 +18,6 @@ constexpr std::size_t kSample = 8;
 constexpr int kSamples = 40;
 constexpr std::size_t kMaxPairs = 600;
 constexpr int kRounds = 60;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<double> residuals_mm(const std::vector<MarkerPair>& pairs, const RigidFit& fit) {
   std::vector<double> r;

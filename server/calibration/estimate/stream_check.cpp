@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "server/calibration/estimate/clock_check.h"
+#include "server/calibration/estimate/median.h"
+#include "server/calibration/estimate/poses_refusal.h"
 #include "server/calibration/estimate/rigid_fit.h"
 #include "server/calibration/estimate/stream_offset.h"
 
@@ -21,29 +23,23 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMinPoses = 40;
 constexpr double kFrozenS = 0.5;
 constexpr double kMovedMm = 5.0;
-constexpr double kMinCorrelation = 0.3;
 constexpr double kMinSpreadMm = 8.0;
 constexpr double kMaxScaleError = 0.06;
 constexpr double kMinTurnRad = 0.15;
 
-hal::Error refusal(std::string what, std::string value, std::string limit, std::string remedy) {
-  return {std::move(what), "reference poses", std::move(value), std::move(limit), std::move(remedy)};
-}
-
 std::optional<hal::Error> check_stamps(const std::vector<ReferencePose>& reference) {
-  if (reference.size() < kMinPoses) {
-    return refusal("too few poses", std::to_string(reference.size()), "at least 40",
-                   "let the tracker run longer");
+  if (reference.size() < kMinReferencePoses) {
+    return poses_refusal("too few poses", std::to_string(reference.size()), "at least 40",
+                         "let the tracker run longer");
   }
   for (std::size_t i = 1; i < reference.size(); ++i) {
     const double step_s = reference[i].stamp_s - reference[i - 1].stamp_s;
     if (step_s > -0.02) continue;  // a few milliseconds of jitter may exchange two
-    return refusal("the tracker's clock jumps",
-                   fmt::format("by {:.0f} ms at {:.2f} s", 1e3 * step_s, reference[i - 1].stamp_s),
-                   "stamps that go on", "keep the tracker's clock from being set while it measures");
+    return poses_refusal("the tracker's clock jumps",
+                         fmt::format("by {:.0f} ms at {:.2f} s", 1e3 * step_s, reference[i - 1].stamp_s),
+                         "stamps that go on", "keep the tracker's clock from being set while it measures");
   }
   return std::nullopt;
 }
@@ -62,10 +58,11 @@ std::optional<hal::Error> check_frozen(const RigStream& rig, const std::vector<R
         if (to) moved_mm = std::max(moved_mm, (to->tip_mm - from->tip_mm).norm());
       }
       if (moved_mm > kMovedMm) {
-        return refusal("the tracker is frozen",
-                       fmt::format("the same pose from {:.2f} s to {:.2f} s while the tip moved by {:.0f} mm",
-                                   reference[first].stamp_s, reference[i - 1].stamp_s, moved_mm),
-                       "poses that change", "restart the tracker; send only poses it measured");
+        return poses_refusal(
+            "the tracker is frozen",
+            fmt::format("the same pose from {:.2f} s to {:.2f} s while the tip moved by {:.0f} mm",
+                        reference[first].stamp_s, reference[i - 1].stamp_s, moved_mm),
+            "poses that change", "restart the tracker; send only poses it measured");
       }
     }
     first = i;
@@ -82,12 +79,13 @@ std::optional<hal::Error> check_scale(double scale) {
   for (const Unit& unit : {Unit{"metres", 1e-3}, Unit{"centimetres", 0.1}, Unit{"inches", 1.0 / 25.4},
                            Unit{"micrometres", 1e3}, Unit{"tenths of a millimetre", 10.0}}) {
     if (std::abs(scale / unit.scale - 1.0) > kMaxScaleError) continue;
-    return refusal(fmt::format("the poses are in {}", unit.name),
-                   fmt::format("{:.4g} of the device's millimetres", scale), "millimetres",
-                   fmt::format("multiply positions by {:.4g}", 1.0 / unit.scale));
+    return poses_refusal(fmt::format("the poses are in {}", unit.name),
+                         fmt::format("{:.4g} of the device's millimetres", scale), "millimetres",
+                         fmt::format("multiply positions by {:.4g}", 1.0 / unit.scale));
   }
-  return refusal("the tracker's lengths are not the device's", fmt::format("{:.4g} of a millimetre", scale),
-                 "0.94 … 1.06", "see whether the tracker is calibrated and sends millimetres");
+  return poses_refusal("the tracker's lengths are not the device's",
+                       fmt::format("{:.4g} of a millimetre", scale), "0.94 … 1.06",
+                       "see whether the tracker is calibrated and sends millimetres");
 }
 
 /// How turns of the tool are seen: their vectors' best orthogonal map, and whether their angles agree.
@@ -117,11 +115,6 @@ TurnRelation relate_turns(const RigStream& rig, const std::vector<ReferencePose>
   }
   relation.count = turns.size();
   if (turns.size() < 20) return relation;
-  const auto median = [](std::vector<double>& v) {
-    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
-  };
   relation.disagreement_rad = median(differences);
   std::vector<double> weights(turns.size(), 1.0);
   std::vector<double> angles;
@@ -174,8 +167,8 @@ hal::Error mirrored(const Matrix3d& positions, const std::optional<Matrix3d>& tu
       remedy = "send the positions' axes in the order and with the signs of the orientations' frame";
     }
   }
-  return refusal("the tracker's frame is left-handed", std::move(value), "a right-handed frame",
-                 std::move(remedy));
+  return poses_refusal("the tracker's frame is left-handed", std::move(value), "a right-handed frame",
+                       std::move(remedy));
 }
 
 std::optional<hal::Error> check_turns(const RigStream& rig, const std::vector<ReferencePose>& reference,
@@ -200,28 +193,28 @@ std::optional<hal::Error> check_turns(const RigStream& rig, const std::vector<Re
     const TurnRelation& better = is_inverse ? inverse : reordered;
     if (better.disagreement_rad < kSameRad && better.residual < kSameAxisRad) {
       if (is_inverse) {
-        return refusal("the orientations turn the other way", "", "marker coordinates into the tracker's",
-                       "send the inverse rotation");
+        return poses_refusal("the orientations turn the other way", "",
+                             "marker coordinates into the tracker's", "send the inverse rotation");
       }
-      return refusal("the orientations are written x, y, z, w", "", "w, x, y, z",
-                     "exchange the quaternion's numbers");
+      return poses_refusal("the orientations are written x, y, z, w", "", "w, x, y, z",
+                           "exchange the quaternion's numbers");
     }
-    return refusal("the orientations do not follow the tool",
-                   fmt::format("off by {:.0f}° in the median",
-                               57.3 * std::max(relation.disagreement_rad, relation.residual)),
-                   "20°", "see whether the marker is fixed to the tool");
+    return poses_refusal("the orientations do not follow the tool",
+                         fmt::format("off by {:.0f}° in the median",
+                                     57.3 * std::max(relation.disagreement_rad, relation.residual)),
+                         "20°", "see whether the marker is fixed to the tool");
   }
   if (relation.map.determinant() < 0.0) {
-    return refusal("the orientations are of a left-handed frame", "", "the frame of the positions",
-                   "send positions and orientations of one right-handed frame");
+    return poses_refusal("the orientations are of a left-handed frame", "", "the frame of the positions",
+                         "send positions and orientations of one right-handed frame");
   }
   const Matrix3d between = positions * relation.map.transpose();
   const double angle = std::acos(std::clamp(0.5 * (between.trace() - 1.0), -1.0, 1.0));
   if (angle > 0.35) {
     const std::string words = in_words(between);
-    return refusal("positions and orientations have different axes",
-                   words.empty() ? fmt::format("turned by {:.0f}°", 57.3 * angle) : words, "the same axes",
-                   "send both in one frame");
+    return poses_refusal("positions and orientations have different axes",
+                         words.empty() ? fmt::format("turned by {:.0f}°", 57.3 * angle) : words,
+                         "the same axes", "send both in one frame");
   }
   return std::nullopt;
 }
@@ -233,11 +226,11 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
   if (auto error = check_stamps(reference)) return error;
   const auto offset = find_offset(rig, reference, settings.earliest_s, settings.latest_s);
   if (!offset) {
-    return refusal("the tracker's poses and the rig's do not fall together in time",
-                   fmt::format("stamps {:.2f} … {:.2f} s, rig {:.2f} … {:.2f} s", reference.front().stamp_s,
-                               reference.back().stamp_s, rig.begin_s(), rig.end_s()),
-                   "half of them do",
-                   "push poses while the rig runs, with stamps of the rig's clock; or say own_clock");
+    return poses_refusal(
+        "the tracker's poses and the rig's do not fall together in time",
+        fmt::format("stamps {:.2f} … {:.2f} s, rig {:.2f} … {:.2f} s", reference.front().stamp_s,
+                    reference.back().stamp_s, rig.begin_s(), rig.end_s()),
+        "half of them do", "push poses while the rig runs, with stamps of the rig's clock; or say own_clock");
   }
   if (auto error = check_frozen(rig, reference, offset->offset_s)) return error;
   std::vector<MarkerPair> pairs;
@@ -256,16 +249,16 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(
       spread / static_cast<double>(std::max<std::size_t>(1, pairs.size())));
   const double thin_mm = std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
-  if (pairs.size() < kMinPoses || thin_mm < kMinSpreadMm) {
-    return refusal("the motion is too flat to tell a frame from its mirror image",
-                   fmt::format("{:.1f} mm across", thin_mm), "at least 8 mm, standard deviation",
-                   "move the tip through the whole workspace, in all three directions");
+  if (pairs.size() < kMinReferencePoses || thin_mm < kMinSpreadMm) {
+    return poses_refusal("the motion is too flat to tell a frame from its mirror image",
+                         fmt::format("{:.1f} mm across", thin_mm), "at least 8 mm, standard deviation",
+                         "move the tip through the whole workspace, in all three directions");
   }
   if (auto error = check_jump(rig, reference, settings)) return error;
   if (offset->correlation < kMinCorrelation) {
-    return refusal("the tracker does not see the device move",
-                   fmt::format("correlation of the speeds {:.2f}", offset->correlation), "0.3 … 1",
-                   "see whether the marker is on the tool and the stamps are of the rig's clock");
+    return poses_refusal("the tracker does not see the device move",
+                         fmt::format("correlation of the speeds {:.2f}", offset->correlation), "0.3 … 1",
+                         "see whether the marker is on the tool and the stamps are of the rig's clock");
   }
   const auto right = fit_rigid(pairs, false, true);
   const auto left = fit_rigid(pairs, true, true);
@@ -281,8 +274,8 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
     return mirrored(map, turns);
   }
   if (!right) {
-    return refusal("the positions follow no rigid motion", "", "",
-                   "see whether the marker is fixed to the tool");
+    return poses_refusal("the positions follow no rigid motion", "", "",
+                         "see whether the marker is fixed to the tool");
   }
   if (auto error = check_scale(right->scale)) return error;
   if (!with_orientation) return std::nullopt;

@@ -13,6 +13,9 @@ struct StreamOffset {
   double correlation = 0.0;  ///< of both speeds, there
 };
 
+/// Of the two speeds; below it, the tracker does not see the device move.
+inline constexpr double kMinCorrelation = 0.3;
+
 /// Where the speeds of marker and tip are most alike, between the two offsets. Needs neither the frames nor
 /// the unit of the tracker. Nothing where too few poses fall together.
 std::optional<StreamOffset> find_offset(const RigStream& rig, const std::vector<ReferencePose>& reference,

@@ -28,6 +28,9 @@ struct ReferencePose {
   std::optional<Eigen::Quaterniond> orientation{};  ///< marker coordinates into the tracker's
 };
 
+/// Fewer are refused at once.
+inline constexpr std::size_t kMinReferencePoses = 40;
+
 /// The rig's poses in order of time, and between them.
 class RigStream {
  public:

@@ -3,8 +3,11 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 
 namespace hapticd::calibration {
+
+inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 /// A pose, or the change from one frame to another: p_to = rotation · p_from + translation.
 struct RigidTransform {

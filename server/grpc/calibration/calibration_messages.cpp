@@ -10,8 +10,6 @@ namespace {
 
 using calibration::CalibrationKind;
 
-constexpr double kDegOfRad = 57.29577951308232;
-
 // The contract's enums begin with an unspecified 0; then they have the values of the daemon's, plus one.
 v1::CalibrationKind to_proto(CalibrationKind kind) {
   return static_cast<v1::CalibrationKind>(static_cast<int>(kind) + 1);
@@ -158,7 +156,7 @@ void fill(const StoredCalibration& stored, bool adopted, v1::Calibration& messag
   message.set_left_out_place_mm(fit.left_out_place_rms_mm);
   message.set_predicted_target_error_median_mm(fit.predicted_median_mm);
   message.set_predicted_target_error_95_mm(fit.predicted_95_mm);
-  message.set_predicted_orientation_error_deg(kDegOfRad * fit.predicted_orientation_rad);
+  message.set_predicted_orientation_error_deg(calibration::kDegPerRad * fit.predicted_orientation_rad);
   for (const auto& p : fit.parameters) {
     auto& parameter = *message.add_parameters();
     parameter.set_name(p.name);

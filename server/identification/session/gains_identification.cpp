@@ -23,7 +23,7 @@ constexpr double kQuietN = 0.05;
 // Amplitude below which an oscillation is taken for the hand's own tremor or the encoder's step.
 constexpr double kMinMm = 0.05;
 constexpr double kViolentMm = 2.0;  // no waiting for more cycles of that size while they grow
-constexpr double kMinN = 0.25;
+constexpr double kMinChangeN = 0.25;
 constexpr double kViolentN = 3.0;
 
 }  // namespace
@@ -34,7 +34,7 @@ GainsIdentification::GainsIdentification(const GainsTask& task, const hal::RigIn
       gate_(gains_policy()),
       oscillation_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0,
                    std::max(kMinMm, 1.5 * rig.device.position_resolution_mm), kViolentMm),
-      in_force_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0, kMinN, kViolentN) {
+      in_force_(rig.rate_hz > 0.0 ? rig.rate_hz : 1000.0, kMinChangeN, kViolentN) {
   trials_.reserve(kMaxTrials);
   if (!rig.renders_force || rig.kind == hal::RigKind::kReplay) refuse("nothing renders force on a recording");
   if (!(task.target_stiffness_n_per_mm > 0.0 && task.target_stiffness_n_per_mm < 100.0)) {

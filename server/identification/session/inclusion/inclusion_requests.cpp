@@ -11,7 +11,7 @@ namespace hapticd::identification {
 
 namespace {
 
-constexpr double kHoldS = 0.3;
+constexpr double kInclusionHoldS = 0.3;
 constexpr double kPressMmPerS = 60.0;
 constexpr double kEnoughDepth = 0.6;  // of what is asked for
 constexpr double kMaxPlaces = 15.0;   // along one axis
@@ -123,7 +123,7 @@ MotionRequest InclusionIdentification::press_at(double x_mm, double y_mm, double
   request.place_mm = {x_mm, y_mm, surface_height_mm(x_mm, y_mm)};
   request.displacement_mm = task_.displacement_mm;
   request.speed_mm_per_s = speed_mm_per_s;
-  request.hold_s = kHoldS;
+  request.hold_s = kInclusionHoldS;
   const bool first = collector_.presses().empty();
   request.words =
       first
