@@ -18,7 +18,9 @@ int insist(const std::string& address, double stiffness_n_per_mm, int times, std
   int lengthened = 0;
   for (int i = 0; i < times; ++i) {
     v1::SetTargetResponse response;
-    if (!client.set_target(request, &response).ok()) ++refused;
+    const grpc::Status status = client.set_target(request, &response);
+    if (!status.ok() && refused++ == 0)
+      ADD_FAILURE() << status.error_code() << ": " << status.error_message();
     if (response.ramp_s() >= 0.1 && response.explanation().find("was lengthened") != std::string::npos)
       ++lengthened;
     std::this_thread::sleep_for(std::chrono::milliseconds(9));
