@@ -2,7 +2,6 @@
 # Configures and builds one preset.
 #
 #   bash deploy/build.sh PRESET [TARGET ...]     no target = all
-#   bash deploy/build.sh PRESET measure          all, and hapticd_study, hapticd_bench and their tests
 #
 # On a terminal the build shows its progress; elsewhere only a failure is shown.
 set -euo pipefail
@@ -10,11 +9,6 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=$1
 shift
-settings=()
-if [[ "${1:-}" == measure ]]; then
-  settings=(-DHAPTICD_MEASURE=ON)
-  shift
-fi
 targets=()
 (($# == 0)) || targets=(--target "$@")
 
@@ -28,7 +22,7 @@ quietly() {
 }
 
 echo "Building ($preset; the first time takes some minutes) ..."
-quietly cmake --preset "$preset" "${settings[@]}"
+quietly cmake --preset "$preset"
 if [[ -t 1 ]]; then
   cmake --build --preset "$preset" "${targets[@]}"
 else

@@ -4,7 +4,7 @@
 #
 #   bash deploy/check.sh [PRESET]     release, or one of the sanitizers' (asan, asan-network, tsan)
 #
-# Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh release measure. So are the
+# Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh measure. So are the
 # identifications that an emulated person does live, some minutes in all: bash deploy/run_tests.sh release -L live.
 # A test that fails while others run next to it is run once more by itself, and reported: on a busy machine one that
 # runs in wall-clock time may get too little of it. A test that fails twice has failed.

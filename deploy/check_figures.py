@@ -40,7 +40,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXTS = ("README.md", "docs/*.md", "hal/sim/README.md")
-SOURCES = ("tests/study", "tests/bench")
+SOURCES = ("tests/measure",)
 
 MARK = re.compile(r"<!--([a-z][a-z0-9_]*)-->")
 # 28 992, −1.2, +0.1, 1e-9

@@ -9,7 +9,7 @@
 # says what each run took; OUT/RUN.log is what it printed.
 #
 # HAPTICD_RECORDINGS names the folder of real recordings; without it their figures are missing, and reported as such.
-# Not included: tests/study/trust/live.sh, which needs a rig of its own for half an hour.
+# Not included: tests/measure/study/trust/live.sh, which needs a rig of its own for half an hour.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -31,7 +31,7 @@ if [[ -z "${HAPTICD_RECORDINGS:-}" ]]; then
   echo "figures.sh: HAPTICD_RECORDINGS is not set: nothing is measured on real recordings" >&2
 fi
 
-bash deploy/build.sh release measure hapticd_study hapticd_bench
+bash deploy/build.sh measure hapticd_study hapticd_bench
 readonly bin=build/release/bin
 mkdir -p "$out"
 rm -f "$out/times.txt" "$out/figures.jsonl" "$out"/*/figures.jsonl

@@ -4,7 +4,7 @@
 #
 #   bash deploy/slurm/try_sweep.sh [OUT]     into OUT (default build/slurm)
 #
-# As root. Needs bash deploy/install_packages.sh slurm, and hapticd_study (bash deploy/build.sh release measure).
+# As root. Needs bash deploy/install_packages.sh slurm, and hapticd_study (bash deploy/build.sh measure).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 . deploy/slurm/cluster.sh
@@ -13,7 +13,7 @@ out=${1:-build/slurm}
 study=$PWD/build/release/bin/hapticd_study
 readonly parts=(maps inclusions sensitivity wood extremes) shards=6
 need_slurm
-[[ -x $study ]] || { echo "$script: there is no $study; bash deploy/build.sh release measure" >&2; exit 2; }
+[[ -x $study ]] || { echo "$script: there is no $study; bash deploy/build.sh measure" >&2; exit 2; }
 
 rm -rf "$out"
 mkdir -p "$out"

@@ -7,7 +7,7 @@ namespace hapticd::sim {
 
 namespace {
 
-// Fitted by tests/study/tumour/body (fit.cpp) to what a finite-element body of the half-sphere answers when a
+// Fitted by tests/measure/study/tumour/body (fit.cpp) to what a finite-element body of the half-sphere answers when a
 // ball of 8 mm presses it down to 18 mm: EcoFlex 00-30 with 50 % thinner, Yeoh of third order by its true
 // stress (C 4.52, 0.013, 0.097 kPa), nearly incompressible, bonded to the table; the sphere 100 times as
 // stiff. "Left over": rms of energy and forces (weighted by 3 mm) that the smooth function leaves, mesh noise

@@ -1,0 +1,198 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "rt/signal/vector.h"
+#include "server/model/model_file.h"
+#include "tests/measure/study/common/explore_study.h"
+#include "tests/measure/study/common/hands.h"
+#include "tests/measure/study/common/scenes.h"
+#include "tests/measure/study/common/shadow.h"
+#include "tests/measure/study/explore/stroke_judge.h"
+#include "tests/measure/study/identify/shipped_models.h"
+
+namespace hapticd::study {
+namespace {
+
+sim::HandProgram strokes(double force_n, double speed_mm_per_s) {
+  sim::HandProgram hand;
+  hand.kind = sim::HandProgram::Kind::kStroke;
+  hand.force_n = force_n;
+  hand.speed_mm_per_s = speed_mm_per_s;
+  hand.stroke_length_mm = 40.0;
+  hand.repetitions = -1;
+  hand.approach_mm_per_s = 40.0;
+  hand.force_rate_n_per_s = 6.0;
+  return hand;
+}
+
+TEST(StrokeJudge, TellsALimitCycleFromASlowMotion) {
+  const auto swing = [](double hz, double peak_to_peak_mm) {
+    StrokeJudge judge(1000.0);
+    for (int i = 0; i < 2000; ++i) {
+      judge.add(5.0 + 0.5 * peak_to_peak_mm * std::sin(2e-3 * std::numbers::pi * hz * i));
+    }
+    return judge.swing_mm();
+  };
+  EXPECT_GT(swing(20.0, 1.0), 0.8);
+  EXPECT_GT(swing(60.0, 1.0), 0.9);
+  EXPECT_LT(swing(0.5, 2.0), 0.2);
+}
+
+TEST(StrokeJudge, PassesOverTheTurnOfAStroke) {
+  StrokeJudge judge(1000.0);
+  for (int i = 0; i < 2000; ++i) judge.add(i % 1000 < 20 ? 3.0 : 5.0);
+  EXPECT_LT(judge.swing_mm(), 0.2);
+}
+
+class Explored : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Objects, Explored, testing::ValuesIn(explored_objects()),
+                         [](const auto& object) { return object.param; });
+
+TEST_P(Explored, TheBuiltInModelIsTheOneIdentified) {
+  std::stringstream text;
+  text << std::ifstream(std::string(HAPTICD_MODELS) + "/" + GetParam() + ".toml").rdbuf();
+  const auto built_in = server::parse_model(text.str(), GetParam());
+  ASSERT_TRUE(built_in) << built_in.error().text();
+  const rt::ObjectModel fresh = identify_to_ship(GetParam()).model;
+  EXPECT_EQ(built_in->identified_on, fresh.identified_on);
+  EXPECT_NEAR(built_in->rod_friction->kinetic, fresh.rod_friction->kinetic, 0.01);
+  EXPECT_NEAR(built_in->rod_friction->exponent, fresh.rod_friction->exponent, 0.05);
+  ASSERT_EQ(built_in->hunt_crossley.has_value(), fresh.hunt_crossley.has_value());
+  if (fresh.hunt_crossley) {
+    EXPECT_NEAR(built_in->hunt_crossley->parameters.exponent, fresh.hunt_crossley->parameters.exponent, 0.02);
+  }
+  ASSERT_TRUE(built_in->creep && fresh.creep);
+  const rt::CreepLaw of_file(built_in->creep->parameters, 1000.0);
+  const rt::CreepLaw of_now(fresh.creep->parameters, 1000.0);
+  for (const double force_n : {0.5, 2.0, 8.0}) {
+    const double x = of_now.curve(force_n).displacement_mm;
+    EXPECT_NEAR(of_file.curve(force_n).displacement_mm, x, 0.03 * x) << force_n;
+  }
+}
+
+TEST_P(Explored, StiffnessAtTheHandIsWithinFivePercentWherePressed) {
+  for (const double target : {0.3, 0.8}) {
+    rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
+    scene.target = rt::linear_target(target);
+    VirtualRun run(explore_rig("phantom_1_5_high_force", GetParam(), "ball_bearing"), scene, true,
+                   &identified(GetParam()).model);
+    run.set_hand(pressing(4.0));
+    double force_n = 0.0;
+    double depth_mm = 0.0;
+    while (run.time_s() < 8.0) {
+      run.step();
+      if (run.time_s() < 7.0) continue;
+      force_n += run.hand_force_n();
+      depth_mm += run.truth().displacement_mm;
+    }
+    EXPECT_NEAR(force_n / depth_mm, target, 0.05 * target);
+  }
+}
+
+TEST_P(Explored, DirectionAndDisplacementHoldThroughStrokesAndTheirTurns) {
+  for (const bool rod : {true, false}) {
+    VirtualRun run =
+        unrendered(explore_rig("phantom_1_5_high_force", GetParam(), rod ? "rod" : "ball_bearing"));
+    Shadow shadow(run.info(), explore_scene(rod ? rt::Tip::kRod : rt::Tip::kBallBearing),
+                  identified(GetParam()).model);
+    sim::HandProgram hand = strokes(4.0, 100.0);
+    hand.tilt_deg = 10.0;
+    run.set_hand(hand);
+    std::vector<double> angles_deg;
+    std::vector<double> errors;
+    while (run.time_s() < 7.0) {
+      run.step();
+      shadow.watch(run.sample());
+      const hal::TruthSample& truth = run.truth();
+      if (!truth.in_contact || !shadow.record().in_contact || truth.displacement_mm < 0.2) continue;
+      const double cosine = std::clamp(dot(shadow.record().normal, truth.outward_normal), -1.0, 1.0);
+      angles_deg.push_back(std::acos(cosine) * 180.0 / std::numbers::pi);
+      errors.push_back(std::abs(shadow.record().displacement_mm / truth.displacement_mm - 1.0));
+    }
+    ASSERT_GT(angles_deg.size(), 4000U);
+    std::sort(angles_deg.begin(), angles_deg.end());
+    std::sort(errors.begin(), errors.end());
+    EXPECT_LT(angles_deg[angles_deg.size() * 95 / 100], rod ? 10.0 : 4.0);
+    EXPECT_LT(errors[errors.size() / 2], 0.05);
+  }
+}
+
+/// Swing of the stroking tip under a scene at a target; infinite where the guard ended an oscillation.
+double swing_mm(const std::string& object, rt::SceneSpec scene, const rt::ObjectModel& model, double target) {
+  scene.target = rt::linear_target(target);
+  VirtualRun run(explore_rig("phantom_1_5_high_force", object, "ball_bearing"), scene, true, &model);
+  run.set_hand(strokes(3.0, 80.0));
+  while (run.time_s() < 4.0) run.step();
+  StrokeJudge judge(1000.0);
+  while (run.time_s() < 7.0) {
+    run.step();
+    judge.add(run.truth().displacement_mm);
+  }
+  if (run.record().guard_fault == rt::GuardFault::kOscillation) return HUGE_VAL;
+  return judge.swing_mm();
+}
+
+TEST(ExploredStability, HoldsWhereThePublishedPipelineOscillates) {
+  const IdentificationResult& foam = identified("foam_ball_3d");
+  EXPECT_LT(swing_mm("foam_ball_3d", explore_scene(rt::Tip::kBallBearing), foam.model, 1.5), 0.5);
+  EXPECT_GT(swing_mm("foam_ball_3d", dissertation_scene(rt::Tip::kBallBearing), foam.dissertation, 1.5), 2.0);
+}
+
+TEST(ExploredStability, AStiffBallThatIsSoftenedMuchIsStrokedWithoutASwing) {
+  // Pulled at with 10 N and more along an estimated normal, which the pull itself must not turn.
+  rt::SceneSpec scene = explore_scene(rt::Tip::kRod);
+  scene.target = rt::linear_target(0.3);
+  for (const char* device : {"phantom_1_0", "phantom_1_5_high_force"}) {
+    for (const double speed : {20.0, 60.0}) {
+      for (const double force : {2.0, 4.0}) {
+        VirtualRun run(explore_rig(device, "rubber_ball_3d", "rod"), scene, true,
+                       &identified("rubber_ball_3d").model);
+        sim::HandProgram hand = strokes(force, speed);
+        hand.stroke_length_mm = 30.0;
+        hand.approach_mm_per_s = 30.0;
+        hand.force_rate_n_per_s = 2.0;
+        run.set_hand(hand);
+        double max_n = 0.0;
+        bool latched = false;
+        while (run.time_s() < 10.0) {
+          run.step();
+          max_n = std::max(max_n, rt::norm(run.record().device_command_n));
+          latched = latched || run.record().guard_state == rt::GuardState::kLatched;
+        }
+        EXPECT_FALSE(latched) << device << ", " << speed << " mm/s, " << force << " N";
+        EXPECT_GT(max_n, 3.0) << "the device does pull";
+      }
+    }
+  }
+}
+
+TEST(ExploredStability, IsLostInTheEnd) {
+  // The judge must be able to fail: no loop with these delays holds a target of 60 times the object.
+  const IdentificationResult& foam = identified("foam_ball_3d");
+  EXPECT_GT(swing_mm("foam_ball_3d", explore_scene(rt::Tip::kBallBearing), foam.model, 20.0), 0.5);
+}
+
+TEST(ExploredContact, IsRegainedAfterABounce) {
+  // A bare weight bounces on a hard target; once it rests, it is rendered again.
+  rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
+  scene.target = rt::linear_target(1.18);
+  VirtualRun run(explore_rig("phantom_1_0", "rubber_ball_3d", "ball_bearing"), scene, true,
+                 &identified("rubber_ball_3d").model);
+  sim::HandProgram weight;
+  weight.kind = sim::HandProgram::Kind::kWeight;
+  run.set_hand(weight);
+  while (run.time_s() < 8.0) run.step();
+  ASSERT_TRUE(run.truth().in_contact);
+  EXPECT_TRUE(run.record().in_contact);
+  EXPECT_NEAR(run.record().displacement_mm, run.truth().displacement_mm, 0.1 * run.truth().displacement_mm);
+}
+
+}  // namespace
+}  // namespace hapticd::study

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/measure/study/common/study.h"
+#include "tests/measure/study/loading/loading_trial.h"
+
+namespace hapticd::study {
+
+/// A press of the study, all but its rate.
+struct LoadingCase {
+  std::string device;
+  std::string object;
+  int dims = 1;  ///< 1: tap_1d, 3: explore_bearing
+  double target_n_per_mm = 0.0;
+
+  LoadingTrial trial(double rate_n_per_s) const;
+};
+
+/// Both devices, one and three dimensions, the objects of D§3 and of D§4 at two targets; few of them where
+/// `quick`.
+std::vector<LoadingCase> loading_cases(bool quick);
+
+/// press(), with a fifth less force each time that device or sensor cannot do it, down to 0.5 N; sets the
+/// trial's force to what was pressed with.
+LoadingOutcome press_as_feasible(LoadingTrial& trial);
+
+/// Takes all compensation out of a scene: of the loop's delay and of the device's own friction.
+void leave_uncompensated(rt::SceneSpec& scene);
+
+/// Error of the force at the hand while it presses with 2, 10 and 30 N/s, and while it holds.
+void run_loading_error(StudyContext& context);
+
+/// Which part of that error each cause makes: each is switched off in the simulated rig, one at a time.
+void run_loading_budget(StudyContext& context);
+
+}  // namespace hapticd::study

@@ -1,0 +1,82 @@
+// The force at the simulated hand while it presses, in the quick form of the study.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <ostream>
+#include <string>
+
+#include "tests/measure/study/loading/loading_study.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::study {
+
+void PrintTo(const LoadingCase& c, std::ostream* out) {
+  *out << c.object << " at " << c.target_n_per_mm << " N/mm on " << c.device << ", " << c.dims << "D";
+}
+
+namespace {
+
+class Loading : public testing::TestWithParam<LoadingCase> {};
+INSTANTIATE_TEST_SUITE_P(Quick, Loading, testing::ValuesIn(loading_cases(true)), [](const auto& tested) {
+  const LoadingCase& c = tested.param;
+  return c.device + "_" + c.object + "_" + (c.target_n_per_mm < 0.5 ? "softer" : "harder");
+});
+
+TEST_P(Loading, CompensationBringsTheForceNearerWhileTheHandPresses) {
+  LoadingTrial trial = GetParam().trial(10.0);
+  const LoadingOutcome with = press_as_feasible(trial);
+  ASSERT_EQ(with.failed, "");
+  leave_uncompensated(trial.scene);
+  const LoadingOutcome without = press(trial);
+  ASSERT_EQ(without.failed, "");
+  // On a small device a soft object is felt late, by the evidence of it, which nothing can make up for.
+  const bool late = GetParam().object == "sponge_block" && GetParam().device == "phantom_1_0";
+  EXPECT_LT(with.error_mean, (late ? 1.15 : 0.75) * without.error_mean);
+  EXPECT_LT(with.error_mean, late ? 0.18 : 0.07);
+}
+
+TEST(LoadingOfAStiffObject, IsFeltSoftFromTheFirstTenthOn) {
+  // The hardest case: 2.3 N/mm are to feel like 0.3, so that every millisecond of delay is a third of the
+  // force, and the small device has force for 1 N of the hand.
+  for (const std::string& device : sim::device_preset_names()) {
+    LoadingTrial trial = tap_loading(device, "rubber_eraser", 0.3);
+    trial.force_n = device == "phantom_1_0" ? 1.0 : 2.0;
+    const LoadingOutcome with = press_as_feasible(trial);
+    ASSERT_EQ(with.failed, "") << device;
+    leave_uncompensated(trial.scene);
+    const LoadingOutcome without = press(trial);
+    ASSERT_EQ(without.failed, "") << device;
+    EXPECT_LT(with.error_mean, 0.5 * without.error_mean) << device;
+  }
+}
+
+TEST_P(Loading, TheHandReachesTheRateItIsAskedFor) {
+  for (const double rate : {2.0, 10.0}) {
+    LoadingTrial trial = GetParam().trial(rate);
+    const LoadingOutcome outcome = press_as_feasible(trial);
+    ASSERT_EQ(outcome.failed, "");
+    EXPECT_GT(outcome.max_rate_n_per_s, 0.8 * rate);
+    EXPECT_LT(outcome.max_rate_n_per_s, 2.5 * rate) << "the first force rendered is a small step";
+  }
+}
+
+TEST(LoadingStudy, WritesAFigureForEveryCase) {
+  test::TemporaryFolder folder;
+  report::Report report(folder.path());
+  const report::Cells cells(folder.path(), "test");
+  StudyContext context{report, true, cells};
+  run_loading_error(context);
+  std::ifstream lines(folder.path("figures.jsonl"));
+  std::size_t errors = 0;
+  std::size_t held = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("\"loading_error_mean\"") != std::string::npos) ++errors;
+    if (line.find("\"held_error\"") != std::string::npos) ++held;
+  }
+  EXPECT_EQ(errors, loading_cases(true).size() * 3 * 2) << "three rates, with compensation and without";
+  EXPECT_EQ(held, errors);
+}
+
+}  // namespace
+}  // namespace hapticd::study

@@ -1,0 +1,454 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rt/control/default_gains.h"
+#include "rt/loop/engine.h"
+#include "rt/scene/compose.h"
+#include "server/telemetry/telemetry_hub.h"
+#include "tests/measure/study/common/hands.h"
+#include "tests/measure/study/common/plant.h"
+#include "tests/measure/study/common/press.h"
+#include "tests/measure/study/common/rig_study.h"
+#include "tests/measure/study/common/virtual_run.h"
+#include "tests/measure/study/precision/motion/decimation.h"
+#include "tests/measure/study/precision/precision_study.h"
+#include "tests/measure/report/run_time.h"
+#include "tests/measure/report/work_precision.h"
+
+namespace hapticd::study {
+
+namespace {
+
+using report::fixed;
+using report::significant;
+
+constexpr const char* kDevice = "phantom_1_0";
+constexpr double kShippedHz = 1000.0;
+
+// --- rate of the loop ---
+
+/// Kp that gives the controller the same time constant at another rate: what is left after a millisecond,
+/// 1 - Kp, is left after as many ticks as a millisecond has.
+double gain_kept_in_time(double gain_at_1_khz, double rate_hz) {
+  return 1.0 - std::pow(1.0 - gain_at_1_khz, kShippedHz / rate_hz);
+}
+
+/// What is converted when the loop runs at another rate than 1 kHz, beyond what the scene does by itself.
+enum class Kept : unsigned char {
+  kAsShipped,    ///< Kp per tick, Kd in ms, thresholds in N
+  kGainInTime,   ///< Kp such that the controller's time constant stays
+  kFalseAlarms,  ///< the threshold such that it stays as far above the noise of a tick's mean
+};
+
+/// Noise of a tick's mean force grows as its samples become fewer.
+double threshold_at(double rate_hz, Kept kept) {
+  const double shipped_n = rt::ContactParameters{}.threshold_n;
+  return kept == Kept::kFalseAlarms ? shipped_n * std::sqrt(std::max(1.0, rate_hz / kShippedHz)) : shipped_n;
+}
+
+PressTask press_at(double rate_hz, Kept kept, const std::string& object, double target, double force_n,
+                   double force_rate_n_per_s) {
+  PressTask task = tap_press(kDevice, object, target, true, force_n);
+  task.rig.rate_hz = rate_hz;
+  task.hand.force_rate_n_per_s = force_rate_n_per_s;
+  task.scene.contact.threshold_n = threshold_at(rate_hz, kept);
+  task.scene.controller = rt::default_gains(kDevice);
+  if (kept == Kept::kGainInTime) {
+    task.scene.controller.proportional_gain =
+        gain_kept_in_time(task.scene.controller.proportional_gain, rate_hz);
+  }
+  return task;
+}
+
+/// Mean |hand force/(k~ x) - 1| while the force builds up, beyond a tenth of the final depth.
+double pressing_error(const PressTask& task, const PressOutcome& outcome) {
+  const double target = task.scene.target.stiffness_n_per_mm;
+  const double min_mm = 0.1 * task.hand.force_n / target;
+  double sum = 0.0;
+  int counted = 0;
+  for (const PressPoint& point : outcome.points) {
+    if (point.since_s >= task.load_s()) break;
+    if (point.depth_mm < min_mm) continue;
+    sum += std::abs(point.hand_force_n / point.depth_mm / target - 1.0);
+    ++counted;
+  }
+  return counted > 0 ? sum / counted : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// How far the motors' force is from what would make the hand feel k~ x, f_r - k~ x, all by the truth: rms
+/// over that of k~ x, while the force builds up and a little longer. Friction and inertia of the device,
+/// which no rate changes, play no part.
+struct DeviceForce {
+  double error = std::numeric_limits<double>::quiet_NaN();
+  /// By how much the tip was deeper than thought when the contact was declared.
+  double surface_too_deep_mm = std::numeric_limits<double>::quiet_NaN();
+};
+
+DeviceForce device_force_of(const PressTask& task) {
+  VirtualRun run(task.rig, task.scene);
+  run.set_hand(task.hand);
+  constexpr double kTimeoutS = 10.0;
+  constexpr double kAfterS = 0.1;
+  double touched_s = -1.0;
+  double error_squares = 0.0;
+  double squares = 0.0;
+  DeviceForce result;
+  while (run.time_s() < kTimeoutS) {
+    run.step();
+    const hal::TruthSample& truth = run.truth();
+    if (touched_s < 0.0 && truth.in_contact) touched_s = run.time_s();
+    if (!std::isfinite(result.surface_too_deep_mm) && run.record().in_contact) {
+      result.surface_too_deep_mm = truth.displacement_mm - run.record().displacement_mm;
+    }
+    if (touched_s < 0.0) continue;
+    if (run.time_s() > touched_s + task.load_s() + kAfterS) break;
+    const double felt_n = task.scene.target.stiffness_n_per_mm * truth.displacement_mm;
+    const double error_n = run.device_force_n() - (truth.normal_force_n - felt_n);
+    error_squares += error_n * error_n;
+    squares += felt_n * felt_n;
+  }
+  if (squares > 0.0) result.error = std::sqrt(error_squares / squares);
+  return result;
+}
+
+/// Means over the cases.
+struct Rendered {
+  double device_force = 0.0;
+  double surface_too_deep_mm = 0.0;
+  double pressing = 0.0;
+  double held = 0.0;  ///< |rendered/target - 1|
+  std::string failed{};
+};
+
+Rendered rendered_at(double rate_hz, Kept kept, bool quick) {
+  struct Case {
+    const char* object;
+    double target;
+  };
+  std::vector<Case> cases{{"rubber_ball", 0.3}, {"rubber_ball", 0.7}, {"foam_ball", 0.3}, {"foam_ball", 0.7}};
+  if (quick) cases.resize(1);
+  Rendered mean;
+  for (const Case& c : cases) {
+    const PressTask task = press_at(rate_hz, kept, c.object, c.target, 1.0, 8.0);
+    const PressOutcome outcome = press_direct(task);
+    if (!outcome.failed.empty()) {
+      mean.failed = std::string(c.object) + " at " + fixed(c.target, 1) + " N/mm: " + outcome.failed;
+      return mean;
+    }
+    // Where a tick falls in encoder steps, tremor and noise is chance.
+    const int seeds = quick ? 1 : 8;
+    PressTask again = task;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      again.rig.seed = static_cast<std::uint64_t>(seed);
+      const DeviceForce force = device_force_of(again);
+      const double share = 1.0 / (seeds * static_cast<double>(cases.size()));
+      mean.device_force += share * force.error;
+      mean.surface_too_deep_mm += share * force.surface_too_deep_mm;
+    }
+    mean.pressing += pressing_error(task, outcome) / static_cast<double>(cases.size());
+    mean.held += std::abs(outcome.rendered_n_per_mm / c.target - 1.0) / static_cast<double>(cases.size());
+  }
+  return mean;
+}
+
+VirtualRun tap_1d_on(const std::string& object, double rate_hz, Kept kept) {
+  sim::SimulationConfig rig;
+  rig.object = object;
+  rig.rate_hz = rate_hz;
+  rt::SceneSpec scene;
+  scene.name = "tap_1d";
+  scene.contact.threshold_n = threshold_at(rate_hz, kept);
+  return VirtualRun(rig, scene);
+}
+
+/// Mean time from the true contact to the tick that declares it, over taps out of free flight; the instant
+/// between two ticks is found from depth and speed at the first one inside.
+double contact_delay_ms(double rate_hz, Kept kept, int taps) {
+  VirtualRun run = tap_1d_on("foam_ball", rate_hz, kept);
+  run.set_hand(tapping(200.0));
+  constexpr double kFlightS = 0.1;
+  double before_mm = run.truth().tip_position_mm.z;
+  double last_inside_s = 0.0;
+  double touched_s = -1.0;
+  bool was_declared = false;
+  std::vector<double> delays_ms;
+  while (static_cast<int>(delays_ms.size()) < taps && run.time_s() < 3.0 * taps + 10.0) {
+    run.step();
+    const hal::TruthSample& truth = run.truth();
+    const double speed = (before_mm - truth.tip_position_mm.z) * rate_hz;
+    before_mm = truth.tip_position_mm.z;
+    const bool declared = run.record().in_contact;
+    const bool from_flight = run.time_s() - last_inside_s > kFlightS;
+    if (truth.in_contact && touched_s < 0.0 && from_flight && !was_declared) {
+      touched_s = run.time_s() - truth.displacement_mm / std::max(1.0, speed);
+    }
+    if (declared && !was_declared && touched_s >= 0.0) {
+      delays_ms.push_back(1e3 * (run.time_s() - touched_s));
+    }
+    if (declared) touched_s = -1.0;
+    was_declared = declared;
+    if (truth.in_contact) last_inside_s = run.time_s();
+  }
+  double sum = 0.0;
+  for (const double d : delays_ms) sum += d;
+  return delays_ms.empty() ? std::numeric_limits<double>::quiet_NaN()
+                           : sum / static_cast<double>(delays_ms.size());
+}
+
+/// Share of the time for which a contact is declared while the device shakes itself in free air. A count
+/// would hide alarms that never end.
+double false_contact_share(double rate_hz, Kept kept, double duration_s) {
+  VirtualRun run = tap_1d_on("none", rate_hz, kept);
+  run.set_hand(shaken());
+  std::uint64_t ticks = 0;
+  std::uint64_t declared = 0;
+  while (run.time_s() < duration_s) {
+    run.step();
+    ++ticks;
+    if (run.record().in_contact) ++declared;
+  }
+  return static_cast<double>(declared) / static_cast<double>(ticks);
+}
+
+/// The renderer's computation alone, on the samples of a press.
+double computation_ns_per_s(double rate_hz, bool quick) {
+  const PressTask task = press_at(rate_hz, Kept::kAsShipped, "rubber_ball", 0.7, 1.0, 8.0);
+  std::vector<hal::RigSample> samples;
+  VirtualRun run(task.rig, task.scene);
+  run.set_hand(task.hand);
+  const double duration_s = quick ? 1.0 : 2.5;
+  while (run.time_s() < duration_s) {
+    run.step();
+    samples.push_back(run.sample());
+  }
+  const rt::SceneSpec& scene = run.scene();
+  const std::unique_ptr<rt::Pipeline> pipeline = std::move(*rt::compose(scene, run.info()));
+  rt::Renderer renderer(scene.guard, rate_hz);
+  renderer.exchange(pipeline.get(), scene.guard);
+  rt::TickRecord record;
+  const double ns_per_tick = report::run_time_ns(
+      samples.size(),
+      [&] {
+        double sum = 0.0;
+        for (const hal::RigSample& sample : samples) {
+          record = rt::TickRecord{};
+          sum += renderer.tick(sample, record).force_n.z;
+        }
+        return sum;
+      },
+      quick ? 0.005 : 0.2);
+  return ns_per_tick * rate_hz;
+}
+
+std::string rate_name(double rate_hz) {
+  return significant(1e-3 * rate_hz, 1) + " kHz";
+}
+
+void study_loop_rate(StudyContext& context) {
+  const std::vector<double> rates_hz{500.0, 1000.0, 2000.0, 4000.0, 5000.0, 10000.0};
+  report::WorkPrecision stage;
+  stage.stage = "loop_rate";
+  stage.justification =
+      "half of it leaves more of the error at the hand while it presses and holds, see the table.";
+  stage.error_name = "error of the device's force, of k~ x";
+  stage.run_time_per = "second of rendering";
+  stage.remark =
+      "Scene tap_1d on PHANToM 1.0, eight seeds: rubber and foam ball at 0.3 and 0.7 N/mm, pressed to 1 N "
+      "within "
+      "0.23 s. True force of the motors less f_r - k~ x, which would make the hand feel k~ x.\nRun time: the "
+      "renderer's ticks of one second, without driver or telemetry. Kept at every rate: Kp per tick, Kd in "
+      "ms, thresholds in N; physics, sensor (10 kHz) and the device's latency (1 ms) do not change. At 4 kHz "
+      "a "
+      "tick has two or three physics steps by turns.";
+  report::MarkdownTable table({"rate", "kept", "device force error %", "surface too deep [µm]",
+                               "pressing error %", "held error %", "contact delay [ms]",
+                               "in contact in free air %"});
+  for (const double rate_hz : rates_hz) {
+    for (const auto& [kept, name] :
+         {std::pair{Kept::kAsShipped, "as shipped"}, std::pair{Kept::kGainInTime, "Kp in time"},
+          std::pair{Kept::kFalseAlarms, "threshold over noise"}}) {
+      if (kept != Kept::kAsShipped && rate_hz == kShippedHz) continue;
+      const Rendered rendered = rendered_at(rate_hz, kept, context.quick);
+      if (kept == Kept::kAsShipped) {
+        report::Method method{rate_name(rate_hz)};
+        method.is_default = rate_hz == kShippedHz;
+        method.failed = rendered.failed;
+        method.error = rendered.device_force;
+        method.run_time_ns = computation_ns_per_s(rate_hz, context.quick);
+        stage.methods.push_back(method);
+      }
+      const double delay_ms = contact_delay_ms(rate_hz, kept, context.quick ? 1 : 20);
+      const double alarms = false_contact_share(rate_hz, kept, context.quick ? 1.0 : 30.0);
+      const report::Case conditions{{"rate_hz", rate_hz}, {"kept", name}};
+      report::Figure delay{"loop_rate_contact_delay_ms", conditions};
+      delay.unit = "ms";
+      if (std::isfinite(delay_ms)) {
+        delay.value = delay_ms;
+      } else {
+        delay.failed = "no tap was detected out of free flight";
+      }
+      context.report.add(delay);
+      context.report.add({"loop_rate_false_contact_share", conditions, alarms});
+      const auto percent = [&](double share) {
+        return rendered.failed.empty() ? fixed(100.0 * share, 2) : rendered.failed;
+      };
+      table.add_row({rate_name(rate_hz), name, percent(rendered.device_force),
+                     fixed(1e3 * rendered.surface_too_deep_mm, 0), percent(rendered.pressing),
+                     percent(rendered.held), fixed(delay_ms, 2), fixed(100.0 * alarms, 1)});
+    }
+  }
+  add_stage(context.report, stage);
+  context.report.add_table(
+      "loop_rate", "What a faster loop brings", table,
+      "Surface: truth less estimate of the displacement when the contact is declared. Pressing error: mean "
+      "|hand force/(k~ x) - 1| beyond a tenth of the final depth; held: after two "
+      "seconds; "
+      "both with the device's friction and inertia in them. Delay: foam ball tapped at 200 mm/s. Free air: "
+      "shaken at 5 Hz and 1 N; the mean over a tick has fewer sensor samples the faster the loop is.\nKp in "
+      "time: 1 - (1 - Kp)^(1 kHz/rate). Threshold over noise: 15 mN times the root of rate/1 kHz.");
+  context.report.say(
+      "A faster loop declares a contact earlier and renders a little better, though the device's latency and "
+      "amplifier do not get faster; Kp per tick or in time is all the same. What contact detection, velocity "
+      "and direction count are times: they last as long, and see as little noise, at any rate. A threshold "
+      "raised with the noise of a tick only makes the surface too deep. At 4 kHz ticks of two and three "
+      "physics steps by turns, beating with the encoder's steps, look like jerk, and with it the force "
+      "that counts as none grows: the simulator's doing, and what a loop with such jitter would get.");
+}
+
+// --- rate of the telemetry ---
+
+/// Reaction force as the loop shows it, once a tick.
+std::vector<double> forces_of(const sim::HandProgram& hand, double duration_s) {
+  sim::SimulationConfig rig;
+  rig.object = "rubber_ball";
+  rt::SceneSpec scene;
+  scene.name = "tap_1d";
+  scene.target.stiffness_n_per_mm = 0.7;
+  VirtualRun run(rig, scene);
+  run.set_hand(hand);
+  std::vector<double> forces_n;
+  while (run.time_s() < duration_s) {
+    run.step();
+    forces_n.push_back(run.record().reaction_force_n);
+  }
+  return forces_n;
+}
+
+/// Nanoseconds a tick of an engine without a scene, of the hub's rounds (two ticks each, as at 1 kHz) and of
+/// a subscriber that takes every batch; without a subscriber where the decimation is 0.
+double hub_ns_per_tick(std::uint32_t decimation, double seconds) {
+  auto rig = sim::SimulatedRig::create({});
+  rt::Engine engine(**rig);
+  server::TelemetryHub hub(engine);
+  std::shared_ptr<server::Subscription> subscription;
+  if (decimation > 0) {
+    server::SubscriptionOptions options;
+    options.decimation = decimation;
+    subscription = hub.subscribe(options);
+  }
+  server::Subscription::Batch batch;
+  server::Subscription::Clock::time_point now{};
+  hal::RigSample sample;
+  constexpr int kTicks = 4000;
+  return report::run_time_ns(
+      kTicks,
+      [&] {
+        double sum = 0.0;
+        for (int i = 0; i < kTicks; ++i) {
+          sample.tick += 1;
+          sample.time_ns += 1'000'000;
+          sum += engine.on_tick(sample).force_n.z;
+          if (i % 2 == 0) continue;
+          now += std::chrono::milliseconds(2);
+          hub.pump(now);
+          while (subscription && subscription->take(batch, now)) {
+            for (const auto& entry : batch.entries) sum += entry.record().reaction_force_n;
+          }
+        }
+        return sum;
+      },
+      seconds);
+}
+
+void study_telemetry(StudyContext& context) {
+  const double duration_s = context.quick ? 10.0 : 60.0;
+  const std::vector<double> taps = forces_of(tapping(300.0), duration_s);
+  sim::HandProgram press = pressing(1.5);
+  press.hold_s = 0.5;
+  press.repetitions = -1;
+  const std::vector<double> presses = forces_of(press, duration_s);
+  constexpr double kContactN = 0.1;
+  const double seconds = context.quick ? 0.002 : 0.1;
+  const double alone_ns = hub_ns_per_tick(0, seconds);
+
+  report::WorkPrecision stage;
+  stage.stage = "telemetry_decimation";
+  stage.error_name = "force error in taps, rms of rms";
+  stage.logarithmic_error = false;
+  stage.remark =
+      "Reaction force of every tick at 1 kHz (tap_1d, rubber ball at 0.7 N/mm, " + fixed(duration_s, 0) +
+      " s, taps at 300 mm/s), rebuilt on straight lines between what a subscriber gets; mean over the phases "
+      "a "
+      "decimation can have. Decimation picks ticks; the means are for comparison and not offered.\nRun time: "
+      "an engine's tick without a scene (" +
+      significant(alone_ns, 3) +
+      " ns with the hub's rounds but no subscriber), the hub's round every 2 ms and one subscriber taking "
+      "batches of 20; neither conversion to messages nor network.";
+  report::MarkdownTable table({"decimation", "error, taps %", "error, presses %", "peak of a tap missed %",
+                               "worst peak %", "error by means, taps %", "peak by means %",
+                               "power beyond half the rate %", "kB/s"});
+  for (const std::uint32_t n : {1U, 2U, 5U, 10U, 20U, 50U, 100U}) {
+    const DecimationLoss picked = decimation_loss(taps, n, Decimation::kPicks, kContactN);
+    const DecimationLoss pressed = decimation_loss(presses, n, Decimation::kPicks, kContactN);
+    const DecimationLoss averaged = decimation_loss(taps, n, Decimation::kMeans, kContactN);
+    report::Method method{"1 in " + std::to_string(n)};
+    method.error = picked.rms_share;
+    method.run_time_ns = hub_ns_per_tick(n, seconds);
+    method.is_default = n == 1;
+    stage.methods.push_back(method);
+    for (const auto& [name, loss] : {std::pair{"picks", &picked}, std::pair{"means", &averaged}}) {
+      report::Figure peak{"telemetry_peak_missed", {{"decimation", n}, {"method", name}}, loss->peak_share};
+      context.report.add(peak);
+    }
+    table.add_row({std::to_string(n), fixed(100.0 * picked.rms_share, 2), fixed(100.0 * pressed.rms_share, 2),
+                   fixed(100.0 * picked.peak_share, 2), fixed(100.0 * picked.worst_peak_share, 1),
+                   fixed(100.0 * averaged.rms_share, 2), fixed(100.0 * averaged.peak_share, 2),
+                   fixed(100.0 * power_beyond(taps, 0.5 / n), 3),
+                   fixed(1e-3 * kShippedHz / n * sizeof(rt::TickRecord), 0)});
+  }
+  add_stage(context.report, stage);
+  context.report.add_table(
+      "telemetry_decimation", "What a decimated subscriber misses", table,
+      "Missed of a peak: 1 - largest force reported/largest force, by tap; worst: over taps "
+      "and phases. Power: of "
+      "the force less its mean, at frequencies beyond half the telemetry's rate; it "
+      "does not vanish but folds "
+      "down to lower ones.\nkB/s: records as they lie in memory, " +
+          std::to_string(sizeof(rt::TickRecord)) +
+          " bytes each; messages on the network are smaller or larger "
+          "by the groups asked for.");
+  context.report.say(
+      "Presses survive a decimation of 20 within a per cent; a tap lasts some tens of milliseconds, so 1 in "
+      "10 "
+      "already misses a few per cent of its peak and 1 in 50 whole taps. Ticks are picked, not averaged: "
+      "what is "
+      "faster than half the rate folds down, but up to 1 in 10 there is hardly any, and a mean would flatten "
+      "peaks more than picking misses them. Decimation saves bytes, hardly time: the hub's cost is mostly "
+      "its "
+      "rounds.");
+}
+
+}  // namespace
+
+void run_rate_precision(StudyContext& context) {
+  study_loop_rate(context);
+  study_telemetry(context);
+}
+
+}  // namespace hapticd::study

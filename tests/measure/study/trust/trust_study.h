@@ -1,0 +1,13 @@
+#pragma once
+
+#include "tests/measure/study/common/study.h"
+
+namespace hapticd::study {
+
+/// Largest and longest force in free air, for every cause on every scene, device and rate.
+void run_free_air(StudyContext& context);
+
+/// Real taps and presses under the same causes: what is missed, dropped, and how late it is found.
+void run_contact_kept(StudyContext& context);
+
+}  // namespace hapticd::study

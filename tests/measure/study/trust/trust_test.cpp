@@ -1,0 +1,120 @@
+// Where nothing is touched the device gives no force, whatever a clock, a sensor or an object does.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "server/model/model_file.h"
+#include "tests/measure/study/trust/trust_trial.h"
+#include "tests/support/free_air_judge.h"
+#include "tests/support/value_of.h"
+
+namespace hapticd::study {
+namespace {
+
+using test::FreeAirJudge;
+
+const rt::ObjectModel& foam() {
+  static const rt::ObjectModel model = [] {
+    std::stringstream text;
+    text << std::ifstream(std::string(HAPTICD_MODELS) + "/foam_ball_3d.toml").rdbuf();
+    return test::value_of(server::parse_model(text.str(), "foam_ball_3d"));
+  }();
+  return model;
+}
+
+/// The causes of the bounded test, each on one scene, device and rate; which, goes round.
+std::vector<TrustCase> tested_cases() {
+  std::vector<TrustCase> all;
+  const std::vector<std::string> scenes{"tap_1d", "explore_rod", "explore_bearing"};
+  std::size_t i = 0;
+  for (const TrustCause& cause : trust_causes()) {
+    if (!cause.in_test) continue;
+    for (int repeat = 0; repeat < 3; ++repeat, ++i) {
+      TrustCase trial;
+      trial.cause = &cause;
+      trial.scene = scenes[i % scenes.size()];
+      trial.device = trust_devices()[(i / 3 + i % 3) % 2];
+      trial.rate_hz = i % 5 == 4 ? 5000.0 : 1000.0;
+      trial.seed = 100 + i;
+      trial.duration_s = 14.0;
+      all.push_back(trial);
+    }
+  }
+  return all;
+}
+
+std::string name_of(const testing::TestParamInfo<TrustCase>& info) {
+  std::string name = info.param.text();
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  }
+  return name;
+}
+
+class NothingThere : public testing::TestWithParam<TrustCase> {};
+INSTANTIATE_TEST_SUITE_P(NothingFelt, NothingThere, testing::ValuesIn(tested_cases()), name_of);
+
+TEST_P(NothingThere, NothingFelt) {
+  const TrustOutcome outcome = run_trust_case(GetParam(), {&foam(), &foam()});
+  ASSERT_GT(outcome.free_s, 3.0) << "there was free air to be judged";
+  EXPECT_LE(outcome.max_n, FreeAirJudge::kMaxN) << "at " << outcome.max_at_s << " s";
+  EXPECT_LE(outcome.longest_ms, 1e3 * FreeAirJudge::kWithinS) << "at " << outcome.longest_at_s << " s";
+}
+
+TEST(FreeAirJudge, LetsAContactAnswerFor20MsAndNoLonger) {
+  FreeAirJudge judge;
+  double t = 0.0;
+  const auto run = [&](int ms, bool touching, double force_n) {
+    for (int i = 0; i < ms; ++i) judge.add(t += 1e-3, touching, force_n);
+  };
+  run(100, false, 0.0);
+  run(100, true, 4.0);
+  EXPECT_TRUE(judge.holds());
+  run(15, false, 3.0);
+  run(100, false, 0.0);
+  EXPECT_TRUE(judge.holds()) << "gone within 20 ms";
+  EXPECT_EQ(judge.max_n(), 0.0);
+  EXPECT_NEAR(judge.longest_ms(), 15.0, 1e-6);
+  run(100, true, 4.0);
+  run(40, false, 1.0);
+  EXPECT_FALSE(judge.holds());
+  EXPECT_EQ(judge.max_n(), 1.0);
+  EXPECT_NEAR(judge.longest_ms(), 40.0, 1e-6);
+}
+
+TEST(FreeAirJudge, OutOfNowhereItAllowsLittleAndNotForLong) {
+  FreeAirJudge spike, push;
+  double t = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    t += 1e-3;
+    spike.add(t, false, i % 100 < 10 ? 0.25 : 0.01);
+    push.add(t, false, i == 500 ? 0.31 : 0.0);
+  }
+  EXPECT_TRUE(spike.holds());
+  EXPECT_FALSE(push.holds());
+}
+
+TEST(TrustCauses, CoverWhatIsAsked) {
+  std::set<std::string> names;
+  for (const TrustCause& cause : trust_causes()) {
+    names.insert(cause.name);
+    ASSERT_NE(cause.apply, nullptr) << cause.name;
+    TrustCase trial;
+    trial.cause = &cause;
+    EXPECT_TRUE(sim::SimulatedRig::create(trust_rig(trial))) << cause.label();
+  }
+  for (const char* name :
+       {"late_tick", "missing_ticks", "burst_of_five_late", "sensor_late", "encoders_late", "sensor_lost",
+        "sensor_bunched", "zero_drift", "zero_step", "tool_mass_wrong", "bias_wrong", "tool_tilted",
+        "table_knocked", "object_vanishes", "slid_off_its_edge", "object_moved_down"}) {
+    EXPECT_EQ(names.count(name), 1U) << name;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::study

@@ -1,0 +1,99 @@
+#include "tests/measure/study/tumour/phantom_palpation.h"
+
+#include <cmath>
+
+#include "rt/signal/three_axis_motion.h"
+#include "rt/signal/tool_load.h"
+#include "server/identification/gate/palpation_tracker.h"
+#include "tests/reference/contact_fit.h"
+#include "tests/measure/study/common/scenes.h"
+#include "tests/support/value_of.h"
+
+namespace hapticd::study {
+
+namespace {
+
+constexpr double kReachMm = sim::PhantomParameters::kRadiusMm + sim::PhantomParameters::kTipRadiusMm;
+
+/// A recursive scene watches: it needs no model, and rendering is off.
+rt::SceneSpec watching_scene() {
+  rt::SceneSpec scene = explore_scene(rt::Tip::kBallBearing);
+  scene.explore.displacement = rt::DisplacementEstimator::kRecursive;
+  scene.target = rt::linear_target(0.0);
+  return scene;
+}
+
+}  // namespace
+
+double phantom_height_mm(double x_mm, double y_mm) {
+  return std::sqrt(kReachMm * kReachMm - x_mm * x_mm - y_mm * y_mm) - kReachMm;
+}
+
+sim::SimulationConfig phantom_rig(const sim::ObjectModel& phantom) {
+  sim::SimulationConfig rig = explore_rig("phantom_1_5_high_force", "phantom", "ball_bearing");
+  rig.custom_object = phantom;
+  return rig;
+}
+
+sim::ObjectModel phantom_object(const char* name) {
+  return sim::object_preset(name).value();
+}
+
+sim::ObjectModel phantom_with_inclusion_at(double x_mm, double y_mm, double depth_mm,
+                                           double stiffness_at_10mm_n_per_mm) {
+  sim::ObjectModel object = phantom_object("phantom_hard");
+  sim::PhantomInclusion& inclusion = object.phantom->inclusion.value();
+  inclusion.stiffness_at_10mm_n_per_mm = stiffness_at_10mm_n_per_mm;
+  inclusion.depth_mm = depth_mm;
+  inclusion.axis = {x_mm / kReachMm, y_mm / kReachMm, (phantom_height_mm(x_mm, y_mm) + kReachMm) / kReachMm};
+  return object;
+}
+
+std::vector<identification::Press> palpate_phantom(const sim::ObjectModel& phantom,
+                                                   const std::vector<PhantomPress>& all) {
+  VirtualRun run(phantom_rig(phantom), watching_scene(), false);
+  rt::ThreeAxisMotion motion(run.info().device.position_resolution_mm, 1000.0);
+  rt::ToolLoad load(kExploreToolMassG, {0.0, 0.0, -1.0});
+  std::vector<identification::PressSample> recording;
+  for (const PhantomPress& press : all) {
+    press_phantom(run, press, [&] {
+      const hal::RigSample& s = run.sample();
+      motion.update(s.tip_position_mm, s.time_ns);
+      const hal::Vector3 load_n = load.without_weight_n(s.sensor_force_n, s.tip_orientation);
+      recording.push_back({s.tip_position_mm, motion.velocity_mm_per_s(),
+                           load_n + load.inertia_n(motion.acceleration_mm_per_s2())});
+    });
+  }
+  return identification::cut_into_presses(recording, 1000.0);
+}
+
+const rt::ObjectModel& phantom_model() {
+  static const rt::ObjectModel model = [] {
+    const rt::SceneSpec scene = watching_scene();
+    VirtualRun run(phantom_rig(phantom_object("phantom")), scene, false);
+    identification::PalpationTracker tracker(scene.tool_mass_g, scene.contact.threshold_n,
+                                             run.info().device.position_resolution_mm, run.info().rate_hz);
+    std::vector<identification::PalpationSample> palpation;
+    for (const PhantomPress& press : {PhantomPress{0.0, 0.0, 5.0, 20.0},
+                                      {0.0, 0.0, 10.0, 60.0},
+                                      {0.0, 0.0, 15.0, 30.0},
+                                      {0.0, 0.0, 16.0, 100.0},
+                                      {0.0, 0.0, 16.0, 10.0}}) {
+      press_phantom(run, press, [&] { palpation.push_back(tracker.update(run.sample())); });
+    }
+    rt::ObjectModel found;
+    found.name = "phantom";
+    found.identified_on = "sim:phantom_1_5_high_force, five presses to 5 ... 16 mm";
+    for (const identification::PalpationSample& s : palpation) {
+      if (!s.in_contact) continue;
+      found.max_displacement_mm = std::max(found.max_displacement_mm, s.displacement_mm);
+      found.max_force_n = std::max(found.max_force_n, s.normal_force_n);
+    }
+    found.hunt_crossley = test::value_of(identification::fit_hunt_crossley(palpation));
+    found.creep = test::value_of(identification::fit_creep(palpation, 1000.0));
+    return found;
+  }();
+  return model;
+}
+
+}  // namespace hapticd::study
