@@ -3,17 +3,23 @@
 #
 #   bash deploy/build.sh PRESET [TARGET ...]     no target = all
 #
-# On a terminal the build shows its progress; elsewhere only a failure is shown.
+# A terminal shows the build's progress; without one a line every 30 s says how far it is and how long it will take.
+# What the compiler says is shown if the build fails.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-preset=$1
+preset=${1:?"which preset (cmake --list-presets)"}
 shift
 targets=()
 (($# == 0)) || targets=(--target "$@")
 
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+progress=
+clean_up() {
+  [[ -z $progress ]] || kill "$progress" 2>/dev/null || true
+  rm -f "$log"
+}
+trap clean_up EXIT
 quietly() {
   "$@" >"$log" 2>&1 && return
   cat "$log" >&2
@@ -21,10 +27,24 @@ quietly() {
   exit 1
 }
 
-echo "Building ($preset; the first time takes some minutes) ..."
+# Ninja writes [done/all] before each step.
+show_progress() {
+  local step done all
+  while sleep 30; do
+    step=$(grep -o '^\[[0-9]*/[0-9]*\]' "$log" | tail -n 1) || continue
+    IFS=/ read -r done all <<<"${step//[\[\]]/}"
+    ((done < all)) || continue
+    echo "... $done of $all after $SECONDS s, about $(((all - done) * SECONDS / done)) s to go"
+  done
+}
+
+echo "Building ($preset) ..."
 quietly cmake --preset "$preset"
 if [[ -t 1 ]]; then
   cmake --build --preset "$preset" "${targets[@]}"
 else
+  SECONDS=0
+  show_progress &
+  progress=$!
   quietly cmake --build --preset "$preset" "${targets[@]}"
 fi

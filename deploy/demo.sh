@@ -21,8 +21,22 @@ while (($#)); do
   esac
 done
 
-bash "$here/deploy/install_packages.sh" build libraries run
-bash "$here/deploy/build.sh" release hapticd hapticctl
+# step TEXT COMMAND...: says what is done, and how long it took.
+step() {
+  local text=$1 from=$SECONDS
+  shift
+  echo "== $text"
+  "$@"
+  echo "== done in $((SECONDS - from)) s"
+}
+cat <<TXT
+This installs the packages that are missing, builds the daemon and its command line (about five minutes on two cores the
+first time, seconds after that), starts the daemon on a simulated rig and lets a simulated hand press a sponge at several
+target stiffnesses (about half a minute).
+TXT
+step "1 of 3: packages" bash "$here/deploy/install_packages.sh" build libraries run
+step "2 of 3: build" bash "$here/deploy/build.sh" release hapticd hapticctl
+echo "== 3 of 3: a sponge at several target stiffnesses"
 cd "$here"
 bin=build/release/bin
 

@@ -1,6 +1,6 @@
 #include "server/calibration/estimate/arm_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,6 +10,7 @@
 #include "server/calibration/estimate/left_out.h"
 #include "server/calibration/estimate/rigid_fit.h"
 #include "server/calibration/estimate/stream_offset.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::calibration {
 
@@ -36,8 +37,7 @@ Quaterniond mean_rotation(const std::vector<Quaterniond>& rotations) {
     for (std::size_t i = 0; i < rotations.size(); ++i) {
       sum += weights[i] * rotations[i].coeffs() * rotations[i].coeffs().transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(sum);
-    mean = Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))).normalized();
+    mean = Quaterniond(Eigen::Vector4d(linear_algebra::symmetric_eigen(sum).vectors.col(3))).normalized();
     for (std::size_t i = 0; i < rotations.size(); ++i) {
       const double turn = turn_of(mean.conjugate() * rotations[i]).norm();
       weights[i] = 1.0 / (1.0 + turn * turn / 0.0025);

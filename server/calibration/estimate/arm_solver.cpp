@@ -1,10 +1,11 @@
 #include "server/calibration/estimate/arm_solver.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "server/calibration/estimate/median.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::calibration {
 
@@ -223,7 +224,7 @@ UnknownVector solve_active(const UnknownMatrix& information, const UnknownVector
   const MatrixXd m = scaled(information, of, scale);
   VectorXd b(scale.size());
   for (Eigen::Index i = 0; i < b.size(); ++i) b[i] = scale[i] * right[of[static_cast<std::size_t>(i)]];
-  const VectorXd x = m.ldlt().solve(b);
+  const VectorXd x = linear_algebra::solve_symmetric(m, b);
   UnknownVector all = UnknownVector::Zero();
   for (Eigen::Index i = 0; i < b.size(); ++i) all[of[static_cast<std::size_t>(i)]] = scale[i] * x[i];
   return all;
@@ -234,7 +235,7 @@ UnknownMatrix inverse_active(const UnknownMatrix& information,
   const std::vector<int> of = indices(active);
   VectorXd scale;
   const MatrixXd m = scaled(information, of, scale);
-  const MatrixXd inverse = m.ldlt().solve(MatrixXd::Identity(m.rows(), m.cols()));
+  const MatrixXd inverse = linear_algebra::invert_symmetric(m);
   UnknownMatrix all = UnknownMatrix::Zero();
   for (Eigen::Index i = 0; i < m.rows(); ++i) {
     for (Eigen::Index k = 0; k < m.rows(); ++k) {

@@ -1,6 +1,6 @@
 #include "server/calibration/estimate/left_out.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,9 +1,11 @@
 #include "server/calibration/estimate/nominal_arm.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <cstddef>
+
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::calibration {
 
@@ -52,9 +54,8 @@ bool start(ArmModel& arm, const std::vector<RigPose>& poses, double& condition) 
       right[at] = p.tip_mm[i];
     }
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  condition = svd.singularValues()(23) / svd.singularValues()(0);
-  const VectorXd x = svd.solve(right);
+  const auto [x, reciprocal_condition] = linear_algebra::solve_by_singular_values(rows, right);
+  condition = reciprocal_condition;
   if (!x.allFinite()) return false;
   Matrix3d first;
   Matrix3d second;
@@ -62,8 +63,8 @@ bool start(ArmModel& arm, const std::vector<RigPose>& poses, double& condition) 
     first.row(i) = x.segment<3>(3 * i).transpose();
     second.row(i) = x.segment<3>(9 + 3 * i).transpose();
   }
-  const Eigen::JacobiSVD<Matrix3d> polar(first + second, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d rotation = polar.matrixU() * polar.matrixV().transpose();
+  const linear_algebra::SingularValues3 polar = linear_algebra::singular_values(first + second);
+  const Matrix3d rotation = polar.u * polar.v.transpose();
   if (rotation.determinant() < 0.0) return false;
   arm.rig_from_base.rotation = Quaterniond(rotation).normalized();
   arm.rig_from_base.translation_mm = x.tail<3>();
@@ -112,7 +113,7 @@ void refine(ArmModel& arm, const std::vector<RigPose>& poses) {
     MatrixXd normal = j.transpose() * j;
     const VectorXd diagonal = normal.diagonal();
     normal.diagonal() += damping * diagonal + VectorXd::Constant(13, 1e-9);
-    const Eigen::Matrix<double, 13, 1> step = -normal.ldlt().solve(j.transpose() * r);
+    const Eigen::Matrix<double, 13, 1> step = -linear_algebra::solve_symmetric(normal, j.transpose() * r);
     if (!step.allFinite()) return;
     const ArmModel next = moved(arm, step);
     const VectorXd after = position_residuals(next, poses);
@@ -138,8 +139,8 @@ double gimbal_rms_rad(ArmModel& arm, const std::vector<RigPose>& poses) {
     rest.push_back(tool_orientation(arm, p.angles).conjugate() * p.orientation);
     sum += rest.back().coeffs() * rest.back().coeffs().transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(sum);
-  arm.gimbal_to_tool = Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))).normalized();
+  arm.gimbal_to_tool =
+      Quaterniond(Eigen::Vector4d(linear_algebra::symmetric_eigen(sum).vectors.col(3))).normalized();
   double squares = 0.0;
   for (const Quaterniond& q : rest) squares += turn_of(arm.gimbal_to_tool.conjugate() * q).squaredNorm();
   return std::sqrt(squares / static_cast<double>(rest.size()));

@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "server/calibration/estimate/median.h"
 #include "server/calibration/model/rigid_transform.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::calibration {
 
@@ -39,8 +40,7 @@ double tilt_deg(const std::vector<ReferencePose>& poses) {
   Matrix3d spread = Matrix3d::Zero();
   for (const Vector3d& t : turns)
     spread += (t - mean) * (t - mean).transpose() / static_cast<double>(turns.size());
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(spread);
-  return kDegPerRad * std::sqrt(std::max(0.0, solver.eigenvalues()[1]));
+  return kDegPerRad * std::sqrt(std::max(0.0, linear_algebra::symmetric_eigen(spread).values[1]));
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
       information += weights[i] * rows[i].transpose() * rows[i];
       right -= weights[i] * rows[i].transpose() * poses[i].position_mm;
     }
-    x = information.ldlt().solve(right);
+    x = linear_algebra::solve_symmetric(information, right);
     std::vector<double> sizes;
     for (std::size_t i = 0; i < poses.size(); ++i)
       sizes.push_back((rows[i] * x + poses[i].position_mm).norm());
@@ -107,7 +107,7 @@ hal::Result<PivotFit> fit_pivot(const std::vector<ReferencePose>& poses) {
       squares += r.squaredNorm();
     }
   }
-  const Matrix6 inverse = (information / (noise_mm * noise_mm)).inverse();
+  const Matrix6 inverse = linear_algebra::invert_symmetric(information / (noise_mm * noise_mm));
   Matrix6 spread = Matrix6::Zero();
   for (const auto& [second, score] : seconds) spread += score * score.transpose();
   const double agree = seconds.size() < 5 ? 1.0 : std::max(1.0, (inverse * spread).trace() / 6.0);

@@ -1,11 +1,12 @@
 #include "server/calibration/estimate/rigid_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 #include "server/calibration/estimate/median.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::calibration {
 
@@ -52,7 +53,7 @@ std::optional<RigidFit> alternate(const std::vector<MarkerPair>& pairs, const st
     double total = 0.0;
     for (const double w : weights) total += w;
     normal.topLeftCorner<3, 3>() += 1e-4 * total * Matrix3d::Identity();
-    const Eigen::Matrix<double, 6, 1> solved = normal.ldlt().solve(right);
+    const Eigen::Matrix<double, 6, 1> solved = linear_algebra::solve_symmetric(normal, right);
     fit = *turned;
     fit.marker_mm = solved.head<3>();
     fit.transform.translation_mm = fit.scale * (fit.transform.rotation * Vector3d(solved.tail<3>()));
@@ -82,13 +83,12 @@ std::optional<RigidFit> umeyama(const std::vector<Vector3d>& from, const std::ve
     product += weights[i] * (onto[i] - onto_mean) * (from[i] - from_mean).transpose();
     spread += weights[i] * (from[i] - from_mean).squaredNorm();
   }
-  const Eigen::JacobiSVD<Matrix3d> svd(product, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vector3d s = svd.singularValues();
+  const auto [u, s, v] = linear_algebra::singular_values(product);
   if (!s.allFinite() || !(s[1] > 1e-6 * s[0]) || !(spread > 0.0)) return std::nullopt;
   Vector3d sign = Vector3d::Ones();
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) sign.z() = -1.0;
+  if (u.determinant() * v.determinant() < 0.0) sign.z() = -1.0;
   RigidFit fit;
-  const Matrix3d rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+  const Matrix3d rotation = u * sign.asDiagonal() * v.transpose();
   fit.transform.rotation = Eigen::Quaterniond(rotation).normalized();
   fit.scale = with_scale ? s.dot(sign) / spread : 1.0;
   if (!(fit.scale > 0.0)) return std::nullopt;

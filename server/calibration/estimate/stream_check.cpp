@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +14,7 @@
 #include "server/calibration/estimate/poses_refusal.h"
 #include "server/calibration/estimate/rigid_fit.h"
 #include "server/calibration/estimate/stream_offset.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::calibration {
 
@@ -123,8 +124,8 @@ TurnRelation relate_turns(const RigStream& rig, const std::vector<ReferencePose>
     for (std::size_t i = 0; i < turns.size(); ++i) {
       product += weights[i] * turns[i].second.normalized() * turns[i].first.normalized().transpose();
     }
-    const Eigen::JacobiSVD<Matrix3d> svd(product, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    relation.map = svd.matrixU() * svd.matrixV().transpose();
+    const linear_algebra::SingularValues3 polar = linear_algebra::singular_values(product);
+    relation.map = polar.u * polar.v.transpose();
     angles.clear();
     for (std::size_t i = 0; i < turns.size(); ++i) {
       const double cosine = turns[i].second.normalized().dot(relation.map * turns[i].first.normalized());
@@ -246,9 +247,8 @@ std::optional<hal::Error> check_stream(const RigStream& rig, const std::vector<R
   mean /= static_cast<double>(std::max<std::size_t>(1, pairs.size()));
   Matrix3d spread = Matrix3d::Zero();
   for (const MarkerPair& p : pairs) spread += (p.tip_mm - mean) * (p.tip_mm - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(
-      spread / static_cast<double>(std::max<std::size_t>(1, pairs.size())));
-  const double thin_mm = std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+  spread /= static_cast<double>(std::max<std::size_t>(1, pairs.size()));
+  const double thin_mm = std::sqrt(std::max(0.0, linear_algebra::symmetric_eigen(spread).values[0]));
   if (pairs.size() < kMinReferencePoses || thin_mm < kMinSpreadMm) {
     return poses_refusal("the motion is too flat to tell a frame from its mirror image",
                          fmt::format("{:.1f} mm across", thin_mm), "at least 8 mm, standard deviation",

@@ -1,9 +1,11 @@
 #include "server/identification/estimate/tool_load_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -165,7 +167,8 @@ Search descend(const Unpacked& u, Theta theta, const Weights& weights, bool turn
       for (int p = 0; p < kP; ++p) damped(p, p) += damping * information(p, p) + prior(p);
       const Vector scale = damped.diagonal().cwiseSqrt().cwiseInverse();
       const Matrix scaled = scale.asDiagonal() * damped * scale.asDiagonal();
-      Vector step = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * gradient);
+      Vector step =
+          scale.asDiagonal() * linear_algebra::solve_symmetric(scaled, scale.asDiagonal() * gradient);
       const double turn = step.segment<3>(kTurn).norm();
       if (turn > 0.7) step *= 0.7 / turn;  // rotations are not linear
       const Theta next = theta.moved(step);
@@ -199,10 +202,10 @@ Theta guess(const Unpacked& u) {
   const Eigen::Matrix3d wf =
       u.zy.block<3, 3>(0, 0) - u.zz.block<3, 1>(0, kOne) * u.zy.block<1, 3>(kOne, 0) / uncentred;
   // Orthogonal Procrustes: of f = m Rᵀ w, R maximises tr(R wf ᵀ)... by singular values.
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(wf, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const linear_algebra::SingularValues3 svd = linear_algebra::singular_values(wf);
   Eigen::Matrix3d middle = Eigen::Matrix3d::Identity();
-  middle(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-  theta.rotation = svd.matrixU() * middle * svd.matrixV().transpose();
+  middle(2, 2) = (svd.u * svd.v.transpose()).determinant();
+  theta.rotation = svd.u * middle * svd.v.transpose();
   const double square = ww.trace();
   theta.mass = square > 0.0 ? std::max(0.0, (theta.rotation.transpose() * wf).trace() / square) : 0.0;
   return theta;
@@ -312,15 +315,15 @@ ToolLoadFit fit_tool_load(const ToolMoments& moments, const ToolLoadOptions& opt
 
   const Vector sizes = usual_sizes(best.theta.mass);
   const Matrix scaled = sizes.asDiagonal() * best.information * sizes.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
+  const linear_algebra::SymmetricEigen eigen = linear_algebra::symmetric_eigen(scaled);
   // Of exact data rounding is all that is left in a direction that the data do not determine.
-  const double rounding = 1e-13 * eigen.eigenvalues().maxCoeff();
+  const double rounding = 1e-13 * eigen.values.maxCoeff();
   Vector error(kP);
   for (int p = 0; p < kP; ++p) {
     double variance = 0.0;
     for (int i = 0; i < kP; ++i) {
-      const double share = eigen.eigenvectors()(p, i);
-      const double reported = eigen.eigenvalues()(i);
+      const double share = eigen.vectors(p, i);
+      const double reported = eigen.values(i);
       if (reported > rounding) {
         variance += share * share / reported;
       } else if (std::abs(share) > 1e-6) {

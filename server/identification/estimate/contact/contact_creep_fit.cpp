@@ -1,11 +1,12 @@
 #include "server/identification/estimate/contact/contact_creep_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "server/identification/estimate/contact/contact_sandwich.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -30,7 +31,7 @@ Steps non_negative_least_squares(const Curve& ata, const Steps& atb) {
     if (index.empty()) return s;
     const Eigen::MatrixXd part = ata(index, index);
     const Eigen::VectorXd right = atb(index);
-    const Eigen::VectorXd solution = part.ldlt().solve(right);
+    const Eigen::VectorXd solution = linear_algebra::solve_symmetric(part, right);
     for (std::size_t i = 0; i < index.size(); ++i) s(index[i]) = solution(static_cast<Eigen::Index>(i));
     return s;
   };

@@ -1,9 +1,11 @@
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -37,9 +39,9 @@ class SandwichCovariance {
     // Scaled to a unit diagonal, so that "cannot be distinguished" means the same in all units.
     const Vector scale = normal_.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
     const Matrix scaled = scale.asDiagonal() * normal_ * scale.asDiagonal();
-    const Eigen::LDLT<Matrix> factors = scaled.ldlt();
-    if (!(factors.rcond() > 1e-13)) return unknown;
-    const Matrix inverse = scale.asDiagonal() * factors.solve(Matrix::Identity(n, n)) * scale.asDiagonal();
+    const auto inverse_of_scaled = linear_algebra::invert_symmetric(scaled, 1e-13);
+    if (!inverse_of_scaled) return unknown;
+    const Matrix inverse = scale.asDiagonal() * *inverse_of_scaled * scale.asDiagonal();
 
     // Where the estimate is not the least-squares one its scores have a mean; their scatter is what matters.
     Eigen::MatrixXd scores = scores_.leftCols(blocks);

@@ -1,10 +1,12 @@
 #include "server/identification/estimate/contact/contact_single_stage.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
+
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -25,13 +27,6 @@ std::size_t octave_part(double value, int bits, int first_octave, std::size_t pa
 double part_begins(std::size_t part, int bits, int first_octave) noexcept {
   const std::uint64_t raw = (static_cast<std::uint64_t>(1023 + first_octave) << bits) + part;
   return std::bit_cast<double>(raw << (kFraction - bits));
-}
-
-/// Whether sums scaled to a unit diagonal determine a solution. A pivot that is exactly zero is left out of
-/// what rcond() looks at.
-template <class Factors>
-bool determines(const Factors& factors, double least) {
-  return factors.vectorD().minCoeff() > least && factors.rcond() > least;
 }
 
 }  // namespace
@@ -123,17 +118,15 @@ std::optional<HuntCrossleyEstimate> SingleStageEstimator::estimate() const {
     Eigen::Vector3d solution = Eigen::Vector3d::Zero();
     const Eigen::Vector3d scale = normal.diagonal().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
     const Eigen::Matrix3d scaled = scale.asDiagonal() * normal * scale.asDiagonal();
-    const auto factors = scaled.ldlt();
-    if (determines(factors, 1e-9)) {
-      solution = scale.asDiagonal() * factors.solve(scale.asDiagonal() * right);
+    if (const auto x = linear_algebra::solve_symmetric(scaled, scale.asDiagonal() * right, 1e-9)) {
+      solution = scale.asDiagonal() * *x;
     }
     if (!(solution(2) > 0.0)) {
       // Rates say nothing, or an object that gives energy: without damping.
-      const Eigen::Matrix2d part = scaled.topLeftCorner<2, 2>();
-      const auto two = part.ldlt();
-      if (!determines(two, 1e-7)) return std::nullopt;
-      solution.head<2>() =
-          scale.head<2>().asDiagonal() * two.solve(scale.head<2>().asDiagonal() * right.head<2>());
+      const auto two = linear_algebra::solve_symmetric(scaled.topLeftCorner<2, 2>(),
+                                                       scale.head<2>().asDiagonal() * right.head<2>(), 1e-7);
+      if (!two) return std::nullopt;
+      solution.head<2>() = scale.head<2>().asDiagonal() * *two;
       solution(2) = 0.0;
     }
     const double exponent = std::clamp(solution(1), 1.0, 3.0);

@@ -1,9 +1,11 @@
 #include "server/identification/estimate/contact/surface_spline.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -113,7 +115,8 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
   const Eigen::VectorXd square = 0.5 * lines.col(1).array().square();
   const Eigen::MatrixXd weighted = weights.asDiagonal() * lines;
   const Eigen::Matrix2d gram = lines.transpose() * weighted;
-  const Eigen::VectorXd bow = square - lines * gram.ldlt().solve(weighted.transpose() * square);
+  const Eigen::VectorXd bow =
+      square - lines * linear_algebra::solve_symmetric(gram, weighted.transpose() * square);
   const double bow_squared = bow.dot(weights.cwiseProduct(bow));
   const double scattered_mm2 = scatter_mm2(spline.along_mm_, heights, together);
   Eigen::Map<Eigen::VectorXd> remaining(heights.data(), n);
@@ -136,21 +139,22 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
     r(j, j) = (before + after) / 3.0;
     if (j + 1 < n - 2) r(j, j + 1) = r(j + 1, j) = after / 6.0;
   }
-  const Eigen::MatrixXd bend_of_height = r.ldlt().solve(q.transpose());
+  const Eigen::MatrixXd bend_of_height = linear_algebra::solve_symmetric_columns(r, q.transpose());
   const Eigen::MatrixXd roughness = q * bend_of_height;
   // Repeated places weigh more: in the coordinates √w h the noise is white again.
   const Eigen::VectorXd weight = Eigen::Map<const Eigen::VectorXd>(together.data(), n);
   const Eigen::VectorXd root = weight.cwiseSqrt();
   const Eigen::MatrixXd scaled =
       root.cwiseInverse().asDiagonal() * roughness * root.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(0.5 * (scaled + scaled.transpose()));
+  const linear_algebra::SymmetricEigen modes =
+      linear_algebra::symmetric_eigen(0.5 * (scaled + scaled.transpose()));
   const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(heights.data(), n);
-  const Eigen::VectorXd amplitude = modes.eigenvectors().transpose() * root.cwiseProduct(y);
+  const Eigen::VectorXd amplitude = modes.vectors.transpose() * root.cwiseProduct(y);
   // The two smallest modes are the straight lines, which cost nothing.
   const auto noise_mm2 = [&](double lambda) {
     double sum = 0.0;
     for (Eigen::Index i = 2; i < n; ++i) {
-      const double ld = lambda * modes.eigenvalues()(i);
+      const double ld = lambda * modes.values(i);
       sum += amplitude(i) * amplitude(i) * ld / (1.0 + ld);
     }
     return sum / static_cast<double>(n - 2);
@@ -159,7 +163,7 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
   const double min_mm2 = std::max({min_error_mm * min_error_mm, scattered_mm2, 1e-12});
   double best_lambda = 0.0;
   double best = std::numeric_limits<double>::infinity();
-  const double scale = std::max(modes.eigenvalues()(n - 1), 1e-300);
+  const double scale = std::max(modes.values(n - 1), 1e-300);
   for (double log_lambda = -6.0; log_lambda <= 10.0; log_lambda += 0.1) {
     const double lambda = std::pow(10.0, log_lambda) / scale;
     // Profiled over the noise; a noise below what the heights were measured to is not believed.
@@ -167,7 +171,7 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
     double deviance = static_cast<double>(n - 2) * std::log(profiled) +
                       static_cast<double>(n - 2) * noise_mm2(lambda) / profiled;
     for (Eigen::Index i = 2; i < n; ++i) {
-      const double ld = lambda * modes.eigenvalues()(i);
+      const double ld = lambda * modes.values(i);
       deviance -= std::log(ld / (1.0 + ld));
     }
     if (deviance < best) {
@@ -181,9 +185,9 @@ hal::Result<SurfaceSpline> SurfaceSpline::fit(std::vector<ProfilePoint> points, 
 
   Eigen::VectorXd shrink(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    shrink(i) = 1.0 / (1.0 + best_lambda * (i < 2 ? 0.0 : modes.eigenvalues()(i)));
+    shrink(i) = 1.0 / (1.0 + best_lambda * (i < 2 ? 0.0 : modes.values(i)));
   }
-  const Eigen::MatrixXd basis = root.cwiseInverse().asDiagonal() * modes.eigenvectors();
+  const Eigen::MatrixXd basis = root.cwiseInverse().asDiagonal() * modes.vectors;
   const Eigen::VectorXd height = basis * shrink.cwiseProduct(amplitude);
   const Eigen::MatrixXd covariance = variance * basis * shrink.asDiagonal() * basis.transpose();
   const Eigen::VectorXd bend = bend_of_height * height;

@@ -1,6 +1,6 @@
 #include "server/identification/estimate/friction/friction_law_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +10,7 @@
 #include "server/identification/estimate/friction/friction_level.h"
 #include "server/identification/estimate/friction/maxwell_slip_fit.h"
 #include "server/identification/gate/stroke_passages.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -283,9 +284,8 @@ class LawFit {
       const Eigen::MatrixXd part = bread(free, free);
       const Eigen::VectorXd scale = part.diagonal().cwiseSqrt().cwiseInverse();
       const Eigen::MatrixXd scaled = scale.asDiagonal() * part * scale.asDiagonal();
-      const Eigen::FullPivLU<Eigen::MatrixXd> lu(scaled);
-      if (lu.isInvertible() && lu.rcond() > 1e-12) {
-        const Eigen::MatrixXd inverse = scale.asDiagonal() * lu.inverse() * scale.asDiagonal();
+      if (const auto inverse_of_scaled = linear_algebra::invert(scaled, 1e-12)) {
+        const Eigen::MatrixXd inverse = scale.asDiagonal() * *inverse_of_scaled * scale.asDiagonal();
         const Eigen::MatrixXd covariance = inverse * meat(free, free) * inverse * (groups / (groups - 1.0));
         for (std::size_t i = 0; i < free.size(); ++i) {
           const auto j = static_cast<Eigen::Index>(i);

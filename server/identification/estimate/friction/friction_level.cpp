@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "server/linear_algebra/linear_algebra.h"
+
 namespace hapticd::identification {
 
 namespace {
@@ -27,7 +29,7 @@ FrictionLevel FrictionLevelSums::solve(bool viscous, bool bias) const {
         (part.diagonal().array() > 0.0).select(part.diagonal().array().max(1e-300).sqrt().inverse(), 1.0);
     const Eigen::MatrixXd scaled = scale.asDiagonal() * part * scale.asDiagonal();
     const Eigen::VectorXd x =
-        scale.asDiagonal() * scaled.completeOrthogonalDecomposition().solve(scale.asDiagonal() * right);
+        scale.asDiagonal() * linear_algebra::solve_min_norm(scaled, scale.asDiagonal() * right);
     best.kinetic = x(0);
     best.viscous = with_viscous ? x(1) : 0.0;
     best.bias = bias ? x(free.size() == 3 ? 2 : 1) : 0.0;

@@ -1,8 +1,10 @@
 #include "server/identification/estimate/friction/maxwell_slip_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -24,7 +26,7 @@ Eigen::VectorXd non_negative(const Eigen::MatrixXd& ata, const Eigen::VectorXd& 
     if (index.empty()) return s;
     const Eigen::MatrixXd part = ata(index, index);
     const Eigen::VectorXd right = atb(index);
-    const Eigen::VectorXd solution = part.completeOrthogonalDecomposition().solve(right);
+    const Eigen::VectorXd solution = linear_algebra::solve_min_norm(part, right);
     s(index) = solution;
     return s;
   };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/linear_algebra/linear_algebra.h"
+
 namespace hapticd::identification {
 
 using Eigen::MatrixXd;
@@ -49,7 +51,8 @@ Descent descend(const Residuals& residuals, VectorXd p, const Limits& limits) {
     for (int attempt = 0; attempt < 12 && !better; ++attempt) {
       MatrixXd damped = normal;
       damped.diagonal() += damping * normal.diagonal() + VectorXd::Constant(p.size(), 1e-12);
-      const VectorXd next = (p - damped.ldlt().solve(gradient)).cwiseMax(limits.low).cwiseMin(limits.high);
+      const VectorXd next =
+          (p - linear_algebra::solve_symmetric(damped, gradient)).cwiseMax(limits.low).cwiseMin(limits.high);
       const VectorXd left = residuals(next);
       const double before = d.residuals.squaredNorm();
       if (left.allFinite() && left.squaredNorm() < before) {
@@ -98,7 +101,7 @@ MatrixXd jackknife(const MatrixXd& slopes, const VectorXd& residuals, const Matr
     const MatrixXd j = slopes.middleRows(first, end - first);
     const MatrixXd rest = MatrixXd::Identity(size, size) - j.transpose() * j * inverse;
     const VectorXd score =
-        rest.colPivHouseholderQr().solve(j.transpose() * residuals.segment(first, end - first));
+        linear_algebra::solve_least_squares(rest, j.transpose() * residuals.segment(first, end - first));
     scatter += score * score.transpose();
     ++groups;
   }
@@ -138,9 +141,8 @@ LeastSquaresSolution grouped_least_squares(const Residuals& residuals, VectorXd 
 
   LeastSquaresSolution s;
   const MatrixXd normal = d.slopes.transpose() * d.slopes;
-  const MatrixXd inverse = (normal + MatrixXd::Identity(normal.rows(), normal.cols()) * 1e-12)
-                               .completeOrthogonalDecomposition()
-                               .pseudoInverse();
+  const MatrixXd inverse =
+      linear_algebra::pseudo_inverse(normal + MatrixXd::Identity(normal.rows(), normal.cols()) * 1e-12);
   s.covariance = jackknife(d.slopes.topRows(data), d.residuals.head(data), inverse, group_of);
   for (Eigen::Index k = 0; k < prior_count; ++k) {
     // The prior is off by its deviation, whatever its residual is.

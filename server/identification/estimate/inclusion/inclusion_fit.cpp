@@ -1,12 +1,13 @@
 #include "server/identification/estimate/inclusion/inclusion_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "rt/inclusion/inclusion_energy.h"
 #include "rt/signal/vector.h"
 #include "server/identification/estimate/inclusion/grouped_least_squares.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -71,7 +72,7 @@ Sphere surface_of(const std::vector<Press>& presses) {
     a.row(i) << 2.0 * p.x, 2.0 * p.y, 2.0 * p.z, 1.0;
     b[i] = dot(p, p);
   }
-  const VectorXd c = a.colPivHouseholderQr().solve(b);
+  const VectorXd c = linear_algebra::solve_least_squares(a, b);
   const double squared = c[3] + c.head<3>().squaredNorm();
   if (!c.allFinite() || !(squared > 0.0 && squared < kMaxMm * kMaxMm) || !(c[2] < 0.0)) return flat;
   Sphere sphere{mean + hal::Vector3{c[0], c[1], c[2]}, std::sqrt(squared)};
@@ -141,7 +142,7 @@ VectorXd tissue_response(const std::vector<Row>& rows) {
     a.row(i) = tissue_terms(row.at.displacement_mm, row.at.rate_mm_per_s).transpose();
     b[i] = row.normal_n;
   }
-  return a.colPivHouseholderQr().solve(b);
+  return linear_algebra::solve_least_squares(a, b);
 }
 
 /// Of what the object's own response leaves, as the fit of a scan weighs it.

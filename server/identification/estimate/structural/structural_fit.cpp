@@ -1,12 +1,13 @@
 #include "server/identification/estimate/structural/structural_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <string>
 
 #include "rt/signal/vector.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -140,20 +141,19 @@ bool OrderFit::invert() {
     if (!(scale(i) > 0.0)) scale(i) = 1.0;
   }
   const Matrix scaled = scale.cwiseInverse().asDiagonal() * normal_ * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
-  if (eigen.info() != Eigen::Success) return false;
+  const linear_algebra::SymmetricEigen eigen = linear_algebra::symmetric_eigen(scaled);
+  if (!eigen.converged) return false;
   Vector gains(count_);
   for (Index i = 0; i < count_; ++i) {
     // Friction and delay may be left alone where the data do not show them; the compliance may not.
-    const double e = eigen.eigenvalues()(i);
+    const double e = eigen.values(i);
     gains(i) = e > kSingular ? 1.0 / e : 0.0;
-    if (e <= kSingular &&
-        eigen.eigenvectors().col(i).head(columns_of_order(order_)).cwiseAbs().maxCoeff() > 1e-3) {
+    if (e <= kSingular && eigen.vectors.col(i).head(columns_of_order(order_)).cwiseAbs().maxCoeff() > 1e-3) {
       return false;
     }
   }
-  inverse_ = scale.cwiseInverse().asDiagonal() * eigen.eigenvectors() * gains.asDiagonal() *
-             eigen.eigenvectors().transpose() * scale.cwiseInverse().asDiagonal();
+  inverse_ = scale.cwiseInverse().asDiagonal() * eigen.vectors * gains.asDiagonal() *
+             eigen.vectors.transpose() * scale.cwiseInverse().asDiagonal();
   return true;
 }
 

@@ -1,4 +1,4 @@
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,6 +6,7 @@
 #include "rt/signal/vector.h"
 #include "server/identification/session/fixed_text.h"
 #include "server/identification/session/inclusion/inclusion_identification.h"
+#include "server/linear_algebra/linear_algebra.h"
 
 namespace hapticd::identification {
 
@@ -113,7 +114,7 @@ double InclusionIdentification::surface_height_mm(double x_mm, double y_mm) cons
     a.row(i) << 1.0, x, y, x * x + y * y;
     b[i] = p.z;
   }
-  const Eigen::VectorXd c = a.colPivHouseholderQr().solve(b);
+  const Eigen::VectorXd c = linear_algebra::solve_least_squares(a, b);
   return c[0] + c[1] * x_mm + c[2] * y_mm + c[3] * (x_mm * x_mm + y_mm * y_mm);
 }
 
