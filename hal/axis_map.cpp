@@ -13,7 +13,8 @@ Error refusal(std::string what, std::string_view text, std::string_view where, s
           .where = std::string(where),
           .value = "'" + std::string(text.substr(0, 40)) + "'",
           .limit = "three signed axes such as \"+x +y +z\", each of x, y, z once, right-handed",
-          .remedy = std::move(remedy)};
+          .remedy = std::move(remedy),
+          .code = ErrorCode::kMalformed};
 }
 
 }  // namespace

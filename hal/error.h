@@ -7,9 +7,10 @@
 
 namespace hapticd::hal {
 
-/// What is wrong with a text that was read, for programs to branch on; v1.ErrorReason in the contract.
-enum class Mistake : std::uint8_t {
-  kOther,
+/// What went wrong, for code to branch on: the texts of an error are for people and may change.
+enum class ErrorCode : std::uint8_t {
+  kOther,  ///< no caller branches on it
+  // These are sent to clients, as v1.ErrorReason:
   kSyntax,
   kUnknownKey,
   kMissingKey,
@@ -18,6 +19,16 @@ enum class Mistake : std::uint8_t {
   kMisplacedKey,  ///< known, but without meaning next to what else was said
   kTooLong,       ///< text, list, nesting or file
   kOutOfRange,
+  // For these, clients get the reason of the refusal:
+  kNotFinite,
+  kMalformed,      ///< a value without the form it must have, e.g. that of a name or an address
+  kContradiction,  ///< values that are allowed alone, but not together
+  kNotFound,       ///< no such file, scene, model or map
+  kUnreadable,     ///< a file or folder that is there and cannot be read
+  kDamaged,        ///< a file whose content is not what it must be
+  kInUse,          ///< held by another process
+  kFull,           ///< the disk or a quota
+  kSwitchedOff,    ///< off because the configuration says so
 };
 
 /// What went wrong, in the five parts a person needs to fix it. Every refusal of the service, from a
@@ -28,7 +39,12 @@ struct Error {
   std::string value;   ///< the offending value as text, empty if there is none
   std::string limit;   ///< what would be accepted, e.g. "0 … 1000 N/mm"
   std::string remedy;  ///< what to do, e.g. "did you mean 'stiffness_n_per_mm'?"
-  Mistake mistake = Mistake::kOther;
+  ErrorCode code = ErrorCode::kOther;
+
+  static Error of(ErrorCode code, std::string what, std::string where, std::string value, std::string limit,
+                  std::string remedy) {
+    return {std::move(what), std::move(where), std::move(value), std::move(limit), std::move(remedy), code};
+  }
 
   /// One line for logs and terminals.
   std::string text() const {

@@ -28,7 +28,8 @@ Result<Nano17Calibration> find_nano17_calibration(std::string_view model, std::s
                .where = std::string(where),
                .value = "'" + std::string(model.substr(0, 40)) + "'",
                .limit = known,
-               .remedy = "name the one on the sensor's calibration certificate"};
+               .remedy = "name the one on the sensor's calibration certificate",
+               .code = ErrorCode::kUnknownWord};
 }
 
 }  // namespace hapticd::hal

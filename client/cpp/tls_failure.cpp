@@ -161,10 +161,12 @@ std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, c
   const long result = SSL_get_verify_result(tls.get());
   if (result != X509_V_OK) return wrong_daemon(tls.get(), result, address);
   if (!connected) {
-    if (ERR_peek_last_error() == 0) return std::nullopt;
-    const std::string reason = newest_error();
-    if (reason.find("alert") != std::string::npos) return wrong_client(reason, files);
-    return detail("no encrypted connection comes about", address, reason,
+    const unsigned long code = ERR_peek_last_error();
+    if (code == 0) return std::nullopt;
+    // A reason from this number on is an alert that the daemon sent.
+    const bool is_alert = ERR_GET_LIB(code) == ERR_LIB_SSL && ERR_GET_REASON(code) >= SSL_AD_REASON_OFFSET;
+    if (is_alert) return wrong_client(newest_error(), files);
+    return detail("no encrypted connection comes about", address, newest_error(),
                   "does the daemon listen there with certificates ([network] listen_tls)?");
   }
   // With TLS 1.3 a daemon that refuses the client's certificate says so after the handshake.

@@ -15,7 +15,8 @@ bool is_index(double value, double most) {
 constexpr double kMaxChannel = 255.0;
 
 hal::Error bad(std::string what, std::string value, std::string limit) {
-  return {std::move(what), "board", std::move(value), std::move(limit), "correct the board's section"};
+  return hal::Error::of(hal::ErrorCode::kOutOfRange, std::move(what), "board", std::move(value),
+                        std::move(limit), "correct the board's section");
 }
 
 }  // namespace
@@ -25,8 +26,9 @@ hal::Result<std::shared_ptr<Board>> create_board(const BoardConfig& config) {
     return bad("the scan rate is out of range", fmt::format("{}", config.scan_rate_hz), "100 … 100000 Hz");
   }
   if (config.driver != "comedi") {
-    return hal::Error{fmt::format("unknown board driver '{}'", config.driver), "board", config.driver,
-                      fmt::format("{}", fmt::join(board_drivers(), ", ")), "use one of those"};
+    return hal::Error::of(hal::ErrorCode::kUnknownWord,
+                          fmt::format("unknown board driver '{}'", config.driver), "board", config.driver,
+                          fmt::format("{}", fmt::join(board_drivers(), ", ")), "use one of those");
   }
   const ComediConfig& comedi = config.comedi;
   for (const double channel : comedi.input_channels) {

@@ -22,8 +22,9 @@ constexpr double kMaxMmPerV = 1000.0;
 constexpr double kEndShare = 0.01;  // of the range, at either end
 constexpr std::chrono::milliseconds kInstrumentPollInterval{1};
 
-hal::Error refused(std::string what, std::string value, std::string limit, std::string remedy) {
-  return {std::move(what), kPart, std::move(value), std::move(limit), std::move(remedy)};
+hal::Error refused(std::string what, std::string value, std::string limit, std::string remedy,
+                   hal::ErrorCode code = hal::ErrorCode::kOther) {
+  return {std::move(what), kPart, std::move(value), std::move(limit), std::move(remedy), code};
 }
 
 }  // namespace
@@ -35,26 +36,30 @@ std::optional<hal::Error> check(const BoardInstrumentConfig& config) {
     const std::string name = kTipAxes[axis];
     if (!(channel >= 0.0 && channel <= kMaxInstrumentChannel) || channel != std::floor(channel)) {
       return refused("the channel along " + name + " is not valid", fmt::format("{}", channel),
-                     "0 … 255, or -1 for none", "use the board's input that the instrument is wired to");
+                     "0 … 255, or -1 for none", "use the board's input that the instrument is wired to",
+                     hal::ErrorCode::kOutOfRange);
     }
     for (std::size_t other = 0; other < axis; ++other) {
       if (config.channels[other] != channel) continue;
       return refused("one channel cannot measure two axes", fmt::format("{}", channel),
-                     "a separate channel for each axis", "correct 'channels'");
+                     "a separate channel for each axis", "correct 'channels'",
+                     hal::ErrorCode::kContradiction);
     }
     const double scale = config.mm_per_v[axis];
     if (!std::isfinite(scale) || scale == 0.0 || std::abs(scale) > kMaxMmPerV) {
       return refused("the scale along " + name + " is out of range", fmt::format("{} mm/V", scale),
-                     "-1000 … 1000 mm/V, not 0", "take it from the instrument's calibration");
+                     "-1000 … 1000 mm/V, not 0", "take it from the instrument's calibration",
+                     hal::ErrorCode::kOutOfRange);
     }
   }
   if (config.channels[2] < 0.0) {
     return refused("no channel measures the tip along z", "", "a channel along z at least",
-                   "walls are pressed along z: mount the instrument along z, e.g. channels = [-1, -1, 6]");
+                   "walls are pressed along z: mount the instrument along z, e.g. channels = [-1, -1, 6]",
+                   hal::ErrorCode::kMissingKey);
   }
   if (!(config.engage_timeout_s >= 0.1 && config.engage_timeout_s <= 60.0)) {
     return refused("engage_timeout_s is out of range", fmt::format("{} s", config.engage_timeout_s),
-                   "0.1 … 60 s", "3 suits most boards");
+                   "0.1 … 60 s", "3 suits most boards", hal::ErrorCode::kOutOfRange);
   }
   return std::nullopt;
 }

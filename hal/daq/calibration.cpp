@@ -33,8 +33,9 @@ class Reader {
   explicit Reader(std::string source) : source_(std::move(source)) {}
 
   hal::Error error(std::string what, std::string_view element, std::string value, std::string limit) const {
-    return {std::move(what), element.empty() ? source_ : fmt::format("{}, {}", source_, element),
-            std::move(value), std::move(limit), "take the file that came with the sensor"};
+    return hal::Error::of(hal::ErrorCode::kMalformed, std::move(what),
+                          element.empty() ? source_ : fmt::format("{}, {}", source_, element),
+                          std::move(value), std::move(limit), "take the file that came with the sensor");
   }
 
   hal::Result<std::string> text(const pugi::xml_node& node, const char* name,
@@ -238,13 +239,13 @@ hal::Result<std::string> read_file(const std::string& path) {
   std::string text(kMaxFile + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!file && file.gcount() == 0) {
-    return hal::Error{"cannot read the calibration file", path, "", "the .cal file of the sensor",
-                      "check path and permissions"};
+    return hal::Error::of(hal::ErrorCode::kUnreadable, "cannot read the calibration file", path, "",
+                          "the .cal file of the sensor", "check path and permissions");
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kMaxFile) {
-    return hal::Error{"the file is too large for a calibration", path, "more than 1 MiB", "at most 1 MiB",
-                      "take the .cal file of the sensor"};
+    return hal::Error::of(hal::ErrorCode::kTooLong, "the file is too large for a calibration", path,
+                          "more than 1 MiB", "at most 1 MiB", "take the .cal file of the sensor");
   }
   return text;
 }

@@ -200,8 +200,9 @@ hal::Result<std::unique_ptr<DaqSensor>> DaqSensor::create(const DaqSensorConfig&
   const auto axes = hal::AxisMap::parse(config.axes, where);
   if (!axes) return axes.error();
   if (!(config.saturation_share > 0.5 && config.saturation_share <= 1.0)) {
-    return hal::Error{"saturation_share is out of range", where, fmt::format("{}", config.saturation_share),
-                      "0.5 … 1", "0.98 leaves a hundredth of the range at either end"};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, "saturation_share is out of range", where,
+                          fmt::format("{}", config.saturation_share), "0.5 … 1",
+                          "0.98 leaves a hundredth of the range at either end");
   }
   auto calibration = load_calibration(config.calibration_file, config.part_number);
   if (!calibration) return calibration.error();

@@ -97,21 +97,22 @@ std::string exception_name(int code) {
 std::optional<hal::Error> check(const LinkConfig& config) {
   if (config.transport == Transport::kRtu) {
     if (std::find(kBauds.begin(), kBauds.end(), config.baud) == kBauds.end()) {
-      return hal::Error{"not a baud rate of a serial port", "[rig.turntable.modbus] baud",
-                        std::to_string(config.baud), "1200 … 1000000, a standard rate",
-                        "use the drive's setting"};
+      return hal::Error::of(hal::ErrorCode::kOutOfRange, "not a baud rate of a serial port",
+                            "[rig.turntable.modbus] baud", std::to_string(config.baud),
+                            "1200 … 1000000, a standard rate", "use the drive's setting");
     }
     if (config.unit < 1 || config.unit > 247) {
-      return hal::Error{"no such unit on a serial line", "[rig.turntable.modbus] unit",
-                        std::to_string(config.unit), "1 … 247", "use the drive's setting"};
+      return hal::Error::of(hal::ErrorCode::kOutOfRange, "no such unit on a serial line",
+                            "[rig.turntable.modbus] unit", std::to_string(config.unit), "1 … 247",
+                            "use the drive's setting");
     }
     if (config.device.empty()) {
-      return hal::Error{"no serial port is named", "[rig.turntable.modbus] device", "", "e.g. /dev/ttyUSB0",
-                        "name it"};
+      return hal::Error::of(hal::ErrorCode::kMissingKey, "no serial port is named",
+                            "[rig.turntable.modbus] device", "", "e.g. /dev/ttyUSB0", "name it");
     }
   } else if (config.host.empty()) {
-    return hal::Error{"no drive is named", "[rig.turntable.modbus] host", "", "a name or an address",
-                      "name it"};
+    return hal::Error::of(hal::ErrorCode::kMissingKey, "no drive is named", "[rig.turntable.modbus] host", "",
+                          "a name or an address", "name it");
   }
   return std::nullopt;
 }

@@ -20,24 +20,26 @@ bool is_writable(Table table) {
   return table == Table::kCoil || table == Table::kHolding;
 }
 
-hal::Error complaint(const RegisterMap& map, std::string what, std::string value, std::string limit,
-                     std::string remedy) {
-  return {std::move(what), "register map '" + map.name + "'", std::move(value), std::move(limit),
-          std::move(remedy)};
+hal::Error complaint(const RegisterMap& map, hal::ErrorCode code, std::string what, std::string value,
+                     std::string limit, std::string remedy) {
+  return hal::Error::of(code, std::move(what), "register map '" + map.name + "'", std::move(value),
+                        std::move(limit), std::move(remedy));
 }
 
 std::optional<hal::Error> check_register(const RegisterMap& map, const Register& one) {
   if ((one.format.type == NumberType::kBit) != is_bit(one.table)) {
-    return complaint(map, "coils and discrete inputs hold bits; registers hold numbers", one.name,
+    return complaint(map, hal::ErrorCode::kContradiction,
+                     "coils and discrete inputs hold bits; registers hold numbers", one.name,
                      "type \"bit\" for both, another for registers",
                      "give the register a number type; name its bits where they are used");
   }
   if (one.address + words_of(one.format.type) > 0x10000U) {
-    return complaint(map, "the register lies beyond the last address", one.name, "0 … 65535",
-                     "correct the address");
+    return complaint(map, hal::ErrorCode::kOutOfRange, "the register lies beyond the last address", one.name,
+                     "0 … 65535", "correct the address");
   }
   if (!std::isfinite(one.scale) || !std::isfinite(one.offset) || one.scale == 0.0) {
-    return complaint(map, "the scale of a register is not valid", one.name, "finite and not 0", "correct it");
+    return complaint(map, hal::ErrorCode::kOutOfRange, "the scale of a register is not valid", one.name,
+                     "finite and not 0", "correct it");
   }
   return std::nullopt;
 }
@@ -46,17 +48,20 @@ std::optional<hal::Error> check_quantity(const RegisterMap& map, std::size_t ind
                                          const char* what, const char* units) {
   const Register& one = map.registers[index];
   if (dimension_of(one.unit) == wanted) return std::nullopt;
-  return complaint(map, std::string(what) + " has the wrong unit", one.name, units, "use one of those");
+  return complaint(map, hal::ErrorCode::kContradiction, std::string(what) + " has the wrong unit", one.name,
+                   units, "use one of those");
 }
 
 std::optional<hal::Error> check_sequence(const RegisterMap& map, const Sequence& sequence, const char* name) {
   for (const Step& step : sequence) {
     if (step.register_index >= map.registers.size()) {
-      return complaint(map, std::string("'") + name + "' writes an unknown register", "", "", "name it");
+      return complaint(map, hal::ErrorCode::kUnknownWord,
+                       std::string("'") + name + "' writes an unknown register", "", "", "name it");
     }
     const Register& one = map.registers[step.register_index];
     if (!is_writable(one.table)) {
-      return complaint(map, std::string("'") + name + "' writes a register that can only be read", one.name,
+      return complaint(map, hal::ErrorCode::kContradiction,
+                       std::string("'") + name + "' writes a register that can only be read", one.name,
                        "coil or holding", "correct its table");
     }
     std::optional<hal::Error> error;
@@ -69,7 +74,8 @@ std::optional<hal::Error> check_sequence(const RegisterMap& map, const Sequence&
       error = check_quantity(map, step.register_index, Dimension::kAcceleration, "the acceleration limit",
                              "a unit of acceleration");
     } else if (step.kind != Step::Kind::kValue && one.format.type == NumberType::kF32) {
-      error = complaint(map, std::string("'") + name + "' sets or clears bits of a float", one.name,
+      error = complaint(map, hal::ErrorCode::kContradiction,
+                        std::string("'") + name + "' sets or clears bits of a float", one.name,
                         "a whole number", "correct its type");
     }
     if (error) return error;
@@ -116,11 +122,12 @@ std::optional<hal::Error> check(const RegisterMap& map) {
     if (!*condition) continue;
     all_known = all_known && known((*condition)->register_index);
     if (((*condition)->equals & ~(*condition)->mask) != 0) {
-      return complaint(map, "a condition tests bits outside its mask", "", "equals within mask",
-                       "correct it");
+      return complaint(map, hal::ErrorCode::kContradiction, "a condition tests bits outside its mask", "",
+                       "equals within mask", "correct it");
     }
   }
-  if (!all_known) return complaint(map, "an unknown register is used", "", "", "name it");
+  if (!all_known)
+    return complaint(map, hal::ErrorCode::kUnknownWord, "an unknown register is used", "", "", "name it");
   if (auto error =
           check_quantity(map, map.position_actual, Dimension::kAngle, "the position", "a unit of angle")) {
     return error;
@@ -132,7 +139,8 @@ std::optional<hal::Error> check(const RegisterMap& map) {
     }
   }
   if (!map.homed && !map.always_homed) {
-    return complaint(map, "nothing says whether the drive is homed", "", "'homed' or always_homed = true",
+    return complaint(map, hal::ErrorCode::kMissingKey, "nothing says whether the drive is homed", "",
+                     "'homed' or always_homed = true",
                      "name the bit; use always_homed only for an absolute encoder");
   }
   const auto starts_with = [&map](Step::Kind kind) {
@@ -140,11 +148,12 @@ std::optional<hal::Error> check(const RegisterMap& map) {
                        [kind](const Step& step) { return step.kind == kind; });
   };
   if (!starts_with(Step::Kind::kTarget)) {
-    return complaint(map, "'start' writes no target", "", "a step with write = \"target\"", "add it");
+    return complaint(map, hal::ErrorCode::kMissingKey, "'start' writes no target", "",
+                     "a step with write = \"target\"", "add it");
   }
   if (map.stop.empty()) {
-    return complaint(map, "there is no command to stop the table", "", "at least one step of 'stop'",
-                     "a table that cannot be stopped is not to be turned");
+    return complaint(map, hal::ErrorCode::kMissingKey, "there is no command to stop the table", "",
+                     "at least one step of 'stop'", "a table that cannot be stopped is not to be turned");
   }
   struct Named {
     const Sequence& sequence;

@@ -50,7 +50,8 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
           .where = place(bound.key),
           .value = number_text(bound.value, 9) + bound.unit,
           .limit = number_text(bound.least, 9) + " … " + number_text(bound.most, 9) + bound.unit,
-          .remedy = "correct the value"};
+          .remedy = "correct the value",
+          .code = hal::ErrorCode::kOutOfRange};
     }
   }
   if (config.lowest_rate_hz > config.rate_hz) {
@@ -58,14 +59,16 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
                       .where = place("lowest_rate_hz"),
                       .value = number_text(config.lowest_rate_hz, 9) + " Hz",
                       .limit = "at most rate_hz, " + number_text(config.rate_hz, 9) + " Hz",
-                      .remedy = "lower it"};
+                      .remedy = "lower it",
+                      .code = hal::ErrorCode::kContradiction};
   }
   if (config.retry_first_ms > config.retry_longest_ms) {
     return hal::Error{.what = "the first retry waits longer than the longest",
                       .where = place("retry_first_ms"),
                       .value = number_text(config.retry_first_ms, 9) + " ms",
                       .limit = "at most retry_longest_ms, " + number_text(config.retry_longest_ms, 9) + " ms",
-                      .remedy = "lower it"};
+                      .remedy = "lower it",
+                      .code = hal::ErrorCode::kContradiction};
   }
   // The address goes into an HTTP request: it must not end the line or begin a path.
   constexpr std::string_view kInNames = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_:";
@@ -75,7 +78,8 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
                       .where = place("address"),
                       .value = "'" + config.address.substr(0, 60) + "'",
                       .limit = "e.g. \"192.168.1.1\"",
-                      .remedy = "give the box's address only, without http:// and port"};
+                      .remedy = "give the box's address only, without http:// and port",
+                      .code = hal::ErrorCode::kMalformed};
   }
   const bool clean_path = config.http_path.starts_with('/') && config.http_path.size() <= 1024 &&
                           std::none_of(config.http_path.begin(), config.http_path.end(), [](char c) {
@@ -86,7 +90,8 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
                       .where = place("http_path"),
                       .value = "'" + config.http_path.substr(0, 60) + "'",
                       .limit = "begins with '/', no blanks, at most 1024 bytes",
-                      .remedy = "write e.g. \"/netftapi2.xml\""};
+                      .remedy = "write e.g. \"/netftapi2.xml\"",
+                      .code = hal::ErrorCode::kMalformed};
   }
   if (config.low_pass_hz &&
       std::find(kLowPassHz.begin(), kLowPassHz.end(), *config.low_pass_hz) == kLowPassHz.end()) {
@@ -94,7 +99,8 @@ std::optional<hal::Error> check(const NetFtConfig& config) {
                       .where = place("low_pass_hz"),
                       .value = number_text(*config.low_pass_hz, 9) + " Hz",
                       .limit = "0 (none), 5, 8, 18, 35, 73, 152, 326, 838, 1500, 2000, 2500, 3000 Hz",
-                      .remedy = "use one of those, or leave the key out to accept any"};
+                      .remedy = "use one of those, or leave the key out to accept any",
+                      .code = hal::ErrorCode::kUnknownWord};
   }
   const auto calibration = hal::find_nano17_calibration(config.model, place("model"));
   if (!calibration) return calibration.error();

@@ -65,7 +65,8 @@ hal::Result<double> find(std::span<const Unit> units, std::string_view unit, std
                     .where = std::string(where),
                     .value = "'" + std::string(unit.substr(0, 40)) + "'",
                     .limit = known,
-                    .remedy = "choose one of these on the box's configuration page"};
+                    .remedy = "choose one of these on the box's configuration page",
+                    .code = hal::ErrorCode::kUnknownWord};
 }
 
 }  // namespace

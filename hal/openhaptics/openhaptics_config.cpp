@@ -26,12 +26,13 @@ std::vector<std::string> OpenHapticsConfig::libraries() const {
 std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   const std::string where = "OpenHaptics device";
   if (config.libraries().empty()) {
-    return hal::Error{"no library is named", where + ", library", config.vendor_library_names,
-                      "names or paths, separated by commas", "remove the key to try the usual names"};
+    return hal::Error::of(hal::ErrorCode::kMalformed, "no library is named", where + ", library",
+                          config.vendor_library_names, "names or paths, separated by commas",
+                          "remove the key to try the usual names");
   }
   if (!device_figures(config.model)) {
-    return hal::Error{"unknown model", where + ", model", config.model, joined(device_models()),
-                      "choose the one whose data sheet is closest"};
+    return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown model", where + ", model", config.model,
+                          joined(device_models()), "choose the one whose data sheet is closest");
   }
   struct Bound {
     const char* key;
@@ -62,15 +63,16 @@ std::optional<hal::Error> check(const OpenHapticsConfig& config) {
   };
   for (const Bound& bound : bounds) {
     if (bound.value >= bound.low && bound.value <= bound.high) continue;
-    return hal::Error{std::string(bound.key) + " is out of range", where + ", " + bound.key,
-                      text_of(bound.value),
-                      text_of(bound.low) + " … " + text_of(bound.high) + " " + bound.unit, ""};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(bound.key) + " is out of range",
+                          where + ", " + bound.key, text_of(bound.value),
+                          text_of(bound.low) + " … " + text_of(bound.high) + " " + bound.unit, "");
   }
   const hal::Quaternion& q = config.tool_to_stylus;
   const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   if (!(std::abs(length - 1.0) <= 1e-3)) {
-    return hal::Error{"tool_to_stylus is not a rotation", where + ", tool_to_stylus",
-                      "length " + text_of(length), "four numbers w, x, y, z of length 1", "normalise it"};
+    return hal::Error::of(hal::ErrorCode::kMalformed, "tool_to_stylus is not a rotation",
+                          where + ", tool_to_stylus", "length " + text_of(length),
+                          "four numbers w, x, y, z of length 1", "normalise it");
   }
   return std::nullopt;
 }

@@ -92,8 +92,8 @@ char letter_of(const std::string& model) {
 }
 
 hal::Error bad(std::string_view name, double value, std::string_view limit) {
-  return {fmt::format("{} is out of range", name), "haptic device", fmt::format("{}", value),
-          std::string(limit), "correct the device's section"};
+  return hal::Error::of(hal::ErrorCode::kOutOfRange, fmt::format("{} is out of range", name), "haptic device",
+                        fmt::format("{}", value), std::string(limit), "correct the device's section");
 }
 
 }  // namespace
@@ -125,8 +125,9 @@ std::vector<hal::UncertainParameter> uncertain_parameters(const PhantomConfig& c
 
 std::optional<hal::Error> check(const PhantomConfig& c) {
   if (!phantom_preset(c.model)) {
-    return hal::Error{fmt::format("unknown device model '{}'", c.model), "haptic device", c.model,
-                      fmt::format("{}", fmt::join(phantom_presets(), ", ")), "use one of those"};
+    return hal::Error::of(hal::ErrorCode::kUnknownWord, fmt::format("unknown device model '{}'", c.model),
+                          "haptic device", c.model, fmt::format("{}", fmt::join(phantom_presets(), ", ")),
+                          "use one of those");
   }
   struct Bound {
     std::string_view name;

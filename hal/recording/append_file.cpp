@@ -15,7 +15,8 @@ hal::Error file_error(const char* what, const std::string& path, int code) {
   switch (code) {
     case ENOSPC:
     case EDQUOT:
-      return {"the disk is full", path, std::strerror(code), "", "make room there, then record again"};
+      return hal::Error::of(hal::ErrorCode::kFull, "the disk is full", path, std::strerror(code), "",
+                            "make room there, then record again");
     case EFBIG:
       return {"the file reached the largest size that this process may write", path, std::strerror(code),
               "RLIMIT_FSIZE, LimitFSIZE= of the unit", "raise the limit, or record for a shorter time"};
@@ -49,7 +50,8 @@ hal::Result<AppendFile> AppendFile::resume(const std::string& path, std::uint64_
   if (descriptor < 0) return file_error("the file cannot be opened for writing", path, errno);
   AppendFile file(path, descriptor, size);
   if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    return hal::Error{"another process writes this file", path, std::strerror(errno), "", "wait for its end"};
+    return hal::Error::of(hal::ErrorCode::kInUse, "another process writes this file", path,
+                          std::strerror(errno), "", "wait for its end");
   }
   if (auto error = file.truncate(size)) return *error;
   return file;

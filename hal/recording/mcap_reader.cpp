@@ -116,16 +116,16 @@ bool add_to(std::vector<T>& list, std::string_view body) {
 hal::Result<McapReader> McapReader::open(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
-    return hal::Error{"the recording cannot be opened", place_of(path), std::strerror(errno), "",
-                      "check its path and its rights"};
+    return hal::Error::of(hal::ErrorCode::kUnreadable, "the recording cannot be opened", place_of(path),
+                          std::strerror(errno), "", "check its path and its rights");
   }
   struct stat status {};
   fstat(descriptor, &status);
   McapReader reader(path, descriptor, static_cast<std::uint64_t>(status.st_size));
   std::string magic;
   if (!S_ISREG(status.st_mode) || !reader.read_at(0, kMagic.size(), magic) || magic != kMagic) {
-    return hal::Error{"this is no MCAP recording", place_of(path), "", "a file that hapticctl record made",
-                      "a recording in CSV has the ending .csv"};
+    return hal::Error::of(hal::ErrorCode::kDamaged, "this is no MCAP recording", place_of(path), "",
+                          "a file that hapticctl record made", "a recording in CSV has the ending .csv");
   }
   return reader;
 }

@@ -104,10 +104,11 @@ hal::Result<std::size_t> find_column(const ColumnMapping& mapping, const ColumnR
                       .where = place,
                       .value = by_name ? "'" + mapping.column + "'" : "",
                       .limit = "the file's columns are " + listed(columns),
-                      .remedy = by_name ? "map the " + role.name + " to one of these"
-                                        : "map one by name; recognised are " + listed(role.stems) +
-                                              " followed by _ and a unit (" + accepted_units(role.quantity) +
-                                              ")"};
+                      .remedy = by_name
+                                    ? "map the " + role.name + " to one of these"
+                                    : "map one by name; recognised are " + listed(role.stems) +
+                                          " followed by _ and a unit (" + accepted_units(role.quantity) + ")",
+                      .code = hal::ErrorCode::kNotFound};
   }
   std::vector<std::string> names;
   names.reserve(hits.size());
@@ -116,7 +117,8 @@ hal::Result<std::size_t> find_column(const ColumnMapping& mapping, const ColumnR
                     .where = place,
                     .value = listed(names),
                     .limit = {},
-                    .remedy = by_name ? "give the columns different names" : "map one of them by name"};
+                    .remedy = by_name ? "give the columns different names" : "map one of them by name",
+                    .code = hal::ErrorCode::kContradiction};
 }
 
 }  // namespace
@@ -177,7 +179,8 @@ hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, const C
                       .where = place,
                       .value = number_text(mapping.scale),
                       .limit = "finite and not zero; negative reverses the sign",
-                      .remedy = {}};
+                      .remedy = {},
+                      .code = hal::ErrorCode::kOutOfRange};
   }
   const auto index = find_column(mapping, role, columns, place);
   if (!index) return index.error();
@@ -196,7 +199,8 @@ hal::Result<ColumnSelection> select_column(const ColumnMapping& mapping, const C
                       .where = place + ", column '" + column + "'",
                       .value = unit_name.empty() ? std::string() : "'" + unit_name + "'",
                       .limit = accepted_units(role.quantity),
-                      .remedy = unstated ? "name the unit in the mapping" : ""};
+                      .remedy = unstated ? "name the unit in the mapping" : "",
+                      .code = hal::ErrorCode::kUnknownWord};
   }
   return ColumnSelection{.index = *index, .factor = unit->factor * mapping.scale};
 }

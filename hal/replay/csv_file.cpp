@@ -48,7 +48,8 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
         .where = file.place(),
         .value = {},
         .limit = {},
-        .remedy = "check the path; a relative path starts at the folder in which the daemon was started"};
+        .remedy = "check the path; a relative path starts at the folder in which the daemon was started",
+        .code = hal::ErrorCode::kNotFound};
   }
   // A folder opens but cannot be read; a pipe would block for ever.
   if (!std::filesystem::is_regular_file(status)) {
@@ -56,7 +57,8 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
                       .where = file.place(),
                       .value = {},
                       .limit = {},
-                      .remedy = "give a CSV file"};
+                      .remedy = "give a CSV file",
+                      .code = hal::ErrorCode::kUnreadable};
   }
   file.stream_.open(path, std::ios::binary);
   if (!file.stream_) {
@@ -64,7 +66,8 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
                       .where = file.place(),
                       .value = {},
                       .limit = {},
-                      .remedy = "check its permissions"};
+                      .remedy = "check its permissions",
+                      .code = hal::ErrorCode::kUnreadable};
   }
 
   std::string_view header;
@@ -77,7 +80,8 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
                         .where = file.place(),
                         .value = {},
                         .limit = "a header line and at least two rows",
-                        .remedy = {}};
+                        .remedy = {},
+                        .code = hal::ErrorCode::kMalformed};
     case LineState::kLine:
       break;
   }
@@ -86,7 +90,8 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
                       .where = file.place(file.line_),
                       .value = shown(header, kMaxShown),
                       .limit = "plain names separated by commas",
-                      .remedy = "write the file without quotes"};
+                      .remedy = "write the file without quotes",
+                      .code = hal::ErrorCode::kMalformed};
   }
   split(header, [&file](std::size_t, std::string_view name) { file.columns_.emplace_back(name); });
   if (file.columns_.size() == 1 && header.find_first_of(";\t") != std::string_view::npos) {
@@ -94,7 +99,8 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
                       .where = file.place(file.line_),
                       .value = shown(header, kMaxShown),
                       .limit = "',' between columns and '.' as decimal point",
-                      .remedy = "export the file again with commas"};
+                      .remedy = "export the file again with commas",
+                      .code = hal::ErrorCode::kMalformed};
   }
   return file;
 }
@@ -116,7 +122,8 @@ CsvFile::LineState CsvFile::next_line(std::string_view& text, std::optional<hal:
                        .where = place(line_ + 1),
                        .value = {},
                        .limit = {},
-                       .remedy = {}};
+                       .remedy = {},
+                       .code = hal::ErrorCode::kUnreadable};
     return LineState::kFailed;
   }
   if (stream_.eof()) return LineState::kEnd;
@@ -124,7 +131,8 @@ CsvFile::LineState CsvFile::next_line(std::string_view& text, std::optional<hal:
                      .where = place(line_ + 1),
                      .value = {},
                      .limit = "lines up to " + std::to_string(kMaxLineBytes) + " bytes",
-                     .remedy = "check that this is a CSV file"};
+                     .remedy = "check that this is a CSV file",
+                     .code = hal::ErrorCode::kTooLong};
   return LineState::kFailed;
 }
 
@@ -135,7 +143,8 @@ std::optional<hal::Error> CsvFile::parse_cell(std::string_view text, std::size_t
                       .where = place(line_) + ", column '" + columns_[column] + "'",
                       .value = shown(text, kMaxShown),
                       .limit = "finite numbers such as 0.015 or 1.5e-3",
-                      .remedy = std::move(remedy)};
+                      .remedy = std::move(remedy),
+                      .code = hal::ErrorCode::kMalformed};
   };
   if (text.empty()) return refuse("the cell is empty", "remove the row, or fill the gap before replaying");
   if (text.front() == '"') return refuse("quoted fields are not read", "write the numbers without quotes");
@@ -171,7 +180,8 @@ std::optional<hal::Error> CsvFile::read_rows(std::span<const std::size_t> column
                         .where = place(line_),
                         .value = {},
                         .limit = "up to " + std::to_string(kMaxRows) + " rows",
-                        .remedy = "split it"};
+                        .remedy = "split it",
+                        .code = hal::ErrorCode::kTooLong};
     }
     const std::size_t count = split(text, [&cells](std::size_t index, std::string_view cell) {
       if (index < cells.size()) cells[index] = cell;
@@ -181,7 +191,8 @@ std::optional<hal::Error> CsvFile::read_rows(std::span<const std::size_t> column
                         .where = place(line_),
                         .value = std::to_string(count),
                         .limit = std::to_string(columns_.size()) + " cells",
-                        .remedy = {}};
+                        .remedy = {},
+                        .code = hal::ErrorCode::kMalformed};
     }
     for (std::size_t i = 0; i < columns.size(); ++i) {
       if (error = parse_cell(cells[columns[i]], columns[i], numbers[i]); error) return error;

@@ -57,14 +57,16 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
           .where = file->place(line),
           .value = in_seconds(now_s) + " after " + in_seconds(recording.time_s.back() + start_s),
           .limit = "each row later than the one before",
-          .remedy = "sort the rows and remove repeated ones"};
+          .remedy = "sort the rows and remove repeated ones",
+          .code = hal::ErrorCode::kMalformed};
     }
     if (since_start_s > kMaxS) {
       return hal::Error{.what = "the recording is too long",
                         .where = file->place(line),
                         .value = in_seconds(since_start_s),
                         .limit = "up to " + in_seconds(kMaxS),
-                        .remedy = "check the unit of the time"};
+                        .remedy = "check the unit of the time",
+                        .code = hal::ErrorCode::kTooLong};
     }
     recording.time_s.push_back(since_start_s);
     recording.force_n.push_back(cells[1] * force->factor);
@@ -74,7 +76,8 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
                         .where = file->place(line),
                         .value = {},
                         .limit = {},
-                        .remedy = "check the units and scales of the mapping"};
+                        .remedy = "check the units and scales of the mapping",
+                        .code = hal::ErrorCode::kNotFinite};
     }
     return std::nullopt;
   };
@@ -84,7 +87,8 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
                       .where = file->place(),
                       .value = std::to_string(recording.time_s.size()),
                       .limit = "at least 2 rows of numbers under the header",
-                      .remedy = {}};
+                      .remedy = {},
+                      .code = hal::ErrorCode::kMalformed};
   }
   recording.median_step_s = median_step(recording.time_s);
   return recording;
@@ -96,7 +100,8 @@ std::optional<hal::Error> remove_bias(Recording& recording, double seconds, cons
                       .where = place + ", bias_s",
                       .value = in_seconds(seconds),
                       .limit = "0 … " + in_seconds(recording.duration_s()),
-                      .remedy = "0 leaves the force as recorded"};
+                      .remedy = "0 leaves the force as recorded",
+                      .code = hal::ErrorCode::kOutOfRange};
   }
   if (seconds == 0.0) return std::nullopt;
   const auto end = std::upper_bound(recording.time_s.begin(), recording.time_s.end(), seconds);

@@ -99,7 +99,8 @@ hal::Result<std::unique_ptr<ReplayRig>> ReplayRig::open(const ReplayConfig& conf
                       .where = place + ", rate_hz",
                       .value = number_text(config.rate_hz),
                       .limit = "1 … 100000 Hz",
-                      .remedy = {}};
+                      .remedy = {},
+                      .code = hal::ErrorCode::kOutOfRange};
   }
   auto recording =
       load_recording(config.path, {.time = config.time, .force = config.force, .position = config.position});

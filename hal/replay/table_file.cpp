@@ -51,8 +51,8 @@ std::optional<hal::Error> McapTable::read_rows(std::span<const std::size_t> colu
   recording::RecordingVisitor visitor;
   visitor.row = [&](const recording::Row& row) {
     if (++row_number > CsvFile::kMaxRows) {
-      error = hal::Error{"the recording is too long", place(row_number), "",
-                         "up to " + std::to_string(CsvFile::kMaxRows) + " rows", "split it"};
+      error = hal::Error::of(hal::ErrorCode::kTooLong, "the recording is too long", place(row_number), "",
+                             "up to " + std::to_string(CsvFile::kMaxRows) + " rows", "split it");
       return false;
     }
     // A loop that was held up may make two ticks at one time of the rig: the second says nothing new.
@@ -62,10 +62,11 @@ std::optional<hal::Error> McapTable::read_rows(std::span<const std::size_t> colu
     for (std::size_t i = 0; i < columns.size(); ++i) {
       numbers[i] = row.number(columns[i]);
       if (std::isfinite(numbers[i])) continue;
-      error = hal::Error{
-          "the cell is not a finite number", place(row_number) + ", column '" + names_[columns[i]] + "'",
-          std::to_string(numbers[i]), "a group that is there in every tick",
-          "the scene that was loaded does not fill it: record another one, or choose another column"};
+      error = hal::Error::of(
+          hal::ErrorCode::kNotFinite, "the cell is not a finite number",
+          place(row_number) + ", column '" + names_[columns[i]] + "'", std::to_string(numbers[i]),
+          "a group that is there in every tick",
+          "the scene that was loaded does not fill it: record another one, or choose another column");
       return false;
     }
     error = visit(row_number, numbers);

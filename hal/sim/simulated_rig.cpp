@@ -197,10 +197,13 @@ std::vector<std::string> SimulatedRig::plants() {
 hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const SimulationConfig& config) {
   if (auto error = check_custom(config)) return *error;
   const std::optional<Tip> tip = tip_named(config.tip);
-  if (!tip) return hal::Error{"unknown tip", "[rig.sim] tip", config.tip, joined(tip_names()), ""};
+  if (!tip)
+    return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown tip", "[rig.sim] tip", config.tip,
+                          joined(tip_names()), "");
   const std::optional<Plant> plant = plant_named(config.plant);
   if (!plant) {
-    return hal::Error{"unknown plant", "[rig.sim] plant", config.plant, joined(plant_names()), ""};
+    return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown plant", "[rig.sim] plant", config.plant,
+                          joined(plant_names()), "");
   }
   auto model = device_of(config);
   if (!model) return model.error();
@@ -359,8 +362,8 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name,
   if (name != "none") {
     model = object_preset(name);
     if (!model) {
-      return hal::Error{"unknown object", "simulated rig", name, joined(object_preset_names()) + ", none",
-                        ""};
+      return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown object", "simulated rig", name,
+                            joined(object_preset_names()) + ", none", "");
     }
   }
   const Vector3 aside{inclusion_aside_mm.x, inclusion_aside_mm.y, 0.0};

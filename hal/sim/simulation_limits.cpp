@@ -47,7 +47,8 @@ std::optional<hal::Error> check(const HandProgram& p) {
 
 std::optional<hal::Error> check_structure_and_sensor(const SimulationConfig& config) {
   const auto refuse = [](const char* key, double value, const char* limit) {
-    return hal::Error{std::string(key) + " is out of range", "[rig.sim]", std::to_string(value), limit, ""};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(key) + " is out of range", "[rig.sim]",
+                          std::to_string(value), limit, "");
   };
   const double gradient = length(config.structural_gradient_per_mm);
   if (!(gradient <= 0.02)) return refuse("structural_gradient_per_mm", gradient, "0 … 0.02 1/mm");
@@ -68,8 +69,8 @@ std::optional<hal::Error> check_structure_and_sensor(const SimulationConfig& con
 
 std::optional<hal::Error> check_custom(const SimulationConfig& config) {
   const auto refuse = [](const std::string& key, double value, const char* limit) {
-    return hal::Error{key + " is out of range", "custom device or object of a simulated rig",
-                      std::to_string(value), limit, ""};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, key + " is out of range",
+                          "custom device or object of a simulated rig", std::to_string(value), limit, "");
   };
   constexpr double kMax = HUGE_VAL;
   struct Range {
@@ -126,10 +127,12 @@ hal::Result<DeviceModel> device_of(const SimulationConfig& config) {
   std::optional<DeviceModel> model =
       config.custom_device ? config.custom_device : device_preset(config.device);
   if (!model) {
-    return hal::Error{"unknown device", "[rig.sim] device", config.device, joined(device_preset_names()), ""};
+    return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown device", "[rig.sim] device", config.device,
+                          joined(device_preset_names()), "");
   }
   const auto refuse = [](const char* key, double value, const std::string& limit) {
-    return hal::Error{std::string(key) + " is out of range", "[rig.sim]", std::to_string(value), limit, ""};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(key) + " is out of range", "[rig.sim]",
+                          std::to_string(value), limit, "");
   };
   if (!(config.rate_hz >= 500.0 && config.rate_hz <= 10000.0)) {
     return refuse("rate_hz", config.rate_hz, "500 … 10000 Hz");

@@ -33,14 +33,16 @@ hal::Result<std::unique_ptr<SkeletonDevice>> SkeletonDevice::create(const hal::D
                       .where = "[rig.skeleton] max_force_n",
                       .value = std::to_string(info.max_force_n),
                       .limit = "more than 0 N",
-                      .remedy = "take it from the device's data sheet"};
+                      .remedy = "take it from the device's data sheet",
+                      .code = hal::ErrorCode::kOutOfRange};
   }
   if (!(watchdog_ms >= kMinWatchdogMs && watchdog_ms <= kMaxWatchdogMs)) {
     return hal::Error{.what = "out of range",
                       .where = "[rig.skeleton] watchdog_ms",
                       .value = std::to_string(watchdog_ms),
                       .limit = "2 … 1000 ms",
-                      .remedy = "20 ms suit a loop of 1 kHz"};
+                      .remedy = "20 ms suit a loop of 1 kHz",
+                      .code = hal::ErrorCode::kOutOfRange};
   }
   return std::unique_ptr<SkeletonDevice>(new SkeletonDevice(info, watchdog_ms, std::move(link)));
 }

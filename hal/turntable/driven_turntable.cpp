@@ -205,16 +205,19 @@ hal::Result<std::uint64_t> DrivenTurntable::home() {
 hal::Result<std::uint64_t> DrivenTurntable::move_to(double angle_deg, const hal::MotionLimits& limits) {
   const State& s = *state_;
   if (!(angle_deg >= s.settings.min_deg && angle_deg <= s.settings.max_deg)) {
-    return hal::Error{
-        std::isfinite(angle_deg) ? "the angle is out of the table's range" : "the angle is not finite",
-        "angle_deg", number(angle_deg, "deg"), range_text(s.settings), "choose an angle in the range"};
+    const bool is_finite = std::isfinite(angle_deg);
+    return hal::Error::of(is_finite ? hal::ErrorCode::kOutOfRange : hal::ErrorCode::kNotFinite,
+                          is_finite ? "the angle is out of the table's range" : "the angle is not finite",
+                          "angle_deg", number(angle_deg, "deg"), range_text(s.settings),
+                          "choose an angle in the range");
   }
   const auto checked = [](double wanted, double most, const char* where, const char* unit,
                           double& granted) -> std::optional<hal::Error> {
     granted = wanted == 0.0 ? most : wanted;
     if (granted > 0.0 && granted <= most) return std::nullopt;
-    return hal::Error{"the limit of the motion is out of range", where, number(wanted, unit),
-                      "above 0, at most " + number(most, unit), "choose a value in the range"};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, "the limit of the motion is out of range", where,
+                          number(wanted, unit), "above 0, at most " + number(most, unit),
+                          "choose a value in the range");
   };
   hal::MotionLimits granted;
   if (auto error = checked(limits.speed_deg_per_s, s.settings.speed_deg_per_s, "speed_deg_per_s", "deg/s",

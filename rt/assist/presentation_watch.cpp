@@ -32,9 +32,10 @@ std::optional<hal::Error> check(const WatchLimits& limits, const std::string& wh
   };
   for (const WatchRange& range : ranges) {
     if (range.value >= 0.0 && range.value <= range.most) continue;
-    return hal::Error{std::string("watch.") + range.name + " is out of range", where,
-                      std::to_string(range.value), "0 … " + std::to_string(range.most),
-                      "give a value within the range; 0 = no limit"};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange,
+                          std::string("watch.") + range.name + " is out of range", where,
+                          std::to_string(range.value), "0 … " + std::to_string(range.most),
+                          "give a value within the range; 0 = no limit");
   }
   return std::nullopt;
 }

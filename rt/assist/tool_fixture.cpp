@@ -29,9 +29,10 @@ std::optional<hal::Error> check(const FixtureParameters& parameters, const std::
   for (const FixtureRange& range : kRanges) {
     const double value = parameters.*range.value;
     if (value >= range.least && value <= range.most) continue;
-    return hal::Error{std::string("fixture.") + range.name + " is out of range", where, std::to_string(value),
-                      std::to_string(range.least) + " … " + std::to_string(range.most),
-                      "give a value within the range"};
+    return hal::Error::of(
+        hal::ErrorCode::kOutOfRange, std::string("fixture.") + range.name + " is out of range", where,
+        std::to_string(value), std::to_string(range.least) + " … " + std::to_string(range.most),
+        "give a value within the range");
   }
   return std::nullopt;
 }

@@ -27,8 +27,9 @@ std::optional<hal::Error> check(const InclusionParameters& inclusion, const std:
            Range{"internal_presliding_mm", inclusion.internal_presliding_mm, 0.01, 10.0, "mm"},
        }) {
     if (r.value >= r.low && r.value <= r.high) continue;
-    return hal::Error{prefix + r.key + " is out of range", where, std::to_string(r.value),
-                      std::to_string(r.low) + " … " + std::to_string(r.high) + " " + r.unit, ""};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, prefix + r.key + " is out of range", where,
+                          std::to_string(r.value),
+                          std::to_string(r.low) + " … " + std::to_string(r.high) + " " + r.unit, "");
   }
   return std::nullopt;
 }

@@ -65,7 +65,8 @@ class CpuWakeLock {
 
 hal::Result<LoopConfig> validate(const LoopConfig& config) {
   const auto out_of_range = [](const char* key, double value, const char* limit) {
-    return hal::Error{std::string(key) + " is out of range", "[loop]", std::to_string(value), limit, ""};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, std::string(key) + " is out of range", "[loop]",
+                          std::to_string(value), limit, "");
   };
   if (!(config.rate_hz >= 500.0 && config.rate_hz <= 10000.0)) {
     return out_of_range("rate_hz", config.rate_hz, "500 … 10000 Hz");

@@ -17,7 +17,8 @@ class Ranges {
     std::ostringstream limit;
     got << value;
     limit << low << " … " << high;
-    error = hal::Error{key + " is out of range", where_, got.str(), limit.str(), "identify it again"};
+    error = hal::Error::of(hal::ErrorCode::kOutOfRange, key + " is out of range", where_, got.str(),
+                           limit.str(), "identify it again");
   }
   void expect(const std::string& key, const hal::Vector3& value, double bound) {
     expect(key + ".x", value.x, -bound, bound);

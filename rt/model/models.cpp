@@ -30,9 +30,10 @@ std::optional<hal::Error> check_maxwell_slip(const FrictionParameters& friction,
                                              const std::string& where) {
   if (!friction.maxwell_slip) return std::nullopt;
   const MaxwellSlipParameters& elements = *friction.maxwell_slip;
-  const auto refuse = [&](const std::string& what, double value, const std::string& limit) {
-    return hal::Error{prefix + what, where, shown(value), limit,
-                      "identify the friction again, or fix the file"};
+  const auto refuse = [&](const std::string& what, double value, const std::string& limit,
+                          hal::ErrorCode code = hal::ErrorCode::kOutOfRange) {
+    return hal::Error{
+        prefix + what, where, shown(value), limit, "identify the friction again, or fix the file", code};
   };
   for (std::size_t i = 0; i < MaxwellSlipParameters::kElements; ++i) {
     const std::string number = ", element " + std::to_string(i + 1) + ", is out of range";
@@ -47,7 +48,8 @@ std::optional<hal::Error> check_maxwell_slip(const FrictionParameters& friction,
   constexpr double kRounding = 1e-3;
   if (!(level > 0.0) || !(std::abs(friction.kinetic / level - 1.0) <= kRounding)) {
     return refuse("kinetic is not the level of the Maxwell-slip elements", friction.kinetic,
-                  shown(level) + ", the sum of reach times stiffness, above 0");
+                  shown(level) + ", the sum of reach times stiffness, above 0",
+                  hal::ErrorCode::kContradiction);
   }
   return std::nullopt;
 }
@@ -56,8 +58,9 @@ std::optional<hal::Error> check(const ObjectModel& model) {
   std::optional<hal::Error> error;
   const auto fail = [&](const std::string& key, double value, const std::string& limit) {
     if (!error) {
-      error = hal::Error{key + " is out of range", "model '" + model.name + "'", shown(value), limit,
-                         "identify the object again, or fix the file"};
+      error =
+          hal::Error::of(hal::ErrorCode::kOutOfRange, key + " is out of range", "model '" + model.name + "'",
+                         shown(value), limit, "identify the object again, or fix the file");
     }
   };
   // NaN fails every range.
@@ -101,9 +104,10 @@ std::optional<hal::Error> check(const ObjectModel& model) {
   friction("rod_friction", model.rod_friction);
   friction("bearing_friction", model.bearing_friction);
   if (model.bearing_friction && model.bearing_friction->maxwell_slip && !error) {
-    error = hal::Error{"a ball bearing's friction has no Maxwell-slip elements", "model '" + model.name + "'",
-                       "bearing_friction.maxwell_slip", "elements under rod_friction only",
-                       "leave them out, or give them for the rod"};
+    error = hal::Error::of(hal::ErrorCode::kMisplacedKey,
+                           "a ball bearing's friction has no Maxwell-slip elements",
+                           "model '" + model.name + "'", "bearing_friction.maxwell_slip",
+                           "elements under rod_friction only", "leave them out, or give them for the rod");
   }
   return error;
 }

@@ -22,17 +22,17 @@ struct TargetRange {
 std::optional<hal::Error> check(const FrictionTarget& target, const std::string& prefix,
                                 const std::string& where) {
   if (target.scale.has_value() == target.coefficient.has_value()) {
-    return hal::Error{"a friction target is a scale or a coefficient", where,
-                      target.scale ? "both" : "neither", prefix + "scale or " + prefix + "coefficient",
-                      "give one of them"};
+    return hal::Error::of(hal::ErrorCode::kContradiction, "a friction target is a scale or a coefficient",
+                          where, target.scale ? "both" : "neither",
+                          prefix + "scale or " + prefix + "coefficient", "give one of them");
   }
   const TargetRange r = target.scale
                             ? TargetRange{"scale", *target.scale, 1.0 - FrictionModulation::kMaxReduction,
                                           FrictionModulation::kMaxScale}
                             : TargetRange{"coefficient", *target.coefficient, 0.02, 3.0};
   if (r.value >= r.low && r.value <= r.high) return std::nullopt;
-  return hal::Error{prefix + r.key + " is out of range", where, std::to_string(r.value),
-                    std::to_string(r.low) + " … " + std::to_string(r.high), ""};
+  return hal::Error::of(hal::ErrorCode::kOutOfRange, prefix + r.key + " is out of range", where,
+                        std::to_string(r.value), std::to_string(r.low) + " … " + std::to_string(r.high), "");
 }
 
 void FrictionModulation::follow_axis(const hal::Vector3& slide_mm, const hal::Vector3& normal) noexcept {

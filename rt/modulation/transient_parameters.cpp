@@ -35,10 +35,10 @@ std::optional<hal::Error> check(const TransientParameters& transient, double rat
                                 const std::string& prefix, const std::string& where) {
   constexpr std::size_t kMax = TransientParameters::kMaxModes;
   if (transient.target.empty() || transient.target.size() > kMax || transient.real.size() > kMax) {
-    return hal::Error{
-        "a transient has 1 … 3 modes", where,
+    return hal::Error::of(
+        hal::ErrorCode::kOutOfRange, "a transient has 1 … 3 modes", where,
         std::to_string(transient.target.size()) + " and " + std::to_string(transient.real.size()),
-        prefix + "material, or 1 … 3 of " + prefix + "mode; 0 … 3 of " + prefix + "real", ""};
+        prefix + "material, or 1 … 3 of " + prefix + "mode; 0 … 3 of " + prefix + "real", "");
   }
   const GripDynamics& g = transient.grip;
   std::vector<TransientRange> ranges{
@@ -53,8 +53,9 @@ std::optional<hal::Error> check(const TransientParameters& transient, double rat
   add_ranges(transient.real, "real", highest_transient_hz(rate_hz), ranges);
   for (const TransientRange& r : ranges) {
     if (r.value >= r.low && r.value <= r.high) continue;
-    return hal::Error{prefix + r.key + " is out of range", where, std::to_string(r.value),
-                      std::to_string(r.low) + " … " + std::to_string(r.high) + " " + r.unit, ""};
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, prefix + r.key + " is out of range", where,
+                          std::to_string(r.value),
+                          std::to_string(r.low) + " … " + std::to_string(r.high) + " " + r.unit, "");
   }
   return std::nullopt;
 }

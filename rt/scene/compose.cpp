@@ -54,10 +54,10 @@ std::optional<hal::Error> missing(const SceneSpec& spec, const ObjectModel* mode
   std::string names;
   for (const std::string& name : needed_models(spec, model)) names += (names.empty() ? "" : ", ") + name;
   if (names.empty()) return std::nullopt;
-  return hal::Error{"the scene needs a model that there is not: " + names, "scene '" + spec.name + "'",
-                    "object_model = \"" + spec.object_model + "\"", "",
-                    "identify the object, name another object_model, or choose a ball bearing and "
-                    "displacement.estimator = \"recursive\", which need none"};
+  return hal::Error::of(hal::ErrorCode::kNotFound, "the scene needs a model that there is not: " + names,
+                        "scene '" + spec.name + "'", "object_model = \"" + spec.object_model + "\"", "",
+                        "identify the object, name another object_model, or choose a ball bearing and "
+                        "displacement.estimator = \"recursive\", which need none");
 }
 
 /// A friction target needs a rod, friction that is kept, the tracked direction and passivity control.
@@ -66,8 +66,8 @@ std::optional<hal::Error> check_friction_target(const SceneSpec& spec) {
   const std::string where = "scene '" + spec.name + "'";
   const ExploreParameters& e = spec.explore;
   const auto refused = [&](const char* why, const char* limit) {
-    return hal::Error{std::string("a friction target needs ") + why, where, "", limit,
-                      "change that, or remove [friction_target]"};
+    return hal::Error::of(hal::ErrorCode::kContradiction, std::string("a friction target needs ") + why,
+                          where, "", limit, "change that, or remove [friction_target]");
   };
   if (spec.kind != SceneKind::kExplore) return refused("a scene that explores", "kind = \"explore\"");
   if (spec.tip != Tip::kRod) return refused("a tip that rubs", "tool.tip = \"rod\"");
@@ -83,8 +83,8 @@ std::optional<hal::Error> check_transient(const SceneSpec& spec, const hal::RigI
   if (!spec.transient) return std::nullopt;
   const std::string where = "scene '" + spec.name + "'";
   if (spec.kind != SceneKind::kExplore) {
-    return hal::Error{"only scenes that explore have a transient", where, "", "kind = \"explore\"",
-                      "remove [transient], or choose that kind"};
+    return hal::Error::of(hal::ErrorCode::kMisplacedKey, "only scenes that explore have a transient", where,
+                          "", "kind = \"explore\"", "remove [transient], or choose that kind");
   }
   if (!(rig.device.apparent_mass_g > 0.0) || !(spec.structural_stiffness_n_per_mm > 0.0)) {
     return hal::Error{"a transient needs a device whose mass and structural stiffness are known", where,
@@ -111,14 +111,16 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
     return lacking(resolved, rig, "force sensor");
   }
   if (resolved.kind != SceneKind::kExplore && resolved.object_model != "none") {
-    return hal::Error{"the scene has no use for a model", "scene '" + resolved.name + "'",
-                      "object_model = \"" + resolved.object_model + "\"", "object_model = \"none\"",
-                      "one-dimensional scenes work from the measured force alone"};
+    return hal::Error::of(hal::ErrorCode::kMisplacedKey, "the scene has no use for a model",
+                          "scene '" + resolved.name + "'", "object_model = \"" + resolved.object_model + "\"",
+                          "object_model = \"none\"",
+                          "one-dimensional scenes work from the measured force alone");
   }
   if (auto error = missing(resolved, model)) return *error;
   if (resolved.kind != SceneKind::kExplore && !resolved.inclusions.empty()) {
-    return hal::Error{"only scenes that explore have inclusions", "scene '" + resolved.name + "'", "",
-                      "kind = \"explore\"", "remove [[inclusion]], or choose that kind"};
+    return hal::Error::of(hal::ErrorCode::kMisplacedKey, "only scenes that explore have inclusions",
+                          "scene '" + resolved.name + "'", "", "kind = \"explore\"",
+                          "remove [[inclusion]], or choose that kind");
   }
   for (std::size_t i = 0; i < resolved.inclusions.size(); ++i) {
     const std::string prefix = "inclusion[" + std::to_string(i) + "].";
@@ -133,8 +135,9 @@ hal::Result<std::unique_ptr<Pipeline>> compose(const SceneSpec& resolved, const 
     if (auto error = check(*resolved.watch, "scene '" + resolved.name + "'")) return *error;
   }
   if (resolved.friction_target && !(model->rod_friction->kinetic > 0.0)) {
-    return hal::Error{"a friction target needs an object with friction", "scene '" + resolved.name + "'",
-                      "object_model = \"" + resolved.object_model + "\"", "kinetic friction > 0", ""};
+    return hal::Error::of(hal::ErrorCode::kContradiction, "a friction target needs an object with friction",
+                          "scene '" + resolved.name + "'", "object_model = \"" + resolved.object_model + "\"",
+                          "kinetic friction > 0", "");
   }
   if (model != nullptr) {
     if (auto error = check(*model)) return *error;

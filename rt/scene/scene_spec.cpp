@@ -27,7 +27,9 @@ class Checker {
     fail(key, value, number(low) + " … " + number(high) + " " + unit, "");
   }
   void fail(const std::string& key, double value, const std::string& limit, const std::string& remedy) {
-    if (!error_) error_ = hal::Error{key + " is out of range", scene_, number(value), limit, remedy};
+    if (!error_)
+      error_ = hal::Error::of(hal::ErrorCode::kOutOfRange, key + " is out of range", scene_, number(value),
+                              limit, remedy);
   }
   const std::optional<hal::Error>& error() const { return error_; }
 

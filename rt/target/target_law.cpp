@@ -80,7 +80,8 @@ std::optional<hal::Error> check(TargetLaw& law, const std::string& where) {
     std::ostringstream shown, limit;
     shown << value;
     limit << low << " … " << high << " " << unit;
-    error = hal::Error{key + " is out of range", where, shown.str(), limit.str(), ""};
+    error = hal::Error::of(hal::ErrorCode::kOutOfRange, key + " is out of range", where, shown.str(),
+                           limit.str(), "");
   };
   switch (law.kind) {
     case TargetLaw::Kind::kLinear:

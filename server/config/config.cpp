@@ -51,12 +51,9 @@ std::optional<hal::Error> read_word(std::string_view text, E& value, const Word<
     }
   }
   const auto list = texts(words);
-  return hal::Error{fmt::format("unknown {} '{}'", what, text),
-                    std::string(where),
-                    std::string(text),
-                    comma_separated(list),
-                    did_you_mean(text, list, "use one of those"),
-                    hal::Mistake::kUnknownWord};
+  return hal::Error::of(hal::ErrorCode::kUnknownWord, fmt::format("unknown {} '{}'", what, text),
+                        std::string(where), std::string(text), comma_separated(list),
+                        did_you_mean(text, list, "use one of those"));
 }
 
 std::optional<hal::Error> read_number(std::string_view text, double& value, const Range& range,
@@ -64,12 +61,8 @@ std::optional<hal::Error> read_number(std::string_view text, double& value, cons
   double number = 0.0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (failure != std::errc{} || end != text.data() + text.size()) {
-    return hal::Error{fmt::format("{} is not a number", what),
-                      std::string(where),
-                      std::string(text),
-                      to_text(range),
-                      "write a number",
-                      hal::Mistake::kWrongType};
+    return hal::Error::of(hal::ErrorCode::kWrongType, fmt::format("{} is not a number", what),
+                          std::string(where), std::string(text), to_text(range), "write a number");
   }
   if (auto error = check(number, range, what, where)) return error;
   value = number;
@@ -145,38 +138,31 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
     constexpr Word<bool> kFlags[] = {{"true", true}, {"false", false}};
     return read_word(value, replay.loop, kFlags, "flag", where);
   }
-  return hal::Error{fmt::format("unknown option '{}' of a replayed rig", key),
-                    std::string(where),
-                    std::string(key),
-                    comma_separated(known),
-                    did_you_mean(key, known, "remove it"),
-                    hal::Mistake::kUnknownKey};
+  return hal::Error::of(hal::ErrorCode::kUnknownKey,
+                        fmt::format("unknown option '{}' of a replayed rig", key), std::string(where),
+                        std::string(key), comma_separated(known), did_you_mean(key, known, "remove it"));
 }
 
 std::optional<hal::Error> check_network(const DaemonConfig& config) {
   if (config.console.listen_tls && config.certificates.empty()) {
-    return hal::Error{"refusing to show the console beyond this machine without certificates",
-                      "[network] certificates",
-                      "",
-                      "a folder with server.crt, server.key and authority.crt",
-                      "make them with deploy/make_certificates.sh, then --certificates DIR",
-                      hal::Mistake::kMissingKey};
+    return hal::Error::of(
+        hal::ErrorCode::kMissingKey, "refusing to show the console beyond this machine without certificates",
+        "[network] certificates", "", "a folder with server.crt, server.key and authority.crt",
+        "make them with deploy/make_certificates.sh, then --certificates DIR");
   }
   if (!config.listen_tls) return std::nullopt;
   const ListenAddress& tls = *config.listen_tls;
   if (config.certificates.empty()) {
-    return hal::Error{"refusing to listen beyond this machine without certificates",
-                      "[network] certificates",
-                      "",
-                      "a folder with server.crt, server.key and authority.crt",
-                      "make them with deploy/make_certificates.sh, then --certificates DIR",
-                      hal::Mistake::kMissingKey};
+    return hal::Error::of(
+        hal::ErrorCode::kMissingKey, "refusing to listen beyond this machine without certificates",
+        "[network] certificates", "", "a folder with server.crt, server.key and authority.crt",
+        "make them with deploy/make_certificates.sh, then --certificates DIR");
   }
   const bool anywhere = tls.host == "0.0.0.0" || tls.host == "::" || tls.host == config.listen.host;
   if (anywhere && tls.port == config.listen.port && tls.port != 0) {
-    return hal::Error{"the two addresses to listen on take the same port", "[network] listen_tls", tls.text(),
-                      "another port than " + config.listen.text(),
-                      "choose another port, or one address of this machine, e.g. 192.168.1.20:50051"};
+    return hal::Error::of(hal::ErrorCode::kContradiction, "the two addresses to listen on take the same port",
+                          "[network] listen_tls", tls.text(), "another port than " + config.listen.text(),
+                          "choose another port, or one address of this machine, e.g. 192.168.1.20:50051");
   }
   return std::nullopt;
 }
@@ -184,27 +170,23 @@ std::optional<hal::Error> check_network(const DaemonConfig& config) {
 /// Checks of several values together.
 std::optional<hal::Error> check_together(const DaemonConfig& config) {
   if (config.rig == RigChoice::kReplay && config.replay.path.empty()) {
-    return hal::Error{"a replayed rig needs a recording",
-                      "[rig.replay] path",
-                      "",
-                      "a CSV or MCAP file",
-                      "name it in the file or as --rig replay:PATH",
-                      hal::Mistake::kMissingKey};
+    return hal::Error::of(hal::ErrorCode::kMissingKey, "a replayed rig needs a recording",
+                          "[rig.replay] path", "", "a CSV or MCAP file",
+                          "name it in the file or as --rig replay:PATH");
   }
   const bool names_parts = config.device != DeviceChoice::kOfKind || config.sensor != SensorChoice::kOfKind;
   if (config.rig == RigChoice::kHardware && !names_parts) {
-    return hal::Error{"a rig of hardware alone names no part",
-                      "[rig] device, sensor",
-                      "of_kind",
-                      "device = openhaptics or phantom, sensor = netft or daq",
-                      "name what is there, or let a simulation stand in: kind = \"sim\"",
-                      hal::Mistake::kMissingKey};
+    return hal::Error::of(hal::ErrorCode::kMissingKey, "a rig of hardware alone names no part",
+                          "[rig] device, sensor", "of_kind",
+                          "device = openhaptics or phantom, sensor = netft or daq",
+                          "name what is there, or let a simulation stand in: kind = \"sim\"");
   }
   if (config.instrument == InstrumentChoice::kBoard) {
     if (config.device == DeviceChoice::kOfKind) {
-      return hal::Error{"an instrument of hardware cannot see the tip of a simulated device",
-                        "[rig] instrument", "board", "with device = openhaptics or phantom",
-                        "name the device, or leave the instrument out: a simulated rig has its own"};
+      return hal::Error::of(hal::ErrorCode::kContradiction,
+                            "an instrument of hardware cannot see the tip of a simulated device",
+                            "[rig] instrument", "board", "with device = openhaptics or phantom",
+                            "name the device, or leave the instrument out: a simulated rig has its own");
     }
     if (auto error =
             check_instrument(config.board_instrument, config.board, config.sensor == SensorChoice::kDaq)) {
@@ -212,23 +194,22 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
     }
   }
   if (config.rig == RigChoice::kReplay && names_parts && config.replay.as_fast_as_possible) {
-    return hal::Error{"a recording next to hardware cannot be played as fast as possible",
-                      "[rig.replay] speed", "fast", "recorded",
-                      "hardware keeps real time: set speed = \"recorded\""};
+    return hal::Error::of(
+        hal::ErrorCode::kContradiction, "a recording next to hardware cannot be played as fast as possible",
+        "[rig.replay] speed", "fast", "recorded", "hardware keeps real time: set speed = \"recorded\"");
   }
   if (names_parts && config.rig == RigChoice::kSimulated && !config.simulation.real_time) {
-    return hal::Error{"a simulation next to hardware cannot have a time of its own", "[rig.sim] speed",
-                      fmt::format("{}", config.simulation.speed), "1",
-                      "hardware keeps real time: leave speed out"};
+    return hal::Error::of(hal::ErrorCode::kContradiction,
+                          "a simulation next to hardware cannot have a time of its own", "[rig.sim] speed",
+                          fmt::format("{}", config.simulation.speed), "1",
+                          "hardware keeps real time: leave speed out");
   }
   if (auto error = check_network(config)) return error;
   if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
-    return hal::Error{"the path of the unix socket is too long",
-                      "[network] unix_socket",
-                      fmt::format("{} bytes", config.unix_socket.size()),
-                      fmt::format("at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
-                      "use a shorter path",
-                      hal::Mistake::kTooLong};
+    return hal::Error::of(hal::ErrorCode::kTooLong, "the path of the unix socket is too long",
+                          "[network] unix_socket", fmt::format("{} bytes", config.unix_socket.size()),
+                          fmt::format("at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
+                          "use a shorter path");
   }
   if (!config.scene.empty()) {
     if (auto error = check_name("scene", config.scene, "[scene] load")) return error;
@@ -357,8 +338,8 @@ std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& co
   }
   if (config.rig == RigChoice::kHardware) {
     if (rest.empty()) return std::nullopt;
-    return hal::Error{"hardware takes no more words", std::string(kWhere), std::string(rest), "hardware",
-                      "say in the configuration file what is there"};
+    return hal::Error::of(hal::ErrorCode::kMalformed, "hardware takes no more words", std::string(kWhere),
+                          std::string(rest), "hardware", "say in the configuration file what is there");
   }
   if (config.rig == RigChoice::kSimulated) {
     apply_simulation_text(rest, config.simulation);
@@ -372,8 +353,9 @@ std::optional<hal::Error> apply_rig_text(std::string_view text, DaemonConfig& co
     query.remove_prefix(std::min(pair.size() + 1, query.size()));
     const std::size_t equals = pair.find('=');
     if (equals == std::string_view::npos) {
-      return hal::Error{"an option of a replayed rig has no value", std::string(kWhere), std::string(pair),
-                        "key=value", "write key=value, separated by &"};
+      return hal::Error::of(hal::ErrorCode::kMalformed, "an option of a replayed rig has no value",
+                            std::string(kWhere), std::string(pair), "key=value",
+                            "write key=value, separated by &");
     }
     if (auto error = apply_query(pair.substr(0, equals), pair.substr(equals + 1), config.replay, kWhere)) {
       return error;

@@ -30,10 +30,11 @@ hal::Result<std::vector<std::string>> split_names(const std::string& text, const
     }
     if (name.empty()) continue;
     if (names.size() == kMaxNames || !std::all_of(name.begin(), name.end(), is_name_character)) {
-      return hal::Error{"not a list of names of this machine", where, name,
-                        "at most 32, of a-z, 0-9, '.', '-', ':', separated by commas",
-                        "write them as a browser's address bar shows them, without http:// and port, e.g. "
-                        "names = \"rig.lab.example\""};
+      return hal::Error::of(
+          hal::ErrorCode::kMalformed, "not a list of names of this machine", where, name,
+          "at most 32, of a-z, 0-9, '.', '-', ':', separated by commas",
+          "write them as a browser's address bar shows them, without http:// and port, e.g. "
+          "names = \"rig.lab.example\"");
     }
     names.push_back(std::move(name));
     name.clear();

@@ -111,14 +111,14 @@ std::optional<hal::Error> check_ceilings(const GuardCeilings& ceilings, const ha
     const char* complaint = is_off           ? "a check of the guard may not be switched off"
                             : bound.is_floor ? "less than this daemon allows"
                                              : "more than this daemon allows";
-    return hal::Error{
-        complaint, fmt::format("scene '{}', {}", resolved.name, bound.scene_key),
+    return hal::Error::of(
+        hal::ErrorCode::kOutOfRange, complaint, fmt::format("scene '{}', {}", resolved.name, bound.scene_key),
         to_text(*bound.value, bound.unit),
         fmt::format("{} {} ([guard] {})", bound.is_floor ? "at least" : "at most",
                     to_text(bound.limit, bound.unit), bound.daemon_key),
         fmt::format("change the scene, or {} {} under [guard] in the daemon's configuration and start it "
                     "again",
-                    bound.is_floor ? "lower" : "raise", bound.daemon_key)};
+                    bound.is_floor ? "lower" : "raise", bound.daemon_key));
   }
   return std::nullopt;
 }

@@ -26,6 +26,7 @@ Host classify(const std::string& host) {
 
 hal::Result<ListenAddress> split(std::string_view text, std::string_view where) {
   hal::Error error;
+  error.code = hal::ErrorCode::kMalformed;
   error.where = where;
   error.value = text;
   error.limit = "HOST:PORT, e.g. 127.0.0.1:50051 or [::1]:50051";
@@ -76,6 +77,7 @@ hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::stri
       error.what = "refusing to listen on a host that is not known to be this machine's loopback";
       break;
   }
+  error.code = hal::ErrorCode::kOutOfRange;
   error.where = where;
   error.value = text;
   error.limit = "127.0.0.0/8, ::1, localhost";
@@ -88,9 +90,10 @@ hal::Result<ListenAddress> parse_listen_address(std::string_view text, std::stri
 hal::Result<ListenAddress> parse_tls_address(std::string_view text, std::string_view where) {
   auto address = split(text, where);
   if (!address || classify(address->host) != Host::kUnknown) return address;
-  return hal::Error{"the host is not an address in numbers", std::string(where), std::string(text),
-                    "e.g. 192.168.1.20:50051, [fd00::20]:50051, 0.0.0.0:50052",
-                    "a name may mean another address here than for clients: write the number"};
+  return hal::Error::of(hal::ErrorCode::kMalformed, "the host is not an address in numbers",
+                        std::string(where), std::string(text),
+                        "e.g. 192.168.1.20:50051, [fd00::20]:50051, 0.0.0.0:50052",
+                        "a name may mean another address here than for clients: write the number");
 }
 
 }  // namespace hapticd::server

@@ -21,7 +21,8 @@ std::optional<hal::Error> check_endpoint_name(const std::string& name,
   const bool taken =
       std::any_of(others.begin(), others.end(), [&](const EndpointConfig& o) { return o.name == name; });
   if (!taken) return std::nullopt;
-  return hal::Error{"two endpoints have one name", "", name, "each name once", "choose another name"};
+  return hal::Error::of(hal::ErrorCode::kContradiction, "two endpoints have one name", "", name,
+                        "each name once", "choose another name");
 }
 
 }  // namespace
@@ -35,7 +36,9 @@ void read_watchdog(TomlTable table, WatchdogConfig& watchdog) {
     one.read("pedal", endpoint.pedal);
     if (const auto error = check_endpoint_name(endpoint.name, watchdog.endpoints)) {
       if (named) one.refuse("name", *error);
-      if (!named) table.refuse("endpoint", {"an endpoint has no name", "", "", "name = …", "add it"});
+      if (!named)
+        table.refuse("endpoint", hal::Error::of(hal::ErrorCode::kMissingKey, "an endpoint has no name", "",
+                                                "", "name = …", "add it"));
     }
     watchdog.endpoints.push_back(std::move(endpoint));
   }

@@ -16,7 +16,7 @@ constexpr double kNearlyFull = 0.9;
 
 /// Off because it was configured so is no problem; off for a cause is one.
 Finding off(const char* topic, const Refusal& why) {
-  const bool is_configured = why.error.where.starts_with("[recording]");
+  const bool is_configured = why.error.code == hal::ErrorCode::kSwitchedOff;
   return {is_configured ? kNote : kProblem, topic, why.error.text(), why.error.remedy};
 }
 

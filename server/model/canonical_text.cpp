@@ -51,9 +51,9 @@ std::string canonical_text(const Json& json) {
   return text;
 }
 
-hal::Error not_a_model(const std::string& what, const std::string& where, const std::string& value,
-                       const std::string& limit) {
-  return {what, where, value, limit, "export the model again where it came from"};
+hal::Error not_a_model(hal::ErrorCode code, const std::string& what, const std::string& where,
+                       const std::string& value, const std::string& limit) {
+  return {what, where, value, limit, "export the model again where it came from", code};
 }
 
 // What reads it is recursive.
@@ -64,7 +64,7 @@ hal::Result<Json> parse_json(std::string_view text, const std::string& where) {
       return true;
     });
   } catch (const std::exception& error) {
-    return not_a_model("not JSON", where, std::string(error.what()).substr(0, 200));
+    return not_a_model(hal::ErrorCode::kSyntax, "not JSON", where, std::string(error.what()).substr(0, 200));
   }
 }
 

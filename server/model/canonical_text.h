@@ -16,8 +16,8 @@ std::string canonical_text(const Json& json);
 /// An error also where it is nested deeper than any model. `where` names it in errors.
 hal::Result<Json> parse_json(std::string_view text, const std::string& where);
 /// What is wrong with a text that should be a model.
-hal::Error not_a_model(const std::string& what, const std::string& where, const std::string& value = {},
-                       const std::string& limit = {});
+hal::Error not_a_model(hal::ErrorCode code, const std::string& what, const std::string& where,
+                       const std::string& value = {}, const std::string& limit = {});
 /// SHA-256, 64 hexadecimal digits in lower case.
 std::string sha256_hex(std::string_view bytes);
 

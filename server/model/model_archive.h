@@ -67,12 +67,18 @@ class Writer {
   Json json = Json::object();
 };
 
+/// What is wrong with an object that was read.
+struct Complaint {
+  std::string what;  ///< empty if nothing is
+  hal::ErrorCode code = hal::ErrorCode::kOther;
+};
+
 /// Reads an object; the first key that is missing, of another type or unknown is its error.
 class Reader {
  public:
   static constexpr bool kReads = true;
 
-  Reader(const Json& json, std::string path, std::string& complaint)
+  Reader(const Json& json, std::string path, Complaint& complaint)
       : json_(json), path_(std::move(path)), complaint_(complaint) {
     if (!json_.is_object()) complain("'" + path_ + "' is not an object");
   }
@@ -129,15 +135,15 @@ class Reader {
     }
   }
 
-  void complain(const std::string& what) {
-    if (complaint_.empty()) complaint_ = what;
+  void complain(const std::string& what, hal::ErrorCode code = hal::ErrorCode::kWrongType) {
+    if (complaint_.what.empty()) complaint_ = {what, code};
   }
   /// Keys that no one asked for.
   void finish() {
     if (!json_.is_object() || json_.size() == known_.size()) return;
     for (const auto& [key, value] : json_.items()) {
       if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-        return complain("unknown key '" + path_of(key) + "'");
+        return complain("unknown key '" + path_of(key) + "'", hal::ErrorCode::kUnknownKey);
       }
     }
   }
@@ -153,7 +159,7 @@ class Reader {
     if (!json_.is_object()) return nullptr;
     const auto found = json_.find(key);
     if (found == json_.end()) {
-      complain("'" + path_of(key) + "' is missing");
+      complain("'" + path_of(key) + "' is missing", hal::ErrorCode::kMissingKey);
       return nullptr;
     }
     known_.emplace_back(key);
@@ -163,7 +169,7 @@ class Reader {
 
   const Json& json_;
   std::string path_;
-  std::string& complaint_;
+  Complaint& complaint_;
   std::vector<std::string> known_;
 };
 
@@ -224,7 +230,8 @@ void describe(A& archive, rt::FrictionModel& model) {
   std::string tip = model.tip == rt::Tip::kRod ? "rod" : "ball_bearing";
   archive("tip", tip);
   if constexpr (A::kReads) {
-    if (tip != "rod" && tip != "ball_bearing") archive.complain("unknown tip '" + tip + "'");
+    if (tip != "rod" && tip != "ball_bearing")
+      archive.complain("unknown tip '" + tip + "'", hal::ErrorCode::kUnknownWord);
     model.tip = tip == "rod" ? rt::Tip::kRod : rt::Tip::kBallBearing;
   }
   auto& [kinetic, presliding_mm, viscous, exponent, maxwell_slip] = model.friction;
@@ -322,12 +329,13 @@ void describe(A& archive, rt::IdentifiedModel& model) {
   archive("kind", kind);
   if constexpr (A::kReads) {
     if (schema != kContentSchema) {
-      archive.complain("content of the schema '" + schema + "', which is not known here");
+      archive.complain("content of the schema '" + schema + "', which is not known here",
+                       hal::ErrorCode::kUnknownWord);
     }
     if (auto content = content_of(kind)) {
       model.content = std::move(*content);
     } else {
-      archive.complain("unknown kind of model '" + kind + "'");
+      archive.complain("unknown kind of model '" + kind + "'", hal::ErrorCode::kUnknownWord);
     }
   }
   std::visit([&archive](auto& content) { archive("content", content); }, model.content);

@@ -50,8 +50,8 @@ class Section {
   }
   std::optional<hal::Error> error(const std::string& source) const {
     if (missing_.empty()) return std::nullopt;
-    return hal::Error{fmt::format("'{}.{}' is missing", name_, missing_), source, "", "",
-                      fmt::format("say it, or leave out all of [{}]", name_)};
+    return hal::Error::of(hal::ErrorCode::kMissingKey, fmt::format("'{}.{}' is missing", name_, missing_),
+                          source, "", "", fmt::format("say it, or leave out all of [{}]", name_));
   }
 
  private:
@@ -132,13 +132,14 @@ hal::Result<rt::ObjectModel> parse_model(std::string_view text, const std::strin
       root.has("name") ? fmt::format("{}, line {}", source, root.line_of("name")) : source;
   if (model.name.empty() && !root.has("name")) {
     if (name.empty())
-      return hal::Error{"the model has no name", where, "", "", "add name = \"…\" at its top"};
+      return hal::Error::of(hal::ErrorCode::kMissingKey, "the model has no name", where, "", "",
+                            "add name = \"…\" at its top");
     model.name = name;
   }
   if (auto error = check_name("model", model.name, where)) return *error;
   if (!name.empty() && model.name != name) {
-    return hal::Error{"the model's name is not that of its file", where, model.name, name,
-                      "rename the one or the other"};
+    return hal::Error::of(hal::ErrorCode::kContradiction, "the model's name is not that of its file", where,
+                          model.name, name, "rename the one or the other");
   }
   if (auto error = rt::check(model)) {
     error->where = source;

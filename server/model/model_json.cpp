@@ -25,11 +25,13 @@ std::optional<hal::Error> check_texts(const rt::IdentifiedModel& model, const st
   if (rt::is_of_object(model.content)) {
     if (auto error = check_name("model", model.object, where + ", object")) return error;
   } else if (!model.object.empty()) {
-    return hal::Error{"a model of the rig has no object", where, model.object, "", "leave the object out"};
+    return hal::Error::of(hal::ErrorCode::kMisplacedKey, "a model of the rig has no object", where,
+                          model.object, "", "leave the object out");
   }
   if (model.parameters.size() > kMaxParameters) {
-    return hal::Error{"too many parameters", where, std::to_string(model.parameters.size()),
-                      "at most " + std::to_string(kMaxParameters), ""};
+    return hal::Error::of(hal::ErrorCode::kTooLong, "too many parameters", where,
+                          std::to_string(model.parameters.size()),
+                          "at most " + std::to_string(kMaxParameters), "");
   }
   std::vector<const std::string*> texts{&model.device, &model.sensor, &model.procedure,
                                         &model.data_reference};
@@ -39,8 +41,8 @@ std::optional<hal::Error> check_texts(const rt::IdentifiedModel& model, const st
   }
   for (const std::string* text : texts) {
     if (text->size() > kMaxText) {
-      return hal::Error{"a text is too long", where, text->substr(0, 60) + "…",
-                        "at most " + std::to_string(kMaxText) + " bytes", "shorten it"};
+      return hal::Error::of(hal::ErrorCode::kTooLong, "a text is too long", where, text->substr(0, 60) + "…",
+                            "at most " + std::to_string(kMaxText) + " bytes", "shorten it");
     }
   }
   return std::nullopt;
@@ -56,11 +58,11 @@ std::optional<hal::Error> check_all(const rt::IdentifiedModel& model, const std:
 
 hal::Result<rt::IdentifiedModel> read_model(const Json& json, const std::string& where) {
   rt::IdentifiedModel model;
-  std::string complaint;
+  model_archive::Complaint complaint;
   Reader reader(json, "", complaint);
   describe(reader, model);
   reader.finish();
-  if (!complaint.empty()) return not_a_model(complaint, where);
+  if (!complaint.what.empty()) return not_a_model(complaint.code, complaint.what, where);
   if (auto error = check_all(model, where)) return *error;
   return model;
 }
@@ -74,9 +76,9 @@ hal::Result<std::string> canonical_json(const rt::IdentifiedModel& model) {
   try {
     return canonical_text(writer.json);
   } catch (const Json::exception&) {
-    return hal::Error{"a text of the model is not UTF-8",
-                      std::string(rt::kind_name(model.content)) + " model", "", "UTF-8",
-                      "give object, procedure and data reference as UTF-8"};
+    return hal::Error::of(hal::ErrorCode::kSyntax, "a text of the model is not UTF-8",
+                          std::string(rt::kind_name(model.content)) + " model", "", "UTF-8",
+                          "give object, procedure and data reference as UTF-8");
   }
 }
 
@@ -89,8 +91,8 @@ hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, con
 hal::Result<rt::IdentifiedModel> parse_canonical_json(std::string_view json, const std::string& hash,
                                                       const std::string& where) {
   if (const std::string found = sha256_hex(json); found != hash) {
-    return hal::Error{"the content of a model does not fit its hash", where, found, hash,
-                      "it was altered or damaged: import it again from an export"};
+    return hal::Error::of(hal::ErrorCode::kDamaged, "the content of a model does not fit its hash", where,
+                          found, hash, "it was altered or damaged: import it again from an export");
   }
   return parse_canonical_json(json, where);
 }
@@ -104,7 +106,8 @@ std::string export_json(std::string_view canonical, const std::string& hash) {
 hal::Result<ImportedModel> import_json(std::string_view json) {
   const std::string where = "imported model";
   if (json.size() > kMaxImport) {
-    return not_a_model("too large to be a model", where, std::to_string(json.size()) + " bytes",
+    return not_a_model(hal::ErrorCode::kTooLong, "too large to be a model", where,
+                       std::to_string(json.size()) + " bytes",
                        "at most " + std::to_string(kMaxImport) + " bytes");
   }
   const auto parsed = parse_json(json, where);
@@ -115,18 +118,19 @@ hal::Result<ImportedModel> import_json(std::string_view json) {
     return found != document.end() && found->is_string() ? found->get<std::string>() : std::string();
   };
   if (text("schema") != kExportSchema) {
-    return not_a_model("not an exported model, or of another version", where,
+    return not_a_model(hal::ErrorCode::kUnknownWord, "not an exported model, or of another version", where,
                        "schema \"" + text("schema") + "\"", "schema \"" + std::string(kExportSchema) + "\"");
   }
   const auto content = document.find("model");
   if (content == document.end() || !content->is_object() || text("hash").empty()) {
-    return not_a_model("'hash' or 'model' is missing", where);
+    return not_a_model(hal::ErrorCode::kMissingKey, "'hash' or 'model' is missing", where);
   }
   ImportedModel imported;
   imported.canonical = canonical_text(*content);
   imported.hash = sha256_hex(imported.canonical);
   if (imported.hash != text("hash")) {
-    return not_a_model("the content does not fit its hash: it was altered or damaged on the way", where,
+    return not_a_model(hal::ErrorCode::kDamaged,
+                       "the content does not fit its hash: it was altered or damaged on the way", where,
                        imported.hash, text("hash"));
   }
   auto model = read_model(*content, where);
@@ -134,7 +138,8 @@ hal::Result<ImportedModel> import_json(std::string_view json) {
   // A text that is read as a model but written differently would be stored under another hash.
   const auto again = canonical_json(*model);
   if (!again) return again.error();
-  if (*again != imported.canonical) return not_a_model("not in canonical form", where);
+  if (*again != imported.canonical)
+    return not_a_model(hal::ErrorCode::kMalformed, "not in canonical form", where);
   imported.model = std::move(*model);
   return imported;
 }

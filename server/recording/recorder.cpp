@@ -21,8 +21,7 @@ constexpr std::uint32_t kMaxDecimation = 10'000;
 constexpr std::size_t kNamedIds = 10;
 
 Refusal cannot_record(hal::Error error) {
-  const bool is_full =
-      error.what.find("full") != std::string::npos || error.what.find("quota") != std::string::npos;
+  const bool is_full = error.code == hal::ErrorCode::kFull;
   return {is_full ? RefusalKind::kResourceExhausted : RefusalKind::kFailedPrecondition, std::move(error),
           is_full ? Reason::kDiskFull : Reason::kOfKind};
 }
@@ -62,8 +61,9 @@ std::optional<hal::Error> Recorder::open() {
 std::optional<Refusal> Recorder::unavailable() const {
   if (!has_folder_) {
     return Refusal{RefusalKind::kFailedPrecondition,
-                   {"this daemon has no folder for recordings", "[recording] folder", "", "",
-                    "name one, or start hapticd with a --model-store that is not in memory"}};
+                   hal::Error::of(hal::ErrorCode::kSwitchedOff, "this daemon has no folder for recordings",
+                                  "[recording] folder", "", "",
+                                  "name one, or start hapticd with a --model-store that is not in memory")};
   }
   if (problem_) return Refusal{RefusalKind::kFailedPrecondition, *problem_};
   return std::nullopt;

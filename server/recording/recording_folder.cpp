@@ -119,13 +119,14 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) co
   while (used_mb > limits_.quota_mb) {
     if (remove_oldest()) continue;
     const bool alone = oldest_other() == all.end();
-    return hal::Error{
+    return hal::Error::of(
+        hal::ErrorCode::kFull,
         alone ? "the quota is too small for this recording" : "the quota of recordings is used up",
         limits_.quota_key, fmt::format("{:.1f} MB in {}", used_mb, path_),
         fmt::format("{:g} MB", limits_.quota_mb),
         alone ? "raise it, or record fewer groups, fewer ticks or for a shorter time"
               : "delete recordings (hapticctl record delete), raise it, or set when_full = "
-                "\"remove_oldest\""};
+                "\"remove_oldest\"");
   }
   while (limits_.keep_free_mb > 0.0) {
     struct statvfs disk {};
@@ -133,9 +134,10 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) co
     const double free_mb = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / kMb;
     if (free_mb >= limits_.keep_free_mb) break;
     if (remove_oldest()) continue;
-    return hal::Error{"the disk is nearly full", path_, fmt::format("{:.1f} MB are free", free_mb),
-                      fmt::format("[recording] keep_free_mb = {:g}", limits_.keep_free_mb),
-                      "make room there, or keep less free"};
+    return hal::Error::of(hal::ErrorCode::kFull, "the disk is nearly full", path_,
+                          fmt::format("{:.1f} MB are free", free_mb),
+                          fmt::format("[recording] keep_free_mb = {:g}", limits_.keep_free_mb),
+                          "make room there, or keep less free");
   }
   return std::nullopt;
 }

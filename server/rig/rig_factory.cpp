@@ -30,8 +30,8 @@ hal::Result<std::unique_ptr<hal::Rig>> as_rig(hal::Result<std::unique_ptr<R>> op
 std::optional<hal::Error> unknown(const std::string& what, const std::string& name,
                                   std::vector<std::string> known) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return std::nullopt;
-  return hal::Error{"unknown " + what, "[rig.sim] " + what, name, comma_separated(known),
-                    did_you_mean(name, known, "use one of those")};
+  return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown " + what, "[rig.sim] " + what, name,
+                        comma_separated(known), did_you_mean(name, known, "use one of those"));
 }
 
 std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {

@@ -31,8 +31,9 @@ void read_range(TomlTable& table, const char* low_key, const char* high_key, dou
   table.read(high_key, high_v, kVolts);
   if (low_v < high_v) return;
   table.refuse(table.has(high_key) ? high_key : low_key,
-               {fmt::format("'{}' is not below '{}'", low_key, high_key), "",
-                fmt::format("{} … {} V", low_v, high_v), "low less than high", "correct one of them"});
+               hal::Error::of(
+                   hal::ErrorCode::kContradiction, fmt::format("'{}' is not below '{}'", low_key, high_key),
+                   "", fmt::format("{} … {} V", low_v, high_v), "low less than high", "correct one of them"));
 }
 
 }  // namespace

@@ -40,9 +40,10 @@ std::optional<hal::Error> check_instrument(const daq::BoardInstrumentConfig& con
   const auto& gauges = board.comedi.input_channels;
   for (const double channel : daq::channels_of(config)) {
     if (std::find(gauges.begin(), gauges.end(), channel) == gauges.end()) continue;
-    return hal::Error{"the instrument's channel is a gauge's", std::string(kPlace) + " channels",
-                      fmt::format("{}", channel), fmt::format("none of {}", fmt::join(gauges, ", ")),
-                      "wire the instrument to an input of its own"};
+    return hal::Error::of(hal::ErrorCode::kContradiction, "the instrument's channel is a gauge's",
+                          std::string(kPlace) + " channels", fmt::format("{}", channel),
+                          fmt::format("none of {}", fmt::join(gauges, ", ")),
+                          "wire the instrument to an input of its own");
   }
   return std::nullopt;
 }

@@ -33,15 +33,18 @@ constexpr Range kDeathS{0.1, 3600.0, "s"};
 void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
   table.read("library", config.vendor_library_names, 4096);
   if (config.libraries().empty()) {
-    table.refuse("library", {"no library is named", "", config.vendor_library_names,
-                             "names or paths, separated by commas", "remove the key to try the usual names"});
+    table.refuse("library", hal::Error::of(hal::ErrorCode::kMalformed, "no library is named", "",
+                                           config.vendor_library_names, "names or paths, separated by commas",
+                                           "remove the key to try the usual names"));
   }
   table.read("device_name", config.device_name, 256);
   table.read("model", config.model, 64);
   if (!openhaptics::device_figures(config.model)) {
     const auto models = openhaptics::device_models();
-    table.refuse("model", {"unknown model of a PHANToM", "", config.model, comma_separated(models),
-                           did_you_mean(config.model, models, "choose the one whose data sheet is closest")});
+    table.refuse("model", hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown model of a PHANToM", "",
+                                         config.model, comma_separated(models),
+                                         did_you_mean(config.model, models,
+                                                      "choose the one whose data sheet is closest")));
   }
   table.read("rate_hz", config.rate_hz, kRateHz);
 
@@ -60,9 +63,10 @@ void read_openhaptics(TomlTable table, openhaptics::OpenHapticsConfig& config) {
   if (std::abs(length - 1.0) <= 1e-3) {
     q = {wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
   } else {
-    table.refuse("tool_to_stylus",
-                 {"'tool_to_stylus' is not a rotation", "", fmt::format("length {:.4g}", length),
-                  "w, x, y, z of length 1", "normalise it"});
+    table.refuse(
+        "tool_to_stylus",
+        hal::Error::of(hal::ErrorCode::kMalformed, "'tool_to_stylus' is not a rotation", "",
+                       fmt::format("length {:.4g}", length), "w, x, y, z of length 1", "normalise it"));
   }
 
   table.read("warm_share", config.warm_share, kShare);

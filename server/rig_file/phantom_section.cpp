@@ -105,8 +105,10 @@ void read_phantom(TomlTable table, PhantomConfig& config) {
       config = *preset;
     } else {
       const auto known = phantom::phantom_presets();
-      table.refuse("model", {fmt::format("unknown device model '{}'", model), "", model,
-                             comma_separated(known), did_you_mean(model, known, "use one of those")});
+      table.refuse(
+          "model",
+          hal::Error::of(hal::ErrorCode::kUnknownWord, fmt::format("unknown device model '{}'", model), "",
+                         model, comma_separated(known), did_you_mean(model, known, "use one of those")));
     }
   }
   for (const Single& single : kSingles) table.read(single.key, single.of(config), single.range);

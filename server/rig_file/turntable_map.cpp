@@ -108,12 +108,9 @@ class MapReader {
     read_alarms(table.table("alarms"));
     if (!position) {
       if (refused_) return std::nullopt;  // reported by its line already
-      return hal::Error{"position_actual is missing",
-                        "register map '" + map_.name + "'",
-                        "",
-                        "position_actual = the name of a register",
-                        "add it",
-                        hal::Mistake::kMissingKey};
+      return hal::Error::of(hal::ErrorCode::kMissingKey, "position_actual is missing",
+                            "register map '" + map_.name + "'", "",
+                            "position_actual = the name of a register", "add it");
     }
     map_.position_actual = *position;
     if (refused_) return std::nullopt;
@@ -131,11 +128,11 @@ class MapReader {
     for (const std::string& name : names) {
       if (!is_name(name) || map_.registers.size() >= kMaxRegisters) {
         table.wants(name);
-        refuse(
-            table, name,
-            {"no name for a register, or one too many", "", name,
-             fmt::format("up to {} registers, names of up to {} of a-z A-Z 0-9 _ -", kMaxRegisters, kMaxName),
-             "rename or remove it"});
+        refuse(table, name,
+               hal::Error::of(hal::ErrorCode::kMalformed, "no name for a register, or one too many", "", name,
+                              fmt::format("up to {} registers, names of up to {} of a-z A-Z 0-9 _ -",
+                                          kMaxRegisters, kMaxName),
+                              "rename or remove it"));
         continue;
       }
       Register one;
@@ -143,7 +140,9 @@ class MapReader {
       TomlTable inner = table.table(name);
       read_register(inner, one);
       if (!inner.has("address")) {
-        refuse(table, name, {"the register has no address", "", name, "address = 0 … 65535", "add it"});
+        refuse(table, name,
+               hal::Error::of(hal::ErrorCode::kMissingKey, "the register has no address", "", name,
+                              "address = 0 … 65535", "add it"));
       }
       map_.registers.push_back(std::move(one));
     }
@@ -164,8 +163,8 @@ class MapReader {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
       refuse(table, key,
-             {"no such register", "", name, comma_separated(names),
-              did_you_mean(name, names, "name one of those")});
+             hal::Error::of(hal::ErrorCode::kUnknownWord, "no such register", "", name,
+                            comma_separated(names), did_you_mean(name, names, "name one of those")));
       return;
     }
     index = static_cast<std::size_t>(found - names.begin());
@@ -184,12 +183,15 @@ class MapReader {
     table.read("negated", read.negated);
     if (table.has("bit") && (table.has("mask") || table.has("equals"))) {
       refuse(table, "bit",
-             {"a condition names a bit and a mask", "", "", "bit, or mask and equals", "leave one out"});
+             hal::Error::of(hal::ErrorCode::kContradiction, "a condition names a bit and a mask", "", "",
+                            "bit, or mask and equals", "leave one out"));
     }
     if (table.has("bit")) read.mask = read.equals = 1U << bit;
     if (!index) {
       if (!table.has("register")) {
-        refuse(status, key, {"a condition names no register", "", "", "register = \"…\"", "add it"});
+        refuse(status, key,
+               hal::Error::of(hal::ErrorCode::kMissingKey, "a condition names no register", "", "",
+                              "register = \"…\"", "add it"));
       }
       return;
     }
@@ -213,8 +215,9 @@ class MapReader {
           int{table.has("write")} + int{table.has("value")} + int{table.has("set")} + int{table.has("clear")};
       if (kinds != 1 || !table.has("register") || value != std::floor(value)) {
         refuse(owner, key,
-               {"a step is not one write of one register", "", std::string(key),
-                "register = \"…\" and one of write, value (whole), set, clear", "correct it"});
+               hal::Error::of(hal::ErrorCode::kMalformed, "a step is not one write of one register", "",
+                              std::string(key),
+                              "register = \"…\" and one of write, value (whole), set, clear", "correct it"));
         return;
       }
       if (table.has("set")) step.kind = Step::Kind::kSet;
@@ -236,7 +239,9 @@ class MapReader {
       std::string text;
       if (failure != std::errc{} || stop != end || begin == end) {
         table.wants(key);
-        refuse(table, key, {"no code of an alarm", "", key, "a whole number, or 0x…", "correct it"});
+        refuse(table, key,
+               hal::Error::of(hal::ErrorCode::kMalformed, "no code of an alarm", "", key,
+                              "a whole number, or 0x…", "correct it"));
         continue;
       }
       table.read(key, text, 200);
@@ -316,9 +321,9 @@ hal::Result<RegisterMap> find_turntable_map(const std::string& name_or_path) {
     }
   }
   const auto names = turntable_map_names();
-  return hal::Error{"no such register map", "register map", name_or_path,
-                    comma_separated(names) + ", or a path",
-                    did_you_mean(name_or_path, names, "use one of those, or write one of your own")};
+  return hal::Error::of(hal::ErrorCode::kNotFound, "no such register map", "", name_or_path,
+                        comma_separated(names) + ", or a path",
+                        did_you_mean(name_or_path, names, "use one of those, or write one of your own"));
 }
 
 std::string write_turntable_map(const RegisterMap& map, std::string_view prefix) {

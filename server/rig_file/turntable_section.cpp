@@ -49,8 +49,8 @@ void read_stations(TomlTable table, std::vector<hal::TurntableStation>& stations
     if (bad_name || stations.size() >= kMaxStations) {
       table.wants(name);
       table.refuse(name, bad_name ? *bad_name
-                                  : hal::Error{"too many stations", "", name,
-                                               fmt::format("at most {}", kMaxStations), "remove some"});
+                                  : hal::Error::of(hal::ErrorCode::kTooLong, "too many stations", "", name,
+                                                   fmt::format("at most {}", kMaxStations), "remove some"));
       continue;
     }
     hal::TurntableStation station;
@@ -60,7 +60,8 @@ void read_stations(TomlTable table, std::vector<hal::TurntableStation>& stations
     inner.read("object", station.object, 64);
     inner.read("tool_mm", station.tool_mm, kToolMm);
     if (!inner.has("angle_deg")) {
-      table.refuse(name, {"the station has no angle", "", name, "angle_deg = …", "add it"});
+      table.refuse(name, hal::Error::of(hal::ErrorCode::kMissingKey, "the station has no angle", "", name,
+                                        "angle_deg = …", "add it"));
     }
     stations.push_back(std::move(station));
   }
@@ -90,8 +91,9 @@ void read_modbus(TomlTable table, TurntableConfig& config) {
   const bool reported_here = table.wants("inline");
   if (named) table.read("map", config.map, 4096);
   if (named && reported_here) {
-    table.refuse("map", {"the register map is named and reported as well", "", "map, inline", "one of them",
-                         "leave one out"});
+    table.refuse("map", hal::Error::of(hal::ErrorCode::kContradiction,
+                                       "the register map is named and reported as well", "", "map, inline",
+                                       "one of them", "leave one out"));
   } else if (reported_here) {
     config.map.clear();
     config.modbus.map = {};
@@ -104,7 +106,7 @@ void read_modbus(TomlTable table, TurntableConfig& config) {
       config.modbus.map = std::move(*map);
     } else {
       hal::Error error = map.error();
-      if (!error.where.empty() && error.where != "register map") error.what = error.where + ": " + error.what;
+      if (!error.where.empty()) error.what = error.where + ": " + error.what;
       table.refuse("map", std::move(error));
     }
   }

@@ -55,10 +55,11 @@ constexpr std::size_t kMaxStationName = 64;
 /// Refuses a key that only scenes of another kind use.
 void refuse_foreign(TomlTable& table, std::string_view key, const std::string& shown,
                     const rt::SceneSpec& spec, std::string_view kinds) {
-  table.refuse(
-      key,
-      {fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown, word_for(spec.kind, kKinds)), "",
-       "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind", hal::Mistake::kMisplacedKey});
+  table.refuse(key,
+               hal::Error::of(hal::ErrorCode::kMisplacedKey,
+                              fmt::format("'{}' means nothing in a scene of kind \"{}\"", shown,
+                                          word_for(spec.kind, kKinds)),
+                              "", "", fmt::format("kind = {}", kinds), "remove it, or choose such a kind"));
 }
 
 constexpr std::string_view kExploreOnly = "\"explore\"";
@@ -135,9 +136,11 @@ void read_structural_field(TomlTable& structure, rt::SceneSpec& spec) {
   field.stiffness_n_per_mm = spec.structural_stiffness_n_per_mm;
   if (field.stiffness_n_per_mm > 0.0) return;
   structure.refuse(
-      "field", {"'structure.field' says how the stiffness varies about its centre, and that is missing", "",
-                "", "structure.stiffness_n_per_mm above 0",
-                "say stiffness_n_per_mm in [structure], or leave out the field", hal::Mistake::kMissingKey});
+      "field",
+      hal::Error::of(hal::ErrorCode::kMissingKey,
+                     "'structure.field' says how the stiffness varies about its centre, and that is missing",
+                     "", "", "structure.stiffness_n_per_mm above 0",
+                     "say stiffness_n_per_mm in [structure], or leave out the field"));
 }
 
 /// The keys of one law; those of the others are refused.
@@ -147,19 +150,20 @@ void read_target_law(TomlTable& target, rt::SceneSpec& spec) {
   target.read("law", law.kind, kTargetLaws);
   const auto of_law = [&](std::string_view key, bool belongs, std::string_view laws) {
     if (!belongs) {
-      target.refuse(key, {fmt::format("'target.{}' means nothing to the law \"{}\"", key,
-                                      word_for(law.kind, kTargetLaws)),
-                          "", "", fmt::format("law = {}", laws), "remove it, or choose such a law",
-                          hal::Mistake::kMisplacedKey});
+      target.refuse(key,
+                    hal::Error::of(hal::ErrorCode::kMisplacedKey,
+                                   fmt::format("'target.{}' means nothing to the law \"{}\"", key,
+                                               word_for(law.kind, kTargetLaws)),
+                                   "", "", fmt::format("law = {}", laws), "remove it, or choose such a law"));
     }
     return belongs;
   };
   const bool is_tap = spec.kind == rt::SceneKind::kTap1d;
   if (law.kind != Kind::kLinear && is_tap) {
-    target.refuse("law",
-                  {"scenes of kind tap_1d render linear targets only", "",
-                   std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
-                   "choose kind = \"explore\" or \"wall\" for other laws", hal::Mistake::kMisplacedKey});
+    target.refuse("law", hal::Error::of(hal::ErrorCode::kMisplacedKey,
+                                        "scenes of kind tap_1d render linear targets only", "",
+                                        std::string(word_for(law.kind, kTargetLaws)), "law = \"linear\"",
+                                        "choose kind = \"explore\" or \"wall\" for other laws"));
     return;
   }
   if (of_law("stiffness_n_per_mm", law.kind == Kind::kLinear, "\"linear\"")) {
@@ -300,14 +304,14 @@ hal::Result<rt::SceneSpec> parse_scene(std::string_view text, const std::string&
       root.has("name") ? fmt::format("{}, line {}", source, root.line_of("name")) : source;
   if (spec.name.empty() && !root.has("name")) {
     if (name.empty())
-      return hal::Error{"the scene has no name",  where, "", "", "add name = \"…\" at its top",
-                        hal::Mistake::kMissingKey};
+      return hal::Error::of(hal::ErrorCode::kMissingKey, "the scene has no name", where, "", "",
+                            "add name = \"…\" at its top");
     spec.name = name;
   }
   if (auto error = check_name("scene", spec.name, where)) return *error;
   if (!name.empty() && spec.name != name) {
-    return hal::Error{"the scene's name is not that of its file", where, spec.name, name,
-                      "rename the one or the other"};
+    return hal::Error::of(hal::ErrorCode::kContradiction, "the scene's name is not that of its file", where,
+                          spec.name, name, "rename the one or the other");
   }
   return spec;
 }

@@ -41,6 +41,8 @@ struct ModelNeed {
   std::string name;  ///< as in SceneOutline::models
   bool available = false;
   std::string remark;  ///< how well it fits and where it was identified; or why there is none
+  /// The object's friction is known for the ball bearing only, and the scene has another tip.
+  bool is_of_ball_bearing = false;
 };
 
 /// A scene resolved for the rig, with the model of its object.

@@ -63,11 +63,11 @@ std::optional<hal::Error> move(rt::InclusionParameters& one, std::size_t number)
     Eigen::Vector3d to = from + aside;
     const double left = from.squaredNorm() - to.head<2>().squaredNorm();
     if (!(left > 0.0)) {
-      return hal::Error{"the inclusion cannot be moved beyond its object",
-                        fmt::format("inclusion[{}].moved_mm", number),
-                        fmt::format("[{:g}, {:g}] mm", x_mm, y_mm),
-                        fmt::format("within {:.1f} mm of the middle", from.norm()),
-                        "see object_centre_mm, or move it less"};
+      return hal::Error::of(hal::ErrorCode::kOutOfRange, "the inclusion cannot be moved beyond its object",
+                            fmt::format("inclusion[{}].moved_mm", number),
+                            fmt::format("[{:g}, {:g}] mm", x_mm, y_mm),
+                            fmt::format("within {:.1f} mm of the middle", from.norm()),
+                            "see object_centre_mm, or move it less");
     }
     to.z() = std::copysign(std::sqrt(left), from.z());
     const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(from, to);
@@ -95,8 +95,9 @@ void read_inclusions(TomlTable& root, rt::SceneSpec& spec) {
       if (auto name = ModelName::parse(one.model, "inclusion.model"); !name)
         table.refuse("model", name.error());
       for (const char* key : kOfModel) {
-        table.refuse(key, {"the inclusion's model says this", "", key, "model = \"" + one.model + "\" alone",
-                           "remove the key, or the model"});
+        table.refuse(key,
+                     hal::Error::of(hal::ErrorCode::kMisplacedKey, "the inclusion's model says this", "", key,
+                                    "model = \"" + one.model + "\" alone", "remove the key, or the model"));
       }
       continue;
     }

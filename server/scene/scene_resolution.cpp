@@ -161,15 +161,17 @@ void SceneHost::find_model(ResolvedScene& scene) const {
   for (const std::string& name : scene.outline.models) {
     const bool available = std::find(missing.begin(), missing.end(), name) == missing.end();
     std::string remark = problem;
+    bool is_of_ball_bearing = false;
     if (scene.model && available) {
       remark = remark_on(name, *scene.model, scene.spec, session_.rig_info());
     } else if (scene.model) {
       remark = "the model has no such part";
-      if (name.starts_with("friction") && models_.has_friction_of_bearing(wanted)) {
+      is_of_ball_bearing = name.starts_with("friction") && models_.has_friction_of_bearing(wanted);
+      if (is_of_ball_bearing) {
         remark += ": its friction was identified with the ball bearing";
       }
     }
-    scene.needs.push_back({name, available, std::move(remark)});
+    scene.needs.push_back({name, available, std::move(remark), is_of_ball_bearing});
   }
   if (!scene.model) return;
   // Only the parts that the scene uses; the other laws of the object may be deleted.
@@ -228,7 +230,7 @@ Outcome<std::unique_ptr<rt::Pipeline>> SceneHost::compose_stages(const ResolvedS
     error.limit = comma_separated(able);
     if (!scene.model) error.remedy = did_you_mean(wanted, able, error.remedy);
     for (const ModelNeed& need : scene.needs) {
-      if (!need.available && need.remark.find("ball bearing") != std::string::npos) {
+      if (need.is_of_ball_bearing) {
         error.remedy = need.remark + "; mount that tip and say so in the scene, or identify the rod's";
       }
     }

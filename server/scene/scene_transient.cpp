@@ -66,8 +66,9 @@ void read_transient(TomlTable& root, rt::SceneSpec& spec) {
   read_modes(table, "mode", transient.target);
   read_modes(table, "real", transient.real);
   if (material != Material::kOwn) {
-    table.refuse("mode", {"a transient has a material or modes of its own", "", "",
-                          "material or [[transient.mode]]", "remove one of them"});
+    table.refuse("mode", hal::Error::of(hal::ErrorCode::kContradiction,
+                                        "a transient has a material or modes of its own", "", "",
+                                        "material or [[transient.mode]]", "remove one of them"));
     transient.target = {mode_of(material)};
   }
   table.read("max_force_n", transient.max_force_n, kTransientForceN);

@@ -25,12 +25,14 @@ std::optional<hal::Error> check(double value, const Range& range, std::string_vi
     error.what = fmt::format("{} is not finite", what);
     error.value = fmt::format("{}", value);
     error.remedy = "send a finite number";
+    error.code = hal::ErrorCode::kNotFinite;
     return error;
   }
   if (value < range.min || value > range.max) {
     error.what = fmt::format("{} is out of range", what);
     error.remedy = value < range.min ? fmt::format("use at least {}", to_text(range.min, range.unit))
                                      : fmt::format("use at most {}", to_text(range.max, range.unit));
+    error.code = hal::ErrorCode::kOutOfRange;
     return error;
   }
   return std::nullopt;

@@ -31,16 +31,17 @@ bool holds(const std::vector<std::string>& names, const std::string& name) {
 std::optional<hal::Error> check_name(std::string_view kind, std::string_view name, std::string_view where) {
   if (is_name(name)) return std::nullopt;
   const bool vowel = std::string_view("aeiou").find(kind.front()) != std::string_view::npos;
-  return hal::Error{(vowel ? "not a name for an " : "not a name for a ") + std::string(kind),
-                    std::string(where), std::string(name.substr(0, kMaxName)), "1 … 64 of a-z A-Z 0-9 _ -",
-                    "choose such a name"};
+  return hal::Error::of(hal::ErrorCode::kMalformed,
+                        (vowel ? "not a name for an " : "not a name for a ") + std::string(kind),
+                        std::string(where), std::string(name.substr(0, kMaxName)),
+                        "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name");
 }
 
 std::optional<hal::Error> TextLibrary::check_folder() const {
   std::error_code failure;
   if (folder_.empty() || fs::is_directory(folder_, failure)) return std::nullopt;
-  return hal::Error{"the " + kind_ + " folder cannot be read", folder_,
-                    failure ? failure.message() : "not a folder", "", "check path and permissions"};
+  return hal::Error::of(hal::ErrorCode::kUnreadable, "the " + kind_ + " folder cannot be read", folder_,
+                        failure ? failure.message() : "not a folder", "", "check path and permissions");
 }
 
 std::vector<std::string> TextLibrary::folder_names() const {
@@ -80,8 +81,8 @@ hal::Result<TextLibrary::Text> TextLibrary::find(const std::string& name) const 
     if (text.name == name) return Text{std::string(text.toml), "built-in " + kind_ + " '" + name + "'"};
   }
   const std::vector<std::string> known = names();
-  return hal::Error{"unknown " + kind_ + " '" + name + "'", kind_ + " name", name, comma_separated(known),
-                    did_you_mean(name, known, "use one of those")};
+  return hal::Error::of(hal::ErrorCode::kNotFound, "unknown " + kind_ + " '" + name + "'", kind_ + " name",
+                        name, comma_separated(known), did_you_mean(name, known, "use one of those"));
 }
 
 }  // namespace hapticd::server

@@ -92,13 +92,9 @@ struct TomlTable::State {
     error.where = place(line);
     errors.emplace(line, std::move(error));
   }
-  void out_of_range(const toml::node& node, hal::Error error) {
-    error.mistake = hal::Mistake::kOutOfRange;
-    fail(node, std::move(error));
-  }
   void wrong_type(const toml::node& node, const std::string& key, std::string accepted) {
-    fail(node, {fmt::format("'{}' has the wrong type", key), "", type_name(node), std::move(accepted),
-                "correct the value", hal::Mistake::kWrongType});
+    fail(node, hal::Error::of(hal::ErrorCode::kWrongType, fmt::format("'{}' has the wrong type", key), "",
+                              type_name(node), std::move(accepted), "correct the value"));
   }
   void find_unknown(const toml::table& node, const std::string& path) {
     const auto& keys = known[path];
@@ -112,7 +108,7 @@ struct TomlTable::State {
         error.where = place(line);
         error.limit = comma_separated(keys);
         error.remedy = did_you_mean(name, keys, "remove it");
-        error.mistake = hal::Mistake::kUnknownKey;
+        error.code = hal::ErrorCode::kUnknownKey;
         errors.emplace(line, std::move(error));
       } else if (const toml::table* inner = value.as_table();
                  inner != nullptr && known.contains(dotted(path, name))) {
@@ -196,7 +192,7 @@ void TomlTable::read(std::string_view key, double& value, const Range& range) {
   }
   const double number = node->value<double>().value_or(std::numeric_limits<double>::quiet_NaN());
   if (auto error = check(number, range, "'" + dotted(path_, key) + "'", "")) {
-    state_->out_of_range(*node, std::move(*error));
+    state_->fail(*node, std::move(*error));
     return;
   }
   value = number;
@@ -219,7 +215,7 @@ bool TomlTable::integer(std::string_view key, std::int64_t& value, const Range& 
   const std::int64_t number = node->value<std::int64_t>().value_or(0);
   if (auto error = check(static_cast<double>(number), range, "'" + dotted(path_, key) + "'", "")) {
     error->value = fmt::format("{}", number);
-    state_->out_of_range(*node, std::move(*error));
+    state_->fail(*node, std::move(*error));
     return false;
   }
   value = number;
@@ -258,9 +254,10 @@ void TomlTable::read(std::string_view key, std::string& value, std::size_t longe
   if (text == nullptr) {
     state_->wrong_type(*node, dotted(path_, key), "a string");
   } else if (text->get().size() > longest) {
-    state_->fail(*node, {fmt::format("'{}' is too long", dotted(path_, key)), "",
-                         fmt::format("{} bytes", text->get().size()),
-                         fmt::format("at most {} bytes", longest), "shorten it", hal::Mistake::kTooLong});
+    state_->fail(*node,
+                 hal::Error::of(hal::ErrorCode::kTooLong, fmt::format("'{}' is too long", dotted(path_, key)),
+                                "", fmt::format("{} bytes", text->get().size()),
+                                fmt::format("at most {} bytes", longest), "shorten it"));
   } else {
     value = text->get();
   }
@@ -284,7 +281,7 @@ bool TomlTable::numbers(std::string_view key, std::span<double> values, const Ra
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (auto error = check(number_at(*array, i), range, fmt::format("'{}[{}]'", dotted(path_, key), i), "")) {
-      state_->out_of_range(*node, std::move(*error));
+      state_->fail(*node, std::move(*error));
       return false;
     }
   }
@@ -327,7 +324,7 @@ void TomlTable::read(std::string_view key, std::vector<std::array<double, 2>>& p
     for (std::size_t j = 0; j < 2; ++j) {
       if (auto error =
               check(read[i][j], ranges[j], fmt::format("'{}[{}][{}]'", dotted(path_, key), i, j), "")) {
-        state_->out_of_range(*node, std::move(*error));
+        state_->fail(*node, std::move(*error));
         return;
       }
     }
@@ -345,9 +342,10 @@ std::optional<std::size_t> TomlTable::choice(std::string_view key, const std::ve
   }
   const auto found = std::find(words.begin(), words.end(), text->get());
   if (found == words.end()) {
-    state_->fail(*node, {fmt::format("'{}' is none of the words it may be", dotted(path_, key)), "",
-                         text->get(), comma_separated(words),
-                         did_you_mean(text->get(), words, "use one of those"), hal::Mistake::kUnknownWord});
+    state_->fail(*node, hal::Error::of(hal::ErrorCode::kUnknownWord,
+                                       fmt::format("'{}' is none of the words it may be", dotted(path_, key)),
+                                       "", text->get(), comma_separated(words),
+                                       did_you_mean(text->get(), words, "use one of those")));
     return std::nullopt;
   }
   return static_cast<std::size_t>(found - words.begin());
@@ -359,13 +357,10 @@ hal::Result<TomlDocument> TomlDocument::parse(std::string_view text, std::string
   try {
     state->root = toml::parse(text, std::string_view(source));
   } catch (const toml::parse_error& error) {
-    return hal::Error{
-        "not valid TOML: " + std::string(error.description()),
+    return hal::Error::of(
+        hal::ErrorCode::kSyntax, "not valid TOML: " + std::string(error.description()),
         fmt::format("{}, line {}, column {}", source, error.source().begin.line, error.source().begin.column),
-        "",
-        "",
-        "correct the syntax",
-        hal::Mistake::kSyntax};
+        "", "", "correct the syntax");
   }
   state->source = std::move(source);
   return TomlDocument(std::move(state));

@@ -91,20 +91,16 @@ std::optional<hal::Error> check_toml_shape(std::string_view text, const std::str
         walk.step();
     }
     if (parts > kMaxKeyParts) {
-      return hal::Error{"a key has too many parts",
-                        fmt::format("{}, line {}", source, walk.line()),
-                        fmt::format("more than {} parts", kMaxKeyParts),
-                        fmt::format("at most {} parts joined by dots", kMaxKeyParts),
-                        "shorten the key",
-                        hal::Mistake::kTooLong};
+      return hal::Error::of(hal::ErrorCode::kTooLong, "a key has too many parts",
+                            fmt::format("{}, line {}", source, walk.line()),
+                            fmt::format("more than {} parts", kMaxKeyParts),
+                            fmt::format("at most {} parts joined by dots", kMaxKeyParts), "shorten the key");
     }
     if (walk.bytes_in_line() > kMaxTomlLine) {
-      return hal::Error{"a line is too long",
-                        fmt::format("{}, line {}", source, walk.line()),
-                        fmt::format("more than {} bytes", kMaxTomlLine),
-                        fmt::format("at most {} bytes", kMaxTomlLine),
-                        "break the line, or shorten what it holds",
-                        hal::Mistake::kTooLong};
+      return hal::Error::of(
+          hal::ErrorCode::kTooLong, "a line is too long", fmt::format("{}, line {}", source, walk.line()),
+          fmt::format("more than {} bytes", kMaxTomlLine), fmt::format("at most {} bytes", kMaxTomlLine),
+          "break the line, or shorten what it holds");
     }
   }
   return std::nullopt;

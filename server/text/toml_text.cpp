@@ -18,17 +18,20 @@ constexpr std::size_t kMaxFile = std::size_t{1} << 20U;
 hal::Result<std::string> read_text_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    return hal::Error{"cannot read the file", path, std::string(std::strerror(errno)), "",
-                      "check path and permissions"};
+    const hal::ErrorCode code = errno == ENOENT ? hal::ErrorCode::kNotFound : hal::ErrorCode::kUnreadable;
+    return hal::Error{"cannot read the file",       path, std::string(std::strerror(errno)), "",
+                      "check path and permissions", code};
   }
   std::string text(kMaxFile + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad() || (file.gcount() == 0 && !file.eof())) {
-    return hal::Error{"cannot read the file", path, "", "a regular file", "check path and permissions"};
+    return hal::Error::of(hal::ErrorCode::kUnreadable, "cannot read the file", path, "", "a regular file",
+                          "check path and permissions");
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > kMaxFile) {
-    return hal::Error{"the file is too large", path, "more than 1 MiB", "at most 1 MiB", "shorten it"};
+    return hal::Error::of(hal::ErrorCode::kTooLong, "the file is too large", path, "more than 1 MiB",
+                          "at most 1 MiB", "shorten it");
   }
   return text;
 }

@@ -166,8 +166,8 @@ Outcome<double> TurntableHost::angle_of(const TurntableDestination& destination)
   if (destination.angle_deg) {
     const Range range{info.min_deg, info.max_deg, "deg"};
     if (auto error = check(*destination.angle_deg, range, "the angle", "MoveToRequest.angle_deg")) {
-      const bool finite = error->what.find("finite") == std::string::npos;
-      return Refusal{finite ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, *error};
+      const bool is_finite = error->code != hal::ErrorCode::kNotFinite;
+      return Refusal{is_finite ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument, *error};
     }
     return *destination.angle_deg;
   }

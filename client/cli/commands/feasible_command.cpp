@@ -30,8 +30,7 @@ v1::FeasibleRange feasible_range(client::Client& client, const v1::GetFeasibleRa
     try {
       return client.feasible_range(request);
     } catch (const client::Error& error) {
-      const bool needs_contact = error.code() == "FAILED_PRECONDITION" &&
-                                 error.detail().where().starts_with("GetFeasibleRangeRequest.");
+      const bool needs_contact = error.detail().reason() == v1::ERROR_REASON_NOT_IN_CONTACT;
       if (!needs_contact || std::chrono::steady_clock::now() + kRound > until) throw;
     }
     std::this_thread::sleep_for(kRound);

@@ -93,13 +93,14 @@ std::vector<ListedRig> parse_rigs(const std::string& text, const std::string& so
 }
 
 std::vector<ListedRig> read_rigs(const std::string& path) {
+  std::string text;
   try {
-    return parse_rigs(read_text_file(path), path);
+    text = read_text_file(path);
   } catch (const LocalError& error) {
-    if (error.detail().where() != path) throw;  // not that of the file itself
     throw LocalError(error.detail().what(), path, "", kForm,
                      "write it, or name another file in the environment (HAPTICD_RIGS)");
   }
+  return parse_rigs(text, path);
 }
 
 std::vector<ListedRig> choose_rigs(const std::vector<ListedRig>& rigs, const std::string& names,

@@ -124,26 +124,29 @@ hal::Result<Conditions> conditions_of(const std::string& preset,
       if (field.arm != 0.0) conditions.*field.value = field.arm;
     }
   } else if (preset != "clean") {
-    return hal::Error{"unknown conditions", "[rig.sim] conditions", preset, "clean, lab, arm", ""};
+    return hal::Error::of(hal::ErrorCode::kUnknownWord, "unknown conditions", "[rig.sim] conditions", preset,
+                          "clean, lab, arm", "");
   }
   for (const auto& [name, value] : values) {
     const auto field =
         std::find_if(kFields.begin(), kFields.end(), [&n = name](const auto& f) { return f.name == n; });
     if (field == kFields.end()) {
-      return hal::Error{"unknown condition", "[rig.sim.conditions]", name, "see hal/sim/README.md", ""};
+      return hal::Error::of(hal::ErrorCode::kUnknownKey, "unknown condition", "[rig.sim.conditions]", name,
+                            "see hal/sim/README.md", "");
     }
     if (!(value >= field->low && value <= field->high)) {
-      return hal::Error{
-          name + " is out of range", "[rig.sim.conditions]", std::to_string(value),
+      return hal::Error::of(
+          hal::ErrorCode::kOutOfRange, name + " is out of range", "[rig.sim.conditions]",
+          std::to_string(value),
           std::to_string(field->low) + " … " + std::to_string(field->high) + " " + std::string(field->unit),
-          ""};
+          "");
     }
     conditions.*field->value = value;
   }
   if (conditions.vibration_high_hz < conditions.vibration_low_hz) {
-    return hal::Error{"vibration_high_hz is below vibration_low_hz", "[rig.sim.conditions]",
-                      std::to_string(conditions.vibration_high_hz),
-                      "at least " + std::to_string(conditions.vibration_low_hz) + " Hz", ""};
+    return hal::Error::of(hal::ErrorCode::kContradiction, "vibration_high_hz is below vibration_low_hz",
+                          "[rig.sim.conditions]", std::to_string(conditions.vibration_high_hz),
+                          "at least " + std::to_string(conditions.vibration_low_hz) + " Hz", "");
   }
   return conditions;
 }

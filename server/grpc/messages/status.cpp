@@ -73,35 +73,34 @@ v1::ErrorReason reason_of(RefusalKind kind) {
   return v1::ERROR_REASON_INTERNAL;
 }
 
-/// Unspecified where the error is about no text.
-v1::ErrorReason reason_of(hal::Mistake mistake) {
-  switch (mistake) {
-    case hal::Mistake::kSyntax:
+/// Unspecified for a code of which clients get the reason of the refusal.
+v1::ErrorReason reason_of(hal::ErrorCode code) {
+  switch (code) {
+    case hal::ErrorCode::kSyntax:
       return v1::ERROR_REASON_SYNTAX;
-    case hal::Mistake::kUnknownKey:
+    case hal::ErrorCode::kUnknownKey:
       return v1::ERROR_REASON_UNKNOWN_KEY;
-    case hal::Mistake::kMissingKey:
+    case hal::ErrorCode::kMissingKey:
       return v1::ERROR_REASON_MISSING_KEY;
-    case hal::Mistake::kWrongType:
+    case hal::ErrorCode::kWrongType:
       return v1::ERROR_REASON_WRONG_TYPE;
-    case hal::Mistake::kUnknownWord:
+    case hal::ErrorCode::kUnknownWord:
       return v1::ERROR_REASON_UNKNOWN_WORD;
-    case hal::Mistake::kMisplacedKey:
+    case hal::ErrorCode::kMisplacedKey:
       return v1::ERROR_REASON_MISPLACED_KEY;
-    case hal::Mistake::kTooLong:
+    case hal::ErrorCode::kTooLong:
       return v1::ERROR_REASON_TOO_LONG;
-    case hal::Mistake::kOutOfRange:
+    case hal::ErrorCode::kOutOfRange:
       return v1::ERROR_REASON_OUT_OF_RANGE;
-    case hal::Mistake::kOther:
-      break;
+    default:
+      return v1::ERROR_REASON_UNSPECIFIED;
   }
-  return v1::ERROR_REASON_UNSPECIFIED;
 }
 
 v1::ErrorReason reason_of(const Refusal& refusal) {
   switch (refusal.reason) {
     case Reason::kOfKind: {
-      const v1::ErrorReason of_text = reason_of(refusal.error.mistake);
+      const v1::ErrorReason of_text = reason_of(refusal.error.code);
       return of_text == v1::ERROR_REASON_UNSPECIFIED ? reason_of(refusal.kind) : of_text;
     }
     case Reason::kNoScene:
@@ -172,7 +171,7 @@ hal::Error sendable(const hal::Error& error) {
   return {
       shortened(repaired_utf8(error.what), kMaxPart),     shortened(repaired_utf8(error.where), kMaxPart),
       shortened(repaired_utf8(error.value), kMaxPart),    shortened(repaired_utf8(error.limit), kMaxLimit),
-      shortened(repaired_utf8(error.remedy), kMaxRemedy), error.mistake};
+      shortened(repaired_utf8(error.remedy), kMaxRemedy), error.code};
 }
 
 v1::ErrorDetail detail_of(const hal::Error& sendable_error) {
@@ -182,7 +181,7 @@ v1::ErrorDetail detail_of(const hal::Error& sendable_error) {
   detail.set_value(sendable_error.value);
   detail.set_limit(sendable_error.limit);
   detail.set_remedy(sendable_error.remedy);
-  detail.set_reason(reason_of(sendable_error.mistake));
+  detail.set_reason(reason_of(sendable_error.code));
   return detail;
 }
 

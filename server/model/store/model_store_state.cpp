@@ -25,15 +25,16 @@ std::int64_t unix_now_s() {
 }
 
 hal::Error damaged(const std::string& path, const std::string& how) {
-  return {
-      "the store of models is damaged", path, how, "",
+  return hal::Error::of(
+      hal::ErrorCode::kDamaged, "the store of models is damaged", path, how, "",
       "restore it from a copy, or move it away (with its -wal and -shm) and import what was exported; it was "
-      "not changed"};
+      "not changed");
 }
 
 Refusal disk_full(const std::string& where) {
   return {RefusalKind::kResourceExhausted,
-          {"the disk is full: nothing was stored", where, "", "", "make room, then try again"},
+          hal::Error::of(hal::ErrorCode::kFull, "the disk is full: nothing was stored", where, "", "",
+                         "make room, then try again"),
           Reason::kDiskFull};
 }
 

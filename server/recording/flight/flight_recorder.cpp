@@ -104,9 +104,11 @@ std::optional<Refusal> FlightRecorder::unavailable() const {
   if (config_.folder.empty() || !config_.flight_recorder) {
     return Refusal{
         RefusalKind::kFailedPrecondition,
-        {"the flight recorder is off", "[recording] flight_recorder, folder", "", "",
-         config_.folder.empty() ? "name a folder, or start hapticd with a --model-store that is not in memory"
-                                : "set flight_recorder = true"}};
+        hal::Error::of(hal::ErrorCode::kSwitchedOff, "the flight recorder is off",
+                       "[recording] flight_recorder, folder", "", "",
+                       config_.folder.empty()
+                           ? "name a folder, or start hapticd with a --model-store that is not in memory"
+                           : "set flight_recorder = true")};
   }
   if (problem_) return Refusal{RefusalKind::kFailedPrecondition, *problem_};
   return std::nullopt;

@@ -94,7 +94,8 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::create(const std::string& p
   }
   std::unique_ptr<FlightRing> ring(new FlightRing(path, descriptor));
   if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    return hal::Error{"another daemon uses this ring of a flight recorder", path, "", "", ""};
+    return hal::Error::of(hal::ErrorCode::kInUse, "another daemon uses this ring of a flight recorder", path,
+                          "", "", "");
   }
   ring->columns_ = columns;
   ring->capacity_rows_ = capacity_rows;
@@ -104,9 +105,9 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::create(const std::string& p
       ftruncate(descriptor, 0) != 0 ? errno : posix_fallocate(descriptor, 0, static_cast<off_t>(size));
   if (failed != 0) {
     unlink(path.c_str());
-    return hal::Error{"there is no room for the ring of the flight recorder", path, std::strerror(failed),
-                      fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(size)),
-                      "make room there, or name another folder: [recording] ring_folder"};
+    return hal::Error::of(hal::ErrorCode::kFull, "there is no room for the ring of the flight recorder", path,
+                          std::strerror(failed), fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(size)),
+                          "make room there, or name another folder: [recording] ring_folder");
   }
   const std::string described = recording::describe(columns);
   if (described.size() > kColumnsBytes) return hal::Error{"there are too many columns", path, "", "", ""};
@@ -123,17 +124,22 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::create(const std::string& p
 
 hal::Result<std::unique_ptr<FlightRing>> FlightRing::open_left(const std::string& path) {
   const int descriptor = open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
-  if (descriptor < 0) return hal::Error{"the ring cannot be opened", path, std::strerror(errno), "", ""};
+  if (descriptor < 0)
+    return hal::Error::of(hal::ErrorCode::kUnreadable, "the ring cannot be opened", path,
+                          std::strerror(errno), "", "");
   std::unique_ptr<FlightRing> ring(new FlightRing(path, descriptor));
   if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    return hal::Error{"another daemon uses this ring of a flight recorder", path, "", "", ""};
+    return hal::Error::of(hal::ErrorCode::kInUse, "another daemon uses this ring of a flight recorder", path,
+                          "", "", "");
   }
   Head head{};
   std::string described;
   recording::Block block;
   const bool good = ring->read_head(head) && ring->read_at(kColumnsOffset, head.columns_bytes, described) &&
                     recording::read_block(described, block) && block.columns.size() == head.column_count;
-  if (!good) return hal::Error{"this is no ring of a flight recorder, or it is damaged", path, "", "", ""};
+  if (!good)
+    return hal::Error::of(hal::ErrorCode::kDamaged, "this is no ring of a flight recorder, or it is damaged",
+                          path, "", "", "");
   ring->columns_ = std::move(block.columns);
   ring->capacity_rows_ = head.capacity_rows;
   ring->rate_hz_ = head.rate_hz;

@@ -34,8 +34,7 @@ hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
     if (fs::exists(path, ignored)) {
       // Of a daemon that still runs, or of one that ended in no orderly way.
       const auto found = FlightRing::open_left(path);
-      const bool in_use = !found && found.error().what.find("another daemon") != std::string::npos;
-      if (in_use) continue;
+      if (!found && found.error().code == hal::ErrorCode::kInUse) continue;
       if (found) {
         fs::rename(path, aside, ignored);
         if (std::find(left.begin(), left.end(), aside) == left.end()) left.push_back(aside);
@@ -47,9 +46,9 @@ hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
     if (!free) free = number;
   }
   if (free) return FlightRing::create(ring_path(folder, *free), columns, capacity_rows, rate_hz);
-  return hal::Error{"all rings of flight recorders are in use", ring_path(folder, 0), "",
-                    fmt::format("{} daemons with one folder", kMaxRings),
-                    "give each rig a folder of its own: [recording] folder"};
+  return hal::Error::of(hal::ErrorCode::kInUse, "all rings of flight recorders are in use",
+                        ring_path(folder, 0), "", fmt::format("{} daemons with one folder", kMaxRings),
+                        "give each rig a folder of its own: [recording] folder");
 }
 
 }  // namespace hapticd::server

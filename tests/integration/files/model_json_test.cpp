@@ -9,6 +9,7 @@
 
 #include "server/model/canonical_text.h"
 #include "tests/support/model_examples.h"
+#include "tests/support/refusals.h"
 
 namespace hapticd::server {
 namespace {
@@ -51,12 +52,6 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 /// As someone who knows the trick would hand it in: the hash fits what it says.
 std::string exported_with_hash_of(const std::string& canonical) {
   return export_json(canonical, sha256_hex(canonical));
-}
-
-void expect_refused(const std::string& json, const std::string& what) {
-  const auto imported = import_json(json);
-  ASSERT_FALSE(imported) << json;
-  EXPECT_NE(imported.error().what.find(what), std::string::npos) << imported.error().text();
 }
 
 TEST(ModelJson, HashesLikeEverybody) {
@@ -167,6 +162,7 @@ TEST(ModelJson, AnythingElseIsAnotherHash) {
 }
 
 TEST(ModelJson, WhatIsNoModelIsRefused) {
+  using enum hal::ErrorCode;
   rt::IdentifiedModel model = example_contact("x");
   std::get<rt::ContactModel>(model.content).hunt_crossley->parameters.exponent = std::nan("");
   EXPECT_FALSE(canonical_json(model));
@@ -178,7 +174,7 @@ TEST(ModelJson, WhatIsNoModelIsRefused) {
   model = example_contact("x");
   model.procedure = "\xff\xfe";
   ASSERT_FALSE(canonical_json(model));
-  EXPECT_EQ(canonical_json(model).error().what, "a text of the model is not UTF-8");
+  EXPECT_EQ(canonical_json(model).error().code, kSyntax);
   model = test::example_of_rig(test::example_tool());
   model.object = "x";
   EXPECT_FALSE(canonical_json(model));
@@ -202,49 +198,72 @@ TEST(ModelJson, AnExportIsImportedAsTheSame) {
 }
 
 TEST(ModelJson, AnEditedOrDamagedExportIsRefused) {
+  using enum hal::ErrorCode;
   const std::string good = exported_with_hash_of(*canonical_json(example_contact("x")));
-  const std::string unfit = "the content does not fit its hash";
-  expect_refused(replaced(good, "\"exponent\":1.7", "\"exponent\":1.8"), unfit);
-  expect_refused(replaced(good, "\"converged\":true", "\"converged\":false"), unfit);
-  expect_refused(replaced(good, "\"model\": {", "\"model\": {\"more\":1,"), unfit);
   std::string other_hash = good;
   char& digit = other_hash[other_hash.find("\"hash\": \"") + 9];
   digit = digit == '0' ? '1' : '0';
-  expect_refused(other_hash, unfit);
-  expect_refused(good.substr(0, good.size() / 2), "not JSON");
-  expect_refused("", "not JSON");
-  expect_refused("[]", "not an exported model");
-  expect_refused("{\"schema\": 3}", "not an exported model");
-  expect_refused(replaced(good, "hapticd.stored_model/1", "hapticd.stored_model/2"), "of another version");
-  expect_refused(std::string(2 << 20, ' '), "too large");
-  expect_refused(std::string(500000, '['), "not JSON");
+  const std::string unfit = "does not fit its hash";
+  test::expect_refusals(
+      {
+          {replaced(good, "\"exponent\":1.7", "\"exponent\":1.8"), unfit, kDamaged},
+          {replaced(good, "\"converged\":true", "\"converged\":false"), unfit, kDamaged},
+          {replaced(good, "\"model\": {", "\"model\": {\"more\":1,"), unfit, kDamaged},
+          {other_hash, unfit, kDamaged},
+          {good.substr(0, good.size() / 2), "JSON", kSyntax},
+          {"", "JSON", kSyntax},
+          {std::string(500000, '['), "JSON", kSyntax},
+          {"[]", "exported model", kUnknownWord},
+          {"{\"schema\": 3}", "exported model", kUnknownWord},
+          {replaced(good, "hapticd.stored_model/1", "hapticd.stored_model/2"), "version", kUnknownWord},
+          {replaced(good, "\"hash\"", "\"hush\""), "'hash'", kMissingKey},
+          {std::string(2 << 20, ' '), "imported model", kTooLong},
+      },
+      import_json);
 }
 
 TEST(ModelJson, AFittingHashDoesNotMakeItAModel) {
+  using enum hal::ErrorCode;
   const std::string good = *canonical_json(example_contact("x"));
-  const auto refused = [&good](const std::string& from, const std::string& to, const std::string& what) {
-    expect_refused(exported_with_hash_of(replaced(good, from, to)), what);
+  const auto with = [&good](const std::string& from, const std::string& to) {
+    return exported_with_hash_of(replaced(good, from, to));
   };
-  refused("hapticd.model/1", "hapticd.model/9", "the schema 'hapticd.model/9', which is not known here");
-  refused("\"kind\":\"contact\"", "\"kind\":\"contakt\"", "unknown kind of model 'contakt'");
-  refused("\"exponent\":1.7", "\"exponent\":7", "hunt_crossley.exponent is out of range");
-  refused("\"exponent\":1.7", "\"exponent\":\"1.7\"", "'content.hunt_crossley.law.exponent' is not a number");
-  refused("\"exponent\":1.7", "\"exponent\":\"Infinity\"", "out of range");
-  refused("\"exponent\":1.7", "\"exponent\":null", "is not a number");
-  refused("\"residual\":0.04,", "", "'residual' is missing");
-  refused("\"residual\":0.04", "\"residual\":-1", "residual is out of range");
-  refused("\"converged\":true", "\"converged\":1", "'converged' is neither true nor false");
-  refused("\"object\":\"x\"", "\"object\":\"x y\"", "not a name for a model");
-  refused("\"validity\":{", "\"validity\":{\"a\":1,", "unknown key 'validity.a'");
-  refused("\"parameters\":[", "\"parameters\":[3,", "is not an object");
+  test::expect_refusals(
+      {
+          {with("hapticd.model/1", "hapticd.model/9"), "'hapticd.model/9'", kUnknownWord},
+          {with("\"kind\":\"contact\"", "\"kind\":\"contakt\""), "'contakt'", kUnknownWord},
+          {with("\"exponent\":1.7", "\"exponent\":7"), "hunt_crossley.exponent", kOutOfRange},
+          {with("\"exponent\":1.7", "\"exponent\":\"Infinity\""), "hunt_crossley.exponent", kOutOfRange},
+          {with("\"exponent\":1.7", "\"exponent\":\"1.7\""), "'content.hunt_crossley.law.exponent'",
+           kWrongType},
+          {with("\"exponent\":1.7", "\"exponent\":null"), "'content.hunt_crossley.law.exponent'", kWrongType},
+          {with("\"residual\":0.04,", ""), "'residual'", kMissingKey},
+          {with("\"residual\":0.04", "\"residual\":-1"), "residual", kOutOfRange},
+          {with("\"converged\":true", "\"converged\":1"), "'converged'", kWrongType},
+          {with("\"object\":\"x\"", "\"object\":\"x y\""), "object", kMalformed},
+          {with("\"validity\":{", "\"validity\":{\"a\":1,"), "'validity.a'", kUnknownKey},
+          {with("\"parameters\":[", "\"parameters\":[3,"), "'parameters[", kWrongType},
+      },
+      import_json);
+}
+
+TEST(ModelJson, ARefusalHasFivePartsAndACode) {
+  using enum hal::ErrorCode;
+  const auto imported = import_json("{\"schema\": \"hapticd.stored_model/2\"}");
+  ASSERT_FALSE(imported);
+  test::expect_same(
+      imported.error(),
+      {"not an exported model, or of another version", "imported model", "schema \"hapticd.stored_model/2\"",
+       "schema \"hapticd.stored_model/1\"", "export the model again where it came from", kUnknownWord});
 }
 
 TEST(ModelJson, AStoredTextMustFitItsHash) {
+  using enum hal::ErrorCode;
   const std::string good = *canonical_json(example_contact("x"));
   EXPECT_TRUE(parse_canonical_json(good, sha256_hex(good), "test"));
   const auto edited = parse_canonical_json(replaced(good, "1.7", "1.8"), sha256_hex(good), "test");
   ASSERT_FALSE(edited);
-  EXPECT_EQ(edited.error().what, "the content of a model does not fit its hash");
+  EXPECT_EQ(edited.error().code, kDamaged);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/refusals.h"
+
 namespace hapticd::server {
 namespace {
 
@@ -53,25 +55,20 @@ death_s = 2.0
 }
 
 TEST(OpenHapticsSection, WhatIsWrongIsReportedByNameAndLine) {
-  const struct {
-    const char *text, *key;
-  } cases[] = {
-      {"rate_hz = 0", "rate_hz"},
-      {"model = \"phantom_omny\"", "phantom_omni"},  // and what was meant
-      {"library = \" ,\"", "library"},
-      {"max_force_n = -1", "max_force_n"},
-      {"origin_mm = [1, 2]", "origin_mm"},
-      {"tool_to_stylus = [1, 1, 0, 0]", "tool_to_stylus"},
-      {"reset_encoders = 1", "reset_encoders"},
-      {"death_s = nan", "death_s"},
-      {"max_force = 1", "max_force_n"},
-  };
-  for (const auto& one : cases) {
-    const auto config = read(std::string("\n") + one.text);
-    ASSERT_FALSE(config) << one.text;
-    EXPECT_NE(config.error().text().find(one.key), std::string::npos) << config.error().text();
-    EXPECT_NE(config.error().where.find("line 2"), std::string::npos) << config.error().text();
-  }
+  using enum hal::ErrorCode;
+  test::expect_refusals(
+      {
+          {"\nrate_hz = 0", "'rate_hz'", kOutOfRange, 2},
+          {"\nmodel = \"phantom_omny\"", "model", kUnknownWord, 2},
+          {"\nlibrary = \" ,\"", "library", kMalformed, 2},
+          {"\nmax_force_n = -1", "'max_force_n'", kOutOfRange, 2},
+          {"\norigin_mm = [1, 2]", "'origin_mm'", kWrongType, 2},
+          {"\ntool_to_stylus = [1, 1, 0, 0]", "'tool_to_stylus'", kMalformed, 2},
+          {"\nreset_encoders = 1", "'reset_encoders'", kWrongType, 2},
+          {"\ndeath_s = nan", "'death_s'", kNotFinite, 2},
+          {"\nmax_force = 1", "'max_force'", kUnknownKey, 2},
+      },
+      read);
 }
 
 }  // namespace

@@ -52,10 +52,10 @@ TEST(Contract, EveryKindOfRefusalHasAReasonOfItsOwn) {
                                                                 static_cast<server::Reason>(reason)}));
     EXPECT_TRUE(reasons.insert(detail.reason()).second) << reason;
   }
-  for (int mistake = 1; mistake < static_cast<int>(hal::Mistake::kOutOfRange); ++mistake) {
+  for (int code = 1; code < static_cast<int>(hal::ErrorCode::kOutOfRange); ++code) {
     hal::Error error{"no", "", "", "", ""};
-    error.mistake = static_cast<hal::Mistake>(mistake);
-    EXPECT_TRUE(reasons.insert(server::to_detail(error).reason()).second) << mistake;
+    error.code = static_cast<hal::ErrorCode>(code);
+    EXPECT_TRUE(reasons.insert(server::to_detail(error).reason()).second) << code;
   }
   EXPECT_EQ(static_cast<int>(reasons.size()) + 1, v1::ErrorReason_descriptor()->value_count())
       << "a reason that no refusal has";

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <thread>
 #include <utility>
@@ -107,6 +108,19 @@ TEST_F(AHost, RequiresAStationOnlyWhenAskedAndOpensThePortThen) {
   ASSERT_TRUE(move(20.0));
   EXPECT_FALSE(host.require_station("rubber"));
   EXPECT_EQ(session.simulation()->object(), "rubber_ball");
+}
+
+TEST_F(AHost, AnAngleBeyondItsRangeIsNotOneThatIsNotFinite) {
+  const auto beyond = move(1e6);
+  ASSERT_FALSE(beyond);
+  EXPECT_EQ(beyond.refusal().kind, RefusalKind::kOutOfRange);
+  EXPECT_EQ(beyond.refusal().error.code, hal::ErrorCode::kOutOfRange);
+  for (const double angle_deg : {std::nan(""), HUGE_VAL}) {
+    const auto refused = move(angle_deg);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.refusal().kind, RefusalKind::kInvalidArgument);
+    EXPECT_EQ(refused.refusal().error.code, hal::ErrorCode::kNotFinite);
+  }
 }
 
 TEST_F(AHost, AStationIsNotBelievedWithoutAFreshPosition) {

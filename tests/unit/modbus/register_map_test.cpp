@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/rig_file/turntable_map.h"
+#include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -44,12 +45,6 @@ std::string with(std::string text, const std::string& from, const std::string& t
   return text.replace(at, from.size(), to);
 }
 
-hal::Error error_of(const std::string& text) {
-  const auto map = parse(text);
-  EXPECT_FALSE(map) << text;
-  return map ? hal::Error{} : map.error();
-}
-
 TEST(RegisterMap, AllBuiltInMapsAreInOrderAndReadBackAsTheSame) {
   const auto names = server::turntable_map_names();
   EXPECT_GE(names.size(), 3U);
@@ -84,44 +79,46 @@ TEST(RegisterMap, SmallestOne) {
 }
 
 TEST(RegisterMap, RefusesByNameAndLine) {
-  EXPECT_EQ(error_of(with(kSmall, "unit = \"step\"", "unti = \"step\"")).what,
-            "unknown key 'unti' in [registers.position]");
-  EXPECT_EQ(error_of(with(kSmall, "write = \"target\"", "wirte = \"target\"")).limit,
-            "register = \"…\" and one of write, value (whole), set, clear");
-  EXPECT_EQ(error_of(with(kSmall, "value = 1,", "value = 1, vaule = 2,")).what,
-            "unknown key 'vaule' in [start[1]]");
-  EXPECT_EQ(error_of(with(kSmall, "position_actual = \"position\"", "position_actual = \"postion\"")).remedy,
-            "did you mean 'position'?");
-  EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 65536")).limit, "0 … 65535");
-  EXPECT_EQ(error_of(with(kSmall, "address = 10\n", "")).what, "the register has no address");
-  EXPECT_EQ(error_of(with(kSmall, "\"s32\"", "\"s64\"")).limit, "bit, u16, s16, u32, s32, f32");
-  EXPECT_EQ(error_of(with(kSmall, "value = 1,", "value = 1, set = 2,")).what,
-            "a step is not one write of one register");
-  EXPECT_EQ(error_of(with(kSmall, "value = 1,", "value = 1.5,")).what,
-            "a step is not one write of one register");
-  EXPECT_EQ(error_of(with(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]")).what,
-            "no name for a register, or one too many");
-  EXPECT_EQ(error_of(std::string(kSmall) + "[alarms]\nhot = \"x\"").what, "no code of an alarm");
-  EXPECT_EQ(error_of("stop = 3").what, "'stop' has the wrong type");
-  EXPECT_EQ(error_of("a = [").where.substr(0, 4), "test");
+  using enum hal::ErrorCode;
+  expect_refusals(
+      {
+          {with(kSmall, "unit = \"step\"", "unti = \"step\""), "'unti' in [registers.position]", kUnknownKey,
+           10},
+          {with(kSmall, "write = \"target\"", "wirte = \"target\""), "a step", kMalformed, 4},
+          {with(kSmall, "value = 1,", "value = 1, vaule = 2,"), "'vaule' in [start[1]]", kUnknownKey, 4},
+          {with(kSmall, "position_actual = \"position\"", "position_actual = \"postion\""),
+           "no such register", kUnknownWord, 2},
+          {with(kSmall, "address = 10", "address = 65536"), "'registers.position.address'", kOutOfRange, 8,
+           "0 … 65535"},
+          {with(kSmall, "address = 10\n", ""), "no address", kMissingKey, 6},
+          {with(kSmall, "\"s32\"", "\"s64\""), "'registers.position.type'", kUnknownWord, 9,
+           "bit, u16, s16, u32, s32, f32"},
+          {with(kSmall, "value = 1,", "value = 1, set = 2,"), "a step", kMalformed, 4},
+          {with(kSmall, "value = 1,", "value = 1.5,"), "a step", kMalformed, 4},
+          {with(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]"), "register",
+           kMalformed, 15},
+          {std::string(kSmall) + "[alarms]\nhot = \"x\"", "alarm", kMalformed, 20},
+          {"stop = 3", "'stop'", kWrongType, 1},
+          {"a = [", "test, line 1", kSyntax},
+      },
+      parse);
 }
 
 TEST(RegisterMap, RefusesWhatNoTableShouldBeTurnedWith) {
-  EXPECT_EQ(error_of(with(kSmall, "always_homed = true", "")).what,
-            "nothing says whether the drive is homed");
-  EXPECT_EQ(error_of(with(kSmall, "stop = [{ register = \"go\", value = -1 }]", "")).what,
-            "there is no command to stop the table");
-  EXPECT_EQ(error_of(with(kSmall, "{ register = \"target\", write = \"target\" },", "")).what,
-            "'start' writes no target");
-  EXPECT_EQ(error_of(with(kSmall, "position_actual = \"position\"", "")).what, "position_actual is missing");
-  EXPECT_EQ(error_of(with(kSmall, "unit = \"step\"", "unit = \"motor_rpm\"")).what,
-            "the position has the wrong unit");
-  EXPECT_EQ(error_of(with(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\"")).what,
-            "'start' writes a register that can only be read");
-  EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 65535")).what,
-            "the register lies beyond the last address");
-  EXPECT_EQ(error_of(with(kSmall, "address = 10", "address = 10\nscale = 0")).what,
-            "the scale of a register is not valid");
+  using enum hal::ErrorCode;
+  expect_refusals(
+      {
+          {with(kSmall, "always_homed = true", ""), "homed", kMissingKey},
+          {with(kSmall, "stop = [{ register = \"go\", value = -1 }]", ""), "stop", kMissingKey},
+          {with(kSmall, "{ register = \"target\", write = \"target\" },", ""), "'start'", kMissingKey},
+          {with(kSmall, "position_actual = \"position\"", ""), "position_actual", kMissingKey},
+          {with(kSmall, "unit = \"step\"", "unit = \"motor_rpm\""), "the position", kContradiction},
+          {with(kSmall, "[registers.target]", "[registers.target]\ntable = \"input\""), "'start'",
+           kContradiction},
+          {with(kSmall, "address = 10", "address = 65535"), "the last address", kOutOfRange},
+          {with(kSmall, "address = 10", "address = 10\nscale = 0"), "scale", kOutOfRange},
+      },
+      parse);
 }
 
 TEST(RegisterMap, ReadsTogetherWhatLiesTogetherAndNothingElse) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/rig_file/turntable_factory.h"
+#include "tests/support/refusals.h"
 
 namespace hapticd::server {
 namespace {
@@ -85,40 +86,45 @@ TEST(TurntableSection, DefaultsAreNoTurntable) {
 }
 
 TEST(TurntableSection, RefusesByName) {
-  const auto what = [](const std::string& text) {
-    const Read result = read(text);
-    EXPECT_TRUE(result.error) << text;
-    return result.error ? result.error->what : std::string();
-  };
-  EXPECT_EQ(what("[rig.turntable]\nspeed = 3"), "unknown key 'speed' in [rig.turntable]");
-  EXPECT_EQ(what("[rig.turntable]\nkind = \"motor\""), "'rig.turntable.kind' is none of the words it may be");
-  EXPECT_EQ(what("[rig.turntable]\npoll_hz = 0"), "'rig.turntable.poll_hz' is out of range");
-  EXPECT_EQ(what("[rig.turntable.stations.a]\nangle = 1"), "the station has no angle");
-  EXPECT_EQ(what("[rig.turntable.stations.a]\nangle_deg = 1\nangel = 1"),
-            "unknown key 'angel' in [rig.turntable.stations.a]");
-  EXPECT_NE(what("[rig.turntable.stations.\"a.b\"]\nangle_deg = 1").find("name"), std::string::npos);
-  EXPECT_EQ(what("[rig.turntable]\nstations = 3"), "'rig.turntable.stations' has the wrong type");
-  EXPECT_EQ(what("[rig.turntable.modbus]\nmap = \"plain_drve\""), "no such register map");
-  EXPECT_EQ(
-      what("[rig.turntable.modbus]\nmap = \"plain_drive\"\n[rig.turntable.modbus.inline]\nsource = \"x\""),
-      "the register map is named and reported as well");
-  EXPECT_EQ(what("[rig.turntable.modbus.inline]\nsource = \"x\""), "position_actual is missing");
-  EXPECT_EQ(what("[rig.turntable.sim]\nhomed = 1"), "'rig.turntable.sim.homed' has the wrong type");
+  using enum hal::ErrorCode;
+  test::expect_refusals(
+      {
+          {"[rig.turntable]\nspeed = 3", "'speed' in [rig.turntable]", kUnknownKey, 2},
+          {"[rig.turntable]\nkind = \"motor\"", "'rig.turntable.kind'", kUnknownWord, 2},
+          {"[rig.turntable]\npoll_hz = 0", "'rig.turntable.poll_hz'", kOutOfRange, 2},
+          {"[rig.turntable.stations.a]\nangle = 1", "angle", kMissingKey, 1},
+          {"[rig.turntable.stations.a]\nangle_deg = 1\nangel = 1", "'angel' in [rig.turntable.stations.a]",
+           kUnknownKey, 3},
+          {"[rig.turntable.stations.\"a.b\"]\nangle_deg = 1", "name", kMalformed, 1},
+          {"[rig.turntable]\nstations = 3", "'rig.turntable.stations'", kWrongType, 2},
+          {"[rig.turntable.modbus]\nmap = \"plain_drve\"", "register map", kNotFound, 2, "plain_drive"},
+          {"[rig.turntable.modbus]\nmap = \"/nowhere/map.toml\"", "/nowhere/map.toml", kNotFound, 2},
+          {"[rig.turntable.modbus]\nmap = \"plain_drive\"\n[rig.turntable.modbus.inline]\nsource = \"x\"",
+           "register map", kContradiction, 2},
+          {"[rig.turntable.modbus.inline]\nsource = \"x\"", "position_actual", kMissingKey, 1},
+          {"[rig.turntable.sim]\nhomed = 1", "'rig.turntable.sim.homed'", kWrongType, 2},
+      },
+      [](const std::string& text) -> hal::Result<TurntableConfig> {
+        const Read result = read(text);
+        if (result.error) return *result.error;
+        return result.config;
+      });
 }
 
 TEST(TurntableSection, ContradictionsAreReportedWhenTheTableIsMade) {
+  using enum hal::ErrorCode;
   TurntableConfig config;
   config.kind = TurntableChoice::kSimulated;
   config.settings.stations = {{"a", 10.0, ""}, {"b", 10.1, ""}};
-  EXPECT_EQ(make_turntable(config).error().what, "two stations cannot be distinguished");
+  EXPECT_EQ(make_turntable(config).error().code, kContradiction);
   config.settings.stations = {{"a", 500.0, ""}};
-  EXPECT_EQ(make_turntable(config).error().what, "the station lies beyond the table's range");
+  EXPECT_EQ(make_turntable(config).error().code, kOutOfRange);
   config.settings.stations.clear();
   config.settings.stale_after_s = 0.02;
-  EXPECT_EQ(make_turntable(config).error().what, "the position would be stale between two polls");
+  EXPECT_EQ(make_turntable(config).error().code, kContradiction);
   config = read(kWhole).config;
   config.modbus.link.baud = 1234;
-  EXPECT_EQ(make_turntable(config).error().what, "not a baud rate of a serial port");
+  EXPECT_EQ(make_turntable(config).error().code, kOutOfRange);
 }
 
 }  // namespace

@@ -53,6 +53,7 @@ TEST(NetFtConfig, EveryWrongValueIsRefusedByItsKey) {
     const auto error = check(config);
     ASSERT_TRUE(error) << one.key;
     EXPECT_EQ(error->where, std::string("[rig.netft] ") + one.key);
+    EXPECT_NE(error->code, hal::ErrorCode::kOther) << one.key;
     EXPECT_FALSE(error->limit.empty());
     EXPECT_FALSE(error->remedy.empty());
     EXPECT_FALSE(NetFtSensor::create(config));

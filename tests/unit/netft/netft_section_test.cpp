@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/refusals.h"
+
 namespace hapticd::server {
 namespace {
 
@@ -47,14 +49,18 @@ TEST(NetFtSection, EveryKeyIsReadAndWritten) {
 }
 
 TEST(NetFtSection, RefusesUnknownKeysAndValuesOutOfRangeByLine) {
-  const auto unknown = parse("address = \"10.0.0.1\"\nrate_khz = 7\n");
-  ASSERT_FALSE(unknown);
-  EXPECT_EQ(unknown.error().where, "rig.toml, line 2");
-  EXPECT_NE(unknown.error().remedy.find("rate_hz"), std::string::npos);
-  for (const char* text : {"rdt_port = 70000", "bias = \"hardware\"", "connect_timeout_s = 0",
-                           "stale_after_ms = nan", "axes = 3", "low_pass_hz = -1"}) {
-    EXPECT_FALSE(parse(text)) << text;
-  }
+  using enum hal::ErrorCode;
+  test::expect_refusals(
+      {
+          {"address = \"10.0.0.1\"\nrate_khz = 7\n", "'rate_khz'", kUnknownKey, 2, "rate_hz"},
+          {"rdt_port = 70000", "'rdt_port'", kOutOfRange, 1},
+          {"bias = \"hardware\"", "'bias'", kUnknownWord, 1},
+          {"connect_timeout_s = 0", "'connect_timeout_s'", kOutOfRange, 1},
+          {"stale_after_ms = nan", "'stale_after_ms'", kNotFinite, 1},
+          {"axes = 3", "'axes'", kWrongType, 1},
+          {"low_pass_hz = -1", "'low_pass_hz'", kOutOfRange, 1},
+      },
+      parse);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "server/recording/flight/ring_folder.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/value_of.h"
 
@@ -85,6 +86,39 @@ TEST(FlightRing, NotesThatAreHalfWrittenAreNone) {
     file.put('x');
   }
   EXPECT_TRUE(value_of(FlightRing::open_left(path))->notes().empty());
+}
+
+TEST(RingFolder, KeepsTheRingOfADaemonThatRunsAndRemovesADamagedOne) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> left;
+  const auto first = value_of(take_ring(folder.path(), kColumns, 50, 1000.0, left));
+  demand(first->write(rows_from(0, 10)));
+  const std::string path = folder.path("flight-0.ring");
+  const auto held = FlightRing::open_left(path);
+  ASSERT_FALSE(held);
+  EXPECT_EQ(held.error().code, hal::ErrorCode::kInUse);
+  const std::string damaged = folder.write("flight-1.ring", "no ring");
+  EXPECT_EQ(FlightRing::open_left(damaged).error().code, hal::ErrorCode::kDamaged);
+
+  const auto second = value_of(take_ring(folder.path(), kColumns, 50, 1000.0, left));
+  EXPECT_TRUE(left.empty());
+  ASSERT_TRUE(std::filesystem::exists(path));
+  EXPECT_FALSE(FlightRing::open_left(path)) << "it is still the first daemon's";
+  EXPECT_EQ(first->written(), 10U);
+  EXPECT_FALSE(FlightRing::open_left(damaged)) << "its name went to the second daemon";
+  EXPECT_EQ(second->written(), 0U);
+}
+
+TEST(RingFolder, RefusesOneDaemonTooMany) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> left;
+  std::vector<std::unique_ptr<FlightRing>> rings;
+  for (int i = 0; i < kMaxRings; ++i) {
+    rings.push_back(value_of(take_ring(folder.path(), kColumns, 5, 1000.0, left)));
+  }
+  const auto refused = take_ring(folder.path(), kColumns, 5, 1000.0, left);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, hal::ErrorCode::kInUse);
 }
 
 TEST(FlightRing, ForeignFilesAreNone) {

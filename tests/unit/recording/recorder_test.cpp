@@ -173,6 +173,7 @@ TEST_F(RecorderTest, AQuotaThatIsUsedUpIsNamedOrTheOldestMakesRoom) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.refusal().kind, RefusalKind::kResourceExhausted);
   EXPECT_EQ(refused.refusal().reason, Reason::kDiskFull);
+  EXPECT_EQ(refused.refusal().error.code, hal::ErrorCode::kFull);
   EXPECT_EQ(refused.refusal().error.where, "[recording] quota_mb");
   EXPECT_EQ(refused.refusal().error.limit, "1 MB");
   EXPECT_TRUE(fs::exists(recordings() + "/20200101T000000Z_old.mcap"));

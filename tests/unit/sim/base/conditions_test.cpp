@@ -72,9 +72,10 @@ TEST(Conditions, EveryFieldIsInRangeInBothPresetsAndRefusedBeyond) {
     const auto refused = conditions_of("clean", {{std::string(field.name), field.high + 1.0}});
     ASSERT_FALSE(refused) << field.name;
     EXPECT_NE(refused.error().what.find(field.name), std::string::npos);
+    EXPECT_EQ(refused.error().code, hal::ErrorCode::kOutOfRange);
   }
-  EXPECT_EQ(conditions_of("clean", {{"sensor_drit", 0.1}}).error().value, "sensor_drit");
-  EXPECT_EQ(conditions_of("barn").error().value, "barn");
+  EXPECT_EQ(conditions_of("clean", {{"sensor_drit", 0.1}}).error().code, hal::ErrorCode::kUnknownKey);
+  EXPECT_EQ(conditions_of("barn").error().code, hal::ErrorCode::kUnknownWord);
   EXPECT_FALSE(conditions_of("clean", {{"vibration_low_hz", 70.0}}));
 }
 
