@@ -38,7 +38,7 @@ class GeneralMatter : public testing::TestWithParam<std::string> {
   double depth_at_4n_mm = 4.0 / object.material.stiffness_at_4n_n_per_mm;
   GeneralMaterial matter(double step_s) const { return {object.material, object.general_material, step_s}; }
 };
-INSTANTIATE_TEST_SUITE_P(Presets, GeneralMatter, testing::ValuesIn(object_preset_names()),
+INSTANTIATE_TEST_SUITE_P(Presets, GeneralMatter, testing::ValuesIn(test::objects_of_different_matter()),
                          [](const auto& tested) { return tested.param; });
 
 // D§3.2.2, as of the separable family: loaded at 0.5 N/s, force over displacement at 4 N.

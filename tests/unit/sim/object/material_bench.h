@@ -3,14 +3,41 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
+#include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/sim/base/random.h"
 #include "hal/sim/object/material.h"
+#include "hal/sim/object/object_model.h"
 
 namespace hapticd::test {
+
+/// Its numbers, to be compared.
+template <class Parameters>
+auto numbers_of(const Parameters& parameters) {
+  return std::bit_cast<std::array<double, sizeof(Parameters) / sizeof(double)>>(parameters);
+}
+/// The objects, without those that share their matter with one before: what a law of matter promises depends
+/// on nothing else of an object.
+inline std::vector<std::string> objects_of_different_matter() {
+  std::vector<std::string> names;
+  std::set<std::pair<std::array<double, sizeof(sim::MaterialParameters) / sizeof(double)>,
+                     std::array<double, sizeof(sim::GeneralMaterialParameters) / sizeof(double)>>>
+      seen;
+  for (const std::string& name : sim::object_preset_names()) {
+    const sim::ObjectModel object = *sim::object_preset(name);
+    if (seen.emplace(numbers_of(object.material), numbers_of(object.general_material)).second) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
 
 /// Only what a test names: linear, without skin or memory.
 inline sim::MaterialParameters spring(double stiffness_n_per_mm) {

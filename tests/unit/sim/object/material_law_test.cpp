@@ -19,7 +19,7 @@ class Matter : public testing::TestWithParam<std::string> {
   MaterialParameters parameters = object_preset(GetParam())->material;
 };
 
-INSTANTIATE_TEST_SUITE_P(Presets, Matter, testing::ValuesIn(object_preset_names()),
+INSTANTIATE_TEST_SUITE_P(Presets, Matter, testing::ValuesIn(test::objects_of_different_matter()),
                          [](const auto& tested) { return tested.param; });
 
 // D§3.2.2: loaded at 0.5 N/s, force over displacement at 4 N.

@@ -22,7 +22,7 @@ class Memory : public testing::TestWithParam<std::string> {
   double depth_at_4n_mm = 4.0 / parameters.stiffness_at_4n_n_per_mm;
 };
 
-INSTANTIATE_TEST_SUITE_P(Presets, Memory, testing::ValuesIn(object_preset_names()),
+INSTANTIATE_TEST_SUITE_P(Presets, Memory, testing::ValuesIn(test::objects_of_different_matter()),
                          [](const auto& tested) { return tested.param; });
 
 // After a step to a held depth each branch fades by itself: F(t)/F(∞) = 1 + Σ g exp(-t/τ).
