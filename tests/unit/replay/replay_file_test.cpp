@@ -82,7 +82,6 @@ struct BadFile {
   std::string_view content;
   RecordingColumns columns;
   std::string_view refusal;
-  friend void PrintTo(const BadFile& file, std::ostream* out) { *out << file.name; }
 };
 
 class ReplayBadFile : public ::testing::TestWithParam<BadFile> {};
