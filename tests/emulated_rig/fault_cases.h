@@ -1,5 +1,6 @@
 #pragma once
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct FaultCase {
   std::string action;  ///< in words
   rt::GuardFault fault = rt::GuardFault::kNone;
   FaultPlan (*plan)(Rig&) = nullptr;
+  friend void PrintTo(const FaultCase& made, std::ostream* out) { *out << made.name; }
 };
 
 /// At the Net F/T box and at the vendor's library, live.

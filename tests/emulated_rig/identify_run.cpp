@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "rt/signal/vector.h"
 #include "server/identification/palpation/requested_scene.h"
 #include "server/identification/palpation/simulated_palpator.h"
 #include "tests/support/turn.h"
@@ -61,7 +60,6 @@ IdentifyRunResult identify_on(Run& run, identification::Identification& identifi
     while (result.duration_s < next_request_s && engine.pop_observation(observation)) {
       if (began_ns < 0) began_ns = observation.sample.time_ns;
       result.duration_s = 1e-9 * static_cast<double>(observation.sample.time_ns - began_ns);
-      result.device_rendered |= rt::norm(observation.device_command_n) > 0.1;
       if (observation.has_external_position) ++result.external_readings;
       if (config.seen_as == SeenAs::kRaw) {
         identification.add(observation);

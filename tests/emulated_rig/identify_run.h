@@ -26,7 +26,6 @@ struct IdentifyRunResult {
   double duration_s = 0.0;    ///< of the run's time
   double converged_s = -1.0;  ///< when it had converged; negative: it did not
   identification::IdentificationProgress progress;
-  bool device_rendered = false;                    ///< it gave force at some time
   std::uint64_t external_readings = 0;             ///< of an instrument from outside
   rt::GuardFault latched = rt::GuardFault::kNone;  ///< why the guard was, where it was
 };

@@ -242,24 +242,6 @@ void ScriptedBoard::lose_scans(std::size_t scans) {
   scans_.erase(scans_.begin(), scans_.begin() + static_cast<std::ptrdiff_t>(std::min(scans, scans_.size())));
   overrun_ = true;
 }
-void ScriptedBoard::stop_scans(bool stopped) {
-  const std::lock_guard lock(mutex_);
-  if (config_.paced) make_due_scans();
-  stopped_ = stopped;
-}
-void ScriptedBoard::mute_scans(bool muted) {
-  const std::lock_guard lock(mutex_);
-  if (config_.paced) make_due_scans();
-  muted_ = muted;
-}
-void ScriptedBoard::put_nan(bool on) {
-  const std::lock_guard lock(mutex_);
-  nan_ = on;
-}
-void ScriptedBoard::put_rail(std::size_t gauge, double volts) {
-  const std::lock_guard lock(mutex_);
-  rail_v_[gauge] = volts;
-}
 void ScriptedBoard::repair_gauges() {
   const std::lock_guard lock(mutex_);
   rail_v_ = {};
@@ -270,23 +252,6 @@ void ScriptedBoard::freeze_encoder(std::size_t joint, bool frozen) {
   frozen_[joint].reset();
   // Filled with what it reads next.
   if (frozen) frozen_[joint] = std::numeric_limits<std::int64_t>::min();
-}
-void ScriptedBoard::jump_encoder(std::size_t joint, std::int64_t counts) {
-  const std::lock_guard lock(mutex_);
-  shift_[joint] += counts;
-}
-void ScriptedBoard::fail_counters(bool failing) {
-  const std::lock_guard lock(mutex_);
-  counters_fail_ = failing;
-}
-void ScriptedBoard::fail_outputs(bool failing) {
-  const std::lock_guard lock(mutex_);
-  outputs_fail_ = failing;
-}
-void ScriptedBoard::vanish(bool gone) {
-  const std::lock_guard lock(mutex_);
-  if (config_.paced) make_due_scans();
-  gone_ = gone;
 }
 
 }  // namespace hapticd::emulators

@@ -60,17 +60,26 @@ class ScriptedBoard final : public daq::Board {
   void at_ns(std::int64_t time_ns, std::function<void(ScriptedBoard&)> action);
 
   // Faults.
-  void lose_scans(std::size_t scans);              ///< an overrun of the board's buffer
-  void stop_scans(bool stopped = true);            ///< the acquisition is at rest, and says so
-  void mute_scans(bool muted = true);              ///< no scans any more, though it claims to run
-  void put_nan(bool on = true);                    ///< on all gauges
-  void put_rail(std::size_t gauge, double volts);  ///< a gauge stuck at a voltage
+  void lose_scans(std::size_t scans);  ///< an overrun of the board's buffer
+  void stop_scans(bool stopped = true) {
+    put_after_scans(stopped_, stopped);
+  }  ///< the acquisition is at rest, and says so
+  void mute_scans(bool muted = true) {
+    put_after_scans(muted_, muted);
+  }                                                ///< no scans any more, though it claims to run
+  void put_nan(bool on = true) { put(nan_, on); }  ///< on all gauges
+  void put_rail(std::size_t gauge, double volts) {
+    put(rail_v_[gauge], volts);
+  }  ///< a gauge stuck at a voltage
   void repair_gauges();
   void freeze_encoder(std::size_t joint, bool frozen = true);
-  void jump_encoder(std::size_t joint, std::int64_t counts);
-  void fail_counters(bool failing = true);
-  void fail_outputs(bool failing = true);
-  void vanish(bool gone = true);  ///< all of it, engage() included
+  void jump_encoder(std::size_t joint, std::int64_t counts) {
+    const std::lock_guard lock(mutex_);
+    shift_[joint] += counts;
+  }
+  void fail_counters(bool failing = true) { put(counters_fail_, failing); }
+  void fail_outputs(bool failing = true) { put(outputs_fail_, failing); }
+  void vanish(bool gone = true) { put_after_scans(gone_, gone); }  ///< all of it, engage() included
 
   bool engaged(daq::BoardUse use) const;
 
@@ -86,6 +95,17 @@ class ScriptedBoard final : public daq::Board {
   bool put_volts(std::span<const double> volts) noexcept override;
 
  private:
+  template <class T, class Value>
+  void put(T& member, Value value) {
+    const std::lock_guard lock(mutex_);
+    member = value;
+  }
+  /// What was due until now comes first.
+  void put_after_scans(bool& member, bool value) {
+    const std::lock_guard lock(mutex_);
+    if (config_.paced) make_due_scans();
+    member = value;
+  }
   daq::Scan scan_at(std::int64_t time_ns);
   void make_due_scans();
   void perform_due();

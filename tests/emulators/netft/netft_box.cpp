@@ -152,59 +152,6 @@ void NetFtBox::set_offset(const hal::Vector3& force_n, const hal::Vector3& torqu
   offset_ = {force_n.x, force_n.y, force_n.z, torque_n_mm.x, torque_n_mm.y, torque_n_mm.z};
 }
 
-void NetFtBox::set_rate_hz(double rate_hz) {
-  const std::lock_guard lock(mutex_);
-  settings_.rate_hz = rate_hz;
-}
-void NetFtBox::set_status(std::uint32_t status) {
-  const std::lock_guard lock(mutex_);
-  status_ = status;
-}
-void NetFtBox::latch_condition() {
-  const std::lock_guard lock(mutex_);
-  latched_ = true;
-}
-void NetFtBox::saturate_counts(std::optional<std::int32_t> counts) {
-  const std::lock_guard lock(mutex_);
-  saturated_counts_ = counts;
-}
-void NetFtBox::set_silent(bool silent) {
-  const std::lock_guard lock(mutex_);
-  silent_ = silent;
-}
-void NetFtBox::set_deaf(bool deaf) {
-  const std::lock_guard lock(mutex_);
-  deaf_ = deaf;
-}
-void NetFtBox::set_loss(double probability) {
-  const std::lock_guard lock(mutex_);
-  loss_ = probability;
-}
-void NetFtBox::set_duplication(double probability) {
-  const std::lock_guard lock(mutex_);
-  duplication_ = probability;
-}
-void NetFtBox::set_reordering(double probability) {
-  const std::lock_guard lock(mutex_);
-  reordering_ = probability;
-}
-void NetFtBox::set_delay_s(double seconds) {
-  const std::lock_guard lock(mutex_);
-  delay_ns_ = std::llround(1e9 * seconds);
-}
-void NetFtBox::drop_next(int datagrams) {
-  const std::lock_guard lock(mutex_);
-  drop_ += datagrams;
-}
-void NetFtBox::duplicate_next(int datagrams) {
-  const std::lock_guard lock(mutex_);
-  duplicate_ += datagrams;
-}
-void NetFtBox::swap_next(int pairs) {
-  const std::lock_guard lock(mutex_);
-  swap_ += pairs;
-}
-
 void NetFtBox::send_garbage(int datagrams) {
   const std::lock_guard lock(mutex_);
   for (int i = 0; i < datagrams; ++i) {

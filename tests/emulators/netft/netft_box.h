@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -68,19 +69,23 @@ class NetFtBox {
   /// What the gages read without a load, before any bias [N, N·mm].
   void set_offset(const hal::Vector3& force_n, const hal::Vector3& torque_n_mm);
 
-  void set_rate_hz(double rate_hz);
-  void set_status(std::uint32_t status);
-  void latch_condition();                                    ///< 0x80010000 until reset by command
-  void saturate_counts(std::optional<std::int32_t> counts);  ///< all six read so
-  void set_silent(bool silent);                              ///< takes commands and sends nothing: half open
-  void set_deaf(bool deaf);                                  ///< takes no command
-  void set_loss(double probability);
-  void set_duplication(double probability);
-  void set_reordering(double probability);  ///< held back until the one after it is sent
-  void set_delay_s(double seconds);
-  void drop_next(int datagrams);
-  void duplicate_next(int datagrams);
-  void swap_next(int pairs);
+  void set_rate_hz(double rate_hz) { assign(settings_.rate_hz, rate_hz); }
+  void set_status(std::uint32_t status) { assign(status_, status); }
+  void latch_condition() { assign(latched_, true); }  ///< 0x80010000 until reset by command
+  void saturate_counts(std::optional<std::int32_t> counts) {
+    assign(saturated_counts_, counts);
+  }                                                          ///< all six read so
+  void set_silent(bool silent) { assign(silent_, silent); }  ///< takes commands and sends nothing: half open
+  void set_deaf(bool deaf) { assign(deaf_, deaf); }          ///< takes no command
+  void set_loss(double probability) { assign(loss_, probability); }
+  void set_duplication(double probability) { assign(duplication_, probability); }
+  void set_reordering(double probability) {
+    assign(reordering_, probability);
+  }  ///< held back until the one after it is sent
+  void set_delay_s(double seconds) { assign(delay_ns_, std::int64_t{std::llround(1e9 * seconds)}); }
+  void drop_next(int datagrams) { add(drop_, datagrams); }
+  void duplicate_next(int datagrams) { add(duplicate_, datagrams); }
+  void swap_next(int pairs) { add(swap_, pairs); }
   void send_garbage(int datagrams);        ///< random bytes, of random length up to 1500
   void send_short(int datagrams);          ///< a record cut off
   void send_long(int datagrams);           ///< a record and some bytes
@@ -109,6 +114,15 @@ class NetFtBox {
     Bytes bytes;
   };
 
+  template <class T>
+  void assign(T& member, T value) {
+    const std::lock_guard lock(mutex_);
+    member = value;
+  }
+  void add(int& member, int number) {
+    const std::lock_guard lock(mutex_);
+    member += number;
+  }
   void run();
   std::int64_t work(std::int64_t now_ns);
   void take_requests(std::int64_t now_ns);

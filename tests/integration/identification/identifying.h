@@ -20,6 +20,16 @@ inline server::DaemonConfig touching(const std::string& object, bool real_time =
   return config;
 }
 
+/// The estimate of that name; a failure of the test where there is none.
+inline const v1::EstimatedParameter& parameter_of(const v1::IdentificationProgress& progress,
+                                                  const std::string& name) {
+  for (const v1::EstimatedParameter& parameter : progress.parameters()) {
+    if (parameter.name() == name) return parameter;
+  }
+  ADD_FAILURE() << "no parameter " << name << " in\n" << progress.ShortDebugString().substr(0, 2000);
+  return v1::EstimatedParameter::default_instance();
+}
+
 /// A daemon, and what its clients do to identify something.
 class Identifying : public RunningService {
  public:
@@ -57,6 +67,15 @@ class Identifying : public RunningService {
   grpc::Status cancel(v1::IdentificationProgress* progress = nullptr) const {
     v1::IdentificationProgress unused;
     return stub->CancelIdentification(call_context().get(), {}, progress != nullptr ? progress : &unused);
+  }
+  /// What was kept under the hash, or under its beginning.
+  v1::StoredModel stored(const std::string& hash) const {
+    v1::GetStoredModelRequest request;
+    request.set_hash(hash);
+    v1::StoredModel stored;
+    const grpc::Status status = model->GetStoredModel(call_context().get(), request, &stored);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return stored;
   }
   grpc::Status upload(const std::string& csv, v1::UploadRecordingResponse* response,
                       const v1::RecordingDescription& description = {}) const {

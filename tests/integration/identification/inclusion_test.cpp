@@ -29,21 +29,12 @@ v1::StartIdentificationRequest inclusion_request(const std::string& object,
   return request;
 }
 
-const v1::EstimatedParameter* inclusion_parameter(const v1::IdentificationProgress& progress,
-                                                  const std::string& name) {
-  for (const v1::EstimatedParameter& parameter : progress.parameters()) {
-    if (parameter.name() == name) return &parameter;
-  }
-  ADD_FAILURE() << "no parameter " << name << " in\n" << progress.ShortDebugString().substr(0, 2000);
-  return &v1::EstimatedParameter::default_instance();
-}
-
 /// Within 3 mm across and 5 mm in depth of the phantom's, and the depth within two of its standard errors.
 void expect_phantoms_place(const v1::IdentificationProgress& progress) {
-  const double x = inclusion_parameter(progress, "place_x_mm")->value();
-  const double y = inclusion_parameter(progress, "place_y_mm")->value();
+  const double x = parameter_of(progress, "place_x_mm").value();
+  const double y = parameter_of(progress, "place_y_mm").value();
   EXPECT_LT(std::hypot(x, y), 3.0);
-  const v1::EstimatedParameter& depth = *inclusion_parameter(progress, "depth_mm");
+  const v1::EstimatedParameter& depth = parameter_of(progress, "depth_mm");
   EXPECT_NEAR(depth.value(), kPhantomDepthMm, 5.0);
   EXPECT_NEAR(depth.value(), kPhantomDepthMm, 2.0 * depth.standard_error());
 }
@@ -97,10 +88,7 @@ TEST(ServiceInclusion, IsIdentifiedStoredAndRendered) {
   EXPECT_EQ(live.coverage(0).share(), 1.0);
   EXPECT_GT(live.fit_size(), 50);
 
-  v1::GetStoredModelRequest get;
-  get.set_hash(live.model());
-  v1::StoredModel stored;
-  ASSERT_TRUE(service.model->GetStoredModel(call_context().get(), get, &stored).ok());
+  const v1::StoredModel stored = service.stored(live.model());
   EXPECT_EQ(stored.kind(), "inclusion");
   EXPECT_EQ(stored.object(), "lump");
   EXPECT_NEAR(stored.max_displacement_mm(), 13.0, 1.5);

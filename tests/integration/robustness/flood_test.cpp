@@ -152,7 +152,7 @@ TEST(Flood, RefusalsOfSlowCallsSayTheLimit) {
   EXPECT_EQ(detail.limit(), "up to 4");
 }
 
-class FloodOfResets : public testing::TestWithParam<const char*> {};
+class FloodOfResets : public testing::TestWithParam<std::string> {};
 
 // Twenty thousand calls that were opened and reset at once took half a gigabyte of locked memory, by one
 // connection.

@@ -7,8 +7,38 @@
 
 #include "tests/measure/bench/benchmark.h"
 
+namespace {
+
+using namespace hapticd::bench;
+
+/// The command of a benchmark, with what all of them have: `--out`, and `--quick` where its options know it.
+template <class Options>
+CLI::App* add_benchmark(CLI::App& app, int& status, Options& options, int (*run)(const Options&),
+                        const std::string& name, const std::string& shows,
+                        const std::string& quick = "a tenth of everything") {
+  CLI::App* command = app.add_subcommand(name, shows);
+  command->add_option("--out", options.folder, "folder for figures.jsonl, tables and plots; made if need be")
+      ->required();
+  if constexpr (requires { options.quick; }) command->add_flag("--quick", options.quick, quick);
+  command->callback([&status, &options, run] { status = run(options); });
+  return command;
+}
+
+/// A number that is to lie within limits.
+template <class Number>
+void add_number(CLI::App* command, const std::string& name, Number& number, const std::string& means,
+                Number min, Number max) {
+  command->add_option(name, number, means)->check(CLI::Range(min, max))->capture_default_str();
+}
+
+/// Hidden: what a benchmark starts.
+CLI::App* add_child(CLI::App& app, const std::string& name) {
+  return app.add_subcommand(name, "")->group("");
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  using namespace hapticd::bench;
   CLI::App app{"Measures what hapticd costs on this machine."};
   app.require_subcommand(1);
   app.footer(
@@ -16,151 +46,98 @@ int main(int argc, char** argv) {
   int status = 0;
 
   TickOptions tick;
-  auto* tick_command = app.add_subcommand("tick", "nanoseconds and instructions per tick of every scene");
-  tick_command->add_option("--out", tick.folder, "folder for figures.jsonl and the table; made if need be")
-      ->required();
-  tick_command->add_option("--seconds", tick.seconds_per_scene, "time spent on each scene")
-      ->check(CLI::Range(0.05, 600.0))
-      ->capture_default_str();
-  tick_command
-      ->add_option("--hours", tick.resting_hours, "of the rig's time with the tool at rest; 0 leaves it out")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
-  tick_command->callback([&] { status = run_tick(tick); });
-
+  auto* tick_command = add_benchmark(app, status, tick, run_tick, "tick",
+                                     "nanoseconds and instructions per tick of every scene");
+  add_number(tick_command, "--seconds", tick.seconds_per_scene, "time spent on each scene", 0.05, 600.0);
+  add_number(tick_command, "--hours", tick.resting_hours,
+             "of the rig's time with the tool at rest; 0 leaves it out", 0.0, 1000.0);
   std::string scene;
   long ticks = 0;
-  auto* tick_child = app.add_subcommand("tick-child", "")->group("");  // hidden: started by `tick`
+  bool everything = false;
+  auto* tick_child = add_child(app, "tick-child");
   tick_child->add_option("--scene", scene)->required();
   tick_child->add_option("--ticks", ticks)->required();
-  bool everything = false;
   tick_child->add_flag("--everything", everything);
   tick_child->callback([&] { status = run_tick_child(scene, ticks, everything); });
 
   NetFtOptions netft;
-  auto* netft_command =
-      app.add_subcommand("netft", "a force sensor behind a Net F/T box at 7 kHz, read at 1 kHz");
-  netft_command->add_option("--out", netft.folder, "folder for figures.jsonl and the table; made if need be")
-      ->required();
-  netft_command->add_option("--seconds", netft.seconds, "length of the run")
-      ->check(CLI::Range(1.0, 86400.0))
-      ->capture_default_str();
-  netft_command->callback([&] { status = run_netft(netft); });
-  auto* netft_child =
-      app.add_subcommand("netft-child", "")->group("");  // hidden: the box, started by `netft`
-  netft_child->callback([&] { status = run_netft_child(); });
+  auto* netft_command = add_benchmark(app, status, netft, run_netft, "netft",
+                                      "a force sensor behind a Net F/T box at 7 kHz, read at 1 kHz");
+  add_number(netft_command, "--seconds", netft.seconds, "length of the run", 1.0, 86400.0);
+  add_child(app, "netft-child")->callback([&] { status = run_netft_child(); });
 
 #ifdef HAPTICD_BENCH_LIVE
   LiveOptions live;
   auto* live_command =
-      app.add_subcommand("live", "the daemon in real time with telemetry subscribers, next to cyclictest");
-  live_command->add_option("--out", live.folder, "folder for figures.jsonl and tables; made if need be")
-      ->required();
-  live_command->add_option("--seconds", live.seconds, "length of each run")
-      ->check(CLI::Range(2.0, 86400.0))
-      ->capture_default_str();
+      add_benchmark(app, status, live, run_live, "live",
+                    "the daemon in real time with telemetry subscribers, next to cyclictest");
+  add_number(live_command, "--seconds", live.seconds, "length of each run", 2.0, 86400.0);
   live_command
       ->add_option("--subscribers", live.subscribers, "numbers of telemetry subscribers, one run each")
       ->delimiter(',')
       ->check(CLI::Range(0, 256))
       ->capture_default_str();
-  live_command->callback([&] { status = run_live(live); });
-
   std::string address;
   std::string result;
   double child_seconds = 0.0;
-  auto* live_child =
-      app.add_subcommand("live-child", "")->group("");  // hidden: a subscriber, started by `live`
+  int streams = 1;
+  bool blocks = false;
+  auto* live_child = add_child(app, "live-child");
   live_child->add_option("--server", address)->required();
   live_child->add_option("--seconds", child_seconds)->required();
   live_child->add_option("--result", result)->required();
-  int streams = 1;
   live_child->add_option("--streams", streams);
-  bool blocks = false;
   live_child->add_option("--blocks", blocks);
   live_child->callback([&] { status = run_live_child(address, child_seconds, result, streams, blocks); });
 
   RealtimeOptions realtime;
-  auto* realtime_command = app.add_subcommand(
-      "realtime", "the live loop under load next to cyclictest, from command to effect, telemetry fan-out");
-  realtime_command->add_option("--out", realtime.folder, "folder for figures.jsonl, tables and plots")
-      ->required();
-  realtime_command->add_flag("--quick", realtime.quick, "seconds instead of minutes, the same figures");
-  realtime_command->add_option("--rounds", realtime.rounds, "how often each load has its turn")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  realtime_command->add_option("--seconds", realtime.seconds_per_turn, "of each turn")
-      ->check(CLI::Range(1.0, 86400.0))
-      ->capture_default_str();
+  auto* realtime_command =
+      add_benchmark(app, status, realtime, run_realtime, "realtime",
+                    "the live loop under load next to cyclictest, from command to effect, telemetry fan-out",
+                    "seconds instead of minutes, the same figures");
+  add_number(realtime_command, "--rounds", realtime.rounds, "how often each load has its turn", 1, 1000);
+  add_number(realtime_command, "--seconds", realtime.seconds_per_turn, "of each turn", 1.0, 86400.0);
   realtime_command->add_option("--only", realtime.only, "only these parts")
       ->check(CLI::IsMember(realtime_parts()));
-  realtime_command->callback([&] { status = run_realtime(realtime); });
-  auto* echo_child = app.add_subcommand("echo-child", "")->group("");  // hidden: started by `realtime`
-  echo_child->callback([&] { status = run_echo_child(); });
+  add_child(app, "echo-child")->callback([&] { status = run_echo_child(); });
 
   ScenesOptions scenes;
-  auto* scenes_command =
-      app.add_subcommand("scenes", "what each scene composes and costs, next to everything forced on");
-  scenes_command->add_option("--out", scenes.folder, "folder for figures.jsonl, tables and plots")
-      ->required();
-  scenes_command->add_flag("--quick", scenes.quick, "without counting instructions more than needed");
-  scenes_command->callback([&] { status = run_scenes(scenes); });
-
+  add_benchmark(app, status, scenes, run_scenes, "scenes",
+                "what each scene composes and costs, next to everything forced on",
+                "without counting instructions more than needed");
   AttackOptions attack;
-  auto* attack_command = app.add_subcommand(
-      "attack", "how fast a recording is uploaded, and what floods do to the daemon's memory");
-  attack_command
-      ->add_option("--out", attack.folder, "folder for figures.jsonl and the table; made if need be")
-      ->required();
-  attack_command->add_flag("--quick", attack.quick, "a tenth of everything");
-  attack_command->callback([&] { status = run_attack(attack); });
-
+  add_benchmark(app, status, attack, run_attack, "attack",
+                "how fast a recording is uploaded, and what floods do to the daemon's memory");
   AccessOptions access;
-  auto* access_command = app.add_subcommand(
-      "access", "races for the lease, a stop under load, a holder that freezes, what certificates cost");
-  access_command
-      ->add_option("--out", access.folder, "folder for figures.jsonl and the table; made if need be")
-      ->required();
-  access_command->add_flag("--quick", access.quick, "a tenth of everything");
-  access_command->callback([&] { status = run_access(access); });
+  add_benchmark(app, status, access, run_access, "access",
+                "races for the lease, a stop under load, a holder that freezes, what certificates cost");
 
   RecordingOptions recording;
-  auto* recording_command = app.add_subcommand(
-      "recording",
+  auto* recording_command = add_benchmark(
+      app, status, recording, run_recording, "recording",
       "what a kill costs a recording, what recording costs the machine, incidents of all faults");
-  recording_command
-      ->add_option("--out", recording.folder, "folder for figures.jsonl and the table; made if need be")
-      ->required();
-  recording_command->add_flag("--quick", recording.quick, "a tenth of everything");
   recording_command->add_option(
       "--packages", recording.packages,
       "folder of packages as deploy/package.sh makes them, for the part \"install\"; as root");
   recording_command->add_option("--only", recording.only, "only these parts")
       ->check(CLI::IsMember({"incidents", "cost", "kills", "service", "install"}));
-  recording_command->callback([&] { status = run_recording(recording); });
 
   PoseOptions pose;
   auto* pose_command =
-      app.add_subcommand("pose", "age and cost of poses, instants of touches over networks, the visual page");
-  pose_command->add_option("--out", pose.folder, "folder for figures.jsonl and the table; made if need be")
-      ->required();
-  pose_command->add_flag("--quick", pose.quick, "a tenth of everything");
+      add_benchmark(app, status, pose, run_pose, "pose",
+                    "age and cost of poses, instants of touches over networks, the visual page");
   pose_command->add_option("--only", pose.only, "only these parts")->check(CLI::IsMember(pose_parts()));
-  pose_command->callback([&] { status = run_pose(pose); });
-  auto* pose_child = app.add_subcommand("pose-child", "")->group("");  // hidden: started by `pose`
+  auto* pose_child = add_child(app, "pose-child");
   pose_child->add_option("--server", address)->required();
   pose_child->add_option("--seconds", child_seconds)->required();
   pose_child->callback([&] { status = run_pose_child(address, child_seconds); });
+
   ConsoleOptions console;
-  auto* console_command = app.add_subcommand(
-      "console", "the page for people in a headless browser, and what it costs the daemon");
-  console_command
-      ->add_option("--out", console.folder, "folder for figures.jsonl and the table; made if need be")
-      ->required();
-  console_command->add_flag("--quick", console.quick, "a tenth of everything");
+  auto* console_command =
+      add_benchmark(app, status, console, run_console, "console",
+                    "the page for people in a headless browser, and what it costs the daemon");
   console_command->add_option("--heap-s", console.heap_seconds,
                               "how long a page is left open to see whether its memory grows, s [120]");
-  console_command->callback([&] { status = run_console(console); });
 #endif
 
   try {

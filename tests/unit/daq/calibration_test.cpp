@@ -166,6 +166,7 @@ struct Flaw {
   const char* by;
   const char* complaint;  ///< in the error's text
   const char* place;      ///< so is this
+  friend void PrintTo(const Flaw& flaw, std::ostream* out) { *out << flaw.name; }
 };
 
 class CalibrationFlaw : public testing::TestWithParam<Flaw> {};

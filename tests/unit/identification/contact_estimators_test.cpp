@@ -232,17 +232,6 @@ TEST(ContactUncertainty, IsInfiniteWhereNothingIsReported) {
 
 // --- creep law ---
 
-rt::CreepParameters some_creep() {
-  rt::CreepParameters law;
-  law.weight = {0.55, 0.1, 0.15, 0.1, 0.1};
-  law.max_force_n = 2.0;
-  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
-    const double share = std::pow(static_cast<double>(j) / 16.0, 2);
-    law.displacement_mm[j] = 9.0 * (0.7 * std::pow(share, 0.6) + 0.3 * share);
-  }
-  return law;
-}
-
 /// Presses and holds of changing force on a creep law's object.
 PalpationSample creep_sample(rt::CreepLaw& law, int i, double noise_mm) {
   const double t = 1e-3 * i;

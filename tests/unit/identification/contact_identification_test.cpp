@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <limits>
 
 #include "contact_synthetic.h"
-#include "hal/replay/recording.h"
+#include "identified.h"
+#include "real_recording.h"
 #include "server/identification/gate/palpation_tracker.h"
 #include "server/identification/gate/sample_gate.h"
 #include "server/identification/session/contact/contact_requests.h"
@@ -43,13 +42,6 @@ ContactTask hunt_crossley_task() {
 
 void feed(Identification& identification, const std::vector<rt::Observation>& observations) {
   for (const rt::Observation& o : observations) identification.add(o);
-}
-
-double parameter(const rt::IdentifiedModel& model, const std::string& name) {
-  for (const rt::EstimatedParameter& p : model.parameters) {
-    if (p.name == name) return p.value;
-  }
-  return std::numeric_limits<double>::quiet_NaN();
 }
 
 TEST(ContactIdentification, FindsALawWithItsErrorsByEveryMethod) {
@@ -107,8 +99,7 @@ TEST(ContactIdentification, WantsTheDepthItWasAskedFor) {
   ContactIdentification identification(task, rig());
   feed(identification, synthetic_observations(kLaw, 6.0));
   EXPECT_FALSE(identification.progress().converged);
-  EXPECT_EQ(identification.progress().missing.front().rfind("press deeper than 9 mm", 0), 0U)
-      << identification.progress().missing.front();
+  EXPECT_TRUE(holds(identification.progress().missing.front(), "press deeper than 9 mm"));
 }
 
 TEST(ContactIdentification, LeavesOutWhatIsUnfitAndSaysSo) {
@@ -131,11 +122,9 @@ TEST(ContactIdentification, LeavesOutWhatIsUnfitAndSaysSo) {
   EXPECT_LT(law_displacement_error(kLaw, std::get<rt::ContactModel>(model->content).hunt_crossley->parameters,
                                    kDepthMm, kLateMm),
             0.04);
-  std::string remarks;
-  for (const std::string& r : identification.progress().remarks) remarks += r + "\n";
-  EXPECT_NE(remarks.find("not a number"), std::string::npos) << remarks;
-  EXPECT_NE(remarks.find("end of range"), std::string::npos) << remarks;
-  EXPECT_NE(remarks.find("gap"), std::string::npos) << remarks;
+  for (const char* words : {"not a number", "end of range", "gap"}) {
+    EXPECT_TRUE(has_remark(identification, words)) << words;
+  }
 }
 
 TEST(ContactIdentification, RefusesWhatIsNoPalpationAndSaysWhatToDo) {
@@ -231,27 +220,18 @@ TEST(ContactIdentification, FindsTheSurfaceOfASlowUnevenRecording) {
   }
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
-  EXPECT_NEAR(parameter(*model, "contact_point_mm"), -0.2, 0.05);
-  EXPECT_NEAR(parameter(*model, "exponent"), 1.4, 0.05);
+  EXPECT_NEAR(parameter(*model, "contact_point_mm").value, -0.2, 0.05);
+  EXPECT_NEAR(parameter(*model, "exponent").value, 1.4, 0.05);
   EXPECT_EQ(identification.next_request().motion, MotionRequest::Motion::kRest);
 }
 
 TEST(ContactIdentification, FitsARealCycleWithUnloadingAsOthersDo) {
-  const char* folder = std::getenv("HAPTICD_RECORDINGS");
-  if (folder == nullptr || *folder == '\0') GTEST_SKIP() << "HAPTICD_RECORDINGS is not set";
-  const auto path = std::filesystem::path(folder) / "silicone_indentation" / "cycle_8.csv";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const auto path = real_recording("silicone_indentation/cycle_8.csv");
+  if (path.empty()) GTEST_SKIP() << "HAPTICD_RECORDINGS has no such recording";
   const auto recording = replay::load_recording(path.string(), {});
   ASSERT_TRUE(recording) << recording.error().text();
-  ContactIdentification identification(ContactTask{},
-                                       rig(hal::RigKind::kReplay, 1.0 / recording->median_step_s));
-  rt::Observation o;
-  for (std::size_t i = 0; i < recording->time_s.size(); ++i) {
-    o.sample.time_ns = std::llround(1e9 * recording->time_s[i]);
-    o.sample.tip_position_mm.z = -recording->depth_mm[i];
-    o.sample.sensor_force_n.z = recording->force_n[i];
-    identification.add(o);
-  }
+  ContactIdentification identification(ContactTask{}, recording_rig(1.0 / recording->median_step_s));
+  play(identification, *recording);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   EXPECT_LT(model->residual, 0.10);

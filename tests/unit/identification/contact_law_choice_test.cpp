@@ -4,17 +4,18 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <random>
 #include <string>
 
-#include "hal/replay/recording.h"
+#include "identified.h"
+#include "real_recording.h"
 #include "server/identification/session/contact/contact_identification.h"
 #include "tests/reference/creep_force.h"
 
 namespace hapticd::identification {
 namespace {
+
+using namespace test;
 
 constexpr double kStepS = 1e-2;
 
@@ -122,35 +123,21 @@ TEST(HeldOutBlocks, EverySampleIsHeldOutInOneFoldAndNeighboursTogether) {
 }
 
 TEST(ContactLawChoice, ACompressedElastomerGetsACurveThatItsWholeLoadingObeys) {
-  const char* folder = std::getenv("HAPTICD_RECORDINGS");
-  if (folder == nullptr || *folder == '\0') GTEST_SKIP() << "HAPTICD_RECORDINGS is not set";
-  const auto path = std::filesystem::path(folder) / "ecoflex_compression" / "EF30_50T_A1.csv";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const auto path = real_recording("ecoflex_compression/EF30_50T_A1.csv");
+  if (path.empty()) GTEST_SKIP() << "HAPTICD_RECORDINGS has no such recording";
   replay::RecordingColumns columns;
   columns.position.column = "compression_mm";
   const auto recording = replay::load_recording(path.string(), columns);
   ASSERT_TRUE(recording) << recording.error().text();
-  hal::RigInfo rig;
-  rig.kind = hal::RigKind::kReplay;
-  rig.rate_hz = 1.0 / recording->median_step_s;
-  ContactIdentification identification(ContactTask{}, rig);
-  rt::Observation o;
-  for (std::size_t i = 0; i < recording->time_s.size(); ++i) {
-    o.sample.time_ns = std::llround(1e9 * recording->time_s[i]);
-    o.sample.tip_position_mm.z = -recording->depth_mm[i];
-    o.sample.sensor_force_n.z = recording->force_n[i];
-    identification.add(o);
-  }
+  ContactIdentification identification(ContactTask{}, recording_rig(1.0 / recording->median_step_s));
+  play(identification, *recording);
   const auto model = identification.finish();
   ASSERT_TRUE(model) << model.error().text();
   const auto& curve = std::get<rt::ContactModel>(model->content).creep;
   ASSERT_TRUE(curve);
   EXPECT_NE(model->procedure.find("chosen: "), std::string::npos) << model->procedure;
   EXPECT_EQ(model->procedure.find("chosen: power law"), std::string::npos) << model->procedure;
-  double surface_mm = 0.0;
-  for (const rt::EstimatedParameter& p : model->parameters) {
-    if (p.name == "curve_surface_mm") surface_mm = p.value;
-  }
+  const double surface_mm = parameter(*model, "curve_surface_mm").value;
   EXPECT_NEAR(model->validity.max_displacement_mm, 20.0 - surface_mm, 0.1);
   CreepForce inverse(curve->parameters);
   double left = 0.0, whole = 0.0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/samples.h"
+#include "rt/deformation/creep_law.h"
 #include "rt/deformation/hunt_crossley.h"
 #include "rt/record/observation.h"
 #include "server/identification/gate/palpation_sample.h"
@@ -103,6 +104,18 @@ inline double law_displacement_error(const rt::HuntCrossleyParameters& truth,
     ++count;
   }
   return std::sqrt(sum / count);
+}
+
+/// An object that creeps, up to 9 mm at 2 N.
+inline rt::CreepParameters some_creep() {
+  rt::CreepParameters law;
+  law.weight = {0.55, 0.1, 0.15, 0.1, 0.1};
+  law.max_force_n = 2.0;
+  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
+    const double share = std::pow(static_cast<double>(j) / 16.0, 2);
+    law.displacement_mm[j] = 9.0 * (0.7 * std::pow(share, 0.6) + 0.3 * share);
+  }
+  return law;
 }
 
 }  // namespace hapticd::identification::test

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "identified.h"
 #include "rt/friction/dahl.h"
 #include "rt/friction/maxwell_slip.h"
 #include "server/identification/gate/sample_gate.h"
@@ -15,6 +16,8 @@
 
 namespace hapticd::identification {
 namespace {
+
+using namespace test;
 
 /// A recording of strokes back and forth, sample by sample.
 struct Strokes {
@@ -31,13 +34,6 @@ struct Strokes {
   double force_scale = 1.0, position_scale = 1.0;
   unsigned seed = 3;
 };
-
-hal::RigInfo recorder(double rate_hz) {
-  hal::RigInfo info;
-  info.kind = hal::RigKind::kReplay;
-  info.rate_hz = rate_hz;
-  return info;
-}
 
 using Spoil = std::function<void(std::int64_t tick, rt::Observation&)>;
 
@@ -76,20 +72,13 @@ void play(FrictionIdentification& identification, const Strokes& s, const Spoil&
 
 hal::Result<rt::IdentifiedModel> found(const Strokes& strokes, FrictionTask task = {},
                                        const Spoil& spoil = {}) {
-  FrictionIdentification identification(task, recorder(strokes.rate_hz));
+  FrictionIdentification identification(task, recording_rig(strokes.rate_hz));
   play(identification, strokes, spoil);
   return identification.finish();
 }
 
 const rt::FrictionParameters& friction_of(const rt::IdentifiedModel& model) {
   return std::get<rt::FrictionModel>(model.content).friction;
-}
-
-const rt::EstimatedParameter& parameter(const rt::IdentifiedModel& model, const std::string& name) {
-  for (const rt::EstimatedParameter& p : model.parameters) {
-    if (p.name == name) return p;
-  }
-  throw std::out_of_range(name);
 }
 
 TEST(FrictionIdentification, FindsLongStrokesByDivideAndConquer) {
@@ -331,7 +320,7 @@ TEST(FrictionIdentification, WishesTapsThenStrokesAndNothingOfARecording) {
   ASSERT_FALSE(live.finish());
 
   Strokes strokes;
-  FrictionIdentification recorded({}, recorder(strokes.rate_hz));
+  FrictionIdentification recorded({}, recording_rig(strokes.rate_hz));
   EXPECT_EQ(recorded.next_request().motion, MotionRequest::Motion::kRest);
   play(recorded, strokes);
   EXPECT_TRUE(recorded.progress().converged);

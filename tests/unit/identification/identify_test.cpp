@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 
+#include "contact_synthetic.h"
 #include "tests/reference/contact_fit.h"
 #include "tests/reference/friction_fit.h"
 #include "tests/unit/rt/deformation/directions.h"
@@ -43,19 +44,6 @@ std::vector<PalpationSample> palpate(const Force& force_n, const std::vector<Tap
   return samples;
 }
 
-/// rms of x̂/x - 1 against the true law, beyond a tenth of the deepest.
-double displacement_error(const rt::HuntCrossleyParameters& truth, const rt::HuntCrossleyParameters& found,
-                          double deepest_mm) {
-  double sum = 0.0;
-  int count = 0;
-  for (double x = 0.1 * deepest_mm; x <= deepest_mm; x += 0.01 * deepest_mm) {
-    const double f = rt::hunt_crossley_force_n(truth, x, 0.0);
-    sum += std::pow(rt::hunt_crossley_displacement(found, f, 0.0).displacement_mm / x - 1.0, 2);
-    ++count;
-  }
-  return std::sqrt(sum / count);
-}
-
 TEST(Identify, FindsAHuntCrossleyLawUnderNoiseAndQuantisation) {
   struct Case {
     rt::HuntCrossleyParameters law;
@@ -74,7 +62,7 @@ TEST(Identify, FindsAHuntCrossleyLawUnderNoiseAndQuantisation) {
     EXPECT_NEAR(found.damping_n_s_per_mm_m1 / found.stiffness_n_per_mm_m,
                 c.law.damping_n_s_per_mm_m1 / c.law.stiffness_n_per_mm_m, 3e-4)
         << "B/K, m " << c.law.exponent;
-    EXPECT_LT(displacement_error(c.law, found, c.depth_mm), 0.021) << "m " << c.law.exponent;
+    EXPECT_LT(test::law_displacement_error(c.law, found, c.depth_mm), 0.021) << "m " << c.law.exponent;
     EXPECT_LT(fit->relative_error, 0.06) << "the error it shows itself, noise included";
   }
 }
@@ -113,13 +101,7 @@ std::vector<PalpationSample> creep_palpation(const rt::CreepParameters& truth, d
 }
 
 TEST(Identify, FindsACreepLawsDisplacement) {
-  rt::CreepParameters truth;
-  truth.weight = {0.55, 0.1, 0.15, 0.1, 0.1};
-  truth.max_force_n = 2.0;
-  for (std::size_t j = 0; j < rt::CreepParameters::kKnots; ++j) {
-    const double share = std::pow(static_cast<double>(j) / 16.0, 2);
-    truth.displacement_mm[j] = 9.0 * (0.7 * std::pow(share, 0.6) + 0.3 * share);
-  }
+  const rt::CreepParameters truth = test::some_creep();
   for (const double noise_n : {0.0, 0.003}) {
     const auto palpation = creep_palpation(truth, noise_n);
     const auto fit = fit_creep(palpation, 1000.0);
@@ -146,7 +128,6 @@ struct Stroking {
   double radius_mm = 0.0;  ///< 0: a plane
   double noise_n = 0.003;
   double step_mm = 0.03;
-  bool to_and_fro = true;
   double reach_mm = 25.0;
 };
 
@@ -163,8 +144,8 @@ std::vector<StrokeSample> strokes(const rt::FrictionParameters& friction, const 
   for (int i = 0; i < 20'000; ++i) {
     const double omega = 2.0 * std::numbers::pi * (i < 10'000 ? 0.5 : 1.0);
     const double t = 1e-3 * i;
-    const double way = how.to_and_fro ? how.reach_mm * std::sin(omega * t) : 0.01 * i;
-    const double mm_per_s = how.to_and_fro ? how.reach_mm * omega * std::cos(omega * t) : 10.01;
+    const double way = how.reach_mm * std::sin(omega * t);
+    const double mm_per_s = how.reach_mm * omega * std::cos(omega * t);
     const hal::Vector3 normal = normal_at(way);
     const hal::Vector3 tangent = rt::direction_or(rt::across(along, normal), {});
     const hal::Vector3 felt = surface.move(tangent * (way - before), normal, 1.2 + 0.6 * std::sin(0.9 * t));
@@ -204,78 +185,22 @@ TEST(Identify, FindsFrictionWithoutKnowingTheSurface) {
   }
 }
 
-TEST(Identify, FindsCoulombFrictionExactly) {
-  for (const rt::FrictionParameters& truth :
-       {rt::FrictionParameters{0.3, 1e-3, 0.0}, rt::FrictionParameters{0.6, 1e-3, 5e-4}}) {
+// Without noise. Right after a turn friction that preslides has not turned yet, and the mean of the two ways
+// is not the normal: those samples must stay out of the bins.
+TEST(Identify, FindsTheLevelOfFriction) {
+  struct Case {
+    rt::FrictionParameters truth;
+    double kinetic, viscous_n_s_per_mm;  ///< tolerances
+  };
+  for (const Case& c : {Case{{0.3, 1e-3, 0.0}, 0.003, 2e-5}, Case{{0.6, 1e-3, 5e-4}, 0.003, 2e-5},
+                        Case{{0.3, 0.3, 0.0}, 0.03, 1e-4}, Case{{0.6, 0.5, 5e-4}, 0.03, 1e-4}}) {
     Stroking how;
     how.noise_n = how.step_mm = 0.0;
-    const auto fit = fit_friction(strokes(truth, how), {1.0, 0.0, 0.0});
+    const auto fit = fit_friction(strokes(c.truth, how), {1.0, 0.0, 0.0});
     ASSERT_TRUE(fit);
-    EXPECT_NEAR(fit->parameters.kinetic / truth.kinetic, 1.0, 0.003);
-    EXPECT_NEAR(fit->parameters.viscous_n_s_per_mm, truth.viscous_n_s_per_mm, 2e-5);
+    EXPECT_NEAR(fit->parameters.kinetic / c.truth.kinetic, 1.0, c.kinetic);
+    EXPECT_NEAR(fit->parameters.viscous_n_s_per_mm, c.truth.viscous_n_s_per_mm, c.viscous_n_s_per_mm);
   }
-}
-
-// Right after a turn friction has not turned yet, and the mean of the two ways is not the normal: those
-// samples must stay out of the bins.
-TEST(Identify, FindsTheLevelOfFrictionThatPreslides) {
-  for (const rt::FrictionParameters& truth :
-       {rt::FrictionParameters{0.3, 0.3, 0.0}, rt::FrictionParameters{0.6, 0.5, 5e-4}}) {
-    Stroking how;
-    how.noise_n = how.step_mm = 0.0;
-    const auto fit = fit_friction(strokes(truth, how), {1.0, 0.0, 0.0});
-    ASSERT_TRUE(fit);
-    EXPECT_NEAR(fit->parameters.kinetic / truth.kinetic, 1.0, 0.03);
-    EXPECT_NEAR(fit->parameters.viscous_n_s_per_mm, truth.viscous_n_s_per_mm, 1e-4);
-  }
-}
-
-TEST(Identify, RefusesWhatDoesNotTellAndSaysWhatWould) {
-  const rt::HuntCrossleyParameters law{0.3, 0.0, 1.5};
-  auto palpation = palpate([&](double x, double rate) { return rt::hunt_crossley_force_n(law, x, rate); },
-                           {{5.0, 0.5, 4.0}}, 0.0, 0.0);
-  const std::vector<PalpationSample> few(palpation.begin() + 300, palpation.begin() + 380);
-  const std::vector<PalpationSample> held(1000, PalpationSample{3.0, 0.0, 1.5, true});
-  std::vector<PalpationSample> in_the_air = palpation;
-  for (PalpationSample& s : in_the_air) s.in_contact = false;
-  for (const auto& [name, samples] :
-       {std::pair{"none", std::vector<PalpationSample>{}}, std::pair{"few", few},
-        std::pair{"in the air", in_the_air}, std::pair{"held at one force", held}}) {
-    const auto fit = fit_hunt_crossley(samples);
-    ASSERT_FALSE(fit) << name;
-    EXPECT_NE(fit.error().remedy.find("press deeper"), std::string::npos) << name;
-    EXPECT_EQ(fit.error().where, "identification of the contact law") << name;
-    EXPECT_FALSE(fit.error().limit.empty());
-  }
-  for (const auto& [name, samples] : {std::pair{"none", std::vector<PalpationSample>{}},
-                                      std::pair{"few", few}, std::pair{"in the air", in_the_air}}) {
-    const auto fit = fit_creep(samples, 1000.0);
-    ASSERT_FALSE(fit) << name;
-    EXPECT_NE(fit.error().remedy.find("press deeper"), std::string::npos) << name;
-  }
-}
-
-TEST(Identify, RefusesStrokesThatDoNotTellFriction) {
-  const rt::FrictionParameters truth{0.3, 0.3, 0.0};
-  Stroking one_way;
-  one_way.to_and_fro = false;
-  const auto once = fit_friction(strokes(truth, one_way), {1.0, 0.0, 0.0});
-  ASSERT_FALSE(once);
-  EXPECT_EQ(once.error().what, "no place was stroked both ways");
-  EXPECT_EQ(once.error().remedy, "stroke back and forth over the same place");
-  EXPECT_FALSE(fit_friction({}, {1.0, 0.0, 0.0}));
-
-  // Back and forth at one speed under one force: level and viscosity look alike.
-  std::vector<StrokeSample> monotonous;
-  for (int i = 0; i < 8000; ++i) {
-    const int phase = i % 800;
-    const double way = phase < 400 ? 0.05 * phase : 0.05 * (800 - phase);
-    const double sign = phase < 400 ? 1.0 : -1.0;
-    monotonous.push_back({way, 50.0 * sign, {-0.3 * sign, 0.0, 1.0}});
-  }
-  const auto fit = fit_friction(monotonous, {1.0, 0.0, 0.0});
-  ASSERT_FALSE(fit);
-  EXPECT_EQ(fit.error().remedy, "stroke faster and slower, softer and harder");
 }
 
 }  // namespace

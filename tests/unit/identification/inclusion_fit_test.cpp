@@ -7,26 +7,14 @@
 #include <cmath>
 #include <random>
 
-#include "rt/inclusion/inclusion_energy.h"
-#include "rt/signal/vector.h"
+#include "hidden_inclusion.h"
 
 namespace hapticd::identification {
 namespace {
 
+using namespace test;
+
 using hal::Vector3;
-
-constexpr double kRadiusMm = 60.0;
-
-rt::InclusionParameters inclusion_at(double x, double y, double depth_mm) {
-  rt::InclusionParameters inclusion;
-  inclusion.surface_mm = {x, y, std::sqrt(kRadiusMm * kRadiusMm - x * x - y * y) - kRadiusMm};
-  const Vector3 from_centre = inclusion.surface_mm + Vector3{0.0, 0.0, kRadiusMm};
-  inclusion.place_mm = inclusion.surface_mm - from_centre * (depth_mm / rt::norm(from_centre));
-  inclusion.response = {0.03, 2e-5, 2.1};
-  inclusion.attenuation = 4.0;
-  inclusion.max_displacement_mm = 100.0;
-  return inclusion;
-}
 
 /// Presses straight down on a sphere of 60 mm whose own force is 0.08 x + 0.004 x², by a ball whose lowest
 /// point is the tip.
@@ -37,7 +25,7 @@ std::vector<Press> presses(const std::vector<Vector3>& places, const rt::Inclusi
   std::normal_distribution<double> noise(0.0, 0.01);
   std::vector<Press> all;
   for (const Vector3& place : places) {
-    const double z = std::sqrt(reach_mm * reach_mm - place.x * place.x - place.y * place.y) - reach_mm;
+    const double z = surface_z_mm(place.x, place.y, reach_mm);
     Press press;
     press.surface_mm = {place.x, place.y, z};
     for (int i = 1; i <= 60; ++i) {

@@ -7,8 +7,12 @@
 #include <cmath>
 #include <limits>
 
+#include "identified.h"
+
 namespace hapticd::identification {
 namespace {
+
+using namespace test;
 
 using hal::Vector3;
 
@@ -118,12 +122,8 @@ TEST(ThresholdIdentification, ATouchStandsAlone) {
     const double extra = i > 30'000 && i < 30'200 ? 0.8 : 1e-3 * std::sin(0.02 * i);
     identification.add(free_sample(1e-3 * i, 0.0, extra));
   }
-  const IdentificationProgress progress = identification.progress();
-  EXPECT_FALSE(progress.converged);
-  bool reported = false;
-  for (const std::string& remark : progress.remarks)
-    reported = reported || remark.find("touched") != std::string::npos;
-  EXPECT_TRUE(reported);
+  EXPECT_FALSE(identification.progress().converged);
+  EXPECT_TRUE(has_remark(identification, "touched"));
 }
 
 TEST(ThresholdIdentification, ShortAndDeadSignalsAreRefused) {

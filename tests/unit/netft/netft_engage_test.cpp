@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <functional>
 
 #include "netft_bench.h"
 
@@ -92,59 +93,60 @@ TEST(NetFtEngage, ALostRequestIsRepeated) {
   EXPECT_GE(bench.figure("stream_requests"), 2.0);
 }
 
-TEST(NetFtEngage, RefusesWithoutHttp) {
-  emulators::NetFtBoxSettings settings;
-  settings.has_page = false;
-  NetFtBench bench(settings);
-  expect_refusal(bench, "does not answer over HTTP", "/netftapi2.xml");
-}
-
-TEST(NetFtEngage, RefusesAPageThatIsNotThere) {
-  NetFtBench bench;
-  bench.box.page().set_manner(PageManner::kNotFound);
-  expect_refusal(bench, "no such page", "/netftapi2.xml");
-}
-
-TEST(NetFtEngage, RefusesAServerThatClosesWithoutAWord) {
-  NetFtBench bench;
-  bench.box.page().set_manner(PageManner::kRefuse);
-  expect_refusal(bench, "does not answer over HTTP", "/netftapi2.xml");
-}
-
-TEST(NetFtEngage, DoesNotWaitForEverForAServerThatHangsOrDrips) {
-  for (const PageManner manner : {PageManner::kHang, PageManner::kDrip}) {
-    NetFtBench bench;
-    bench.config.connect_timeout_s = 0.3;
-    bench.box.page().set_manner(manner);
-    expect_refusal(bench, "did not answer over HTTP in time", "/netftapi2.xml");
+TEST(NetFtEngage, RefusesWhatCannotBeReadByName) {
+  using Settings = emulators::NetFtBoxSettings;
+  const auto set = [](auto Settings::*member, auto value) {
+    Settings settings;
+    settings.*member = value;
+    return settings;
+  };
+  const auto nothing = [](NetFtBench&) {};
+  const auto manner = [](PageManner how) {
+    return [how](NetFtBench& bench) { bench.box.page().set_manner(how); };
+  };
+  const auto text = [](const char* shown) {
+    return [shown](NetFtBench& bench) { bench.box.page().set_text(shown); };
+  };
+  // A server that hangs or drips is not waited for.
+  const auto hurried = [](PageManner how) {
+    return [how](NetFtBench& bench) {
+      bench.config.connect_timeout_s = 0.3;
+      bench.box.page().set_manner(how);
+    };
+  };
+  struct Case {
+    Settings settings;
+    std::function<void(NetFtBench&)> spoil;
+    const char* what;
+    const char* where;
+  };
+  const char* page = "/netftapi2.xml";
+  for (const Case& one : {
+           Case{set(&Settings::has_page, false), nothing, "does not answer over HTTP", page},
+           Case{{}, manner(PageManner::kNotFound), "no such page", page},
+           Case{{}, manner(PageManner::kRefuse), "does not answer over HTTP", page},
+           Case{{}, hurried(PageManner::kHang), "did not answer over HTTP in time", page},
+           Case{{}, hurried(PageManner::kDrip), "did not answer over HTTP in time", page},
+           Case{{}, manner(PageManner::kEndless), "too long", page},
+           Case{{}, text("<html><body>It works!</body></html>"), "missing", "cfgcpf"},
+           Case{{}, text("<netft><cfgcpf>1000000</cfgcpf"), "not XML", page},
+           Case{set(&Settings::force_unit, "stone"), nothing, "unknown unit of force", "scfgfu"},
+           Case{{},
+                [](NetFtBench& bench) { bench.config.model = "nano17_si_12"; },
+                "calibration of the box is not that of a SI-12-0.12",
+                "cfgmr"},
+           Case{{},
+                [](NetFtBench& bench) { bench.config.serial = "FT99999"; },
+                "the active calibration of the box is not the expected one",
+                "cfgcalsn"},
+           Case{set(&Settings::rdt_enabled, false), nothing, "switched off", "comrdte"},
+           Case{set(&Settings::rate_hz, 500.0), nothing, "too slowly", "comrdtrate"},
+       }) {
+    SCOPED_TRACE(one.what);
+    NetFtBench bench(one.settings);
+    one.spoil(bench);
+    expect_refusal(bench, one.what, one.where);
   }
-}
-
-TEST(NetFtEngage, RefusesAPageWithoutEnd) {
-  NetFtBench bench;
-  bench.box.page().set_manner(PageManner::kEndless);
-  expect_refusal(bench, "too long", "/netftapi2.xml");
-}
-
-TEST(NetFtEngage, RefusesAPageThatIsNoConfiguration) {
-  NetFtBench bench;
-  bench.box.page().set_text("<html><body>It works!</body></html>");
-  expect_refusal(bench, "missing", "cfgcpf");
-  bench.box.page().set_text("<netft><cfgcpf>1000000</cfgcpf");
-  expect_refusal(bench, "not XML", "/netftapi2.xml");
-}
-
-TEST(NetFtEngage, RefusesAnUnknownUnit) {
-  emulators::NetFtBoxSettings settings;
-  settings.force_unit = "stone";
-  NetFtBench bench(settings);
-  expect_refusal(bench, "unknown unit of force", "scfgfu");
-}
-
-TEST(NetFtEngage, RefusesAnotherCalibration) {
-  NetFtBench bench;
-  bench.config.model = "nano17_si_12";
-  expect_refusal(bench, "calibration of the box is not that of a SI-12-0.12", "cfgmr");
 }
 
 TEST(NetFtEngage, TakesAnImperialCalibrationForItsMetricTwin) {
@@ -156,26 +158,6 @@ TEST(NetFtEngage, TakesAnImperialCalibrationForItsMetricTwin) {
   NetFtBench bench(settings);
   const auto error = bench.engage();
   EXPECT_FALSE(error) << error->text();
-}
-
-TEST(NetFtEngage, RefusesAnotherSerial) {
-  NetFtBench bench;
-  bench.config.serial = "FT99999";
-  expect_refusal(bench, "the active calibration of the box is not the expected one", "cfgcalsn");
-}
-
-TEST(NetFtEngage, RefusesABoxWhoseStreamIsSwitchedOff) {
-  emulators::NetFtBoxSettings settings;
-  settings.rdt_enabled = false;
-  NetFtBench bench(settings);
-  expect_refusal(bench, "switched off", "comrdte");
-}
-
-TEST(NetFtEngage, RefusesARateThatLeavesTicksWithoutASample) {
-  emulators::NetFtBoxSettings settings;
-  settings.rate_hz = 500.0;
-  NetFtBench bench(settings);
-  expect_refusal(bench, "too slowly", "comrdtrate");
 }
 
 TEST(NetFtEngage, RefusesABoxThatSendsNothing) {

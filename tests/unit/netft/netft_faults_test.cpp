@@ -15,9 +15,17 @@ namespace status = hal::sample_status;
 constexpr std::uint16_t kStartRequest = 0x02;
 constexpr std::uint16_t kResetLatch = 0x41;
 
-TEST(NetFtFaults, LostSamplesAreCountedAndLeaveTheMeanOfTheRest) {
-  FedBench bench;
-  ASSERT_FALSE(bench.engage());
+/// An engaged sensor.
+template <class Bench>
+class Engaged : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_FALSE(bench.engage()); }
+  Bench bench;
+};
+using NetFtFaults = Engaged<NetFtBench>;
+using NetFtFedFaults = Engaged<FedBench>;
+
+TEST_F(NetFtFedFaults, LostSamplesAreCountedAndLeaveTheMeanOfTheRest) {
   bench.feed({1.0, 0.0, 0.0});
   bench.box.drop_next(3);
   for (int i = 0; i < 3; ++i) bench.box.feed({100.0, 0.0, 0.0}, {});
@@ -29,9 +37,7 @@ TEST(NetFtFaults, LostSamplesAreCountedAndLeaveTheMeanOfTheRest) {
   EXPECT_EQ(bench.figure("samples_lost"), 3.0);
 }
 
-TEST(NetFtFaults, DuplicatesCountOnce) {
-  FedBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFedFaults, DuplicatesCountOnce) {
   bench.box.duplicate_next(1);
   bench.feed({4.0, 0.0, 0.0});
   bench.feed({0.0, 0.0, 0.0});
@@ -41,9 +47,7 @@ TEST(NetFtFaults, DuplicatesCountOnce) {
   EXPECT_NEAR(sample.sensor_force_n.x, 2.0, 1e-6);
 }
 
-TEST(NetFtFaults, AnOvertakenSampleIsLeftOut) {
-  FedBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFedFaults, AnOvertakenSampleIsLeftOut) {
   bench.box.swap_next(1);
   bench.box.feed({10.0, 0.0, 0.0}, {});
   bench.box.feed({2.0, 0.0, 0.0}, {});
@@ -54,7 +58,7 @@ TEST(NetFtFaults, AnOvertakenSampleIsLeftOut) {
   EXPECT_EQ(bench.figure("box_restarts"), 0.0);
 }
 
-TEST(NetFtFaults, TheSequenceMayWrapRound) {
+TEST(NetFtStream, TheSequenceMayWrapRound) {
   emulators::NetFtBoxSettings settings;
   settings.first_rdt_sequence = 0xffff'ffffU - 50;
   settings.continue_sequence = true;
@@ -66,9 +70,7 @@ TEST(NetFtFaults, TheSequenceMayWrapRound) {
   EXPECT_EQ(bench.figure("box_restarts") + bench.figure("stream_restarts"), 0.0);
 }
 
-TEST(NetFtFaults, DatagramsThatAreNoRecordsAreCountedAndIgnored) {
-  FedBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFedFaults, DatagramsThatAreNoRecordsAreCountedAndIgnored) {
   bench.box.send_garbage(50);
   bench.box.send_short(20);
   bench.box.send_long(20);
@@ -80,9 +82,7 @@ TEST(NetFtFaults, DatagramsThatAreNoRecordsAreCountedAndIgnored) {
   EXPECT_NEAR(sample.sensor_force_n.x, 1.0, 1e-6);
 }
 
-TEST(NetFtFaults, DatagramsOfAStrangerAreCountedAndIgnored) {
-  FedBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFedFaults, DatagramsOfAStrangerAreCountedAndIgnored) {
   bench.box.load({9.0, 9.0, 9.0}, {});
   bench.box.send_from_stranger(7);
   ASSERT_TRUE(eventually([&] { return bench.figure("foreign_datagrams") == 7.0; }));
@@ -92,9 +92,7 @@ TEST(NetFtFaults, DatagramsOfAStrangerAreCountedAndIgnored) {
   EXPECT_NEAR(sample.sensor_force_n.x, 1.0, 1e-6);
 }
 
-TEST(NetFtFaults, ALoneRecordOutOfAllOrderChangesNothing) {
-  FedBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFedFaults, ALoneRecordOutOfAllOrderChangesNothing) {
   bench.box.send_wild_number();
   for (int i = 0; i < 10; ++i) bench.feed({1.0, 0.0, 0.0});
   EXPECT_EQ(bench.read().force_count, 10U);
@@ -103,7 +101,7 @@ TEST(NetFtFaults, ALoneRecordOutOfAllOrderChangesNothing) {
   EXPECT_EQ(bench.figure("box_restarts"), 0.0);
 }
 
-TEST(NetFtFaults, CountsAtTheEndOfTheNumbersAreSaturationAndNoMeasurement) {
+TEST(NetFtStream, CountsAtTheEndOfTheNumbersAreSaturationAndNoMeasurement) {
   for (const std::int32_t counts :
        {std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()}) {
     FedBench bench;
@@ -121,7 +119,7 @@ TEST(NetFtFaults, CountsAtTheEndOfTheNumbersAreSaturationAndNoMeasurement) {
   }
 }
 
-TEST(NetFtFaults, AReadingBeyondTheCalibratedRangeIsSaturation) {
+TEST(NetFtStream, AReadingBeyondTheCalibratedRangeIsSaturation) {
   struct Case {
     hal::Vector3 force_n;
     hal::Vector3 torque_n_mm;
@@ -139,7 +137,7 @@ TEST(NetFtFaults, AReadingBeyondTheCalibratedRangeIsSaturation) {
   }
 }
 
-TEST(NetFtFaults, StatusBitsBecomeFaultsWarningsAndNamedFindings) {
+TEST(NetFtStream, StatusBitsBecomeFaultsWarningsAndNamedFindings) {
   struct Case {
     std::uint32_t word;
     std::uint32_t bits;
@@ -170,9 +168,7 @@ TEST(NetFtFaults, StatusBitsBecomeFaultsWarningsAndNamedFindings) {
   }
 }
 
-TEST(NetFtFaults, AFindingIsKeptForAWhileSoThatPeopleSeeWhatFlickers) {
-  FedBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFedFaults, AFindingIsKeptForAWhileSoThatPeopleSeeWhatFlickers) {
   bench.box.set_status(0x8800'0000U);
   bench.feed({});
   bench.box.set_status(0);
@@ -182,9 +178,7 @@ TEST(NetFtFaults, AFindingIsKeptForAWhileSoThatPeopleSeeWhatFlickers) {
       [&] { return bench.sensor->report().state == hal::PartState::kReady && !bench.finds("serial link"); }));
 }
 
-TEST(NetFtFaults, TheConditionLatchCanBeReset) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, TheConditionLatchCanBeReset) {
   bench.box.latch_condition();
   ASSERT_TRUE(eventually([&] { return (bench.read().status & status::kForceWarning) != 0; }));
   ASSERT_FALSE(bench.sensor->reset_condition_latch());
@@ -197,7 +191,7 @@ TEST(NetFtFaults, TheConditionLatchCanBeReset) {
   EXPECT_TRUE(bench.sensor->reset_condition_latch());
 }
 
-TEST(NetFtFaults, ASilentBoxIsLostAskedAgainAndFoundAgain) {
+TEST(NetFtStream, ASilentBoxIsLostAskedAgainAndFoundAgain) {
   NetFtBench bench;
   bench.box.load({1.0, 0.0, 0.0}, {});
   ASSERT_FALSE(bench.engage());
@@ -224,7 +218,7 @@ TEST(NetFtFaults, ASilentBoxIsLostAskedAgainAndFoundAgain) {
   EXPECT_EQ(bench.figure("box_restarts"), 0.0);
 }
 
-TEST(NetFtFaults, AskingAgainBacksOff) {
+TEST(NetFtStream, AskingAgainBacksOff) {
   NetFtBench bench;
   bench.config.stale_after_ms = 50.0;
   bench.config.retry_first_ms = 50.0;
@@ -240,9 +234,7 @@ TEST(NetFtFaults, AskingAgainBacksOff) {
   EXPECT_LE(asked, 1.0 + std::log2(1.0 + elapsed_s / 0.05) + 1e-9);
 }
 
-TEST(NetFtFaults, AStreamThatAnotherClientTookIsWonBack) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, AStreamThatAnotherClientTookIsWonBack) {
   const int asked = bench.box.commands(kStartRequest);
   bench.box.give_stream_away();
   ASSERT_TRUE(eventually([&] { return bench.box.commands(kStartRequest) > asked; }));
@@ -254,9 +246,7 @@ TEST(NetFtFaults, AStreamThatAnotherClientTookIsWonBack) {
   EXPECT_EQ(bench.figure("box_restarts"), 0.0);
 }
 
-TEST(NetFtFaults, ABoxThatRestartsIsFoundAgain) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, ABoxThatRestartsIsFoundAgain) {
   bench.box.restart(0.6);
   ASSERT_TRUE(eventually([&] { return (bench.read().status & status::kForceLost) != 0; }));
   ASSERT_TRUE(eventually([&] { return bench.figure("box_restarts") == 1.0; }));
@@ -266,18 +256,14 @@ TEST(NetFtFaults, ABoxThatRestartsIsFoundAgain) {
   }));
 }
 
-TEST(NetFtFaults, NumbersThatBeginAgainWithinTheStreamAreARestartToo) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, NumbersThatBeginAgainWithinTheStreamAreARestartToo) {
   ASSERT_TRUE(eventually([&] { return bench.figure("samples") > 3000.0; }));
   bench.box.restart_numbers();
   ASSERT_TRUE(eventually([&] { return bench.figure("box_restarts") == 1.0; }));
   EXPECT_TRUE(eventually([&] { return bench.read().force_count > 0; }));
 }
 
-TEST(NetFtFaults, ASecondRestartWithinTenSecondsIsASensorFault) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, ASecondRestartWithinTenSecondsIsASensorFault) {
   bool faulty = false;
   const auto restart = [&](double count) {
     const double samples = bench.figure("samples");
@@ -299,9 +285,7 @@ TEST(NetFtFaults, ASecondRestartWithinTenSecondsIsASensorFault) {
       << "one tick says it: the guard latches";
 }
 
-TEST(NetFtFaults, NumbersThatRunAheadOfTimeAreASensorFault) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, NumbersThatRunAheadOfTimeAreASensorFault) {
   ASSERT_TRUE(eventually([&] { return bench.figure("samples") > 10'000.0; }));
   EXPECT_EQ(bench.figure("implausible_numbers"), 0.0);
   bench.read();
@@ -315,7 +299,7 @@ TEST(NetFtFaults, NumbersThatRunAheadOfTimeAreASensorFault) {
   EXPECT_EQ(bench.figure("box_restarts"), 0.0);
 }
 
-TEST(NetFtFaults, ADelayedStreamIsStillAStream) {
+TEST(NetFtStream, ADelayedStreamIsStillAStream) {
   NetFtBench bench;
   bench.box.load({1.0, 0.0, 0.0}, {});
   ASSERT_FALSE(bench.engage());
@@ -328,22 +312,18 @@ TEST(NetFtFaults, ADelayedStreamIsStillAStream) {
   EXPECT_EQ(bench.figure("box_restarts"), 0.0);
 }
 
-TEST(NetFtFaults, AStreamSlowerThanItSaysIsAFinding) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, AStreamSlowerThanItSaysIsAFinding) {
   bench.box.set_rate_hz(3000.0);
   EXPECT_TRUE(eventually([&] { return bench.finds("samples a second arrive of the 7000"); }));
 }
 
-TEST(NetFtFaults, ManyLostSamplesAreAFinding) {
-  NetFtBench bench;
-  ASSERT_FALSE(bench.engage());
+TEST_F(NetFtFaults, ManyLostSamplesAreAFinding) {
   bench.box.set_loss(0.2);
   EXPECT_TRUE(eventually([&] { return bench.finds("of the samples are lost in the network"); }));
 }
 
 /// All at once, seeded: what is counted must fit what was sent.
-TEST(NetFtFaults, ABadNetworkSpoilsNoMean) {
+TEST(NetFtStream, ABadNetworkSpoilsNoMean) {
   NetFtBench bench;
   bench.box.load({0.0, 0.0, 2.5}, {});
   ASSERT_FALSE(bench.engage());

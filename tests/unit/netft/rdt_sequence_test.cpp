@@ -14,6 +14,11 @@ struct Outcome {
   int old = 0;
   int unconfirmed = 0;
   int restarts = 0;
+  bool operator==(const Outcome&) const = default;
+  friend void PrintTo(const Outcome& o, std::ostream* out) {
+    *out << "used " << o.used << ", lost " << o.lost << ", duplicates " << o.duplicates << ", old " << o.old
+         << ", unconfirmed " << o.unconfirmed << ", restarts " << o.restarts;
+  }
 };
 
 /// `silence_at`: index of the first number after a silence.
@@ -58,84 +63,51 @@ std::vector<std::uint32_t> joined(std::vector<std::uint32_t> a, const std::vecto
   return a;
 }
 
-TEST(RdtSequence, CountsWhatIsMissing) {
-  const Outcome outcome = follow({5, 6, 9, 10});
-  EXPECT_EQ(outcome.used, 4);
-  EXPECT_EQ(outcome.lost, 2U);
-}
-
-TEST(RdtSequence, GoesOnAcrossTheWrap) {
-  const Outcome outcome = follow({0xffff'fffdU, 0xffff'fffeU, 0xffff'ffffU, 0, 1, 3});
-  EXPECT_EQ(outcome.used, 6);
-  EXPECT_EQ(outcome.lost, 1U);
-  EXPECT_EQ(outcome.restarts, 0);
-}
-
-TEST(RdtSequence, DropsDuplicatesAndWhatWasOvertaken) {
-  const Outcome outcome = follow({1, 2, 2, 4, 3, 4, 5});
-  EXPECT_EQ(outcome.used, 4);
-  EXPECT_EQ(outcome.duplicates, 2);
-  EXPECT_EQ(outcome.old, 1);
-  EXPECT_EQ(outcome.lost, 1U);
-  EXPECT_EQ(outcome.restarts, 0);
-}
-
-TEST(RdtSequence, ReorderingAcrossTheWrapIsNoRestart) {
-  const Outcome outcome = follow({0xffff'fffeU, 1, 0xffff'ffffU, 0, 2});
-  EXPECT_EQ(outcome.used, 3);
-  EXPECT_EQ(outcome.old, 2);
-  EXPECT_EQ(outcome.restarts, 0);
-}
-
-TEST(RdtSequence, ARestartFromFarIsTakenWithTheSecondRecord) {
-  const Outcome outcome = follow(joined(run(500'000, 10), run(0, 10)));
-  EXPECT_EQ(outcome.restarts, 1);
-  EXPECT_EQ(outcome.used, 19);
-  EXPECT_EQ(outcome.unconfirmed, 1);
-  EXPECT_EQ(outcome.lost, 0U);
-}
-
-TEST(RdtSequence, ARestartFromNearIsReportedFromReorderingByItsPersistence) {
-  const Outcome outcome = follow(joined(run(100, 900), run(0, 60)));
-  EXPECT_EQ(outcome.restarts, 1);
-  EXPECT_EQ(outcome.old, static_cast<int>(RdtSequence::kRestartRun) - 1);
-  EXPECT_EQ(outcome.used, 900 + 60 - static_cast<int>(RdtSequence::kRestartRun) + 1);
-}
-
-TEST(RdtSequence, AfterASilenceARestartFromNearIsTakenWithTheSecondRecord) {
-  const Outcome outcome = follow(joined(run(100, 50), run(0, 10)), 50);
-  EXPECT_EQ(outcome.restarts, 1);
-  EXPECT_EQ(outcome.old, 1);
-  EXPECT_EQ(outcome.used, 59);
-}
-
-TEST(RdtSequence, ABurstOfOldRecordsIsNoRestart) {
-  // A block of 20 that took another way.
-  const Outcome outcome =
-      follow(joined(joined(run(0, 100), run(120, 30)), joined(run(100, 20), run(150, 30))));
-  EXPECT_EQ(outcome.restarts, 0);
-  EXPECT_EQ(outcome.old, 20);
-  EXPECT_EQ(outcome.lost, 20U);
-}
-
-TEST(RdtSequence, ALoneWildNumberCostsNothingButItself) {
-  const Outcome outcome = follow({10, 11, 0x7000'0000U, 12, 13, 0x9000'0000U, 14, 15});
-  EXPECT_EQ(outcome.used, 6);
-  EXPECT_EQ(outcome.unconfirmed, 2);
-  EXPECT_EQ(outcome.lost, 0U);
-  EXPECT_EQ(outcome.restarts, 0);
+TEST(RdtSequence, NumbersAreWhatTheirOrderMakesThem) {
+  constexpr int kRun = RdtSequence::kRestartRun;
+  struct Case {
+    const char* name;
+    std::vector<std::uint32_t> numbers;
+    Outcome outcome;
+    std::size_t silence_at = SIZE_MAX;
+  };
+  for (const Case& c : {
+           Case{"in order", run(7, 100), {.used = 100}},
+           Case{"some are missing", {5, 6, 9, 10}, {.used = 4, .lost = 2}},
+           Case{"they wrap", {0xffff'fffdU, 0xffff'fffeU, 0xffff'ffffU, 0, 1, 3}, {.used = 6, .lost = 1}},
+           Case{"duplicates and what was overtaken",
+                {1, 2, 2, 4, 3, 4, 5},
+                {.used = 4, .lost = 1, .duplicates = 2, .old = 1}},
+           Case{"reordered across the wrap",
+                {0xffff'fffeU, 1, 0xffff'ffffU, 0, 2},
+                {.used = 3, .lost = 2, .old = 2}},
+           Case{"a restart from far is taken with the second record",
+                joined(run(500'000, 10), run(0, 10)),
+                {.used = 19, .unconfirmed = 1, .restarts = 1}},
+           Case{"a restart from near is told from reordering by its persistence",
+                joined(run(100, 900), run(0, 60)),
+                {.used = 900 + 60 - kRun + 1, .old = kRun - 1, .restarts = 1}},
+           Case{"after a silence it is taken with the second record",
+                joined(run(100, 50), run(0, 10)),
+                {.used = 59, .old = 1, .restarts = 1},
+                50},
+           Case{"a block of 20 that took another way is no restart",
+                joined(joined(run(0, 100), run(120, 30)), joined(run(100, 20), run(150, 30))),
+                {.used = 160, .lost = 20, .old = 20}},
+           Case{"a lone wild number costs nothing but itself",
+                {10, 11, 0x7000'0000U, 12, 13, 0x9000'0000U, 14, 15},
+                {.used = 6, .unconfirmed = 2}},
+           // The one that announces the jump is dropped.
+           Case{"a long gap is counted in full",
+                joined(run(0, 10), run(70'010, 10)),
+                {.used = 19, .lost = 70'001, .unconfirmed = 1}},
+       }) {
+    EXPECT_EQ(follow(c.numbers, c.silence_at), c.outcome) << c.name;
+  }
 }
 
 TEST(RdtSequence, AWildFirstNumberDoesNotShutTheRestOut) {
-  const Outcome outcome = follow(joined({0x9000'0000U}, run(10, 20)));
-  EXPECT_EQ(outcome.used, 20);
-}
-
-TEST(RdtSequence, ALongGapIsCountedInFull) {
-  const Outcome outcome = follow(joined(run(0, 10), run(70'010, 10)));
-  EXPECT_EQ(outcome.restarts, 0);
-  EXPECT_EQ(outcome.lost, 70'001U);  // the one that reported of the jump is dropped
-  EXPECT_EQ(outcome.used, 19);
+  EXPECT_EQ(follow(joined({0x9000'0000U}, run(10, 20))).used, 20);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ struct Reported {
   std::uint32_t code;
   const char* name;
   std::uint32_t bit;
+  friend void PrintTo(const Reported& reported, std::ostream* out) { *out << reported.name; }
 };
 
 class OpenHapticsErrors : public testing::TestWithParam<Reported> {};

@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <memory>
-#include <stdexcept>
 #include <utility>
 
 #include "hal/sim/simulated_rig.h"
 #include "rt/scene/compose.h"
 #include "rt/scene/renderer.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::study {
 
@@ -15,15 +15,15 @@ namespace hapticd::study {
 class AssistedRig {
  public:
   AssistedRig(const sim::SimulationConfig& rig, rt::SceneSpec spec)
-      : rig_(of(sim::SimulatedRig::create(rig))) {
-    scene_ = of(rt::resolve(std::move(spec), rig_->info()));
-    pipeline_ = of(rt::compose(scene_, rig_->info()));
+      : rig_(test::value_of(sim::SimulatedRig::create(rig))) {
+    scene_ = test::value_of(rt::resolve(std::move(spec), rig_->info()));
+    pipeline_ = test::value_of(rt::compose(scene_, rig_->info()));
     renderer_ = std::make_unique<rt::Renderer>(scene_.guard, rig_->info().rate_hz);
     renderer_->exchange(pipeline_.get(), scene_.guard, rt::assistance_of(scene_));
   }
 
   void set_hand(const sim::HandProgram& program) {
-    if (const auto error = rig_->set_program(program)) throw std::invalid_argument(error->text());
+    test::demand(rig_->set_program(program));
   }
   rt::Assistance& assistance() { return renderer_->assistance(); }
   rt::Renderer& renderer() { return *renderer_; }
@@ -51,12 +51,6 @@ class AssistedRig {
   const hal::TruthSample& truth() const { return truth_; }
 
  private:
-  template <class T>
-  static T of(hal::Result<T> result) {
-    if (!result) throw std::invalid_argument(result.error().text());
-    return std::move(*result);
-  }
-
   std::unique_ptr<sim::SimulatedRig> rig_;
   rt::SceneSpec scene_;
   std::unique_ptr<rt::Pipeline> pipeline_;

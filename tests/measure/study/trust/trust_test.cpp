@@ -14,6 +14,11 @@
 #include "tests/support/value_of.h"
 
 namespace hapticd::study {
+
+void PrintTo(const TrustCase& trial, std::ostream* out) {
+  *out << trial.text();
+}
+
 namespace {
 
 using test::FreeAirJudge;

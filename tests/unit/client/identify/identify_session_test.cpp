@@ -146,6 +146,7 @@ grpc::Status explained_end() {
 struct BreakCase {
   const char* name;
   grpc::Status status;
+  friend void PrintTo(const BreakCase& broken, std::ostream* out) { *out << broken.name; }
 };
 class IdentifyBreak : public testing::TestWithParam<BreakCase> {};
 

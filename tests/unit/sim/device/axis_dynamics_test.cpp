@@ -153,7 +153,7 @@ TEST(AxisDynamics, AShortPushMovesOnlyTheMassItActsOn) {
   EXPECT_NEAR(dynamics.motor_velocity_per_motor_force() / (1e-5 / (1e-3 * kHeld.motor_mass_kg)), 1.0, 1e-3);
 }
 
-class BareDevice : public testing::TestWithParam<const char*> {};
+class BareDevice : public testing::TestWithParam<std::string> {};
 
 TEST_P(BareDevice, SwingsAtItsStructuralMode) {
   DeviceModel device = *device_preset(GetParam());
@@ -185,7 +185,7 @@ TEST_P(BareDevice, SwingsAtItsStructuralMode) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Presets, BareDevice, testing::Values("phantom_1_0", "phantom_1_5_high_force"),
-                         [](const auto& tested) { return std::string(tested.param); });
+                         [](const auto& tested) { return tested.param; });
 
 }  // namespace
 }  // namespace hapticd::sim

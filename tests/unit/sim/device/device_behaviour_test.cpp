@@ -41,13 +41,13 @@ struct Bench {
   PreparedHand hand;
 };
 
-class Device : public testing::TestWithParam<const char*> {
+class Device : public testing::TestWithParam<std::string> {
  protected:
   DeviceModel model = *device_preset(GetParam());
 };
 
 INSTANTIATE_TEST_SUITE_P(Presets, Device, testing::Values("phantom_1_0", "phantom_1_5_high_force"),
-                         [](const auto& tested) { return std::string(tested.param); });
+                         [](const auto& tested) { return tested.param; });
 
 TEST_P(Device, ForceComesOneMillisecondAfterTheCommand) {
   Bench bench(model, kLetGo);

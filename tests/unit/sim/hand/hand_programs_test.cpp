@@ -33,9 +33,16 @@ TEST(RestingHand, HoldsTheToolAboveTheObject) {
 }
 
 class Press : public testing::TestWithParam<std::tuple<std::string, double>> {};
-INSTANTIATE_TEST_SUITE_P(
-    Objects, Press, testing::Combine(testing::ValuesIn(object_preset_names()), testing::Values(1.0, 4.0)),
-    [](const auto& tested) { return named(std::get<0>(tested.param), std::get<1>(tested.param)); });
+/// Every object with 4 N; the softest, a middle one and the hardest also with 1 N.
+std::vector<std::tuple<std::string, double>> presses() {
+  std::vector<std::tuple<std::string, double>> all{
+      {"sponge_block", 1.0}, {"rubber_ball", 1.0}, {"wood_plate", 1.0}};
+  for (const std::string& object : object_preset_names()) all.emplace_back(object, 4.0);
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(Objects, Press, testing::ValuesIn(presses()), [](const auto& tested) {
+  return named(std::get<0>(tested.param), std::get<1>(tested.param));
+});
 
 TEST_P(Press, ReachesItsForceAndLetsGoAgain) {
   const auto& [object, force_n] = GetParam();
@@ -98,10 +105,13 @@ TEST(PressRepeated, TouchesAsOftenAsAsked) {
   EXPECT_EQ(presses, 3);
 }
 
-class Tap : public testing::TestWithParam<std::tuple<std::string, double>> {};
+// Every speed and every object; the fastest and the slowest on the softest and on the hardest.
+using Tapped = std::tuple<std::string, double>;
+class Tap : public testing::TestWithParam<Tapped> {};
 INSTANTIATE_TEST_SUITE_P(Objects, Tap,
-                         testing::Combine(testing::Values("sponge_block", "rubber_eraser", "wood_plate"),
-                                          testing::Values(100.0, 400.0, 1000.0)),
+                         testing::Values(Tapped{"sponge_block", 100.0}, Tapped{"sponge_block", 1000.0},
+                                         Tapped{"rubber_eraser", 400.0}, Tapped{"wood_plate", 100.0},
+                                         Tapped{"wood_plate", 1000.0}),
                          [](const auto& tested) {
                            return named(std::get<0>(tested.param), std::get<1>(tested.param));
                          });
@@ -128,11 +138,14 @@ TEST_P(Tap, StrikesTheSurfaceAtItsSpeed) {
   EXPECT_EQ(taps, 4);
 }
 
-class Weight : public testing::TestWithParam<std::tuple<std::string, std::string>> {};
+// Every object and both devices; both devices on the hardest.
+using Weighed = std::tuple<std::string, std::string>;
+class Weight : public testing::TestWithParam<Weighed> {};
 INSTANTIATE_TEST_SUITE_P(
     Devices, Weight,
-    testing::Combine(testing::Values("phantom_1_0", "phantom_1_5_high_force"),
-                     testing::Values("sponge_block", "foam_ball", "rubber_eraser", "wood_plate")),
+    testing::Values(Weighed{"phantom_1_0", "sponge_block"}, Weighed{"phantom_1_5_high_force", "foam_ball"},
+                    Weighed{"phantom_1_5_high_force", "rubber_eraser"}, Weighed{"phantom_1_0", "wood_plate"},
+                    Weighed{"phantom_1_5_high_force", "wood_plate"}),
     [](const auto& tested) { return std::get<0>(tested.param) + "_" + std::get<1>(tested.param); });
 
 TEST_P(Weight, RestsWithItsFourNewton) {

@@ -253,54 +253,42 @@ TEST(FrictionRipple, HugeSlipsStayBounded) {
   }
 }
 
-struct Rubbed {
-  std::string object;
-  Tip tip;
-};
-std::vector<Rubbed> all_pairs() {
-  std::vector<Rubbed> all;
-  for (const std::string& name : object_preset_names()) {
-    all.push_back({name, Tip::kRod});
-    all.push_back({name, Tip::kBallBearing});
-  }
-  return all;
-}
-
-class FrictionPreset : public testing::TestWithParam<Rubbed> {
- protected:
-  FrictionParameters parameters = object_preset(GetParam().object)->friction_with(GetParam().tip);
-};
-INSTANTIATE_TEST_SUITE_P(Objects, FrictionPreset, testing::ValuesIn(all_pairs()), [](const auto& tested) {
-  return tested.param.object + (tested.param.tip == Tip::kRod ? "_rod" : "_ball_bearing");
-});
-
-TEST_P(FrictionPreset, RandomWalksDissipate) {
-  Random random(31);
-  for (const double scale_mm : {1e-4, 3e-3, 0.03, 1.0}) {
-    Friction friction(parameters, kStepS);
-    double dissipated_n_mm = 0.0;
-    Vector3 velocity;
-    for (int i = 0; i < 20'000; ++i) {
-      velocity = velocity * 0.95 + Vector3{random.normal(), random.normal(), 0.0} * (0.3 * scale_mm);
-      dissipated_n_mm -= dot(friction.advance(velocity, 0.0, 2.0), velocity);
-      ASSERT_GE(dissipated_n_mm, -1e-12) << scale_mm << " mm, step " << i;
+/// Runs a test on the friction of every object under both tips.
+void expect_of_every_friction(void (*test)(const FrictionParameters&)) {
+  for (const std::string& object : object_preset_names()) {
+    for (const Tip tip : {Tip::kRod, Tip::kBallBearing}) {
+      SCOPED_TRACE(object + (tip == Tip::kRod ? ", rod" : ", ball bearing"));
+      test(object_preset(object)->friction_with(tip));
     }
   }
 }
 
-TEST_P(FrictionPreset, ReleaseStraightensTheBristles) {
-  Friction friction(parameters, kStepS);
-  for (int i = 0; i < 100; ++i) friction.advance({0.05, 0.02, 0.0}, 0.0, 2.0);
-  friction.release();
-  EXPECT_EQ(length(bend(friction)), 0.0);
+TEST(FrictionPreset, RandomWalksDissipate) {
+  expect_of_every_friction([](const FrictionParameters& parameters) {
+    Random random(31);
+    for (const double scale_mm : {1e-4, 3e-3, 0.03, 1.0}) {
+      Friction friction(parameters, kStepS);
+      double dissipated_n_mm = 0.0;
+      Vector3 velocity;
+      for (int i = 0; i < 20'000; ++i) {
+        velocity = velocity * 0.95 + Vector3{random.normal(), random.normal(), 0.0} * (0.3 * scale_mm);
+        dissipated_n_mm -= dot(friction.advance(velocity, 0.0, 2.0), velocity);
+        ASSERT_GE(dissipated_n_mm, -1e-12) << scale_mm << " mm, step " << i;
+      }
+    }
+  });
 }
 
-TEST_P(FrictionPreset, BristlesStayInTheTangentPlane) {
-  Friction friction(parameters, kStepS);
-  for (int i = 0; i < 100; ++i) friction.advance({0.05, 0.02, 0.01}, 0.0, 2.0);
-  const Vector3 normal{0.6, 0.0, 0.8};
-  friction.project(normal);
-  EXPECT_NEAR(dot(bend(friction), normal), 0.0, 1e-12);
+TEST(FrictionPreset, BristlesStayInTheTangentPlaneAndStraightenOnRelease) {
+  expect_of_every_friction([](const FrictionParameters& parameters) {
+    Friction friction(parameters, kStepS);
+    for (int i = 0; i < 100; ++i) friction.advance({0.05, 0.02, 0.01}, 0.0, 2.0);
+    const Vector3 normal{0.6, 0.0, 0.8};
+    friction.project(normal);
+    EXPECT_NEAR(dot(bend(friction), normal), 0.0, 1e-12);
+    friction.release();
+    EXPECT_EQ(length(bend(friction)), 0.0);
+  });
 }
 
 }  // namespace

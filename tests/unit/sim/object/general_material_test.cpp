@@ -38,7 +38,7 @@ class GeneralMatter : public testing::TestWithParam<std::string> {
   double depth_at_4n_mm = 4.0 / object.material.stiffness_at_4n_n_per_mm;
   GeneralMaterial matter(double step_s) const { return {object.material, object.general_material, step_s}; }
 };
-INSTANTIATE_TEST_SUITE_P(Presets, GeneralMatter, testing::ValuesIn(object_preset_names()),
+INSTANTIATE_TEST_SUITE_P(Presets, GeneralMatter, testing::ValuesIn(test::objects_of_different_matter()),
                          [](const auto& tested) { return tested.param; });
 
 // D§3.2.2, as of the separable family: loaded at 0.5 N/s, force over displacement at 4 N.
@@ -54,34 +54,12 @@ TEST_P(GeneralMatter, SecantStiffnessAt4NewtonIsTheSeparableOnes) {
 }
 
 TEST_P(GeneralMatter, NeverPulls) {
-  Random random(11);
-  for (const double step_s : {1e-4, 1e-3}) {
-    for (const double compliance : {0.0, 1e-4, 1e-2, 1.0}) {
-      GeneralMaterial material = matter(step_s);
-      for (int i = 0; i < 3000; ++i) {
-        const double deepest_mm = 2.0 * depth_at_4n_mm;
-        const double free_mm = -5.0 + (5.0 + deepest_mm) * random.uniform();
-        const Material::Step step = material.advance(free_mm, compliance);
-        ASSERT_TRUE(std::isfinite(step.mean_force_n) && std::isfinite(step.force_n));
-        ASSERT_GE(step.mean_force_n, 0.0);
-        ASSERT_GE(step.force_n, 0.0);
-        ASSERT_NEAR(step.depth_mm, free_mm - compliance * step.mean_force_n, 1e-7) << "the tip yields to it";
-        ASSERT_GE(material.depression_mm(), 0.0) << "no bulge";
-        ASSERT_GE(material.depression_mm(), step.depth_mm - 1e-9) << "no tip inside the matter";
-      }
-    }
-  }
+  test::expect_never_pulls([&](double step_s) { return matter(step_s); }, 2.0 * depth_at_4n_mm);
 }
 
 TEST_P(GeneralMatter, NoForceWithoutTouch) {
   GeneralMaterial material = matter(1e-4);
-  for (const double free_mm : {-10.0, -1e-3, 0.0}) {
-    const Material::Step step = material.advance(free_mm, 1e-3);
-    EXPECT_EQ(step.force_n, 0.0);
-    EXPECT_EQ(step.mean_force_n, 0.0);
-    EXPECT_EQ(step.depth_mm, free_mm);
-  }
-  EXPECT_EQ(material.depression_mm(), 0.0);
+  test::expect_no_force_without_touch(material);
   EXPECT_EQ(material.stored_n_mm(), 0.0);
 }
 
@@ -120,16 +98,8 @@ TEST_P(GeneralMatter, ClosedCyclesDissipateAtAnyRate) {
 }
 
 TEST_P(GeneralMatter, FasterIsStiffer) {
-  double last_n = 0.0;
-  for (const double speed_mm_per_s : {0.01, 0.1, 1.0, 10.0, 100.0, 400.0}) {
-    const double depth_mm = 0.5 * depth_at_4n_mm;
-    const int steps = 500;
-    GeneralDepthControl tip(matter(depth_mm / speed_mm_per_s / steps));
-    double force_n = 0.0;
-    for (int i = 1; i <= steps; ++i) force_n = tip.move_to(depth_mm * i / steps).force_n;
-    EXPECT_GT(force_n, 1.001 * last_n) << speed_mm_per_s << " mm/s";
-    last_n = force_n;
-  }
+  test::expect_faster_is_stiffer([&](double step_s) { return matter(step_s); }, 0.5 * depth_at_4n_mm,
+                                 {0.01, 0.1, 1.0, 10.0, 100.0, 400.0});
 }
 
 TEST_P(GeneralMatter, SurfaceComesBackAfterTheTipHasLeft) {
@@ -223,27 +193,6 @@ TEST(GeneralMatterStiff, AnyStiffnessIsStable) {
   }
 }
 
-/// Depths every 10 ms of a mass pressed into the object by a force that swells and ebbs without letting go.
-std::vector<double> pressed_path_mm(const ObjectModel& object, double step_s) {
-  MovingMass mass(GeneralMaterial(object.material, object.general_material, step_s), 0.05, step_s);
-  std::vector<double> path_mm;
-  const int steps = static_cast<int>(std::lround(0.3 / step_s));
-  const int every = static_cast<int>(std::lround(0.01 / step_s));
-  for (int i = 0; i < steps; ++i) {
-    const double t_s = (i + 0.5) * step_s;
-    const double swell = std::sin(0.5 * 3.14159265358979 * std::min(1.0, t_s / 0.06));
-    mass.step(2.0 * swell * swell * (1.0 + 0.4 * std::sin(2.0 * 3.14159265358979 * 12.0 * t_s)));
-    if ((i + 1) % every == 0) path_mm.push_back(mass.depth_mm);
-  }
-  return path_mm;
-}
-
-double worst_difference(const std::vector<double>& a, const std::vector<double>& b) {
-  double worst = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
-  return worst;
-}
-
 class GeneralConvergence : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Presets, GeneralConvergence,
                          testing::Values("sponge_block", "foam_ball", "rubber_ball", "rubber_eraser",
@@ -254,9 +203,12 @@ INSTANTIATE_TEST_SUITE_P(Presets, GeneralConvergence,
 // off some.
 TEST_P(GeneralConvergence, IsOfNearlySecondOrder) {
   const ObjectModel object = *object_preset(GetParam());
-  const auto reference = pressed_path_mm(object, 0.5e-3 / 64.0);
-  const double coarse_mm = worst_difference(pressed_path_mm(object, 0.25e-3), reference);
-  const double fine_mm = worst_difference(pressed_path_mm(object, 0.0625e-3), reference);
+  const auto path_mm = [&](double step_s) {
+    return test::pressed_path_mm(GeneralMaterial(object.material, object.general_material, step_s), step_s);
+  };
+  const auto reference = path_mm(0.5e-3 / 64.0);
+  const double coarse_mm = test::worst_difference(path_mm(0.25e-3), reference);
+  const double fine_mm = test::worst_difference(path_mm(0.0625e-3), reference);
   const double order = 0.5 * std::log2(coarse_mm / fine_mm);
   RecordProperty("order", std::to_string(order));
   RecordProperty("error_mm_at_0.25_ms", std::to_string(coarse_mm));

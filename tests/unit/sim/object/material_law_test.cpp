@@ -5,7 +5,6 @@
 #include <cmath>
 #include <string>
 
-#include "hal/sim/base/random.h"
 #include "hal/sim/object/object_model.h"
 #include "material_bench.h"
 
@@ -20,7 +19,7 @@ class Matter : public testing::TestWithParam<std::string> {
   MaterialParameters parameters = object_preset(GetParam())->material;
 };
 
-INSTANTIATE_TEST_SUITE_P(Presets, Matter, testing::ValuesIn(object_preset_names()),
+INSTANTIATE_TEST_SUITE_P(Presets, Matter, testing::ValuesIn(test::objects_of_different_matter()),
                          [](const auto& tested) { return tested.param; });
 
 // D§3.2.2: loaded at 0.5 N/s, force over displacement at 4 N.
@@ -50,35 +49,12 @@ TEST_P(Matter, ForceGrowsFromNothingAtContact) {
 }
 
 TEST_P(Matter, NeverPulls) {
-  Random random(11);
-  for (const double step_s : {1e-4, 1e-3}) {
-    for (const double compliance : {0.0, 1e-4, 1e-2, 1.0}) {
-      Material material(parameters, step_s);
-      for (int i = 0; i < 3000; ++i) {
-        // Anywhere from 5 mm above to as deep as the law is meant for, in jumps no hand could make.
-        const double deepest_mm = 8.0 / parameters.stiffness_at_4n_n_per_mm;
-        const double free_mm = -5.0 + (5.0 + deepest_mm) * random.uniform();
-        const Material::Step step = material.advance(free_mm, compliance);
-        ASSERT_TRUE(std::isfinite(step.mean_force_n) && std::isfinite(step.force_n));
-        ASSERT_GE(step.mean_force_n, 0.0);
-        ASSERT_GE(step.force_n, 0.0);
-        ASSERT_NEAR(step.depth_mm, free_mm - compliance * step.mean_force_n, 1e-7) << "the tip yields to it";
-        ASSERT_GE(material.depression_mm(), 0.0) << "no bulge";
-        ASSERT_GE(material.depression_mm(), step.depth_mm - 1e-9) << "no tip inside the matter";
-      }
-    }
-  }
+  test::expect_never_pulls([&](double step_s) { return Material(parameters, step_s); },
+                           8.0 / parameters.stiffness_at_4n_n_per_mm);
 }
 
 TEST_P(Matter, NoForceWithoutTouch) {
-  Material material(parameters, 1e-4);
-  for (const double free_mm : {-10.0, -1e-3, 0.0}) {
-    const Material::Step step = material.advance(free_mm, 1e-3);
-    EXPECT_EQ(step.force_n, 0.0);
-    EXPECT_EQ(step.mean_force_n, 0.0);
-    EXPECT_EQ(step.depth_mm, free_mm);
-  }
-  EXPECT_EQ(material.depression_mm(), 0.0);
+  test::expect_no_force_without_touch(Material(parameters, 1e-4));
 }
 
 TEST(Elasticity, FollowsItsLawWithoutSkin) {

@@ -22,7 +22,7 @@ class Memory : public testing::TestWithParam<std::string> {
   double depth_at_4n_mm = 4.0 / parameters.stiffness_at_4n_n_per_mm;
 };
 
-INSTANTIATE_TEST_SUITE_P(Presets, Memory, testing::ValuesIn(object_preset_names()),
+INSTANTIATE_TEST_SUITE_P(Presets, Memory, testing::ValuesIn(test::objects_of_different_matter()),
                          [](const auto& tested) { return tested.param; });
 
 // After a step to a held depth each branch fades by itself: F(t)/F(∞) = 1 + Σ g exp(-t/τ).
@@ -60,16 +60,8 @@ TEST_P(Memory, OnlyTheElasticShareIsLeftInTheEnd) {
 }
 
 TEST_P(Memory, FasterIsStiffer) {
-  double last_n = 0.0;
-  for (const double speed_mm_per_s : {0.1, 1.0, 10.0, 100.0, 400.0}) {
-    const double depth_mm = 0.5 * depth_at_4n_mm;
-    const int steps = 500;
-    DepthControl tip(parameters, depth_mm / speed_mm_per_s / steps);
-    double force_n = 0.0;
-    for (int i = 1; i <= steps; ++i) force_n = tip.move_to(depth_mm * i / steps).force_n;
-    EXPECT_GT(force_n, 1.001 * last_n) << speed_mm_per_s << " mm/s";
-    last_n = force_n;
-  }
+  test::expect_faster_is_stiffer([&](double step_s) { return Material(parameters, step_s); },
+                                 0.5 * depth_at_4n_mm, {0.1, 1.0, 10.0, 100.0, 400.0});
 }
 
 TEST_P(Memory, ClosedLoadCyclesDissipate) {

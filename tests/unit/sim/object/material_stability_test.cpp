@@ -115,27 +115,6 @@ TEST(Drop, ASpringsContactLastsHalfACycle) {
   EXPECT_NEAR(mass.velocity_mm_per_s, -100.0, 0.01);
 }
 
-/// Depths every 10 ms of a mass pressed into the object by a force that swells and ebbs without letting go.
-std::vector<double> pressed_path_mm(const MaterialParameters& parameters, double step_s) {
-  MovingMass mass(parameters, kMassKg, step_s);
-  std::vector<double> path_mm;
-  const int steps = static_cast<int>(std::lround(0.3 / step_s));
-  const int every = static_cast<int>(std::lround(0.01 / step_s));
-  for (int i = 0; i < steps; ++i) {
-    const double t_s = (i + 0.5) * step_s;
-    const double swell = std::sin(0.5 * std::numbers::pi * std::min(1.0, t_s / 0.06));
-    mass.step(2.0 * swell * swell * (1.0 + 0.4 * std::sin(2.0 * std::numbers::pi * 12.0 * t_s)));
-    if ((i + 1) % every == 0) path_mm.push_back(mass.depth_mm);
-  }
-  return path_mm;
-}
-
-double worst_difference(const std::vector<double>& a, const std::vector<double>& b) {
-  double worst = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
-  return worst;
-}
-
 class Convergence : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Presets, Convergence,
                          testing::Values("sponge_block", "foam_ball", "rubber_ball", "rubber_eraser",
@@ -144,10 +123,13 @@ INSTANTIATE_TEST_SUITE_P(Presets, Convergence,
 
 TEST_P(Convergence, IsOfSecondOrderInContact) {
   const MaterialParameters parameters = object_preset(GetParam())->material;
-  const auto reference = pressed_path_mm(parameters, 1e-3 / 2.0 / 64.0);
-  const double coarse_mm = worst_difference(pressed_path_mm(parameters, 1e-3), reference);
-  const double fine_mm = worst_difference(pressed_path_mm(parameters, 0.5e-3), reference);
-  const double finer_mm = worst_difference(pressed_path_mm(parameters, 0.25e-3), reference);
+  const auto path_mm = [&](double step_s) {
+    return test::pressed_path_mm(Material(parameters, step_s), step_s);
+  };
+  const auto reference = path_mm(1e-3 / 2.0 / 64.0);
+  const double coarse_mm = test::worst_difference(path_mm(1e-3), reference);
+  const double fine_mm = test::worst_difference(path_mm(0.5e-3), reference);
+  const double finer_mm = test::worst_difference(path_mm(0.25e-3), reference);
   const double order = std::log2(fine_mm / finer_mm);
   RecordProperty("order", std::to_string(order));
   RecordProperty("error_mm_at_1_ms", std::to_string(coarse_mm));
