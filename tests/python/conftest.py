@@ -58,7 +58,7 @@ def shared_daemon(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Daemon]:
     daemon.end()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def rig(shared_daemon: Daemon) -> Iterator[hapticd.Rig]:
     with hapticd.connect(shared_daemon.address) as connected:
         yield connected

@@ -84,7 +84,7 @@ class Page:
         self.run(COUNT_CALLS)
         self.wait(lambda: not self.shows("body.away") and self.text("#rig") not in ("", "…"))
 
-    def wait(self, condition: Callable[[], Any], seconds: float = PATIENCE_S) -> Any:
+    def wait(self, condition: Callable[[], Any], seconds: float = PATIENCE_S, every: float = 0.05) -> Any:
         from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 
         until = time.monotonic() + seconds
@@ -94,7 +94,7 @@ class Page:
                     return value
             except (NoSuchElementException, StaleElementReferenceException):
                 pass
-            time.sleep(0.05)
+            time.sleep(every)
         raise AssertionError(self.driver.find_element("tag name", "body").text)
 
     def shows(self, selector: str) -> bool:
