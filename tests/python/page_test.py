@@ -20,6 +20,7 @@ import pytest
 import hapticd
 from hapticd import errors
 from hapticd.experiment import journal, protocol, reporting, runner, stage
+from hapticd.experiment.__main__ import main
 from hapticd.experiment.page_person import PagePerson
 from hapticd.experiment.page_server import PageServer
 from hapticd.experiment.stage import BareStage
@@ -241,16 +242,15 @@ def test_a_lost_daemon_ends_the_session_and_one_that_refuses_does_not(monkeypatc
     assert ("no longer answers" in reason) == ends
 
 
-def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(fast_daemon: Any, tmp_path: Path) -> None:
+def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(
+    fast_daemon: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("HAPTICD_SERVER", fast_daemon.address)
     chosen = written(tmp_path)
     runner.begin(tmp_path, protocol.read(str(chosen)), "P1", 0, 1, {}).close()
 
     def said(*arguments: str) -> tuple[int, str]:
-        done = subprocess.run(
-            [sys.executable, "-m", "hapticd.experiment", *arguments], capture_output=True, text=True,
-            env={**os.environ, "HAPTICD_SERVER": fast_daemon.address}, timeout=60,
-        )  # fmt: skip
-        return done.returncode, done.stderr
+        return main(list(arguments)), capsys.readouterr().err
 
     status, text = said("run", str(chosen), "--participant", "P1", "--folder", str(tmp_path), "--port", "0", "--no-record")
     assert status == 1 and "journal of this participant already" in text
