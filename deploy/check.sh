@@ -6,8 +6,9 @@
 #
 # Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh measure. So are the
 # identifications that an emulated person does live, some minutes in all: bash deploy/run_tests.sh release -L live.
-# A test that fails while others run next to it is run once more by itself, and reported: on a busy machine one that
-# runs in wall-clock time may get too little of it. A test that fails twice has failed.
+# A test that fails while others run next to it is run once more by itself, and named in the last line: on a busy machine
+# one that runs in wall-clock time may get too little of it. A test that fails twice has failed; so has a run in which more
+# than two tests passed only by themselves.
 #
 # HAPTICD_RECORDINGS may name a folder with real recordings; the tests that need them skip without it, and say so.
 set -euo pipefail

@@ -6,13 +6,14 @@ import csv
 import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, Iterator
 
 import pytest
 
 from hapticd.errors import BadFile
 from hapticd.experiment import analysis, export, protocol
 from hapticd.experiment.__main__ import main
+from memory import memory_folder
 
 SHIPPED = sorted(path.stem for path in protocol.SHIPPED.glob("*.toml"))
 
@@ -36,10 +37,10 @@ def test_each_experiment_has_a_corrected_variant() -> None:
 
 
 @pytest.fixture(scope="module")
-def sessions(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("sessions")
-    assert main(["simulate", "stiffness_3d", "--no-rig", "--participants", "3", "--folder", str(folder)]) == 0
-    return folder
+def sessions() -> Iterator[Path]:
+    with memory_folder() as folder:
+        assert main(["simulate", "stiffness_3d", "--no-rig", "--participants", "3", "--folder", str(folder)]) == 0
+        yield folder
 
 
 def test_the_analysis_finds_the_targets(sessions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -63,12 +64,12 @@ def test_a_session_that_was_not_ended_counts_with_what_is_done(sessions: Path, t
     assert "not at the end: S01" in analysis.text_of(read, analysis.estimates(read), [])
 
 
-def test_journals_of_two_protocols_are_not_mixed(sessions: Path, tmp_path: Path) -> None:
-    assert main(["simulate", "stiffness_1d_corrected", "--no-rig", "--participants", "1", "--folder", str(tmp_path)]) == 0
+def test_journals_of_two_protocols_are_not_mixed(sessions: Path, memory_path: Path) -> None:
+    assert main(["simulate", "stiffness_1d_corrected", "--no-rig", "--participants", "1", "--folder", str(memory_path)]) == 0
     with pytest.raises(BadFile, match="different protocols"):
-        analysis.read([sessions, tmp_path])
+        analysis.read([sessions, memory_path])
     with pytest.raises(BadFile, match="no journal"):
-        empty = tmp_path / "empty"
+        empty = memory_path / "empty"
         empty.mkdir()
         analysis.read([empty])
 

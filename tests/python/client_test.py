@@ -24,6 +24,10 @@ from hapticd.v1 import rig_pb2, telemetry_pb2
 
 ROOT = Path(__file__).resolve().parents[2]
 
+# A lease, and a caller that does nothing for longer than it lives.
+TTL_S = 2.0
+BLOCKED_S = 2.6
+
 # Without an argument these wait, or need one that says what of.
 ARGUMENTS: dict[str, dict[str, Any]] = {"set_target": {"stiffness_n_per_mm": 0.3}, "load_scene": {"name": "tap_1d"}}
 
@@ -55,6 +59,9 @@ def test_every_call_reaches_the_daemon(rig: hapticd.Rig, name: str) -> None:
             method(iter([]), deadline_s=5)
             return
         answer = method(**ARGUMENTS.get(call.python_name, {}))
+        if token := getattr(answer, "token", ""):  # others want the lease, too
+            with hapticd.connect(rig.address, lease_token=token) as holder:
+                holder.return_lease()
         if not isinstance(answer, call.response):
             with answer as stream:
                 assert isinstance(next(stream), call.response)
@@ -140,8 +147,8 @@ def test_certificates_show_who_it_is(tmp_path: Path, start_daemon: Any) -> None:
     secured = next(line.split()[-1] for line in daemon.log.read_text().splitlines() if "certificates" in line and "listens" in line)
     with hapticd.connect(f"tls:{secured}", certificates=str(made / "clients/anna")) as rig:
         assert rig.get_access().identity == "spiffe://test/hapticd/operator/anna"
-        with rig.lease("with a certificate", ttl_s=2.0):
-            time.sleep(4.0)
+        with rig.lease("with a certificate", ttl_s=TTL_S):
+            time.sleep(BLOCKED_S)
             rig.load_scene("tap_1d")
 
 
@@ -160,16 +167,34 @@ def hold_the_interpreter(seconds: float) -> None:
 @pytest.mark.parametrize("keep_busy", [time.sleep, hold_the_interpreter])
 def test_the_lease_survives_a_caller_that_blocks(rig: hapticd.Rig, keep_busy: Any) -> None:
     rig.load_scene("tap_1d")
-    with rig.lease("long computation", ttl_s=2.0) as lease:
-        keep_busy(5.0)
+    with rig.lease("long computation", ttl_s=TTL_S) as lease:
+        keep_busy(BLOCKED_S)
         rig.set_target(0.3)  # raises where it expired meanwhile
         assert rig.get_lease().lease.number == lease.number
     assert not rig.get_lease().HasField("lease")
 
 
-def test_a_lease_that_was_taken_is_lost(rig: hapticd.Rig) -> None:
+def test_a_lease_does_not_begin_before_the_process_that_renews_it(rig: hapticd.Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "sitecustomize.py").write_text("import time\ntime.sleep(1.5)\n")  # every interpreter starts so slowly
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), os.environ.get("PYTHONPATH", ""))))
     rig.load_scene("tap_1d")
-    with rig.lease("the first"):
+    with rig.lease("on a busy machine", ttl_s=1.0) as lease:
+        time.sleep(1.3)  # longer than the lease lives
+        assert rig.get_lease().lease.number == lease.number
+
+
+def test_a_renewal_that_cannot_start_is_said(rig: hapticd.Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(hapticd.HapticdError, match="did not start"), rig.lease("without a renewal"):
+        pass
+    assert not rig.get_lease().HasField("lease")
+
+
+def test_a_lease_that_was_taken_is_lost(start_daemon: Any, tmp_path: Path) -> None:
+    (tmp_path / "hapticd.toml").write_text("[access]\ntake_notice_s = 0.2\n")
+    daemon = start_daemon("--model-store", ":memory:", "--config", str(tmp_path / "hapticd.toml"))
+    with hapticd.connect(daemon.address) as rig, rig.lease("the first"):
+        rig.load_scene("tap_1d")
         with hapticd.connect(rig.address) as other, other.lease("the second", take="mine now"):
             with pytest.raises(hapticd.LeaseLost):
                 rig.set_target(0.3)
@@ -299,8 +324,8 @@ def test_asyncio_has_the_same(shared_daemon: Any) -> None:
     async def session() -> None:
         async with await hapticd.aio.connect(shared_daemon.address) as rig:
             await rig.load_scene("tap_1d")
-            async with rig.lease("asyncio", ttl_s=2.0):
-                time.sleep(4.0)  # a blocked event loop
+            async with rig.lease("asyncio", ttl_s=TTL_S):
+                time.sleep(BLOCKED_S)  # a blocked event loop
                 assert (await rig.set_target(0.3)).granted_n_per_mm == pytest.approx(0.3)
             ticks = 0
             async with await rig.telemetry(["contact"]) as stream:
@@ -334,10 +359,10 @@ def test_calls_of_several_threads_do_not_wait_for_one_another(rig: hapticd.Rig) 
 @pytest.mark.parametrize(
     ("example", "arguments"), [("lab_control", ["0.5"]), ("automated_rig", []), ("visual_ar", ["20"])]
 )
-def test_the_examples_run(shared_daemon: Any, tmp_path: Path, example: str, arguments: list[str]) -> None:
+def test_the_examples_run(start_daemon: Any, tmp_path: Path, example: str, arguments: list[str]) -> None:
     program = ROOT / "client/python/examples" / f"{example}.py"
     ended = subprocess.run(
-        [sys.executable, program, shared_daemon.address, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
+        [sys.executable, program, start_daemon(speed=5.0).address, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert ended.stdout

@@ -13,16 +13,24 @@ import hapticd
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from daemon import Daemon  # noqa: E402
 from emulated_rig import EmulatedRig  # noqa: E402
+from memory import memory_folder  # noqa: E402
+
+
+@pytest.fixture
+def memory_path() -> Iterator[Path]:
+    """As tmp_path, but in memory."""
+    with memory_folder() as folder:
+        yield folder
 
 
 @pytest.fixture
 def start_daemon(tmp_path: Path) -> Iterator[Callable[..., Daemon]]:
     daemons: list[Daemon] = []
 
-    def start(*options: str, folder: Optional[Path] = None, rig: str = "sim") -> Daemon:
+    def start(*options: str, folder: Optional[Path] = None, rig: str = "sim", speed: float = 1.0) -> Daemon:
         place = folder or tmp_path / f"daemon_{len(daemons)}"
         place.mkdir(exist_ok=True)
-        daemons.append(Daemon(place, *(options or ("--model-store", ":memory:")), rig=rig))
+        daemons.append(Daemon(place, *(options or ("--model-store", ":memory:")), rig=rig, speed=speed))
         return daemons[-1]
 
     yield start
@@ -50,7 +58,7 @@ def shared_daemon(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Daemon]:
     daemon.end()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def rig(shared_daemon: Daemon) -> Iterator[hapticd.Rig]:
     with hapticd.connect(shared_daemon.address) as connected:
         yield connected

@@ -192,7 +192,9 @@ def test_streams_come_as_they_are_granted(daemon: Any) -> None:
     assert live.next_json()["end"]["code"] == "CANCELLED"
 
 
-def test_a_page_that_does_not_read_gets_pairs_and_is_told(daemon: Any) -> None:
+def test_a_page_that_does_not_read_gets_pairs_and_is_told(start_daemon: Any, tmp_path: Path) -> None:
+    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config",
+                          str(configuration(tmp_path, more="[rig.sim]\nspeed = 4\n")))  # fmt: skip
     visitor = Visitor(daemon)
     live = Socket(visitor.port, visitor.cookie)
     live.send(b'{"telemetry":1,"columns":["tick"],"max_rows":64,"credits":1}')
@@ -209,13 +211,13 @@ def test_a_page_that_does_not_read_gets_pairs_and_is_told(daemon: Any) -> None:
     assert first[0] == 1 and first[2] == 1
     before = ticks(daemon)
     while ticks(daemon) < before + 2000:
-        time.sleep(0.1)
+        time.sleep(0.02)
     live.send(b'{"credit":1,"n":1}')
     late = rows()
     assert late[1] <= 64 and late[2] > 1 and late[4] >= 1900
     assert late[5] == first[-1] + 1 and late[3] == 0  # from where it was, all of it
     while ticks(daemon) < before + 9000:
-        time.sleep(0.1)
+        time.sleep(0.02)
     live.send(b'{"credit":1,"n":1}')
     later = rows()
     assert later[3] > 1000 and later[5] == late[-1] + 1 + later[3]  # longer than is kept: so many are lost, and said so

@@ -56,6 +56,23 @@ class Visitor:
         return answer.status, json.loads(answer.read() or b"{}")
 
 
+#: From now on window.asked() is how many calls are under way.
+COUNT_CALLS = """
+    let under_way = 0;
+    const ask = window.fetch;
+    window.fetch = async (...request) => {
+      ++under_way;
+      try {
+        const answer = await ask(...request);
+        await answer.clone().arrayBuffer();
+        return answer;
+      } finally {
+        setTimeout(() => --under_way);  // after the page has taken the answer
+      }
+    };
+    window.asked = () => under_way;"""
+
+
 class Page:
     """The page, as a person uses it: by labels."""
 
@@ -64,9 +81,10 @@ class Page:
 
     def open(self, url: str) -> None:
         self.driver.get(url)
+        self.run(COUNT_CALLS)
         self.wait(lambda: not self.shows("body.away") and self.text("#rig") not in ("", "…"))
 
-    def wait(self, condition: Callable[[], Any], seconds: float = PATIENCE_S) -> Any:
+    def wait(self, condition: Callable[[], Any], seconds: float = PATIENCE_S, every: float = 0.05) -> Any:
         from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 
         until = time.monotonic() + seconds
@@ -76,7 +94,7 @@ class Page:
                     return value
             except (NoSuchElementException, StaleElementReferenceException):
                 pass
-            time.sleep(0.05)
+            time.sleep(every)
         raise AssertionError(self.driver.find_element("tag name", "body").text)
 
     def shows(self, selector: str) -> bool:
@@ -84,6 +102,11 @@ class Page:
 
     def text(self, selector: str = "main") -> str:
         return str(self.driver.find_element("css selector", selector).text)
+
+    def settle(self) -> None:
+        """Waits until what the page asked for has come, and is drawn."""
+        self.wait(lambda: self.run("return window.asked()") == 0)
+        self.driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done));")
 
     def says(self, text: str, selector: str = "main") -> None:
         self.wait(lambda: text in self.text(selector))
@@ -130,13 +153,16 @@ class Page:
         ]  # fmt: skip
 
 
-def start_browser(profile: Path, size: str = "1440,900") -> Any:
+SIZE = (1440, 900)
+
+
+def start_browser(profile: Path) -> Any:
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
     options = webdriver.ChromeOptions()
     options.binary_location = "/usr/bin/chromium"
-    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", f"--window-size={size}", f"--user-data-dir={profile}"):
+    for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", f"--window-size={SIZE[0]},{SIZE[1]}", f"--user-data-dir={profile}"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
@@ -144,10 +170,20 @@ def start_browser(profile: Path, size: str = "1440,900") -> Any:
     return driver
 
 
-@pytest.fixture
-def page(tmp_path: Path) -> Iterator[Page]:
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     if not shutil.which("chromium"):
         pytest.skip("chromium is not installed")
-    driver = start_browser(tmp_path / "profile")
-    yield Page(driver)
+    driver = start_browser(tmp_path_factory.mktemp("profile"))
+    yield driver
     driver.quit()
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Page]:
+    """The one browser of the module, without what a test before left in it."""
+    browser.get_log("browser")
+    yield Page(browser)
+    browser.get("about:blank")  # asks nothing more of a daemon that ends
+    browser.execute_cdp_cmd("Network.clearBrowserCookies", {})  # they would be shown to the daemon on any port
+    browser.set_window_size(*SIZE)

@@ -15,8 +15,13 @@ BINARIES = Path(os.environ.get("HAPTICD_BINARIES", "build/release/bin"))
 class Daemon:
     """A process, and where it listens."""
 
-    def __init__(self, folder: Path, *options: str, rig: str = "sim") -> None:
+    def __init__(self, folder: Path, *options: str, rig: str = "sim", speed: float = 1.0) -> None:
+        """speed: how fast the rig's own time runs; other than 1 it is set by a configuration, so there is no other one."""
         self.log = folder / "hapticd.log"
+        if speed != 1.0:
+            configuration = folder / "speed.toml"
+            configuration.write_text(f"[rig.sim]\nspeed = {speed}\n")
+            options = (*options, "--config", str(configuration))
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(
                 [BINARIES / "hapticd", "--rig", rig, "--listen", "127.0.0.1:0", *options], stdout=log, stderr=log

@@ -143,16 +143,16 @@ def run(journal_: journal.Journal, stop_after: int = 10**9) -> None:
         journal_.close()
 
 
-def test_a_session_that_was_killed_anywhere_ends_as_if_it_had_not(tmp_path: Path) -> None:
+def test_a_session_that_was_killed_anywhere_ends_as_if_it_had_not(memory_path: Path) -> None:
     chosen = protocol.of(document(), "test")
-    run(runner.begin(tmp_path / "whole", chosen, "S1", 0, 7, {}))
-    path = tmp_path / "whole" / "short_S1.jsonl"
+    run(runner.begin(memory_path / "whole", chosen, "S1", 0, 7, {}))
+    path = memory_path / "whole" / "short_S1.jsonl"
     whole = path.read_bytes()
     kinds = {json.loads(line)["event"] for line in whole.splitlines()}
     assert {"begin", "condition", "presentation", "discarded", "answer", "rested", "end"} <= kinds
     for events in range(1, whole.count(b"\n")):
         for torn in (b"", b'{"event":"answ'):
-            place = tmp_path / f"{events}_{len(torn)}" / "short_S1.jsonl"
+            place = memory_path / f"{events}_{len(torn)}" / "short_S1.jsonl"
             place.parent.mkdir()
             place.write_bytes(b"\n".join(whole.split(b"\n")[:events]) + b"\n" + torn)
             run(runner.resume(place))

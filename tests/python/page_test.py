@@ -20,6 +20,7 @@ import pytest
 import hapticd
 from hapticd import errors
 from hapticd.experiment import journal, protocol, reporting, runner, stage
+from hapticd.experiment.__main__ import main
 from hapticd.experiment.page_person import PagePerson
 from hapticd.experiment.page_server import PageServer
 from hapticd.experiment.stage import BareStage
@@ -83,7 +84,7 @@ class Page:
             if not line.startswith(b"data: "):
                 continue
             state = json.loads(line[6:])
-            shown = json.dumps({key: state.get(key) for key in ("phase", "text", "interval", "seconds_left")})
+            shown = json.dumps({key: state.get(key) for key in ("phase", "text", "interval", "seconds_left", "page")})
             if shown == last:
                 continue
             last = shown
@@ -125,6 +126,13 @@ def fast_daemon(start_daemon: Any, tmp_path: Path) -> Any:
     configuration = tmp_path / "rig.toml"
     configuration.write_text("[rig.sim]\nspeed = 20\n")
     return start_daemon("--model-store", ":memory:", "--config", str(configuration))
+
+
+def await_that(condition: Callable[[], bool], seconds: float = 60.0) -> None:
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until, "it did not happen"
+        time.sleep(0.02)
 
 
 def willing(state: dict[str, Any]) -> Optional[str]:
@@ -183,18 +191,19 @@ def test_a_page_that_is_closed_and_a_session_that_is_stopped(fast_daemon: Any, t
     arguments = ("run", str(written(tmp_path)), "--participant", "P1", "--folder", str(tmp_path), "--port", "0", "--no-record")
     program = Program(fast_daemon.address, *arguments)
     page = Page(program.participant, willing)
-    while "touch" not in page.phases:
-        time.sleep(0.01)
+    await_that(lambda: "touch" in page.phases)
     page.close()
     path = tmp_path / "short_P1.jsonl"
     # Nothing goes on without it; with it, the session does.
-    time.sleep(4.0)
+    is_here = [True]
+    experimenter = Page(program.experimenter, lambda state: is_here.append(state["page"]))
+    await_that(lambda: not is_here[-1])
     before = path.read_bytes()
-    time.sleep(1.0)
+    time.sleep(0.5)  # in which nothing happens: at this rig's speed both trials would be over
     assert path.read_bytes() == before
+    experimenter.close()
     page = Page(program.participant, willing)
-    while not any(event["event"] == "answer" for event in events_of(tmp_path)):
-        time.sleep(0.02)
+    await_that(lambda: any(event["event"] == "answer" for event in events_of(tmp_path)))
     Page(program.experimenter, lambda state: None).post({"do": "abort"})
     assert program.end() == 5
     assert events_of(tmp_path)[-1]["event"] == "abort"
@@ -233,16 +242,15 @@ def test_a_lost_daemon_ends_the_session_and_one_that_refuses_does_not(monkeypatc
     assert ("no longer answers" in reason) == ends
 
 
-def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(fast_daemon: Any, tmp_path: Path) -> None:
+def test_a_participant_is_not_taken_twice_and_a_wrong_file_is_named(
+    fast_daemon: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("HAPTICD_SERVER", fast_daemon.address)
     chosen = written(tmp_path)
     runner.begin(tmp_path, protocol.read(str(chosen)), "P1", 0, 1, {}).close()
 
     def said(*arguments: str) -> tuple[int, str]:
-        done = subprocess.run(
-            [sys.executable, "-m", "hapticd.experiment", *arguments], capture_output=True, text=True,
-            env={**os.environ, "HAPTICD_SERVER": fast_daemon.address}, timeout=60,
-        )  # fmt: skip
-        return done.returncode, done.stderr
+        return main(list(arguments)), capsys.readouterr().err
 
     status, text = said("run", str(chosen), "--participant", "P1", "--folder", str(tmp_path), "--port", "0", "--no-record")
     assert status == 1 and "journal of this participant already" in text
@@ -295,17 +303,14 @@ def test_the_page_in_a_browser(browser: Any, tmp_path: Path) -> None:
         press(" ")  # before the noise is on: nothing begins
         browser.find_element(By.ID, "begin").click()
         for _ in range(2):
-            for _ in range(2):
-                phase_is("ready")
-                WebDriverWait(browser, 20).until(lambda b: "space" in b.find_element(By.ID, "text").text)
+            for which in ("first", "second"):
+                WebDriverWait(browser, 20).until(lambda b: f"space to feel the {which}" in b.find_element(By.ID, "text").text)
                 press(Keys.SPACE)
-                time.sleep(0.3)
             phase_is("question")
             assert "Which felt harder?" in browser.find_element(By.ID, "text").text
             if folder := os.environ.get("HAPTICD_SCREENSHOTS"):
                 browser.save_screenshot(f"{folder}/question.png")
             press("2")
-            time.sleep(0.3)
         session.join(30)
     events = opened.events
     assert kinds(events)[-1] == "end"

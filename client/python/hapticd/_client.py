@@ -65,24 +65,29 @@ class Rig(Calls):
     ) -> Iterator[access_pb2.Lease]:
         """Exclusive control of the rig while the block runs; all calls of this object go under it.
 
-        ttl_s: 1 … 60 s. Renewed by a process of its own: it holds while this program computes, and no longer than it
-        lives. on_expiry: "keep", "ramp_to_zero" or "stop". take: why it is taken from the client that holds it.
+        ttl_s: 1 … 60 s. Renewed by a process of its own, which is started first and takes about half a second: the lease
+        holds while this program computes, and no longer than it lives. on_expiry: "keep", "ramp_to_zero" or "stop". take: why it is taken from the client that holds it.
 
         Raises NotAllowed (LEASE_HELD) where another client has it; LeaseLost at the next command when it was taken.
         """
-        if take is None:
-            grant = self.acquire_lease(purpose, ttl_s=ttl_s, on_expiry=on_expiry)
-        else:
-            grant = self.take_lease(take, purpose=purpose, ttl_s=ttl_s, on_expiry=on_expiry)
-        before, self._token = self._token, grant.token
-        renewal = Renewal(self._endpoint, grant.token, ttl_s)
+        renewal = Renewal(self._endpoint, self._timeout_s)
         try:
-            yield grant.lease
+            renewal.wait_until_ready()
+            if take is None:
+                grant = self.acquire_lease(purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+            else:
+                grant = self.take_lease(take, purpose=purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+            renewal.begin(grant.token, ttl_s)
+            before, self._token = self._token, grant.token
+            try:
+                yield grant.lease
+            finally:
+                renewal.stop()
+                with contextlib.suppress(HapticdError):  # it is over, or the daemon is
+                    self.return_lease(deadline_s=1.0)
+                self._token = before
         finally:
             renewal.stop()
-            with contextlib.suppress(HapticdError):  # it is over, or the daemon is
-                self.return_lease(deadline_s=1.0)
-            self._token = before
 
     def telemetry(
         self,

@@ -65,19 +65,25 @@ class Rig(AsyncCalls):
         take: Optional[str] = None,
     ) -> AsyncIterator[access_pb2.Lease]:
         """As Rig.lease() of the synchronous client: renewed by a process of its own, whatever the event loop does."""
-        if take is None:
-            grant = await self.acquire_lease(purpose, ttl_s=ttl_s, on_expiry=on_expiry)
-        else:
-            grant = await self.take_lease(take, purpose=purpose, ttl_s=ttl_s, on_expiry=on_expiry)
-        before, self._token = self._token, grant.token
-        renewal = Renewal(self._endpoint, grant.token, ttl_s)
+        run = asyncio.get_running_loop().run_in_executor
+        renewal = Renewal(self._endpoint, self._timeout_s)
         try:
-            yield grant.lease
+            await run(None, renewal.wait_until_ready)
+            if take is None:
+                grant = await self.acquire_lease(purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+            else:
+                grant = await self.take_lease(take, purpose=purpose, ttl_s=ttl_s, on_expiry=on_expiry)
+            renewal.begin(grant.token, ttl_s)
+            before, self._token = self._token, grant.token
+            try:
+                yield grant.lease
+            finally:
+                await run(None, renewal.stop)
+                with contextlib.suppress(HapticdError):
+                    await self.return_lease(deadline_s=1.0)
+                self._token = before
         finally:
-            await asyncio.get_running_loop().run_in_executor(None, renewal.stop)
-            with contextlib.suppress(HapticdError):
-                await self.return_lease(deadline_s=1.0)
-            self._token = before
+            await run(None, renewal.stop)
 
     async def telemetry(
         self,

@@ -247,6 +247,10 @@ int NetFtBox::commands(std::uint16_t command) const {
   const std::lock_guard lock(mutex_);
   return command < 256 ? commands_[command] : 0;
 }
+int NetFtBox::commands_unheard() const {
+  const std::lock_guard lock(mutex_);
+  return commands_unheard_;
+}
 int NetFtBox::invalid_requests() const {
   const std::lock_guard lock(mutex_);
   return invalid_requests_;
@@ -352,6 +356,7 @@ void NetFtBox::take_requests(std::int64_t now) {
       continue;
     }
     if (n < 0) return;
+    if (deaf_) ++commands_unheard_;
     if (deaf_ || now < dead_until_ns_) continue;
     if (n != 8 || bytes[0] != 0x12 || bytes[1] != 0x34) {
       ++invalid_requests_;

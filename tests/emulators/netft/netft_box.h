@@ -104,6 +104,7 @@ class NetFtBox {
   bool streaming() const;
   std::uint64_t records_made() const noexcept { return made_.load(); }
   int commands(std::uint16_t command) const;  ///< how often it came
+  int commands_unheard() const;               ///< that came while it was deaf
   int invalid_requests() const;
   bool client_gone() const;  ///< the kernel says that no one listens at the client's port any more
 
@@ -156,6 +157,7 @@ class NetFtBox {
   std::array<double, 6> bias_{};    ///< N, N·mm
   bool biased_ = false;
   int commands_[256] = {};
+  int commands_unheard_ = 0;
   int invalid_requests_ = 0;
   bool client_gone_ = false;
 

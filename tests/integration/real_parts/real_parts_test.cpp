@@ -173,8 +173,9 @@ TEST_F(RealParts, TheHardwareLinesOfTheReadmeWork) {
   ASSERT_NO_FATAL_FAILURE(start_peers(kRestingHand));
   complete_rig_file();
   std::ofstream(rig_file, std::ios::app)
-      << "\n[rig.turntable]\nkind = \"modbus\"\n[rig.turntable.modbus]\nhost = \"127.0.0.1\"\nport = " << port
-      << "\nmap = \"plain_drive\"\n[rig.turntable.stations.sponge]\nangle_deg = 40.0\n";
+      << "\n[rig.turntable]\nkind = \"modbus\"\nstale_after_s = 2\n[rig.turntable.interlock]\n"
+      << "sensor_silence_s = 10\nloop_silence_s = 10\n[rig.turntable.modbus]\nhost = \"127.0.0.1\"\nport = "
+      << port << "\nmap = \"plain_drive\"\n[rig.turntable.stations.sponge]\nangle_deg = 40.0\n";
   for (const auto& [name, program] :
        {std::pair{"hapticd", HAPTICD_PROGRAM}, {"hapticctl", HAPTICCTL_PROGRAM}}) {
     std::filesystem::create_symlink(program, folder.path(name));

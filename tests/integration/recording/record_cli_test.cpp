@@ -38,6 +38,11 @@ class RecordCli : public testing::Test {
     return ran;
   }
 
+  void await_ticks(std::uint64_t count) const {
+    const std::uint64_t until = service_.state().tick() + count;
+    service_.await([until](const v1::RigState& state) { return state.tick() > until; });
+  }
+
   const TemporaryFolder folder_;
   const RunningService service_{with_folder(folder_)};
 };
@@ -50,7 +55,7 @@ TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
   EXPECT_NE(run({"record", "start"}).code, 0) << "one at a time";
   EXPECT_EQ(run({"record", "annotate", "here"}).code, 0);
   EXPECT_NE(run({"status"}).output.find(id), std::string::npos);
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // some ticks
+  await_ticks(300);
   const Run stopped = run({"record", "stop"});
   EXPECT_EQ(stopped.code, 0) << stopped.errors;
   EXPECT_NE(stopped.output.find("none lost"), std::string::npos) << stopped.output;
@@ -76,7 +81,7 @@ TEST_F(RecordCli, RecordsFetchesExportsAndDeletes) {
 
 TEST_F(RecordCli, ShowsAnIncidentInWordsAndAsAPicture) {
   ASSERT_EQ(run({"scene", "load", "tap_1d"}).code, 0);
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // some ticks
+  await_ticks(500);
   ASSERT_EQ(run({"stop", "--reason", "tool change"}).code, 0);
   service_.await(
       [](const v1::RigState& state) { return state.last_incident().find("_stopped") != std::string::npos; });

@@ -13,6 +13,7 @@
 #include "hal/daq/daq_sensor.h"
 #include "tests/emulators/board/comedi_stand_in.h"
 #include "tests/emulators/board/gauge_emulator.h"
+#include "tests/support/eventually.h"
 #include "tests/support/part_report.h"
 #include "tests/support/temporary_folder.h"
 
@@ -22,13 +23,7 @@ namespace {
 using emulators::ComediStandIn;
 using std::chrono::milliseconds;
 
-bool eventually(const std::function<bool()>& condition) {
-  for (int k = 0; k < 10'000; ++k) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(milliseconds(1));
-  }
-  return false;
-}
+using test::eventually;
 
 class ComediBoard : public testing::Test {
  protected:
@@ -176,7 +171,7 @@ TEST_F(ComediBoard, AStreamThatEndsIsStartedAgain) {
   stand_in.end_stream();
   std::array<Scan, 64> scans;
   ASSERT_TRUE(eventually([&] { return !board->read_scans(scans).running; }));
-  std::this_thread::sleep_for(milliseconds(150));
+  std::this_thread::sleep_for(milliseconds(150));  // in which nothing starts, however often it is tried
   EXPECT_FALSE(board->read_scans(scans).running);
   stand_in.set_busy(false);
   ASSERT_TRUE(eventually([&] { return board->read_scans(scans).running; }));

@@ -195,7 +195,8 @@ TEST(ModbusTcp, AClosedConnectionIsOpenedAgain) {
   rig.drive.set_faults({.hang_up = true});
   rig.await_state(TurntableState::kLost);
   rig.drive.set_faults({.refuse_connections = true});
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const double attempts = rig.figure("connection_attempts");
+  rig.await([&](const hal::TurntableStatus&) { return rig.figure("connection_attempts") > attempts + 1.0; });
   rig.drive.set_faults({});
   rig.await_state(TurntableState::kStanding);
   EXPECT_GT(rig.figure("broken_connections"), 0.0);

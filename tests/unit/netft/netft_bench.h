@@ -10,19 +10,12 @@
 
 #include "hal/netft/netft_sensor.h"
 #include "tests/emulators/netft/netft_box.h"
+#include "tests/support/eventually.h"
 #include "tests/support/part_report.h"
 
 namespace hapticd::netft {
 
-/// Waits for a condition, with timeout for a machine that others use too.
-inline bool eventually(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
+using test::eventually;
 
 /// A sensor and the box it reads, over real sockets.
 struct NetFtBench {

@@ -84,7 +84,7 @@ TEST(NetFtEngage, ALostRequestIsRepeated) {
   NetFtBench bench;
   bench.box.set_deaf(true);
   std::thread later([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_TRUE(eventually([&] { return bench.box.commands_unheard() > 0; }));
     bench.box.set_deaf(false);
   });
   const auto error = bench.engage();

@@ -1,16 +1,15 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdlib>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "hal/openhaptics/openhaptics_device.h"
 #include "tests/emulators/openhaptics/page.h"
+#include "tests/support/eventually.h"
 #include "tests/support/part_report.h"
 #include "tests/support/temporary_folder.h"
 
@@ -24,16 +23,6 @@ namespace status = hal::sample_status;
 
 inline std::string stand_in(const std::string& variant = "") {
   return std::string(HD_STAND_IN_FOLDER) + "/libHD_stand_in" + variant + ".so";
-}
-
-/// Whether it comes true within ten seconds.
-inline bool eventually(const std::function<bool()>& condition) {
-  for (const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-       std::chrono::steady_clock::now() < until;) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return condition();
 }
 
 /// Reads, keeps what it read, asks for the force it was asked to.

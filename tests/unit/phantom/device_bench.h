@@ -3,15 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "hal/phantom/phantom_device.h"
 #include "tests/emulators/board/scripted_board.h"
+#include "tests/support/eventually.h"
 #include "tests/support/part_report.h"
 
 namespace hapticd::test {
@@ -93,15 +92,5 @@ class DeviceBench {
   std::shared_ptr<emulators::ScriptedBoard> board;
   std::unique_ptr<phantom::PhantomDevice> device;
 };
-
-/// Waits in real time, for what another thread does.
-template <class Condition>
-bool eventually(Condition condition) {
-  for (int k = 0; k < 10'000; ++k) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
-}
 
 }  // namespace hapticd::test

@@ -71,12 +71,14 @@ class _Posterior:
     def __init__(self, levels: Array, centre: float, has_same: bool) -> None:
         self.means = math.log(centre) + self.MEAN_STEP * np.arange(-60, 61)
         axes = [self.means, self.DEVIATIONS, self.LAPSES] + ([self.BANDS] if has_same else [])
-        grid = [one.ravel()[None, :] for one in np.meshgrid(*axes, indexing="ij")]
+        grid = np.meshgrid(*axes, indexing="ij", sparse=True)  # what does not depend on an axis is computed once
         self.shape = (len(self.means), len(self.DEVIATIONS), -1)
-        parts = shares(levels[:, None], np.exp(grid[0]), grid[1], grid[2], grid[3] if has_same else None)
-        self._logs = [np.log(np.clip(part, 1e-9, 1.0)) for part in (parts if has_same else (parts[0], parts[2]))]
-        self._prior = LAPSE_PRIOR * np.log1p(-grid[2][0]) - 0.5 * (np.log(grid[1][0] / TYPICAL_DEVIATION) / DEVIATION_SPREAD) ** 2
-        self._lapse = grid[2][0]
+        each = levels.reshape(-1, *(1 for _ in axes))
+        parts = shares(each, np.exp(grid[0]), grid[1], grid[2], grid[3] if has_same else None)
+        self._logs = [np.log(np.clip(part, 1e-9, 1.0)).reshape(len(levels), -1) for part in (parts if has_same else (parts[0], parts[2]))]
+        whole = [np.broadcast_to(one, parts[0].shape[1:]).ravel() for one in grid[1:3]]
+        self._prior = LAPSE_PRIOR * np.log1p(-whole[1]) - 0.5 * (np.log(whole[0] / TYPICAL_DEVIATION) / DEVIATION_SPREAD) ** 2
+        self._lapse = whole[1]
 
     def of(self, counts: Sequence[Array]) -> tuple[Array, Array, Array, Array]:
         """Of N×levels counts of each answer: the marginals of μ and σ and the logarithm of the profile over μ, N×grid, and the
