@@ -2,7 +2,7 @@
 # Installs what is missing, builds everything and runs the tests; the last lines are ctest's summary.
 # Needs Debian 12, and root or sudo where packages are missing.
 #
-#   bash deploy/check.sh [PRESET]     release, or one of the sanitizers' (asan, asan-network, tsan)
+#   bash deploy/check.sh [PRESET]     release, or one of the sanitizers: asan, tsan
 #
 # Studies and benchmarks (hapticd_study, hapticd_bench) are separate: bash deploy/build.sh measure. So are the
 # identifications that an emulated person does live, some minutes in all: bash deploy/run_tests.sh release -L live.

@@ -201,21 +201,23 @@ hal::Error ModelLibrary::unknown(const std::string& object) const {
                 object)};
   }
   if (tags.empty()) {
-    return {fmt::format("unknown model '{}'", object), "model name", object, comma_separated(known),
-            did_you_mean(object, known, "use one of those")};
+    return hal::Error::of(hal::ErrorCode::kNotFound, fmt::format("unknown model '{}'", object), "model name",
+                          object, comma_separated(known), did_you_mean(object, known, "use one of those"));
   }
-  return {fmt::format("no model of '{}' is tagged '{}'", object, kCurrentTag), "model name", object,
-          fmt::format("{}@{}", object, fmt::join(tags, fmt::format(", {}@", object))),
-          fmt::format("say one of those, or tag one: hapticctl model tag HASH {}", kCurrentTag)};
+  return hal::Error::of(
+      hal::ErrorCode::kNotFound, fmt::format("no model of '{}' is tagged '{}'", object, kCurrentTag),
+      "model name", object, fmt::format("{}@{}", object, fmt::join(tags, fmt::format(", {}@", object))),
+      fmt::format("say one of those, or tag one: hapticctl model tag HASH {}", kCurrentTag));
 }
 
 hal::Error ModelLibrary::unknown_tag(const ModelName& name) const {
   const std::vector<std::string> tags = tags_of(name.object);
   if (tags.empty() && !texts_.contains(name.object)) return unknown(name.object);
-  return {fmt::format("no model of '{}' has the tag '{}'", name.object, name.tag), "model name",
-          name.object + "@" + name.tag,
-          tags.empty() ? "no tag: none of its models is stored" : comma_separated(tags),
-          did_you_mean(name.tag, tags, "tag one: hapticctl model tag HASH " + name.tag)};
+  return hal::Error::of(hal::ErrorCode::kNotFound,
+                        fmt::format("no model of '{}' has the tag '{}'", name.object, name.tag), "model name",
+                        name.object + "@" + name.tag,
+                        tags.empty() ? "no tag: none of its models is stored" : comma_separated(tags),
+                        did_you_mean(name.tag, tags, "tag one: hapticctl model tag HASH " + name.tag));
 }
 
 Outcome<FoundModel> ModelLibrary::find_parts(const std::string& name) const {

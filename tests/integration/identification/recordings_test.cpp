@@ -82,9 +82,8 @@ TEST(ServiceRecordings, AnEndedOneIsReportedAndTakesNoCommands) {
   EXPECT_EQ(state.tick(), 3000U);
   v1::SetTargetRequest request;
   request.set_stiffness_n_per_mm(1.0);
-  expect_refused(service.set_target(request),
-                 {grpc::StatusCode::FAILED_PRECONDITION, "the recording has ended", "rig 'replay:run.csv'",
-                  "", "", "start the daemon again, or with loop = true in [rig.replay]"});
+  expect_refused(service.set_target(request), grpc::StatusCode::FAILED_PRECONDITION,
+                 v1::ERROR_REASON_RECORDING_ENDED, "rig 'replay:run.csv'");
 }
 
 TEST(ServiceRecordings, HaveNoTruth) {

@@ -51,9 +51,8 @@ TEST(ServiceModels, AnUnknownNameIsRefusedWithASuggestion) {
   EXPECT_EQ(unknown.error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(detail_of(unknown).what(), "unknown model 'foam_bal_3d'");
   EXPECT_EQ(detail_of(unknown).remedy(), "did you mean 'foam_ball_3d'?");
-  expect_refused(show(service, "../x", shown),
-                 {grpc::StatusCode::INVALID_ARGUMENT, "not a name for a model", "GetModelRequest.name",
-                  "../x", "1 … 64 of a-z A-Z 0-9 _ -", "choose such a name"});
+  expect_refused(show(service, "../x", shown), grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID,
+                 "GetModelRequest.name");
 }
 
 TEST(ServiceModels, ABrokenFileOfTheFolderIsReportedAndRefused) {

@@ -82,8 +82,7 @@ TEST(ServiceRig, ASimulatedOneIsBiasedAndHasNothingToHome) {
   EXPECT_EQ(state.sensor_bias_lost(), "");
   v1::HomeDeviceResponse homed;
   expect_refused(service.rig->HomeDevice(call_context().get(), {}, &homed),
-                 {grpc::StatusCode::FAILED_PRECONDITION, "there is nothing to home", "haptic device", "",
-                  "a rig with hardware that needs it", ""});
+                 grpc::StatusCode::FAILED_PRECONDITION, v1::ERROR_REASON_WRONG_STATE, "haptic device");
 }
 
 TEST(ServiceRig, IsNeitherBiasedNorHomedInContact) {

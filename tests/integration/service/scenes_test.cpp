@@ -70,20 +70,15 @@ TEST(ServiceScenes, AnUnknownKeyIsRefusedByNameLineAndSuggestion) {
 
 TEST(ServiceScenes, AnUnknownNameIsRefusedWithASuggestion) {
   const RunningService service;
-  expect_refused(service.load("tap1d"),
-                 {grpc::StatusCode::NOT_FOUND, "unknown scene 'tap1d'", "scene name", "tap1d",
-                  "ball_watched, explore_bearing, explore_rod, explore_tumour, explore_watched, "
-                  "press_guided, tap_1d, wall, "
-                  "wall_guided",
-                  "did you mean 'tap_1d'?"});
+  expect_refused(service.load("tap1d"), grpc::StatusCode::NOT_FOUND, v1::ERROR_REASON_NOT_FOUND,
+                 "scene name");
 }
 
 TEST(ServiceScenes, ARequestWithoutASceneIsRefused) {
   const RunningService service;
   v1::LoadSceneResponse response;
   expect_refused(service.scene->LoadScene(call_context().get(), {}, &response),
-                 {grpc::StatusCode::INVALID_ARGUMENT, "no scene is named", "LoadSceneRequest.source", "",
-                  "name or toml", "give one of them"});
+                 grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID, "LoadSceneRequest.source");
 }
 
 TEST(ServiceScenes, ARefusedSceneLeavesTheLoadedOneInPlace) {

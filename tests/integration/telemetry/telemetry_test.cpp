@@ -123,21 +123,16 @@ TEST(ServiceTelemetry, RefusesWhatItDoesNotKnow) {
   v1::SubscribeRequest unknown;
   unknown.add_groups(v1::FIELD_GROUP_SAMPLE);
   unknown.add_groups(static_cast<v1::FieldGroup>(42));
-  const std::string groups =
-      "SAMPLE, MOTION, CONTACT, DEFORMATION, TARGET, CONTROL, GUARD, TIMING, TRUTH, DIRECTION, FUSION, "
-      "PASSIVITY, ZERO, INCLUSION, FRICTION, TRANSIENT, ANGLES, ASSIST";
-  const std::string remedy = "ask for groups of this list, or for none to get all";
-  expect_refused(refuse(unknown), {grpc::StatusCode::INVALID_ARGUMENT, "unknown field group",
-                                   "SubscribeRequest.groups[1]", "42", groups, remedy});
+  expect_refused(refuse(unknown), grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID,
+                 "SubscribeRequest.groups[1]");
   v1::SubscribeRequest unspecified;
   unspecified.add_groups(v1::FIELD_GROUP_UNSPECIFIED);
-  expect_refused(refuse(unspecified), {grpc::StatusCode::INVALID_ARGUMENT, "unknown field group",
-                                       "SubscribeRequest.groups[0]", "0", groups, remedy});
+  expect_refused(refuse(unspecified), grpc::StatusCode::INVALID_ARGUMENT, v1::ERROR_REASON_INVALID,
+                 "SubscribeRequest.groups[0]");
   v1::SubscribeRequest rare;
   rare.set_decimation(10001);
-  expect_refused(refuse(rare),
-                 {grpc::StatusCode::OUT_OF_RANGE, "decimation is out of range", "SubscribeRequest.decimation",
-                  "10001", "1 … 10000 ticks", "choose a value in the range, or 0 for the default"});
+  expect_refused(refuse(rare), grpc::StatusCode::OUT_OF_RANGE, v1::ERROR_REASON_OUT_OF_RANGE,
+                 "SubscribeRequest.decimation");
   v1::SubscribeRequest batch;
   batch.set_batch_size(1001);
   EXPECT_EQ(detail_of(refuse(batch)).where(), "SubscribeRequest.batch_size");
@@ -220,8 +215,7 @@ TEST(ServiceTelemetry, AStreamEndsWithTheService) {
   while (reader.read()) {
   }
   EXPECT_EQ(reader.missing(), 0U);
-  expect_refused(reader.end(), {grpc::StatusCode::UNAVAILABLE, "the service is shutting down", "telemetry",
-                                "", "", "connect again later"});
+  expect_refused(reader.end(), grpc::StatusCode::UNAVAILABLE, v1::ERROR_REASON_UNAVAILABLE, "telemetry");
 }
 
 TEST(ServiceTelemetry, ABatchOfADecimatedStreamWaitsForNoMoreThanTwentyTicks) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tests/emulators/board/gauge_emulator.h"
+#include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::daq {
@@ -160,56 +161,47 @@ TEST(Calibration, OneOfSeveralIsChosenByPartNumber) {
   EXPECT_NE(other.error().limit.find("SI-12-0.12"), std::string::npos);
 }
 
-struct Flaw {
-  const char* name;
-  const char* what;
-  const char* by;
-  const char* complaint;  ///< in the error's text
-  const char* place;      ///< so is this
-  friend void PrintTo(const Flaw& flaw, std::ostream* out) { *out << flaw.name; }
-};
-
-class CalibrationFlaw : public testing::TestWithParam<Flaw> {};
-
-TEST_P(CalibrationFlaw, IsRefusedByName) {
-  const Flaw& flaw = GetParam();
-  const auto calibration = parse_calibration(with(file(), flaw.what, flaw.by), "made up");
-  ASSERT_FALSE(calibration);
-  const std::string text = calibration.error().text();
-  EXPECT_NE(text.find(flaw.complaint), std::string::npos) << text;
-  EXPECT_NE(text.find(flaw.place), std::string::npos) << text;
-  EXPECT_NE(text.find("made up"), std::string::npos) << text;
-  EXPECT_FALSE(calibration.error().remedy.empty());
+TEST(Calibration, WhatIsWrongIsRefusedByName) {
+  struct Flaw {
+    const char* what;
+    const char* by;
+    const char* complaint;  ///< named by the refusal
+    const char* place;      ///< named too
+  };
+  const Flaw flaws[] = {
+      {"<FTSensor ", "<Sensor ", "", "made up"},
+      {"CalFileVersion=\"1.1\"", "CalFileVersion=\"2.0\"", "2.0", "CalFileVersion"},
+      {"CalFileVersion=\"1.1\"", "", "CalFileVersion", "FTSensor"},
+      {"NumGages=\"6\"", "NumGages=\"7\"", "NumGages", "7"},
+      {"NumGages=\"6\"", "NumGages=\"six\"", "NumGages", "six"},
+      {"ForceUnits=\"N\"", "ForceUnits=\"dyn\"", "ForceUnits", "dyn"},
+      {"TorqueUnits=\"N-mm\"", "TorqueUnits=\"N/mm\"", "TorqueUnits", "N/mm"},
+      {"ForceUnits=\"N\"", "", "ForceUnits", "Calibration"},
+      {"OutputRange=\"20\"", "", "OutputRange", "Calibration"},
+      {"OutputRange=\"20\"", "OutputRange=\"-20\"", "OutputRange", "-20"},
+      {"OutputBipolar=\"True\"", "OutputBipolar=\"Perhaps\"", "OutputBipolar", "Perhaps"},
+      {"<UserAxis Name=\"Ty\"", "<Axes Name=\"Ty\"", "missing", "UserAxis Ty"},
+      {"<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Tx\"", "twice", "UserAxis Tx"},
+      {"<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Qy\"", "unknown axis", "UserAxis Qy"},
+      {"<UserAxis Name=\"Ty\"", "<UserAxis Title=\"Ty\"", "Name", "UserAxis"},
+      {"<UserAxis Name=\"Fz\" values=", "<UserAxis Name=\"Fz\" numbers=", "values", "UserAxis Fz"},
+      {"<UserAxis Name=\"Fz\" values=\"", "<UserAxis Name=\"Fz\" values=\"0.5 ", "6 finite", "UserAxis Fz"},
+      {"<UserAxis Name=\"Fz\" values=\"", "<UserAxis Name=\"Fz\" values=\"a", "6 finite", "UserAxis Fz"},
+      {"<UserAxis Name=\"Fz\" values=\" ", "<UserAxis Name=\"Fz\" values=\" nan1 ", "6 finite",
+       "UserAxis Fz"},
+  };
+  for (const Flaw& flaw : flaws) {
+    SCOPED_TRACE(flaw.by);
+    const auto calibration = parse_calibration(with(file(), flaw.what, flaw.by), "made up");
+    ASSERT_FALSE(calibration);
+    EXPECT_EQ(calibration.error().code, hal::ErrorCode::kMalformed);
+    EXPECT_TRUE(calibration.error().where.starts_with("made up"));
+    const std::string text = calibration.error().text();
+    EXPECT_NE(text.find(flaw.complaint), std::string::npos) << text;
+    EXPECT_NE(text.find(flaw.place), std::string::npos) << text;
+    EXPECT_FALSE(calibration.error().remedy.empty());
+  }
 }
-
-INSTANTIATE_TEST_SUITE_P(
-    AFile, CalibrationFlaw,
-    testing::Values(
-        Flaw{"WrongRoot", "<FTSensor ", "<Sensor ", "", "made up"},
-        Flaw{"UnknownVersion", "CalFileVersion=\"1.1\"", "CalFileVersion=\"2.0\"", "2.0", "CalFileVersion"},
-        Flaw{"NoVersion", "CalFileVersion=\"1.1\"", "", "CalFileVersion", "FTSensor"},
-        Flaw{"SevenGauges", "NumGages=\"6\"", "NumGages=\"7\"", "NumGages", "7"},
-        Flaw{"GaugesNoNumber", "NumGages=\"6\"", "NumGages=\"six\"", "NumGages", "six"},
-        Flaw{"ForceUnit", "ForceUnits=\"N\"", "ForceUnits=\"dyn\"", "ForceUnits", "dyn"},
-        Flaw{"TorqueUnit", "TorqueUnits=\"N-mm\"", "TorqueUnits=\"N/mm\"", "TorqueUnits", "N/mm"},
-        Flaw{"NoForceUnit", "ForceUnits=\"N\"", "", "ForceUnits", "Calibration"},
-        Flaw{"NoRange", "OutputRange=\"20\"", "", "OutputRange", "Calibration"},
-        Flaw{"NegativeRange", "OutputRange=\"20\"", "OutputRange=\"-20\"", "OutputRange", "-20"},
-        Flaw{"OddPolarity", "OutputBipolar=\"True\"", "OutputBipolar=\"Perhaps\"", "OutputBipolar",
-             "Perhaps"},
-        Flaw{"MissingAxis", "<UserAxis Name=\"Ty\"", "<Axes Name=\"Ty\"", "missing", "UserAxis Ty"},
-        Flaw{"DoubledAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Tx\"", "twice", "UserAxis Tx"},
-        Flaw{"UnknownAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Name=\"Qy\"", "unknown axis", "UserAxis Qy"},
-        Flaw{"NamelessAxis", "<UserAxis Name=\"Ty\"", "<UserAxis Title=\"Ty\"", "Name", "UserAxis"},
-        Flaw{"NoValues", "<UserAxis Name=\"Fz\" values=", "<UserAxis Name=\"Fz\" numbers=", "values",
-             "UserAxis Fz"},
-        Flaw{"SevenNumbers", "<UserAxis Name=\"Fz\" values=\"", "<UserAxis Name=\"Fz\" values=\"0.5 ",
-             "6 finite numbers", "UserAxis Fz"},
-        Flaw{"NoNumber", "<UserAxis Name=\"Fz\" values=\"", "<UserAxis Name=\"Fz\" values=\"a",
-             "6 finite numbers", "UserAxis Fz"},
-        Flaw{"NotFinite", "<UserAxis Name=\"Fz\" values=\" ", "<UserAxis Name=\"Fz\" values=\" nan1 ",
-             "6 finite numbers", "UserAxis Fz"}),
-    [](const testing::TestParamInfo<Flaw>& flaw) { return std::string(flaw.param.name); });
 
 /// A file whose six rows of numbers are these.
 std::string with_rows(const std::array<const char*, 6>& rows, const char* version = "1.1") {
@@ -256,22 +248,18 @@ TEST(Calibration, ASingularOrMeaninglessMatrixIsRefused) {
 }
 
 TEST(Calibration, VersionOneIsCheckedToo) {
+  using enum hal::ErrorCode;
   CalibrationFileStyle style;
   style.version = "1.0";
   const std::string text = file(style);
-  const auto no_scale = parse_calibration(with(text, "scale=\"5.8934167", "scale=\"0\" was=\""), "made up");
-  ASSERT_FALSE(no_scale);
-  EXPECT_NE(no_scale.error().text().find("Axis Fz"), std::string::npos);
-  const auto unit = parse_calibration(with(text, "DistUnits=\"mm\"", "DistUnits=\"yd\""), "made up");
-  ASSERT_FALSE(unit);
-  EXPECT_NE(unit.error().text().find("DistUnits"), std::string::npos);
-  const auto shift = parse_calibration(with(text, "Dz=\"6.096", "Dz=\"inf"), "made up");
-  ASSERT_FALSE(shift);
-  EXPECT_NE(shift.error().text().find("BasicTransform"), std::string::npos);
-  const auto angle =
-      parse_calibration(with(text, "DistUnits=\"mm\"", "DistUnits=\"mm\" AngleUnits=\"gon\""), "x");
-  ASSERT_FALSE(angle);
-  EXPECT_NE(angle.error().text().find("AngleUnits"), std::string::npos);
+  test::expect_refusals(
+      {
+          {with(text, "scale=\"5.8934167", "scale=\"0\" was=\""), "Axis Fz", kMalformed},
+          {with(text, "DistUnits=\"mm\"", "DistUnits=\"yd\""), "DistUnits", kMalformed},
+          {with(text, "Dz=\"6.096", "Dz=\"inf"), "BasicTransform", kMalformed},
+          {with(text, "DistUnits=\"mm\"", "DistUnits=\"mm\" AngleUnits=\"gon\""), "AngleUnits", kMalformed},
+      },
+      [](const std::string& one) { return parse_calibration(one, "made up"); });
 }
 
 TEST(Calibration, TruncatedOrForeignBytesAreRefused) {
@@ -285,16 +273,17 @@ TEST(Calibration, TruncatedOrForeignBytesAreRefused) {
 }
 
 TEST(Calibration, FilesAreReadAndMissingOnesNamed) {
+  using enum hal::ErrorCode;
   const test::TemporaryFolder folder;
   const auto calibration = load_calibration(folder.write("sensor.cal", file()));
   ASSERT_TRUE(calibration) << calibration.error().text();
-  const auto none = load_calibration(folder.path("other.cal"));
-  ASSERT_FALSE(none);
-  EXPECT_NE(none.error().text().find("other.cal"), std::string::npos);
-  const auto large = load_calibration(folder.write("large.cal", std::string((1U << 20U) + 10, ' ')));
-  ASSERT_FALSE(large);
-  EXPECT_NE(large.error().text().find("too large"), std::string::npos);
-  EXPECT_FALSE(load_calibration(folder.path())) << "a folder is no file";
+  test::expect_refusals(
+      {
+          {folder.path("other.cal"), "other.cal", kUnreadable},
+          {folder.write("large.cal", std::string((1U << 20U) + 10, ' ')), "large.cal", kTooLong},
+          {folder.path(), folder.path(), kUnreadable},
+      },
+      [](const std::string& path) { return load_calibration(path); });
 }
 
 }  // namespace

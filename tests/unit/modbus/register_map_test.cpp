@@ -97,7 +97,7 @@ TEST(RegisterMap, RefusesByNameAndLine) {
           {with(kSmall, "value = 1,", "value = 1.5,"), "a step", kMalformed, 4},
           {with(kSmall, "[registers.go]", "[registers.\"a.b\"]\naddress = 1\n[registers.go]"), "register",
            kMalformed, 15},
-          {std::string(kSmall) + "[alarms]\nhot = \"x\"", "alarm", kMalformed, 20},
+          {std::string(kSmall) + "[alarms]\nhot = \"x\"", "alarm", kMalformed, 19},
           {"stop = 3", "'stop'", kWrongType, 1},
           {"a = [", "test, line 1", kSyntax},
       },
