@@ -106,8 +106,10 @@ let link = 'lost';
 
 export async function readState() {
   if (link === 'signed out') return;
+  let info = rig.info; // another link may forget it while an answer is waited for
   try {
-    rig.info ??= await rpc('RigService/GetRigInfo');
+    info ??= await rpc('RigService/GetRigInfo');
+    rig.info = info;
     rig.state = await rpc('RigService/GetRigState', {without_histograms: true});
   } catch (error) {
     rig.state = null;
@@ -117,7 +119,7 @@ export async function readState() {
     const [text, kind] = stateWords(rig.state);
     setText(pill, text);
     pill.className = `pill ${kind}`;
-    setText(at('rig'), rig.info.name);
+    setText(at('rig'), info.name);
     setText(at('force'), 'object ' + num(rig.state.reaction_force_n, 'N', 2));
   }
   for (const call of rig.listeners) call(rig.state);
