@@ -41,7 +41,7 @@ std::optional<hal::Error> check_instrument(const daq::BoardInstrumentConfig& con
   for (const double channel : daq::channels_of(config)) {
     if (std::find(gauges.begin(), gauges.end(), channel) == gauges.end()) continue;
     return hal::Error::of(hal::ErrorCode::kContradiction, "the instrument's channel is a gauge's",
-                          std::string(kPlace) + " channels", fmt::format("{}", channel),
+                          fmt::format("{} channels", kPlace), fmt::format("{}", channel),
                           fmt::format("none of {}", fmt::join(gauges, ", ")),
                           "wire the instrument to an input of its own");
   }
