@@ -195,10 +195,10 @@ TEST(Calibration, WhatIsWrongIsRefusedByName) {
     const auto calibration = parse_calibration(with(file(), flaw.what, flaw.by), "made up");
     ASSERT_FALSE(calibration);
     EXPECT_EQ(calibration.error().code, hal::ErrorCode::kMalformed);
-    EXPECT_TRUE(calibration.error().where.starts_with("made up"));
     const std::string text = calibration.error().text();
     EXPECT_NE(text.find(flaw.complaint), std::string::npos) << text;
     EXPECT_NE(text.find(flaw.place), std::string::npos) << text;
+    EXPECT_NE(text.find("made up"), std::string::npos) << text;
     EXPECT_FALSE(calibration.error().remedy.empty());
   }
 }
