@@ -36,8 +36,8 @@ TEST(ServiceRecordings, OneThatCannotBePlayedEndsTheStartAndIsNamed) {
   server::DaemonConfig unmapped = replay_config(narrow);
   server::DaemonConfig mapped = replay_config(narrow);
   mapped.replay.position.column = "tip_um";
-  server::DaemonConfig wrong_unit =
-      replay_config(folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,1,1\n"));
+  const std::string whole = folder.write("run.csv", "time_s,force_N,position_mm\n0,0,0\n1,1,1\n");
+  server::DaemonConfig wrong_unit = replay_config(whole);
   wrong_unit.replay.force = {.column = "force_N", .unit = "mm"};
   struct Case {
     const server::DaemonConfig& config;
@@ -46,11 +46,11 @@ TEST(ServiceRecordings, OneThatCannotBePlayedEndsTheStartAndIsNamed) {
   for (const Case& one : {Case{absent, "recording '/nowhere/run.csv'", "there is no such file"},
                           {unmapped, "recording '" + narrow + "'", "the file's columns are time_s, force_N"},
                           {mapped, "recording '" + narrow + "'", "'tip_um'"},
-                          {wrong_unit, "run.csv', column 'force_N'", "'mm'"}}) {
+                          {wrong_unit, "recording '" + whole + "', column 'force_N'", "'mm'"}}) {
     server::StartFailure failure;
     EXPECT_EQ(server::Daemon::start(one.config, failure), nullptr);
     EXPECT_EQ(failure.code, server::ExitCode::kCannotOpenRig);
-    EXPECT_NE(failure.error.where.find(one.where), std::string::npos) << failure.error.text();
+    EXPECT_EQ(failure.error.where, one.where);
     EXPECT_NE(failure.error.text().find(one.words), std::string::npos) << failure.error.text();
   }
 }
