@@ -65,7 +65,7 @@ TEST(RigConfiguration, WhatItIsMadeOfHasNamesAndRanges) {
       {{.device = "phantom_1_5_high_force", .structural_mode_hz = 41.3},
        "structural_mode_hz",
        kOutOfRange,
-       "41.4"},
+       "41.39"},
       {{.structural_mode_hz = 1000.1}, "structural_mode_hz", kOutOfRange, "1000 Hz"},
       {{.structural_mode_hz = kNan}, "structural_mode_hz", kOutOfRange, "1000 Hz"},
       {{.structural_damping = 1.1}, "structural_damping", kOutOfRange, "0 … 1"},
