@@ -11,9 +11,9 @@ namespace {
 
 // A sanitizer's frames are several times as large.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::size_t kStackBytes = std::size_t{8} << 20U;
+constexpr std::size_t kThreadStackBytes = std::size_t{8} << 20U;
 #else
-constexpr std::size_t kStackBytes = std::size_t{2} << 20U;
+constexpr std::size_t kThreadStackBytes = std::size_t{2} << 20U;
 #endif
 constexpr int kArenas = 2;
 /// Larger blocks are mapped by themselves. Set, it stays: otherwise the allocator raises it to 32 MB and
@@ -27,7 +27,7 @@ void set_memory_budget() {
   mallopt(M_MMAP_THRESHOLD, kMappedBytes);
   pthread_attr_t attributes;
   if (pthread_attr_init(&attributes) != 0) return;
-  if (pthread_attr_setstacksize(&attributes, kStackBytes) == 0) pthread_setattr_default_np(&attributes);
+  if (pthread_attr_setstacksize(&attributes, kThreadStackBytes) == 0) pthread_setattr_default_np(&attributes);
   pthread_attr_destroy(&attributes);
 }
 

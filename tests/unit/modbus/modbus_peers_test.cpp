@@ -54,7 +54,8 @@ TEST(ModbusPeers, ADriveBehindPymodbusIsTurned) {
 
 /// What mbpoll prints of one request.
 std::string mbpoll(const std::string& arguments) {
-  const std::string line = std::string(kMbpoll) + " -1 -0 -o 5 " + arguments + " 2>&1";
+  std::string line(kMbpoll);
+  line.append(" -1 -0 -o 5 ").append(arguments).append(" 2>&1");
   std::string output;
   FILE* pipe = popen(line.c_str(), "r");
   if (pipe == nullptr) return output;
