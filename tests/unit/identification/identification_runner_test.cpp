@@ -1,0 +1,118 @@
+// Identifications on the simulated rig without the network: what clients do at the same time, from threads of their own.
+
+#include "server/identification/run/identification_runner.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include "hal/sim/simulated_rig.h"
+#include "server/model/store/model_library.h"
+#include "server/model/store/model_store.h"
+#include "server/rig/sensor_bias.h"
+#include "server/scene/scene_host.h"
+#include "server/session/session.h"
+#include "server/telemetry/telemetry_hub.h"
+
+namespace hapticd::server {
+namespace {
+
+std::unique_ptr<hal::Rig> sponge_in_virtual_time() {
+  sim::SimulationConfig config;
+  config.object = "sponge_cut";
+  return std::move(*sim::SimulatedRig::create(config));
+}
+
+rt::LoopConfig quiet_loop() {
+  rt::LoopConfig loop;
+  loop.fifo_priority = 0;
+  loop.lock_memory = false;
+  loop.keep_cpu_awake = false;
+  return loop;
+}
+
+Caller patient() {
+  Caller caller;
+  caller.deadline = Caller::Clock::now() + std::chrono::seconds(60);
+  return caller;
+}
+
+class RunnerBench {
+ public:
+  RunnerBench() {
+    session.start();
+    hub.start();
+  }
+  ~RunnerBench() {
+    runner.shutdown();
+    hub.stop();
+    session.stop();
+  }
+
+  std::shared_ptr<ModelStore> store = std::move(*ModelStore::open(""));
+  Session session{sponge_in_virtual_time(), quiet_loop()};
+  TelemetryHub hub{session.engine()};
+  SceneHost scenes{session, SceneLibrary(), ModelLibrary("", store)};
+  SensorBiases biases{session, scenes, hub, ""};
+  IdentificationRunner runner{session, scenes, hub, biases, *store};
+};
+
+IdentificationRequest contact_request() {
+  IdentificationRequest request;
+  request.task = identification::ContactTask{};
+  request.object = "mine";
+  return request;
+}
+
+TEST(IdentificationRunner, ReportsAndEndsWhateverClientsAskMeanwhile) {
+  RunnerBench bench;
+  std::atomic<bool> done{false};
+  std::vector<std::thread> clients;
+  clients.emplace_back([&] {
+    while (!done) (void)bench.runner.list();
+  });
+  clients.emplace_back([&] {  // the end of another one's lease concerns nothing here
+    while (!done) bench.runner.end_under(7, {"the lease has ended", "lease", "", "", "acquire one"});
+  });
+  clients.emplace_back([&] {
+    std::uint64_t version = 0;
+    while (!done) {
+      Caller caller;
+      caller.deadline = Caller::Clock::now() + std::chrono::milliseconds(20);
+      const auto report = bench.runner.report("", version, caller);
+      if (report) version = report->version;
+    }
+  });
+  for (int round = 0; round < 3; ++round) {
+    const auto id = bench.runner.start(contact_request(), 3);
+    ASSERT_TRUE(id) << id.refusal().error.text();
+    std::this_thread::yield();
+    if (round == 1) bench.runner.end_under(3, {"the lease has ended", "lease", "", "", "acquire one"});
+    const auto ended = bench.runner.cancel(*id, patient());
+    ASSERT_TRUE(ended);
+    EXPECT_NE(ended->state, IdentificationState::kRunning);
+    EXPECT_NE(ended->state, IdentificationState::kConverged);
+  }
+  done = true;
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(bench.runner.list().size(), 3U);
+}
+
+TEST(IdentificationRunner, StartsOneOnly) {
+  RunnerBench bench;
+  std::atomic<int> started{0};
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 4; ++i) {
+    clients.emplace_back([&] {
+      if (bench.runner.start(contact_request())) ++started;
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(started, 1);
+}
+
+}  // namespace
+}  // namespace hapticd::server
