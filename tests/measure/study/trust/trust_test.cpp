@@ -26,7 +26,7 @@ using test::FreeAirJudge;
 const rt::ObjectModel& foam() {
   static const rt::ObjectModel model = [] {
     std::stringstream text;
-    text << std::ifstream(std::string(HAPTICD_MODELS) + "/foam_ball_3d.toml").rdbuf();
+    text << std::ifstream(HAPTICD_MODELS "/foam_ball_3d.toml").rdbuf();
     return test::value_of(server::parse_model(text.str(), "foam_ball_3d"));
   }();
   return model;
