@@ -30,7 +30,7 @@ step() {
   echo "== done in $((SECONDS - from)) s"
 }
 cat <<TXT
-This installs the packages that are missing, builds the daemon and its command line (about five minutes on two cores the
+This installs the packages that are missing, builds the daemon and its command line (some minutes on two cores the
 first time, seconds after that), starts the daemon on a simulated rig and lets a simulated hand press a sponge at several
 target stiffnesses (about half a minute).
 TXT
