@@ -7,7 +7,7 @@
 
 namespace hapticd::hal {
 
-/// What went wrong, for code to branch on: the texts of an error are for people and may change.
+/// The kind of an error, for code to branch on: the texts of an error are for people and may change.
 enum class ErrorCode : std::uint8_t {
   kOther,  ///< no caller branches on it
   // These are sent to clients, as v1.ErrorReason:

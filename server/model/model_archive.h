@@ -67,7 +67,7 @@ class Writer {
   Json json = Json::object();
 };
 
-/// What is wrong with an object that was read.
+/// The error of an object that was read.
 struct Complaint {
   std::string what;  ///< empty if nothing is
   hal::ErrorCode code = hal::ErrorCode::kOther;

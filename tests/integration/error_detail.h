@@ -23,7 +23,7 @@ struct Expected {
   std::string remedy;
 };
 void expect_refused(const grpc::Status& status, const Expected& expected);
-/// What a program branches on, and the place.
+/// The code that a program branches on, and the place.
 void expect_refused(const grpc::Status& status, grpc::StatusCode code, v1::ErrorReason reason,
                     const std::string& where);
 

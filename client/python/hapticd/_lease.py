@@ -26,7 +26,7 @@ class Renewal:
     """The process that renews a lease. It starts before the lease does: a busy machine may take longer to start it than a
     lease lives.
 
-    wait_until_ready(), then acquire the lease, then begin(); it renews until stop(), or until this process is no more.
+    wait_until_ready(), then acquire the lease, then begin(); it renews until stop(), or until this process ends.
     """
 
     def __init__(self, endpoint: Endpoint, connect_s: float) -> None:

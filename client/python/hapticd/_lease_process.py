@@ -25,7 +25,7 @@ def main() -> int:
     channel = Endpoint.of(place["address"], place["certificates"]).open()
     with contextlib.suppress(grpc.FutureTimeoutError):  # without a daemon there will be no lease to renew
         grpc.channel_ready_future(channel).result(timeout=place["connect_s"])
-    with contextlib.suppress(BrokenPipeError):  # the program is no more
+    with contextlib.suppress(BrokenPipeError):  # the program has ended
         os.write(sys.stdout.fileno(), b"ready\n")
     second = sys.stdin.readline()
     if not second:

@@ -138,8 +138,8 @@ hal::Result<std::unique_ptr<FlightRing>> FlightRing::open_left(const std::string
   const bool good = ring->read_head(head) && ring->read_at(kColumnsOffset, head.columns_bytes, described) &&
                     recording::read_block(described, block) && block.columns.size() == head.column_count;
   if (!good)
-    return hal::Error::of(hal::ErrorCode::kDamaged, "this is no ring of a flight recorder, or it is damaged",
-                          path, "", "", "");
+    return hal::Error::of(hal::ErrorCode::kDamaged,
+                          "the file is damaged, or it is not a ring of a flight recorder", path, "", "", "");
   ring->columns_ = std::move(block.columns);
   ring->capacity_rows_ = head.capacity_rows;
   ring->rate_hz_ = head.rate_hz;

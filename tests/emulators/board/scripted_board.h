@@ -100,7 +100,7 @@ class ScriptedBoard final : public daq::Board {
     const std::lock_guard lock(mutex_);
     member = value;
   }
-  /// What was due until now comes first.
+  /// Performs first what was due until now.
   void put_after_scans(bool& member, bool value) {
     const std::lock_guard lock(mutex_);
     if (config_.paced) make_due_scans();

@@ -370,7 +370,7 @@ TEST(RigFile, ReplaysARecordingBesideARealDevice) {
   test::expect_refusals({{text + "speed = \"fast\"\n", "[rig.replay] speed", kContradiction}}, rig_of);
 }
 
-TEST(RigFile, TellsWhatCannotBe) {
+TEST(RigFile, RefusesWhatCannotBe) {
   using enum hal::ErrorCode;
   test::expect_refusals(
       {

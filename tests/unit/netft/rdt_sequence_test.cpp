@@ -84,7 +84,7 @@ TEST(RdtSequence, NumbersAreWhatTheirOrderMakesThem) {
            Case{"a restart from far is taken with the second record",
                 joined(run(500'000, 10), run(0, 10)),
                 {.used = 19, .unconfirmed = 1, .restarts = 1}},
-           Case{"a restart from near is told from reordering by its persistence",
+           Case{"a restart from near is distinguished from reordering by its persistence",
                 joined(run(100, 900), run(0, 60)),
                 {.used = 900 + 60 - kRun + 1, .old = kRun - 1, .restarts = 1}},
            Case{"after a silence it is taken with the second record",
