@@ -20,7 +20,7 @@ ConditionedSolution solve_by_singular_values(const MatrixView& a, const VectorVi
 }
 
 SingularValues3 singular_values(const Eigen::Matrix3d& a) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<MatrixXd> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 

@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 seconds=${1:?how many seconds for each}
 shift
 bash deploy/install_packages.sh build libraries fuzz
-bash deploy/build.sh fuzz fuzz
+bash deploy/build.sh asan fuzz
 names=("$@")
 ((${#names[@]})) || for source in tests/fuzz/corpus/*/; do names+=("$(basename "$source")"); done
 
@@ -45,7 +45,7 @@ for name in "${names[@]}"; do
     model_json) words=(-dict=tests/fuzz/dictionaries/json.dict) ;;
     netft_configuration | cal_file) words=(-dict=tests/fuzz/dictionaries/xml.dict) ;;
   esac
-  if ! "build/fuzz/bin/fuzz_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
+  if ! "build/asan/bin/fuzz_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
     "${words[@]}" -artifact_prefix="build/fuzz/findings/$name-" "$grown" "tests/fuzz/corpus/$name" >"$log" 2>&1; then
     tail -40 "$log" >&2
     echo "fuzz: $name broke; the input is in build/fuzz/findings" >&2
