@@ -15,6 +15,7 @@ using rt::TickRecord;
 
 constexpr double kHandN = 2.0;
 constexpr double kClearForceN = 0.3;
+constexpr double kSteadyForceN = 0.6;
 constexpr double kNoForceN = 0.02;
 constexpr double kStallMs = 20.0;
 
@@ -91,8 +92,8 @@ class Trial {
   void problem(const std::string& what) { trial_.problems.push_back(what); }
 
   bool press() {
-    // A pause of the machine as the tip meets the object leaves a load that no contact began with: the hand
-    // lifts off then and presses once more.
+    // A pause of the machine as the tip meets the object leaves a load that no contact began with, and one
+    // later may end the contact: the hand lifts off then and presses once more.
     bool renders = false;
     for (int attempt = 0; attempt < 3 && !renders; ++attempt) {
       if (attempt > 0) {
@@ -103,8 +104,10 @@ class Trial {
       renders = run_.until(
           [&] { return !rendering() || (run_.last().in_contact && force_of(run_.last()) > kClearForceN); },
           8.0);
+      if (!renders || !rendering()) continue;
+      run_.pass(1.2);
+      renders = !rendering() || mean_force(100) > kSteadyForceN;
     }
-    if (renders && rendering()) run_.pass(1.2);
     if (!renders) return spoilt("no force was rendered in contact");
     if (!rendering())
       return spoilt("before the fault: " + std::string(rt::rule_of(run_.last().guard_fault).name));
