@@ -16,5 +16,6 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 preset=${1:-release}
 bash deploy/install_packages.sh
+[[ $preset != asan ]] || bash deploy/install_packages.sh fuzz  # clang
 bash deploy/build.sh "$preset"
 bash deploy/run_tests.sh "$preset" -LE live

@@ -20,7 +20,7 @@ declare -A packages=(
   # Instruction counts, the latency tool the loop is compared with, and independent peers for the drivers.
   [tests]="python3-h5py python3-numpy python3-grpcio python3-scipy python3-pandas python3-matplotlib python3-zstandard
            chromium chromium-driver python3-selenium python3-pytest python3-setuptools python3-wheel mypy valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
-  # The compiler that fuzzes; only when asked for.
+  # The compiler of the preset asan, which also fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.
   [docs]="mkdocs doxygen python3-grpcio python3-protobuf python3-numpy"
