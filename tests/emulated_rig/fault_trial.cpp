@@ -95,11 +95,13 @@ class Trial {
     // A pause of the machine as the tip meets the object leaves a load that no contact began with, and one
     // later may end the contact: the hand lifts off then and presses once more.
     bool renders = false;
+    std::size_t begun = 0;  // of the attempt that counts
     for (int attempt = 0; attempt < 3 && !renders; ++attempt) {
       if (attempt > 0) {
         run_.set_hand({});
         run_.pass(2.0);
       }
+      begun = count();
       run_.set_hand(pressing());
       renders = run_.until(
           [&] { return !rendering() || (run_.last().in_contact && force_of(run_.last()) > kClearForceN); },
@@ -111,9 +113,8 @@ class Trial {
     if (!renders) return spoilt("no force was rendered in contact");
     if (!rendering())
       return spoilt("before the fault: " + std::string(rt::rule_of(run_.last().guard_fault).name));
-    const auto touch = std::find_if(run_.records().begin(), run_.records().end(),
-                                    [](const TickRecord& record) { return record.in_contact; });
-    trial_.step_before_n = largest_step(static_cast<std::size_t>(touch - run_.records().begin()), count());
+    while (begun < count() && !at(begun).in_contact) ++begun;
+    trial_.step_before_n = largest_step(begun, count());
     trial_.force_before_n = mean_force(100);
     return true;
   }
