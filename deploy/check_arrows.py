@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks the include graph of the folders: no cycle, no include against the layers, no crowded folder, no long file.
+"""Checks the include graph of the folders: no cycle, no include against the layers, no crowded folder, no long file;
+and that hapticctl writes to the terminal in one place.
 
     deploy/check_arrows.py [--root FOLDER] [--list]
 
@@ -11,10 +12,11 @@ import pathlib
 import re
 import sys
 
-TOPS = ("hal", "rt", "server", "client", "tests")
+TOPS = ("proto", "hal", "rt", "server", "client", "tests")
 
 # What a folder must never include from; cycles are forbidden anyway.
 FORBIDDEN = [
+    ("proto", ("hal", "rt", "server", "client", "tests")),
     ("hal", ("rt", "server", "client", "tests")),
     ("hal/sim", ("hal/netft", "hal/daq", "hal/phantom", "hal/openhaptics", "hal/replay")),
     ("rt", ("server", "client", "tests")),
@@ -33,12 +35,20 @@ FORBIDDEN = [
     ("server/identification/estimate", ("server/identification/session", "server/identification/run")),
     ("server/identification/gate", ("server/identification/session", "server/identification/estimate")),
     ("client", ("hal", "rt", "server", "tests")),
-    ("client/cpp", ("client/cli",)),
+    ("client/cpp", ("client/cli", "client/console")),
+    ("client/console", ("client/cli", "client/igtl")),
+    ("client/console/access", ("client/console/daemon",)),
 ]
+# Folders that depend on nothing and that all may include from.
+SHARED = ("hal/lock",)
 MAX_FILES = 26  # .h and .cpp of one folder
 MAX_LINES = 400  # of a file outside the tests
 # Longer files, each with its reason.
 LONG_FILES = {}
+
+# What writes to a terminal past client/cli/session/print.h, where texts of others are escaped.
+RAW_OUTPUT = re.compile(r"\bfmt::print\(|\bstd::(?:cout|cerr|clog|puts|fputs|printf|print)\b|\bprintf\(|\bfwrite\(.*\bstd(?:out|err)\b")
+PRINTERS = ("client/cli/session/print.cpp",)
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 
@@ -111,12 +121,27 @@ def problems(arrows, count):
             if not within(folder, part):
                 continue
             for other, pairs in arrows[folder].items():
-                if any(within(other, b) for b in banned) and not within(other, part):
+                if any(within(other, b) for b in banned) and not within(other, part) and other not in SHARED:
                     for name, included in pairs:
                         yield f"{name} includes {included}: {part} must not include from {other}"
+    for folder in SHARED:
+        for other, pairs in arrows[folder].items():
+            for name, included in pairs:
+                yield f"{name} includes {included}: {folder} must not include from {other}"
     for folder, files in sorted(count.items()):
         if files > MAX_FILES:
             yield f"{folder} has {files} files: at most {MAX_FILES}; sort them into folders of one concept each"
+
+
+def raw_output(root):
+    """Lines of hapticctl that write to the terminal without its printer."""
+    for path in sorted((root / "client/cli").rglob("*.[ch]*")):
+        name = path.relative_to(root).as_posix()
+        if name in PRINTERS:
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if RAW_OUTPUT.search(line.partition("//")[0]):
+                yield f"{name}:{number} writes past {PRINTERS[0]}: use print_line(), print_error_line() or print_text()"
 
 
 def main():
@@ -132,7 +157,7 @@ def main():
         for folder in sorted(count):
             own = sum(n for name, n in lines.items() if name.rpartition("/")[0] == folder)
             print(f"{folder}: {count[folder]} files, {own} lines -> {', '.join(sorted(arrows[folder]))}")
-    found = list(problems(arrows, count)) + list(long_files(lines))
+    found = list(problems(arrows, count)) + list(long_files(lines)) + list(raw_output(options.root))
     for problem in found:
         print(f"check_arrows.py: {problem}", file=sys.stderr)
     if not found:

@@ -35,7 +35,7 @@ first time, seconds after that), starts the daemon on a simulated rig and lets a
 target stiffnesses (about half a minute).
 TXT
 step "1 of 3: packages" bash "$here/deploy/install_packages.sh" build libraries run
-step "2 of 3: build" bash "$here/deploy/build.sh" release hapticd hapticctl
+step "2 of 3: build" bash "$here/deploy/build.sh" release hapticd hapticctl hapticd_console
 echo "== 3 of 3: a sponge at several target stiffnesses"
 cd "$here"
 bin=build/release/bin
@@ -86,6 +86,7 @@ if $keep; then
   trap - EXIT
   echo "The daemon keeps running (process $daemon, log $work/log). Connect by hand:"
   echo "  $bin/hapticctl --server $address status"
+  echo "  $bin/hapticctl --server $address console        # the rig in your browser"
   echo "End it with: kill $daemon"
   exit 0
 fi
@@ -97,3 +98,4 @@ fi
 echo "To go on by hand, in two terminals:"
 echo "  $bin/hapticd --rig sim:phantom_1_0"
 echo "  $bin/hapticctl telemetry watch        # and in a third: hapticctl scene load tap_1d, sim hand press, target set 0.3"
+echo "  $bin/hapticctl console                # the rig in your browser"

@@ -43,8 +43,8 @@ for server in "${servers[@]}"; do
   [[ "$server" =~ ^[A-Za-z0-9.:-]+(,[A-Za-z0-9.:-]+)*$ ]] || fail "--server $server: host names and addresses, separated by commas"
 done
 for client in "${clients[@]}"; do
-  [[ "$client" =~ ^(observer|operator|maintainer)/[a-z0-9._-]+$ ]] ||
-    fail "--client $client: ROLE/NAME with a role of observer, operator, maintainer and a name of a-z, 0-9, ., _, -"
+  [[ "$client" =~ ^(observer|operator|maintainer|console)/[a-z0-9._-]+$ ]] ||
+    fail "--client $client: ROLE/NAME with a role of observer, operator, maintainer, or console for a program, and a name of a-z, 0-9, ., _, -"
 done
 
 mkdir -p "$out/authority" "$out/servers" "$out/clients"

@@ -42,7 +42,8 @@ git -C "$root" archive "$commit" | tar -x -C "$work/hapticd"
 cd "$work/hapticd"
 cp -r deploy/debian debian
 cp deploy/service/hapticd.service deploy/service/hapticd.sysusers deploy/service/hapticd.avahi.service \
-  deploy/service/rig.toml debian/
+  deploy/service/hapticd-console.service deploy/service/hapticd-console.sysusers deploy/service/rig.toml \
+  deploy/service/console.toml debian/
 cp deploy/service/60-hapticd.rules debian/hapticd.udev
 version=$(sed -n 's/^project(hapticd VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)$suffix
 # The date of the commit: the same commit gives the same packages.

@@ -102,6 +102,19 @@ for i in \$(seq 300); do
 done
 hapticctl --server unix:/run/hapticd/hapticd.sock status
 hapticctl doctor || true
+if [ -x /usr/bin/hapticd-console ]; then
+  setpriv --reuid=hapticd-console --regid=hapticd-console --groups=hapticd --no-new-privs --bounding-set=-all \\
+    $(sed -n 's/^ExecStart=//p' "$system/lib/systemd/system/hapticd-console.service") &
+  console=\$!
+  for i in \$(seq 100); do
+    hapticctl console --print >/packages/console.txt 2>&1 && grep -q 127.0.0.1:50080 /packages/console.txt && break
+    kill -0 \$console || exit 1
+    sleep 0.1
+  done
+  grep -q 127.0.0.1:50080 /packages/console.txt
+  kill -TERM \$console
+  wait \$console
+fi
 ps -o user=,rss= -p \$daemon 2>/dev/null || grep -E '^(Uid|VmRSS|VmLck)' /proc/\$daemon/status
 kill -TERM \$daemon
 wait \$daemon
@@ -149,7 +162,7 @@ apt remove hapticd || fail "cannot be removed"
 [[ ! -e $system/usr/bin/hapticd ]] || fail "the program is still there"
 [[ -s $system/etc/hapticd/rig.toml && -d $system/var/lib/hapticd ]] || fail "removing took configuration or models away"
 say "purge"
-apt purge hapticd hapticd-tools hapticd-igtl python3-hapticd libhapticd-client-dev hapticd-doc || fail "cannot be purged"
+apt purge hapticd hapticd-console hapticd-tools hapticd-igtl python3-hapticd libhapticd-client-dev hapticd-doc || fail "cannot be purged"
 apt autoremove --purge || fail "cannot be purged"
 left=$(comm -13 <(echo "$before") <(listing) | grep -i hapticd || true)
 [[ -z $left ]] || fail "left behind: $left"

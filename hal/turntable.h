@@ -1,13 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/lock/callback.h"
 #include "hal/part_report.h"
 #include "hal/samples.h"
 
@@ -94,7 +94,7 @@ struct TurntableStatus {
 
 /// Nothing, or why the table must not turn now. Asked on the turntable's thread before any motion and every
 /// few milliseconds on the way: it neither blocks nor calls the turntable.
-using MotionPermit = std::function<std::optional<Error>()>;
+using MotionPermit = Callback<std::optional<Error>()>;
 
 /// A table that brings one object or another under the tool. Every function may be called from any thread;
 /// only engage() and disengage() take their time.

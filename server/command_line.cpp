@@ -31,9 +31,6 @@ std::optional<CommandLine> read_command_line(int argc, char** argv, int& exit_co
   app.add_option("--certificates", overrides.certificates,
                  "Folder of server.crt, server.key and authority.crt, read again when they change")
       ->type_name("DIR");
-  app.add_option("--console", overrides.console,
-                 "Loopback address to show the console on, a page for people, e.g. 127.0.0.1:50080")
-      ->type_name("HOST:PORT");
   app.add_option("--scene", overrides.scene, "Scene to start with")->type_name("NAME");
   app.add_option("--scenes", overrides.scene_folder, "Folder of further scenes (NAME.toml)")
       ->type_name("DIR");

@@ -6,11 +6,12 @@
 #include <utility>
 
 #include "server/access/audit_log.h"
-#include "server/access/console_door.h"
+#include "server/access/console_registry.h"
+#include "server/access/lab.h"
 #include "server/access/lease_desk.h"
+#include "server/access/named_identities.h"
 #include "server/access/role_policy.h"
 #include "server/calibration/run/calibration_runner.h"
-#include "server/console/console_server.h"
 #include "server/grpc/grpc_server.h"
 #include "server/grpc/recording/event_notes.h"
 #include "server/grpc/recording/recording_setup.h"
@@ -39,6 +40,8 @@
 #include "server/session/loop_watchdog.h"
 #include "server/session/safety_latch.h"
 #include "server/session/session.h"
+#include "server/stop/stop_audit.h"
+#include "server/stop/stop_server.h"
 #include "server/telemetry/telemetry_hub.h"
 #include "server/turntable/turntable_host.h"
 #include "server/watchdog/watchdog.h"
@@ -63,11 +66,10 @@ struct Daemon::Parts {
         calibrations(session, hub, calibration_store),
         turntable(std::move(table), config.turntable.interlock, session, scenes, hub),
         guide(session, scenes, hub, turntable),
-        policy(config.access),
+        policy(with_lab(config.access, config.certificates)),
         desk(effects(), std::chrono::nanoseconds(std::llround(config.access.take_notice_s * 1e9))),
-        door(policy, config.console.listen ? config.recording.folder : std::string(),
-             std::chrono::seconds(std::llround(config.console.session_h * 3600.0))),
-        watchdog(config.watchdog, watchdog_effects()),
+        named(policy),
+        watchdog(config.watchdog, session),
         recording_sources(sources_of(config, session, scenes)),
         recorder(hub, events, recording_sources, config.recording),
         flight(hub, events, recording_sources, config.recording),
@@ -90,28 +92,12 @@ struct Daemon::Parts {
               session.engine().set_lease(number);
               return session.last_tick();
             },
-            [this](std::uint64_t number, const hal::Error& why) { identifications.end_under(number, why); },
             [this](LeaseExpiry action) {
               if (action == LeaseExpiry::kRampToZero) session.engine().raise(rt::GuardFault::kClientLost);
               if (action == LeaseExpiry::kStop) latch.stop();
               notes.note(recording::EventKind::kLease, "the lease expired: its holder was not heard of");
-            }};
-  }
-
-  /// A fault of the watchdog is raised as well: one that is over before the next tick latches, too.
-  void set_watchdog_fault(rt::GuardFault fault, bool present) {
-    session.engine().set_standing(fault, present);
-    if (present) session.engine().raise(fault);
-  }
-  Watchdog::Effects watchdog_effects() {
-    return {[this](bool missing) { set_watchdog_fault(rt::GuardFault::kEndpointMissing, missing); },
-            [this](bool released) { set_watchdog_fault(rt::GuardFault::kPedalReleased, released); },
-            [this](Watchdog::Clock::time_point until) {
-              // A rig that owns its time runs faster or slower than what the watchdog counts in.
-              if (session.rig_owns_clock()) return;
-              const std::chrono::nanoseconds left = until - Watchdog::Clock::now();
-              session.engine().set_permit_until(session.now_ns() + left.count());
-            }};
+            },
+            [this](std::uint64_t number, const hal::Error& why) { identifications.end_under(number, why); }};
   }
 
   pose::PoseDesk::Parts pose_parts() {
@@ -139,7 +125,8 @@ struct Daemon::Parts {
   GuideHost guide;
   RolePolicy policy;
   LeaseDesk desk;
-  ConsoleDoor door;
+  ConsoleRegistry consoles;
+  NamedIdentities named;
   Watchdog watchdog;
   GuardWatch guard_watch{hub, events};
   const RecordingSources recording_sources;
@@ -150,8 +137,8 @@ struct Daemon::Parts {
   std::unique_ptr<AuditLog> audit;
   std::unique_ptr<RunMarker> marker;
   std::unique_ptr<GrpcServer> network;
+  std::unique_ptr<StopServer> stops;
   std::unique_ptr<MetricsServer> metrics;
-  std::unique_ptr<ConsoleServer> console;
   std::unique_ptr<LoopWatchdog> loop_watchdog;
 
   RigFigures figures() {
@@ -273,13 +260,23 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
   // The network starts before the loop's thread raises its priority: threads inherit the scheduling of their
   // creator.
   auto network =
-      GrpcServer::start({parts->session, parts->scenes, parts->targets, parts->latch, parts->hub,
-                         parts->biases, parts->identifications, parts->calibrations, parts->turntable,
-                         parts->guide, parts->policy, parts->desk, *parts->audit, parts->watchdog,
-                         parts->recorder, parts->flight, parts->poses, parts->door, parts->events},
+      GrpcServer::start({parts->session,   parts->scenes,   parts->targets,         parts->latch,
+                         parts->hub,       parts->biases,   parts->identifications, parts->calibrations,
+                         parts->turntable, parts->guide,    parts->policy,          parts->desk,
+                         *parts->audit,    parts->watchdog, parts->recorder,        parts->flight,
+                         parts->poses,     parts->consoles, parts->named,           parts->events},
                         config);
   if (!network) return cannot_listen(network.error());
   parts->network = std::move(*network);
+  auto stops =
+      StopServer::start({parts->network->take_stop_sockets(), config.listen_tls ? config.certificates : "",
+                         StopRights(parts->policy, parts->network->unix_group()),
+                         [here = parts.get()] { return here->latch.stop(); },
+                         [here = parts.get()](const StopReport& report, std::uint64_t more) {
+                           note_stop(report, more, *here->audit);
+                         }});
+  if (!stops) return cannot_listen(stops.error());
+  parts->stops = std::move(*stops);
   if (config.metrics.listen) {
     auto metrics =
         MetricsServer::start(*config.metrics.listen, [here = parts.get()] { return here->figures(); });
@@ -287,14 +284,6 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
     parts->metrics = std::move(*metrics);
     log_info("metrics are shown on http://" +
              ListenAddress{config.metrics.listen->host, parts->metrics->port()}.text() + "/metrics");
-  }
-  if (config.console.is_on()) {
-    auto console = ConsoleServer::start(config.console,
-                                        {parts->door, parts->policy, parts->network->in_process_channel(),
-                                         config.certificates, config.loop.rate_hz});
-    if (!console) return cannot_listen(console.error());
-    parts->console = std::move(*console);
-    parts->network->show_console_at(parts->console->url(), parts->console->tls_url());
   }
   parts->hub.start();
   parts->guard_watch.start();
@@ -316,6 +305,7 @@ std::unique_ptr<Daemon> Daemon::start(const DaemonConfig& config, StartFailure& 
 
   log_info("hapticd " + std::string(version()) + " runs " + parts->session.rig_info().name +
            " and listens on " + ListenAddress{config.listen.host, parts->network->port()}.text() +
+           " (stops also on the next port and by SIGUSR1)" +
            (config.unix_socket.empty() ? std::string() : " and unix:" + config.unix_socket) +
            (!config.listen_tls
                 ? std::string()
@@ -350,14 +340,6 @@ std::uint16_t Daemon::metrics_port() const {
   return parts_->metrics ? parts_->metrics->port() : 0;
 }
 
-std::uint16_t Daemon::console_port() const {
-  return parts_->console ? parts_->console->port() : 0;
-}
-
-std::uint16_t Daemon::console_tls_port() const {
-  return parts_->console ? parts_->console->tls_port() : 0;
-}
-
 void Daemon::shutdown() {
   if (parts_->session.stopping()) return;
   // Before anything that may take long: force to zero. First by the guard, so that the last records show
@@ -372,12 +354,12 @@ void Daemon::shutdown() {
   parts_->events.end();
   parts_->network->set_serving(false);
   parts_->metrics.reset();
-  parts_->console.reset();
   parts_->recorder.shutdown();
   parts_->flight.shutdown();
   parts_->poses.stop();
   parts_->hub.stop();
   parts_->network->shutdown(kShutdownTimeout);
+  parts_->stops.reset();
   if (parts_->marker) parts_->marker->end_cleanly();
   log_info("shut down");
 }

@@ -40,9 +40,6 @@ class Daemon {
   std::uint16_t tls_port() const;
   /// That of metrics; 0 where they are off.
   std::uint16_t metrics_port() const;
-  /// Those of the console; 0 where it does not listen.
-  std::uint16_t console_port() const;
-  std::uint16_t console_tls_port() const;
   /// Zero force first; then streams end, waiting calls are ended, and the sockets close.
   void shutdown();
 

@@ -1,4 +1,5 @@
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <cstdio>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "proto/text/utf8_text.h"
 #include "rt/loop/loop_cpu.h"
 #include "server/command_line.h"
 #include "server/config/config.h"
@@ -17,6 +19,7 @@
 #include "server/process/log.h"
 #include "server/process/memory_budget.h"
 #include "server/process/service_manager.h"
+#include "server/stop/stop_memory.h"
 
 namespace {
 
@@ -24,7 +27,7 @@ using namespace hapticd;
 using server::ExitCode;
 
 int fail(ExitCode code, const hal::Error& error) {
-  std::fprintf(stderr, "hapticd: %s\n", error.text().c_str());
+  std::fprintf(stderr, "hapticd: %s\n", text::printable(error.text()).c_str());
   return static_cast<int>(code);
 }
 
@@ -53,7 +56,15 @@ std::optional<hal::Error> check_address_space() {
                     "ulimit -v unlimited, or LimitAS=infinity in the service's unit"};
 }
 
+/// What it writes is for its user and group: recordings, incidents, the store of models. A stricter mask
+/// stays.
+void write_for_own_group() {
+  const mode_t given = umask(0077);
+  umask(given | 0027);
+}
+
 int run(int argc, char** argv) {
+  write_for_own_group();
   int exit_code = 0;
   const auto line = server::read_command_line(argc, argv, exit_code);
   if (!line) return exit_code;
@@ -84,11 +95,15 @@ int run(int argc, char** argv) {
   server::set_memory_budget();
   server::hold_back_ending_signals();  // before there are threads: they inherit it
   server::install_crash_handlers();
-  raise_descriptor_limit();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of who writes it, not the end
+  // Before the first line of the log, which has a thread of its own.
   if (const std::string why = rt::leave_to_the_loop(config->loop.cpu); !why.empty()) {
     server::log_warning("threads of the service may run on the loop's CPU: " + why);
   }
+  if (config->listen_tls && !server::has_separate_stop_memory()) {
+    server::log_warning("stops with certificates share their memory with the service");
+  }
+  raise_descriptor_limit();
   server::StartFailure failure;
   const auto daemon = server::Daemon::start(*config, failure);
   if (!daemon) return fail(failure.code, failure.error);

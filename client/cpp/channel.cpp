@@ -1,7 +1,6 @@
 #include "client/cpp/channel.h"
 
 #include <fstream>
-#include <optional>
 #include <sstream>
 #include <string>
 
@@ -20,14 +19,14 @@ std::string text_of(const std::string& path) {
   return text.str();
 }
 
-[[noreturn]] void refuse_connection(const ClientOptions& options,
-                                    const std::optional<CertificateFiles>& files) {
+[[noreturn]] void refuse_connection(const ClientOptions& options) {
   v1::ErrorDetail detail;
   detail.set_what("no daemon answers");
   detail.set_where(options.address);
   detail.set_remedy("start hapticd, or name its address with --server or HAPTICD_SERVER");
-  if (files) {
-    if (const auto explained = explain_tls_failure(options.address, *files, options.timeout)) {
+  if (needs_certificates(options.address)) {
+    const CertificateFiles files = find_certificates(options.address, options.certificates);
+    if (const auto explained = explain_tls_failure(options.address, files, options.timeout)) {
       detail = *explained;
     }
   }
@@ -36,29 +35,30 @@ std::string text_of(const std::string& path) {
 
 }  // namespace
 
-std::shared_ptr<grpc::Channel> open_channel(const ClientOptions& options) {
-  grpc::ChannelArguments arguments;
+std::shared_ptr<grpc::Channel> make_channel(const ClientOptions& options, grpc::ChannelArguments arguments) {
   // A proxy for web traffic must not be used between a client and a device.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   // A client that connects again after a loss must not wait out the pauses between the attempts of another
   // connection.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   const std::string target = channel_target(options.address);
-  std::optional<CertificateFiles> files;
   auto credentials = grpc::InsecureChannelCredentials();
   if (needs_certificates(options.address)) {
-    files = find_certificates(options.address, options.certificates);
+    const CertificateFiles files = find_certificates(options.address, options.certificates);
     credentials =
-        grpc::SslCredentials({text_of(files->authority), text_of(files->key), text_of(files->certificate)});
+        grpc::SslCredentials({text_of(files.authority), text_of(files.key), text_of(files.certificate)});
   }
-  auto channel = grpc::CreateCustomChannel(target, credentials, arguments);
+  return grpc::CreateCustomChannel(target, credentials, arguments);
+}
 
+std::shared_ptr<grpc::Channel> open_channel(const ClientOptions& options) {
+  auto channel = make_channel(options);
   // Waits until connected, but not for a second attempt once the first was refused.
   const auto deadline = std::chrono::system_clock::now() + options.timeout;
   auto state = channel->GetState(true);
   while (state != GRPC_CHANNEL_READY) {
     if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || !channel->WaitForStateChange(state, deadline)) {
-      refuse_connection(options, files);
+      refuse_connection(options);
     }
     state = channel->GetState(true);
   }

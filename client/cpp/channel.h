@@ -10,7 +10,11 @@
 
 namespace hapticd::client {
 
-/// Connects: plain within this machine, with certificates elsewhere. Throws Error: kBadAddress, kUnreachable.
+/// A channel that connects with its first call: plain within this machine, with certificates elsewhere.
+/// Throws Error: kBadAddress.
+std::shared_ptr<grpc::Channel> make_channel(const ClientOptions& options,
+                                            grpc::ChannelArguments arguments = {});
+/// The same, connected. Throws Error: kBadAddress, kUnreachable.
 std::shared_ptr<grpc::Channel> open_channel(const ClientOptions& options);
 
 }  // namespace hapticd::client

@@ -10,8 +10,6 @@ namespace hapticd::client {
 namespace {
 
 constexpr std::chrono::seconds kLastFit{30};
-/// What the daemon keeps of a reason. Nothing longer is sent: a request may be too large to arrive.
-constexpr std::size_t kMaxStopReason = 256;
 /// What hardware may take to answer, beyond the timeout.
 constexpr std::chrono::seconds kHardwareAnswers{10};
 constexpr std::chrono::seconds kSlowDrive{30};
@@ -156,20 +154,6 @@ v1::SetTargetResponse Client::set_target(const v1::SetTargetRequest& request) {
 
 v1::FeasibleRange Client::feasible_range(const v1::GetFeasibleRangeRequest& request) {
   return state_->call(*state_->rendering, &v1::RenderingService::Stub::GetFeasibleRange, request);
-}
-
-v1::StopResponse Client::stop(const std::string& reason) {
-  v1::StopRequest request;
-  request.set_reason(reason.substr(0, kMaxStopReason));
-  return state_->call(*state_->safety, &v1::SafetyService::Stub::Stop, request);
-}
-
-v1::ClearResponse Client::clear() {
-  return state_->call(*state_->safety, &v1::SafetyService::Stub::Clear, v1::ClearRequest());
-}
-
-v1::ListFaultsResponse Client::faults() {
-  return state_->call(*state_->safety, &v1::SafetyService::Stub::ListFaults, v1::ListFaultsRequest());
 }
 
 v1::SimulationInfo Client::simulation() {

@@ -8,6 +8,7 @@
 #include "client/cpp/error.h"
 #include "client/cpp/message_stream.h"
 #include "client/cpp/recording_upload.h"
+#include "client/cpp/stop_outcome.h"
 #include "hapticd/v1/access.pb.h"
 #include "hapticd/v1/calibration.pb.h"
 #include "hapticd/v1/clock.pb.h"
@@ -204,9 +205,12 @@ class Client {
 
   // Safety.
 
-  /// Zero force from the second tick at the latest, until clear(); any client may, in every state. Returns
-  /// without waiting for it. `reason`: for the log, the first 256 bytes.
-  v1::StopResponse stop(const std::string& reason);
+  /// Zero force from the second tick at the latest, until clear(); any client may, in every state. Goes by
+  /// two paths at once, of which one does not pass gRPC; the outcome says which came first. Returns without
+  /// waiting for the force. `reason`: for the log, the first 256 bytes. Where no connection exists yet, the
+  /// function stop() of client/cpp/stop/stop.h does the same and is faster. Throws Error where neither
+  /// answers.
+  StopOutcome stop(const std::string& reason);
   /// Leaves the latch; the force comes back from zero over the scene's guard.resume_ramp_s. Succeeds also
   /// where nothing was latched. Refused: FAULT_PERSISTS (the detail names fault and remedy).
   v1::ClearResponse clear();
@@ -235,7 +239,7 @@ class Client {
   /// The last 64, newest first.
   v1::ListIdentificationsResponse identifications();
   /// Empty = the one that runs, else the last one. Refusals come with the stream's first next(): NOT_FOUND,
-  /// TOO_MANY (16 clients watch already).
+  /// TOO_MANY (16 watch already, or 8 of this client).
   IdentificationStream watch_identification(const std::string& identification);
   /// Refusals come while it is sent, see there.
   RecordingUpload upload_recording(const v1::RecordingDescription& description);
@@ -330,7 +334,8 @@ class Client {
   void annotate_recording(const std::string& text);
   /// What happened on the rig, as far as the daemon keeps it, oldest first. Refused: OUT_OF_RANGE.
   v1::ListEventsResponse events(const v1::ListEventsRequest& request);
-  /// The same, then each as it happens. Refused with the stream's first next(): TOO_MANY (16 clients watch).
+  /// The same, then each as it happens. Refused with the stream's first next(): TOO_MANY (16 watch,
+  /// or 8 of this client).
   EventStream watch_events(const v1::WatchEventsRequest& request);
   /// Oldest first, the one that runs last.
   v1::ListRecordingsResponse recordings(v1::RecordingKind kind);

@@ -9,6 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "proto/text/utf8_text.h"
+
 namespace hapticd::client {
 namespace {
 
@@ -48,7 +50,10 @@ ErrorKind kind_of(int code, bool daemon_explained) {
 }  // namespace
 
 Error::Error(ErrorKind kind, std::string code, v1::ErrorDetail detail)
-    : std::runtime_error(one_line(detail)), kind_(kind), code_(std::move(code)), detail_(std::move(detail)) {}
+    : std::runtime_error(text::printable(one_line(detail))),
+      kind_(kind),
+      code_(std::move(code)),
+      detail_(std::move(detail)) {}
 
 Error error_from_status(int code, const std::string& message, const std::string& serialized_details,
                         const std::string& address) {
@@ -60,7 +65,8 @@ Error error_from_status(int code, const std::string& message, const std::string&
     detail.set_where(address);
     detail.set_remedy("it is older than this client: update it");
   }
-  if (detail.what().empty()) detail.set_what(message.empty() ? "no reason given" : message);
+  if (detail.what().empty())
+    detail.set_what(message.empty() ? "no reason given" : text::repaired_utf8(message));
   if (kind == ErrorKind::kUnreachable) {
     detail.set_what("the connection to the daemon broke: " + detail.what());
     detail.set_where(address);

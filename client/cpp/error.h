@@ -19,7 +19,8 @@ enum class ErrorKind {
 };
 
 /// Thrown by every call of the library that does not succeed. what() is one line with all that is known:
-/// place, complaint, value, what is accepted, remedy. A program branches on kind() and detail().reason().
+/// place, complaint, value, what is accepted, remedy; it is safe for a terminal and for a log. detail() has
+/// the texts as the daemon sent them. A program branches on kind() and detail().reason().
 class Error : public std::runtime_error {
  public:
   /// `code`: name of the gRPC status, e.g. "INVALID_ARGUMENT"; empty where no call was made.

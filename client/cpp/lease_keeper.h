@@ -5,12 +5,11 @@
 #include <grpcpp/grpcpp.h>
 
 #include <chrono>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 
+#include "hal/lock/mutex.h"
 #include "hapticd/v1/access.grpc.pb.h"
 
 namespace hapticd::client {
@@ -18,7 +17,7 @@ namespace hapticd::client {
 /// The token of a lease, and the thread that renews it three times in its time to live.
 class LeaseKeeper {
  public:
-  /// `token`: of a lease that another program keeps; empty: none.
+  /// `token`: of a lease that another program keeps; empty: none. Throws Error for a malformed one.
   LeaseKeeper(std::shared_ptr<grpc::Channel> channel, std::string token);
   /// Gives back what it keeps.
   ~LeaseKeeper();
@@ -27,7 +26,7 @@ class LeaseKeeper {
 
   v1::LeaseService::Stub& stub() { return *stub_; }
   std::string token() const;
-  /// From now on.
+  /// From now on. Throws Error (kUnreadable) where the grant is none.
   void keep(const v1::LeaseGrant& grant);
   /// No error where it is over already.
   void give_back();
@@ -38,11 +37,11 @@ class LeaseKeeper {
   void run();
 
   const std::unique_ptr<v1::LeaseService::Stub> stub_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::string token_;
-  std::chrono::nanoseconds ttl_{0};  ///< of a lease that is kept here; 0 = none
-  bool ending_ = false;
+  mutable Mutex mutex_;
+  Condition changed_;
+  std::string token_ GUARDED_BY(mutex_);
+  std::chrono::nanoseconds ttl_ GUARDED_BY(mutex_){0};  ///< of a lease that is kept here; 0 = none
+  bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };
 

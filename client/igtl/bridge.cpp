@@ -5,6 +5,8 @@
 #include <ctime>
 #include <thread>
 
+#include "proto/text/utf8_text.h"
+
 namespace hapticd::igtl_bridge {
 
 namespace {
@@ -21,6 +23,9 @@ std::int64_t utc_now_ns() {
 }
 
 constexpr std::chrono::milliseconds kPushEvery{500};
+/// Poses that the daemon may have sent while this program did something else: those of 10 s at the highest
+/// rate.
+constexpr int kMaxQueued = 10'000;
 /// Poses that wait for a push; what comes beyond is left out.
 constexpr int kMaxWaiting = 2000;
 
@@ -44,7 +49,8 @@ Bridge::Bridge(BridgeOptions options)
              [this](const std::string& line) { note(line); }}) {}
 
 void Bridge::note(const std::string& line) {
-  std::fprintf(stderr, "hapticd-igtl: %s\n", line.c_str());
+  // Peers name their transforms as they like.
+  std::fprintf(stderr, "hapticd-igtl: %s\n", text::printable(line).c_str());
 }
 
 void Bridge::take(const ReceivedTransform& transform) {
@@ -103,7 +109,7 @@ void Bridge::run_connected(const std::atomic<bool>& stop) {
     // The newest of those that have come.
     auto event = poses.next(pose, kWait);
     const bool has_new = event == client::PoseStream::Event::kMessage;
-    while (event == client::PoseStream::Event::kMessage)
+    for (int i = 0; i < kMaxQueued && event == client::PoseStream::Event::kMessage; ++i)
       event = poses.next(pose, std::chrono::milliseconds(0));
     if (has_new) port_.send(tool_transform(pose));
     if (event == client::PoseStream::Event::kEnded) return;

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace hapticd::igtl_bridge {
 
@@ -17,6 +18,8 @@ namespace {
 
 /// A pose that waits in a socket's buffer is an old one: 60 messages at most.
 constexpr int kSendBuffer = 8192;
+/// Bytes of a peer in a round: 150 transforms. The bridge makes 200 rounds a second.
+constexpr std::size_t kMaxRead = 16384;
 
 std::string words(const char* what) {
   return std::string(what) + ": " + std::strerror(errno);
@@ -58,7 +61,7 @@ IgtlPort::~IgtlPort() {
 }
 
 void IgtlPort::accept_peers() {
-  while (true) {
+  for (int round = 0; round < kMaxPeers; ++round) {
     sockaddr_storage from{};
     socklen_t size = sizeof from;
     const int descriptor =
@@ -68,8 +71,10 @@ void IgtlPort::accept_peers() {
     getnameinfo(reinterpret_cast<const sockaddr*>(&from), size, host.data(), host.size(), nullptr, 0,
                 NI_NUMERICHOST);
     if (peers_.size() >= kMaxPeers) {
-      handlers_.on_note(std::string(host.data()) + " was refused: " + std::to_string(kMaxPeers) +
-                        " peers are connected");
+      if (!std::exchange(refused_, true)) {
+        handlers_.on_note(std::string(host.data()) + " was refused: " + std::to_string(kMaxPeers) +
+                          " peers are connected");
+      }
       close(descriptor);
       continue;
     }
@@ -84,37 +89,34 @@ void IgtlPort::accept_peers() {
 }
 
 void IgtlPort::read_from(Peer& peer) {
-  std::array<std::uint8_t, 16384> bytes{};
+  // Once a round: a peer that sends without end keeps neither the others nor the end of the program waiting.
+  std::array<std::uint8_t, kMaxRead> bytes{};
+  const ssize_t count = recv(peer.descriptor, bytes.data(), bytes.size(), 0);
+  if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  if (count <= 0) {
+    peer.gone = true;
+    return;
+  }
+  peer.reader.add(bytes.data(), static_cast<std::size_t>(count));
   while (!peer.gone) {
-    const ssize_t count = recv(peer.descriptor, bytes.data(), bytes.size(), 0);
-    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
-    if (count <= 0) {
-      peer.gone = true;
-      return;
-    }
-    peer.reader.add(bytes.data(), static_cast<std::size_t>(count));
-    for (bool more = true; more && !peer.gone;) {
-      switch (peer.reader.next()) {
-        case MessageReader::Event::kNothing:
-          more = false;
-          break;
-        case MessageReader::Event::kTransform:
-          handlers_.on_transform(peer.reader.transform());
-          break;
-        case MessageReader::Event::kOther:
-          break;
-        case MessageReader::Event::kBroken:
-          // A peer sends the same again and again: the first says enough.
-          if (peer.broken++ == 0) {
-            handlers_.on_note(peer.name + ", '" + peer.reader.transform().name +
-                              "': " + peer.reader.problem());
-          }
-          break;
-        case MessageReader::Event::kUnreadable:
-          handlers_.on_note(peer.name + ": " + peer.reader.problem());
-          peer.gone = true;
-          break;
-      }
+    switch (peer.reader.next()) {
+      case MessageReader::Event::kNothing:
+        return;
+      case MessageReader::Event::kTransform:
+        handlers_.on_transform(peer.reader.transform());
+        break;
+      case MessageReader::Event::kOther:
+        break;
+      case MessageReader::Event::kBroken:
+        // A peer sends the same again and again: the first says enough.
+        if (peer.broken++ == 0) {
+          handlers_.on_note(peer.name + ", '" + peer.reader.transform().name + "': " + peer.reader.problem());
+        }
+        break;
+      case MessageReader::Event::kUnreadable:
+        handlers_.on_note(peer.name + ": " + peer.reader.problem());
+        peer.gone = true;
+        break;
     }
   }
 }
@@ -152,6 +154,7 @@ void IgtlPort::serve() {
       continue;
     }
     handlers_.on_note(peer->name + " has gone");
+    refused_ = false;
     close(peer->descriptor);
     peer = peers_.erase(peer);
   }

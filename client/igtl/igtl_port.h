@@ -30,7 +30,8 @@ class IgtlPort {
   std::size_t peers() const noexcept { return peers_.size(); }
   /// To all. A peer that has not taken the message before gets none of this one.
   void send(const Packed& message);
-  /// Accepts, and reads what has come.
+  /// Accepts, and reads what has come: at most kMaxPeers connections and 16 kB of each peer; the rest waits
+  /// for the next call.
   void serve();
   std::uint64_t skipped() const noexcept { return skipped_; }
 
@@ -52,6 +53,7 @@ class IgtlPort {
   std::uint16_t port_ = 0;
   std::list<Peer> peers_;
   std::uint64_t skipped_ = 0;
+  bool refused_ = false;  ///< someone, since a peer has gone: noted once
 };
 
 }  // namespace hapticd::igtl_bridge

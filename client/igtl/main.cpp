@@ -1,11 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <map>
 
 #include "client/igtl/bridge.h"
+#include "proto/text/utf8_text.h"
 
 namespace {
 
@@ -20,6 +22,7 @@ int main(int argc, char** argv) {
   using namespace hapticd;
   igtl_bridge::BridgeOptions options;
   options.predict_ms = 0.0;
+  options.daemon.timeout = std::chrono::seconds(1);  // a signal waits no longer than this
   CLI::App app("hapticd's poses for OpenIGTLink programs such as 3D Slicer and PLUS", "hapticd-igtl");
   app.set_version_flag("--version", HAPTICD_VERSION);
   app.add_option("--server", options.daemon.address, "Address of the daemon")
@@ -62,7 +65,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "hapticd-igtl: %s\n", error.what());
     return 1;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "hapticd-igtl: %s\n", error.what());
+    std::fprintf(stderr, "hapticd-igtl: %s\n", text::printable(error.what()).c_str());
     return 3;
   }
 }

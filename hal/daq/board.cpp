@@ -8,7 +8,7 @@
 namespace hapticd::daq {
 
 std::optional<hal::Error> Board::engage(BoardUse use) {
-  const std::lock_guard lock(users_mutex_);
+  const MutexLock lock(users_mutex_);
   int& users = users_[static_cast<std::size_t>(use)];
   if (users == 0) {
     if (auto error = open(use)) return error;
@@ -26,7 +26,7 @@ std::optional<hal::Error> Board::engage(BoardUse use) {
 }
 
 void Board::release(BoardUse use) noexcept {
-  const std::lock_guard lock(users_mutex_);
+  const MutexLock lock(users_mutex_);
   int& users = users_[static_cast<std::size_t>(use)];
   if (users == 0) return;
   --users;

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "hal/daq/counter_unwrap.h"
 #include "hal/error.h"
+#include "hal/lock/mutex.h"
 #include "hal/part_report.h"
 
 namespace hapticd::daq {
@@ -115,8 +115,8 @@ class Board {
  private:
   void keep_spare(std::span<const Scan> scans) noexcept;
 
-  std::mutex users_mutex_;
-  std::array<int, 2> users_{};
+  SerialMutex users_mutex_;
+  std::array<int, 2> users_ GUARDED_BY(users_mutex_){};
   std::atomic<int> input_users_{0};  ///< users_ of the inputs
 
   std::atomic_flag reading_ = ATOMIC_FLAG_INIT;  ///< set while scans are being read; guards the members below

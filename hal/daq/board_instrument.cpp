@@ -5,9 +5,10 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <mutex>
 #include <thread>
 #include <utility>
+
+#include "hal/lock/mutex.h"
 
 namespace hapticd::daq {
 
@@ -75,7 +76,7 @@ std::vector<double> channels_of(const BoardInstrumentConfig& config) {
 struct BoardInstrument::State {
   BoardInstrumentConfig config;
   std::shared_ptr<Board> board;
-  std::mutex engage_mutex;  ///< never taken by the tick
+  SerialMutex engage_mutex;  ///< never taken by the tick
   std::atomic<bool> engaged{false};
   std::atomic<double> low_v{-10.0};
   std::atomic<double> high_v{10.0};
@@ -106,7 +107,7 @@ BoardInstrument::~BoardInstrument() {
 
 std::optional<hal::Error> BoardInstrument::engage() {
   State& state = *state_;
-  const std::lock_guard lock(state.engage_mutex);
+  const MutexLock lock(state.engage_mutex);
   if (state.engaged.load()) return std::nullopt;
   if (auto error = state.board->engage(BoardUse::kInputs)) return error;
   const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(
@@ -130,7 +131,7 @@ std::optional<hal::Error> BoardInstrument::engage() {
 
 void BoardInstrument::disengage() noexcept {
   State& state = *state_;
-  const std::lock_guard lock(state.engage_mutex);
+  const MutexLock lock(state.engage_mutex);
   if (!state.engaged.exchange(false)) return;
   state.board->release(BoardUse::kInputs);
 }

@@ -62,7 +62,7 @@ std::optional<hal::Error> ComediAcquisition::start() {
   newest_ns_.store(0, std::memory_order_relaxed);
   overrun_.store(false, std::memory_order_relaxed);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = false;
   }
   adopt(*stream);
@@ -72,7 +72,7 @@ std::optional<hal::Error> ComediAcquisition::start() {
 
 void ComediAcquisition::stop() noexcept {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = true;
   }
   stopped_.notify_all();
@@ -167,6 +167,7 @@ void ComediAcquisition::adopt(const Stream& stream) noexcept {
 }
 
 void ComediAcquisition::run(Stream stream) noexcept {
+  pthread_setname_np(pthread_self(), "acquisition");
   raise_priority();
   bytes_.assign(kScansARead * stream.channels.size() * sizeof(lsampl_t), 0);
   milliseconds back_off = kMinPause;
@@ -270,8 +271,10 @@ ScanReading ComediAcquisition::read(std::span<Scan> scans) noexcept {
 }
 
 bool ComediAcquisition::pause(milliseconds time) noexcept {
-  std::unique_lock lock(mutex_);
-  if (time > milliseconds::zero()) stopped_.wait_for(lock, time, [this] { return stopping_; });
+  MutexLock lock(mutex_);
+  const auto until = std::chrono::steady_clock::now() + time;
+  while (!stopping_ && time > milliseconds::zero() && stopped_.wait_until(mutex_, until)) {
+  }
   return !stopping_;
 }
 

@@ -2,9 +2,7 @@
 
 #include <array>
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -14,6 +12,7 @@
 #include "hal/daq/board_config.h"
 #include "hal/daq/comedi_channels.h"
 #include "hal/daq/scan_ring.h"
+#include "hal/lock/mutex.h"
 
 namespace hapticd::daq {
 
@@ -61,9 +60,9 @@ class ComediAcquisition {
   const BoardConfig config_;
   ScanRing ring_;
   std::thread thread_;
-  std::mutex mutex_;  ///< guards stopping_; never taken by the tick
-  std::condition_variable stopped_;
-  bool stopping_ = false;
+  Mutex mutex_;  ///< never taken by the tick
+  Condition stopped_;
+  bool stopping_ GUARDED_BY(mutex_) = false;
 
   std::vector<unsigned char> bytes_;
   std::size_t filled_ = 0;

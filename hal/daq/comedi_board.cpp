@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <mutex>
 
 #include "hal/daq/board_factory.h"
 #include "hal/daq/comedi_acquisition.h"
 #include "hal/daq/comedi_channels.h"
+#include "hal/lock/mutex.h"
 
 namespace hapticd::daq {
 
@@ -25,7 +25,7 @@ class ComediBoard final : public Board {
   }
 
   BoardInfo info() const override {
-    const std::lock_guard lock(info_mutex_);
+    const MutexLock lock(info_mutex_);
     BoardInfo info = info_;
     info.driver = "comedi";
     info.inputs = config_.comedi.input_channels.size() + config_.spare_channels.size();
@@ -149,7 +149,7 @@ class ComediBoard final : public Board {
     }
     const char* const name = comedi_get_board_name(device);
     {
-      const std::lock_guard lock(info_mutex_);
+      const MutexLock lock(info_mutex_);
       info_.model = name != nullptr ? name : "";
       info_.counter_bits = bits == 0 ? 32 : bits;
       info_.output_low_v = outputs_.front().low_v;
@@ -180,8 +180,8 @@ class ComediBoard final : public Board {
   ComediAcquisition acquisition_;
   ComediHandle motion_;
   std::array<AnalogChannel, 3> outputs_{};
-  mutable std::mutex info_mutex_;  ///< never taken by the tick
-  BoardInfo info_;
+  mutable Mutex info_mutex_;  ///< never taken by the tick
+  BoardInfo info_ GUARDED_BY(info_mutex_);
   std::atomic<std::uint64_t> counter_failures_{0};
 };
 

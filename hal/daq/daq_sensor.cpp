@@ -7,12 +7,13 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <thread>
 
 #include "hal/axis_map.h"
+#include "hal/bias_request.h"
 #include "hal/daq/gauge_bias.h"
 #include "hal/force_mean.h"
+#include "hal/lock/mutex.h"
 #include "hal/sample_clock.h"
 
 namespace hapticd::daq {
@@ -90,15 +91,14 @@ struct DaqSensor::State {
   std::uint32_t bias_serial = 0;
 
   // Shared between threads.
-  std::mutex engage_mutex;  ///< for engage() and disengage(); the tick never takes it
-  bool wants_first_bias = true;
+  SerialMutex engage_mutex;  ///< for engage() and disengage(); the tick never takes it
+  bool wants_first_bias GUARDED_BY(engage_mutex) = true;
   std::atomic<bool> engaged{false};
   std::atomic<std::uint64_t> engagement{0};
   std::atomic<double> limit_low_v{0.0};
   std::atomic<double> limit_high_v{0.0};
   std::atomic<bool> has_first_bias{false};
-  std::atomic<std::uint64_t> bias_wanted{0};
-  std::atomic<std::uint64_t> bias_taken{0};
+  hal::BiasRequest bias_request;
   std::array<std::atomic<double>, kGauges> first_bias_v{};
 
   std::atomic<std::uint64_t> scans_read{0};
@@ -109,7 +109,7 @@ struct DaqSensor::State {
   std::atomic<std::int64_t> newest_ns{0};
   std::atomic<std::uint32_t> status{0};
 
-  std::optional<hal::Error> await_scans();
+  std::optional<hal::Error> await_scans() REQUIRES(engage_mutex);
   void restart() noexcept;
   /// Adds a scan with its capture time to the mean. False: a value is not finite.
   bool use(const Scan& scan, std::int64_t instant_ns, bool& saturated) noexcept;
@@ -229,7 +229,7 @@ const Calibration& DaqSensor::calibration() const noexcept {
 
 std::optional<hal::Error> DaqSensor::engage() {
   State& state = *state_;
-  const std::lock_guard lock(state.engage_mutex);
+  const MutexLock lock(state.engage_mutex);
   if (state.engaged.load(std::memory_order_acquire)) return std::nullopt;
   if (auto error = state.board->engage(BoardUse::kInputs)) return error;
   if (auto error = state.await_scans()) {
@@ -252,27 +252,26 @@ std::optional<hal::Error> DaqSensor::engage() {
 
 void DaqSensor::disengage() noexcept {
   State& state = *state_;
-  const std::lock_guard lock(state.engage_mutex);
+  const MutexLock lock(state.engage_mutex);
   if (!state.engaged.exchange(false, std::memory_order_acq_rel)) return;
   state.board->release(BoardUse::kInputs);
 }
 
 std::optional<hal::Error> DaqSensor::bias() {
   State& state = *state_;
-  const std::uint64_t number = state.bias_wanted.fetch_add(1, std::memory_order_acq_rel) + 1;
+  const std::string place = "force sensor on the board";
   if (!state.engaged.load(std::memory_order_acquire)) {
-    return hal::Error{"the bias cannot be taken", "force sensor on the board", "not engaged", "",
+    return hal::Error{"the bias cannot be taken", place, "not engaged", "",
                       "load a scene that uses the sensor"};
   }
-  const auto deadline = Clock::now() + kBiasTimeout;
-  while (state.bias_taken.load(std::memory_order_acquire) < number) {
-    if (Clock::now() >= deadline) {
-      return hal::Error{"no bias was taken yet", "force sensor on the board", "",
-                        "a quarter of a second of scans", "it is taken as soon as they have arrived"};
-    }
-    std::this_thread::sleep_for(kPollInterval);
+  const std::uint64_t number = state.bias_request.ask();
+  if (number == 0) {
+    return hal::Error{"the bias cannot be taken", place, "another one is being taken", "one at a time",
+                      "wait for its end"};
   }
-  return std::nullopt;
+  if (state.bias_request.await(number, kBiasTimeout)) return std::nullopt;
+  return hal::Error{"no bias was taken, and none will be", place, "", "a quarter of a second of scans",
+                    "see whether scans arrive: hapticctl status"};
 }
 
 void DaqSensor::read(hal::RigSample& sample) noexcept {
@@ -302,12 +301,11 @@ void DaqSensor::read(hal::RigSample& sample) noexcept {
     const std::int64_t instant_ns = state.clock.instant_ns(state.scan_number++, scan.time_ns);
     if (!state.use(scan, instant_ns, saturated)) ++unfit;
   }
-  const std::uint64_t wanted = state.bias_wanted.load(std::memory_order_acquire);
-  if (state.bias_taken.load(std::memory_order_relaxed) < wanted) {
-    if (const auto mean_v = state.window.mean_v()) {
+  if (const std::uint64_t wanted = state.bias_request.wanted(); wanted != 0) {
+    if (const auto mean_v = state.window.mean_v(); mean_v && state.bias_request.claim(wanted)) {
       state.bias_v = *mean_v;
       ++state.bias_serial;
-      state.bias_taken.store(wanted, std::memory_order_release);
+      state.bias_request.note_taken(wanted);
     }
   }
   const std::int64_t now_ns = state.board->now_ns();
@@ -363,9 +361,7 @@ hal::PartReport DaqSensor::report() const {
   if (is(hal::sample_status::kForceWarning)) {
     report.findings.emplace_back("scans were lost; reduce the load on the machine, raise the priority");
   }
-  const std::uint64_t biases_wanted = state.bias_wanted.load(std::memory_order_acquire);
-  const std::uint64_t biases_taken = state.bias_taken.load(std::memory_order_acquire);
-  if (biases_taken < biases_wanted) {
+  if (state.bias_request.is_pending()) {
     report.findings.emplace_back(
         "a requested bias is not taken yet; it needs a quarter of a second of scans");
   }
@@ -379,7 +375,7 @@ hal::PartReport DaqSensor::report() const {
   figure("saturated_ticks", state.saturated_ticks);
   figure("silent_ticks", state.ticks_without_force);
   figure("overruns", state.overruns);
-  figure("biases_taken", state.bias_taken);
+  report.figures.push_back({"biases_taken", static_cast<double>(state.bias_request.count()), ""});
   if (engaged && newest_ns != 0) {
     report.figures.push_back({"age_ms", 1e-6 * static_cast<double>(age_ns), "ms"});
     if (age_ns > kSilentNs && !is(hal::sample_status::kForceLost)) {

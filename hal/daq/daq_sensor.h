@@ -39,7 +39,7 @@ class DaqSensor final : public hal::ForceSensor {
   const hal::SensorInfo& info() const noexcept override;
   void read(hal::RigSample& sample) noexcept override;
   /// The mean of the last 0.25 s becomes zero; the next read() that has this mean applies it. Error: no
-  /// read() had one within a second; the bias is still applied as soon as one has.
+  /// read() had one within a second, or another bias is being taken; then the zero stays what it is.
   std::optional<hal::Error> bias() override;
 
   const Calibration& calibration() const noexcept;

@@ -26,8 +26,17 @@ constexpr double kBiasedShare = 0.005;
 }  // namespace
 
 std::optional<hal::Error> NetFtSensor::bias() {
-  const std::lock_guard control(control_);
+  const MutexLock control(control_);
   if (!engaged_.load()) return not_engaged("the bias cannot be taken");
+  // Odd while the box's own bias may change by this.
+  struct UnderWay {
+    explicit UnderWay(std::atomic<std::uint32_t>& commands) : count(commands) { ++count; }
+    ~UnderWay() { ++count; }
+    UnderWay(const UnderWay&) = delete;
+    UnderWay& operator=(const UnderWay&) = delete;
+    std::atomic<std::uint32_t>& count;
+  };
+  const UnderWay under_way(bias_commands_);
   std::optional<hal::Error> error;
   switch (config_.bias) {
     case BiasBy::kNone:
@@ -50,8 +59,10 @@ std::optional<hal::Error> NetFtSensor::bias() {
   if (config_.read_configuration) {
     if (const auto box = read_box(BiasClock::now() + std::chrono::seconds(1))) box_bias = box->bias;
   }
-  const std::lock_guard reported(reported_);
+  const MutexLock reported(reported_);
   box_bias_ = box_bias;
+  foreign_bias_.reset();
+  biased_by_other_.store(false);
   bias_lost_.store(false);
   return std::nullopt;
 }
@@ -109,7 +120,7 @@ bool NetFtSensor::zero_holds(const std::optional<BoxConfiguration>& box) {
                           zero_->newton_millimetres_per_count == newton_millimetres_per_count_;
   bool same_box_bias = true;  // if the page does not say
   {
-    const std::lock_guard reported(reported_);
+    const MutexLock reported(reported_);
     if (box && box->bias && box_bias_) same_box_bias = *box->bias == *box_bias_;
   }
   if (same_units && same_box_bias) return true;

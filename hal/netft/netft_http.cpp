@@ -1,10 +1,11 @@
 #include "hal/netft/netft_http.h"
 
 #include <httplib.h>
+#include <pthread.h>
 
-#include <condition_variable>
-#include <mutex>
 #include <thread>
+
+#include "hal/lock/mutex.h"
 
 namespace hapticd::netft {
 
@@ -19,13 +20,15 @@ class Watchdog {
  public:
   Watchdog(httplib::Client& client, Clock::time_point deadline, std::stop_token cancel)
       : thread_([this, &client, deadline, cancel = std::move(cancel)] {
-          std::unique_lock lock(mutex_);
+          pthread_setname_np(pthread_self(), "netft-http");
+          MutexLock lock(mutex_);
           while (!done_) {
-            condition_.wait_for(lock, std::chrono::milliseconds(20));
-            if (!done_ && (Clock::now() >= deadline || cancel.stop_requested())) {
-              fired_ = true;
-              client.stop();
-            }
+            condition_.wait_for(mutex_, std::chrono::milliseconds(20));
+            if (done_ || (Clock::now() < deadline && !cancel.stop_requested())) continue;
+            fired_ = true;
+            lock.unlock();
+            client.stop();
+            lock.lock();
           }
         }) {}
   ~Watchdog() { finish(); }
@@ -35,19 +38,20 @@ class Watchdog {
   /// True if it had to end the request.
   bool finish() {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       done_ = true;
     }
     condition_.notify_one();
     if (thread_.joinable()) thread_.join();
+    const MutexLock lock(mutex_);
     return fired_;
   }
 
  private:
-  std::mutex mutex_;
-  std::condition_variable condition_;
-  bool done_ = false;
-  bool fired_ = false;
+  Mutex mutex_;
+  Condition condition_;
+  bool done_ GUARDED_BY(mutex_) = false;
+  bool fired_ GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };
 

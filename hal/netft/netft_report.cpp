@@ -23,7 +23,7 @@ hal::PartReport NetFtSensor::report() const {
   const bool silent = counters_.silent.load();
   std::vector<std::string>& findings = report.findings;
   {
-    const std::lock_guard reported(reported_);
+    const MutexLock reported(reported_);
     if (engaged) {
       report.connection = connection_;
       if (!change_.empty()) findings.push_back(change_);
@@ -41,7 +41,11 @@ hal::PartReport NetFtSensor::report() const {
   if (engaged) {
     const auto described = describe_rdt_status(status);
     findings.insert(findings.end(), described.begin(), described.end());
-    if (bias_lost_.load()) {
+    if (biased_by_other_.load()) {
+      findings.emplace_back(
+          "another client has biased the box: its reading jumped; close that client, take the tool out of "
+          "contact and bias again");
+    } else if (bias_lost_.load()) {
       findings.emplace_back(
           "the box restarted, and its earlier bias is lost: take the tool out of contact and bias again "
           "(never "
@@ -79,7 +83,7 @@ hal::PartReport NetFtSensor::report() const {
 
   const bool unfit = configuration_changed_.load() || judge_rdt_status(status).faulty;
   if (!engaged) {
-    const std::lock_guard reported(reported_);
+    const MutexLock reported(reported_);
     report.state = refusal_.empty() ? hal::PartState::kIdle : hal::PartState::kFaulty;
   } else if (silent) {
     report.state = hal::PartState::kConnecting;
@@ -114,7 +118,7 @@ hal::PartReport NetFtSensor::report() const {
 }
 
 double NetFtSensor::box_rate_hz() const {
-  const std::lock_guard reported(reported_);
+  const MutexLock reported(reported_);
   return box_ && box_->rdt_rate_hz ? *box_->rdt_rate_hz : 0.0;
 }
 

@@ -1,5 +1,7 @@
 #include "hal/netft/netft_sensor.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <asio.hpp>
 #include <cmath>
@@ -82,7 +84,7 @@ hal::Error NetFtSensor::not_engaged(const char* what) const {
 }
 
 std::optional<hal::Error> NetFtSensor::engage() {
-  const std::lock_guard control(control_);
+  const MutexLock control(control_);
   if (engaged_.load()) return std::nullopt;
   std::optional<hal::Error> error;
   try {
@@ -98,7 +100,7 @@ std::optional<hal::Error> NetFtSensor::engage() {
     checker_ = {};
     stream_.stop();
   }
-  const std::lock_guard reported(reported_);
+  const MutexLock reported(reported_);
   refusal_ = error ? error->text() : "";
   return error;
 }
@@ -148,7 +150,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
   settings.fifo_priority = config_.fifo_priority;
   settings.on_box_restart = [this] {
     {
-      const std::lock_guard lock(restart_mutex_);
+      const MutexLock lock(restart_mutex_);
       restart_seen_ = true;
     }
     restarted_.notify_one();
@@ -158,7 +160,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
   const bool was_lost = zero_ && bias_lost_.load();
   bool page_has_bias = false;
   {
-    const std::lock_guard reported(reported_);
+    const MutexLock reported(reported_);
     page_has_bias = box && box->bias && box_bias_;
   }
   bias_lost_.store(!zero_holds(box) || (was_lost && !page_has_bias));
@@ -167,7 +169,7 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
   settings.bias_counts = zero_ ? zero_->bias_counts : SixAxes<double>{};
   settings.bias_serial = bias_serial_.load();
   {
-    const std::lock_guard reported(reported_);
+    const MutexLock reported(reported_);
     change_.clear();
     if (!zero_) box_bias_ = box ? box->bias : std::nullopt;
     box_ = box;
@@ -175,14 +177,14 @@ std::optional<hal::Error> NetFtSensor::connect(Clock::time_point deadline) {
     if (box && box->rdt_rate_hz) connection_ += ", " + number_text(*box->rdt_rate_hz) + " Hz";
   }
   {
-    const std::lock_guard lock(restart_mutex_);
+    const MutexLock lock(restart_mutex_);
     restart_seen_ = false;
   }
   if (auto error = stream_.start(settings)) return error;
-  checker_ = std::jthread([this](const std::stop_token& stop) { check_after_restarts(stop); });
+  checker_ = std::jthread([this](const std::stop_token& stop) { watch_page(stop); });
   if (auto error = await_sample(deadline)) return error;
   {
-    const std::lock_guard reported(reported_);
+    const MutexLock reported(reported_);
     shortcoming_ = stream_.shortcoming();
   }
   engaged_.store(true, std::memory_order_release);
@@ -223,7 +225,7 @@ std::optional<hal::Error> NetFtSensor::await_sample(Clock::time_point deadline) 
 }
 
 void NetFtSensor::disengage() noexcept {
-  const std::lock_guard control(control_);
+  const MutexLock control(control_);
   engaged_.store(false, std::memory_order_release);
   checker_ = {};  // asks it to stop and waits
   stream_.stop();
@@ -296,27 +298,61 @@ void NetFtSensor::read(hal::RigSample& sample) noexcept {
   last_read_ns_ = now_ns;
 }
 
-std::optional<hal::Error> NetFtSensor::reset_condition_latch() {
-  const std::lock_guard control(control_);
-  if (!engaged_.load()) return not_engaged("the condition latch cannot be reset");
-  stream_.send(RdtCommand::kResetConditionLatch);
-  return std::nullopt;
-}
-
-void NetFtSensor::check_after_restarts(const std::stop_token& stop) {
-  for (;;) {
+void NetFtSensor::watch_page(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), "netft-page");
+  const std::stop_callback wake(stop, [this] {
+    { const MutexLock lock(restart_mutex_); }  // who is about to wait does so, and is woken
+    restarted_.notify_all();
+  });
+  std::uint64_t silences = counters_.silences.load();
+  auto read_at = Clock::now() + kPageInterval;
+  while (!stop.stop_requested()) {
+    bool has_restarted = false;
     {
-      std::unique_lock lock(restart_mutex_);
-      if (!restarted_.wait(lock, stop, [this] { return restart_seen_; })) return;
+      const MutexLock lock(restart_mutex_);
+      const auto until = Clock::now() + std::chrono::milliseconds(250);
+      while (!restart_seen_ && !stop.stop_requested() && Clock::now() < until)
+        restarted_.wait_until(restart_mutex_, until);
+      has_restarted = restart_seen_;
       restart_seen_ = false;
     }
-    // Until the page is read.
-    bias_lost_.store(true);
+    if (stop.stop_requested()) return;
+    if (!has_restarted) {
+      const bool was_silent = counters_.silences.load() != silences && !counters_.silent.load();
+      if (!was_silent && Clock::now() < read_at) continue;
+      silences = counters_.silences.load();
+      look_for_foreign_bias(stop);
+      read_at = Clock::now() + kPageInterval;
+      continue;
+    }
+    biased_by_other_.store(false);
+    bias_lost_.store(true);  // until the page is read
     check_restarted_box(stop);
     if (bias_lost_.load() && !stop.stop_requested()) {
       stream_.set_bias_serial(bias_serial_.fetch_add(1) + 1);
     }
   }
+}
+
+void NetFtSensor::look_for_foreign_bias(const std::stop_token& stop) {
+  if (!config_.read_configuration) return;
+  const std::uint32_t commands = bias_commands_.load();
+  const auto give_up = Clock::now() + seconds(config_.connect_timeout_s);
+  const auto page =
+      fetch_page(numeric_address_, config_.http_port, config_.http_path, give_up, kMaxPageBytes, stop);
+  if (!page) return;  // a page that does not answer is no news of the sensor
+  const auto box = parse_netft_configuration(*page, place());
+  if (!box || !box->bias) return;
+  {
+    const MutexLock reported(reported_);
+    // Read while a bias of ours was under way, it may be that one.
+    if (commands % 2 != 0 || commands != bias_commands_.load()) return;
+    if (!box_bias_ || *box->bias == *box_bias_ || foreign_bias_ == box->bias) return;
+    foreign_bias_ = box->bias;
+  }
+  biased_by_other_.store(true);
+  bias_lost_.store(true);
+  stream_.set_bias_serial(bias_serial_.fetch_add(1) + 1);
 }
 
 void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
@@ -335,8 +371,10 @@ void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
       if (auto read = parse_netft_configuration(*page, place())) box = *read;
     }
     if (!box) {
-      std::unique_lock lock(restart_mutex_);
-      restarted_.wait_for(lock, stop, std::chrono::milliseconds(100), [] { return false; });
+      const auto until = Clock::now() + std::chrono::milliseconds(100);
+      const MutexLock lock(restart_mutex_);
+      while (!stop.stop_requested() && restarted_.wait_until(restart_mutex_, until)) {
+      }
     }
   }
   if (!box) return;
@@ -345,7 +383,7 @@ void NetFtSensor::check_restarted_box(const std::stop_token& stop) {
                           box->newton_millimetres_per_count == newton_millimetres_per_count_;
   std::string change;
   {
-    const std::lock_guard reported(reported_);
+    const MutexLock reported(reported_);
     if (!same_scale) {
       change = "the box restarted with other counts or units: disengage and engage again";
     } else if (const auto refusal = refuse_box(*box, config_)) {

@@ -23,7 +23,7 @@ inline void count(std::atomic<std::uint64_t>& counter, std::uint64_t by = 1) noe
 /// Receives the box's datagrams in a thread of its own, and asks for the stream again where it stops.
 class RdtStream::Receiver {
  public:
-  Receiver(RdtStreamSettings settings, std::uint32_t session, LatestValue<RdtTotals>& to_tick,
+  Receiver(RdtStreamSettings settings, std::uint32_t session, hal::LatestValue<RdtTotals>& to_tick,
            RdtCounters& counters)
       : settings_(std::move(settings)),
         to_tick_(to_tick),
@@ -109,7 +109,7 @@ class RdtStream::Receiver {
   void end_second(std::int64_t now_ns) noexcept;
 
   const RdtStreamSettings settings_;
-  LatestValue<RdtTotals>& to_tick_;
+  hal::LatestValue<RdtTotals>& to_tick_;
   RdtCounters& counters_;
 
   asio::io_context context_{1};

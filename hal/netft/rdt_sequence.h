@@ -16,6 +16,8 @@ enum class RdtOrder : std::uint8_t {
 struct RdtOrderVerdict {
   RdtOrder order = RdtOrder::kInOrder;
   std::uint32_t lost = 0;
+  /// The numbers begin with this record: the first one of all was damaged.
+  bool begins = false;
 };
 
 /// Follows the sequence numbers of a stream through gaps, duplicates, reordering, restarts and the wrap from
@@ -24,7 +26,8 @@ struct RdtOrderVerdict {
 /// One number never moves the expectation far: a single damaged record must not make all good ones look
 /// old. A number further away than kWindow must be confirmed by its successor. A step back within kWindow
 /// is reordering, until kRestartRun records in a row have gone back and then forward, which no network
-/// causes; after a silence, when no record can still be in transit, two in a row are enough.
+/// causes; after a silence, when no record can still be in transit, two in a row are enough. A first number
+/// without a successor was damaged itself: nothing counts as lost.
 class RdtSequence {
  public:
   RdtOrderVerdict judge(std::uint32_t number, bool after_silence) noexcept;
@@ -35,6 +38,7 @@ class RdtSequence {
 
  private:
   bool started_ = false;
+  bool is_first_ = false;  ///< newest_ is that of the first record, which no successor has confirmed
   std::uint32_t newest_ = 0;
   std::uint32_t run_ = 0;  ///< consecutive records that follow each other, but not newest_
   std::uint32_t run_begin_ = 0;

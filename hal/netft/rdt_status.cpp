@@ -33,7 +33,7 @@ constexpr std::array<RdtStatusBit, 17> kBits{{
     {kSaturation, "gage saturated or A/D error",
      "unload the sensor; if it stays, the transducer is overloaded or its cable is broken"},
     {kConditionLatched, "a threshold condition has latched",
-     "reset the condition latch, or switch the box's threshold conditions off"},
+     "reset the condition latch on the box's page, or switch its threshold conditions off"},
     {14, "watchdog reset", kService},
     {9, "gage excitation too high", kSupply},
     {8, "gage excitation too low", kSupply},

@@ -94,7 +94,8 @@ void RdtStream::Receiver::request_stream() noexcept {
 }
 
 void RdtStream::Receiver::receive() {
-  receiving_ = true;
+  // False until the wait has begun: it may throw where memory is short, and supervise() then begins it again.
+  receiving_ = false;
   socket_.async_receive_from(asio::buffer(buffer_), sender_,
                              [this](const asio::error_code& code, std::size_t length) {
                                if (stopped_) return;
@@ -103,6 +104,7 @@ void RdtStream::Receiver::receive() {
                                take_datagram(length);
                                receive();
                              });
+  receiving_ = true;
 }
 
 void RdtStream::Receiver::take_datagram(std::size_t length) noexcept {
@@ -140,6 +142,7 @@ void RdtStream::Receiver::take_record(const RdtRecord& record, std::int64_t now_
       note_restart(record, now_ns);
       break;
     case RdtOrder::kInOrder:
+      if (verdict.begins) clock_.restart();
       // A box that restarted soon after its start may by chance continue with the right number.
       if (after_silence_ && !counts_on(record)) note_restart(record, now_ns);
       if (verdict.lost > 0) {
@@ -261,7 +264,7 @@ void RdtStream::Receiver::end_second(std::int64_t now_ns) noexcept {
   second_begin_ns_ = now_ns;
 }
 
-RdtStream::RdtStream(LatestValue<RdtTotals>& to_tick, RdtCounters& counters)
+RdtStream::RdtStream(hal::LatestValue<RdtTotals>& to_tick, RdtCounters& counters)
     : to_tick_(to_tick), counters_(counters) {}
 
 RdtStream::~RdtStream() {

@@ -4,14 +4,14 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "hal/error.h"
+#include "hal/latest_value.h"
+#include "hal/lock/callback.h"
 #include "hal/monotonic_clock.h"
-#include "hal/netft/latest_value.h"
 #include "hal/netft/rdt_record.h"
 
 namespace hapticd::netft {
@@ -85,7 +85,7 @@ struct RdtStreamSettings {
   std::chrono::nanoseconds retry_first{};
   std::chrono::nanoseconds retry_longest{};
   int fifo_priority = 0;
-  std::function<void()> on_box_restart;  ///< called on the receiving thread; must not wait
+  Callback<void()> on_box_restart;  ///< called on the receiving thread; must not wait
 };
 
 /// The stream of records from a box: a socket and a thread of its own that asks for the stream, receives,
@@ -93,7 +93,7 @@ struct RdtStreamSettings {
 /// stream back from another client: a box serves the client that asked last, and does not inform the others.
 class RdtStream {
  public:
-  RdtStream(LatestValue<RdtTotals>& to_tick, RdtCounters& counters);
+  RdtStream(hal::LatestValue<RdtTotals>& to_tick, RdtCounters& counters);
   ~RdtStream();
   RdtStream(const RdtStream&) = delete;
   RdtStream& operator=(const RdtStream&) = delete;
@@ -117,7 +117,7 @@ class RdtStream {
 
  private:
   class Receiver;
-  LatestValue<RdtTotals>& to_tick_;
+  hal::LatestValue<RdtTotals>& to_tick_;
   RdtCounters& counters_;
   std::uint32_t session_ = 0;
   std::string shortcoming_;

@@ -15,10 +15,11 @@ namespace {
 
 /// The loaded libraries, by the loader's handle: the same file always has the same handle.
 struct Registry {
-  /// Serialises loading and unloading; an unusable library is unloaded while others are tried.
-  std::recursive_mutex mutex;
-  std::map<void*, std::weak_ptr<HdLibrary>> loaded;
-  std::vector<std::shared_ptr<HdLibrary>> abandoned;
+  /// One library after the other is loaded or unloaded, which runs code of the vendor's that may hang.
+  SerialMutex loading;
+  std::map<void*, std::weak_ptr<HdLibrary>> loaded GUARDED_BY(loading);
+  Mutex abandoning;
+  std::vector<std::shared_ptr<HdLibrary>> abandoned GUARDED_BY(abandoning);
 };
 Registry& registry() {
   static auto* all = new Registry;  // outlives any thread that hangs in a library
@@ -29,9 +30,10 @@ Registry& registry() {
 
 hal::Result<std::shared_ptr<HdLibrary>> HdLibrary::load(const std::vector<std::string>& names) {
   Registry& all = registry();
-  const std::lock_guard lock(all.mutex);
   std::optional<hal::Error> defect;
   std::string reasons;
+  std::vector<std::shared_ptr<HdLibrary>> unfit;  // unloaded by their destructors, after the lock
+  const MutexLock lock(all.loading);
   for (const std::string& name : names) {
     void* handle = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) {
@@ -50,7 +52,8 @@ hal::Result<std::shared_ptr<HdLibrary>> HdLibrary::load(const std::vector<std::s
     std::shared_ptr<HdLibrary> library(new HdLibrary(handle, name));
     if (auto error = library->bind()) {
       if (!defect) defect = std::move(error);
-      continue;  // unloaded by its destructor
+      unfit.push_back(std::move(library));
+      continue;
     }
     all.loaded[handle] = library;
     return library;
@@ -64,7 +67,7 @@ hal::Result<std::shared_ptr<HdLibrary>> HdLibrary::load(const std::vector<std::s
 
 HdLibrary::~HdLibrary() {
   if (abandoned()) return;
-  const std::lock_guard lock(registry().mutex);
+  const MutexLock lock(registry().loading);
   dlclose(handle_);
 }
 
@@ -103,12 +106,12 @@ std::optional<hal::Error> HdLibrary::bind() {
 }
 
 void HdLibrary::start_scheduler() {
-  const std::lock_guard lock(scheduler_);
+  const MutexLock lock(scheduler_);
   if (scheduler_users_++ == 0) api_.start_scheduler();
 }
 
 void HdLibrary::stop_scheduler() {
-  const std::lock_guard lock(scheduler_);
+  const MutexLock lock(scheduler_);
   if (scheduler_users_ > 0 && --scheduler_users_ == 0) api_.stop_scheduler();
 }
 
@@ -177,7 +180,7 @@ std::string HdLibrary::describe(const hd::ErrorInfo& error) const {
 void HdLibrary::abandon() {
   if (abandoned_.exchange(true)) return;
   Registry& all = registry();
-  const std::lock_guard lock(all.mutex);
+  const MutexLock lock(all.abandoning);
   all.abandoned.push_back(shared_from_this());
 }
 

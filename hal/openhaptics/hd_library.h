@@ -3,13 +3,13 @@
 #include <array>
 #include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/lock/mutex.h"
 #include "hal/openhaptics/device_error_slot.h"
 #include "hal/openhaptics/hd_api.h"
 
@@ -69,8 +69,8 @@ class HdLibrary : public std::enable_shared_from_this<HdLibrary> {
   std::string name_;
   hd::Api api_;
   std::vector<std::string> lacking_;
-  std::mutex scheduler_;
-  int scheduler_users_ = 0;
+  SerialMutex scheduler_;
+  int scheduler_users_ GUARDED_BY(scheduler_) = 0;
   std::shared_ptr<std::array<DeviceErrorSlot, kSlots>> slots_ =
       std::make_shared<std::array<DeviceErrorSlot, kSlots>>();
   std::atomic<bool> abandoned_{false};

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "hal/openhaptics/device_figures.h"
 #include "hal/openhaptics/device_report.h"
 #include "hal/openhaptics/device_session.h"
@@ -45,11 +44,14 @@ hal::DeviceInfo described(const OpenHapticsConfig& config) {
 
 /// Sessions in which a vendor thread is, or may be, still running. Kept for ever: it may return at any
 /// time.
+struct Graves {
+  Mutex mutex;
+  std::vector<std::shared_ptr<DeviceSession>> sessions GUARDED_BY(mutex);
+};
 void bury(std::shared_ptr<DeviceSession> session) {
-  static std::mutex mutex;
-  static auto* graves = new std::vector<std::shared_ptr<DeviceSession>>;
-  const std::lock_guard lock(mutex);
-  graves->push_back(std::move(session));
+  static auto* graves = new Graves;
+  const MutexLock lock(graves->mutex);
+  graves->sessions.push_back(std::move(session));
 }
 
 }  // namespace
@@ -60,36 +62,51 @@ struct OpenHapticsDevice::State {
   const OpenHapticsConfig config;
   hal::DeviceInfo info;
 
-  std::mutex control;  ///< engage, disengage, begin and end of a run
-  std::condition_variable run_ended;
-  std::shared_ptr<DeviceSession> session;  ///< while engaged
-  std::weak_ptr<HdLibrary> library;        ///< the session's
-  std::unique_ptr<VendorThread> vendor;
-  bool running = false;
+  SerialMutex control;                                         ///< engage, disengage, begin and end of a run
+  std::shared_ptr<DeviceSession> session GUARDED_BY(control);  ///< while engaged
+  std::weak_ptr<HdLibrary> library GUARDED_BY(control);        ///< the session's
+  std::unique_ptr<VendorThread> vendor GUARDED_BY(control);
+  Mutex run_mutex;
+  Condition run_ended;
+  bool running GUARDED_BY(run_mutex) = false;
   std::atomic<bool> quit{false};  ///< ends a run in progress
 
   std::atomic<Servo*> servo{nullptr};  ///< while engaged; for read and write
   hal::Vector3 last_tip_mm;            ///< while not engaged
   hal::Quaternion last_orientation;
 
-  mutable std::mutex view_mutex;
-  DeviceView view;
+  mutable Mutex view_mutex;
+  DeviceView view GUARDED_BY(view_mutex);
 
   template <class F>
   void show(F&& change) {
-    const std::lock_guard lock(view_mutex);
+    const MutexLock lock(view_mutex);
     change(view);
   }
 
-  std::optional<hal::Error> open();
-  void close();
-  bool begin_run(hal::ServoBody& body);
-  bool watch(const Servo& turning, const std::atomic<bool>& stop);
-  void end_run(Servo& turning);
-  void abandon(const std::string& call);
+  bool is_running() EXCLUDES(run_mutex) {
+    const MutexLock lock(run_mutex);
+    return running;
+  }
+  void set_running(bool now) EXCLUDES(run_mutex) {
+    const MutexLock lock(run_mutex);
+    running = now;
+    run_ended.notify_all();
+  }
+  void await_run_end() EXCLUDES(run_mutex) {
+    const MutexLock lock(run_mutex);
+    while (running) run_ended.wait(run_mutex);
+  }
+
+  std::optional<hal::Error> open() REQUIRES(control);
+  void close() REQUIRES(control);
+  bool begin_run(hal::ServoBody& body) REQUIRES(control);
+  bool watch(const Servo& turning, const std::atomic<bool>& stop) EXCLUDES(control);
+  void end_run(Servo& turning) REQUIRES(control);
+  void abandon(const std::string& call) REQUIRES(control);
 };
 
-/// The library did not return from a call. `control` is held.
+/// The library did not return from a call.
 void OpenHapticsDevice::State::abandon(const std::string& call) {
   servo = nullptr;
   if (const auto hanging = library.lock()) hanging->abandon();
@@ -127,12 +144,12 @@ std::optional<hal::Error> OpenHapticsDevice::State::open() {
   }
   servo = &session->servo();
   library = session->library();
-  show([&](DeviceView& v) {
+  show([&facts, &opened = *session](DeviceView& v) {
     v = {};
     v.engaged = true;
     v.facts = facts;
-    v.servo = session->servo().report();
-    v.slot = session->slot();
+    v.servo = opened.servo().report();
+    v.slot = opened.slot();
   });
   return std::nullopt;
 }
@@ -156,7 +173,6 @@ void OpenHapticsDevice::State::close() {
   });
 }
 
-/// `control` is held.
 bool OpenHapticsDevice::State::begin_run(hal::ServoBody& body) {
   Servo& turning = session->servo();
   turning.arm(body);
@@ -212,7 +228,6 @@ bool OpenHapticsDevice::State::watch(const Servo& turning, const std::atomic<boo
   return true;
 }
 
-/// `control` is held.
 void OpenHapticsDevice::State::end_run(Servo& turning) {
   turning.finish();
   const Clock::time_point until = Clock::now() + kLeave;
@@ -249,12 +264,12 @@ const hal::DeviceInfo& OpenHapticsDevice::info() const noexcept {
 
 std::optional<hal::Error> OpenHapticsDevice::engage() {
   State& s = *state_;
-  const std::lock_guard lock(s.control);
-  if (s.running) return std::nullopt;
+  const MutexLock lock(s.control);
+  if (s.is_running()) return std::nullopt;
   if (s.session != nullptr) {
     bool unfit = false;
     {
-      const std::lock_guard view_lock(s.view_mutex);
+      const MutexLock view_lock(s.view_mutex);
       const std::uint32_t status = s.view.servo->status.load();
       unfit = s.view.lost || (status & hal::sample_status::kDeviceFault) != 0 || !s.view.servo->calibrated;
     }
@@ -268,9 +283,13 @@ std::optional<hal::Error> OpenHapticsDevice::engage() {
 
 void OpenHapticsDevice::disengage() noexcept {
   State& s = *state_;
-  std::unique_lock lock(s.control);
   s.quit = true;
-  s.run_ended.wait(lock, [&] { return !s.running; });
+  MutexLock lock(s.control);
+  while (s.is_running()) {  // the end of a run needs the lock
+    lock.unlock();
+    s.await_run_end();
+    lock.lock();
+  }
   s.quit = false;
   s.close();
   s.show([](DeviceView& v) { v.refusal.clear(); });
@@ -279,7 +298,7 @@ void OpenHapticsDevice::disengage() noexcept {
 hal::PartReport OpenHapticsDevice::report() const {
   DeviceView view;
   {
-    const std::lock_guard lock(state_->view_mutex);
+    const MutexLock lock(state_->view_mutex);
     view = state_->view;
   }
   return report_on(state_->config, view);
@@ -308,23 +327,22 @@ void OpenHapticsDevice::run(hal::ServoBody& body, const std::atomic<bool>& stop)
   State& s = *state_;
   std::shared_ptr<DeviceSession> session;  // keeps the servo alive while it is watched
   {
-    const std::lock_guard lock(s.control);
-    if (s.running || s.session == nullptr || s.quit) return;
+    const MutexLock lock(s.control);
+    if (s.is_running() || s.session == nullptr || s.quit) return;
     session = s.session;
     if (!s.begin_run(body)) return;
-    s.running = true;
+    s.set_running(true);
   }
   const bool alive = s.watch(session->servo(), stop);
   {
-    const std::lock_guard lock(s.control);
+    const MutexLock lock(s.control);
     s.end_run(session->servo());
-    s.running = false;
     s.show([&](DeviceView& v) {
       v.running = false;
       v.stalled = false;
       v.lost = !alive;
     });
-    s.run_ended.notify_all();  // under the lock: the waiting thread may then destroy this object
+    s.set_running(false);  // under the lock: the waiting thread destroys this object when it has it
   }
 }
 

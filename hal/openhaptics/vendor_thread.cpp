@@ -1,30 +1,33 @@
 #include "hal/openhaptics/vendor_thread.h"
 
-#include <condition_variable>
-#include <mutex>
+#include <pthread.h>
+
 #include <thread>
 #include <utility>
+
+#include "hal/lock/mutex.h"
 
 namespace hapticd::openhaptics {
 
 struct VendorThread::Shared {
-  std::mutex mutex;
-  std::condition_variable changed;
-  std::function<void()> job;
-  bool busy = false;
-  bool stuck = false;
-  bool over = false;
+  Mutex mutex;
+  Condition changed;
+  Callback<void()> job GUARDED_BY(mutex);
+  bool busy GUARDED_BY(mutex) = false;
+  bool stuck GUARDED_BY(mutex) = false;
+  bool over GUARDED_BY(mutex) = false;
   std::thread thread;
 
   void work() {
-    std::unique_lock lock(mutex);
+    pthread_setname_np(pthread_self(), "hapticd-vendor");
+    MutexLock lock(mutex);
     while (true) {
-      changed.wait(lock, [this] { return over || job; });
+      while (!over && !job) changed.wait(mutex);
       if (!job) return;
-      std::function<void()> present = std::exchange(job, nullptr);
+      Callback<void()> present = std::exchange(job, {});
       lock.unlock();
       present();
-      present = nullptr;  // what it owns goes before the caller is reported
+      present = {};  // what it owns goes before the caller is reported
       lock.lock();
       busy = false;
       changed.notify_all();
@@ -39,7 +42,7 @@ VendorThread::VendorThread() : shared_(std::make_shared<Shared>()) {
 VendorThread::~VendorThread() {
   bool stuck = false;
   {
-    const std::lock_guard lock(shared_->mutex);
+    const MutexLock lock(shared_->mutex);
     shared_->over = true;
     stuck = shared_->busy;
   }
@@ -51,18 +54,22 @@ VendorThread::~VendorThread() {
   }
 }
 
-bool VendorThread::call(std::function<void()> job, std::chrono::milliseconds timeout) {
-  std::unique_lock lock(shared_->mutex);
-  if (shared_->stuck) return false;
-  shared_->job = std::move(job);
-  shared_->busy = true;
-  shared_->changed.notify_all();
-  shared_->stuck = !shared_->changed.wait_for(lock, timeout, [this] { return !shared_->busy; });
-  return !shared_->stuck;
+bool VendorThread::call(Callback<void()> job, std::chrono::milliseconds timeout) {
+  Shared& s = *shared_;
+  const auto until = std::chrono::steady_clock::now() + timeout;
+  const MutexLock lock(s.mutex);
+  if (s.stuck) return false;
+  s.job = std::move(job);
+  s.busy = true;
+  s.changed.notify_all();
+  while (s.busy && s.changed.wait_until(s.mutex, until)) {
+  }
+  s.stuck = s.busy;
+  return !s.stuck;
 }
 
 bool VendorThread::stuck() const {
-  const std::lock_guard lock(shared_->mutex);
+  const MutexLock lock(shared_->mutex);
   return shared_->stuck;
 }
 

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <chrono>
-#include <functional>
 #include <memory>
+
+#include "hal/lock/callback.h"
 
 namespace hapticd::openhaptics {
 
@@ -18,7 +19,7 @@ class VendorThread {
 
   /// Runs the job and returns true; false if the job did not return within the timeout. Then it continues
   /// in the background, must own all it uses, and every later call is refused at once.
-  bool call(std::function<void()> job, std::chrono::milliseconds timeout);
+  bool call(Callback<void()> job, std::chrono::milliseconds timeout);
   bool stuck() const;
 
  private:

@@ -2,15 +2,16 @@
 
 #include <array>
 #include <cstdlib>
-#include <mutex>
+
+#include "hal/lock/mutex.h"
 
 namespace hapticd::phantom {
 
 namespace {
 
 struct Registry {
-  std::mutex mutex;
-  std::array<CutAtExit*, 8> entries{};
+  Mutex mutex;
+  std::array<std::weak_ptr<CutAtExit>, 8> entries GUARDED_BY(mutex);
 };
 
 // Never destroyed: it must outlive everything that std::exit() destroys.
@@ -21,31 +22,35 @@ Registry& registry() {
 
 void cut_all() noexcept {
   Registry& all = registry();
-  const std::lock_guard lock(all.mutex);
-  for (CutAtExit* entry : all.entries) {
+  std::array<std::shared_ptr<CutAtExit>, 8> there;
+  {
+    const MutexLock lock(all.mutex);
+    for (std::size_t i = 0; i < there.size(); ++i) there[i] = all.entries[i].lock();
+  }
+  for (const auto& entry : there) {
     if (entry != nullptr) entry->cut_at_exit();
   }
 }
 
 }  // namespace
 
-bool register_cut(CutAtExit& what) noexcept {
+bool register_cut(const std::shared_ptr<CutAtExit>& what) noexcept {
   static const bool armed = std::atexit(cut_all) == 0 && std::at_quick_exit(cut_all) == 0;
   Registry& all = registry();
-  const std::lock_guard lock(all.mutex);
-  for (CutAtExit*& entry : all.entries) {
-    if (entry != nullptr) continue;
-    entry = &what;
+  const MutexLock lock(all.mutex);
+  for (std::weak_ptr<CutAtExit>& entry : all.entries) {
+    if (!entry.expired()) continue;
+    entry = what;
     return armed;
   }
   return false;
 }
 
-void forget_cut(CutAtExit& what) noexcept {
+void forget_cut(const std::shared_ptr<CutAtExit>& what) noexcept {
   Registry& all = registry();
-  const std::lock_guard lock(all.mutex);
-  for (CutAtExit*& entry : all.entries) {
-    if (entry == &what) entry = nullptr;
+  const MutexLock lock(all.mutex);
+  for (std::weak_ptr<CutAtExit>& entry : all.entries) {
+    if (entry.lock() == what) entry.reset();
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 namespace hapticd::phantom {
 
 /// An output that must be cut before the process ends, also when it ends by std::exit() and no destructor
@@ -12,8 +14,8 @@ class CutAtExit {
   ~CutAtExit() = default;
 };
 
-/// std::exit() cuts all that are registered. False when the few slots are full.
-bool register_cut(CutAtExit& what) noexcept;
-void forget_cut(CutAtExit& what) noexcept;
+/// std::exit() cuts all that are registered and still there. False when the few slots are full.
+bool register_cut(const std::shared_ptr<CutAtExit>& what) noexcept;
+void forget_cut(const std::shared_ptr<CutAtExit>& what) noexcept;
 
 }  // namespace hapticd::phantom

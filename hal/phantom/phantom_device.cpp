@@ -7,7 +7,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <mutex>
 
 #include "hal/phantom/phantom_state.h"
 
@@ -52,7 +51,7 @@ std::vector<hal::UncertainParameter> PhantomDevice::uncertain() const {
 
 std::optional<hal::Error> PhantomDevice::engage() {
   State& state = *state_;
-  const std::lock_guard lock(state.engage_mutex);
+  const MutexLock lock(state.engage_mutex);
   if (state.engaged.load(std::memory_order_acquire)) return std::nullopt;
   if (auto error = state.board->engage(daq::BoardUse::kMotion)) return error;
   // No one ticks on it yet, so this thread may try what the tick will do.
@@ -70,7 +69,7 @@ std::optional<hal::Error> PhantomDevice::engage() {
   const std::uint64_t taken = state.home_taken.load(std::memory_order_acquire);
   state.home_wanted.store(taken + (state.config.home_on_engage ? 1 : 0), std::memory_order_release);
   state.watchdog.start();
-  register_cut(state);
+  register_cut(state_);
   state.engagement.fetch_add(1, std::memory_order_release);
   state.engaged.store(true, std::memory_order_release);
   return std::nullopt;
@@ -78,9 +77,9 @@ std::optional<hal::Error> PhantomDevice::engage() {
 
 void PhantomDevice::disengage() noexcept {
   State& state = *state_;
-  const std::lock_guard lock(state.engage_mutex);
+  const MutexLock lock(state.engage_mutex);
   // Also after a cut at exit, which does not release the rest.
-  forget_cut(state);
+  forget_cut(state_);
   state.watchdog.stop();
   const bool was_engaged = state.engaged.exchange(false, std::memory_order_acq_rel);
   state.homed.store(false, std::memory_order_release);

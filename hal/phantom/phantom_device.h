@@ -45,7 +45,7 @@ class PhantomDevice final : public hal::HapticDevice {
  private:
   struct State;
   explicit PhantomDevice(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  const std::shared_ptr<State> state_;  ///< shared with what cuts at the process's exit
 };
 
 }  // namespace hapticd::phantom

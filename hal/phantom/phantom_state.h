@@ -5,9 +5,9 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <utility>
 
+#include "hal/lock/mutex.h"
 #include "hal/phantom/drive.h"
 #include "hal/phantom/exit_cut.h"
 #include "hal/phantom/motion_check.h"
@@ -76,7 +76,7 @@ struct PhantomDevice::State final : CutAtExit {
   bool over_force = false;
 
   // Shared between threads.
-  std::mutex engage_mutex;  ///< for engage() and disengage(); the tick never takes it
+  SerialMutex engage_mutex;  ///< for engage() and disengage(); the tick never takes it
   Watchdog watchdog;
   std::atomic<bool> engaged{false};
   std::atomic<std::uint64_t> engagement{0};

@@ -1,5 +1,7 @@
 #include "hal/phantom/watchdog.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -16,7 +18,10 @@ Watchdog::~Watchdog() {
 
 void Watchdog::start() {
   stop();
-  stopping_ = false;
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = false;
+  }
   armed_.store(false, std::memory_order_relaxed);
   cut_.store(false, std::memory_order_relaxed);
   thread_ = std::thread([this] { run(); });
@@ -24,7 +29,7 @@ void Watchdog::start() {
 
 void Watchdog::stop() noexcept {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = true;
   }
   stopped_.notify_all();
@@ -38,19 +43,30 @@ void Watchdog::fed(std::int64_t now_ns) noexcept {
 
 // A command in progress during the cut arms the watchdog again and is cut later.
 void Watchdog::run() noexcept {
-  constexpr std::array<double, daq::kMaxOutputs> kZero{};
+  pthread_setname_np(pthread_self(), "phantom-cut");
   const std::chrono::nanoseconds poll_interval(std::clamp<std::int64_t>(timeout_ns_ / 4, 500'000, 5'000'000));
-  std::unique_lock lock(mutex_);
-  while (!stopped_.wait_for(lock, poll_interval, [this] { return stopping_; })) {
-    if (!armed_.load(std::memory_order_acquire)) continue;
-    if (board_.now_ns() - fed_ns_.load(std::memory_order_relaxed) <= timeout_ns_) continue;
-    // Reported before it is done: a command that comes in between is withheld, not cut off after a moment.
-    armed_.store(false, std::memory_order_release);
-    cut_.store(true, std::memory_order_release);
-    cuts_.fetch_add(1, std::memory_order_relaxed);
-    const bool done = board_.write_volts(std::span(kZero).first(outputs_));
-    if (!done) armed_.store(true, std::memory_order_release);  // tried again until the board accepts it
+  MutexLock lock(mutex_);
+  for (;;) {
+    const auto due = std::chrono::steady_clock::now() + poll_interval;
+    while (!stopping_ && stopped_.wait_until(mutex_, due)) {
+    }
+    if (stopping_) return;
+    lock.unlock();
+    cut_if_late();
+    lock.lock();
   }
+}
+
+void Watchdog::cut_if_late() noexcept {
+  constexpr std::array<double, daq::kMaxOutputs> kZero{};
+  if (!armed_.load(std::memory_order_acquire)) return;
+  if (board_.now_ns() - fed_ns_.load(std::memory_order_relaxed) <= timeout_ns_) return;
+  // Reported before it is done: a command that comes in between is withheld, not cut off after a moment.
+  armed_.store(false, std::memory_order_release);
+  cut_.store(true, std::memory_order_release);
+  cuts_.fetch_add(1, std::memory_order_relaxed);
+  const bool done = board_.write_volts(std::span(kZero).first(outputs_));
+  if (!done) armed_.store(true, std::memory_order_release);  // tried again until the board accepts it
 }
 
 }  // namespace hapticd::phantom

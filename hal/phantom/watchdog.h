@@ -1,12 +1,11 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <thread>
 
 #include "hal/daq/board.h"
+#include "hal/lock/mutex.h"
 
 namespace hapticd::phantom {
 
@@ -30,14 +29,15 @@ class Watchdog {
 
  private:
   void run() noexcept;
+  void cut_if_late() noexcept EXCLUDES(mutex_);
 
   daq::Board& board_;
   const std::size_t outputs_;
   const std::int64_t timeout_ns_;
   std::thread thread_;
-  std::mutex mutex_;  ///< guards stopping_; never taken by the tick
-  std::condition_variable stopped_;
-  bool stopping_ = false;
+  Mutex mutex_;  ///< never taken by the tick
+  Condition stopped_;
+  bool stopping_ GUARDED_BY(mutex_) = false;
   std::atomic<std::int64_t> fed_ns_{0};
   std::atomic<bool> armed_{false};
   std::atomic<bool> cut_{false};

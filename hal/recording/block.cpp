@@ -60,7 +60,10 @@ bool read_block(std::string_view message, Block& block) {
   WireReader reader(message);
   WireField field;
   while (reader.next(field)) {
-    if (field.number == kColumns && !read_column(field.bytes, block.columns.emplace_back())) return false;
+    if (field.number == kColumns &&
+        (block.columns.size() == kMaxColumns || !read_column(field.bytes, block.columns.emplace_back()))) {
+      return false;
+    }
     if (field.number == kRows) block.rows = field.bytes;
   }
   return !reader.failed();

@@ -18,6 +18,8 @@ struct Column {
 
 /// Bytes of a cell: a double, or a signed integer.
 inline constexpr std::size_t kCellBytes = 8;
+/// Of a table: a block that names more is damaged. hapticd writes some 200.
+inline constexpr std::size_t kMaxColumns = 4096;
 
 /// One row: a cell for each column.
 class Row {

@@ -113,8 +113,10 @@ bool add_to(std::vector<T>& list, std::string_view body) {
 
 }  // namespace
 
-hal::Result<McapReader> McapReader::open(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+hal::Result<McapReader> McapReader::open(const std::string& path, Links links) {
+  // A FIFO is opened without a wait for its other end, and refused below.
+  const int flags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | (links == Links::kRefused ? O_NOFOLLOW : 0);
+  const int descriptor = ::open(path.c_str(), flags);
   if (descriptor < 0) {
     return hal::Error::of(hal::ErrorCode::kUnreadable, "the recording cannot be opened", place_of(path),
                           std::strerror(errno), "", "check its path and its rights");

@@ -30,12 +30,15 @@ struct McapEnd {
   Content content;
 };
 
+/// Whether a path may end in a symbolic link: not in a folder of which only the files themselves are shown.
+enum class Links : std::uint8_t { kFollowed, kRefused };
+
 /// Reads an MCAP file, also one that was not finished, was cut anywhere, or has other records than hapticd
 /// writes. Chunks must be compressed with zstd or not at all.
 class McapReader {
  public:
   /// An error where there is no file, it cannot be read, or does not begin like one.
-  static hal::Result<McapReader> open(const std::string& path);
+  static hal::Result<McapReader> open(const std::string& path, Links links = Links::kFollowed);
   McapReader(McapReader&& other) noexcept
       : path_(std::move(other.path_)),
         descriptor_(std::exchange(other.descriptor_, -1)),

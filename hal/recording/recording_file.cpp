@@ -1,6 +1,8 @@
 #include "hal/recording/recording_file.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <optional>
 #include <utility>
 
 #include "hal/recording/mcap_writer.h"
@@ -22,6 +24,57 @@ struct Topics {
   }
 };
 
+/// Counts what the end of a recording says of its rows, for one that was finished later.
+class RowCount {
+ public:
+  McapVisitor visitor() {
+    McapVisitor parts;
+    parts.channel = [this](const Channel& channel) { topics_.note(channel); };
+    parts.metadata = [this](const std::string& name, const Texts& texts) {
+      if (name != kStartMetadata) return;
+      if (const auto found = texts.find("cause_time_ns"); found != texts.end()) {
+        cause_time_ns_ = std::strtoll(found->second.c_str(), nullptr, 10);
+      }
+    };
+    parts.message = [this](const Message& message) {
+      add(message);
+      return true;
+    };
+    return parts;
+  }
+  Texts texts() const {
+    Texts texts{{"rows", std::to_string(rows_)}, {"lost_ticks", std::to_string(lost_ticks_)}};
+    if (cause_time_ns_ && first_time_ns_) {
+      texts["cause_after_s"] = std::to_string(1e-9 * static_cast<double>(*cause_time_ns_ - *first_time_ns_));
+    }
+    return texts;
+  }
+
+ private:
+  void add(const Message& message) {
+    Event event;
+    if (message.channel_id == topics_.events && read_event(message.data, event)) {
+      lost_ticks_ += event.lost_ticks;
+    }
+    Block block;
+    if (message.channel_id != topics_.telemetry || !read_block(message.data, block)) return;
+    if (columns_.empty()) columns_ = std::move(block.columns);
+    const std::size_t row_bytes = columns_.size() * kCellBytes;
+    if (row_bytes == 0 || block.rows.size() < row_bytes) return;
+    rows_ += block.rows.size() / row_bytes;
+    if (!first_time_ns_ && columns_.size() > kTimeColumn) {
+      first_time_ns_ = Row(block.rows.data(), columns_).integer(kTimeColumn);
+    }
+  }
+
+  Topics topics_;
+  std::vector<Column> columns_;
+  std::uint64_t rows_ = 0;
+  std::uint64_t lost_ticks_ = 0;
+  std::optional<std::int64_t> cause_time_ns_;
+  std::optional<std::int64_t> first_time_ns_;
+};
+
 struct KeptMessage {
   Message head;
   std::string data;
@@ -29,8 +82,8 @@ struct KeptMessage {
 
 }  // namespace
 
-hal::Result<RecordingFile> RecordingFile::open(const std::string& path) {
-  auto reader = McapReader::open(path);
+hal::Result<RecordingFile> RecordingFile::open(const std::string& path, Links links) {
+  auto reader = McapReader::open(path, links);
   if (!reader) return reader.error();
   Topics topics;
   std::vector<Column> columns;
@@ -94,9 +147,10 @@ hal::Result<McapEnd> RecordingFile::read(const RecordingVisitor& visitor) const 
 }
 
 hal::Result<bool> repair(const std::string& path) {
-  auto reader = McapReader::open(path);
+  auto reader = McapReader::open(path, Links::kRefused);
   if (!reader) return reader.error();
-  const auto end = reader->read({});
+  RowCount counted;
+  const auto end = reader->read(counted.visitor());
   if (!end) return end.error();
   if (end->is_finished) return false;
 
@@ -128,13 +182,11 @@ hal::Result<bool> repair(const std::string& path) {
   }
   if (auto error = writer.close_chunk()) return *error;
   const std::uint64_t lost_bytes = reader->size() - std::min(reader->size(), end->content.end);
-  if (auto error = writer.add_metadata(
-          kEndMetadata,
-          {{"reason", "the daemon ended before the recording was finished; it was finished later"},
-           {"repaired", "true"},
-           {"cut_bytes", std::to_string(lost_bytes)}})) {
-    return *error;
-  }
+  Texts texts = counted.texts();
+  texts["reason"] = "the daemon ended before the recording was finished; it was finished later";
+  texts["repaired"] = "true";
+  texts["cut_bytes"] = std::to_string(lost_bytes);
+  if (auto error = writer.add_metadata(kEndMetadata, texts)) return *error;
   if (auto error = writer.finish()) return *error;
   if (auto error = writer.file().sync()) return *error;
   return true;

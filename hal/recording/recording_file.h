@@ -29,7 +29,7 @@ struct RecordingVisitor {
 class RecordingFile {
  public:
   /// Reads up to the first rows. An error where it is no MCAP file, or has no telemetry of hapticd.
-  static hal::Result<RecordingFile> open(const std::string& path);
+  static hal::Result<RecordingFile> open(const std::string& path, Links links = Links::kFollowed);
 
   /// "tick", "time_ns", "scene_generation", then the groups that were recorded.
   const std::vector<Column>& columns() const { return columns_; }

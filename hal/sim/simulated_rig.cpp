@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <mutex>
 #include <numbers>
 #include <thread>
 #include <utility>
 
+#include "hal/lock/mutex.h"
 #include "hal/sim/object/general_object_model.h"
 #include "hal/sim/sensor/external_instrument.h"
 #include "hal/sim/sensor/sensor_bias.h"
@@ -59,8 +59,8 @@ struct SimulatedRig::State {
       delete std::exchange(change, change->next_retired);
   }
 
-  /// Any thread, `world` held. Null for an empty table.
-  void publish_object(const std::string& name, const ObjectModel* model) {
+  /// Any thread. Null for an empty table.
+  void publish_object(const std::string& name, const ObjectModel* model) REQUIRES(world) {
     auto change = std::make_unique<Change>();
     change->replaces_object = true;
     if (model != nullptr) {
@@ -70,8 +70,8 @@ struct SimulatedRig::State {
     object_name = name;
   }
 
-  /// Any thread, `world` held.
-  void publish(std::unique_ptr<Change> change) {
+  /// Any thread.
+  void publish(std::unique_ptr<Change> change) REQUIRES(world) {
     discard_retired();
     // A change not yet taken up is overtaken; what only it carries moves on into the new one.
     if (const std::unique_ptr<Change> overtaken{incoming.exchange(nullptr)}) {
@@ -157,9 +157,9 @@ struct SimulatedRig::State {
   hal::Vector3 instrument_mm;
   SimulatedTracker tracker;
 
-  std::mutex world;  ///< among callers of set_program and set_object
-  std::string object_name;
-  std::mutex biasing;  ///< among callers of bias_force_sensor
+  SerialMutex world;  ///< among callers of set_program and set_object
+  std::string object_name GUARDED_BY(world);
+  SerialMutex biasing;  ///< among callers of bias_force_sensor
   SensorBias bias;
 
   // The clock's thread's own.
@@ -228,7 +228,7 @@ hal::Result<std::unique_ptr<SimulatedRig>> SimulatedRig::create(const Simulation
   state->info = info_of(config, *model, *plant, *conditions, state->simulation.sensor().info());
   auto rig = std::unique_ptr<SimulatedRig>(new SimulatedRig(std::move(state)));
   if (config.custom_object) {
-    const std::lock_guard lock(rig->state_->world);
+    const MutexLock lock(rig->state_->world);
     rig->state_->publish_object(config.custom_object->name, &*config.custom_object);
   } else if (auto error = rig->set_object(config.object)) {
     return *error;
@@ -329,23 +329,15 @@ bool SimulatedRig::external_position(hal::Vector3& position_mm) const noexcept {
 
 std::optional<hal::Error> SimulatedRig::bias_force_sensor() {
   constexpr std::chrono::seconds kTimeout{2};
-  constexpr std::chrono::milliseconds kPollInterval{2};
-  const std::lock_guard lock(state_->biasing);
-  const std::uint32_t number = state_->bias.ask();
-  const auto until = Clock::now() + kTimeout;
-  while (!state_->bias.taken(number)) {
-    if (Clock::now() >= until) {
-      return hal::Error{"no bias was taken yet", "simulated force sensor", "2 s", "a quarter of a second",
-                        "see whether the loop runs"};
-    }
-    std::this_thread::sleep_for(kPollInterval);
-  }
-  return std::nullopt;
+  const MutexLock lock(state_->biasing);
+  if (state_->bias.take(kTimeout)) return std::nullopt;
+  return hal::Error{"no bias was taken, and none will be", "simulated force sensor", "2 s",
+                    "a quarter of a second", "see whether the loop runs"};
 }
 
 std::optional<hal::Error> SimulatedRig::set_program(const HandProgram& program) {
   if (auto error = check(program)) return error;
-  const std::lock_guard lock(state_->world);
+  const MutexLock lock(state_->world);
   HandProgram normalised = program;
   for (Vector3* direction : {&normalised.stroke_direction, &normalised.shake_direction}) {
     *direction = *direction * (1.0 / length(*direction));
@@ -374,20 +366,20 @@ std::optional<hal::Error> SimulatedRig::set_object(const std::string& name,
     }
     if (auto error = model->phantom->put_inclusion(aside)) return error;
   }
-  const std::lock_guard lock(state_->world);
+  const MutexLock lock(state_->world);
   state_->publish_object(name, model ? &*model : nullptr);
   return std::nullopt;
 }
 
 std::optional<hal::Error> SimulatedRig::happen(const ObjectEvent& event) {
   if (auto error = check(event)) return error;
-  const std::lock_guard lock(state_->world);
+  const MutexLock lock(state_->world);
   if (state_->sent.push(event)) return std::nullopt;
   return hal::Error{"too many object events are waiting", "simulated rig", "", "a few at a time", ""};
 }
 
 std::string SimulatedRig::object() const {
-  const std::lock_guard lock(state_->world);
+  const MutexLock lock(state_->world);
   return state_->object_name;
 }
 

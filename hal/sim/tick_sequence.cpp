@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string_view>
@@ -13,6 +14,9 @@ namespace {
 
 /// The shortest interval that a made-up clock keeps, in shares of its period.
 constexpr double kMinShare = 0.05;
+
+/// Hours of ticks.
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{64} << 20U;
 
 /// Index of a column in a header line; -1 without it.
 int column_of(const std::string& header, std::string_view name) {
@@ -49,6 +53,10 @@ hal::Result<TickSequence> TickSequence::load(const std::string& path) {
     return hal::Error{what, "sequence of ticks '" + path + "'", value,
                       "CSV with the columns interval_us and sensor_records", ""};
   };
+  std::error_code code;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, code);
+  if (code) return refuse("cannot be read", code.message());
+  if (bytes > kMaxBytes) return refuse("the file is larger than 64 MiB", std::to_string(bytes) + " bytes");
   std::ifstream file(path);
   std::string line;
   if (!file || !std::getline(file, line)) return refuse("cannot be read", "");

@@ -1,5 +1,7 @@
 #include "hal/skeleton/skeleton_device.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -127,6 +129,7 @@ void SkeletonDevice::write_zero_in_crash() noexcept {
 
 // A thread of its own, because the loop that should send commands may be the one that hangs.
 void SkeletonDevice::watch() noexcept {
+  pthread_setname_np(pthread_self(), "skeleton-cut");
   const std::chrono::nanoseconds poll_interval(std::min<std::int64_t>(watchdog_ns_ / 4, 5'000'000));
   while (engaged_) {
     std::this_thread::sleep_for(poll_interval);

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <cstdio>
-#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -61,7 +59,7 @@ std::optional<hal::Error> DrivenTurntable::State::refusal_locked(bool needs_home
 hal::Result<std::uint64_t> DrivenTurntable::State::order(
     bool needs_homed, std::optional<std::pair<double, hal::MotionLimits>> move) {
   if (auto why_not = permitted()) return *why_not;
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   if (auto error = refusal_locked(needs_homed)) return *error;
   orders.home = !move;
   orders.move = std::move(move);
@@ -84,9 +82,9 @@ const hal::TurntableInfo& DrivenTurntable::info() const noexcept {
 
 std::optional<hal::Error> DrivenTurntable::engage() {
   State& s = *state_;
-  std::unique_lock engaging(s.engage_mutex);
+  MutexLock engaging(s.engage_mutex);
   {
-    const std::lock_guard lock(s.mutex);
+    const MutexLock lock(s.mutex);
     if (s.engaged) return std::nullopt;
     s.engaged = true;
     s.leave = s.reported_once = false;
@@ -101,9 +99,12 @@ std::optional<hal::Error> DrivenTurntable::engage() {
 
   std::optional<hal::Error> problem;
   {
-    std::unique_lock lock(s.mutex);
-    const auto timeout = std::chrono::duration<double>(s.settings.engage_timeout_s);
-    if (s.changed.wait_for(lock, timeout, [&s] { return s.reported_once; })) return std::nullopt;
+    const MutexLock lock(s.mutex);
+    const auto until = Clock::now() + std::chrono::ceil<Clock::duration>(
+                                          std::chrono::duration<double>(s.settings.engage_timeout_s));
+    while (!s.reported_once && s.changed.wait_until(s.mutex, until)) {
+    }
+    if (s.reported_once) return std::nullopt;
     problem = s.link_error;
   }
   engaging.unlock();
@@ -115,14 +116,14 @@ std::optional<hal::Error> DrivenTurntable::engage() {
 
 void DrivenTurntable::disengage() noexcept {
   State& s = *state_;
-  const std::lock_guard engaging(s.engage_mutex);
+  const MutexLock engaging(s.engage_mutex);
   {
-    const std::lock_guard lock(s.mutex);
+    const MutexLock lock(s.mutex);
     s.leave = true;
   }
   s.wake.notify_all();
   if (s.thread.joinable()) s.thread.join();
-  const std::lock_guard lock(s.mutex);
+  const MutexLock lock(s.mutex);
   s.engaged = false;
   s.reported_once = false;
   s.ordered = s.motion.number;
@@ -130,7 +131,7 @@ void DrivenTurntable::disengage() noexcept {
 
 hal::TurntableStatus DrivenTurntable::status() const {
   const State& s = *state_;
-  const std::lock_guard lock(s.mutex);
+  const MutexLock lock(s.mutex);
   hal::TurntableStatus status;
   status.state = s.state_locked();
   status.motion = s.motion;
@@ -174,7 +175,7 @@ hal::PartReport DrivenTurntable::report() const {
     default:
       report.state = hal::PartState::kReady;
   }
-  const std::lock_guard lock(s.mutex);
+  const MutexLock lock(s.mutex);
   if (now.state == TurntableState::kAlarm) {
     report.findings.push_back("alarm " + std::to_string(now.alarm_code) + ", " + now.alarm_text +
                               "; fix the cause, then clear the alarm");
@@ -194,7 +195,7 @@ hal::PartReport DrivenTurntable::report() const {
 }
 
 void DrivenTurntable::set_permit(hal::MotionPermit permit) {
-  const std::lock_guard lock(state_->mutex);
+  const MutexLock lock(state_->mutex);
   state_->permit = std::move(permit);
 }
 
@@ -233,7 +234,7 @@ hal::Result<std::uint64_t> DrivenTurntable::move_to(double angle_deg, const hal:
 
 void DrivenTurntable::stop() {
   {
-    const std::lock_guard lock(state_->mutex);
+    const MutexLock lock(state_->mutex);
     if (!state_->engaged) return;
     state_->orders.stop = true;
   }
@@ -242,7 +243,7 @@ void DrivenTurntable::stop() {
 
 std::optional<hal::Error> DrivenTurntable::clear_alarm() {
   {
-    const std::lock_guard lock(state_->mutex);
+    const MutexLock lock(state_->mutex);
     if (!state_->engaged) return not_engaged();
     if (state_->busy_locked()) {
       return hal::Error{"a motion is under way", "turntable", "", "", "stop it first"};

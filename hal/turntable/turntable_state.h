@@ -1,16 +1,15 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 
+#include "hal/lock/mutex.h"
 #include "hal/turntable/driven_turntable.h"
 #include "hal/turntable/motion_supervisor.h"
 
@@ -48,34 +47,38 @@ struct DrivenTurntable::State {
   bool safety_stop_sent = false;
 
   // -- the thread itself
-  std::mutex engage_mutex;  ///< makes engaging and disengaging one after the other
-  std::thread thread;
+  SerialMutex engage_mutex;  ///< makes engaging and disengaging one after the other
+  std::thread thread GUARDED_BY(engage_mutex);
 
   // -- shared, under the mutex
-  mutable std::mutex mutex;
-  std::condition_variable wake;     ///< to the table's thread
-  std::condition_variable changed;  ///< from it
-  hal::MotionPermit permit;
-  bool leave = false;
+  mutable Mutex mutex;
+  Condition wake;     ///< to the table's thread
+  Condition changed;  ///< from it
+  hal::MotionPermit permit GUARDED_BY(mutex);
+  bool leave GUARDED_BY(mutex) = false;
   struct Orders {
     bool stop = false;
     bool clear = false;
     bool home = false;
     std::optional<std::pair<double, hal::MotionLimits>> move;
     bool any() const { return stop || clear || home || move; }
-  } orders;
-  bool engaged = false;
-  bool reported_once = false;  ///< a position since it was engaged
-  bool stalled = false;
-  TurntableState drive_state = TurntableState::kNotHomed;  ///< while the position is fresh
-  DriveReading reading;
-  double velocity_deg_per_s = 0.0;
-  double reading_s = 0.0;
-  hal::MotionReport motion;
-  std::uint64_t ordered = 0;              ///< number of the last motion that was asked for
-  std::optional<hal::Error> link_error;   ///< why there is no usable answer now
-  std::optional<hal::Error> order_error;  ///< of the last order that was not taken
-  std::uint64_t polls = 0, failures = 0, connects = 0, rejected = 0;
+  };
+  Orders orders GUARDED_BY(mutex);
+  bool engaged GUARDED_BY(mutex) = false;
+  bool reported_once GUARDED_BY(mutex) = false;  ///< a position since it was engaged
+  bool stalled GUARDED_BY(mutex) = false;
+  TurntableState drive_state GUARDED_BY(mutex) = TurntableState::kNotHomed;  ///< while the position is fresh
+  DriveReading reading GUARDED_BY(mutex);
+  double velocity_deg_per_s GUARDED_BY(mutex) = 0.0;
+  double reading_s GUARDED_BY(mutex) = 0.0;
+  hal::MotionReport motion GUARDED_BY(mutex);
+  std::uint64_t ordered GUARDED_BY(mutex) = 0;              ///< number of the last motion that was asked for
+  std::optional<hal::Error> link_error GUARDED_BY(mutex);   ///< why there is no usable answer now
+  std::optional<hal::Error> order_error GUARDED_BY(mutex);  ///< of the last order that was not taken
+  std::uint64_t polls GUARDED_BY(mutex) = 0;
+  std::uint64_t failures GUARDED_BY(mutex) = 0;
+  std::uint64_t connects GUARDED_BY(mutex) = 0;
+  std::uint64_t rejected GUARDED_BY(mutex) = 0;
 
   double now_s() const { return std::chrono::duration<double>(Clock::now() - epoch).count(); }
 
@@ -97,7 +100,7 @@ struct DrivenTurntable::State {
 
   std::optional<hal::Error> implausible(const DriveReading& candidate, double now) const;
 
-  double velocity_of(const DriveReading& next, double now) const;
+  double velocity_of(const DriveReading& next, double now) const EXCLUDES(mutex);
 
   void accept(const DriveReading& next, double now);
 
@@ -122,22 +125,24 @@ struct DrivenTurntable::State {
 
   void begin(const Orders& wanted);
 
-  TurntableState state_of(const DriveReading& now) const;
+  TurntableState state_of(const DriveReading& now) const REQUIRES(mutex);
 
   void publish();
 
   // ---- any thread ---------------------------------------------------------------------------------------
 
-  double age_locked() const {
+  double age_locked() const REQUIRES(mutex) {
     return reported_once ? now_s() - reading_s : std::numeric_limits<double>::infinity();
   }
 
-  TurntableState state_locked() const;
+  TurntableState state_locked() const REQUIRES(mutex);
 
-  bool busy_locked() const { return motion.end == MotionEnd::kUnderWay || motion.number < ordered; }
+  bool busy_locked() const REQUIRES(mutex) {
+    return motion.end == MotionEnd::kUnderWay || motion.number < ordered;
+  }
 
   /// Why no motion can begin now.
-  std::optional<hal::Error> refusal_locked(bool needs_homed) const;
+  std::optional<hal::Error> refusal_locked(bool needs_homed) const REQUIRES(mutex);
 
   hal::Result<std::uint64_t> order(bool needs_homed,
                                    std::optional<std::pair<double, hal::MotionLimits>> move);

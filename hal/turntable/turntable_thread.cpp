@@ -1,3 +1,5 @@
+#include <pthread.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -47,13 +49,15 @@ DrivenTurntable::State::State(std::string name, const TurntableSettings& given,
       supervisor(given.supervision) {}
 
 void DrivenTurntable::State::run() {
+  pthread_setname_np(pthread_self(), "turntable");
   next_attempt = next_poll = Clock::now();
   for (;;) {
     Orders taken;
     {
-      std::unique_lock lock(mutex);
       const auto until = wake_time();
-      wake.wait_until(lock, until, [this] { return leave || orders.any(); });
+      const MutexLock lock(mutex);
+      while (!leave && !orders.any() && wake.wait_until(mutex, until)) {
+      }
       if (leave) break;
       std::swap(taken, orders);
     }
@@ -90,14 +94,14 @@ void DrivenTurntable::State::lose_link(const hal::Error& why) {
   next_attempt =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause_s));
   last_reading.reset();
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   link_error = why;
 }
 
 void DrivenTurntable::State::connect() {
   auto error = drive->open();
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     ++connects;
     if (error) link_error = error;
   }
@@ -117,7 +121,7 @@ void DrivenTurntable::State::poll() {
   auto answer = drive->read();
   const double now = now_s();
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     ++polls;
   }
   std::optional<hal::Error> problem;
@@ -125,12 +129,12 @@ void DrivenTurntable::State::poll() {
     problem = answer.error();
   } else {
     problem = implausible(*answer, now);
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     if (problem) ++rejected;
   }
   if (problem) {
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       ++failures;
       link_error = problem;
     }
@@ -185,6 +189,7 @@ double DrivenTurntable::State::velocity_of(const DriveReading& next, double now)
   const double dt = now - last_reading_s;
   const double raw = (next.position_deg - last_reading->position_deg) / dt;
   const double share = 1.0 - std::exp(-dt / kVelocitySmoothingS);
+  const MutexLock lock(mutex);
   return velocity_deg_per_s + share * (raw - velocity_deg_per_s);
 }
 
@@ -193,7 +198,7 @@ void DrivenTurntable::State::accept(const DriveReading& next, double now) {
   last_reading = next;
   last_reading_s = now;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     link_error.reset();
     reading = next;
     velocity_deg_per_s = velocity;
@@ -213,7 +218,7 @@ void DrivenTurntable::State::send_stop() {
   // One more try at once: of all orders this is the one that must arrive.
   auto error = drive->stop();
   if (error && drive->linked()) error = drive->stop();
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   if (error) {
     ++failures;
     order_error = error;
@@ -223,7 +228,7 @@ void DrivenTurntable::State::send_stop() {
 std::optional<hal::Error> DrivenTurntable::State::permitted() {
   hal::MotionPermit asked;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     asked = permit;
   }
   return asked ? asked() : std::nullopt;
@@ -234,7 +239,7 @@ void DrivenTurntable::State::watch_age() {
   double last = 0.0;
   hal::Error why;
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     last = reading_s;
     if (link_error) why = *link_error;
   }
@@ -251,7 +256,7 @@ void DrivenTurntable::State::watch_age() {
 
 void DrivenTurntable::State::refuse(const hal::Error& why) {
   supervisor.abandon(now_s(), MotionEnd::kRefused, why);
-  const std::lock_guard lock(mutex);
+  const MutexLock lock(mutex);
   order_error = why;
 }
 
@@ -266,7 +271,7 @@ void DrivenTurntable::State::perform(const Orders& wanted) {
   }
   if (wanted.clear && drive->linked()) {
     auto error = drive->reset_alarm();
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     order_error = error;
     stalled = false;
   }
@@ -299,7 +304,7 @@ void DrivenTurntable::State::begin(const Orders& wanted) {
     refuse(*error);
   }
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     if (!error) order_error.reset();
   }
   next_poll = Clock::now();
@@ -318,7 +323,7 @@ TurntableState DrivenTurntable::State::state_of(const DriveReading& now) const {
 
 void DrivenTurntable::State::publish() {
   {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     const bool ended = motion.end == MotionEnd::kUnderWay && !supervisor.under_way();
     motion = supervisor.report();
     if (ended && motion.end == MotionEnd::kStalled) stalled = true;

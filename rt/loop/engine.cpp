@@ -50,6 +50,7 @@ hal::DeviceCommand Engine::on_tick(const hal::RigSample& sample) noexcept {
   record.channels |= channel::kTiming;
   record.timing = timing_;
   if (rig_.truth(record.truth)) record.channels |= channel::kTruth;
+  latest_.publish(record);
   if (place != nullptr) {
     records_.publish();
   } else {
@@ -106,7 +107,7 @@ void Engine::take_commands(const hal::RigSample& sample) noexcept {
 }
 
 bool Engine::is_stale(const EngineCommand& command) const noexcept {
-  return command.lease != 0 && command.lease != lease_.load(std::memory_order_seq_cst);
+  return command.lease != 0 && command.lease < lease_.load(std::memory_order_seq_cst);
 }
 
 void Engine::perform(Slot& slot, const hal::RigSample& sample) noexcept {
@@ -171,7 +172,7 @@ EngineOutcome Engine::execute(const EngineCommand& command, std::chrono::nanosec
   slot->command = command;
   slot->state.store(Slot::kWaiting, std::memory_order_release);
   {
-    const std::lock_guard lock(producers_);
+    const MutexLock lock(producers_);
     mailbox_.push(
         static_cast<std::uint32_t>(slot - slots_.data()));  // as large as there are slots: never full
   }

@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <optional>
 
+#include "hal/latest_value.h"
+#include "hal/lock/mutex.h"
 #include "hal/rig.h"
 #include "rt/loop/spsc_ring.h"
 #include "rt/record/observation.h"
@@ -114,9 +115,14 @@ class Engine final : public hal::TickHandler {
     permit_until_ns_.store(time_ns, std::memory_order_release);
   }
 
-  /// Control changes hands: commands that were admitted under another number take no effect any more, from
-  /// the tick after the present one on, however long they have been waiting. Never blocks.
-  void set_lease(std::uint64_t number) noexcept { lease_.store(number, std::memory_order_seq_cst); }
+  /// Control changes hands: commands that were admitted under a lower number take no effect any more, from
+  /// the tick after the present one on, however long they have been waiting. The numbers of changes rise; one
+  /// that comes after a higher one changes nothing. Never blocks.
+  void set_lease(std::uint64_t number) noexcept {
+    std::uint64_t before = lease_.load(std::memory_order_relaxed);
+    while (before < number && !lease_.compare_exchange_weak(before, number, std::memory_order_seq_cst)) {
+    }
+  }
 
   /// The last tick that was completed and the rig's time of it; how a caller turns a time into a tick.
   std::uint64_t last_tick() const noexcept { return last_tick_.load(std::memory_order_acquire); }
@@ -124,6 +130,10 @@ class Engine final : public hal::TickHandler {
 
   /// Renderer::free() after the last tick; by the next one it may be otherwise.
   bool can_exchange_scene() const noexcept { return can_exchange_.load(std::memory_order_acquire); }
+
+  // One other thread at a time.
+  /// The record of the last completed tick, at least that of last_tick(); all zero before the first.
+  const TickRecord& latest_record() noexcept { return latest_.fetch(); }
 
   // The one thread that drains telemetry.
   bool pop_record(TickRecord& record) noexcept { return records_.pop(record); }
@@ -159,7 +169,7 @@ class Engine final : public hal::TickHandler {
 
   std::array<Slot, kCommandSlots> slots_;
   SpscRing<std::uint32_t> mailbox_;  ///< slot numbers, to the loop
-  std::mutex producers_;             ///< among callers of execute(); the loop never touches it
+  Mutex producers_;                  ///< among callers of execute(); the loop never touches it
   std::array<std::uint32_t, kCommandSlots> pending_{};  ///< the loop's own: taken, but not due yet
   std::size_t pending_count_ = 0;
 
@@ -169,6 +179,7 @@ class Engine final : public hal::TickHandler {
   std::atomic<std::int64_t> permit_until_ns_{std::numeric_limits<std::int64_t>::max()};
   SpscRing<TickRecord> records_;
   TickRecord unsent_;  ///< made here while the ring is full
+  hal::LatestValue<TickRecord> latest_;
   std::atomic<std::uint64_t> records_dropped_{0};
   std::atomic<bool> observed_{false};
   SpscRing<Observation> observations_;

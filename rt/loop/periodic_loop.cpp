@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <pthread.h>
-#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include <cstring>
 #include <ctime>
 #include <thread>
+#include <utility>
 
 #include "rt/loop/flush_denormals.h"
 #include "rt/loop/loop_memory.h"
@@ -110,27 +110,11 @@ void PeriodicLoop::stop() {
 }
 
 void PeriodicLoop::prepare_thread() {
-  const auto missing = [this](const std::string& what, const std::string& remedy) {
-    shortcomings_.push_back(what + ": " + std::strerror(errno) + "; " + remedy);
-  };
   pthread_setname_np(pthread_self(), "hapticd-loop");
-  if (config_.cpu >= 0) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    CPU_SET(static_cast<std::size_t>(config_.cpu), &set);
-    errno = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
-    if (errno != 0)
-      missing("not pinned to CPU " + std::to_string(config_.cpu), "check the CPU set of the process");
-  }
-  if (config_.fifo_priority > 0) {
-    sched_param parameter{};
-    parameter.sched_priority = config_.fifo_priority;
-    errno = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
-    if (errno != 0) {
-      missing("no SCHED_FIFO priority " + std::to_string(config_.fifo_priority),
-              "LimitRTPRIO=99 in the service's unit, or ulimit -r 99 for the user (/etc/security/limits.d)");
-    }
-  }
+  // What starts a scheduler passes its own priority and CPU on to it, and to all that the vendor's library
+  // starts.
+  const bool ticks_here = rig_.owns_clock() || rig_.clock() == nullptr;
+  if (ticks_here) prepare_to_tick();
   prefault_stack();
   if (config_.lock_memory) {
     if (const std::string why = lock_used_memory(); !why.empty()) {
@@ -138,6 +122,26 @@ void PeriodicLoop::prepare_thread() {
                               "; LimitMEMLOCK=infinity in the service's unit, or ulimit -l unlimited");
     }
   }
+}
+
+void PeriodicLoop::prepare_to_tick() noexcept {
+  const ScheduleShortfall lacking = take_schedule(config_.cpu, config_.fifo_priority);
+  cpu_shortfall_.store(lacking.cpu, std::memory_order_relaxed);
+  priority_shortfall_.store(lacking.priority, std::memory_order_relaxed);
+  ticking_thread_.store(gettid(), std::memory_order_release);
+}
+
+std::vector<std::string> PeriodicLoop::shortcomings() const {
+  std::vector<std::string> all = shortcomings_;
+  const auto missing = [&all](const std::string& what, int error, const std::string& remedy) {
+    if (error != 0) all.push_back(what + ": " + std::strerror(error) + "; " + remedy);
+  };
+  missing("not pinned to CPU " + std::to_string(config_.cpu), cpu_shortfall_.load(std::memory_order_relaxed),
+          "check the CPU set of the process");
+  missing("no SCHED_FIFO priority " + std::to_string(config_.fifo_priority),
+          priority_shortfall_.load(std::memory_order_relaxed),
+          "LimitRTPRIO=99 in the service's unit, or ulimit -r 99 for the user (/etc/security/limits.d)");
+  return all;
 }
 
 void PeriodicLoop::thread_main() {
@@ -188,6 +192,7 @@ void PeriodicLoop::run_by(hal::ServoClock& clock) {
   constexpr int kPollsBetweenAttempts = 100;
   for (;;) {
     servo_deadline_ns_ = 0;
+    is_first_servo_ = true;
     clock.run(*this, stop_requested_);
     rig_.write(hal::DeviceCommand{});
     if (stop_requested_.load(std::memory_order_acquire)) return;
@@ -203,6 +208,10 @@ void PeriodicLoop::run_by(hal::ServoClock& clock) {
 // A foreign scheduler keeps no grid that we know of: its next call is expected a period after this one.
 void PeriodicLoop::on_servo() noexcept {
   const FlushDenormals flush;
+  if (std::exchange(is_first_servo_, false)) {
+    pthread_setname_np(pthread_self(), "hapticd-tick");
+    prepare_to_tick();
+  }
   const std::int64_t woken_ns = now_ns();
   tick(servo_deadline_ns_ == 0 ? woken_ns : servo_deadline_ns_, woken_ns);
   servo_deadline_ns_ = woken_ns + period_ns_;

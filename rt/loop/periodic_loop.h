@@ -12,6 +12,7 @@
 #include "rt/loop/engine.h"
 #include "rt/loop/latency_histogram.h"
 #include "rt/loop/rig_reading.h"
+#include "rt/loop/thread_schedule.h"
 
 namespace hapticd::rt {
 
@@ -45,10 +46,12 @@ struct LoopStatistics {
   std::uint64_t clock_losses = 0;  ///< how often a device's scheduler died, or could not be started
 };
 
-/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own, a device's
-/// scheduler included. Ticks are due in the middle of whole periods of CLOCK_MONOTONIC, so that what else
-/// runs at that rate can be placed next to them; a period that was missed is skipped and counted, never
-/// caught up in a burst. Runs without privileges too, and says what it lacks.
+/// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. Where a
+/// device's scheduler calls, the ticks run in the scheduler's thread, and ours only watches over it: then
+/// that one is given the priority and the CPU, in the first call of every run, and ours stays ordinary. Ticks
+/// are due in the middle of whole periods of CLOCK_MONOTONIC, so that what else runs at that rate can be
+/// placed next to them; a period that was missed is skipped and counted, never caught up in a burst. Runs
+/// without privileges too, and says what it lacks.
 class PeriodicLoop final : private hal::ServoBody {
  public:
   PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);
@@ -66,12 +69,17 @@ class PeriodicLoop final : private hal::ServoBody {
   std::optional<RigReading> last_reading() const noexcept { return last_reading_.get(); }
   /// That of statistics(), for those who look often.
   std::uint64_t clock_losses() const noexcept { return clock_losses_.load(std::memory_order_relaxed); }
-  /// What was asked for but not granted, each with its remedy; complete once start() has returned.
-  const std::vector<std::string>& shortcomings() const noexcept { return shortcomings_; }
+  /// What was asked for but not granted, each with its remedy. Once start() has returned it is complete, but
+  /// for what a device's scheduler lacks: that shows from its first tick on.
+  std::vector<std::string> shortcomings() const;
+  /// The thread that ticks; 0 before its first tick.
+  pid_t ticking_thread() const noexcept { return ticking_thread_.load(std::memory_order_acquire); }
 
  private:
   void thread_main();
   void prepare_thread();
+  /// Gives the calling thread, which is to tick, its priority and CPU.
+  void prepare_to_tick() noexcept;
   void run_paced() noexcept;
   /// Sleeps, then waits awake for what is left. Returns when it is over.
   std::int64_t await(std::int64_t time_ns) noexcept;
@@ -90,6 +98,9 @@ class PeriodicLoop final : private hal::ServoBody {
   std::atomic<bool> prepared_{false};
   std::atomic<bool> running_{false};
   std::vector<std::string> shortcomings_;
+  std::atomic<pid_t> ticking_thread_{0};
+  std::atomic<int> cpu_shortfall_{0};  ///< of the thread that ticks, values of errno
+  std::atomic<int> priority_shortfall_{0};
 
   // The clock's thread's own.
   std::int64_t period_ns_;
@@ -98,6 +109,7 @@ class PeriodicLoop final : private hal::ServoBody {
   hal::RigSample sample_;
   TickTiming timing_;                   ///< of the tick to come, as far as known
   std::int64_t servo_deadline_ns_ = 0;  ///< when a device's scheduler is expected to call next; 0 = unknown
+  bool is_first_servo_ = true;          ///< the next call of a device's scheduler is the first of a run
 
   LastRigReading last_reading_;
   LatencyHistogram jitter_;

@@ -12,7 +12,7 @@ namespace hapticd::server {
 struct AccessRow {
   std::string_view method;  ///< "RigService/GetRigInfo"
   Role role;                ///< at least
-  bool needs_lease;         ///< commands the rig
+  bool needs_lease;         ///< by the rule below
   bool is_audited;          ///< written to the audit log also where it was granted
 };
 
@@ -25,12 +25,20 @@ inline constexpr bool kUnaudited = false;
 
 // clang-format off
 /// Every call of the contract; a call that is not here is refused. All who are identified may stop.
+///
+/// A call needs the lease where it changes what the holder feels, measures or keeps: it commands the rig, begins
+/// or ends what runs only once (a recording, an identification, a calibration), or changes what the next scene of
+/// the holder uses (tags of models, the calibration that is adopted). It needs none where it only looks, adds
+/// something new (an upload, an import, a note, an incident, poses of a tracker), removes what nothing uses,
+/// or takes force away.
 inline constexpr auto kAccessTable = [] {
   using namespace access_table_detail;
   using enum Role;
   return std::array{
     AccessRow{"AccessService/GetAccess",                    kNone,       kNoLease, kUnaudited},
     AccessRow{"AccessService/OpenConsole",                  kObserver,   kNoLease, kAudited},
+    AccessRow{"AccessService/ReportConsole",                kConsole,    kNoLease, kUnaudited},
+    AccessRow{"AccessService/RedeemConsoleKey",             kConsole,    kNoLease, kUnaudited},
     AccessRow{"LeaseService/AcquireLease",                  kOperator,   kNoLease, kAudited},
     AccessRow{"LeaseService/TakeLease",                     kOperator,   kNoLease, kAudited},
     AccessRow{"LeaseService/RenewLease",                    kOperator,   kNoLease, kUnaudited},
@@ -59,8 +67,8 @@ inline constexpr auto kAccessTable = [] {
     AccessRow{"SafetyService/ListFaults",                   kObserver,   kNoLease, kUnaudited},
     AccessRow{"TelemetryService/Subscribe",                 kObserver,   kNoLease, kUnaudited},
     AccessRow{"PoseService/Subscribe",                      kObserver,   kNoLease, kUnaudited},
-    AccessRow{"RecordingService/StartRecording",            kOperator,   kNoLease, kAudited},
-    AccessRow{"RecordingService/StopRecording",             kOperator,   kNoLease, kAudited},
+    AccessRow{"RecordingService/StartRecording",            kOperator,   kLease,   kAudited},
+    AccessRow{"RecordingService/StopRecording",             kOperator,   kLease,   kAudited},
     AccessRow{"RecordingService/Annotate",                  kOperator,   kNoLease, kAudited},
     AccessRow{"RecordingService/ListRecordings",            kObserver,   kNoLease, kUnaudited},
     AccessRow{"RecordingService/GetRecording",              kObserver,   kNoLease, kUnaudited},
@@ -87,14 +95,14 @@ inline constexpr auto kAccessTable = [] {
     AccessRow{"IdentificationService/CancelIdentification", kOperator,   kLease,   kAudited},
     AccessRow{"IdentificationService/ListIdentifications",  kObserver,   kNoLease, kUnaudited},
     AccessRow{"IdentificationService/UploadRecording",      kOperator,   kNoLease, kAudited},
-    AccessRow{"CalibrationService/StartCalibration",        kOperator,   kNoLease, kAudited},
+    AccessRow{"CalibrationService/StartCalibration",        kOperator,   kLease,   kAudited},
     AccessRow{"CalibrationService/PushReferencePoses",      kOperator,   kNoLease, kUnaudited},
-    AccessRow{"CalibrationService/FinishCalibration",       kOperator,   kNoLease, kAudited},
+    AccessRow{"CalibrationService/FinishCalibration",       kOperator,   kLease,   kAudited},
     AccessRow{"CalibrationService/WatchCalibration",        kObserver,   kNoLease, kUnaudited},
-    AccessRow{"CalibrationService/CancelCalibration",       kOperator,   kNoLease, kAudited},
+    AccessRow{"CalibrationService/CancelCalibration",       kOperator,   kLease,   kAudited},
     AccessRow{"CalibrationService/ListCalibrations",        kObserver,   kNoLease, kUnaudited},
     AccessRow{"CalibrationService/GetCalibration",          kObserver,   kNoLease, kUnaudited},
-    AccessRow{"CalibrationService/AdoptCalibration",        kOperator,   kNoLease, kAudited},
+    AccessRow{"CalibrationService/AdoptCalibration",        kOperator,   kLease,   kAudited},
     AccessRow{"CalibrationService/DeleteCalibration",       kMaintainer, kNoLease, kAudited},
     AccessRow{"ModelService/ListModels",                    kObserver,   kNoLease, kUnaudited},
     AccessRow{"ModelService/GetModel",                      kObserver,   kNoLease, kUnaudited},
@@ -102,9 +110,9 @@ inline constexpr auto kAccessTable = [] {
     AccessRow{"ModelService/GetStoredModel",                kObserver,   kNoLease, kUnaudited},
     AccessRow{"ModelService/DiffStoredModels",              kObserver,   kNoLease, kUnaudited},
     AccessRow{"ModelService/ExportStoredModel",             kObserver,   kNoLease, kUnaudited},
-    AccessRow{"ModelService/TagStoredModel",                kOperator,   kNoLease, kAudited},
-    AccessRow{"ModelService/UntagStoredModel",              kOperator,   kNoLease, kAudited},
-    AccessRow{"ModelService/DeleteStoredModel",             kMaintainer, kNoLease, kAudited},
+    AccessRow{"ModelService/TagStoredModel",                kOperator,   kLease,   kAudited},
+    AccessRow{"ModelService/UntagStoredModel",              kOperator,   kLease,   kAudited},
+    AccessRow{"ModelService/DeleteStoredModel",             kMaintainer, kLease,   kAudited},
     AccessRow{"ModelService/ImportStoredModel",             kMaintainer, kNoLease, kAudited},
   };
 }();

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "proto/text/utf8_text.h"
 #include "server/process/log.h"
 
 namespace hapticd::server {
@@ -47,7 +48,8 @@ std::string to_json(const AuditLine& line) {
   if (!line.arguments.empty()) json["arguments"] = line.arguments;
   if (!line.problem.empty()) json["problem"] = line.problem;
   if (line.effective_tick) json["effective_tick"] = *line.effective_tick;
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  // JSON itself escapes no C1.
+  return text::printable(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 struct AuditLog::Sinks {
@@ -71,8 +73,9 @@ struct AuditLog::Sinks {
       return;
     }
     sd_journal_send("MESSAGE=%s", text.c_str(), "SYSLOG_IDENTIFIER=hapticd-audit", "PRIORITY=6",
-                    "HAPTICD_IDENTITY=%s", line->identity.c_str(), "HAPTICD_METHOD=%s", line->method.c_str(),
-                    "HAPTICD_OUTCOME=%s", line->outcome.c_str(), nullptr);
+                    "HAPTICD_IDENTITY=%s", text::printable(line->identity).c_str(), "HAPTICD_METHOD=%s",
+                    text::printable(line->method).c_str(), "HAPTICD_OUTCOME=%s", line->outcome.c_str(),
+                    nullptr);
   }
 };
 
@@ -97,7 +100,7 @@ AuditLog::AuditLog(std::unique_ptr<Sinks> sinks) : sinks_(std::move(sinks)), thr
 
 AuditLog::~AuditLog() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ending_ = true;
   }
   arrived_.notify_one();
@@ -109,7 +112,7 @@ void AuditLog::write(AuditLine line) {
   if (look_) look_(line);
   if (!sinks_->file && !sinks_->journal) return;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (queue_.size() >= kMaxQueue) {
       ++dropped_;
       return;
@@ -120,15 +123,15 @@ void AuditLog::write(AuditLine line) {
 }
 
 std::uint64_t AuditLog::dropped() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return dropped_;
 }
 
 void AuditLog::run() {
   pthread_setname_np(pthread_self(), "audit");
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (;;) {
-    arrived_.wait(lock, [this] { return ending_ || !queue_.empty(); });
+    while (!ending_ && queue_.empty()) arrived_.wait(mutex_);
     if (queue_.empty()) return;
     const std::deque<AuditLine> lines = std::exchange(queue_, {});
     const std::uint64_t dropped = dropped_ - std::exchange(reported_dropped_, dropped_);

@@ -1,17 +1,16 @@
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include "hal/error.h"
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 #include "server/config/access_config.h"
 
 namespace hapticd::server {
@@ -51,7 +50,7 @@ class AuditLog {
   void write(AuditLine line);
   /// Shows every line to `look` as well, in the thread of the call: must be short. Set before there are
   /// calls.
-  void show_to(std::function<void(const AuditLine&)> look) { look_ = std::move(look); }
+  void show_to(Callback<void(const AuditLine&)> look) { look_ = std::move(look); }
   std::uint64_t dropped() const;
 
  private:
@@ -60,13 +59,13 @@ class AuditLog {
   void run();
 
   const std::unique_ptr<Sinks> sinks_;
-  std::function<void(const AuditLine&)> look_;
-  mutable std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::deque<AuditLine> queue_;
-  std::uint64_t dropped_ = 0;
-  std::uint64_t reported_dropped_ = 0;
-  bool ending_ = false;
+  Callback<void(const AuditLine&)> look_;
+  mutable Mutex mutex_;
+  Condition arrived_;
+  std::deque<AuditLine> queue_ GUARDED_BY(mutex_);
+  std::uint64_t dropped_ GUARDED_BY(mutex_) = 0;
+  std::uint64_t reported_dropped_ GUARDED_BY(mutex_) = 0;
+  bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: uses all of the above
 };
 

@@ -23,7 +23,7 @@ CallQuota::CallQuota(int max_calls, double max_calls_per_s)
     : max_calls_(max_calls), max_calls_per_s_(max_calls_per_s), accounts_(std::make_shared<Accounts>()) {}
 
 Outcome<CallQuota::Place> CallQuota::take(const std::string& identity, Clock::time_point now) {
-  const std::lock_guard lock(accounts_->mutex);
+  const MutexLock lock(accounts_->mutex);
   if (accounts_->by_identity.size() > kManyIdentities) forget_idle(now);
   const auto [found, is_new] = accounts_->by_identity.try_emplace(identity);
   Account& account = found->second;
@@ -45,7 +45,7 @@ Outcome<CallQuota::Place> CallQuota::take(const std::string& identity, Clock::ti
   account.allowance -= 1.0;
   ++account.calls;
   return Place(this, [accounts = accounts_, identity](const void*) {
-    const std::lock_guard returning(accounts->mutex);
+    const MutexLock returning(accounts->mutex);
     --accounts->by_identity.at(identity).calls;
   });
 }

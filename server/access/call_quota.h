@@ -3,9 +3,9 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 
+#include "hal/lock/mutex.h"
 #include "server/session/outcome.h"
 
 namespace hapticd::server {
@@ -30,8 +30,8 @@ class CallQuota {
     Clock::time_point since{};
   };
   struct Accounts {
-    std::mutex mutex;
-    std::map<std::string, Account> by_identity;
+    Mutex mutex;
+    std::map<std::string, Account> by_identity GUARDED_BY(mutex);
   };
   void forget_idle(Clock::time_point now);
 

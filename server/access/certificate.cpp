@@ -75,13 +75,44 @@ std::string serial_of_certificate(const std::string& pem) {
   const Memory memory(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
   const Certificate certificate(PEM_read_bio_X509(memory.get(), nullptr, nullptr, nullptr));
   ERR_clear_error();
-  if (!certificate) return {};
+  return names_of_certificate(certificate.get()).serial;
+}
+
+CertificateNames names_of_certificate(const X509* certificate) {
+  CertificateNames found;
+  if (certificate == nullptr) return found;
   const std::unique_ptr<BIGNUM, Free<BN_free>> number(
-      ASN1_INTEGER_to_BN(X509_get0_serialNumber(certificate.get()), nullptr));
-  char* digits = BN_bn2hex(number.get());
-  std::string text = digits == nullptr ? "" : digits;
-  OPENSSL_free(digits);
-  return text;
+      ASN1_INTEGER_to_BN(X509_get0_serialNumber(certificate), nullptr));
+  if (char* digits = number ? BN_bn2hex(number.get()) : nullptr) {
+    found.serial = digits;
+    OPENSSL_free(digits);
+  }
+  auto* names =
+      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr));
+  for (int i = 0; i < sk_GENERAL_NAME_num(names) && found.uri.empty(); ++i) {
+    const GENERAL_NAME* name = sk_GENERAL_NAME_value(names, i);
+    if (name->type != GEN_URI) continue;
+    const ASN1_IA5STRING* text = name->d.uniformResourceIdentifier;
+    found.uri.assign(reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
+                     static_cast<std::size_t>(ASN1_STRING_length(text)));
+  }
+  GENERAL_NAMES_free(names);
+  ERR_clear_error();
+  return found;
+}
+
+std::string organisation_of_certificate(const std::string& path) {
+  const auto certificate = read_certificate(path);
+  if (!certificate) return {};
+  const X509_NAME* subject = X509_get_subject_name(certificate->get());
+  const int at = X509_NAME_get_index_by_NID(subject, NID_organizationName, -1);
+  if (at < 0) return {};
+  unsigned char* text = nullptr;
+  const int size = ASN1_STRING_to_UTF8(&text, X509_NAME_ENTRY_get_data(X509_NAME_get_entry(subject, at)));
+  if (size < 0) return {};
+  std::string name(reinterpret_cast<const char*>(text), static_cast<std::size_t>(size));
+  OPENSSL_free(text);
+  return name;
 }
 
 CertificateFiles CertificateFiles::in(const std::string& folder) {

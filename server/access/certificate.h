@@ -1,5 +1,7 @@
 #pragma once
 
+#include <openssl/types.h>
+
 #include <chrono>
 #include <optional>
 #include <string>
@@ -10,6 +12,17 @@ namespace hapticd::server {
 
 /// Serial number of a certificate in PEM, as upper-case hexadecimal digits; empty where it is none.
 std::string serial_of_certificate(const std::string& pem);
+
+/// By what a certificate names its holder.
+struct CertificateNames {
+  std::string uri;     ///< the first of its subject alternative names that is one; empty: none
+  std::string serial;  ///< as upper-case hexadecimal digits
+};
+/// Empty ones of null.
+CertificateNames names_of_certificate(const X509* certificate);
+/// The organisation (O) of the subject of the first certificate in a file: make_certificates.sh writes the
+/// name of the lab there. Empty where there is none.
+std::string organisation_of_certificate(const std::string& path);
 
 /// The files by which a daemon serves TLS, in one folder.
 struct CertificateFiles {

@@ -8,17 +8,25 @@
 namespace hapticd::server {
 
 /// Where a client comes from.
-enum class ConnectionKind : std::uint8_t { kLoopback, kUnixSocket, kTls };
+enum class ConnectionKind : std::uint8_t {
+  kLoopback,
+  kUnixSocket,
+  kTls,
+  kConsole,  ///< the unix socket, by a user whose programs may be consoles
+};
 
-/// Who a client is, by the transport of its connection; nothing in a message can change it.
+/// Who a client is, by the transport of its connection. Only a console can name another one (AccessGate).
 struct Identity {
-  /// "user:anna" and "local" (a user that could not be found out) over loopback, "unix:GROUP" over the unix
-  /// socket, "spiffe://LAB/hapticd/ROLE/NAME" of a certificate.
+  /// "user:anna" of this machine, "local" where the user could not be found out,
+  /// "spiffe://LAB/hapticd/ROLE/NAME" of a certificate.
   std::string name;
   ConnectionKind connection = ConnectionKind::kLoopback;
-  std::string peer;  ///< address, as gRPC names it
+  std::string peer;  ///< address: "ipv4:127.0.0.1:40712", "unix:"
   Role role = Role::kNone;
   std::string role_source;  ///< where the role is from, e.g. "certificate"
+  /// May make calls on behalf of others: a certificate of the role console, or the unix socket and a user
+  /// that [console] names.
+  bool is_console = false;
   bool is_denied = false;
   std::string denied_why;
 

@@ -62,7 +62,7 @@ std::string in_words(LeaseChange change) {
 
 LeaseDesk::LeaseDesk(Effects effects, std::chrono::nanoseconds take_notice)
     : effects_(std::move(effects)), take_notice_(take_notice) {
-  effects_.publish(number_);
+  effects_.publish(1);  // the first number
   thread_ = std::thread([this] { run(); });
 }
 
@@ -72,14 +72,14 @@ LeaseDesk::~LeaseDesk() {
 }
 
 void LeaseDesk::shutdown() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   ending_ = true;
   wake_.notify_all();
   changed_.notify_all();
 }
 
 bool LeaseDesk::ended() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return ending_;
 }
 
@@ -123,9 +123,18 @@ Refusal LeaseDesk::over(const std::string& token, std::uint64_t number) const {
           Reason::kLeaseLost};
 }
 
+std::uint64_t LeaseDesk::perform(const Due& due) const {
+  const std::uint64_t tick = due.number ? effects_.publish(*due.number) : 0;
+  for (const LeaseExpiry action : due.expired) effects_.expired(action);
+  for (const auto& [number, why] : due.lost) effects_.lost(number, why);
+  for (const std::string& line : due.log) log_warning(line);
+  return tick;
+}
+
 Outcome<LeaseDesk::Admitted> LeaseDesk::admit(const Identity& who, const std::string& token, LeaseRule rule) {
-  const std::lock_guard lock(mutex_);
-  expire_locked();
+  Afterwards after(*this);
+  const MutexLock lock(mutex_);
+  expire_locked(after.due);
   if (holds(who, token)) {
     held_->last_use = Clock::now();
     return Admitted{number_, true};
@@ -142,13 +151,14 @@ Outcome<LeaseDesk::Admitted> LeaseDesk::admit(const Identity& who, const std::st
 }
 
 void LeaseDesk::note_use(const Identity& who, const std::string& token) {
-  const std::lock_guard lock(mutex_);
-  expire_locked();
+  Afterwards after(*this);
+  const MutexLock lock(mutex_);
+  expire_locked(after.due);
   if (holds(who, token)) held_->last_use = Clock::now();
 }
 
 LeaseGranted LeaseDesk::grant(const Identity& who, const LeaseTerms& terms, LeaseChange change,
-                              const std::string& reason) {
+                              const std::string& reason, Due& due) {
   Held next;
   next.holder = who.name;
   next.is_remote = who.is_remote();
@@ -159,17 +169,17 @@ LeaseGranted LeaseDesk::grant(const Identity& who, const LeaseTerms& terms, Leas
     next.on_expiry = who.is_remote() ? LeaseExpiry::kRampToZero : LeaseExpiry::kKeep;
   }
   next.since = next.last_use = Clock::now();
-  LeaseGranted granted;
-  granted.changed_after_tick = change_control(change, who.name, reason);
+  change_control(change, who.name, reason, due);
   held_ = std::move(next);
+  LeaseGranted granted;
   granted.lease = view(Clock::now());
   granted.token = held_->token;
   wake_.notify_all();
   return granted;
 }
 
-std::uint64_t LeaseDesk::change_control(LeaseChange change, const std::string& by,
-                                        const std::string& reason) {
+void LeaseDesk::change_control(LeaseChange change, const std::string& by, const std::string& reason,
+                               Due& due) {
   if (held_) ended_.push_front({held_->token, number_, change, by, reason});
   if (ended_.size() > kRemembered) ended_.pop_back();
   held_.reset();
@@ -179,23 +189,37 @@ std::uint64_t LeaseDesk::change_control(LeaseChange change, const std::string& b
   last_change_ = change;
   changed_by_ = by;
   reason_ = reason;
-  const std::uint64_t tick = effects_.publish(number_);
+  due.number = number_;
   changed_.notify_all();
-  return tick;
 }
 
 Outcome<LeaseGranted> LeaseDesk::acquire(const Identity& who, const LeaseTerms& terms) {
-  const std::lock_guard lock(mutex_);
-  expire_locked();
-  if (held_) return held_by_another(Clock::now());
-  return grant(who, terms, LeaseChange::kAcquired, terms.purpose);
+  Due due;
+  Outcome<LeaseGranted> granted = [&]() -> Outcome<LeaseGranted> {
+    const MutexLock lock(mutex_);
+    expire_locked(due);
+    if (held_) return held_by_another(Clock::now());
+    return grant(who, terms, LeaseChange::kAcquired, terms.purpose, due);
+  }();
+  const std::uint64_t tick = perform(due);
+  if (granted) granted->changed_after_tick = tick;
+  return granted;
 }
 
 Outcome<LeaseGranted> LeaseDesk::take(const Identity& who, const LeaseTerms& terms, const std::string& reason,
                                       const Caller& caller) {
-  std::unique_lock lock(mutex_);
-  expire_locked();
-  if (!held_) return grant(who, terms, LeaseChange::kTaken, reason);
+  Due due;
+  Outcome<LeaseGranted> granted = take_collecting(who, terms, reason, caller, due);
+  const std::uint64_t tick = perform(due);
+  if (granted) granted->changed_after_tick = tick;
+  return granted;
+}
+
+Outcome<LeaseGranted> LeaseDesk::take_collecting(const Identity& who, const LeaseTerms& terms,
+                                                 const std::string& reason, const Caller& caller, Due& due) {
+  MutexLock lock(mutex_);
+  expire_locked(due);
+  if (!held_) return grant(who, terms, LeaseChange::kTaken, reason, due);
   if (take_) {
     return Refusal{RefusalKind::kAborted,
                    {"another client is taking the lease", "lease", take_->taker + ": " + take_->reason, "",
@@ -206,16 +230,19 @@ Outcome<LeaseGranted> LeaseDesk::take(const Identity& who, const LeaseTerms& ter
   const std::uint64_t serial = ++takes_;
   const auto now = Clock::now();
   if (take_notice_ > Clock::duration::zero() && !is_stale(now)) {
-    take_ = Take{who.name, reason, now + std::chrono::duration_cast<Clock::duration>(take_notice_), serial};
+    const auto until = now + std::chrono::duration_cast<Clock::duration>(take_notice_);
+    take_ = Take{who.name, reason, until, serial};
     ++version_;
     changed_.notify_all();
-    const auto due = take_->due;
-    while (Clock::now() < due && number_ == number && !ending_ && !caller.cancelled() &&
-           Clock::now() < caller.deadline) {
-      changed_.wait_until(lock, std::min(due, Clock::now() + kLook));
-      expire_locked();
+    bool caller_waits = true;
+    while (caller_waits && Clock::now() < until && number_ == number && !ending_) {
+      changed_.wait_until(mutex_, std::min(until, Clock::now() + kLook));
+      expire_locked(due);
+      lock.unlock();
+      caller_waits = !caller.cancelled() && Clock::now() < caller.deadline;
+      lock.lock();
     }
-    const bool given_up = Clock::now() < due && number_ == number;
+    const bool given_up = Clock::now() < until && number_ == number;
     if (take_ && take_->serial == serial) {
       take_.reset();
       ++version_;
@@ -230,24 +257,26 @@ Outcome<LeaseGranted> LeaseDesk::take(const Identity& who, const LeaseTerms& ter
   if (number_ != number && held_) return held_by_another(Clock::now());
   if (held_) {
     const std::uint64_t lost_number = number_;
-    auto granted = grant(who, terms, LeaseChange::kTaken, reason);
-    effects_.lost(lost_number, over({}, lost_number).error);
+    auto granted = grant(who, terms, LeaseChange::kTaken, reason, due);
+    due.lost.emplace_back(lost_number, over({}, lost_number).error);
     return granted;
   }
-  return grant(who, terms, LeaseChange::kTaken, reason);
+  return grant(who, terms, LeaseChange::kTaken, reason, due);
 }
 
 Outcome<LeaseView> LeaseDesk::renew(const Identity& who, const std::string& token) {
-  const std::lock_guard lock(mutex_);
-  expire_locked();
+  Afterwards after(*this);
+  const MutexLock lock(mutex_);
+  expire_locked(after.due);
   if (!holds(who, token)) return over(token);
   held_->last_use = Clock::now();
   return view(Clock::now());
 }
 
 void LeaseDesk::give_back(const Identity& who, const std::string& token) {
-  const std::lock_guard lock(mutex_);
-  if (holds(who, token)) change_control(LeaseChange::kReturned, who.name, {});
+  Afterwards after(*this);
+  const MutexLock lock(mutex_);
+  if (holds(who, token)) change_control(LeaseChange::kReturned, who.name, {}, after.due);
 }
 
 LeaseSnapshot LeaseDesk::snapshot_locked() const {
@@ -268,46 +297,50 @@ LeaseSnapshot LeaseDesk::snapshot_locked() const {
 }
 
 LeaseSnapshot LeaseDesk::snapshot() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return snapshot_locked();
 }
 
 LeaseSnapshot LeaseDesk::await_change(std::uint64_t version, Clock::time_point until) const {
-  std::unique_lock lock(mutex_);
-  changed_.wait_until(lock, until, [&] { return version_ != version || ending_; });
+  const MutexLock lock(mutex_);
+  while (version_ == version && !ending_ && changed_.wait_until(mutex_, until)) {
+  }
   return snapshot_locked();
 }
 
 std::optional<Refusal> LeaseDesk::lost(std::uint64_t number) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (number == 0 || number == number_) return std::nullopt;
   return over({}, number);
 }
 
-// A holder that was stopped may ask for nothing at the very moment at which its time is over: the one who looks
-// first ends it.
-void LeaseDesk::expire_locked() {
+// A holder that was stopped may ask for nothing at the very moment at which its time is over: the one who
+// looks first ends it.
+void LeaseDesk::expire_locked(Due& due) {
   if (!held_ || Clock::now() - held_->last_use < held_->terms.ttl) return;
   const Held gone = *held_;
   const std::uint64_t lost_number = number_;
   change_control(LeaseChange::kExpired, gone.holder,
-                 fmt::format("not heard of for {:g} s", seconds(gone.terms.ttl)));
-  effects_.expired(gone.on_expiry);
-  effects_.lost(lost_number, over({}, lost_number).error);
-  log_warning(
+                 fmt::format("not heard of for {:g} s", seconds(gone.terms.ttl)), due);
+  due.expired.push_back(gone.on_expiry);
+  due.lost.emplace_back(lost_number, over({}, lost_number).error);
+  due.log.push_back(
       fmt::format("the lease of {} expired: not heard of for {:g} s", gone.holder, seconds(gone.terms.ttl)));
 }
 
 void LeaseDesk::run() {
   pthread_setname_np(pthread_self(), "lease");
-  std::unique_lock lock(mutex_);
-  while (!ending_) {
+  for (;;) {
+    Afterwards after(*this);
+    const MutexLock lock(mutex_);
+    if (ending_) return;
     if (held_) {
-      wake_.wait_until(lock, held_->last_use + std::chrono::duration_cast<Clock::duration>(held_->terms.ttl));
+      wake_.wait_until(mutex_,
+                       held_->last_use + std::chrono::duration_cast<Clock::duration>(held_->terms.ttl));
     } else {
-      wake_.wait(lock);
+      wake_.wait(mutex_);
     }
-    expire_locked();
+    expire_locked(after.due);
   }
 }
 

@@ -1,15 +1,16 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 #include "server/access/identity.h"
 #include "server/access/lease_state.h"
 #include "server/session/caller.h"
@@ -23,15 +24,16 @@ class LeaseDesk {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// What a change of control has the rest of the daemon do. Called with the desk's lock held: must be short,
-  /// and must not call the desk.
+  /// What a change of control has the rest of the daemon do: in the order of these members, in the thread
+  /// that noticed the change, before its call returns. No lock is held meanwhile, so other calls go on;
+  /// changes that follow one another at once may reach the rest in another order, which their numbers show.
   struct Effects {
-    /// To the loop: commands under another number take no effect any more. Returns the last completed tick.
-    std::function<std::uint64_t(std::uint64_t number)> publish = [](std::uint64_t) { return 0; };
-    /// A lease that was held is over against its holder's will: ends what runs under this number.
-    std::function<void(std::uint64_t number, const hal::Error& why)> lost = [](auto, const auto&) {};
+    /// To the loop: commands under a lower number take no effect any more. Returns the last completed tick.
+    Callback<std::uint64_t(std::uint64_t number)> publish = [](std::uint64_t) { return std::uint64_t{0}; };
     /// The holder was not heard of.
-    std::function<void(LeaseExpiry)> expired = [](LeaseExpiry) {};
+    Callback<void(LeaseExpiry)> expired = [](LeaseExpiry) {};
+    /// A lease that was held is over against its holder's will: ends what runs under this number.
+    Callback<void(std::uint64_t number, const hal::Error& why)> lost = [](auto, const auto&) {};
   };
 
   LeaseDesk(Effects effects, std::chrono::nanoseconds take_notice);
@@ -44,9 +46,9 @@ class LeaseDesk {
     bool by_holder = false;    ///< not merely because no one holds the lease
   };
   /// Whether a command may be given now. Renews the lease of its holder.
-  Outcome<Admitted> admit(const Identity& who, const std::string& token, LeaseRule rule);
+  Outcome<Admitted> admit(const Identity& who, const std::string& token, LeaseRule rule) EXCLUDES(mutex_);
   /// The holder was heard of. Nothing where the token is of no lease in force.
-  void note_use(const Identity& who, const std::string& token);
+  void note_use(const Identity& who, const std::string& token) EXCLUDES(mutex_);
 
   Outcome<LeaseGranted> acquire(const Identity& who, const LeaseTerms& terms);
   /// Waits as long as the holder has notice.
@@ -91,35 +93,61 @@ class LeaseDesk {
   };
   static constexpr std::size_t kRemembered = 32;
 
-  bool holds(const Identity& who, const std::string& token) const;
-  bool is_stale(Clock::time_point now) const;
-  LeaseView view(Clock::time_point now) const;
+  /// Effects that are due, in the order of the changes they are of: collected under the lock.
+  struct Due {
+    std::optional<std::uint64_t> number;
+    std::vector<LeaseExpiry> expired;
+    std::vector<std::pair<std::uint64_t, hal::Error>> lost;
+    std::vector<std::string> log;
+  };
+  /// Performs them. Returns the tick after which control has changed; 0 where it has not.
+  std::uint64_t perform(const Due& due) const EXCLUDES(mutex_);
+  /// Performs them when it is destroyed: declared before the lock, that is after the lock is free.
+  class Afterwards {
+   public:
+    explicit Afterwards(const LeaseDesk& desk) : desk_(desk) {}
+    ~Afterwards() { desk_.perform(due); }
+    Afterwards(const Afterwards&) = delete;
+    Afterwards& operator=(const Afterwards&) = delete;
+    Due due;
+
+   private:
+    const LeaseDesk& desk_;
+  };
+
+  bool holds(const Identity& who, const std::string& token) const REQUIRES(mutex_);
+  bool is_stale(Clock::time_point now) const REQUIRES(mutex_);
+  LeaseView view(Clock::time_point now) const REQUIRES(mutex_);
   LeaseGranted grant(const Identity& who, const LeaseTerms& terms, LeaseChange change,
-                     const std::string& reason);
-  /// Control changes: the number rises, the loop learns it. The holder is removed.
-  std::uint64_t change_control(LeaseChange change, const std::string& by, const std::string& reason);
-  LeaseSnapshot snapshot_locked() const;
-  Refusal held_by_another(Clock::time_point now) const;
+                     const std::string& reason, Due& due) REQUIRES(mutex_);
+  Outcome<LeaseGranted> take_collecting(const Identity& who, const LeaseTerms& terms,
+                                        const std::string& reason, const Caller& caller, Due& due)
+      EXCLUDES(mutex_);
+  /// Control changes: the number rises. The holder is removed.
+  void change_control(LeaseChange change, const std::string& by, const std::string& reason, Due& due)
+      REQUIRES(mutex_);
+  LeaseSnapshot snapshot_locked() const REQUIRES(mutex_);
+  Refusal held_by_another(Clock::time_point now) const REQUIRES(mutex_);
   /// Why a lease is over: by its token, or by its number. The last change where it is not remembered.
-  Refusal over(const std::string& token, std::uint64_t number = 0) const;
-  void expire_locked();
+  Refusal over(const std::string& token, std::uint64_t number = 0) const REQUIRES(mutex_);
+  void expire_locked(Due& due) REQUIRES(mutex_);
   void run();
 
   const Effects effects_;
   const std::chrono::nanoseconds take_notice_;
-  mutable std::mutex mutex_;
-  mutable std::condition_variable changed_;
-  std::condition_variable wake_;  ///< of the thread that watches the times to live
-  std::optional<Held> held_;
-  std::optional<Take> take_;
-  std::deque<Ended> ended_;  ///< the newest first
-  LeaseChange last_change_ = LeaseChange::kNone;
-  std::string changed_by_;
-  std::string reason_;
-  std::uint64_t number_ = 1;
-  std::uint64_t version_ = 1;
-  std::uint64_t takes_ = 0;
-  bool ending_ = false;
+  mutable Mutex mutex_;
+  mutable Condition changed_;
+  Condition wake_;  ///< of the thread that watches the times to live
+  std::optional<Held> held_ GUARDED_BY(mutex_);
+  std::optional<Take> take_ GUARDED_BY(mutex_);
+  std::deque<Ended> ended_ GUARDED_BY(mutex_);  ///< the newest first
+  LeaseChange last_change_ GUARDED_BY(mutex_) = LeaseChange::kNone;
+  std::string changed_by_ GUARDED_BY(mutex_);
+  std::string reason_ GUARDED_BY(mutex_);
+  std::uint64_t number_ GUARDED_BY(mutex_) = 1;
+  std::uint64_t version_ GUARDED_BY(mutex_) = 1;
+  std::uint64_t takes_ GUARDED_BY(mutex_) = 0;
+  bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: uses all of the above
 };
 

@@ -59,34 +59,54 @@ bool fill_ends(int descriptor, inet_diag_req_v2& request) {
   return true;
 }
 
-std::optional<unsigned> ask_kernel(const Diagnosis& question) {
-  const int channel = socket(AF_NETLINK, SOCK_DGRAM | SOCK_CLOEXEC, NETLINK_SOCK_DIAG);
-  if (channel < 0) return std::nullopt;
-  std::optional<unsigned> user;
-  alignas(nlmsghdr) std::array<char, 4096> answer{};
-  if (send(channel, &question, sizeof question, 0) == static_cast<ssize_t>(sizeof question)) {
-    const ssize_t size = recv(channel, answer.data(), answer.size(), 0);
-    const auto* header = reinterpret_cast<const nlmsghdr*>(answer.data());
-    const bool complete = size >= static_cast<ssize_t>(NLMSG_LENGTH(sizeof(inet_diag_msg)));
-    if (complete && header->nlmsg_type == SOCK_DIAG_BY_FAMILY) {
-      const auto* found = reinterpret_cast<const inet_diag_msg*>(answer.data() + NLMSG_HDRLEN);
-      // Once its owner has closed it, a socket belongs to no one, which reads as user 0.
-      if (found->idiag_inode != 0) user = found->idiag_uid;
-    }
-  }
-  close(channel);
-  return user;
-}
-
 }  // namespace
 
-std::optional<unsigned> user_of_loopback_peer(int descriptor) {
+PeerLookup::PeerLookup() : channel_(socket(AF_NETLINK, SOCK_DGRAM | SOCK_CLOEXEC, NETLINK_SOCK_DIAG)) {}
+
+PeerLookup::~PeerLookup() {
+  if (channel_ >= 0) close(channel_);
+}
+
+std::optional<unsigned> PeerLookup::user_of_loopback_peer(int descriptor) {
   Diagnosis question;
   question.header.nlmsg_len = sizeof question;
   question.header.nlmsg_type = SOCK_DIAG_BY_FAMILY;
   question.header.nlmsg_flags = NLM_F_REQUEST;
-  if (!fill_ends(descriptor, question.request)) return std::nullopt;
-  return ask_kernel(question);
+  question.header.nlmsg_seq = ++asked_;
+  if (channel_ < 0 || !fill_ends(descriptor, question.request)) return std::nullopt;
+  if (send(channel_, &question, sizeof question, 0) != static_cast<ssize_t>(sizeof question)) {
+    return std::nullopt;
+  }
+  alignas(nlmsghdr) std::array<char, 4096> answer{};
+  const auto* header = reinterpret_cast<const nlmsghdr*>(answer.data());
+  ssize_t size = 0;
+  do {  // an answer that was missed before must not be taken for this one, nor for the next
+    size = recv(channel_, answer.data(), answer.size(), 0);
+  } while ((size < 0 && errno == EINTR) ||
+           (size >= static_cast<ssize_t>(sizeof *header) && header->nlmsg_seq != asked_));
+  const bool is_complete = size >= static_cast<ssize_t>(NLMSG_LENGTH(sizeof(inet_diag_msg)));
+  if (!is_complete || header->nlmsg_type != SOCK_DIAG_BY_FAMILY) return std::nullopt;
+  const auto* found = reinterpret_cast<const inet_diag_msg*>(answer.data() + NLMSG_HDRLEN);
+  // Once its owner has closed it, a socket belongs to no one, which reads as user 0.
+  if (found->idiag_inode == 0) return std::nullopt;
+  return found->idiag_uid;
+}
+
+std::optional<unsigned> PeerLookup::user_of_unix_peer(int descriptor) {
+  ucred peer{};
+  socklen_t length = sizeof peer;
+  if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &length) != 0) return std::nullopt;
+  return peer.uid;
+}
+
+std::optional<unsigned> user_id(const std::string& name) {
+  std::array<char, kNameBuffer> buffer{};
+  passwd entry{};
+  passwd* found = nullptr;
+  if (getpwnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found) != 0 || found == nullptr) {
+    return std::nullopt;
+  }
+  return found->pw_uid;
 }
 
 std::optional<unsigned> group_id(const std::string& name) {

@@ -10,7 +10,7 @@ constexpr std::string_view kScheme = "spiffe://";
 constexpr std::string_view kSerial = "serial:";
 
 std::optional<Role> role_of(std::string_view word) {
-  for (const Role role : {Role::kObserver, Role::kOperator, Role::kMaintainer}) {
+  for (const Role role : {Role::kObserver, Role::kOperator, Role::kMaintainer, Role::kConsole}) {
     if (to_text(role) == word) return role;
   }
   return std::nullopt;
@@ -28,6 +28,8 @@ std::string_view to_text(Role role) {
       return "operator";
     case Role::kMaintainer:
       return "maintainer";
+    case Role::kConsole:
+      return "console";
   }
   return "";
 }
@@ -59,41 +61,47 @@ void RolePolicy::deny(Identity& identity, const std::string& also) const {
   }
 }
 
-Identity RolePolicy::of_user(const LocalUser& user) const {
+Identity RolePolicy::of_local(const LocalUser& user, ConnectionKind kind) const {
   Identity identity;
-  identity.connection = ConnectionKind::kLoopback;
+  identity.connection = kind;
   identity.name = user.name.empty() ? "local" : "user:" + user.name;
   identity.role = config_.local_role;
   identity.role_source = "[access] local_role";
+  if (user.name.empty()) {
+    if (!config_.users.empty() || !config_.groups.empty() || !config_.denied.empty()) {
+      identity.is_denied = true;
+      identity.denied_why = "the kernel does not show which user this is, and [access] names some";
+    }
+    return identity;
+  }
   const auto named = config_.users.find(user.name);
   if (named != config_.users.end()) {
     identity.role = named->second;
     identity.role_source = "[access.users]";
-  } else {
-    bool in_a_group = false;
-    for (const std::string& group : user.groups) {
-      const auto found = config_.groups.find(group);
-      if (found == config_.groups.end() || (in_a_group && found->second <= identity.role)) continue;
-      in_a_group = true;
-      identity.role = found->second;
-      identity.role_source = "[access.groups] " + group;
-    }
+    return identity;
   }
+  bool in_a_group = false;
+  for (const std::string& group : user.groups) {
+    const auto found = config_.groups.find(group);
+    if (found == config_.groups.end() || (in_a_group && found->second <= identity.role)) continue;
+    in_a_group = true;
+    identity.role = found->second;
+    identity.role_source = "[access.groups] " + group;
+  }
+  return identity;
+}
+
+Identity RolePolicy::of_user(const LocalUser& user) const {
+  Identity identity = of_local(user, ConnectionKind::kLoopback);
   deny(identity);
   return identity;
 }
 
-Identity RolePolicy::of_unix_socket(const std::string& group) const {
-  Identity identity;
-  identity.connection = ConnectionKind::kUnixSocket;
-  identity.name = "unix:" + group;
-  identity.role = config_.local_role;
-  identity.role_source = "[access] local_role";
-  if (const auto found = config_.groups.find(group); found != config_.groups.end()) {
-    identity.role = found->second;
-    identity.role_source = "[access.groups] " + group;
-  }
-  deny(identity);
+Identity RolePolicy::of_unix_user(const LocalUser& user, const std::string& group) const {
+  LocalUser with_group = user;
+  with_group.groups.push_back(group);
+  Identity identity = of_local(with_group, ConnectionKind::kUnixSocket);
+  deny(identity, "unix:" + group);
   return identity;
 }
 
@@ -102,7 +110,12 @@ Identity RolePolicy::of_certificate(const std::string& uri, const std::string& s
   identity.connection = ConnectionKind::kTls;
   identity.name = uri;
   identity.role_source = "certificate";
-  if (const auto name = parse_certificate_name(uri)) identity.role = name->role;
+  if (const auto name = parse_certificate_name(uri)) {
+    const bool is_ours = config_.lab.empty() || name->lab == config_.lab;
+    identity.is_console = is_ours && name->role == Role::kConsole;
+    if (is_ours && !identity.is_console) identity.role = name->role;
+    if (!is_ours) identity.role_source = "certificate of the lab " + name->lab + ", not of " + config_.lab;
+  }
   if (const auto found = config_.certificates.find(uri); found != config_.certificates.end()) {
     identity.role = found->second;
     identity.role_source = "[access.certificates]";

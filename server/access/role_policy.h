@@ -30,10 +30,13 @@ class RolePolicy {
  public:
   explicit RolePolicy(AccessConfig config) : config_(std::move(config)) {}
 
+  /// A user over loopback. One that is not known has the local_role, but is refused as soon as [access] names
+  /// any user or group, or denies anyone: otherwise who is named could choose to be unknown.
   Identity of_user(const LocalUser& user) const;
-  /// gRPC does not show the user behind a unix socket: all who may open it have the role of its group.
-  Identity of_unix_socket(const std::string& group) const;
-  /// `uri`: of the client's certificate, empty where it has none; `serial` in hexadecimal digits.
+  /// A user over the unix socket, which only `group` may open: a line of it counts as one of the user's own.
+  Identity of_unix_user(const LocalUser& user, const std::string& group) const;
+  /// `uri`: of the client's certificate, empty where it has none; `serial` in hexadecimal digits. The role
+  /// that it names counts only where it names the lab of this daemon ([access] lab).
   Identity of_certificate(const std::string& uri, const std::string& serial) const;
   /// Whether any line of the deny list names a serial number: only then it has to be found out.
   bool denies_serials() const;
@@ -42,6 +45,7 @@ class RolePolicy {
   const AccessConfig& config() const { return config_; }
 
  private:
+  Identity of_local(const LocalUser& user, ConnectionKind kind) const;
   void deny(Identity& identity, const std::string& also = {}) const;
   AccessConfig config_;
 };

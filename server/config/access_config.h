@@ -12,6 +12,7 @@ enum class Role : std::uint8_t {
   kObserver,
   kOperator,
   kMaintainer,
+  kConsole,  ///< of calls: needs a console, see Identity::is_console. No identity has it
 };
 
 /// When a command needs a lease.
@@ -26,14 +27,17 @@ struct AccessConfig {
   LeaseRule lease = LeaseRule::kByConnection;
   double take_notice_s = 3.0;           ///< how long a holder keeps a lease that is being taken
   Role local_role = Role::kMaintainer;  ///< of users of this machine whom nothing below names
-  std::string unix_socket_group;        ///< may open the unix socket; empty = the daemon's own group
-  std::map<std::string, Role> users;    ///< [access.users], of this machine
-  std::map<std::string, Role> groups;   ///< [access.groups], of this machine
+  /// Of the certificates whose roles count. Empty: the organisation of the daemon's own certificate, which is
+  /// what make_certificates.sh writes there.
+  std::string lab;
+  std::string unix_socket_group;       ///< may open the unix socket; empty = the daemon's own group
+  std::map<std::string, Role> users;   ///< [access.users], of this machine
+  std::map<std::string, Role> groups;  ///< [access.groups], of this machine
   std::map<std::string, Role>
       certificates;  ///< [access.certificates], in the place of the certificate's role
   std::map<std::string, std::string> denied;  ///< [access.denied]: identity → why; may do nothing
 
-  // Of one identity; stops do not count.
+  // For one identity; stops do not count.
   double max_calls = 400.0;  ///< calls and streams at once
   double max_calls_per_s = 10'000.0;
 

@@ -36,6 +36,7 @@ void read_access(TomlTable table, AccessConfig& access) {
   table.read("lease", access.lease, kLeaseWords);
   table.read("take_notice_s", access.take_notice_s, kNoticeS);
   table.read("local_role", access.local_role, kRoleWords);
+  table.read("lab", access.lab, 200);
   table.read("unix_socket_group", access.unix_socket_group, 64);
   table.read("max_calls", access.max_calls, kCalls);
   table.read("max_calls_per_s", access.max_calls_per_s, kCallsPerS);
@@ -51,12 +52,14 @@ void read_access(TomlTable table, AccessConfig& access) {
 
 std::string write_access(const AccessConfig& access) {
   std::string text = fmt::format(
-      "\n[access]\nlease = {}\ntake_notice_s = {}\nlocal_role = {}\nunix_socket_group = {}\nmax_calls = {}\n"
+      "\n[access]\nlease = {}\ntake_notice_s = {}\nlocal_role = {}\nlab = {}\nunix_socket_group = "
+      "{}\nmax_calls = {}\n"
       "max_calls_per_s = {}\naudit_file = {}\naudit_file_mb = {}\naudit_journal = {}\n",
       toml_quoted(text_of(access.lease, kLeaseWords)), toml_number(access.take_notice_s),
-      toml_quoted(text_of(access.local_role, kRoleWords)), toml_quoted(access.unix_socket_group),
-      toml_number(access.max_calls), toml_number(access.max_calls_per_s), toml_quoted(access.audit_file),
-      toml_number(access.audit_file_mb), access.audit_journal);
+      toml_quoted(text_of(access.local_role, kRoleWords)), toml_quoted(access.lab),
+      toml_quoted(access.unix_socket_group), toml_number(access.max_calls),
+      toml_number(access.max_calls_per_s), toml_quoted(access.audit_file), toml_number(access.audit_file_mb),
+      access.audit_journal);
   text += write_roles("users", access.users) + write_roles("groups", access.groups) +
           write_roles("certificates", access.certificates) + "\n[access.denied]\n";
   for (const auto& [identity, why] : access.denied) {

@@ -4,6 +4,7 @@
 #include <sys/un.h>
 
 #include <charconv>
+#include <cstdlib>
 
 #include "server/config/access_section.h"
 #include "server/config/config_words.h"
@@ -144,11 +145,11 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
 }
 
 std::optional<hal::Error> check_network(const DaemonConfig& config) {
-  if (config.console.listen_tls && config.certificates.empty()) {
-    return hal::Error::of(
-        hal::ErrorCode::kMissingKey, "refusing to show the console beyond this machine without certificates",
-        "[network] certificates", "", "a folder with server.crt, server.key and authority.crt",
-        "make them with deploy/make_certificates.sh, then --certificates DIR");
+  for (const ListenAddress& address : {config.listen, config.listen_tls.value_or(config.listen)}) {
+    if (address.port < UINT16_MAX) continue;
+    return hal::Error::of(hal::ErrorCode::kOutOfRange, "there is no next port, by which stops come",
+                          "[network] listen, listen_tls", address.text(), "up to port 65534",
+                          "choose another port");
   }
   if (!config.listen_tls) return std::nullopt;
   const ListenAddress& tls = *config.listen_tls;
@@ -159,9 +160,12 @@ std::optional<hal::Error> check_network(const DaemonConfig& config) {
         "make them with deploy/make_certificates.sh, then --certificates DIR");
   }
   const bool anywhere = tls.host == "0.0.0.0" || tls.host == "::" || tls.host == config.listen.host;
-  if (anywhere && tls.port == config.listen.port && tls.port != 0) {
+  const int apart = std::abs(int{tls.port} - int{config.listen.port});
+  if (anywhere && apart <= 1 && tls.port != 0 && config.listen.port != 0) {
     return hal::Error::of(hal::ErrorCode::kContradiction, "the two addresses to listen on take the same port",
-                          "[network] listen_tls", tls.text(), "another port than " + config.listen.text(),
+                          "[network] listen_tls", tls.text(),
+                          "not the port of " + config.listen.text() +
+                              ", nor one next to it: stops come by the next port of each",
                           "choose another port, or one address of this machine, e.g. 192.168.1.20:50051");
   }
   return std::nullopt;
@@ -205,11 +209,11 @@ std::optional<hal::Error> check_together(const DaemonConfig& config) {
                           "hardware keeps real time: leave speed out");
   }
   if (auto error = check_network(config)) return error;
-  if (config.unix_socket.size() >= sizeof(sockaddr_un::sun_path)) {
+  constexpr std::size_t kMaxSocketPath = sizeof(sockaddr_un::sun_path) - 1 - 5;  // and ".stop" beside it
+  if (config.unix_socket.size() > kMaxSocketPath) {
     return hal::Error::of(hal::ErrorCode::kTooLong, "the path of the unix socket is too long",
                           "[network] unix_socket", fmt::format("{} bytes", config.unix_socket.size()),
-                          fmt::format("at most {} bytes", sizeof(sockaddr_un::sun_path) - 1),
-                          "use a shorter path");
+                          fmt::format("at most {} bytes", kMaxSocketPath), "use a shorter path");
   }
   if (!config.scene.empty()) {
     if (auto error = check_name("scene", config.scene, "[scene] load")) return error;
@@ -264,11 +268,10 @@ hal::Result<DaemonConfig> parse_config(std::string_view text, std::string source
   if (models.wants("store")) models.read("store", config.model_store.emplace(), 4096);
   read_recording(root.table("recording"), config.recording);
   const auto wrong_metrics = read_metrics(root.table("metrics"), document->source(), config.metrics);
-  const auto wrong_console = read_console(root.table("console"), document->source(), config.console);
+  read_console(root.table("console"), config.console);
   root.table("log").read("level", config.log_level, kLogWords);
   if (auto error = document->error()) return *error;
   if (wrong_metrics) return *wrong_metrics;
-  if (wrong_console) return *wrong_console;
 
   const auto where = [&](const char* key) {
     return network.has(key) ? fmt::format("{}, line {}", document->source(), network.line_of(key))
@@ -298,11 +301,6 @@ hal::Result<DaemonConfig> override_config(DaemonConfig config, const ConfigOverr
     auto address = parse_tls_address(*overrides.listen_tls, "--listen-tls");
     if (!address) return address.error();
     config.listen_tls = *address;
-  }
-  if (overrides.console) {
-    auto address = parse_listen_address(*overrides.console, "--console");
-    if (!address) return address.error();
-    config.console.listen = *address;
   }
   if (overrides.certificates) config.certificates = *overrides.certificates;
   if (overrides.unix_socket) config.unix_socket = *overrides.unix_socket;

@@ -95,7 +95,6 @@ struct ConfigOverrides {
   std::optional<std::string> unix_socket;
   std::optional<std::string> listen_tls;
   std::optional<std::string> certificates;
-  std::optional<std::string> console;
   std::optional<std::string> scene;
   std::optional<std::string> scene_folder;
   std::optional<std::string> model_folder;

@@ -92,7 +92,7 @@ hal::Result<ListenAddress> parse_tls_address(std::string_view text, std::string_
   if (!address || classify(address->host) != Host::kUnknown) return address;
   return hal::Error::of(hal::ErrorCode::kMalformed, "the host is not an address in numbers",
                         std::string(where), std::string(text),
-                        "e.g. 192.168.1.20:50051, [fd00::20]:50051, 0.0.0.0:50052",
+                        "e.g. 192.168.1.20:50051, [fd00::20]:50051, 0.0.0.0:50061",
                         "a name may mean another address here than for clients: write the number");
 }
 

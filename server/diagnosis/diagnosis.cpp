@@ -57,6 +57,7 @@ Findings examine_loop(Session& session) {
                                     late_us, statistics.periods_missed, statistics.ticks),
                         prompt ? "" : "real-time kernel, isolated CPU, priority: see the findings on those"});
   }
+  findings.push_back(examine_ticking_thread(session.ticking_thread(), session.loop_config()));
   for (const std::string& shortcoming : session.realtime_shortcomings()) {
     const std::size_t semicolon = shortcoming.find("; ");
     const bool splits = semicolon != std::string::npos;
@@ -87,7 +88,7 @@ class SceneWatch {
   Findings findings() {
     if (!scene_ || !rig_.session.running()) return {};
     std::this_thread::sleep_until(began_ + kWatched);
-    rig_.hub.pump(Clock::now());
+    rig_.hub.flush();
     ForceWatch watch(scene_->spec);
     Subscription::Batch batch;
     records_->take(batch, Clock::now());

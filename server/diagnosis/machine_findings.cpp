@@ -11,6 +11,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "rt/loop/thread_schedule.h"
+
 namespace hapticd::server {
 
 namespace {
@@ -154,6 +156,26 @@ Finding clock_source(const fs::path& root) {
 }
 
 }  // namespace
+
+Finding examine_ticking_thread(pid_t thread, const rt::LoopConfig& loop) {
+  const auto schedule = thread == 0 ? std::nullopt : rt::schedule_of(thread);
+  if (!schedule) return {kNote, "loop", "no thread ticks", ""};
+  const bool has_cpu = loop.cpu < 0 || schedule->cpus == std::vector<int>{loop.cpu};
+  const std::string words =
+      fmt::format("the thread that ticks ({}) has {}, on CPU {}", thread,
+                  schedule->fifo_priority > 0 ? fmt::format("SCHED_FIFO priority {}", schedule->fifo_priority)
+                                              : std::string("ordinary priority"),
+                  fmt::join(schedule->cpus, ", "));
+  if (schedule->fifo_priority != loop.fifo_priority) {
+    return {kWarning, "loop", fmt::format("{}; [loop] asks for priority {}", words, loop.fifo_priority),
+            "LimitRTPRIO=99 in the service's unit, or ulimit -r 99 for the user (/etc/security/limits.d)"};
+  }
+  if (!has_cpu) {
+    return {kWarning, "loop", fmt::format("{}; [loop] asks for CPU {}", words, loop.cpu),
+            "check the CPU set of the process"};
+  }
+  return {kGood, "loop", words, ""};
+}
 
 Findings examine_machine(const rt::LoopConfig& loop, const fs::path& root) {
   return {kernel(root),   isolation(loop, root), governor(root),    throttling(root),

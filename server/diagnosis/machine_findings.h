@@ -12,4 +12,7 @@ namespace hapticd::server {
 /// clock source. `root` is the folder of /proc and /sys.
 Findings examine_machine(const rt::LoopConfig& loop, const std::filesystem::path& root = "/");
 
+/// How the thread that ticks runs, compared with what `loop` asks for. 0: none has ticked yet.
+Finding examine_ticking_thread(pid_t thread, const rt::LoopConfig& loop);
+
 }  // namespace hapticd::server

@@ -8,19 +8,27 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
+#include <grpcpp/security/server_credentials.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "server/access/call_quota.h"
 #include "server/access/certificate.h"
-#include "server/access/connected_users.h"
+#include "server/connection/connection_listener.h"
+#include "server/connection/connection_relay.h"
+#include "server/connection/connection_table.h"
+#include "server/connection/local_clients.h"
 #include "server/grpc/calibration/calibration_service.h"
 #include "server/grpc/calls/standing_poller.h"
 #include "server/grpc/calls/unreadable_request.h"
-#include "server/grpc/connection_listener.h"
 #include "server/grpc/experiment/experiment_service.h"
 #include "server/grpc/experiment/guide_service.h"
 #include "server/grpc/experiment/presentation_service.h"
@@ -30,7 +38,6 @@
 #include "server/grpc/pose/pose_service.h"
 #include "server/grpc/recording/event_service.h"
 #include "server/grpc/recording/recording_service.h"
-#include "server/grpc/server_credentials.h"
 #include "server/grpc/services/access_service.h"
 #include "server/grpc/services/clock_service.h"
 #include "server/grpc/services/identification_service.h"
@@ -46,8 +53,8 @@
 #include "server/grpc/services/watchdog_service.h"
 #include "server/process/crash_guard.h"
 #include "server/process/log.h"
-#include "server/process/memory_watch.h"
 #include "server/scene/scene_host.h"
+#include "server/session/safety_latch.h"
 
 namespace hapticd::server {
 
@@ -59,14 +66,10 @@ constexpr int kMaxThreads = 64;
 /// Calls at once on one connection; more wait at the client. A call takes some 25 kB here before it is
 /// handled.
 constexpr int kMaxStreams = 100;
-/// Of the buffers of all calls and connections together. The MemoryWatch limits the memory of calls that were
-/// cancelled at once.
+/// For the buffers of all calls and connections together.
 constexpr std::size_t kMaxNetworkMemory = std::size_t{256} << 20U;
-/// Bytes read of a connection at once. gRPC makes of all it has read what it takes for a call, 30 kB for 40
-/// bytes, before the MemoryWatch can end the connection; of the 4 MB it reads else that would be gigabytes.
+/// Bytes read from a connection at once; a header comes whole.
 constexpr int kMaxRead = 16'384;
-/// A connection that does not start HTTP/2 within this time is closed.
-constexpr int kMaxHandshakeMs = 10'000;
 /// A connection without a call for so long is closed in an orderly way; the next call connects again.
 constexpr int kMaxIdleMs = 600'000;
 
@@ -117,7 +120,7 @@ struct GrpcServer::State {
         presentation(parts.session),
         experiment(parts.desk),
         safety(parts.latch),
-        access(parts.policy, parts.door),
+        access(parts.policy, parts.consoles),
         lease(parts.desk),
         watchdog(parts.watchdog),
         clock(parts.session),
@@ -127,7 +130,8 @@ struct GrpcServer::State {
         quota(static_cast<int>(parts.policy.config().max_calls), parts.policy.config().max_calls_per_s) {}
 
   /// All of the contract, behind the gate.
-  void add_services();
+  void add_services(SafetyLatch& latch);
+  void start_relays(std::unique_ptr<TlsServer> tls, const RolePolicy& policy);
 
   RigService rig;
   SceneService scene;
@@ -150,27 +154,44 @@ struct GrpcServer::State {
   PoseService pose;
   EventService event;
   CallQuota quota;
-  ConnectedUsers users;
+  ConnectionTable connections;
+  std::optional<LocalClients> local_clients;  ///< of the listener's thread
   std::optional<AccessGate> gate;
   std::vector<std::unique_ptr<GatedService>> gated;
-  std::optional<MemoryWatch> memory;
   std::optional<StandingPoller> poller;  // ends after the server
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
-  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> tls_acceptor;
-  std::unique_ptr<grpc::Server> server;          // ends before the services it calls
-  std::unique_ptr<ConnectionListener> listener;  // last: hands connections to the server
+  std::unique_ptr<grpc::Server> server;        // ends before the services it calls
+  std::unique_ptr<ConnectionRelay> relay;      // hands connections to the server
+  std::unique_ptr<ConnectionRelay> tls_relay;  // null: there are no certificates
+  std::unique_ptr<ConnectionListener> listener;
 };
 
 namespace {
 
+/// The daemon's own user, and the one of the configuration. That one may be made while the daemon runs, by
+/// the package of the console: it is looked up until it is there.
+std::function<bool(unsigned)> console_users(const std::string& name) {
+  using Clock = std::chrono::steady_clock;
+  return [own = geteuid(), name, found = std::optional<unsigned>(),
+          look_at = Clock::time_point{}](unsigned user) mutable {
+    if (user == own) return true;
+    if (!found && Clock::now() >= look_at) {
+      found = user_id(name);
+      look_at = Clock::now() + std::chrono::seconds(1);
+    }
+    return found == user;
+  };
+}
+
 ConnectionListener::Endpoints endpoints_of(const DaemonConfig& config) {
-  return {config.listen, config.unix_socket, config.access.unix_socket_group, config.listen_tls};
+  return {config.listen, config.unix_socket, config.access.unix_socket_group, config.listen_tls,
+          console_users(config.console.user)};
 }
 
 }  // namespace
 
 // No service is registered otherwise than behind the gate.
-void GrpcServer::State::add_services() {
+void GrpcServer::State::add_services(SafetyLatch& latch) {
   using Context = grpc::CallbackServerContext;
   using Bytes = grpc::ByteBuffer;
   const auto add = [this](const char* name, grpc::Service& inner, std::vector<GatedCallback> callbacks = {}) {
@@ -195,8 +216,13 @@ void GrpcServer::State::add_services() {
   add("EventService", event);
   std::vector<GatedCallback> callbacks;
   callbacks.push_back(gated_unary<Bytes, Bytes>(
-      *gate, "SafetyService", "Stop", [this](Context* context, const Bytes* request, Bytes* response) {
+      *gate, "SafetyService", "Stop",
+      [this](Context* context, const Bytes* request, Bytes* response) {
         return safety.Stop(context, request, response);
+      },
+      // Before anything that could wait: no lock, no lease, no quota.
+      [&latch](const Context& context) {
+        if (!ConnectionTable::is_denied(context.peer())) latch.stop();
       }));
   callbacks.push_back(gated_unary<v1::ClearRequest, v1::ClearResponse>(
       *gate, "SafetyService", "Clear",
@@ -230,6 +256,22 @@ void GrpcServer::State::add_services() {
   add("ClockService", clock, std::move(callbacks));
 }
 
+void GrpcServer::State::start_relays(std::unique_ptr<TlsServer> tls, const RolePolicy& policy) {
+  const auto serve = [this](int descriptor) {
+    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+    connection.fd = descriptor;
+    acceptor->HandleNewConnection(&connection);
+  };
+  AccountLimits limits;
+  limits.max_calls = std::max(limits.max_calls, 2 * static_cast<int>(policy.config().max_calls));
+  const std::size_t max_connections = listener->max_connections() / (tls ? 2 : 1);
+  relay = std::make_unique<ConnectionRelay>(
+      ConnectionRelay::Parts{policy, connections, serve, nullptr, limits, max_connections, "hapticd-relay"});
+  if (!tls) return;
+  tls_relay = std::make_unique<ConnectionRelay>(ConnectionRelay::Parts{
+      policy, connections, serve, std::move(tls), limits, max_connections, "hapticd-tls"});
+}
+
 std::optional<hal::Error> GrpcServer::check(const DaemonConfig& config) {
   if (config.listen_tls) {
     if (auto error = check_certificate_files(CertificateFiles::in(config.certificates))) return error;
@@ -255,16 +297,22 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
       store == ":memory:" ? std::string() : std::filesystem::path(store).parent_path().string(),
       config.recording.folder);
   state->listener = std::move(*listener);
-  state->gate.emplace(AccessGate::Parts{parts.policy, state->users, parts.desk, parts.audit, state->quota,
-                                        parts.session, state->listener->unix_group(), &parts.door});
-  state->add_services();
+  std::unique_ptr<TlsServer> tls;
+  if (config.listen_tls) {
+    auto opened = TlsServer::open(config.certificates, "h2");
+    if (!opened) return opened.error();
+    tls = std::move(*opened);
+  }
+  state->local_clients.emplace(parts.policy, state->listener->unix_group());
+  state->gate.emplace(AccessGate::Parts{parts.policy, state->connections, parts.desk, parts.audit,
+                                        state->quota, parts.session, parts.named});
+  state->add_services(parts.latch);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   grpc::ServerBuilder builder;
   builder.SetMaxReceiveMessageSize(kMaxRequest);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
-  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kMaxHandshakeMs);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, kMaxIdleMs);
   builder.AddChannelArgument(GRPC_ARG_TCP_READ_CHUNK_SIZE, kMaxRead);
   builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kMaxRead);
@@ -281,10 +329,6 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   using Connections = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
   state->acceptor = builder.experimental().AddExternalConnectionAcceptor(Connections::FROM_FD,
                                                                          grpc::InsecureServerCredentials());
-  if (config.listen_tls) {
-    state->tls_acceptor = builder.experimental().AddExternalConnectionAcceptor(
-        Connections::FROM_FD, credentials_from(config.certificates));
-  }
   for (const auto& service : state->gated) builder.RegisterService(service.get());
   state->poller.emplace(builder);
   gpr_set_log_function(pass_on);
@@ -293,12 +337,15 @@ hal::Result<std::unique_ptr<GrpcServer>> GrpcServer::start(const Parts& parts, c
   state->server = builder.BuildAndStart();
   if (state->server == nullptr) return hal::Error{"gRPC does not start", config.listen.text(), "", "", ""};
   state->poller->start();
+  state->start_relays(std::move(tls), parts.policy);
   state->listener->start([here = state.get()](int descriptor, ConnectionKind kind) {
-    if (kind == ConnectionKind::kLoopback) here->users.note(descriptor);
-    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
-    connection.fd = descriptor;
-    const auto& acceptor = kind == ConnectionKind::kTls ? here->tls_acceptor : here->acceptor;
-    acceptor->HandleNewConnection(&connection);
+    if (kind == ConnectionKind::kTls) {
+      Identity stranger;
+      stranger.peer = address_of_peer(descriptor);
+      here->tls_relay->take(descriptor, std::move(stranger));
+    } else {
+      here->relay->take(descriptor, here->local_clients->identify(descriptor, kind));
+    }
   });
   std::unique_ptr<GrpcServer> server(new GrpcServer(std::move(state)));
   server->set_serving(false);
@@ -314,23 +361,23 @@ std::uint16_t GrpcServer::tls_port() const {
 }
 
 void GrpcServer::set_serving(bool serving) {
-  // Only now has the daemon all the memory that it needs for itself.
-  if (serving && !state_->memory) state_->memory.emplace(port());
   if (auto* health = state_->server->GetHealthCheckService()) health->SetServingStatus(serving);
-}
-
-std::shared_ptr<grpc::Channel> GrpcServer::in_process_channel() {
-  return state_->server->InProcessChannel({});
-}
-
-void GrpcServer::show_console_at(const std::string& plain_url, const std::string& tls_url) {
-  state_->access.show_console_at({plain_url, tls_url});
 }
 
 void GrpcServer::shutdown(std::chrono::milliseconds timeout) {
   state_->listener->stop();
   state_->server->Shutdown(std::chrono::system_clock::now() + timeout);
   state_->server->Wait();
+  state_->relay.reset();
+  state_->tls_relay.reset();
+}
+
+StopSockets GrpcServer::take_stop_sockets() {
+  return state_->listener->take_stop_sockets();
+}
+
+const std::string& GrpcServer::unix_group() const {
+  return state_->listener->unix_group();
 }
 
 }  // namespace hapticd::server

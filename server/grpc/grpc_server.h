@@ -8,10 +8,8 @@
 
 #include "hal/error.h"
 #include "server/config/config.h"
+#include "server/connection/stop_sockets.h"
 
-namespace grpc {
-class Channel;
-}
 namespace hapticd::pose {
 class PoseDesk;
 }
@@ -19,12 +17,13 @@ class PoseDesk;
 namespace hapticd::server {
 
 class AuditLog;
-class ConsoleDoor;
+class ConsoleRegistry;
 class EventBoard;
 class FlightRecorder;
 class CalibrationRunner;
 class GuideHost;
 class LeaseDesk;
+class NamedIdentities;
 class Recorder;
 class RolePolicy;
 class SafetyLatch;
@@ -59,7 +58,8 @@ class GrpcServer {
     Recorder& recorder;
     FlightRecorder& flight;
     pose::PoseDesk& poses;
-    ConsoleDoor& door;
+    ConsoleRegistry& consoles;
+    NamedIdentities& named;
     EventBoard& events;
   };
 
@@ -77,10 +77,10 @@ class GrpcServer {
   /// That of connections with certificates; 0 where there are none.
   std::uint16_t tls_port() const;
   void set_serving(bool serving);
-  /// For callers in this process; its calls pass the gate as all others.
-  std::shared_ptr<grpc::Channel> in_process_channel();
-  /// Where browsers find the console; empty: not shown.
-  void show_console_at(const std::string& plain_url, const std::string& tls_url);
+  /// What stops come by that do not pass gRPC. Once.
+  StopSockets take_stop_sockets();
+  /// Who may open the unix socket.
+  const std::string& unix_group() const;
   /// No new calls; those under way may end within `timeout`, then they are cancelled.
   void shutdown(std::chrono::milliseconds timeout);
 

@@ -131,7 +131,8 @@ class Reader {
     if (!found->is_array()) return complain("'" + path_of(key) + "' is not a list");
     values.clear();
     for (const Json& item : *found) {
-      read(item, path_of(key) + "[" + std::to_string(values.size()) + "]", values.emplace_back());
+      const std::string place = path_of(key) + "[" + std::to_string(values.size()) + "]";
+      read(item, place, values.emplace_back());
     }
   }
 

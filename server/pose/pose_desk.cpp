@@ -78,7 +78,7 @@ std::optional<Refusal> PoseDesk::refusal(const PoseRequest& request) const {
 std::optional<Refusal> PoseDesk::subscribe(const PoseRequest& request, double rate_hz,
                                            const std::shared_ptr<PoseReceiver>& receiver) {
   if (auto why = refusal(request)) return why;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (stopping_) return ending();
   Place place;
   place.request = request;
@@ -92,7 +92,7 @@ std::optional<Refusal> PoseDesk::subscribe(const PoseRequest& request, double ra
 }
 
 std::size_t PoseDesk::subscribers() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return static_cast<std::size_t>(std::count_if(
       places_.begin(), places_.end(), [](const Place& place) { return !place.receiver.expired(); }));
 }
@@ -100,7 +100,7 @@ std::size_t PoseDesk::subscribers() const {
 void PoseDesk::stop() {
   std::vector<Place> ended;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = true;
     ended.swap(places_);
   }
@@ -121,7 +121,7 @@ void PoseDesk::open(Work& work) {
 }
 
 void PoseDesk::take_records(Work& work) {
-  parts_.hub.pump(server::Subscription::Clock::now());
+  parts_.hub.flush();
   while (work.records->take(work.batch, server::Subscription::Clock::now())) {
     for (const server::Subscription::Entry& entry : work.batch.entries) {
       const rt::TickRecord& record = entry.record();
@@ -177,7 +177,7 @@ void PoseDesk::run() {
   using Clock = std::chrono::steady_clock;  // CLOCK_MONOTONIC, the daemon's
   Work work(parts_.rig, parts_.frame);
   std::vector<Place> due;
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!stopping_) {
     std::erase_if(places_, [](const Place& place) { return place.receiver.expired(); });
     if (places_.empty()) {
@@ -185,7 +185,7 @@ void PoseDesk::run() {
         parts_.hub.unsubscribe(work.records);
         work.records.reset();
       }
-      changed_.wait(lock);
+      changed_.wait(mutex_);
       continue;
     }
     lock.unlock();
@@ -212,7 +212,7 @@ void PoseDesk::run() {
     const auto until = Clock::time_point(std::chrono::nanoseconds(wake_ns));
     if (now_ns < wake_ns) {
       const std::size_t before = places_.size();
-      changed_.wait_until(lock, until);
+      changed_.wait_until(mutex_, until);
       if (stopping_) break;
       if (server::monotonic_ns() < wake_ns || places_.size() != before) continue;
     }

@@ -1,14 +1,13 @@
 #pragma once
 
-#include <condition_variable>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 #include "hal/rig.h"
 #include "rt/loop/rig_reading.h"
 #include "server/calibration/model/adopted_calibration.h"
@@ -44,9 +43,9 @@ class PoseDesk {
     DeviceFrame frame;
     const calibration::AdoptedCalibration& calibration;
     /// What the scene of this generation says; asked when it changes.
-    std::function<SceneFacts(std::uint32_t generation)> scene;
+    Callback<SceneFacts(std::uint32_t generation)> scene;
     /// The rig's last reading; nothing where the rig has a time of its own.
-    std::function<std::optional<rt::RigReading>()> reading;
+    Callback<std::optional<rt::RigReading>()> reading;
   };
   explicit PoseDesk(Parts parts);
   ~PoseDesk();
@@ -80,11 +79,11 @@ class PoseDesk {
   void look_at_utc(Work& work, std::int64_t now_ns);
 
   Parts parts_;
-  mutable std::mutex mutex_;  ///< of the three below; never held while a pose is made or handed out
-  std::condition_variable changed_;
-  std::vector<Place> places_;
-  bool stopping_ = false;
-  std::thread thread_;
+  mutable Mutex mutex_;  ///< not held while a pose is made or handed out
+  Condition changed_;
+  std::vector<Place> places_ GUARDED_BY(mutex_);
+  bool stopping_ GUARDED_BY(mutex_) = false;
+  std::thread thread_;  ///< begun by subscribe(), once; joined by stop()
 };
 
 }  // namespace hapticd::pose

@@ -1,19 +1,33 @@
 #include "server/process/ending_signals.h"
 
 #include <pthread.h>
+#include <sys/syscall.h>
+#include <ucontext.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstring>  // sigabbrev_np
 
 namespace hapticd::server {
 
 namespace {
 
-constexpr int kEnding[] = {SIGHUP,  SIGINT,    SIGQUIT, SIGTERM, SIGUSR1, SIGUSR2,  SIGALRM,
+constexpr int kEnding[] = {SIGHUP,  SIGINT,    SIGQUIT, SIGTERM, SIGUSR2, SIGALRM,
                            SIGPROF, SIGVTALRM, SIGXCPU, SIGPOLL, SIGPWR,  SIGSTKFLT};
 
 bool is_ignored(int number) {
   struct sigaction present {};
   return sigaction(number, nullptr, &present) == 0 && present.sa_handler == SIG_IGN;
+}
+
+/// A library may have started a thread before main() in which nothing is blocked: it would take the signal,
+/// and its default action is to end the process. Such a thread blocks it from then on and sends it once more,
+/// with its sender, so that signalfd() gets it. Async-signal-safe.
+void pass_on_stop(int number, siginfo_t* info, void* context) {
+  sigaddset(&static_cast<ucontext_t*>(context)->uc_sigmask, number);
+  const int saved = errno;
+  if (syscall(SYS_rt_sigqueueinfo, getpid(), number, info) != 0) kill(getpid(), number);
+  errno = saved;
 }
 
 }  // namespace
@@ -27,9 +41,20 @@ sigset_t ending_signals() {
   return ending;
 }
 
+sigset_t stopping_signals() {
+  sigset_t stopping;
+  sigemptyset(&stopping);
+  sigaddset(&stopping, SIGUSR1);
+  return stopping;
+}
+
 void hold_back_ending_signals() {
-  const sigset_t ending = ending_signals();
-  pthread_sigmask(SIG_BLOCK, &ending, nullptr);
+  for (const sigset_t& held : {ending_signals(), stopping_signals()})
+    pthread_sigmask(SIG_BLOCK, &held, nullptr);
+  struct sigaction passes_on {};
+  passes_on.sa_sigaction = pass_on_stop;
+  passes_on.sa_flags = SA_SIGINFO | SA_RESTART;
+  sigaction(SIGUSR1, &passes_on, nullptr);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
 }

@@ -12,8 +12,12 @@ namespace hapticd::server {
 /// under `nohup`.
 sigset_t ending_signals();
 
-/// Blocks them in this thread and in those it will start, so that only await_ending_signal() sees them;
-/// ignores SIGPIPE and SIGXFSZ, which the failing write reports. Call it before there are threads.
+/// Those that take the force away, and nothing else: SIGUSR1. They are blocked with the ending ones, and read
+/// by signalfd().
+sigset_t stopping_signals();
+
+/// Blocks both in this thread and in those it will start, so that only await_ending_signal() and signalfd()
+/// see them; ignores SIGPIPE and SIGXFSZ, which the failing write reports. Call it before there are threads.
 void hold_back_ending_signals();
 
 /// Waits for one of them, and returns it.

@@ -15,7 +15,7 @@ bool is_frequent(recording::EventKind kind) {
 
 void EventBoard::add(recording::Event event, bool is_in_records) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const bool frequent = is_frequent(event.kind);
     auto& events = events_[frequent ? 0 : 1];
     events.push_back({++last_, std::move(event), is_in_records});
@@ -36,7 +36,7 @@ std::vector<NumberedEvent> EventBoard::collect_locked(std::uint64_t number) cons
 }
 
 std::vector<recording::Event> EventBoard::after(std::uint64_t& number, std::uint64_t& missed) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (number == last_) return {};
   std::vector<recording::Event> found;
   std::uint64_t kept = 0;
@@ -50,24 +50,26 @@ std::vector<recording::Event> EventBoard::after(std::uint64_t& number, std::uint
 }
 
 std::vector<NumberedEvent> EventBoard::all_after(std::uint64_t number) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return number < last_ ? collect_locked(number) : std::vector<NumberedEvent>();
 }
 
 std::uint64_t EventBoard::last() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return last_;
 }
 
 bool EventBoard::await_after(std::uint64_t number, std::chrono::milliseconds timeout) const {
-  std::unique_lock lock(mutex_);
-  added_.wait_for(lock, timeout, [&] { return ended_ || last_ > number; });
+  const auto until = std::chrono::steady_clock::now() + timeout;
+  const MutexLock lock(mutex_);
+  while (!ended_ && last_ <= number && added_.wait_until(mutex_, until)) {
+  }
   return !ended_;
 }
 
 void EventBoard::end() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ended_ = true;
   }
   added_.notify_all();

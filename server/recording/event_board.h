@@ -2,13 +2,12 @@
 
 #include <array>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <utility>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "hal/recording/block.h"
 
 namespace hapticd::server {
@@ -45,13 +44,13 @@ class EventBoard {
  private:
   void add(recording::Event event, bool is_in_records);
   /// By number.
-  std::vector<NumberedEvent> collect_locked(std::uint64_t number) const;
+  std::vector<NumberedEvent> collect_locked(std::uint64_t number) const REQUIRES(mutex_);
 
-  mutable std::mutex mutex_;
-  mutable std::condition_variable added_;
-  std::array<std::deque<NumberedEvent>, 2> events_;  ///< the frequent ones, and all others
-  std::uint64_t last_ = 0;
-  bool ended_ = false;
+  mutable Mutex mutex_;
+  mutable Condition added_;
+  std::array<std::deque<NumberedEvent>, 2> events_ GUARDED_BY(mutex_);  ///< the frequent ones, and all others
+  std::uint64_t last_ GUARDED_BY(mutex_) = 0;
+  bool ended_ GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace hapticd::server

@@ -8,13 +8,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
+#include "proto/text/json_depth.h"
+#include "server/recording/recording_folder.h"
 #include "server/text/toml_text.h"
 #include "server/text/utf8_text.h"
 
@@ -44,16 +47,58 @@ Refusal cannot_export(const std::string& what, const std::string& value, const s
 /// What the program said on its way out.
 Refusal refusal_of(const std::string& words, int status) {
   if (WIFEXITED(status) && WEXITSTATUS(status) == kRefused) {
-    const auto json = nlohmann::json::parse(words, nullptr, false);
+    const auto json =
+        text::is_shallow_json(words) ? nlohmann::json::parse(words, nullptr, false) : nlohmann::json();
     if (json.is_object()) {
-      return {RefusalKind::kInvalidArgument,
-              {json.value("what", ""), json.value("where", ""), json.value("value", ""),
-               json.value("limit", ""), json.value("remedy", "")}};
+      hal::Error error{json.value("what", ""), json.value("where", ""), json.value("value", ""),
+                       json.value("limit", ""), json.value("remedy", "")};
+      if (json.value("is_full", false)) {
+        return {RefusalKind::kResourceExhausted, std::move(error), Reason::kDiskFull};
+      }
+      return {RefusalKind::kInvalidArgument, std::move(error)};
     }
   }
   const std::string end = WIFSIGNALED(status) ? fmt::format("ended by signal {}", WTERMSIG(status))
                                               : fmt::format("exit code {}", WEXITSTATUS(status));
   return cannot_export("the export failed", end + ": " + shortened(repaired_utf8(words), 500), "");
+}
+
+/// An export ends where so many times keep_free_mb are left: it must not be what ends a recording.
+constexpr double kRoomFactor = 2.0;
+constexpr std::size_t kMaxExportedColumns = 1000;
+constexpr std::size_t kMaxColumnName = 200;
+
+Refusal no_room(double keep_free_mb) {
+  return {RefusalKind::kResourceExhausted,
+          hal::Error::of(
+              hal::ErrorCode::kFull, "the disk has no room for the export", "export", "",
+              fmt::format("{:g} MB stay free: twice [recording] keep_free_mb", kRoomFactor * keep_free_mb),
+              "export fewer columns or a shorter span, fetch the recording as it is and use "
+              "hapticd-export, or make room"),
+          Reason::kDiskFull};
+}
+
+/// They are arguments of a program, whose number the kernel limits.
+std::optional<Refusal> check_columns(const ExportOrder& order) {
+  const auto refused = [](const char* what, std::size_t value, const std::string& limit) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   hal::Error::of(hal::ErrorCode::kTooLong, what, "ExportRecordingRequest.columns",
+                                  std::to_string(value), limit, "name no column to export all")};
+  };
+  if (order.columns.size() > kMaxExportedColumns) {
+    return refused("too many columns", order.columns.size(), fmt::format("at most {}", kMaxExportedColumns));
+  }
+  for (const std::string& column : order.columns) {
+    if (column.size() > kMaxColumnName) {
+      return refused("the name of a column is too long", column.size(),
+                     fmt::format("at most {} bytes", kMaxColumnName));
+    }
+  }
+  return std::nullopt;
+}
+
+void replace(std::string& text, const std::string& what, const std::string& by) {
+  if (const std::size_t at = text.find(what); at != std::string::npos) text.replace(at, what.size(), by);
 }
 
 class ExportProcess {
@@ -91,10 +136,13 @@ class ExportProcess {
   ExportProcess& operator=(const ExportProcess&) = delete;
 
   int failure() const { return failure_; }
-  /// Reads what it says until it ends; false where the caller left.
-  bool await(const Caller& caller, std::string& said, int& status) {
+  enum class End { kOver, kLeft, kNoRoom };
+  /// Reads what it says until it ends, the caller leaves or `has_room` is no longer true.
+  template <class HasRoom>
+  End await(const Caller& caller, HasRoom has_room, std::string& said, int& status) {
     for (;;) {
-      if (caller.cancelled() || Caller::Clock::now() > caller.deadline) return false;
+      if (caller.cancelled() || Caller::Clock::now() > caller.deadline) return End::kLeft;
+      if (!has_room()) return End::kNoRoom;
       pollfd wait{words_, POLLIN, 0};
       if (poll(&wait, 1, kPollMs) <= 0) continue;
       char bytes[4096];
@@ -103,7 +151,7 @@ class ExportProcess {
       if (got == 0) break;
     }
     ended_ = waitpid(pid_, &status, 0) == pid_;
-    return true;
+    return End::kOver;
   }
 
  private:
@@ -120,9 +168,17 @@ TemporaryExport::~TemporaryExport() {
 }
 
 Outcome<TemporaryExport> export_recording(const std::string& recording, const std::string& folder,
-                                          const ExportOrder& order, const Caller& caller) {
-  static std::atomic<std::uint64_t> count{0};
-  TemporaryExport table(fmt::format("{}/export-{}-{}.part", folder, getpid(), ++count));
+                                          double keep_free_mb, const ExportOrder& order,
+                                          const Caller& caller) {
+  if (auto refusal = check_columns(order)) return *refusal;
+  const auto has_room = [&] { return free_disk_mb(folder) >= kRoomFactor * keep_free_mb; };
+  if (!has_room()) return no_room(keep_free_mb);
+  // Made here: a name that someone else has put there is not written through.
+  std::string path = folder + "/export-XXXXXX.part";
+  const int made = mkostemps(path.data(), 5, O_CLOEXEC);
+  if (made < 0) return cannot_export("no file for the export can be made", std::strerror(errno), "");
+  close(made);
+  TemporaryExport table(path);
   std::vector<std::string> words{program_path(), recording,    "--out",        table.path(),
                                  "--format",     order.format, "--json-errors"};
   words.insert(words.end(), {"--from", toml_number(order.from_s), "--to", toml_number(order.to_s),
@@ -131,19 +187,25 @@ Outcome<TemporaryExport> export_recording(const std::string& recording, const st
   ExportProcess process(words);
   if (process.failure() != 0) {
     return cannot_export("the program that exports cannot be started", std::strerror(process.failure()),
-                         "install it next to hapticd: " + words[0]);
+                         "install it next to hapticd");
   }
   std::string said;
   int status = 0;
-  if (!process.await(caller, said, status)) {
-    return Refusal{RefusalKind::kCancelled,
-                   {"the client left, or its deadline is over", "export", "", "", ""}};
+  switch (process.await(caller, has_room, said, status)) {
+    case ExportProcess::End::kOver:
+      break;
+    case ExportProcess::End::kLeft:
+      return Refusal{RefusalKind::kCancelled,
+                     {"the client left, or its deadline is over", "export", "", "", ""}};
+    case ExportProcess::End::kNoRoom:
+      return no_room(keep_free_mb);
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     Refusal refusal = refusal_of(said, status);
-    // Its owner knows it by its id.
-    if (const std::size_t at = refusal.error.where.find(recording); at != std::string::npos) {
-      refusal.error.where.replace(at, recording.size(), fs::path(recording).stem().string());
+    // Its owner knows it by its id; the folders of this machine are no client's business.
+    for (std::string* part : {&refusal.error.where, &refusal.error.value}) {
+      replace(*part, recording, fs::path(recording).stem().string());
+      replace(*part, table.path(), "export");
     }
     return refusal;
   }

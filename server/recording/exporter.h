@@ -1,8 +1,8 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/session/caller.h"
@@ -33,8 +33,10 @@ class TemporaryExport {
 };
 
 /// Has hapticd-export make a table of a recording, in a process of its own: no failure of it is the daemon's.
-/// `folder`: where the table is kept meanwhile. Ends the program where the caller leaves.
+/// `folder`: where the table is kept meanwhile; its disk keeps twice `keep_free_mb` free. Ends the program
+/// where the caller leaves or the room does.
 Outcome<TemporaryExport> export_recording(const std::string& recording, const std::string& folder,
-                                          const ExportOrder& order, const Caller& caller);
+                                          double keep_free_mb, const ExportOrder& order,
+                                          const Caller& caller);
 
 }  // namespace hapticd::server

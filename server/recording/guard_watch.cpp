@@ -21,7 +21,7 @@ constexpr std::uint32_t kQueue = 20'000;
 
 GuardWatch::~GuardWatch() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stop_requested_ = true;
   }
   stop_signal_.notify_one();
@@ -41,12 +41,12 @@ void GuardWatch::start() {
 
 void GuardWatch::run() {
   pthread_setname_np(pthread_self(), "hapticd-guard");
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!stop_requested_) {
     lock.unlock();
     take_records();
     lock.lock();
-    stop_signal_.wait_for(lock, kRound, [this] { return stop_requested_; });
+    if (!stop_requested_) stop_signal_.wait_for(mutex_, kRound);
   }
 }
 

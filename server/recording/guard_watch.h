@@ -1,10 +1,9 @@
 #pragma once
 
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <thread>
 
+#include "hal/lock/mutex.h"
 #include "server/recording/event_board.h"
 #include "server/recording/record_watch.h"
 #include "server/telemetry/telemetry_hub.h"
@@ -32,9 +31,9 @@ class GuardWatch {
   EventBoard& board_;
   RecordWatch watch_;
   std::shared_ptr<Subscription> subscription_;
-  std::mutex mutex_;
-  std::condition_variable stop_signal_;
-  bool stop_requested_ = false;
+  Mutex mutex_;
+  Condition stop_signal_;
+  bool stop_requested_ GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: uses all of the above
 };
 

@@ -89,13 +89,13 @@ RecordingInfo Recorder::info_of(const RecordingRun& run) const {
 }
 
 std::shared_ptr<RecordingRun> Recorder::current() const {
-  const std::lock_guard lock(current_mutex_);
+  const MutexLock lock(current_mutex_);
   return run_;
 }
 
 void Recorder::replace_current(std::shared_ptr<RecordingRun> run) {
   std::shared_ptr<RecordingRun> before;  // ends, where it does, without the lock
-  const std::lock_guard lock(current_mutex_);
+  const MutexLock lock(current_mutex_);
   before = std::exchange(run_, std::move(run));
 }
 
@@ -116,7 +116,7 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
         RefusalKind::kInvalidArgument,
         {"the text is too long", "StartRecordingRequest", "", fmt::format("{} bytes", kMaxText), ""}};
   }
-  const std::lock_guard lock(changes_);
+  const MutexLock lock(changes_);
   if (ending_) return Refusal{RefusalKind::kUnavailable, {"the daemon is shutting down", "", "", "", ""}};
   if (const auto before = current(); before && before->report().is_running) {
     return Refusal{RefusalKind::kFailedPrecondition,
@@ -150,7 +150,7 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
 }
 
 Outcome<RecordingInfo> Recorder::stop(const std::string& by) {
-  const std::lock_guard lock(changes_);
+  const MutexLock lock(changes_);
   const auto run = current();
   if (!run) return not_recording();
   // One that has ended by itself says why.
@@ -216,7 +216,7 @@ std::optional<RecordingInfo> Recorder::running() const {
 }
 
 void Recorder::shutdown() {
-  const std::lock_guard lock(changes_);
+  const MutexLock lock(changes_);
   ending_ = true;
   if (const auto run = current()) run->end("the daemon ended");
   replace_current(nullptr);

@@ -2,11 +2,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "server/recording/event_board.h"
 #include "server/recording/recording_folder.h"
 #include "server/recording/recording_info.h"
@@ -73,10 +73,10 @@ class Recorder {
   const bool has_folder_;
   std::optional<hal::Error> problem_;  ///< of the folder
 
-  std::mutex changes_;  ///< of start, stop and shutdown, which wait for the disk
-  bool ending_ = false;
-  mutable std::mutex current_mutex_;  ///< held only briefly
-  std::shared_ptr<RecordingRun> run_;
+  SerialMutex changes_;  ///< of start, stop and shutdown, which wait for the disk
+  bool ending_ GUARDED_BY(changes_) = false;
+  mutable Mutex current_mutex_;  ///< held only briefly
+  std::shared_ptr<RecordingRun> run_ GUARDED_BY(current_mutex_);
 };
 
 /// Refused: no recording of this name; those that are there are listed.

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 
 #include "hal/recording/recording_file.h"
 
@@ -36,7 +37,8 @@ std::vector<RecordingFolder::File> RecordingFolder::files() const {
   std::error_code failure;
   for (const auto& entry : fs::directory_iterator(path_, failure)) {
     std::error_code ignored;
-    if (entry.path().extension() != kEnding || !entry.is_regular_file(ignored)) continue;
+    // What a link leads to is none of the recordings.
+    if (entry.path().extension() != kEnding || !fs::is_regular_file(entry.symlink_status(ignored))) continue;
     const auto bytes = entry.file_size(ignored);
     found.push_back({entry.path().stem().string(), ignored ? 0 : bytes});
   }
@@ -55,7 +57,9 @@ std::vector<std::string> RecordingFolder::repair_all() const {
   std::vector<std::string> lines;
   for (const File& file : files()) {
     const std::string path = path_ + "/" + file.id + kEnding;
-    if (const auto reader = recording::McapReader::open(path); !reader || reader->summary()) continue;
+    if (const auto reader = recording::McapReader::open(path, recording::Links::kRefused);
+        !reader || reader->summary())
+      continue;
     const auto repaired = recording::repair(path);
     if (!repaired)
       lines.push_back("recording '" + file.id + "' cannot be repaired: " + repaired.error().text());
@@ -129,9 +133,7 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) co
                 "\"remove_oldest\"");
   }
   while (limits_.keep_free_mb > 0.0) {
-    struct statvfs disk {};
-    if (statvfs(path_.c_str(), &disk) != 0) break;
-    const double free_mb = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / kMb;
+    const double free_mb = free_disk_mb(path_);
     if (free_mb >= limits_.keep_free_mb) break;
     if (remove_oldest()) continue;
     return hal::Error::of(hal::ErrorCode::kFull, "the disk is nearly full", path_,
@@ -140,6 +142,12 @@ std::optional<hal::Error> RecordingFolder::make_room(const std::string& kept) co
                           "make room there, or keep less free");
   }
   return std::nullopt;
+}
+
+double free_disk_mb(const std::string& folder) {
+  struct statvfs disk {};
+  if (statvfs(folder.c_str(), &disk) != 0) return std::numeric_limits<double>::infinity();
+  return static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / kMb;
 }
 
 }  // namespace hapticd::server

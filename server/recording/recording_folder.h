@@ -11,6 +11,9 @@
 
 namespace hapticd::server {
 
+/// What is free on the disk of a folder, in 10⁶ bytes; infinite where the system does not say.
+double free_disk_mb(const std::string& folder);
+
 /// A folder of recordings that hapticd names itself, and what may be in it. Any thread.
 class RecordingFolder {
  public:
@@ -29,7 +32,7 @@ class RecordingFolder {
 
   /// Oldest first.
   std::vector<RecordingInfo> list() const;
-  /// The path of an id that is there; nothing for any other text.
+  /// The path of an id that is there, a regular file; nothing for any other text.
   std::optional<std::string> find(const std::string& id) const;
   std::vector<std::string> ids() const;
   /// A path that is free, of this id or, where that is taken, "_2" and so on behind it.

@@ -53,7 +53,7 @@ RecordingInfo read_info(const std::string& path) {
   RecordingInfo info;
   info.id = std::filesystem::path(path).stem().string();
   info.name = info.id;
-  const auto reader = recording::McapReader::open(path);
+  const auto reader = recording::McapReader::open(path, recording::Links::kRefused);
   if (!reader) {
     info.state = RecordingState::kForeign;
     info.end_reason = reader.error().what;

@@ -66,7 +66,7 @@ RecordingRun::~RecordingRun() {
 
 void RecordingRun::end(const std::string& reason) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!std::exchange(ending_, true)) wanted_reason_ = reason;
   }
   signal_.notify_all();
@@ -75,7 +75,7 @@ void RecordingRun::end(const std::string& reason) {
 }
 
 RunReport RecordingRun::report() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return report_;
 }
 
@@ -85,9 +85,9 @@ void RecordingRun::run() {
   room_due_ = Clock::now() + kRoomTime;
   anchor_due_ = Clock::now() + kAnchorTime;
   std::optional<hal::Error> error;
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!ending_ && !error) {
-    signal_.wait_for(lock, kRunPoll, [this] { return ending_; });
+    signal_.wait_for(mutex_, kRunPoll);
     error = sync_error_;
     lock.unlock();
     take_records();
@@ -98,7 +98,7 @@ void RecordingRun::run() {
   }
   lock.unlock();
   if (!error) {
-    hub_.pump(Clock::now());
+    hub_.flush();
     take_records();
     take_events();
   }
@@ -188,7 +188,7 @@ std::optional<hal::Error> RecordingRun::write_due(Clock::time_point now) {
 }
 
 void RecordingRun::publish(const std::optional<hal::Error>& error, const std::string& reason) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   report_.rows = output_.rows();
   report_.lost_ticks = lost_ticks_;
   report_.bytes = output_.bytes();
@@ -200,7 +200,7 @@ void RecordingRun::publish(const std::optional<hal::Error>& error, const std::st
 void RecordingRun::finish(const std::optional<hal::Error>& error) {
   std::string reason;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ending_ = true;
     reason = error ? error->text() : wanted_reason_;
   }
@@ -224,16 +224,18 @@ void RecordingRun::finish(const std::optional<hal::Error>& error) {
   }
   if (error) board_.add(event);
   publish(error, reason);
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   report_.is_running = false;
 }
 
 void RecordingRun::run_sync() {
   pthread_setname_np(pthread_self(), "record-sync");
   std::uint64_t synced = 0;
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!ending_) {
-    signal_.wait_for(lock, kSyncTime, [this] { return ending_; });
+    const auto due = Clock::now() + kSyncTime;
+    while (!ending_ && signal_.wait_until(mutex_, due)) {
+    }
     const std::uint64_t bytes = report_.bytes;
     if (bytes == synced || ending_) continue;
     lock.unlock();

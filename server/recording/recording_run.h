@@ -1,15 +1,14 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 #include "server/recording/column_table.h"
 #include "server/recording/event_board.h"
 #include "server/recording/record_watch.h"
@@ -25,7 +24,7 @@ struct RunOptions {
   std::uint32_t decimation = 1;  ///< every n-th tick
   recording::Texts start;        ///< kStartMetadata
   /// Asked once a second: why the recording must end; nothing while there is room.
-  std::function<std::optional<hal::Error>()> check_room = [] { return std::nullopt; };
+  Callback<std::optional<hal::Error>()> check_room = [] { return std::nullopt; };
 };
 
 struct RunReport {
@@ -100,12 +99,12 @@ class RecordingRun {
   Clock::time_point room_due_{};
   Clock::time_point anchor_due_{};
 
-  mutable std::mutex mutex_;
-  std::condition_variable signal_;
-  bool ending_ = false;
-  std::string wanted_reason_;
-  RunReport report_;
-  std::optional<hal::Error> sync_error_;
+  mutable Mutex mutex_;
+  Condition signal_;
+  bool ending_ GUARDED_BY(mutex_) = false;
+  std::string wanted_reason_ GUARDED_BY(mutex_);
+  RunReport report_ GUARDED_BY(mutex_);
+  std::optional<hal::Error> sync_error_ GUARDED_BY(mutex_);
   std::thread sync_thread_;
   std::thread thread_;  // last: uses all of the above
 };

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 
+#include "hal/lock/callback.h"
 #include "hal/recording/bytes.h"
 #include "server/telemetry/telemetry_column.h"
 
@@ -18,10 +18,10 @@ struct RecordingSources {
   /// Schemas for readers that know nothing of hapticd: FileDescriptorSets of the two messages.
   std::string block_schema;
   std::string event_schema;
-  recording::Texts rig;                     ///< what is known of rig, daemon and machine; any key
-  std::string configuration;                ///< of the daemon, TOML
-  std::function<recording::Texts()> scene;  ///< the loaded one: name, text, hashes of its models; empty: none
-  std::function<std::int64_t()> rig_time_ns;  ///< of the last tick
+  recording::Texts rig;                  ///< what is known of rig, daemon and machine; any key
+  std::string configuration;             ///< of the daemon, TOML
+  Callback<recording::Texts()> scene;    ///< the loaded one: name, text, hashes of its models; empty: none
+  Callback<std::int64_t()> rig_time_ns;  ///< of the last tick
 };
 
 /// CLOCK_REALTIME against the rig's clock, now.

@@ -54,13 +54,13 @@ ZeroInForce SensorBiases::zero_in_force() const {
 
 std::optional<SensorBias> SensorBiases::current() const {
   const std::uint32_t serial = hub_.latest().bias_serial;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return last_ && last_->serial == serial ? last_ : std::nullopt;
 }
 
 std::optional<std::string> SensorBiases::lost() const {
   const std::uint32_t serial = hub_.latest().bias_serial;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!last_ || last_->serial == serial) return std::nullopt;
   return last_->id;
 }
@@ -104,7 +104,7 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller, bool tool_is_free) 
   std::this_thread::sleep_for(kAtRestAfter);
   if (auto moved = watch.disturbance()) {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       last_.reset();
     }
     moved->what += ": the zero now in use is wrong";
@@ -117,7 +117,7 @@ Outcome<SensorBias> SensorBiases::take(const Caller& caller, bool tool_is_free) 
   bias.tip_mm = now.tip_position_mm;
   bias.orientation = now.tip_orientation;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     last_ = bias;
   }
   keep(bias);

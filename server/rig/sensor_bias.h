@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "hal/lock/mutex.h"
 #include "hal/samples.h"
 #include "server/scene/scene_models.h"
 #include "server/session/caller.h"
@@ -59,8 +59,8 @@ class SensorBiases {
   TelemetryHub& hub_;
   const std::string file_;
   const std::string started_;
-  mutable std::mutex mutex_;
-  std::optional<SensorBias> last_;
+  mutable Mutex mutex_;
+  std::optional<SensorBias> last_ GUARDED_BY(mutex_);
 };
 
 }  // namespace hapticd::server

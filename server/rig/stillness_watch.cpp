@@ -1,5 +1,7 @@
 #include "server/rig/stillness_watch.h"
 
+#include <pthread.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,6 +44,7 @@ StillnessWatch::~StillnessWatch() {
 }
 
 void StillnessWatch::run() {
+  pthread_setname_np(pthread_self(), "stillness");
   constexpr std::uint32_t kUnread = hal::sample_status::kForceMissing | hal::sample_status::kForceLost;
   Extent forces;
   Extent places;

@@ -63,8 +63,9 @@ std::optional<hal::Error> SceneHost::preload(const std::string& name) {
   auto pipeline = compose(*scene);
   if (!pipeline) return pipeline.refusal().error;
   session_.engine().preload(pipeline->get(), scene->spec.guard, rt::assistance_of(scene->spec));
+  const MutexLock exclusive(exchange_);
   live_ = std::move(*pipeline);
-  const std::lock_guard lock(current_mutex_);
+  const MutexLock lock(current_mutex_);
   current_ = std::make_shared<const ResolvedScene>(std::move(*scene));
   return std::nullopt;
 }
@@ -143,10 +144,10 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
       if (auto refusal = await_exchangeable(exchangeable_until, caller)) return *refusal;
     }
     const auto timeout = std::max(until, Caller::Clock::now() + kSlice);
-    const std::unique_lock gate(gate_, timeout);
-    if (!gate) return busy();
-    const std::unique_lock exclusive(exchange_, timeout);
-    if (!exclusive) return busy();
+    if (!gate_.try_lock_until(timeout)) return busy();
+    const MutexLock gate(gate_, std::adopt_lock);
+    if (!exchange_.try_lock_until(timeout)) return busy();
+    const MutexLock exclusive(exchange_, std::adopt_lock);
     if (right == Right::kAnyones) {
       if (auto refusal = reserved()) return *refusal;
     }
@@ -166,7 +167,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
 
     live_ = std::move(next);  // deletes the retired one, here and not in the loop
     {
-      const std::lock_guard lock(current_mutex_);
+      const MutexLock lock(current_mutex_);
       current_ = scene;
       target_.reset();
     }
@@ -179,6 +180,7 @@ Outcome<SceneHost::Loaded> SceneHost::exchange(std::unique_ptr<rt::Pipeline> nex
 std::optional<hal::Error> SceneHost::open_hardware() {
   auto hardware = claim_hardware(current().get());
   if (!hardware) return hardware.refusal().error;
+  const MutexLock exclusive(exchange_);
   sensor_ = std::move(*hardware);
   return std::nullopt;
 }
@@ -199,18 +201,18 @@ bool SceneHost::uses(const std::string& hash) const {
 }
 
 std::shared_ptr<const ResolvedScene> SceneHost::current() const {
-  const std::lock_guard lock(current_mutex_);
+  const MutexLock lock(current_mutex_);
   return current_;
 }
 
 std::optional<Refusal> SceneHost::reserved() const {
-  const std::lock_guard lock(current_mutex_);
+  const MutexLock lock(current_mutex_);
   return reserved_by_.empty() ? std::nullopt : std::optional(busy_with(reserved_by_));
 }
 
 Outcome<SceneHost::Reservation> SceneHost::reserve(const std::string& by) {
   {
-    const std::lock_guard lock(current_mutex_);
+    const MutexLock lock(current_mutex_);
     if (!reserved_by_.empty()) return busy_with(reserved_by_);
     reserved_by_ = by;
   }
@@ -218,19 +220,19 @@ Outcome<SceneHost::Reservation> SceneHost::reserve(const std::string& by) {
 }
 
 void SceneHost::note_target(const rt::TargetLaw& law) {
-  const std::lock_guard lock(current_mutex_);
+  const MutexLock lock(current_mutex_);
   target_ = law;
 }
 
 SceneHost::Reservation::Reservation(SceneHost& host) : host_(&host) {
-  const std::lock_guard lock(host.current_mutex_);
+  const MutexLock lock(host.current_mutex_);
   before_ = host.current_;
   target_ = host.target_;
 }
 
 SceneHost::Reservation::~Reservation() {
   if (host_ == nullptr) return;
-  const std::lock_guard lock(host_->current_mutex_);
+  const MutexLock lock(host_->current_mutex_);
   host_->reserved_by_.clear();
 }
 
@@ -254,10 +256,12 @@ Outcome<SceneHost::Loaded> SceneHost::Reservation::restore(const Caller& caller)
   return host_->load_resolved(std::move(scene), caller, Right::kReserved);
 }
 
+// What holds it lets it go: no function does.
 SceneHost::Hold SceneHost::hold(Caller::Clock::time_point until) {
   Hold hold;
-  const std::unique_lock gate(gate_, until);
-  if (gate) hold.lock_ = std::shared_lock(exchange_, until);
+  if (!gate_.try_lock_until(until)) return hold;
+  if (exchange_.try_lock_shared_until(until)) hold.held_.reset(&exchange_);
+  gate_.unlock();
   return hold;
 }
 

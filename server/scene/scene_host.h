@@ -1,16 +1,15 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <shared_mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 #include "rt/model/models.h"
 #include "rt/scene/pipeline.h"
 #include "rt/scene/scene_spec.h"
@@ -72,14 +71,14 @@ class SceneHost {
   /// Loads a scene before the loop runs, so that no tick of a recording is missed.
   std::optional<hal::Error> preload(const std::string& name);
   /// Called before a scene is loaded that names a station of the turntable. Set it before the first load.
-  using StationCheck = std::function<std::optional<Refusal>(const std::string& station)>;
+  using StationCheck = Callback<std::optional<Refusal>(const std::string& station)>;
   void check_stations_with(StationCheck check) { check_station_ = std::move(check); }
   /// Called when a scene is resolved, for the present zero of the force sensor. Set it before the first load.
-  using ZeroSource = std::function<ZeroInForce()>;
+  using ZeroSource = Callback<ZeroInForce()>;
   void know_zero_by(ZeroSource source) { zero_in_force_ = std::move(source); }
   /// Called when a scene is resolved that works on corrected poses; null: no calibration is adopted. Set it
   /// before the first load.
-  using CalibrationSource = std::function<std::shared_ptr<const calibration::ArmCalibration>()>;
+  using CalibrationSource = Callback<std::shared_ptr<const calibration::ArmCalibration>()>;
   void know_calibration_by(CalibrationSource source) { calibration_in_use_ = std::move(source); }
   /// Opens the hardware that the loaded scene needs, before the loop runs. load() does it by itself.
   std::optional<hal::Error> open_hardware();
@@ -110,13 +109,16 @@ class SceneHost {
   /// effect.
   class Hold {
    public:
-    bool held() const { return lock_.owns_lock(); }
+    bool held() const { return held_ != nullptr; }
 
    private:
     friend class SceneHost;
-    std::shared_lock<std::shared_timed_mutex> lock_;
+    struct Release {
+      void operator()(SharedSerialMutex* held) const NO_THREAD_SAFETY_ANALYSIS { held->unlock_shared(); }
+    };
+    std::unique_ptr<SharedSerialMutex, Release> held_;
   };
-  Hold hold(Caller::Clock::time_point until);
+  Hold hold(Caller::Clock::time_point until) NO_THREAD_SAFETY_ANALYSIS;
 
   /// The target that was set since the scene was loaded. Call it while the scene is held.
   void note_target(const rt::TargetLaw& law);
@@ -176,16 +178,17 @@ class SceneHost {
   SceneLibrary library_;
   ModelLibrary models_;
 
-  // Locked in this order. The gate lets an exchange pass a steady stream of holders.
-  std::timed_mutex gate_;
-  std::shared_timed_mutex exchange_;
+  /// Lets an exchange pass a steady stream of holders.
+  SerialMutex gate_ ACQUIRED_BEFORE(exchange_);
+  /// Commands that are under way share it; an exchange has it alone.
+  SharedSerialMutex exchange_ ACQUIRED_BEFORE(current_mutex_);
+  std::unique_ptr<rt::Pipeline> live_ GUARDED_BY(exchange_);  ///< the pipeline in the loop; owned here
+  SensorClaim sensor_ GUARDED_BY(exchange_);                  ///< of the loaded scene
 
-  mutable std::mutex current_mutex_;
-  std::shared_ptr<const ResolvedScene> current_;
-  std::optional<rt::TargetLaw> target_;  ///< see note_target()
-  std::string reserved_by_;              ///< empty: no one
-  std::unique_ptr<rt::Pipeline> live_;   ///< the pipeline in the loop; owned here, changed under exchange_
-  SensorClaim sensor_;                   ///< of the loaded scene, changed under exchange_
+  mutable Mutex current_mutex_;
+  std::shared_ptr<const ResolvedScene> current_ GUARDED_BY(current_mutex_);
+  std::optional<rt::TargetLaw> target_ GUARDED_BY(current_mutex_);  ///< see note_target()
+  std::string reserved_by_ GUARDED_BY(current_mutex_);              ///< empty: no one
 };
 
 }  // namespace hapticd::server

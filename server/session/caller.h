@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <optional>
 
+#include "hal/lock/callback.h"
 #include "server/session/outcome.h"
 
 namespace hapticd::server {
@@ -14,13 +14,13 @@ namespace hapticd::server {
 struct Caller {
   using Clock = std::chrono::steady_clock;
 
-  Clock::time_point deadline = Clock::time_point::max();   ///< the caller's own
-  std::function<bool()> cancelled = [] { return false; };  ///< true once no one waits any more
+  Clock::time_point deadline = Clock::time_point::max();  ///< the caller's own
+  Callback<bool()> cancelled = [] { return false; };      ///< true once no one waits any more
 
   /// The state of control under which the call was admitted; 0 = the daemon's own.
   std::uint64_t lease = 0;
   /// Why the call may no longer command the rig; nothing while it may. Asked by calls that take long.
-  std::function<std::optional<Refusal>()> lost = [] { return std::nullopt; };
+  Callback<std::optional<Refusal>()> lost = [] { return std::nullopt; };
 
   /// The end of the wait: the caller's deadline, but at most `allowance` from now.
   Clock::time_point until(std::chrono::nanoseconds allowance) const {

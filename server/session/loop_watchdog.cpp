@@ -18,7 +18,7 @@ LoopWatchdog::LoopWatchdog(Progress progress, Feed feed, std::chrono::microsecon
 
 LoopWatchdog::~LoopWatchdog() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ending_ = true;
   }
   ending_signal_.notify_one();
@@ -28,14 +28,16 @@ LoopWatchdog::~LoopWatchdog() {
 void LoopWatchdog::run() {
   pthread_setname_np(pthread_self(), "hapticd-watch");
   std::optional<std::uint64_t> before;
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!ending_) {
     lock.unlock();
     const std::uint64_t now = progress_();
     if (before != now) feed_();
     before = now;
     lock.lock();
-    ending_signal_.wait_for(lock, interval_, [this] { return ending_; });
+    const auto next = std::chrono::steady_clock::now() + interval_;
+    while (!ending_ && ending_signal_.wait_until(mutex_, next)) {
+    }
   }
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <functional>
-#include <mutex>
 #include <thread>
+
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 
 namespace hapticd::server {
 
@@ -16,8 +16,8 @@ class Session;
 class LoopWatchdog {
  public:
   /// A number that changes while the loop is well.
-  using Progress = std::function<std::uint64_t()>;
-  using Feed = std::function<void()>;
+  using Progress = Callback<std::uint64_t()>;
+  using Feed = Callback<void()>;
 
   /// Looks four times within `timeout`, and calls `feed` each time `progress` has changed since the last
   /// look.
@@ -32,9 +32,9 @@ class LoopWatchdog {
   const Progress progress_;
   const Feed feed_;
   const std::chrono::microseconds interval_;
-  std::mutex mutex_;
-  std::condition_variable ending_signal_;
-  bool ending_ = false;
+  Mutex mutex_;
+  Condition ending_signal_;
+  bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: uses all of the above
 };
 

@@ -2,11 +2,11 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "hal/lock/callback.h"
 #include "rt/record/tick_record.h"
 #include "server/session/caller.h"
 #include "server/session/outcome.h"
@@ -22,7 +22,7 @@ class SafetyLatch {
 
   /// `explain`: what is known about a fault beyond its line in the table, e.g. who is missing; may be empty.
   /// To be set before anyone clears.
-  void explain_with(std::function<std::string(rt::GuardFault)> explain) { explain_ = std::move(explain); }
+  void explain_with(Callback<std::string(rt::GuardFault)> explain) { explain_ = std::move(explain); }
 
   /// Zero force from the next tick. Returns the last tick that was completed when the loop was reported: by
   /// the second one after it the force is zero. Waits for nothing, cannot fail.
@@ -39,15 +39,15 @@ class SafetyLatch {
     std::uint64_t effective_tick = 0;
   };
   /// Called by each clear() that took effect. Set before there are callers.
-  void on_cleared(std::function<void()> cleared) { on_cleared_ = std::move(cleared); }
+  void on_cleared(Callback<void()> cleared) { on_cleared_ = std::move(cleared); }
   /// Refused while the fault persists.
   Outcome<Cleared> clear(const Caller& caller);
 
  private:
   Session& session_;
   TelemetryHub& hub_;
-  std::function<std::string(rt::GuardFault)> explain_ = [](rt::GuardFault) { return std::string(); };
-  std::function<void()> on_cleared_;
+  Callback<std::string(rt::GuardFault)> explain_ = [](rt::GuardFault) { return std::string(); };
+  Callback<void()> on_cleared_;
   std::atomic<bool> stopped_{false};          ///< since the last clear
   std::atomic<std::uint64_t> stopped_by_{0};  ///< the loop knows of it by this tick
 };

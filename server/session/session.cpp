@@ -44,7 +44,7 @@ void Session::stop() {
   refuse_commands();
   loop_.stop();
   {
-    const std::lock_guard lock(hardware_);
+    const MutexLock lock(hardware_);
     if (!std::exchange(sensor_is_shut_, true)) rig_->disengage(hal::RigPartKind::kForceSensor);
   }
   rig_->disengage(hal::RigPartKind::kDevice);
@@ -55,7 +55,7 @@ SensorClaim::~SensorClaim() {
 }
 
 hal::Result<SensorClaim> Session::claim_sensor() {
-  const std::lock_guard lock(hardware_);
+  const MutexLock lock(hardware_);
   if (sensor_is_shut_) {
     return hal::Error{"the service is shutting down", "force sensor", "", "", "connect again later"};
   }
@@ -65,7 +65,7 @@ hal::Result<SensorClaim> Session::claim_sensor() {
 }
 
 void Session::release_sensor() {
-  const std::lock_guard lock(hardware_);
+  const MutexLock lock(hardware_);
   if (--sensor_claims_ == 0 && !sensor_is_shut_) rig_->disengage(hal::RigPartKind::kForceSensor);
 }
 
@@ -89,7 +89,7 @@ std::optional<Refusal> Session::bias_force_sensor() {
   if (auto refusal = refuse_in_contact("biased")) return refusal;
   const auto claim = claim_sensor();
   if (!claim) return Refusal{RefusalKind::kFailedPrecondition, claim.error()};
-  const std::lock_guard lock(hardware_);
+  const MutexLock lock(hardware_);
   if (auto error = rig_->bias_force_sensor()) {
     return Refusal{RefusalKind::kFailedPrecondition, std::move(*error)};
   }

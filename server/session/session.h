@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "hal/rig.h"
 #include "rt/loop/engine.h"
 #include "rt/loop/periodic_loop.h"
@@ -70,7 +70,9 @@ class Session {
   rt::LoopStatistics statistics() const { return loop_.statistics(); }
   /// How often a device's scheduler was lost; it is engaged again once a second.
   std::uint64_t clock_losses() const { return loop_.clock_losses(); }
-  /// What the system did not grant to the loop's thread; empty before start() has returned.
+  /// The thread that ticks; 0 before its first tick.
+  pid_t ticking_thread() const { return loop_.ticking_thread(); }
+  /// What the system did not grant to the thread that ticks; empty before start() has returned.
   std::vector<std::string> realtime_shortcomings() const;
 
   /// The rig's time of the last tick.
@@ -96,9 +98,9 @@ class Session {
   rt::Engine engine_;
   rt::LoopConfig loop_config_;
   rt::PeriodicLoop loop_;
-  std::mutex hardware_;  ///< of opening and closing the sensor
-  int sensor_claims_ = 0;
-  bool sensor_is_shut_ = false;  ///< stopped: no one opens or closes it any more
+  SerialMutex hardware_;  ///< the sensor is opened, biased and closed by one caller after the other
+  int sensor_claims_ GUARDED_BY(hardware_) = 0;
+  bool sensor_is_shut_ GUARDED_BY(hardware_) = false;  ///< stopped: no one opens or closes it any more
   std::atomic<bool> started_{false};
   std::atomic<bool> stopping_{false};
 };

@@ -15,11 +15,17 @@ constexpr std::size_t kMaxChunk = 1024;
 }  // namespace
 
 const std::string& RecordChunk::encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const {
-  const std::lock_guard lock(mutex_);
-  std::vector<std::string>& texts = encoded_[channels];
-  texts.resize(records.size());
-  if (texts[index].empty()) texts[index] = encode(records[index], channels);
-  return texts[index];
+  {
+    const MutexLock lock(mutex_);
+    std::vector<std::string>& texts = encoded_[channels];
+    texts.resize(records.size());
+    if (!texts[index].empty()) return texts[index];
+  }
+  std::string made = encode(records[index], channels);
+  const MutexLock lock(mutex_);
+  std::string& kept = encoded_[channels][index];
+  if (kept.empty() && !made.empty()) kept = std::move(made);
+  return kept;
 }
 
 bool Subscription::ready_locked(Clock::time_point now) const {
@@ -29,12 +35,12 @@ bool Subscription::ready_locked(Clock::time_point now) const {
 }
 
 bool Subscription::ready(Clock::time_point now) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return ready_locked(now) || closed_;
 }
 
 bool Subscription::take(Batch& batch, Clock::time_point now) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!ready_locked(now)) return false;
   const std::size_t count = std::min<std::size_t>(queue_.size(), options_.batch_size);
   const auto end = queue_.begin() + static_cast<std::ptrdiff_t>(count);
@@ -46,12 +52,12 @@ bool Subscription::take(Batch& batch, Clock::time_point now) {
 }
 
 bool Subscription::ended() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return closed_ && queue_.empty();
 }
 
 void Subscription::offer(const std::shared_ptr<const RecordChunk>& chunk) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   // A chunk may be a moment older than the subscription.
   server_drops_ = std::max(chunk->dropped_by_server, server_drops_before_) - server_drops_before_;
   for (std::uint32_t i = 0; i < chunk->records.size(); ++i) {
@@ -65,7 +71,7 @@ void Subscription::offer(const std::shared_ptr<const RecordChunk>& chunk) {
 }
 
 void Subscription::close() {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   closed_ = true;
 }
 
@@ -74,21 +80,25 @@ TelemetryHub::~TelemetryHub() {
 }
 
 void TelemetryHub::start() {
+  {
+    const MutexLock lock(rounds_mutex_);
+    mode_ = Mode::kRuns;
+  }
   thread_ = std::thread([this] { run(); });
 }
 
 void TelemetryHub::stop() {
   {
-    const std::lock_guard lock(stop_mutex_);
+    const MutexLock lock(rounds_mutex_);
     stop_requested_ = true;
   }
-  stop_signal_.notify_all();
+  round_wanted_.notify_all();
   if (thread_.joinable()) thread_.join();
 
   pump(Subscription::Clock::now());
   std::shared_ptr<const Subscribers> all;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     closed_ = true;
     all = subscribers_;
   }
@@ -100,17 +110,36 @@ void TelemetryHub::stop() {
 
 void TelemetryHub::run() {
   pthread_setname_np(pthread_self(), "hapticd-fanout");
-  std::unique_lock lock(stop_mutex_);
+  MutexLock lock(rounds_mutex_);
   while (!stop_requested_) {
-    stop_signal_.wait_for(lock, kRound);
+    const auto due = Subscription::Clock::now() + kRound;
+    while (!is_wanted_ && !stop_requested_ && round_wanted_.wait_until(rounds_mutex_, due)) {
+    }
+    is_wanted_ = false;
+    const std::uint64_t round = ++begun_;
     lock.unlock();
     pump(Subscription::Clock::now());
     lock.lock();
+    done_ = round;
+    round_done_.notify_all();
   }
+  mode_ = Mode::kStopped;
+  round_done_.notify_all();
+}
+
+void TelemetryHub::flush() {
+  MutexLock lock(rounds_mutex_);
+  if (mode_ == Mode::kByHand) {
+    lock.unlock();
+    return pump(Subscription::Clock::now());
+  }
+  const std::uint64_t round = begun_ + 1;  // the present one may have taken the ring's records before
+  is_wanted_ = true;
+  round_wanted_.notify_one();
+  while (mode_ == Mode::kRuns && done_ < round) round_done_.wait(rounds_mutex_);
 }
 
 void TelemetryHub::pump(Subscription::Clock::time_point now) {
-  const std::lock_guard reader(pump_mutex_);
   bool more = true;
   while (more) {
     auto chunk = std::make_shared<RecordChunk>();
@@ -127,10 +156,6 @@ void TelemetryHub::pump(Subscription::Clock::time_point now) {
 
     const auto all = subscribers();
     if (!chunk->records.empty()) {
-      {
-        const std::lock_guard lock(mutex_);
-        last_ = chunk->records.back();
-      }
       const std::shared_ptr<const RecordChunk> shared = std::move(chunk);
       for (const auto& subscriber : *all) subscriber->offer(shared);
     }
@@ -141,14 +166,14 @@ void TelemetryHub::pump(Subscription::Clock::time_point now) {
 }
 
 std::shared_ptr<const TelemetryHub::Subscribers> TelemetryHub::subscribers() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return subscribers_;
 }
 
 std::shared_ptr<Subscription> TelemetryHub::subscribe(SubscriptionOptions options) {
-  pump(Subscription::Clock::now());  // older records are not for this subscription
+  flush();  // older records are not for this subscription
   auto subscription = std::make_shared<Subscription>(std::move(options), engine_.records_dropped());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (closed_) subscription->close();
   auto changed = std::make_shared<Subscribers>(*subscribers_);
   changed->push_back(subscription);
@@ -157,16 +182,15 @@ std::shared_ptr<Subscription> TelemetryHub::subscribe(SubscriptionOptions option
 }
 
 void TelemetryHub::unsubscribe(const std::shared_ptr<Subscription>& subscription) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto changed = std::make_shared<Subscribers>(*subscribers_);
   std::erase(*changed, subscription);
   subscribers_ = std::move(changed);
 }
 
 rt::TickRecord TelemetryHub::latest() {
-  pump(Subscription::Clock::now());
-  const std::lock_guard lock(mutex_);
-  return last_;
+  const MutexLock lock(latest_mutex_);
+  return engine_.latest_record();
 }
 
 std::uint32_t TelemetryHub::subscriber_count() const {

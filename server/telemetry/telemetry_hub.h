@@ -2,17 +2,16 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 #include "rt/loop/engine.h"
 #include "rt/record/tick_record.h"
 #include "server/telemetry/angular_velocity.h"
@@ -26,7 +25,7 @@ struct SubscriptionOptions {
   std::uint32_t queue_samples = 4000;
   std::chrono::milliseconds longest_wait{100};  ///< a batch that is not full is ready when this old
   bool is_own = false;                          ///< of the daemon itself: not counted as a subscriber
-  std::function<void()> on_ready;  ///< a batch is ready; called by the hub's thread, must not block
+  Callback<void()> on_ready;  ///< a batch is ready; called by the hub's thread, must not block
 };
 
 /// Records that were taken from the loop together; shared by all subscribers, never changed.
@@ -36,13 +35,13 @@ struct RecordChunk {
   std::uint64_t dropped_by_server = 0;  ///< since the daemon started
 
   using Encode = std::string (*)(const rt::TickRecord& record, std::uint32_t channels);
-  /// What `encode`, always the same one, makes of a record for the subscribers of these channels: made once,
-  /// however many ask. Any thread.
+  /// What `encode`, always the same one, makes of a record for the subscribers of these channels: kept, so
+  /// that it is made once, or a few times where some ask at the same time. Any thread.
   const std::string& encoded(std::uint32_t index, std::uint32_t channels, Encode encode) const;
 
  private:
-  mutable std::mutex mutex_;
-  mutable std::map<std::uint32_t, std::vector<std::string>> encoded_;  ///< by channels
+  mutable Mutex mutex_;
+  mutable std::map<std::uint32_t, std::vector<std::string>> encoded_ GUARDED_BY(mutex_);  ///< by channels
 };
 
 /// One subscriber's own bounded queue. When it is full the oldest samples are dropped and counted.
@@ -76,20 +75,21 @@ class Subscription {
   friend class TelemetryHub;
   void offer(const std::shared_ptr<const RecordChunk>& chunk);
   bool ready(Clock::time_point now) const;
-  bool ready_locked(Clock::time_point now) const;
+  bool ready_locked(Clock::time_point now) const REQUIRES(mutex_);
   void close();
 
   const SubscriptionOptions options_;
   const std::uint64_t server_drops_before_;
-  mutable std::mutex mutex_;
-  std::deque<Entry> queue_;
-  std::uint64_t dropped_ = 0;
-  std::uint64_t server_drops_ = 0;
-  bool closed_ = false;
+  mutable Mutex mutex_;
+  std::deque<Entry> queue_ GUARDED_BY(mutex_);
+  std::uint64_t dropped_ GUARDED_BY(mutex_) = 0;
+  std::uint64_t server_drops_ GUARDED_BY(mutex_) = 0;
+  bool closed_ GUARDED_BY(mutex_) = false;
 };
 
-/// Takes the loop's records out of its ring and hands them to the subscribers. One thread; the loop
-/// knows nothing of it, and a subscriber that stalls or dies delays neither it nor any other.
+/// Takes the loop's records out of its ring and hands them to the subscribers. One thread does all of it,
+/// whatever other threads ask for; the loop knows nothing of it, and a subscriber that stalls or dies delays
+/// neither it nor any other.
 class TelemetryHub {
  public:
   explicit TelemetryHub(rt::Engine& engine) : engine_(engine) {}
@@ -104,36 +104,47 @@ class TelemetryHub {
   std::shared_ptr<Subscription> subscribe(SubscriptionOptions options);
   void unsubscribe(const std::shared_ptr<Subscription>& subscription);
 
-  /// The record of the last completed tick; all zero before the first. Takes out of the ring what is there,
-  /// so that a client that got a tick finds it here.
-  rt::TickRecord latest();
+  /// The record of the last completed tick, so that a client that got a tick finds it here; all zero before
+  /// the first. It has no angular velocity, which takes the ticks before. Straight from the loop: waits for
+  /// no one.
+  rt::TickRecord latest() EXCLUDES(latest_mutex_);
+  /// Returns when what the loop has written until now is in the queues of the subscribers: has the hub's
+  /// thread make a round, and waits for it.
+  void flush() EXCLUDES(rounds_mutex_);
   /// Clients that subscribe.
   std::uint32_t subscriber_count() const;
   /// Records that no subscriber saw because the loop's ring was full.
   std::uint64_t records_dropped() const { return engine_.records_dropped(); }
 
-  /// One round: takes what the loop has written and says those whose batch is ready. What the thread does
-  /// every two milliseconds; any other may at any time.
+  /// One round: takes what the loop has written and tells those whose batch is ready. The hub's thread makes
+  /// one every two milliseconds; one other thread may where it was not started.
   void pump(Subscription::Clock::time_point now);
 
  private:
   using Subscribers = std::vector<std::shared_ptr<Subscription>>;
-  std::shared_ptr<const Subscribers> subscribers() const;
+  enum class Mode : std::uint8_t { kByHand, kRuns, kStopped };
+  std::shared_ptr<const Subscribers> subscribers() const EXCLUDES(mutex_);
   void run();
 
   rt::Engine& engine_;
 
-  std::mutex pump_mutex_;            ///< its holder is the only reader of the ring
+  // Of the thread that pumps.
   AngularVelocity turning_;          ///< of the records in the order of the ring
-  std::size_t last_chunk_size_ = 0;  ///< of the pump: about as many come next
-  mutable std::mutex mutex_;         ///< of the three below, held only briefly
-  std::shared_ptr<const Subscribers> subscribers_ = std::make_shared<const Subscribers>();
-  rt::TickRecord last_;
-  bool closed_ = false;
+  std::size_t last_chunk_size_ = 0;  ///< about as many come next
 
-  std::mutex stop_mutex_;
-  std::condition_variable stop_signal_;
-  bool stop_requested_ = false;
+  Mutex latest_mutex_;  ///< lets one thread at a time read the loop's latest record
+  mutable Mutex mutex_;
+  std::shared_ptr<const Subscribers> subscribers_ GUARDED_BY(mutex_) = std::make_shared<const Subscribers>();
+  bool closed_ GUARDED_BY(mutex_) = false;
+
+  Mutex rounds_mutex_;
+  Condition round_wanted_;
+  Condition round_done_;
+  Mode mode_ GUARDED_BY(rounds_mutex_) = Mode::kByHand;
+  bool stop_requested_ GUARDED_BY(rounds_mutex_) = false;
+  bool is_wanted_ GUARDED_BY(rounds_mutex_) = false;  ///< a round at once
+  std::uint64_t begun_ GUARDED_BY(rounds_mutex_) = 0;
+  std::uint64_t done_ GUARDED_BY(rounds_mutex_) = 0;
   std::thread thread_;
 };
 

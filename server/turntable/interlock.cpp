@@ -27,7 +27,7 @@ std::string newtons(double force_n) {
 }  // namespace
 
 std::optional<hal::Error> Interlock::why_not(const rt::TickRecord& last, bool free, Clock::time_point now) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!seen_ || last.tick != tick_) tick_seen_ = now;
   if ((last.sample_status & kNoForce) == 0) force_seen_ = now;
   seen_ = true;

@@ -2,10 +2,10 @@
 
 #include <chrono>
 #include <cstdint>
-#include <mutex>
 #include <optional>
 
 #include "hal/error.h"
+#include "hal/lock/mutex.h"
 #include "rt/record/tick_record.h"
 #include "server/rig_file/turntable_config.h"
 
@@ -24,11 +24,11 @@ class Interlock {
 
  private:
   const InterlockConfig config_;
-  std::mutex mutex_;
-  bool seen_ = false;
-  std::uint64_t tick_ = 0;
-  Clock::time_point tick_seen_{};
-  Clock::time_point force_seen_{};
+  Mutex mutex_;
+  bool seen_ GUARDED_BY(mutex_) = false;
+  std::uint64_t tick_ GUARDED_BY(mutex_) = 0;
+  Clock::time_point tick_seen_ GUARDED_BY(mutex_){};
+  Clock::time_point force_seen_ GUARDED_BY(mutex_){};
 };
 
 }  // namespace hapticd::server

@@ -2,13 +2,13 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "hal/lock/callback.h"
 #include "hal/turntable.h"
 #include "rt/record/fault.h"
 #include "server/session/caller.h"
@@ -32,7 +32,7 @@ struct TurntableDestination {
 class TurntableHost {
  public:
   /// Called during the motion, in the thread of the call; false stops the table.
-  using Progress = std::function<bool(const hal::TurntableStatus&)>;
+  using Progress = Callback<bool(const hal::TurntableStatus&)>;
 
   /// `table` may be null.
   TurntableHost(std::unique_ptr<hal::Turntable> table, const InterlockConfig& interlock, Session& session,
@@ -44,7 +44,7 @@ class TurntableHost {
 
   /// Called when a motion begins and when it is over, in words, in the thread of its call. Set before the
   /// first.
-  void on_motion(std::function<void(const std::string& words)> call) { on_motion_ = std::move(call); }
+  void on_motion(Callback<void(const std::string& words)> call) { on_motion_ = std::move(call); }
 
   /// Stops the table and closes the port; motions end, and no other begins.
   void shutdown();
@@ -70,7 +70,7 @@ class TurntableHost {
   std::optional<Refusal> require_station(const std::string& name);
 
  private:
-  using Begin = std::function<hal::Result<std::uint64_t>()>;
+  using Begin = Callback<hal::Result<std::uint64_t>()>;
   std::optional<Refusal> unavailable() const;
   std::optional<Refusal> ready();
   /// Why the table must stay: the scene that is loaded was loaded for its station.
@@ -88,7 +88,7 @@ class TurntableHost {
   TelemetryHub& hub_;
   const InterlockConfig config_;
   Interlock interlock_;
-  std::function<void(const std::string&)> on_motion_ = [](const std::string&) {};
+  Callback<void(const std::string&)> on_motion_ = [](const std::string&) {};
   std::atomic<bool> shutting_down_{false};
   std::unique_ptr<hal::Turntable> table_;  ///< last: its thread asks the interlock
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/process/log.h"
+#include "server/session/session.h"
 
 namespace hapticd::server {
 
@@ -28,18 +29,21 @@ void write_lines(const std::vector<std::string>& lines) {
 
 }  // namespace
 
-Watchdog::Watchdog(const WatchdogConfig& config, Effects effects)
-    : effects_(std::move(effects)), table_(config, random_nonce) {
-  if (table_.empty()) return;
+Watchdog::Watchdog(const WatchdogConfig& config, Session& session)
+    : session_(session), has_endpoints_(!config.endpoints.empty()), table_(config, random_nonce) {
+  if (!has_endpoints_) return;
   LogLines lines;
-  pass_on(lines);
+  {
+    const MutexLock lock(mutex_);
+    pass_on(lines);
+  }
   write_lines(lines);
   thread_ = std::thread([this] { run(); });
 }
 
 Watchdog::~Watchdog() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ending_ = true;
   }
   wake_.notify_all();
@@ -48,7 +52,7 @@ Watchdog::~Watchdog() {
 
 Outcome<CheckInAnswer> Watchdog::check_in(const CheckInRecord& check_in) {
   LogLines lines;
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   // What was missing until now is known before it is alive again: it latches.
   const auto now = Clock::now();
   table_.lapse(now);
@@ -62,35 +66,49 @@ Outcome<CheckInAnswer> Watchdog::check_in(const CheckInRecord& check_in) {
 }
 
 std::vector<EndpointView> Watchdog::views() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return table_.views(Clock::now());
 }
 
+// One that is over before the next tick latches, too: it is raised as well.
+void Watchdog::set_fault(rt::GuardFault fault, bool present) {
+  session_.engine().set_standing(fault, present);
+  if (present) session_.engine().raise(fault);
+}
+
+void Watchdog::permit_until(Clock::time_point until) {
+  // A rig that owns its time runs faster or slower than what the watchdog counts in.
+  if (session_.rig_owns_clock()) return;
+  const std::chrono::nanoseconds left = until - Clock::now();
+  session_.engine().set_permit_until(session_.now_ns() + left.count());
+}
+
+// The loop takes what is passed on without a lock: under this one, its order is that of the changes.
 void Watchdog::pass_on(LogLines& lines) {
-  if (table_.empty()) return;
+  if (!has_endpoints_) return;
   const bool missing = !table_.all_alive();
   const bool released = table_.any_released();
   // The permit first: it is what the end of "missing" is good for.
-  if (const auto until = table_.next_lapse(); until && !missing) effects_.permit_until(*until);
+  if (const auto until = table_.next_lapse(); until && !missing) permit_until(*until);
   if (missing != std::exchange(missing_, missing)) {
-    effects_.missing(missing);
+    set_fault(rt::GuardFault::kEndpointMissing, missing);
     lines.push_back(missing ? "no force: " + missing_words(table_.views(Clock::now()))
                             : "all endpoints of the watchdog check in");
   }
   if (released != std::exchange(released_, released)) {
-    effects_.released(released);
+    set_fault(rt::GuardFault::kPedalReleased, released);
     lines.emplace_back(released ? "no force: a pedal was released" : "the pedals are pressed");
   }
 }
 
 void Watchdog::run() {
   pthread_setname_np(pthread_self(), "watchdog");
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!ending_) {
     if (const auto next = table_.next_lapse()) {
-      wake_.wait_until(lock, *next);
+      wake_.wait_until(mutex_, *next);
     } else {
-      wake_.wait(lock);
+      wake_.wait(mutex_);
     }
     LogLines lines;
     table_.lapse(Clock::now());

@@ -1,16 +1,17 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
-#include <functional>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hal/lock/mutex.h"
+#include "rt/record/fault.h"
 #include "server/watchdog/endpoint_table.h"
 
 namespace hapticd::server {
+
+class Session;
 
 /// The dead man: force only while all configured endpoints check in, and no pedal of them is released.
 /// Without endpoints it does nothing. Any thread.
@@ -18,17 +19,9 @@ class Watchdog {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// What it has the rest of the daemon do. Called with a lock held: must be short, and must not call back.
-  struct Effects {
-    /// An endpoint is missing: present until it is called with false. Missing at first where there are any.
-    std::function<void(bool)> missing = [](bool) {};
-    /// A pedal is released: the same. Not so at first.
-    std::function<void(bool)> released = [](bool) {};
-    /// All are alive, and the first of them will be missing then unless it checks in again.
-    std::function<void(Clock::time_point)> permit_until = [](Clock::time_point) {};
-  };
-
-  Watchdog(const WatchdogConfig& config, Effects effects);
+  /// Raises kEndpointMissing and kPedalReleased in the session's loop, for as long as they are so; where
+  /// there are endpoints they are missing at first. Permits force until the first of them would be missing.
+  Watchdog(const WatchdogConfig& config, Session& session);
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
@@ -42,16 +35,19 @@ class Watchdog {
   /// What is to be logged once the lock is free: a log that blocks must not delay a check-in.
   using LogLines = std::vector<std::string>;
   /// Reports to the other parts what has changed.
-  void pass_on(LogLines& lines);
+  void pass_on(LogLines& lines) REQUIRES(mutex_);
+  void set_fault(rt::GuardFault fault, bool present);
+  void permit_until(Clock::time_point until);
   void run();
 
-  const Effects effects_;
-  mutable std::mutex mutex_;
-  std::condition_variable wake_;
-  EndpointTable table_;
-  bool missing_ = false;
-  bool released_ = false;
-  bool ending_ = false;
+  Session& session_;
+  const bool has_endpoints_;
+  mutable Mutex mutex_;
+  Condition wake_;
+  EndpointTable table_ GUARDED_BY(mutex_);
+  bool missing_ GUARDED_BY(mutex_) = false;
+  bool released_ GUARDED_BY(mutex_) = false;
+  bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: uses all of the above
 };
 

@@ -62,6 +62,7 @@ struct Options {
   double slide_mm_per_s = 0.0;
   double edge_mm = 0.0;
   std::string tracker;
+  double foreign_bias_every_s = 0.0;
 };
 
 /// A page that is there is gone on with: a daemon that outlived its peers still has it mapped.
@@ -158,7 +159,8 @@ double posture_s(const sim::HandProgram& program) {
 /// Until SIGINT or SIGTERM, or for so long; meanwhile the hand goes through its motions and the object
 /// vanishes and slides as asked.
 void wait_for_the_end(const sigset_t& ending, const Options& options, emulators::EmulatedBench& bench,
-                      TrackerFile& tracker, const std::function<bool()>& may_begin) {
+                      TrackerFile& tracker, const std::function<bool()>& may_begin,
+                      emulators::NetFtBox* box) {
   using Kind = sim::ObjectEvent::Kind;
   constexpr double kTurnS = 0.1;
   constexpr double kSlideS = 1.0;
@@ -166,6 +168,7 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
   double next_vanish_s = options.vanish_every_s;
   double next_return_s = HUGE_VAL;
   double next_slide_s = kSlideS;
+  double next_bias_s = options.foreign_bias_every_s;
   double direction = 1.0;
   const std::vector<sim::HandProgram> cycle = motions_in_turn(options.hand);
   std::size_t motion = 0;
@@ -205,6 +208,10 @@ void wait_for_the_end(const sigset_t& ending, const Options& options, emulators:
       const sim::HandProgram next = person ? person->next() : cycle[motion++ % cycle.size()];
       if (const auto error = bench.set_program(next)) throw std::runtime_error(error->text());
       next_motion_s = now_s + sim::planned_duration_s(next) + std::max(0.0, posture_s(next));
+    }
+    if (options.foreign_bias_every_s > 0.0 && box != nullptr && now_s >= next_bias_s) {
+      box->bias_by_another();
+      next_bias_s += options.foreign_bias_every_s;
     }
     if (options.slide_mm_per_s > 0.0 && now_s >= next_slide_s) {
       bench.happen({.kind = Kind::kMove,
@@ -343,7 +350,7 @@ int run(const Options& options) {
     std::printf("%shapticd --config '%s'\n", environment_of(peers).c_str(), options.file.c_str());
   }
   std::fflush(stdout);
-  wait_for_the_end(ending, options, **bench, tracker, may_begin);
+  wait_for_the_end(ending, options, **bench, tracker, may_begin, box.get());
   (*bench)->stop();
   const test::FreeAirJudge& free_air = (*bench)->free_air();
   std::fprintf(
@@ -415,6 +422,8 @@ int main(int argc, char** argv) {
                  "The device's scheduler is late: as in FILE.csv (interval_us, sensor_records), or builtin")
       ->type_name("FILE|builtin");
   app.add_option("--tool-mass-g", options.tool_mass_g, "Beyond the sensor")->check(CLI::Range(0.0, 500.0));
+  app.add_option("--foreign-bias-every-s", options.foreign_bias_every_s,
+                 "Another client biases the Net F/T box so often, whatever it bears; 0 = never");
   app.add_option("--vanish-every-s", options.vanish_every_s,
                  "The object vanishes so often and is back after half of that; 0 = never");
   app.add_option("--slide-mm-per-s", options.slide_mm_per_s,

@@ -42,7 +42,7 @@ for name in "${names[@]}"; do
   words=()
   case $name in
     configuration | scene_file | model_file | turntable_map) words=(-dict=tests/fuzz/dictionaries/toml.dict) ;;
-    model_json) words=(-dict=tests/fuzz/dictionaries/json.dict) ;;
+    model_json | stored_calibration) words=(-dict=tests/fuzz/dictionaries/json.dict) ;;
     netft_configuration | cal_file) words=(-dict=tests/fuzz/dictionaries/xml.dict) ;;
   esac
   if ! "build/asan/bin/fuzz_$name" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \

@@ -19,7 +19,9 @@ import pytest
 
 import hapticd
 import hapticd.aio
+from hapticd import _stop
 from hapticd._calls import TABLE, AsyncCalls, Calls
+from hapticd._connection import Endpoint
 from hapticd.v1 import rig_pb2, telemetry_pb2
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -383,3 +385,27 @@ def test_a_wheel_is_made_and_imported(tmp_path: Path) -> None:
         [sys.executable, "-c", look], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(place)}, capture_output=True, text=True, check=True
     )
     assert str(place) in ended.stdout
+
+
+def test_a_stop_goes_by_two_paths(rig: hapticd.Rig) -> None:
+    for outcome in (hapticd.stop("enough", address=rig.address), rig.stop_by_both("enough")):
+        assert outcome.first in ("stop_port", "service") and outcome.both_answered
+        assert outcome.answer.guard_state == rig_pb2.GUARD_STATE_LATCHED
+        assert 0.0 < outcome.after_s < 60.0
+        rig.clear()
+    assert rig.stop("enough").guard_fault == rig_pb2.GUARD_FAULT_STOPPED
+    rig.clear()
+
+
+def test_a_stop_needs_no_call(start_daemon: Any, tmp_path: Path) -> None:
+    daemon = start_daemon("--model-store", ":memory:", "--unix", str(tmp_path / "sock"))
+    for address in (daemon.address, f"unix:{tmp_path / 'sock'}"):
+        assert _stop.stop_by_port(Endpoint.of(address, None), 5.0) >= 0
+    with hapticd.connect(daemon.address) as rig:
+        assert rig.get_rig_state().guard_state == rig_pb2.GUARD_STATE_LATCHED
+
+
+def test_a_stop_without_a_daemon_says_where_none_is() -> None:
+    with pytest.raises(hapticd.Unreachable) as caught:
+        hapticd.stop(address="127.0.0.1:1", timeout_s=2.0)
+    assert caught.value.where == "127.0.0.1:2"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 from pathlib import Path
 from typing import Any, Callable, Iterator, Optional
@@ -11,9 +12,14 @@ import pytest
 import hapticd
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from daemon import Daemon  # noqa: E402
+from daemon import Console, Daemon  # noqa: E402
 from emulated_rig import EmulatedRig  # noqa: E402
 from memory import memory_folder  # noqa: E402
+
+
+def socket_of(folder: Path) -> Path:
+    """The daemon's unix socket in a test's folder. Its name is short: so is the longest that the system allows."""
+    return folder / "d.sock"
 
 
 @pytest.fixture
@@ -36,6 +42,23 @@ def start_daemon(tmp_path: Path) -> Iterator[Callable[..., Daemon]]:
     yield start
     for daemon in daemons:
         daemon.end()
+
+
+@pytest.fixture
+def start_console(tmp_path: Path) -> Iterator[Callable[..., Console]]:
+    """The console of a daemon that was started with --unix SOCKET, where SOCKET is socket_of(tmp_path)."""
+    consoles: list[Console] = []
+    numbers = itertools.count()
+
+    def start(*options: str, port: int = 0, server: str = "") -> Console:
+        place = tmp_path / f"console_{next(numbers)}"
+        place.mkdir()
+        consoles.append(Console(place, server or f"unix:{socket_of(tmp_path)}", *options, port=port))
+        return consoles[-1]
+
+    yield start
+    for console in consoles:
+        console.end()
 
 
 @pytest.fixture

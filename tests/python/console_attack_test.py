@@ -3,31 +3,60 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import http.client
 import json
 import os
-import re
 import resource
+import signal
 import socket
 import ssl
 import struct
 import subprocess
 import time
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
 
 import hapticd
 from console_page import HEADERS, Visitor, configuration
+from daemon import BINARIES
+from hapticd.v1 import rig_pb2
 
 STOP = "/rpc/hapticd.v1.SafetyService/Stop"
 
 
 @pytest.fixture
 def daemon(start_daemon: Any, tmp_path: Path) -> Any:
-    return start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config",
-                        str(configuration(tmp_path, more=f'[access]\naudit_file = "{tmp_path / "audit.jsonl"}"\n')))  # fmt: skip
+    more = f'[access]\naudit_file = "{tmp_path / "audit.jsonl"}"\n'
+    return start_daemon("--scene", "tap_1d", "--model-store", ":memory:", *configuration(tmp_path, more))
+
+
+@pytest.fixture
+def console(daemon: Any, start_console: Any) -> Any:
+    return start_console()
+
+
+def audited(folder: Path, method: str, count: int = 1) -> list[Any]:
+    """Lines of the audit log, once there are so many; of stops, those by the service."""
+    until = time.monotonic() + 20
+    while True:
+        lines = [json.loads(line) for line in (folder / "audit.jsonl").read_text().splitlines()]
+        found = [line for line in lines if line["method"] == method and not line.get("arguments", "").startswith("by the ")]
+        if len(found) >= count or time.monotonic() > until:
+            return found
+        time.sleep(0.02)
+
+
+def is_latched(daemon: Any) -> bool:
+    """Whether the guard is, and clears it."""
+    with hapticd.connect(daemon.address) as rig:
+        latched = rig.get_rig_state(without_histograms=True).guard_fault == rig_pb2.GUARD_FAULT_STOPPED
+        if latched:
+            rig.clear()
+        return bool(latched)
 
 
 class Socket:
@@ -97,8 +126,8 @@ def ticks(daemon: Any) -> int:
         return int(rig.get_rig_state(without_histograms=True).tick)
 
 
-def test_a_browser_is_who_asked_for_the_key(daemon: Any, tmp_path: Path) -> None:
-    stranger = Visitor(daemon, sign_in=False)
+def test_a_browser_is_who_asked_for_the_key(daemon: Any, console: Any, tmp_path: Path) -> None:
+    stranger = Visitor(daemon, console, sign_in=False)
     assert stranger.ask("GET", "/").status == 401
     assert stranger.ask("GET", "/api.js").status == 401
     assert stranger.rpc("RigService/GetRigState")[0] == 401
@@ -111,23 +140,21 @@ def test_a_browser_is_who_asked_for_the_key(daemon: Any, tmp_path: Path) -> None
     cookie = answer.headers["Set-Cookie"]
     assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
     assert stranger.ask("GET", f"/open?key={key}").status == 401
-    visitor = Visitor(daemon)
+    visitor = Visitor(daemon, console)
     page = visitor.ask("GET", "/")
     assert page.status == 200
     assert page.headers["Content-Security-Policy"].startswith("default-src 'self'")
     assert page.headers.get("Access-Control-Allow-Origin") is None
     assert visitor.rpc("AccessService/GetAccess")[1]["identity"] == me
     assert visitor.rpc("SafetyService/Stop")[0] == 200
-    lines = [json.loads(line) for line in (tmp_path / "audit.jsonl").read_text().splitlines()]
-    stop = [line for line in lines if line["method"] == "SafetyService/Stop"][0]
+    stop = audited(tmp_path, "SafetyService/Stop")[0]
     assert stop["identity"] == me and stop["peer"].startswith("console 127.0.0.1:")
-    # A pass is of this process: what a client sends as one is no identity.
     status, refused = visitor.rpc("RenderingService/SetTarget", {"stiffness_n_per_mm": 1e9})
     assert status == 400 and refused["code"] == "OUT_OF_RANGE" and "1000 N/mm" in refused["detail"]["limit"]
 
 
-def test_other_sites_are_kept_out(daemon: Any) -> None:
-    visitor = Visitor(daemon)
+def test_other_sites_are_kept_out(daemon: Any, console: Any) -> None:
+    visitor = Visitor(daemon, console)
     own = f"127.0.0.1:{visitor.port}"
     # The name of another site that was made to point here.
     for host in ("evil.example", f"evil.example:{visitor.port}", f"127.0.0.1.evil.example:{visitor.port}"):
@@ -149,9 +176,9 @@ def test_other_sites_are_kept_out(daemon: Any) -> None:
     assert visitor.ask("POST", STOP, "{}", {**HEADERS, "Origin": f"http://{own}", "Sec-Fetch-Site": "same-origin"}).status == 200
 
 
-def test_what_is_too_large_is_refused(daemon: Any) -> None:
-    visitor = Visitor(daemon)
-    assert visitor.ask("POST", STOP, '{"reason":"' + "x" * 300_000 + '"}', HEADERS).status == 413
+def test_what_is_too_large_is_refused(daemon: Any, console: Any) -> None:
+    visitor = Visitor(daemon, console)
+    assert visitor.ask("POST", "/rpc/hapticd.v1.RigService/GetRigState", '{"x":"' + "x" * 300_000 + '"}', HEADERS).status == 413
     assert visitor.ask("GET", "/", headers={"X-Long": "x" * 20_000}).status == 431
     live = Socket(visitor.port, visitor.cookie)
     assert live.status == 101
@@ -172,8 +199,8 @@ def test_what_is_too_large_is_refused(daemon: Any) -> None:
     assert visitor.rpc("RigService/GetRigState")[0] == 200
 
 
-def test_streams_come_as_they_are_granted(daemon: Any) -> None:
-    visitor = Visitor(daemon)
+def test_streams_come_as_they_are_granted(daemon: Any, console: Any) -> None:
+    visitor = Visitor(daemon, console)
     live = Socket(visitor.port, visitor.cookie)
     live.send(b'{"open":7,"method":"hapticd.v1.LeaseService/WatchLease","request":{},"credits":1}')
     first = live.next_json()
@@ -192,10 +219,9 @@ def test_streams_come_as_they_are_granted(daemon: Any) -> None:
     assert live.next_json()["end"]["code"] == "CANCELLED"
 
 
-def test_a_page_that_does_not_read_gets_pairs_and_is_told(start_daemon: Any, tmp_path: Path) -> None:
-    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config",
-                          str(configuration(tmp_path, more="[rig.sim]\nspeed = 4\n")))  # fmt: skip
-    visitor = Visitor(daemon)
+def test_a_page_that_does_not_read_gets_pairs_and_is_told(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", *configuration(tmp_path, "[rig.sim]\nspeed = 4\n"))
+    visitor = Visitor(daemon, start_console())
     live = Socket(visitor.port, visitor.cookie)
     live.send(b'{"telemetry":1,"columns":["tick"],"max_rows":64,"credits":1}')
     start = live.next_json()
@@ -225,9 +251,9 @@ def test_a_page_that_does_not_read_gets_pairs_and_is_told(start_daemon: Any, tmp
     assert "no such column" in live.next_json()["end"]["message"]
 
 
-def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any) -> None:
+def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any, console: Any) -> None:
     resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
-    visitor = Visitor(daemon)
+    visitor = Visitor(daemon, console)
     strangers = []
     for number in range(1000):
         one = socket.create_connection(("127.0.0.1", visitor.port), timeout=30)
@@ -247,25 +273,21 @@ def test_a_thousand_sockets_keep_no_stop_from_its_way(daemon: Any) -> None:
         one.close()
 
 
-def test_too_many_requests_wait_but_a_stop_does_not(start_daemon: Any, tmp_path: Path) -> None:
-    path = configuration(tmp_path)
-    path.write_text(path.read_text().replace("[console]", "[console]\nmax_requests_per_s = 10.0"))
-    visitor = Visitor(start_daemon("--model-store", ":memory:", "--config", str(path)))
+def test_too_many_requests_wait_but_a_stop_does_not(daemon: Any, start_console: Any) -> None:
+    visitor = Visitor(daemon, start_console("--max_requests_per_s", "10"))
     assert 429 in [visitor.rpc("RigService/GetRigInfo")[0] for _ in range(60)]
     assert visitor.rpc("SafetyService/Stop")[0] == 200
 
 
-def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, tmp_path: Path) -> None:
+def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
     root = Path(__file__).resolve().parents[2]
     made = tmp_path / "made"
     subprocess.run(["bash", root / "deploy/make_certificates.sh", "--lab", "test", "--out", made, "--server", "rig,127.0.0.1",
-                    "--client", "operator/anna", "--client", "observer/otto"], check=True, capture_output=True)  # fmt: skip
-    config = tmp_path / "hapticd.toml"
-    config.write_text(f'[network]\ncertificates = "{made / "servers/rig"}"\n[console]\nlisten_tls = "127.0.0.1:0"\n')
-    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config", str(config))
-    found = re.search(r"the console is shown on https://127.0.0.1:(\d+)", daemon.log.read_text())
-    assert found
-    port = int(found.group(1))
+                    "--client", "operator/anna", "--client", "observer/otto", "--client", "operator/lost"], check=True, capture_output=True)  # fmt: skip
+    serial = subprocess.run(["openssl", "x509", "-serial", "-noout", "-in", made / "clients/lost/client.crt"], check=True, capture_output=True, text=True)
+    denied = f'[access.denied]\n"serial:{serial.stdout.strip().removeprefix("serial=")}" = "a lost laptop"\n'
+    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", *configuration(tmp_path, denied))
+    port = start_console("--listen_tls", "127.0.0.1:0", "--certificates", str(made / "servers/rig")).port
 
     def secured(person: str) -> ssl.SSLContext:
         context = ssl.create_default_context(cafile=str(made / "clients" / (person or "anna") / "authority.crt"))
@@ -305,9 +327,323 @@ def test_beyond_this_machine_a_certificate_says_who_it_is(start_daemon: Any, tmp
     # Whoever asks on the rig itself is told where it is.
     with hapticd.connect(daemon.address) as rig:
         assert rig.open_console().url == f"https://127.0.0.1:{port}/"
-    config.write_text('[console]\nlisten_tls = "127.0.0.1:0"\n')
+    status, refused = ask("lost", "RigService/GetRigState")
+    assert status == 401 and "deny list" in refused["message"] and "a lost laptop" in refused["message"]
     with pytest.raises(RuntimeError, match="refusing to show the console beyond this machine without certificates"):
-        start_daemon("--model-store", ":memory:", "--config", str(config))
-    config.write_text('[console]\nlisten = "0.0.0.0:0"\n')
+        start_console("--listen_tls", "127.0.0.1:0")
     with pytest.raises(RuntimeError, match="refusing to listen beyond this machine"):
-        start_daemon("--model-store", ":memory:", "--config", str(config))
+        start_console("--listen", "0.0.0.0:0")
+
+
+def test_no_request_ends_the_console_or_the_daemon(daemon: Any, console: Any) -> None:
+    visitor = Visitor(daemon, console)
+    # A text of a lease that gRPC would not send.
+    for token in ("\xfc", "x" * 40, "a b"):
+        assert visitor.rpc("RigService/GetRigState", headers={**HEADERS, "X-Hapticd-Lease": token})[0] == 200
+    connection = http.client.HTTPConnection("127.0.0.1", visitor.port, timeout=30)
+    connection.request("GET", "/", headers={"X-Hapticd-Lease": "0\x7f"})  # no header of HTTP either
+    assert connection.getresponse().status == 400
+    live = Socket(visitor.port, visitor.cookie)
+    live.send('{"open":1,"method":"hapticd.v1.LeaseService/WatchLease","lease":"é\\u0000"}'.encode())
+    assert live.next_json()["id"] == 1
+    # Brackets within brackets.
+    for nested in ("[" * 32_700 + "]" * 32_700, "[" * 60_000, '{"a":' * 10_000 + "1" + "}" * 10_000):
+        live = Socket(visitor.port, visitor.cookie)
+        live.send(f'{{"open":1,"method":"x","request":{nested}}}'.encode()[:65_000])
+        assert live.is_closed()
+        status, refused = visitor_raw(visitor, nested)
+        assert status == 400 and "nests too deep" in refused["message"]
+    # Bytes that are no text of JSON, or of none at all.
+    for body in (b"\xff\xfe", b'{"x":"\xff"}', b'{"x":' + b"9" * 10_000 + b"}", b"\0" * 100):
+        assert visitor_raw(visitor, body)[0] == 400
+    assert console.process.poll() is None
+    assert visitor.rpc("RigService/GetRigState")[0] == 200
+
+
+#: Requests of pages, to be spoiled.
+PAGE_FRAMES = (
+    '{"open":1,"method":"hapticd.v1.LeaseService/WatchLease","request":{},"credits":1}',
+    '{"open":2,"method":"hapticd.v1.EventService/WatchEvents","request":{"from_number":"0","kinds":["RECORDING_EVENT_KIND_STOP"]},"credits":9}',
+    '{"telemetry":3,"columns":["contact_in_contact","guard_authority"],"max_rows":64,"credits":3}',
+    '{"credit":1,"n":3}', '{"credit":3,"n":2}', '{"close":1}', '{"close":3}',
+)  # fmt: skip
+PAGE_CALLS = (
+    ("RigService/GetRigState", '{"without_histograms":true}'),
+    ("SceneService/LoadScene", '{"name":"tap_1d","object_model":"sponge_1d"}'),
+    ("RenderingService/SetTarget", '{"stiffness_n_per_mm":0.4,"ramp_s":0.5}'),
+    ("SimulationService/SetHandProgram", '{"program":{"kind":"HAND_PROGRAM_KIND_PRESS","force_n":1.5}}'),
+    ("ModelService/GetModel", '{"model":"ab"}'), ("RecordingService/Annotate", '{"text":"a note \\u00b5"}'),
+)  # fmt: skip
+
+
+def spoiled(random: Random, text: str) -> bytes:
+    """Bytes like those of a text, with a few of them exchanged, left out, repeated or made up."""
+    bytes_ = bytearray(text.encode())
+    for _ in range(random.randrange(1, 6)):
+        at = random.randrange(len(bytes_) + 1)
+        match random.randrange(6):
+            case 0:
+                bytes_[at : at + 1] = bytes([random.randrange(256)])
+            case 1:
+                del bytes_[at : at + random.randrange(1, 20)]
+            case 2:
+                bytes_[at:at] = bytes_[random.randrange(len(bytes_) + 1) :][: random.randrange(1, 40)]
+            case 3:
+                bytes_[at:at] = random.choice([b"[" * 40, b"{", b"}", b'"', b"\\u0000", b"\\ud800", b"1e999", b"-0", b"null", b"\xc0\x80", b"9" * 400])
+            case 4:
+                bytes_[at:at] = b"\0" * random.randrange(1, 4)
+            case _:
+                bytes_ = bytes_[:at] or bytearray(b" ")
+    return bytes(bytes_)
+
+
+def test_ten_thousand_spoiled_inputs_end_nothing(daemon: Any, start_console: Any) -> None:
+    console = start_console("--max_requests_per_s", "10000")
+    seed = int(os.environ.get("HAPTICD_SEED", "1"))
+    random = Random(seed)
+    count = int(os.environ.get("HAPTICD_INPUTS", "10000"))
+    visitor = Visitor(daemon, console)
+    connection = http.client.HTTPConnection("127.0.0.1", visitor.port, timeout=30)
+    live: Socket | None = None
+    for number in range(count):
+        if number % 2:
+            try:
+                live = live or Socket(visitor.port, visitor.cookie)
+                live.send(spoiled(random, random.choice(PAGE_FRAMES)), random.choice([1, 1, 1, 1, 1, 1, 2, 8, 9, 10]))
+                if number % 50 == 1:  # what came is read, so that its end is seen
+                    live.wire.settimeout(0.01)
+                    with contextlib.suppress(TimeoutError):
+                        while True:
+                            live.receive()
+            except (EOFError, OSError, IndexError):
+                live = None
+            continue
+        method, request = random.choice(PAGE_CALLS)
+        path = f"/rpc/hapticd.v1.{method}" if random.randrange(10) else f"/rpc/{spoiled(random, method).hex()}"
+        try:
+            connection.request("POST", path, spoiled(random, request), {**HEADERS, "Cookie": visitor.cookie})
+            answer = connection.getresponse()
+            json.loads(answer.read() or b"{}")
+            assert answer.status != 500, (seed, number, path)
+        except (ConnectionError, http.client.HTTPException):
+            connection.close()
+        assert number % 500 or console.process.poll() is None, (seed, number)
+    assert console.process.poll() is None and daemon.process.poll() is None, seed
+    assert visitor.rpc("SafetyService/Stop")[0] == 200
+    assert is_latched(daemon)
+
+
+def visitor_raw(visitor: Visitor, body: str | bytes, path: str = "/rpc/hapticd.v1.RigService/GetRigState") -> tuple[int, Any]:
+    connection = http.client.HTTPConnection("127.0.0.1", visitor.port, timeout=30)
+    connection.request("POST", path, body, {**HEADERS, "Cookie": visitor.cookie})
+    answer = connection.getresponse()
+    return answer.status, json.loads(answer.read())
+
+
+def test_any_body_stops(daemon: Any, console: Any, tmp_path: Path) -> None:
+    visitor = Visitor(daemon, console)
+    for body in (b"", b"{}", b'{"reason":"\xff"}', b"no json", b"[" * 3000, b'{"unknown":1}', b"\0\0", b'{"reason":"' + b"x" * 5000 + b'"}',
+                 b'{"reason":"' + b"x" * 3_000_000 + b'"}'):  # fmt: skip
+        status, stopped = visitor_raw(visitor, body, STOP)
+        assert status == 200 and stopped["guard_state"] == "GUARD_STATE_LATCHED", body[:20]
+        assert is_latched(daemon)
+    assert visitor.rpc("SafetyService/Stop", {"reason": "the finger hurts"})[0] == 200
+    assert is_latched(daemon)
+    shown = [line["arguments"] for line in audited(tmp_path, "SafetyService/Stop", 10)]
+    assert "could not be read" in shown[2] and "not waited for" in shown[8] and "the finger hurts" in shown[-1]
+    # A body that never comes, in one piece or in chunks; the answer does not wait for it.
+    for head in ("Content-Length: 4000", "Content-Length: 9999999999999", "Transfer-Encoding: chunked"):
+        with socket.create_connection(("127.0.0.1", visitor.port), timeout=30) as wire:
+            wire.sendall(f"POST {STOP} HTTP/1.1\r\nHost: 127.0.0.1:{visitor.port}\r\nCookie: {visitor.cookie}\r\nX-Hapticd: 1\r\n"
+                         f"Content-Type: application/json\r\n{head}\r\n\r\n".encode())  # fmt: skip
+            assert b"GUARD_STATE_LATCHED" in whole_answer(wire)
+        assert is_latched(daemon)
+
+
+def whole_answer(wire: socket.socket) -> bytes:
+    """Until the other end has sent all."""
+    answer = b""
+    while piece := wire.recv(65536):
+        answer += piece
+    return answer
+
+
+def test_the_answer_to_a_head_request_has_no_body(daemon: Any, console: Any) -> None:
+    visitor = Visitor(daemon, console)
+    for path in ("/", "/nothing", "/api.js", "/open?key=x"):
+        connection = http.client.HTTPConnection("127.0.0.1", visitor.port, timeout=30)
+        for _ in range(2):  # the second would begin within a body
+            connection.request("HEAD", path, headers={"Cookie": visitor.cookie})
+            answer = connection.getresponse()
+            assert answer.status in (200, 401, 404) and answer.read() == b""
+        connection.request("GET", "/console.css", headers={"Cookie": visitor.cookie})
+        assert connection.getresponse().read().startswith(b"/*")
+
+
+def test_a_console_that_crashes_or_stands_still_moves_nothing(daemon: Any, console: Any, start_console: Any) -> None:
+    Visitor(daemon, console)
+    with hapticd.connect(daemon.address) as rig:
+        rig.set_hand_program({"kind": "press", "force_n": 3.0, "repetitions": -1})
+
+        def advances(count: int) -> Any:
+            first = rig.get_rig_state(without_histograms=True).tick
+            while (state := rig.get_rig_state(without_histograms=True)).tick < first + count:
+                time.sleep(0.01)
+            return state
+
+        console.process.send_signal(signal.SIGSTOP)
+        state = advances(500)
+        assert state.loop.running and state.guard_state == rig_pb2.GUARD_STATE_RENDERING
+        console.process.send_signal(signal.SIGCONT)
+        console.end(signal.SIGKILL)
+        state = advances(500)
+        assert state.loop.running and state.guard_state == rig_pb2.GUARD_STATE_RENDERING
+        # One that is started again serves at once.
+        assert Visitor(daemon, start_console()).rpc("SafetyService/Stop")[0] == 200
+
+
+def test_who_is_behind_a_browser_is_the_daemons_to_judge(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    me = subprocess.run(["id", "-un"], check=True, capture_output=True, text=True).stdout.strip()
+    more = f'[access]\naudit_file = "{tmp_path / "audit.jsonl"}"\n[access.users]\n{me} = "observer"\n'
+    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", *configuration(tmp_path, more))
+    visitor = Visitor(daemon, start_console())
+    with hapticd.connect(daemon.address) as rig:
+        if rig.get_access().identity == "local":
+            pytest.skip("this kernel does not show who connects")
+    status, refused = visitor.rpc("SceneService/UnloadScene")
+    assert status == 403 and refused["code"] == "PERMISSION_DENIED"
+    line = audited(tmp_path, "SceneService/UnloadScene")[0]
+    assert line["identity"] == f"user:{me}" and line["peer"].startswith("console 127.0.0.1:") and line["outcome"] == "PERMISSION_DENIED"
+    assert visitor.rpc("SafetyService/Stop")[0] == 200
+
+
+def test_only_a_console_calls_on_behalf_of_others(daemon: Any, console: Any, tmp_path: Path) -> None:
+    import grpc
+    from hapticd.v1 import access_pb2 as access
+    from hapticd.v1 import safety_pb2 as safety
+    from hapticd.v1 import scene_pb2 as scene
+
+    def call(channel: Any, method: str, request: Any, response: Any, **metadata: Any) -> Any:
+        stub = channel.unary_unary(f"/hapticd.v1.{method}", type(request).SerializeToString, response.FromString)
+        return stub(request, **metadata)
+
+    forged = (("hapticd-on-behalf-of", "spiffe://lab/hapticd/maintainer/otto"),)
+    with grpc.insecure_channel(daemon.address) as channel:
+        for method, request, response, metadata in (
+            ("SceneService/UnloadScene", scene.UnloadSceneRequest(), scene.UnloadSceneResponse, forged),
+            ("AccessService/RedeemConsoleKey", access.RedeemConsoleKeyRequest(key="0" * 32), access.RedeemConsoleKeyResponse, forged),
+            ("AccessService/ReportConsole", access.ReportConsoleRequest(url="http://evil.example"), access.ReportConsoleResponse, ()),
+        ):
+            with pytest.raises(grpc.RpcError) as refused:
+                call(channel, method, request, response, metadata=metadata)
+            assert refused.value.code() == grpc.StatusCode.PERMISSION_DENIED
+        # A stop stops, and is the client's own.
+        stopped = call(channel, "SafetyService/Stop", safety.StopRequest(), safety.StopResponse, metadata=forged)
+        assert stopped.latched_after_tick > 0
+    assert "otto" not in audited(tmp_path, "SafetyService/Stop")[0]["identity"]
+    with hapticd.connect(daemon.address) as rig:
+        assert rig.open_console().url.startswith(f"http://127.0.0.1:{console.port}/open?key=")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs to be several users")
+def test_over_the_unix_socket_the_user_decides_who_is_a_console(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    daemon = start_daemon("--model-store", ":memory:", *configuration(tmp_path, '[console]\nuser = "daemon"\n'))
+    for folder in (tmp_path, *list(tmp_path.parents)[:3]):
+        folder.chmod(0o755)
+    (tmp_path / "d.sock").chmod(0o666)
+    forge = (
+        "import grpc, sys; from hapticd.v1 import access_pb2 as a\n"
+        f"channel = grpc.insecure_channel('unix:{tmp_path}/d.sock')\n"
+        "def call(name, request, response, metadata=()):\n"
+        "    return channel.unary_unary('/hapticd.v1.AccessService/' + name, type(request).SerializeToString, response.FromString)(request, metadata=metadata)\n"
+        "try: print(call('GetAccess', a.GetAccessRequest(), a.Access, (('hapticd-on-behalf-of', 'user:anna'),)).identity)\n"
+        "except grpc.RpcError as error: print(error.code())\n"
+        "try: call('ReportConsole', a.ReportConsoleRequest(url='http://x'), a.ReportConsoleResponse); print('a console')\n"
+        "except grpc.RpcError as error: print(error.code())\n"
+    )
+
+    def as_user(name: str) -> list[str]:
+        ran = subprocess.run(["setpriv", f"--reuid={name}", "--regid=nogroup", "--clear-groups", "/usr/bin/python3", "-c", forge],
+                             check=True, capture_output=True, text=True)  # fmt: skip
+        return ran.stdout.split()
+
+    assert as_user("daemon") == ["user:anna", "a", "console"]
+    first, second = as_user("nobody")
+    assert first.startswith("user:") and second == "StatusCode.PERMISSION_DENIED"
+    # Signed in by one user, used by the program of another.
+    visitor = Visitor(daemon, start_console())
+    steal = (f"import http.client; c = http.client.HTTPConnection('127.0.0.1', {visitor.port}); "
+             f"c.request('GET', '/', headers={{'Cookie': '{visitor.cookie}'}}); print(c.getresponse().status)")  # fmt: skip
+    for name, status in (("root", "200"), ("nobody", "401")):
+        ran = subprocess.run(["setpriv", f"--reuid={name}", "--clear-groups", "/usr/bin/python3", "-c", steal], check=True, capture_output=True, text=True)
+        assert ran.stdout.strip() == status, name
+
+
+def test_a_cookie_is_of_one_console(daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    # Of the same secret: a browser shows its cookies to every port of the host.
+    visitor = Visitor(daemon, start_console("--state", str(tmp_path)))
+    other = start_console("--state", str(tmp_path))
+    name, value = visitor.cookie.split("=")
+    assert visitor.ask("GET", "/").status == 200
+    visitor.cookie = f"{name.replace(str(visitor.port), str(other.port))}={value}"
+    visitor.port = other.port
+    assert visitor.ask("GET", "/").status == 401
+
+
+def test_a_secret_that_others_may_read_is_replaced(daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    first = start_console("--state", str(tmp_path))
+    visitor = Visitor(daemon, first)
+    key = tmp_path / "console.key"
+    assert key.stat().st_mode & 0o777 == 0o600
+    secret = key.read_bytes()
+    first.end()
+    key.chmod(0o644)
+    second = start_console("--state", str(tmp_path), port=first.port)
+    assert "could be read by others" in second.log.read_text()
+    assert key.read_bytes() != secret and key.stat().st_mode & 0o777 == 0o600
+    assert visitor.ask("GET", "/").status == 401
+
+
+def test_a_personal_console_is_its_users_and_ends_with_the_page(start_daemon: Any, tmp_path: Path) -> None:
+    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:")  # loopback only, and no console of the rig
+    with pytest.raises(hapticd.HapticdError, match="no console runs"), hapticd.connect(daemon.address) as rig:
+        rig.open_console()
+    ctl = [str(BINARIES / "hapticctl"), "--server", daemon.address]
+    url = subprocess.run([*ctl, "console", "--print"], check=True, capture_output=True, text=True).stdout.strip()
+    port, query = url.split("127.0.0.1:")[1].split("/", 1)
+    visitor = Visitor(daemon, type("At", (), {"port": int(port)}), sign_in=False)
+    assert visitor.rpc("RigService/GetRigState")[0] == 401
+    visitor.cookie = visitor.ask("GET", "/" + query).headers["Set-Cookie"].split(";")[0]
+    assert visitor.ask("GET", "/" + query).status == 401
+    with hapticd.connect(daemon.address) as rig:
+        assert visitor.rpc("AccessService/GetAccess")[1]["identity"] == rig.get_access().identity
+    live = Socket(visitor.port, visitor.cookie)
+    assert live.status == 101
+    live.wire.close()
+    until = time.monotonic() + 60.0
+    while time.monotonic() < until:
+        try:
+            socket.create_connection(("127.0.0.1", visitor.port), timeout=30).close()
+        except ConnectionRefusedError:
+            return
+        time.sleep(0.2)
+    raise AssertionError("the console does not end")
+
+
+def test_a_console_elsewhere_shows_a_certificate_of_its_role(start_daemon: Any, start_console: Any, tmp_path: Path) -> None:
+    root = Path(__file__).resolve().parents[2]
+    made = tmp_path / "made"
+    subprocess.run(["bash", root / "deploy/make_certificates.sh", "--lab", "test", "--out", made, "--server", "rig,127.0.0.1",
+                    "--client", "console/page", "--client", "maintainer/otto"], check=True, capture_output=True)  # fmt: skip
+    config = tmp_path / "tls.toml"
+    config.write_text(f'[network]\ncertificates = "{made / "servers/rig"}"\nlisten_tls = "127.0.0.1:0"\n')
+    daemon = start_daemon("--scene", "tap_1d", "--model-store", ":memory:", "--config", str(config))
+    port = daemon.log.read_text().split("with certificates, on 127.0.0.1:")[1].split()[0]
+    console = start_console("--certificates", str(made / "clients/page"), server=f"tls:127.0.0.1:{port}")
+    visitor = Visitor(daemon, console)
+    with hapticd.connect(daemon.address) as rig:
+        assert visitor.rpc("AccessService/GetAccess")[1]["identity"] == rig.get_access().identity
+    assert visitor.rpc("SafetyService/Stop")[0] == 200
+    # Another role calls on behalf of no one.
+    refused = start_console("--certificates", str(made / "clients/otto"), server=f"tls:127.0.0.1:{port}")
+    assert "refuses this console" in refused.log.read_text()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import http.client
 import json
-import re
 import shutil
 import time
 from pathlib import Path
@@ -19,24 +18,19 @@ PATIENCE_S = 60.0
 HEADERS = {"Content-Type": "application/json", "X-Hapticd": "1"}
 
 
-def console_port(daemon: Any) -> int:
-    found = re.search(r"the console is shown on http://127.0.0.1:(\d+)", daemon.log.read_text())
-    assert found, daemon.log.read_text()
-    return int(found.group(1))
-
-
-def configuration(folder: Path, port: int = 0, more: str = "") -> Path:
-    path = folder / "console.toml"
-    path.write_text(f'[console]\nlisten = "127.0.0.1:{port}"\n[recording]\nfolder = "{folder / "recordings"}"\nkeep_free_mb = 0.0\n{more}')
+def configuration(folder: Path, more: str = "") -> tuple[str, ...]:
+    """Options of a daemon that a console can speak to, with recordings in `folder`."""
+    path = folder / "rig.toml"
+    path.write_text(f'[recording]\nfolder = "{folder / "recordings"}"\nkeep_free_mb = 0.0\n{more}')
     (folder / "recordings").mkdir(exist_ok=True)
-    return path
+    return ("--config", str(path), "--unix", str(folder / "d.sock"))
 
 
 class Visitor:
     """A browser's requests, without a browser."""
 
-    def __init__(self, daemon: Any, sign_in: bool = True) -> None:
-        self.port = console_port(daemon)
+    def __init__(self, daemon: Any, console: Any, sign_in: bool = True) -> None:
+        self.port = console.port
         self.cookie = ""
         if sign_in:
             with hapticd.connect(daemon.address) as rig:
@@ -185,5 +179,5 @@ def page(browser: Any) -> Iterator[Page]:
     browser.get_log("browser")
     yield Page(browser)
     browser.get("about:blank")  # asks nothing more of a daemon that ends
-    browser.execute_cdp_cmd("Network.clearBrowserCookies", {})  # they would be shown to the daemon on any port
+    browser.execute_cdp_cmd("Network.clearBrowserCookies", {})  # they would be shown to the console on any port
     browser.set_window_size(*SIZE)

@@ -12,15 +12,17 @@ from typing import Any
 import pytest
 
 import hapticd
-from console_page import SIZE, Page, Visitor, browser, configuration, console_port, page  # noqa: F401
+from console_page import SIZE, Page, browser, configuration, page  # noqa: F401
 from hapticd.v1 import rig_pb2
 
 OPTIONS = ("--scene", "tap_1d")
 
 
 @pytest.fixture
-def daemon(start_daemon: Any, tmp_path: Path) -> Any:
-    return start_daemon(*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), "--config", str(configuration(tmp_path)))
+def daemon(start_daemon: Any, start_console: Any, tmp_path: Path) -> Any:
+    daemon = start_daemon(*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), *configuration(tmp_path))
+    start_console()
+    return daemon
 
 
 def opened(page: Page, daemon: Any) -> Page:
@@ -101,9 +103,9 @@ def test_stop_works_by_key_and_by_button_and_says_why_there_is_no_force(page: Pa
     assert "stopped by user:" in daemon.log.read_text() and "at console 127.0.0.1:" in daemon.log.read_text()
 
 
-def test_an_object_is_identified(page: Page, start_daemon: Any, tmp_path: Path) -> None:  # noqa: F811
-    daemon = start_daemon(*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), "--config",
-                          str(configuration(tmp_path, more="[rig.sim]\nspeed = 10\n")))  # fmt: skip
+def test_an_object_is_identified(page: Page, start_daemon: Any, start_console: Any, tmp_path: Path) -> None:  # noqa: F811
+    daemon = start_daemon(*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), *configuration(tmp_path, "[rig.sim]\nspeed = 10\n"))
+    start_console()
     opened(page, daemon)
     page.view("identify")
     page.wait(lambda: page.field("name of the object").get_attribute("value") == "sponge_block")
@@ -165,15 +167,17 @@ def pressed_on_disk(folder: Path) -> bool:
 
 
 @pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
-def test_the_recording_of_a_daemon_before_is_read(end: signal.Signals, page: Page, start_daemon: Any, tmp_path: Path) -> None:  # noqa: F811
-    options = (*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), "--config", str(configuration(tmp_path)))
+def test_the_recording_of_a_daemon_before_is_read(end: signal.Signals, page: Page, start_daemon: Any, start_console: Any, tmp_path: Path) -> None:  # noqa: F811
+    options = (*OPTIONS, "--model-store", str(tmp_path / "models.sqlite"), *configuration(tmp_path))
     yesterday = start_daemon(*options)
     with hapticd.connect(yesterday.address) as rig:
         rig.set_hand_program({"kind": "press", "force_n": 3.0, "repetitions": -1})
         rig.start_recording("press", note="with the sponge")
         page.wait(lambda: pressed_on_disk(tmp_path / "recordings"), every=0.3)
     yesterday.end(end)  # while it records
-    opened(page, start_daemon(*options))
+    today = start_daemon(*options)
+    start_console()
+    opened(page, today)
     page.view("recordings")
     page.says("with the sponge")
     page.choose("kind", "recordings")
@@ -237,21 +241,42 @@ def test_a_session_of_an_experiment_is_seen_blind(page: Page, daemon: Any) -> No
     assert "N/mm" not in page.text() and "N/mm" not in page.text("header")
 
 
-def test_a_killed_daemon_is_shown_and_the_page_comes_back(page: Page, start_daemon: Any, tmp_path: Path) -> None:  # noqa: F811
-    first = start_daemon(*OPTIONS, "--model-store", ":memory:", "--config", str(configuration(tmp_path)))
+def test_a_daemon_that_is_gone_or_stands_still_is_shown_and_the_page_comes_back(page: Page, start_daemon: Any, start_console: Any, tmp_path: Path) -> None:  # noqa: F811,E501
+    options = (*OPTIONS, "--model-store", ":memory:", *configuration(tmp_path))
+    first = start_daemon(*options)
+    start_console("--state", str(tmp_path))
     opened(page, first)
-    port = console_port(first)
+    first.process.send_signal(signal.SIGSTOP)
+    page.wait(lambda: page.shows("body.away"))
+    first.process.send_signal(signal.SIGCONT)
+    page.wait(lambda: not page.shows("body.away"))
     first.end(signal.SIGKILL)
     page.wait(lambda: page.shows("body.away"))
     page.says("not connected", "#state")
     page.says("The daemon does not answer", "#notice")
-    # Still signed in at the next one, whose secret is the same.
-    start_daemon(*OPTIONS, "--model-store", ":memory:", "--config", str(configuration(tmp_path, port)))
+    # The console is the same, and knows its browsers.
+    start_daemon(*options)
     page.wait(lambda: not page.shows("body.away"))
     page.says("rendering", "#state")
-    # Without its secret it says what to do.
-    os.unlink(tmp_path / "recordings" / "console.key")
-    Visitor(start_daemon("--model-store", ":memory:", "--config", str(configuration(tmp_path))), sign_in=False)
+
+
+def test_a_console_that_was_killed_comes_back_with_its_pages_and_the_rig_goes_on(
+    page: Page, start_daemon: Any, start_console: Any, tmp_path: Path  # noqa: F811
+) -> None:
+    daemon = start_daemon(*OPTIONS, "--model-store", ":memory:", *configuration(tmp_path))
+    console = start_console("--state", str(tmp_path))
+    opened(page, daemon)
+    with hapticd.connect(daemon.address) as rig:
+        rig.set_hand_program({"kind": "press", "force_n": 3.0, "repetitions": -1})
+    page.wait(lambda: state_of(daemon).in_contact)
+    console.end(signal.SIGKILL)
+    page.wait(lambda: page.shows("body.away"))
+    before = state_of(daemon)
+    assert before.guard_state == rig_pb2.GUARD_STATE_RENDERING
+    start_console("--state", str(tmp_path), port=console.port)
+    page.wait(lambda: not page.shows("body.away"))  # still signed in: the secret is the same
+    page.says("rendering", "#state")
+    assert state_of(daemon).tick > before.tick
 
 
 FAINT = """

@@ -1,4 +1,4 @@
-"""A daemon of its own on the simulated rig, on a free port."""
+"""A daemon of its own on the simulated rig, on a free port, and the program that shows its page."""
 
 from __future__ import annotations
 
@@ -31,6 +31,32 @@ class Daemon:
             found = re.search(r"listens on (\S+)", self.log.read_text())
             if found:
                 self.address = found.group(1)
+            elif self.process.poll() is not None:
+                raise RuntimeError(self.log.read_text())
+            time.sleep(0.02)
+
+    def end(self, how: int = signal.SIGTERM) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        self.process.wait()
+
+
+class Console:
+    """hapticd-console for all who sign in, and where its page is."""
+
+    def __init__(self, folder: Path, server: str, *options: str, port: int = 0) -> None:
+        """server: the daemon, as "unix:PATH". options that name another address take the place of the page's."""
+        self.log = folder / "console.log"
+        address = () if any(one.startswith("--listen") for one in options) else ("--listen", f"127.0.0.1:{port}")
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(
+                [BINARIES / "hapticd-console", "--server", server, *address, *options], stdout=log, stderr=log
+            )
+        self.port = 0
+        while not self.port:
+            found = re.search(r"listens on https?://127.0.0.1:(\d+)", self.log.read_text())
+            if found:
+                self.port = int(found.group(1))
             elif self.process.poll() is not None:
                 raise RuntimeError(self.log.read_text())
             time.sleep(0.02)

@@ -14,7 +14,7 @@ import pytest
 
 from daemon import BINARIES, Daemon
 
-PAGES = Path(__file__).resolve().parents[2] / "server/console/page"
+PAGES = Path(__file__).resolve().parents[2] / "client/console/page"
 
 
 @pytest.fixture(scope="module")
@@ -141,8 +141,7 @@ def test_the_clock_keeps_the_truth_within_its_bounds_and_never_runs_back(browser
 
 
 def test_is_a_client_of_the_daemon(browser: Any, tmp_path: Path) -> None:
-    (tmp_path / "c.toml").write_text('[console]\nlisten = "127.0.0.1:0"\n')
-    daemon = Daemon(tmp_path, "--config", str(tmp_path / "c.toml"), "--scene", "explore_tumour")
+    daemon = Daemon(tmp_path, "--model-store", ":memory:", "--scene", "explore_tumour")
     try:
         ctl = [str(BINARIES / "hapticctl"), "--server", daemon.address]
         subprocess.run([*ctl, "sim", "hand", "press", "--force", "2", "--repetitions", "-1"], check=True)

@@ -9,6 +9,7 @@
 #include "client/cli/calibrate/pose_files.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -57,7 +58,7 @@ void print_calibration(const v1::Calibration& c) {
     row(p.name().c_str(), fmt::format("{:.5g} ± {:.2g} {}; the device has {:.5g}", p.value(),
                                       p.standard_error(), p.unit() == "1" ? "" : p.unit(), p.nominal()));
   }
-  for (const std::string& line : table.lines(terminal)) fmt::print("{}\n", line);
+  for (const std::string& line : table.lines(terminal)) print_line(line);
 }
 
 std::vector<std::string> lines_of(const v1::CalibrationProgress& progress) {
@@ -80,23 +81,21 @@ void conclude(Session& session, client::Client& client, const v1::CalibrationPro
     session.exit_code = ExitCode::kNotConverged;
     const v1::ErrorDetail& e = progress.problem();
     if (session.json) return print_json(to_json(progress));
-    fmt::print("nothing was stored: {}", e.what());
-    if (!e.value().empty()) fmt::print(" ({})", e.value());
-    if (!e.limit().empty()) fmt::print("; wanted: {}", e.limit());
-    fmt::print("\n");
-    if (!e.remedy().empty()) fmt::print("{}\n", e.remedy());
+    print_line("nothing was stored: {}{}{}", e.what(), e.value().empty() ? "" : " (" + e.value() + ")",
+               e.limit().empty() ? "" : "; wanted: " + e.limit());
+    if (!e.remedy().empty()) print_line(e.remedy());
     return;
   }
   if (progress.stored().empty()) {
     session.exit_code = ExitCode::kNotConverged;
-    if (!session.json) fmt::print("cancelled\n");
+    if (!session.json) print_line("cancelled");
     return;
   }
   const v1::Calibration found = client.calibration(progress.stored());
   if (session.json) return print_json(to_json(found));
   print_calibration(found);
   if (!found.adopted() && found.kind() != v1::CALIBRATION_KIND_TIP) {
-    fmt::print("use it: hapticctl calibration adopt {}\n", found.hash().substr(0, kShownDigits));
+    print_line("use it: hapticctl calibration adopt {}", found.hash().substr(0, kShownDigits));
   }
 }
 
@@ -132,7 +131,7 @@ void calibrate(Session& session, const CalibrateOptions& options) {
       if (live) screen.show(lines_of(progress), terminal);
       if (!live && !session.json && progress.instruction() != said) {
         said = progress.instruction();
-        if (!said.empty()) fmt::print("{}\n", said);
+        if (!said.empty()) print_line(said);
       }
     }
     if (interrupted()) {
@@ -191,8 +190,8 @@ void list_calibrations(Session& session) {
                    : fmt::format("{:.2f} mm over 95 %, predicted", c.predicted_target_error_95_mm()),
                c.adopted() ? "adopted" : ""});
   }
-  for (const std::string& line : table.lines(terminal)) fmt::print("{}\n", line);
-  if (all.calibrations().empty()) fmt::print("none yet: see 'hapticctl calibrate --help'\n");
+  for (const std::string& line : table.lines(terminal)) print_line(line);
+  if (all.calibrations().empty()) print_line("none yet: see 'hapticctl calibrate --help'");
 }
 
 }  // namespace
@@ -230,7 +229,7 @@ void add_calibrate_commands(CLI::App& app, Session& session) {
   with_hash("adopt", "Poses are corrected by it from now on; 'none': by none",
             [](Session& s, const std::string& hash) {
               const std::string now = s.connect().adopt_calibration(hash == "none" ? "" : hash);
-              if (!s.json) fmt::print("{}\n", now.empty() ? "none is adopted" : "adopted " + now);
+              if (!s.json) print_line(now.empty() ? "none is adopted" : "adopted " + now);
             });
   with_hash("delete", "Not the adopted one",
             [](Session& s, const std::string& hash) { s.connect().delete_calibration(hash); });

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -13,11 +14,12 @@ namespace {
 
 void print_access(const v1::Access& access) {
   const Terminal terminal = Terminal::detect();
-  fmt::print("you are {}: {} (by {})\n",
+  print_line("you are {}: {} (by {})",
              access.identity().empty() ? "a certificate without a name" : access.identity(),
              access.role() == v1::ROLE_NONE ? "without a role" : word(access.role()), access.role_source());
-  fmt::print("commands need a lease {}\n\n",
+  print_line("commands need a lease {}",
              access.lease_rule() == v1::LEASE_RULE_REQUIRED ? "always" : "only while a client holds it");
+  print_line("");
   TextTable table;
   table.add({"call", "role", "lease", "you may"});
   for (const v1::AccessRule& rule : access.rules()) {

@@ -8,6 +8,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -107,7 +108,7 @@ void show_clock(Session& session, const ClockOptions& options) {
                          1e-9 * static_cast<double>(daemon.utc_ns() - daemon.monotonic_ns()),
                          daemon.read_apart_ns())});
   table.add({terminal.bold("kept"), utc_words(daemon)});
-  for (const std::string& line : table.lines(terminal)) fmt::print("{}\n", line);
+  for (const std::string& line : table.lines(terminal)) print_line(line);
 }
 
 }  // namespace

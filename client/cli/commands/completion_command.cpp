@@ -2,6 +2,7 @@
 
 #include "client/cli/commands/bash_completion.h"
 #include "client/cli/commands/commands.h"
+#include "client/cli/session/print.h"
 
 namespace hapticd::cli {
 
@@ -12,7 +13,7 @@ void add_completion_command(CLI::App& app) {
   completion->footer("Example:\n  source <(hapticctl completion bash)");
   completion->add_subcommand("bash", "For bash")
       ->footer("Example:\n  source <(hapticctl completion bash)")
-      ->callback([&app] { fmt::print("{}", bash_completion(app)); });
+      ->callback([&app] { print_text(bash_completion(app)); });
 }
 
 }  // namespace hapticd::cli

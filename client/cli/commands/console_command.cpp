@@ -6,9 +6,13 @@
 
 #include <cstdlib>
 #include <memory>
+#include <regex>
 #include <string>
+#include <string_view>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/session/console_program.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 
 extern char** environ;
@@ -25,6 +29,17 @@ bool has_screen() {
   return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
 }
 
+/// The address comes from the daemon. A browser opens it, so it must be a page of the web, in the letters of
+/// an address only: any other scheme could start another program, any other letter end the tag of page_to().
+void check_address(const std::string& url) {
+  constexpr std::string_view kLetters =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~:/?#[]@!$*+,;=%&";
+  const bool is_page = url.starts_with("http://") || url.starts_with("https://");
+  if (is_page && url.find_first_not_of(kLetters) == std::string::npos) return;
+  throw LocalError("the daemon gave no address of a page", "console", url, "http://… or https://…",
+                   "see whether the daemon is the one that you mean: hapticctl status");
+}
+
 /// A page, readable by its owner alone, that leads to the address: as an argument other users could read it.
 std::string page_to(const std::string& url) {
   const char* folder = std::getenv("XDG_RUNTIME_DIR");
@@ -32,12 +47,23 @@ std::string page_to(const std::string& url) {
   const int file = mkstemps(path.data(), 5);
   if (file < 0) return {};
   const std::string text =
-      "<!doctype html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0;url=" + url + "\">\n";
+      "<!doctype html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0;url=" +
+      std::regex_replace(url, std::regex("&"), "&amp;") + "\">\n";
   const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   close(file);
   if (written) return path;
   unlink(path.c_str());
   return {};
+}
+
+/// The address of the rig's console, or of one that is started for this user.
+std::string console_url(const Session& session) {
+  try {
+    return session.connect().open_console().url();
+  } catch (const client::Error& error) {
+    if (error.code() != "FAILED_PRECONDITION") throw;
+  }
+  return start_console_program(session);
 }
 
 bool open_browser(const std::string& url) {
@@ -56,18 +82,20 @@ bool open_browser(const std::string& url) {
 
 void add_console_command(CLI::App& app, Session& session) {
   auto options = std::make_shared<ConsoleOptions>();
-  CLI::App* command =
-      app.add_subcommand("console", "Open the page of the rig in a browser, signed in as you");
+  CLI::App* command = app.add_subcommand("console",
+                                         "Open the page of the rig in a browser, signed in as you; starts "
+                                         "hapticd-console where the rig has none");
   command->add_flag("--print", options->only_print, "Print its address, which works once, within a minute");
   command->footer("Examples:\n  hapticctl console\n  hapticctl console --print");
   command->callback([&session, options] {
-    const std::string url = session.connect().open_console().url();
+    const std::string url = console_url(session);
+    check_address(url);
     if (session.json) return print_json(Json{{"url", url}});
     if (!options->only_print && has_screen() && open_browser(url)) {
-      fmt::print("the console is open in the browser\n");
+      print_line("the console is open in the browser");
       return;
     }
-    fmt::print("{}\n", url);
+    print_line(url);
   });
 }
 

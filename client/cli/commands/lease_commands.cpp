@@ -11,6 +11,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/view/lease_view.h"
@@ -29,7 +30,7 @@ struct HoldOptions {
 
 void show(const v1::LeaseState& state, const Session& session) {
   if (session.json) return print_json_line(to_json(state));
-  fmt::print("{}\n", lease_words(state));
+  print_line(lease_words(state));
   std::fflush(stdout);
 }
 
@@ -87,7 +88,7 @@ int run_under(client::Client& client, std::uint64_t number, HoldOptions& options
   const pid_t child = fork();
   if (child == 0) {
     execvp(words.front(), words.data());
-    fmt::print(stderr, "hapticctl: {}: {}\n", words.front(), std::strerror(errno));
+    print_error_line("hapticctl: {}: {}", words.front(), std::strerror(errno));
     _exit(127);
   }
   if (child < 0) throw LocalError(std::string("no program can be started: ") + std::strerror(errno));
@@ -104,12 +105,12 @@ int run_under(client::Client& client, std::uint64_t number, HoldOptions& options
     if (event == client::LeaseStream::Event::kEnded) watches = false;
     if (event != client::LeaseStream::Event::kMessage || reported) continue;
     if (state.number() != number) {
-      fmt::print(stderr, "hapticctl: the lease is over: {} by {}{}\n", word(state.change()),
-                 state.changed_by(), state.reason().empty() ? "" : ": " + state.reason());
+      print_error_line("hapticctl: the lease is over: {} by {}{}", word(state.change()), state.changed_by(),
+                       state.reason().empty() ? "" : ": " + state.reason());
       reported = true;
     } else if (!state.taker().empty()) {
-      fmt::print(stderr, "hapticctl: {} takes the lease in {:.1f} s: {}\n", state.taker(), state.taken_in_s(),
-                 state.take_reason());
+      print_error_line("hapticctl: {} takes the lease in {:.1f} s: {}", state.taker(), state.taken_in_s(),
+                       state.take_reason());
     }
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -121,7 +122,7 @@ void hold(Session& session, HoldOptions& options) {
   client::Client client = own.connect();
   const v1::LeaseGrant grant = get_lease(client, options);
   if (!session.json) {
-    fmt::print(stderr, "hapticctl: lease {} is yours until this program ends\n", grant.lease().number());
+    print_error_line("hapticctl: lease {} is yours until this program ends", grant.lease().number());
   }
   // The programs that run now find it there.
   setenv("HAPTICD_LEASE", grant.token().c_str(), 1);

@@ -4,6 +4,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/stored_model_commands.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/text_table.h"
 #include "client/cli/view/stored_model_view.h"
@@ -47,7 +48,7 @@ void show(Session& session, const std::string& name) {
   if (looks_like_hash(name) && show_stored_model(session, name)) return;
   const auto answer = session.connect().model(name);
   if (session.json) return print_json(to_json(answer));
-  fmt::print("{}", answer.toml());
+  print_text(answer.toml());
 }
 
 }  // namespace

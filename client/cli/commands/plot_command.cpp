@@ -5,6 +5,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/plot/recording_figure.h"
+#include "client/cli/session/print.h"
 
 namespace hapticd::cli {
 namespace {
@@ -38,7 +39,7 @@ void add_plot_command(CLI::App& app, Session& session) {
     const CsvTable table = CsvTable::read(options->recording);
     write_svg(recording_figure(table), options->svg);
     if (session.json) return print_json({{"plot", options->svg}, {"samples", table.rows()}});
-    fmt::print("{}: {} samples drawn\n", options->svg, table.rows());
+    print_line("{}: {} samples drawn", options->svg, table.rows());
   });
 }
 

@@ -5,6 +5,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/fleet/on_rigs.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -73,7 +74,7 @@ void add_sensor(CLI::App& app, Session& session) {
   bias->callback([&session, tool_is_free] {
     const v1::SensorBias taken = session.connect().bias_force_sensor(*tool_is_free);
     if (session.json) return print_json(to_json(taken));
-    fmt::print("the present load counts as zero, until the next bias or until the sensor loses it\n");
+    print_line("the present load counts as zero, until the next bias or until the sensor loses it");
   });
 }
 
@@ -85,9 +86,9 @@ void add_device(CLI::App& app, Session& session) {
   home->callback([&session] {
     session.connect().home_device();
     if (session.json) return print_json(Json::object());
-    fmt::print(
+    print_line(
         "homing: keep the arm still in its reset pose; when hapticctl status calls it ready, hapticctl clear "
-        "brings the force back\n");
+        "brings the force back");
   });
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/text_table.h"
 
@@ -39,7 +40,7 @@ std::string cost_text(const v1::SceneCost& cost) {
 
 void print_outline(const v1::SceneOutline& outline) {
   const Terminal terminal = Terminal::detect();
-  fmt::print("{}  {}\n", terminal.bold(outline.name()), outline.description());
+  print_line("{}  {}", terminal.bold(outline.name()), outline.description());
   TextTable table;
   table.add({"tip", outline.tip()});
   table.add({"object model", outline.object_model()});
@@ -109,7 +110,7 @@ void add_scene_command(CLI::App& app, Session& session) {
     const auto answer = session.connect().load_scene(source_of(*argument, *model));
     if (session.json) return print_json(to_json(answer));
     print_outline(answer.outline());
-    fmt::print("renders from tick {}\n", answer.effective_tick());
+    print_line("renders from tick {}", answer.effective_tick());
   });
 
   scene->add_subcommand("unload", "No scene: zero force")
@@ -117,7 +118,7 @@ void add_scene_command(CLI::App& app, Session& session) {
       ->callback([&session] {
         const auto answer = session.connect().unload_scene();
         if (session.json) return print_json(to_json(answer));
-        fmt::print("no scene, zero force from tick {}\n", answer.effective_tick());
+        print_line("no scene, zero force from tick {}", answer.effective_tick());
       });
 
   CLI::App* explain =
@@ -130,9 +131,9 @@ void add_scene_command(CLI::App& app, Session& session) {
     const auto outline = session.connect().explain_scene(source_of(*argument, *model));
     if (session.json) return print_json(to_json(outline));
     print_outline(outline);
-    fmt::print("\n{}\n{}", Terminal::detect().bold("with every default written out"),
-               outline.resolved_toml());
-    if (!outline.resolved_toml().ends_with('\n')) fmt::print("\n");
+    print_line("");
+    print_line(Terminal::detect().bold("with every default written out"));
+    print_text(outline.resolved_toml());
   });
 }
 

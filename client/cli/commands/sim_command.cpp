@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -37,7 +38,7 @@ class ProgramCommand {
     command_->callback([&session, program = program_] {
       session.connect().set_hand_program(*program);
       if (session.json) return print_json({{"program", to_json(*program)}});
-      fmt::print("the hand begins: {}\n", word(program->kind()));
+      print_line("the hand begins: {}", word(program->kind()));
     });
   }
 

@@ -4,6 +4,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/fleet/on_rigs.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/view/status_view.h"
 
@@ -32,7 +33,7 @@ void add_status_command(CLI::App& app, Session& session) {
       return print_json({{"rig", to_json(rig)}, {"state", to_json(state)}, {"lease", to_json(lease)}});
     }
     for (const std::string& line : status_lines(rig, state, lease, *detail, Terminal::detect())) {
-      fmt::print("{}\n", line);
+      print_line(line);
     }
   });
 }

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <memory>
 
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/view/stored_model_view.h"
 
@@ -15,7 +16,7 @@ namespace hapticd::cli {
 namespace {
 
 void print(const std::vector<std::string>& lines) {
-  for (const std::string& line : lines) fmt::print("{}\n", line);
+  for (const std::string& line : lines) print_line(line);
 }
 
 struct Words {
@@ -51,11 +52,11 @@ void write_file(const std::string& path, const std::string& text) {
 void export_model(Session& session, const Words& words) {
   const auto answer = session.connect().export_stored_model(words.hash);
   if (words.file.empty() || words.file == "-") {
-    fmt::print("{}", answer.json());
+    print_text(answer.json());
     return;
   }
   write_file(words.file, answer.json());
-  if (!session.json) fmt::print("written to {}\n", words.file);
+  if (!session.json) print_line("written to {}", words.file);
 }
 
 std::string read_input(const std::string& file) {
@@ -73,9 +74,9 @@ void add_tag_commands(CLI::App& model, Session& session, const std::shared_ptr<W
   tag->callback([&session, words] {
     const auto answer = session.connect().tag_stored_model(words->hash, words->other);
     if (session.json) return print_json(to_json(answer));
-    fmt::print("{} model {}{} is now '{}'\n", answer.kind(), short_hash(answer.hash()),
+    print_line("{} model {}{} is now '{}'", answer.kind(), short_hash(answer.hash()),
                answer.object().empty() ? "" : " of " + answer.object(), words->other);
-    if (words->other == "current") fmt::print("scenes use it from their next load on\n");
+    if (words->other == "current") print_line("scenes use it from their next load on");
   });
 
   CLI::App* untag = add_command(model, "untag", "Takes a tag from a stored model",
@@ -84,7 +85,7 @@ void add_tag_commands(CLI::App& model, Session& session, const std::shared_ptr<W
   untag->callback([&session, words] {
     const auto answer = session.connect().untag_stored_model(words->hash, words->other);
     if (session.json) return print_json(to_json(answer));
-    fmt::print("{} has no longer the tag '{}'\n", short_hash(answer.hash()), words->other);
+    print_line("{} has no longer the tag '{}'", short_hash(answer.hash()), words->other);
   });
 }
 
@@ -153,7 +154,7 @@ void add_stored_model_commands(CLI::App& model, Session& session) {
   erase->callback([&session, words] {
     const auto answer = session.connect().delete_stored_model(words->hash);
     if (session.json) return print_json(to_json(answer));
-    fmt::print("deleted {}\n", answer.hash());
+    print_line("deleted {}", answer.hash());
   });
 
   add_file_commands(model, session, words);

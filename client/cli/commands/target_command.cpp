@@ -6,6 +6,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/target_law.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 
@@ -47,10 +48,10 @@ void fill(const TargetOptions& options, v1::SetTargetRequest& request) {
 
 void print_grant(const v1::SetTargetRequest& request, const v1::SetTargetResponse& answer) {
   if (request.has_law()) {
-    fmt::print("granted: up to {:g} N/mm within 20 mm\n", answer.granted_n_per_mm());
+    print_line("granted: up to {:g} N/mm within 20 mm", answer.granted_n_per_mm());
     return;
   }
-  fmt::print("requested {:g} N/mm, granted {:g} N/mm\n", answer.requested_n_per_mm(),
+  print_line("requested {:g} N/mm, granted {:g} N/mm", answer.requested_n_per_mm(),
              answer.granted_n_per_mm());
 }
 
@@ -67,12 +68,12 @@ void set_target(const TargetOptions& options, Session& session) {
   if (session.json) return print_json(to_json(answer));
   print_grant(request, answer);
   if (answer.limiting_reason() > v1::LIMITING_REASON_NONE) {
-    fmt::print("limited by {}{}{}\n", word(answer.limiting_reason()),
-               answer.explanation().empty() ? "" : ": ", answer.explanation());
+    print_line("limited by {}{}{}", word(answer.limiting_reason()), answer.explanation().empty() ? "" : ": ",
+               answer.explanation());
   } else if (!answer.explanation().empty()) {
-    fmt::print("{}\n", answer.explanation());
+    print_line(answer.explanation());
   }
-  fmt::print("in effect from tick {}, {:.6f} s of the rig's clock\n", answer.effective_tick(),
+  print_line("in effect from tick {}, {:.6f} s of the rig's clock", answer.effective_tick(),
              static_cast<double>(answer.effective_time_ns()) * 1e-9);
 }
 
@@ -82,8 +83,8 @@ void get_target(Session& session) {
     return print_json(
         {{"scene", state.scene()}, {"target_stiffness_n_per_mm", state.target_stiffness_n_per_mm()}});
   }
-  if (state.scene().empty()) return fmt::print("no scene is loaded, so there is no target\n");
-  fmt::print("{:g} N/mm in scene '{}'\n", state.target_stiffness_n_per_mm(), state.scene());
+  if (state.scene().empty()) return print_line("no scene is loaded, so there is no target");
+  print_line("{:g} N/mm in scene '{}'", state.target_stiffness_n_per_mm(), state.scene());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "client/cli/plot/recording.h"
 #include "client/cli/session/follow.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/names.h"
 
 namespace hapticd::cli {
@@ -61,14 +62,13 @@ void record(const RecordOptions& options, Session& session) {
   const auto on_idle = [&] {
     if (!live || std::chrono::steady_clock::now() < next_progress) return;
     next_progress += std::chrono::milliseconds(250);
-    fmt::print("\r{} samples ", recording.samples());
-    std::fflush(stdout);
+    write_frame(fmt::format("\r{} samples ", recording.samples()));
   };
   const FollowResult result = follow(
       stream, options.stream.decimation, {.seconds = options.stream.seconds, .samples = options.samples},
       [&recording](const v1::TelemetrySample& sample) { recording.add(sample); }, on_idle);
   recording.finish(result.account);
-  if (live) fmt::print("\r");
+  if (live) write_frame("\r");
 
   const bool cut_short = result.end == StreamEnd::kSilent || result.account.samples() == 0;
   if (cut_short || !result.account.complete()) session.exit_code = ExitCode::kGaps;
@@ -77,10 +77,10 @@ void record(const RecordOptions& options, Session& session) {
     document.update(account_json(result.account));
     return print_json(document);
   }
-  fmt::print("{}: {}\n", options.path, account_text(result.account));
+  print_line("{}: {}", options.path, account_text(result.account));
   if (result.end == StreamEnd::kSilent)
-    fmt::print(stderr, "hapticctl: ended early, the daemon sent nothing for 5 s\n");
-  if (result.end == StreamEnd::kClosedByDaemon) fmt::print("the daemon closed the stream\n");
+    print_error_line("hapticctl: ended early, the daemon sent nothing for 5 s");
+  if (result.end == StreamEnd::kClosedByDaemon) print_line("the daemon closed the stream");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "client/cli/plot/recording.h"
 #include "client/cli/session/follow.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/view/live_screen.h"
@@ -42,7 +43,7 @@ void watch(const WatchOptions& options, Session& session) {
     if (session.json) return print_json_line(to_json(sample));
     view.add(sample);
     if (live || sample.time_ns() < next_line_ns) return;
-    fmt::print("{}\n", view.line());
+    print_line(view.line());
     std::fflush(stdout);
     next_line_ns = sample.time_ns() + kPlainLinePeriodNs;
   };
@@ -55,9 +56,9 @@ void watch(const WatchOptions& options, Session& session) {
       follow(stream, options.stream.decimation, {.seconds = options.stream.seconds}, on_sample, on_idle);
   if (live) screen.show(view.frame(stream.account(), Terminal::detect()), Terminal::detect());
   screen.keep();
-  if (result.end == StreamEnd::kSilent) fmt::print(stderr, "hapticctl: the daemon sent nothing for 5 s\n");
+  if (result.end == StreamEnd::kSilent) print_error_line("hapticctl: the daemon sent nothing for 5 s");
   if (!result.account.complete()) session.exit_code = ExitCode::kGaps;
-  if (!session.json) fmt::print("{}\n", account_text(result.account));
+  if (!session.json) print_line(account_text(result.account));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -46,7 +47,7 @@ class MotionWatch {
       session_.exit_code = ExitCode::kNotConverged;
     }
     screen_.keep();
-    if (!session_.json) fmt::print("{}\n", turntable_line(client_.turntable().status()));
+    if (!session_.json) print_line(turntable_line(client_.turntable().status()));
   }
 
  private:
@@ -69,7 +70,7 @@ class MotionWatch {
 
 void print_status(const Session& session, const v1::TurntableStatus& status) {
   if (session.json) return print_json(to_json(status));
-  fmt::print("{}\n", turntable_line(status));
+  print_line(turntable_line(status));
 }
 
 void add_motion_options(CLI::App& command, const std::shared_ptr<v1::MoveToRequest>& request) {
@@ -141,7 +142,7 @@ void add_turntable_command(CLI::App& app, Session& session) {
       ->callback([&session] {
         const auto table = session.connect().turntable();
         if (session.json) return print_json(to_json(table));
-        for (const auto& line : turntable_report(table, Terminal::detect())) fmt::print("{}\n", line);
+        for (const auto& line : turntable_report(table, Terminal::detect())) print_line(line);
       });
   turntable->add_subcommand("stations", "The stations and their angles")
       ->footer("Example:\n  hapticctl turntable stations")

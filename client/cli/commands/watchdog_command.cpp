@@ -10,6 +10,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/text_table.h"
 #include "client/cli/view/watchdog_view.h"
@@ -29,7 +30,7 @@ void show_watchdog(Session& session) {
   const v1::Watchdog watchdog = session.connect().watchdog();
   if (session.json) return print_json(to_json(watchdog));
   if (watchdog.endpoints().empty()) {
-    fmt::print("this daemon has no watchdog; see [[watchdog.endpoint]] in docs/configuration.md\n");
+    print_line("this daemon has no watchdog; see [[watchdog.endpoint]] in docs/configuration.md");
     return;
   }
   using Align = TextTable::Align;
@@ -40,7 +41,7 @@ void show_watchdog(Session& session) {
                fmt::format("{}", one.check_ins()), fmt::format("{}", one.wrong_nonces()),
                one.checked_in_by()});
   }
-  for (const std::string& line : table.lines(Terminal::detect())) fmt::print("{}\n", line);
+  for (const std::string& line : table.lines(Terminal::detect())) print_line(line);
 }
 
 /// The daemon is away for a moment, or has too much to do.
@@ -84,8 +85,8 @@ void hold_endpoint(Session& session, const EndpointOptions& options) {
     try {
       endpoint.check_in(pressed);
       if (!alive && !session.json) {
-        fmt::print(stderr, "hapticctl: {} checks in every {} ms\n", options.name,
-                   std::chrono::duration_cast<std::chrono::milliseconds>(endpoint.pause()).count());
+        print_error_line("hapticctl: {} checks in every {} ms", options.name,
+                         std::chrono::duration_cast<std::chrono::milliseconds>(endpoint.pause()).count());
       }
       alive = true;
       rest(endpoint.pause());
@@ -96,7 +97,7 @@ void hold_endpoint(Session& session, const EndpointOptions& options) {
         continue;
       }
       if (!alive || !may_pass(error)) throw;
-      fmt::print(stderr, "hapticctl: {}\n", error.what());
+      print_error_line("hapticctl: {}", error.what());
       std::this_thread::sleep_for(kAgain);
     }
   }

@@ -9,6 +9,7 @@
 #include "client/cli/demo/demo_view.h"
 #include "client/cli/session/follow.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/names.h"
 
 namespace hapticd::cli {
@@ -39,7 +40,7 @@ DemoSession::~DemoSession() {
 
 void DemoSession::say(const std::string& line) const {
   if (session_.json) return;
-  fmt::print("{}\n", line);
+  print_line(line);
   std::fflush(stdout);
 }
 
@@ -163,16 +164,17 @@ void DemoSession::conclude() {
   if (session_.json) return print_json(document);
 
   if (!live_) {
-    fmt::print("\n");
+    print_line("");
     result_table(presses_).print(terminal, 2);
   }
-  fmt::print(
+  print_text(
       "\n  On letting go the object recovers more slowly than the hand lifts: as its reaction fades, so "
       "does\n"
       "  the force, and the tip comes free of it at depth. Where nothing is touched no force is given. A\n"
-      "  second short contact may follow.\n");
-  fmt::print("\n  recording  {} ({})\n  plot       {}\n  results    {}\n", csv, account_text(account), svg,
-             json);
+      "  second short contact may follow.\n\n");
+  print_line("  recording  {} ({})", csv, account_text(account));
+  print_line("  plot       {}", svg);
+  print_line("  results    {}", json);
 }
 
 }  // namespace hapticd::cli

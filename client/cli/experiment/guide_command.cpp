@@ -6,6 +6,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/view/live_screen.h"
@@ -43,7 +44,7 @@ void follow(Session& session, const v1::MoveToolRequest& request) {
     }
   }
   screen.keep();
-  if (!session.json && !live) fmt::print("{}\n", line_of(status));
+  if (!session.json && !live) print_line(line_of(status));
 }
 
 void add_limits(CLI::App& command, const std::shared_ptr<v1::MoveToolRequest>& request) {

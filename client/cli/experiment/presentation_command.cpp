@@ -3,6 +3,7 @@
 #include <string>
 
 #include "client/cli/commands/commands.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 
@@ -13,14 +14,14 @@ void print_summary(const v1::PresentationSummary& s) {
   std::string flaws;
   for (const int flaw : s.flaws())
     flaws += (flaws.empty() ? "" : ", ") + spaced(word(static_cast<v1::PresentationFlaw>(flaw)));
-  fmt::print("presentation {}, ticks {} … {}: {}\n", s.number(), s.begin_tick(), s.end_tick(),
+  print_line("presentation {}, ticks {} … {}: {}", s.number(), s.begin_tick(), s.end_tick(),
              flaws.empty() ? "valid" : "not valid: " + flaws);
-  fmt::print("  pressed with {:.0f} mm/s, touched with {:.0f} mm/s, {} new contacts, {:.2f} s in contact\n",
+  print_line("  pressed with {:.0f} mm/s, touched with {:.0f} mm/s, {} new contacts, {:.2f} s in contact",
              s.peak_press_speed_mm_per_s(), s.peak_contact_speed_mm_per_s(), s.contacts(),
              s.time_in_contact_s());
-  fmt::print("  {:.2f} N, {:.2f} mm deep, {:.1f} mm aside, {:.1f} mm along the surface\n", s.peak_force_n(),
+  print_line("  {:.2f} N, {:.2f} mm deep, {:.1f} mm aside, {:.1f} mm along the surface", s.peak_force_n(),
              s.peak_displacement_mm(), s.peak_lateral_mm(), s.lateral_path_mm());
-  fmt::print("  bounded by the guard in {} ticks, late in {}\n", s.guard_limited_ticks(), s.late_ticks());
+  print_line("  bounded by the guard in {} ticks, late in {}", s.guard_limited_ticks(), s.late_ticks());
 }
 
 }  // namespace
@@ -35,7 +36,7 @@ void add_presentation_command(CLI::App& app, Session& session) {
   begin->callback([&session] {
     const v1::BeginPresentationResponse begun = session.connect().begin_presentation();
     if (session.json) return print_json(to_json(begun));
-    fmt::print("presentation {} begins with tick {}\n", begun.number(), begun.begin_tick());
+    print_line("presentation {} begins with tick {}", begun.number(), begun.begin_tick());
   });
   CLI::App* end = presentation->add_subcommand("end", "Ends it, and says what it was like");
   end->footer(

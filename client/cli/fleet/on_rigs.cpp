@@ -12,12 +12,19 @@
 #include <cstring>
 #include <memory>
 #include <thread>
+#include <utility>
+
+#include "client/cli/session/print.h"
+#include "proto/text/json_depth.h"
 
 extern char** environ;
 
 namespace hapticd::cli {
 
 namespace {
+
+/// Bytes that are kept of a run's output; the rest is read and dropped.
+constexpr std::size_t kMaxText = std::size_t{16} << 20U;
 
 /// A run of this program whose whole output is read.
 class Run {
@@ -60,8 +67,9 @@ class Run {
  private:
   void read_all() {
     std::array<char, 4096> part{};
-    for (ssize_t n = 0; (n = read(output_, part.data(), part.size())) > 0;)
-      text_.append(part.data(), static_cast<std::size_t>(n));
+    for (ssize_t n = 0; (n = read(output_, part.data(), part.size())) > 0;) {
+      if (text_.size() < kMaxText) text_.append(part.data(), static_cast<std::size_t>(n));
+    }
   }
 
   pid_t pid_ = -1;
@@ -93,11 +101,13 @@ void run_on_rigs(const std::vector<ListedRig>& rigs, const std::vector<std::stri
   for (std::size_t i = 0; i < rigs.size(); ++i) {
     worst = std::max(worst, runs[i]->wait());
     if (session.json) {
-      answers[rigs[i].name] = Json::parse(runs[i]->text(), nullptr, false);
-      if (answers[rigs[i].name].is_discarded()) answers[rigs[i].name] = runs[i]->text();
+      const std::string& words = runs[i]->text();
+      Json answer = text::is_shallow_json(words) ? Json::parse(words, nullptr, false) : Json(words);
+      answers[rigs[i].name] = answer.is_discarded() ? Json(words) : std::move(answer);
     } else {
-      fmt::print("{}{} ({})\n{}", i == 0 ? "" : "\n", Terminal::detect().bold(rigs[i].name), rigs[i].server,
-                 runs[i]->text());
+      if (i > 0) print_line("");
+      print_line("{} ({})", Terminal::detect().bold(rigs[i].name), rigs[i].server);
+      print_text(runs[i]->text());
     }
   }
   if (session.json) print_json(answers);

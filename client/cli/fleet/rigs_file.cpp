@@ -59,6 +59,21 @@ ListedRig rig_of(const std::string& name, const toml::table& table, const std::s
   return rig;
 }
 
+/// The parser visits the parts of a dotted key recursively: a line of some ten thousand would use up its
+/// stack.
+void check_lines(const std::string& text, const std::string& source) {
+  constexpr std::size_t kMaxLine = 4096;
+  std::istringstream lines(text);
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.size() <= kMaxLine) continue;
+    throw LocalError("a line is too long", fmt::format("{}, line {}", source, number),
+                     fmt::format("{} bytes", line.size()), fmt::format("at most {} bytes", kMaxLine),
+                     "break or shorten it");
+  }
+}
+
 }  // namespace
 
 std::string rigs_file_path() {
@@ -68,6 +83,7 @@ std::string rigs_file_path() {
 }
 
 std::vector<ListedRig> parse_rigs(const std::string& text, const std::string& source) {
+  check_lines(text, source);
   toml::table document;
   try {
     document = toml::parse(text, source);

@@ -9,6 +9,7 @@
 #include "client/cli/identify/identify_upload.h"
 #include "client/cli/identify/identify_view.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/progress_bar.h"
@@ -69,7 +70,7 @@ UserRequest IdentifySession::user_request() const {
 
 void IdentifySession::say(const std::string& line) const {
   if (session_.json) return;
-  fmt::print("{}\n", line);
+  print_line(line);
   std::fflush(stdout);
 }
 
@@ -163,7 +164,7 @@ IdentifyEnd IdentifySession::follow(const std::string& identification) {
   follow.timeout = options_.timeout;
   follow.on_idle = [this](const std::string& notice) {
     if (live_ && screen_.due()) show_frame(notice);
-    if (!live_ && !notice.empty() && !notice_reported_) fmt::print(stderr, "hapticctl: {}\n", notice);
+    if (!live_ && !notice.empty() && !notice_reported_) print_error_line("hapticctl: {}", notice);
     notice_reported_ = !notice.empty();
   };
   return follow_identification(client_, identification, follow);

@@ -23,14 +23,6 @@ constexpr int kTallRows = 30;
 constexpr int kWidestFrame = 140;
 constexpr int kMinPlotRows = 7;
 
-/// Texts of others may hold what would move the cursor or break a frame's lines.
-std::string printable(const std::string& text) {
-  std::string result = text;
-  std::replace_if(
-      result.begin(), result.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
-  return result;
-}
-
 std::string unit_of(const v1::EstimatedParameter& parameter) {
   return parameter.unit() == "1" ? "" : parameter.unit();
 }

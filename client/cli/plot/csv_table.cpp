@@ -13,6 +13,8 @@
 namespace hapticd::cli {
 namespace {
 
+constexpr std::size_t kMaxColumns = 4096;
+
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> cells;
   while (true) {
@@ -42,6 +44,10 @@ CsvTable CsvTable::read(const std::string& path) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty() || line.front() == '#') continue;
     const auto cells = split(line);
+    if (cells.size() > kMaxColumns) {
+      throw LocalError("a line has too many cells", fmt::format("{}, line {}", path, line_number),
+                       fmt::format("{} cells", cells.size()), fmt::format("at most {}", kMaxColumns));
+    }
     if (in_order.empty()) {
       for (const auto name : cells) in_order.push_back(&table.columns_[std::string(name)]);
       continue;

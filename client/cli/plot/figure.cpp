@@ -20,14 +20,12 @@
 namespace hapticd::cli {
 namespace {
 
-/// As a double-quoted text of gnuplot.
+/// As a text of gnuplot in single quotes: in double ones gnuplot runs what stands between two backquotes as a
+/// command of the shell, and titles come from the daemon.
 std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c == '\n' ? ' ' : c;
-  }
-  return result + "\"";
+  std::string result = "'";
+  for (const char c : printable(text)) result += c == '\'' ? "''" : std::string(1, c);
+  return result + "'";
 }
 
 std::string style(const FigureSeries& series) {

@@ -9,20 +9,10 @@
 #include <filesystem>
 
 #include "client/cli/session/session.h"
+#include "client/cli/session/terminal.h"
 #include "client/cli/text/names.h"
 
 namespace hapticd::cli {
-namespace {
-
-/// Texts come from the daemon; none of them may begin a line of its own.
-std::string on_one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
-
-}  // namespace
-
 std::vector<std::string> origin_lines(const v1::RigInfo& rig, const v1::RigState& state,
                                       std::uint32_t decimation) {
   std::vector<std::string> lines{"hapticd telemetry recording"};
@@ -53,7 +43,8 @@ std::vector<std::string> origin_lines(const v1::RigInfo& rig, const v1::RigState
       "z up; one-dimensional quantities along the press axis or the deformation direction, into the "
       "object",
       std::max(decimation, 1U)));
-  for (auto& line : lines) line = on_one_line(line);
+  // Texts come from the daemon; none of them may begin a line of its own.
+  for (auto& line : lines) line = printable(line);
   return lines;
 }
 

@@ -7,6 +7,7 @@
 
 #include "client/cli/commands/commands.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 #include "client/cli/text/text_table.h"
@@ -101,13 +102,13 @@ void show_pose(const v1::Pose& pose, const Session& session) {
     row("target", quantity(pose.target_stiffness_n_per_mm(), 3, "N/mm"));
   }
   if (pose.has_inclusion_mm()) row("inclusion", point_words(pose.inclusion_mm(), "mm"));
-  for (const std::string& line : table.lines(terminal)) fmt::print("{}\n", line);
+  for (const std::string& line : table.lines(terminal)) print_line(line);
 }
 
 void show_line(const v1::Pose& pose, const Session& session) {
   if (session.json) return print_json_line(to_json(pose));
-  fmt::print(
-      "{:10.4f} s  tip {}  speed {:7.1f} mm/s  {}{}\n", 1e-9 * static_cast<double>(pose.time().rig_ns()),
+  print_line(
+      "{:10.4f} s  tip {}  speed {:7.1f} mm/s  {}{}", 1e-9 * static_cast<double>(pose.time().rig_ns()),
       point_words(pose.position_mm(), "mm"),
       std::hypot(pose.velocity_mm_per_s().x(), pose.velocity_mm_per_s().y(), pose.velocity_mm_per_s().z()),
       pose.in_contact() ? fmt::format("contact {}", pose.contact().number()) : "free",

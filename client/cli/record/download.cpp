@@ -10,10 +10,24 @@
 
 namespace hapticd::cli {
 
+namespace {
+
+void check_room(std::uint64_t bytes, const std::string& path) {
+  std::error_code failure;
+  const auto folder = std::filesystem::absolute(path, failure).parent_path();
+  const std::filesystem::space_info room = std::filesystem::space(folder, failure);
+  if (failure || bytes <= room.available) return;
+  throw LocalError("the disk has no room for the file", path, std::to_string(bytes) + " bytes",
+                   std::to_string(room.available) + " bytes are free", "make room, or write it elsewhere");
+}
+
+}  // namespace
+
 std::uint64_t download(client::RecordingStream stream, const std::string& path) {
   const std::string part = path + ".part";
   catch_interrupts();
   std::uint64_t bytes = 0;
+  std::uint64_t total = 0;
   v1::RecordingPiece piece;
   std::ofstream file;
   try {
@@ -24,11 +38,17 @@ std::uint64_t download(client::RecordingStream stream, const std::string& path) 
       if (event == client::RecordingStream::Event::kNothing) continue;
       // Not before the daemon has granted it: a refusal leaves no file.
       if (!file.is_open()) {
+        total = piece.total_bytes();
+        check_room(total, path);
         file.open(part, std::ios::binary | std::ios::trunc);
         if (!file) throw LocalError("cannot write the file", path, "", "", "see the rights of its folder");
       }
-      file.write(piece.data().data(), static_cast<std::streamsize>(piece.data().size()));
       bytes += piece.data().size();
+      if (bytes > total) {
+        throw LocalError("the daemon sends more than it announced", path, std::to_string(bytes) + " bytes",
+                         std::to_string(total) + " bytes");
+      }
+      file.write(piece.data().data(), static_cast<std::streamsize>(piece.data().size()));
     }
     file.close();
     if (!file) throw LocalError("the file could not be written in full", path, "", "", "is the disk full?");

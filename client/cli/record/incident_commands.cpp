@@ -2,6 +2,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -15,6 +18,7 @@
 #include "client/cli/record/incident_figure.h"
 #include "client/cli/record/recording_files.h"
 #include "client/cli/record/recording_view.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 
 namespace hapticd::cli {
@@ -29,21 +33,27 @@ struct ShowOptions {
   std::string svg;
 };
 
-/// A file of this program's own, deleted with the object.
+/// A file in a folder of this program's own, deleted with the object: others can put no link in its way.
 class TemporaryCsv {
  public:
-  TemporaryCsv()
-      : path_((std::filesystem::temp_directory_path() / fmt::format("hapticctl-incident-{}.csv", getpid()))
-                  .string()) {}
+  TemporaryCsv() {
+    folder_ = (std::filesystem::temp_directory_path() / "hapticctl-incident-XXXXXX").string();
+    if (mkdtemp(folder_.data()) == nullptr) {
+      throw LocalError("no folder for a temporary file can be made", folder_, std::strerror(errno), "",
+                       "see TMPDIR");
+    }
+    path_ = folder_ + "/incident.csv";
+  }
   ~TemporaryCsv() {
     std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
+    std::filesystem::remove_all(folder_, ignored);
   }
   TemporaryCsv(const TemporaryCsv&) = delete;
   TemporaryCsv& operator=(const TemporaryCsv&) = delete;
   const std::string& path() const { return path_; }
 
  private:
+  std::string folder_;
   std::string path_;
 };
 
@@ -97,16 +107,16 @@ void show_incident(Session& session, const ShowOptions& options) {
     if (!options.svg.empty()) document["plot"] = options.svg;
     return print_json(document);
   }
-  fmt::print("{}\n", recording_line(file));
-  fmt::print("when    {}, tick {}, {:.1f} s after its beginning\n", utc_text(file.started_unix_ns()),
+  print_line(recording_line(file));
+  print_line("when    {}, tick {}, {:.1f} s after its beginning", utc_text(file.started_unix_ns()),
              file.cause_tick(), file.cause_after_s());
-  fmt::print("cause   {}\n", file.end_reason());
-  if (!remedy.empty() && !remedy.front().empty()) fmt::print("remedy  {}\n", remedy.front());
-  for (const std::string& event : events) fmt::print("event   {}\n", event);
+  print_line("cause   {}", file.end_reason());
+  if (!remedy.empty() && !remedy.front().empty()) print_line("remedy  {}", remedy.front());
+  for (const std::string& event : events) print_line("event   {}", event);
   if (options.svg.empty()) {
-    fmt::print("plot    hapticctl incident show {} --out incident.svg\n", file.id());
+    print_line("plot    hapticctl incident show {} --out incident.svg", file.id());
   } else {
-    fmt::print("plot    {}\n", options.svg);
+    print_line("plot    {}", options.svg);
   }
 }
 
@@ -133,7 +143,7 @@ void add_incident_commands(CLI::App& app, Session& session) {
   make->callback([&session, reason] {
     session.connect().make_incident(*reason);
     if (session.json) return print_json({{"requested", *reason}});
-    fmt::print("it is there in some seconds: hapticctl incident list\n");
+    print_line("it is there in some seconds: hapticctl incident list");
   });
 
   add_get_command(*incident, session, kIncident, "incident");

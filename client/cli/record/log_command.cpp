@@ -10,6 +10,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/record/recording_view.h"
 #include "client/cli/session/interrupt.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 
@@ -43,7 +44,7 @@ void set_kinds(const LogOptions& options, Request& request) {
 void show(const v1::RigEvent& one, const Session& session) {
   if (session.json) return print_json_line(to_json(one));
   const v1::RecordingEvent& event = one.event();
-  fmt::print("{}  {:<14}  {}{}\n", utc_text(event.unix_ns()), word(event.kind()), event.text(),
+  print_line("{}  {:<14}  {}{}", utc_text(event.unix_ns()), word(event.kind()), event.text(),
              event.by().empty() ? std::string() : "  (" + event.by() + ")");
 }
 

@@ -5,6 +5,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/record/recording_files.h"
 #include "client/cli/record/recording_view.h"
+#include "client/cli/session/print.h"
 #include "client/cli/text/message_json.h"
 #include "client/cli/text/names.h"
 
@@ -41,7 +42,7 @@ void add_start_command(CLI::App& record, Session& session) {
     request.set_decimation(options->decimation);
     const v1::RecordingFile file = session.connect().start_recording(request);
     if (session.json) return print_json(to_json(file));
-    fmt::print("recording {}; hapticctl record stop ends it\n", file.id());
+    print_line("recording {}; hapticctl record stop ends it", file.id());
   });
 }
 
@@ -59,9 +60,9 @@ void add_record_commands(CLI::App& app, Session& session) {
   stop->callback([&session] {
     const v1::RecordingFile file = session.connect().stop_recording();
     if (session.json) return print_json(to_json(file));
-    fmt::print("{}\n", recording_line(file));
+    print_line(recording_line(file));
     if (!file.end_reason().starts_with("stopped by"))
-      fmt::print("it had ended before: {}\n", file.end_reason());
+      print_line("it had ended before: {}", file.end_reason());
   });
 
   const auto note = std::make_shared<std::string>();
@@ -72,7 +73,7 @@ void add_record_commands(CLI::App& app, Session& session) {
   annotate->callback([&session, note] {
     session.connect().annotate_recording(*note);
     if (session.json) return print_json({{"annotated", *note}});
-    fmt::print("noted\n");
+    print_line("noted");
   });
 
   add_list_command(*record, session, kKind, "recording");

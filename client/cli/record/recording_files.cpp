@@ -7,6 +7,8 @@
 
 #include "client/cli/record/download.h"
 #include "client/cli/record/recording_view.h"
+#include "client/cli/session/print.h"
+#include "client/cli/session/terminal.h"
 #include "client/cli/text/message_json.h"
 
 namespace hapticd::cli {
@@ -27,9 +29,18 @@ v1::ExportFormat format_of(const std::string& path) {
                    "an .mcap file is what `get` fetches");
 }
 
+/// The daemon may have given the id: it must not lead to another folder.
+std::string file_name(const std::string& id) {
+  if (id.empty() || id.starts_with('.') || id.find('/') != std::string::npos || printable(id) != id) {
+    throw LocalError("the id cannot be the name of a file", "ID", id, "an id without '/'",
+                     "name the file with --out");
+  }
+  return id + ".mcap";
+}
+
 void print_file(const std::string& path, std::uint64_t bytes, const Session& session) {
   if (session.json) return print_json({{"file", path}, {"bytes", bytes}});
-  fmt::print("{}: {}\n", path, size_words(bytes));
+  print_line("{}: {}", path, size_words(bytes));
 }
 
 }  // namespace
@@ -51,13 +62,13 @@ void add_list_command(CLI::App& parent, Session& session, v1::RecordingKind kind
     const v1::ListRecordingsResponse all = session.connect().recordings(kind);
     if (session.json) return print_json(to_json(all));
     if (all.recordings().empty()) {
-      fmt::print("no {}s in {}\n", name, all.folder());
+      print_line("no {}s in {}", name, all.folder());
       return;
     }
     const auto lines = kind == v1::RECORDING_KIND_INCIDENT ? incident_table(all, Terminal::detect())
                                                            : recording_table(all, Terminal::detect());
-    for (const std::string& line : lines) fmt::print("{}\n", line);
-    fmt::print("in {}\n", all.folder());
+    for (const std::string& line : lines) print_line(line);
+    print_line("in {}", all.folder());
   });
 }
 
@@ -73,7 +84,7 @@ void add_get_command(CLI::App& parent, Session& session, v1::RecordingKind kind,
     v1::GetRecordingRequest request;
     request.set_id(file_id(client, options->id, kind));
     request.set_kind(kind);
-    const std::string out = options->out.empty() ? request.id() + ".mcap" : options->out;
+    const std::string out = options->out.empty() ? file_name(request.id()) : options->out;
     print_file(out, download(client.get_recording(request), out), session);
   });
 }
@@ -119,7 +130,7 @@ void add_delete_command(CLI::App& parent, Session& session, v1::RecordingKind ki
     request.set_kind(kind);
     const v1::RecordingFile file = session.connect().delete_recording(request);
     if (session.json) return print_json(to_json(file));
-    fmt::print("deleted {}\n", recording_line(file));
+    print_line("deleted {}", recording_line(file));
   });
 }
 

@@ -16,6 +16,11 @@ std::string loss_words(const v1::RecordingFile& file) {
   return file.lost_ticks() == 0 ? "none lost" : fmt::format("{} ticks LOST", file.lost_ticks());
 }
 
+/// Its rows are there, but no one has counted them.
+bool is_uncounted(const v1::RecordingFile& file) {
+  return file.state() == v1::RECORDING_STATE_UNFINISHED;
+}
+
 }  // namespace
 
 std::string size_words(std::uint64_t bytes) {
@@ -33,6 +38,7 @@ std::string utc_text(std::int64_t unix_ns) {
 }
 
 std::string recording_line(const v1::RecordingFile& file) {
+  if (is_uncounted(file)) return fmt::format("{}: without an end, {}", file.id(), size_words(file.bytes()));
   return fmt::format("{}: {} rows in {:.1f} s, {}, {}", file.id(), file.rows(), file.duration_s(),
                      loss_words(file), size_words(file.bytes()));
 }
@@ -41,9 +47,10 @@ std::vector<std::string> recording_table(const v1::ListRecordingsResponse& list,
   TextTable table({"id", "state", "s", "rows", "lost", "size", "note, or why it ended"},
                   {Align::kLeft, Align::kLeft, Align::kRight, Align::kRight, Align::kRight, Align::kRight});
   for (const v1::RecordingFile& file : list.recordings()) {
-    table.add({file.id(), word(file.state()), fmt::format("{:.1f}", file.duration_s()),
-               fmt::format("{}", file.rows()), fmt::format("{}", file.lost_ticks()), size_words(file.bytes()),
-               file.note().empty() ? file.end_reason() : file.note()});
+    const auto counted = [&file](const std::string& words) { return is_uncounted(file) ? "?" : words; };
+    table.add({file.id(), word(file.state()), counted(fmt::format("{:.1f}", file.duration_s())),
+               counted(fmt::format("{}", file.rows())), counted(fmt::format("{}", file.lost_ticks())),
+               size_words(file.bytes()), file.note().empty() ? file.end_reason() : file.note()});
   }
   return table.lines(terminal);
 }

@@ -1,14 +1,13 @@
 #include "client/cli/session/session.h"
 
-#include <fmt/core.h>
-
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string_view>
+
+#include "client/cli/session/print.h"
 
 namespace hapticd::cli {
 namespace {
@@ -35,6 +34,14 @@ std::string reason_word(const v1::ErrorDetail& detail) {
   return name;
 }
 
+/// Bytes of a file that is read as a whole, a table of telemetry at the largest.
+constexpr std::size_t kMaxTextFile = std::size_t{1} << 30U;
+
+/// Texts that are not UTF-8 would end the program.
+std::string text_of(const Json& document, int indent) {
+  return document.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
 void print_error(const char* kind, const std::string& code, const v1::ErrorDetail& detail, bool json) {
   if (json) {
     print_json({{"error",
@@ -48,10 +55,9 @@ void print_error(const char* kind, const std::string& code, const v1::ErrorDetai
                   {"remedy", detail.remedy()}}}});
     return;
   }
-  std::fflush(stdout);
-  fmt::print(stderr, "hapticctl: {}: {}\n", kind, detail.what());
+  print_error_line("hapticctl: {}: {}", kind, detail.what());
   const auto line = [](const char* label, const std::string& text) {
-    if (!text.empty()) fmt::print(stderr, "  {:<9} {}\n", label, text);
+    if (!text.empty()) print_error_line("  {:<9} {}", label, text);
   };
   line("where", detail.where());
   line("given", detail.value());
@@ -67,14 +73,18 @@ LocalError no_command_for_rigs() {
           "name one rig with --server"};
 }
 
-client::Client Session::connect() const {
+client::ClientOptions Session::options() const {
   if (!rigs.empty()) throw no_command_for_rigs();
-  return client::Client({.address = server,
-                         .timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0)),
-                         .certificates = certificates,
-                         .lease_token = lease_token,
-                         .acquires_lease = true,
-                         .lease_purpose = command_line});
+  return {.address = server,
+          .timeout = std::chrono::milliseconds(std::llround(timeout_s * 1000.0)),
+          .certificates = certificates,
+          .lease_token = lease_token,
+          .acquires_lease = true,
+          .lease_purpose = command_line};
+}
+
+client::Client Session::connect() const {
+  return client::Client(options());
 }
 
 LocalError::LocalError(const std::string& what, const std::string& where, const std::string& value,
@@ -82,11 +92,11 @@ LocalError::LocalError(const std::string& what, const std::string& where, const 
     : std::runtime_error(what), detail_(make_detail(what, where, value, limit, remedy)) {}
 
 void print_json(const Json& document) {
-  fmt::print("{}\n", document.dump(2));
+  print_text(text_of(document, 2));
 }
 
 void print_json_line(const Json& document) {
-  fmt::print("{}\n", document.dump());
+  print_line(text_of(document, -1));
 }
 
 ExitCode report(const client::Error& error, const Session& session) {
@@ -125,9 +135,16 @@ std::string read_text_file(const std::string& path) {
     const std::string reason = errno != 0 ? std::strerror(errno) : "it is a folder";
     throw LocalError("cannot read the file: " + reason, path);
   }
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
+  std::string text;
+  std::string piece(std::size_t{1} << 20U, '\0');
+  while (file) {
+    file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    text.append(piece, 0, static_cast<std::size_t>(file.gcount()));
+    if (text.size() > kMaxTextFile) {
+      throw LocalError("the file is too large", path, "", fmt::format("at most {} MB", kMaxTextFile >> 20U));
+    }
+  }
+  return text;
 }
 
 }  // namespace hapticd::cli

@@ -23,6 +23,8 @@ struct Session {
   std::string rigs{};          ///< --rigs: names of several rigs, for the commands that take them
   std::string command_line{};  ///< shown to others as the purpose of a lease
 
+  /// Where the daemon is. Throws LocalError where several rigs are named.
+  client::ClientOptions options() const;
   /// Throws client::Error.
   client::Client connect() const;
 };
@@ -50,7 +52,7 @@ void print_json_line(const Json& document);
 ExitCode report(const client::Error& error, const Session& session);
 ExitCode report(const LocalError& error, const Session& session);
 
-/// Whole text of a file; throws LocalError naming it.
+/// Whole text of a file, up to 1 GB; throws LocalError naming it.
 std::string read_text_file(const std::string& path);
 
 }  // namespace hapticd::cli

@@ -4,8 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstdlib>
+
+#include "proto/text/utf8_text.h"
 
 namespace hapticd::cli {
 namespace {
@@ -28,33 +31,17 @@ bool locale_shows_unicode() {
   return true;
 }
 
-std::string_view color_code(Color color) {
-  switch (color) {
-    case Color::kDefault:
-      return "0";
-    case Color::kGrey:
-      return "90";
-    case Color::kRed:
-      return "91";
-    case Color::kGreen:
-      return "92";
-    case Color::kYellow:
-      return "93";
-    case Color::kBlue:
-      return "94";
-    case Color::kMagenta:
-      return "95";
-    case Color::kCyan:
-      return "96";
-  }
-  return "0";
+constexpr char kPlain = '0';
+constexpr char kBold = '1';
+constexpr char kFirstColor = 'a';
+
+std::string marked(char style) {
+  return {kStyleMark, style};
 }
 
-/// Length in bytes of the escape sequence at the start of `text`, 0 where there is none.
-std::size_t escape_length(std::string_view text) {
-  if (text.size() < 2 || text[0] != '\x1b' || text[1] != '[') return 0;
-  const auto end = text.find_first_of("mKJHAl", 2);
-  return end == std::string_view::npos ? text.size() : end + 1;
+/// Length in bytes of the style mark at the start of `text`, 0 where there is none.
+std::size_t mark_length(std::string_view text) {
+  return text[0] == kStyleMark ? std::min<std::size_t>(text.size(), 2) : 0;
 }
 
 bool starts_character(char byte) {
@@ -80,19 +67,40 @@ Terminal Terminal::detect() {
 
 std::string Terminal::paint(Color color_wanted, std::string_view text) const {
   if (!color || color_wanted == Color::kDefault) return std::string(text);
-  return "\x1b[" + std::string(color_code(color_wanted)) + "m" + std::string(text) + "\x1b[0m";
+  return marked(static_cast<char>(kFirstColor + static_cast<int>(color_wanted))) + std::string(text) +
+         marked(kPlain);
 }
 
 std::string Terminal::bold(std::string_view text) const {
-  return color ? "\x1b[1m" + std::string(text) + "\x1b[0m" : std::string(text);
+  return color ? marked(kBold) + std::string(text) + marked(kPlain) : std::string(text);
+}
+
+std::string style_code(char style) {
+  if (style == kPlain || style == kBold) return std::string("\x1b[") + style + "m";
+  // In the order of Color, without its default.
+  constexpr std::array<std::string_view, 7> kCodes{"90", "91", "92", "93", "94", "95", "96"};
+  const int index = style - kFirstColor - 1;
+  if (index < 0 || index >= static_cast<int>(kCodes.size())) return {};
+  return "\x1b[" + std::string(kCodes[static_cast<std::size_t>(index)]) + "m";
+}
+
+std::string printable(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const std::size_t mark = mark_length(text);
+    const std::string_view part = mark > 0 ? text.substr(0, mark) : text.substr(0, text.find(kStyleMark));
+    result += mark > 0 ? std::string(part) : text::printable(part);
+    text.remove_prefix(part.size());
+  }
+  return result;
 }
 
 std::size_t display_width(std::string_view text) {
   std::size_t width = 0;
   while (!text.empty()) {
-    const std::size_t escape = escape_length(text);
-    if (escape == 0 && starts_character(text[0])) ++width;
-    text.remove_prefix(std::max<std::size_t>(escape, 1));
+    const std::size_t mark = mark_length(text);
+    if (mark == 0 && starts_character(text[0])) ++width;
+    text.remove_prefix(std::max<std::size_t>(mark, 1));
   }
   return width;
 }
@@ -102,15 +110,15 @@ std::string padded(std::string_view text, std::size_t width) {
   if (present <= width) return std::string(text) + std::string(width - present, ' ');
   std::string cut;
   std::size_t taken = 0;
-  bool escaped = false;
+  bool styled = false;
   while (!text.empty()) {
-    const std::size_t escape = escape_length(text);
-    if (escape == 0 && starts_character(text[0]) && ++taken > width) break;
-    escaped = escaped || escape > 0;
-    cut += text.substr(0, std::max<std::size_t>(escape, 1));
-    text.remove_prefix(std::max<std::size_t>(escape, 1));
+    const std::size_t mark = mark_length(text);
+    if (mark == 0 && starts_character(text[0]) && ++taken > width) break;
+    styled = styled || mark > 0;
+    cut += text.substr(0, std::max<std::size_t>(mark, 1));
+    text.remove_prefix(std::max<std::size_t>(mark, 1));
   }
-  return escaped ? cut + "\x1b[0m" : cut;
+  return styled ? cut + marked(kPlain) : cut;
 }
 
 std::vector<std::string> wrapped(std::string_view text, std::size_t width) {

@@ -20,12 +20,21 @@ struct Terminal {
   /// Asks the terminal and the environment, afresh at each call (windows change size).
   static Terminal detect();
 
-  /// `text` in `color` where colours are shown.
+  /// `text` in `color` where colours are shown: with style marks, not yet with escape sequences.
   std::string paint(Color color, std::string_view text) const;
   std::string bold(std::string_view text) const;
 };
 
-/// Columns that `text` takes on a terminal; escape sequences take none.
+/// Stands before the letter of a style in a text that for_terminal() prints (session/print.h). No UTF-8 has
+/// this byte, so no text of a message does: what a daemon sends cannot be taken for a style.
+inline constexpr char kStyleMark = '\xff';
+/// The escape sequence of the style with this letter; empty for an unknown letter.
+std::string style_code(char style);
+
+/// Text without anything that a terminal would obey (proto/text); style marks stay.
+std::string printable(std::string_view text);
+
+/// Columns that `text` takes on a terminal; style marks take none.
 std::size_t display_width(std::string_view text);
 /// Padded with blanks on the right to `width` columns; a longer text is cut.
 std::string padded(std::string_view text, std::size_t width);

@@ -1,9 +1,9 @@
 #include "client/cli/text/text_table.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <utility>
+
+#include "client/cli/session/print.h"
 
 namespace hapticd::cli {
 namespace {
@@ -17,6 +17,7 @@ TextTable::TextTable(std::vector<std::string> headings, std::vector<Align> align
     : headings_(std::move(headings)), alignment_(std::move(alignment)) {}
 
 void TextTable::add(std::vector<std::string> row) {
+  for (std::string& cell : row) cell = printable(cell);
   rows_.push_back(std::move(row));
 }
 
@@ -61,7 +62,7 @@ std::vector<std::string> TextTable::lines(const Terminal& terminal, std::size_t 
 }
 
 void TextTable::print(const Terminal& terminal, std::size_t indent) const {
-  for (const auto& line : lines(terminal, indent)) fmt::print("{}\n", line);
+  for (const auto& line : lines(terminal, indent)) print_line(line);
 }
 
 }  // namespace hapticd::cli

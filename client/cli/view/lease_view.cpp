@@ -19,7 +19,7 @@ std::string lease_words(const v1::LeaseState& state) {
   }
   if (!state.taker().empty()) {
     text +=
-        fmt::format("\n{} takes it in {:.1f} s: {}", state.taker(), state.taken_in_s(), state.take_reason());
+        fmt::format("; {} takes it in {:.1f} s: {}", state.taker(), state.taken_in_s(), state.take_reason());
   }
   return text;
 }

@@ -1,7 +1,8 @@
 #include "client/cli/view/live_screen.h"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "client/cli/session/print.h"
 
 namespace hapticd::cli {
 namespace {
@@ -28,20 +29,20 @@ void LiveScreen::show(const std::vector<std::string>& lines, const Terminal& ter
   const std::size_t count =
       std::min(lines.size(), static_cast<std::size_t>(std::max(terminal.height - 1, 1)));
   for (std::size_t i = 0; i < count; ++i) {
-    frame += padded(lines[i], std::min(display_width(lines[i]), static_cast<std::size_t>(terminal.width)));
+    const std::string line = printable(lines[i]);
+    frame +=
+        for_terminal(padded(line, std::min(display_width(line), static_cast<std::size_t>(terminal.width))));
     frame += "\x1b[K\n";
   }
   frame += "\x1b[J\x1b[?2026l";
   drawn_lines_ = count;
-  std::fwrite(frame.data(), 1, frame.size(), stdout);
-  std::fflush(stdout);
+  write_frame(frame);
 }
 
 void LiveScreen::keep() {
   drawn_lines_ = 0;
   if (!cursor_hidden_) return;
-  std::fputs("\x1b[?25h", stdout);
-  std::fflush(stdout);
+  write_frame("\x1b[?25h");
   cursor_hidden_ = false;
 }
 

@@ -52,6 +52,13 @@ std::string guard_text(const v1::RigState& state, const Terminal& terminal) {
   }
 }
 
+/// The scene computes no target while there is no usable force.
+std::string scene_text(const v1::RigState& state) {
+  if (state.scene().empty()) return "none (hapticctl scene list)";
+  if (state.contact_reason() == v1::CONTACT_REASON_UNSPECIFIED) return state.scene();
+  return fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm());
+}
+
 /// The most important fact, then the estimates of the scene.
 std::string now_text(const v1::RigState& state) {
   const std::string text = words(live_state(state));
@@ -160,10 +167,7 @@ std::vector<std::string> status_lines(const v1::RigInfo& rig, const v1::RigState
   facts.add({terminal.bold("rig"), rig_text(rig)});
   facts.add({terminal.bold("device"), device_text(rig.device())});
   facts.add({terminal.bold("sensor"), sensor_text(rig.sensor())});
-  facts.add({terminal.bold("scene"),
-             state.scene().empty()
-                 ? "none (hapticctl scene list)"
-                 : fmt::format("{}, target {:g} N/mm", state.scene(), state.target_stiffness_n_per_mm())});
+  facts.add({terminal.bold("scene"), scene_text(state)});
   facts.add({terminal.bold("guard"), guard_text(state, terminal)});
   if (lease.has_lease() || !lease.taker().empty()) facts.add({terminal.bold("control"), lease_words(lease)});
   if (!state.watchdog_endpoints().empty())

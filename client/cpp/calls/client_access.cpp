@@ -1,7 +1,10 @@
 // Who may do what, who controls the rig, who must be there; clocks.
 
+#include <optional>
+
 #include "client/cpp/client.h"
 #include "client/cpp/client_state.h"
+#include "client/cpp/stop/late_stop.h"
 
 namespace hapticd::client {
 namespace {
@@ -45,6 +48,8 @@ v1::Watchdog Client::watchdog() {
 }
 
 v1::CheckInResponse Client::check_in(const v1::CheckInRequest& request) {
+  std::optional<LateStop> late;
+  if (request.has_pressed() && !request.pressed()) late.emplace(state_->options);
   return state_->call(*state_->watchdog, &v1::WatchdogService::Stub::CheckIn, request);
 }
 

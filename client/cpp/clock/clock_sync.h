@@ -1,12 +1,9 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
+#include <memory>
 #include <optional>
-#include <string>
-#include <thread>
 
 #include "client/cpp/client.h"
 #include "client/cpp/clock/clock_link.h"
@@ -64,30 +61,8 @@ class ClockSync {
   std::uint64_t exchanges() const;
 
  private:
-  /// The rig's clock runs at the rate of the daemon's; this is what the estimator needs at least.
-  static constexpr double kRigDriftPpm = 0.001;
-
-  /// One exchange. Throws Error.
-  void exchange();
-  void run();
-  /// What an exchange says of the rig's clock.
-  void note_rig(const v1::ExchangeResponse& answer);
-  void require_known() const;
-  ClockLink::Converted converted(std::int64_t client_ns, const char* where) const;
-
-  Client& client_;
-  const ClockSyncOptions options_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  mutable ClockLink daemon_;             ///< from this machine's clock to the daemon's
-  mutable ClockLink rig_{kRigDriftPpm};  ///< from there to the rig's
-  std::string clock_;                    ///< name of the daemon's clock
-  std::string rig_clock_;
-  std::int64_t rig_read_ns_ = 0;  ///< by the daemon's clock: the last reading that was noted
-  std::uint64_t exchanges_ = 0;
-  std::optional<Error> problem_;
-  bool ending_ = false;
-  std::thread thread_;  // last: uses all of the above
+  struct State;
+  const std::unique_ptr<State> state_;
 };
 
 }  // namespace hapticd::client

@@ -13,7 +13,7 @@ try:
 
     rendering = rendering_pb2_grpc.RenderingServiceStub(channel)
     answer = rendering.SetTarget(rendering_pb2.SetTargetRequest(stiffness_n_per_mm=0.3), timeout=5)
-    print(f"granted {answer.granted_n_per_mm:.2f} N/mm {answer.explanation}")
+    print(f"granted {answer.granted_n_per_mm:.2f} N/mm {answer.explanation!r}")
 
     telemetry = telemetry_pb2_grpc.TelemetryServiceStub(channel)
     wanted = telemetry_pb2.SubscribeRequest(
@@ -28,4 +28,4 @@ try:
         if samples >= 20:  # 2 s of every hundredth tick
             break
 except grpc.RpcError as error:
-    sys.exit(f"{error.code().name}: {error.details()}")
+    sys.exit(f"{error.code().name}: {error.details()!r}")

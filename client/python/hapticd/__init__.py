@@ -14,6 +14,8 @@ every call that does not succeed raises HapticdError.
 """
 
 from hapticd._client import Rig, connect
+from hapticd._shown import printable
+from hapticd._stop import StopOutcome, stop
 from hapticd.block import Block
 from hapticd.errors import (
     BadArgument,
@@ -43,10 +45,13 @@ __all__ = [
     "Recording",
     "Refused",
     "Rig",
+    "StopOutcome",
     "Stopped",
     "Telemetry",
     "TimedOut",
     "Unreachable",
     "connect",
     "open_recording",
+    "printable",
+    "stop",
 ]

@@ -14,16 +14,17 @@ from google.protobuf.message import Message
 
 from hapticd import _telemetry_request
 from hapticd._calls import Calls
-from hapticd._connection import TOKEN_KEY, Endpoint
+from hapticd._connection import Endpoint, lease_metadata
 from hapticd._lease import Renewal
 from hapticd._requests import build
+from hapticd._stop import StopOutcome, stop_by_both
 from hapticd._streams import _Source
 from hapticd._table import Call
 from hapticd.block import Block
-from hapticd.errors import HapticdError, Unreachable, from_rpc
+from hapticd.errors import HapticdError, Refused, Unreachable, from_rpc
 from hapticd.telemetry import Telemetry
 from hapticd.uploads import upload_pieces
-from hapticd.v1 import access_pb2, identification_pb2
+from hapticd.v1 import access_pb2, identification_pb2, safety_pb2
 
 
 class Rig(Calls):
@@ -89,6 +90,16 @@ class Rig(Calls):
         finally:
             renewal.stop()
 
+    def stop_by_both(self, reason: str = "") -> StopOutcome:
+        """stop() by two paths at once, of which one does not pass gRPC: says which answered first. hapticd.stop() does the
+        same without a connection. Raises HapticdError where neither answers in time: use the emergency stop."""
+        return stop_by_both(self._endpoint, self._channel, reason, self._timeout_s)
+
+    def stop(self, reason: Optional[str] = None, *, deadline_s: Optional[float] = None) -> safety_pb2.StopResponse:
+        """Zero force from the second tick at the latest, until clear(). By both paths, see stop_by_both()."""
+        wait_s = deadline_s if deadline_s is not None else self._timeout_s
+        return stop_by_both(self._endpoint, self._channel, reason or "", wait_s).answer
+
     def telemetry(
         self,
         groups: Iterable[Union[int, str]] = (),
@@ -140,8 +151,12 @@ class Rig(Calls):
             pieces = self.get_recording(recording, kind=kind)
         partial = path.with_name(path.name + ".part")
         try:
+            left = None
             with partial.open("wb") as file:
                 for piece in pieces:
+                    left = (piece.total_bytes if left is None else left) - len(piece.data)
+                    if left < 0:
+                        raise Refused("the daemon sends more than it announced", where=str(path))
                     file.write(piece.data)
             os.replace(partial, path)
         finally:
@@ -149,7 +164,7 @@ class Rig(Calls):
         return path
 
     def _metadata(self) -> tuple[tuple[str, str], ...]:
-        return ((TOKEN_KEY, self._token),) if self._token else ()
+        return lease_metadata(self._token)
 
     def _call(self, call: Call, arguments: Mapping[str, Any], deadline_s: Optional[float]) -> Message:
         method = self._channel.unary_unary(

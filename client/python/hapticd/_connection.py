@@ -16,6 +16,19 @@ from hapticd.errors import BadArgument
 #: Of calls; a lease's token goes with each.
 TOKEN_KEY = "hapticd-lease"
 DEFAULT_ADDRESS = "127.0.0.1:50051"
+_TOKEN = re.compile("[0-9a-f]{32}")
+
+
+def lease_metadata(token: str) -> tuple[tuple[str, str], ...]:
+    """The metadata of a call under the lease of `token`; none for an empty token. Raises BadArgument for a malformed one,
+    which gRPC would take for a fault of this program."""
+    if not token:
+        return ()
+    if not _TOKEN.fullmatch(token):
+        raise BadArgument(
+            "the lease token is malformed", where="lease_token", limit="32 digits 0 … 9, a … f", remedy="use what acquiring the lease returned"
+        )
+    return ((TOKEN_KEY, token),)
 
 OPTIONS = (
     # A proxy for web traffic must not be used between a client and a device.

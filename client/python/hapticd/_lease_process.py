@@ -11,7 +11,7 @@ import time
 
 import grpc
 
-from hapticd._connection import TOKEN_KEY, Endpoint
+from hapticd._connection import Endpoint, lease_metadata
 from hapticd.v1 import access_pb2
 
 
@@ -40,7 +40,7 @@ def main() -> int:
     due_s = time.monotonic()  # at once: the caller may have taken its time to hand over the token
     while True:
         try:
-            renew(access_pb2.RenewLeaseRequest(), timeout=pause_s, metadata=((TOKEN_KEY, order["token"]),))
+            renew(access_pb2.RenewLeaseRequest(), timeout=pause_s, metadata=lease_metadata(order["token"]))
         except grpc.RpcError as error:
             if error.code() == grpc.StatusCode.ABORTED:  # the next command of the program hears why
                 return 1

@@ -20,15 +20,16 @@ from google.protobuf.message import Message
 
 from hapticd import _telemetry_request
 from hapticd._calls import AsyncCalls
-from hapticd._connection import TOKEN_KEY, Endpoint
+from hapticd._connection import Endpoint, lease_metadata
 from hapticd._lease import Renewal
 from hapticd._requests import build
+from hapticd._stop import StopOutcome, stop_at
 from hapticd._streams import _Source
 from hapticd._table import Call
 from hapticd.errors import HapticdError, Unreachable, from_rpc
 from hapticd.telemetry import AsyncTelemetry
 from hapticd.uploads import upload_pieces
-from hapticd.v1 import access_pb2, identification_pb2
+from hapticd.v1 import access_pb2, identification_pb2, safety_pb2
 
 
 class Rig(AsyncCalls):
@@ -54,6 +55,17 @@ class Rig(AsyncCalls):
         self, kind: Optional[Type[BaseException]], value: Optional[BaseException], trace: Optional[TracebackType]
     ) -> None:
         await self.close()
+
+    async def stop_by_both(self, reason: str = "") -> StopOutcome:
+        """As Rig.stop_by_both() of the synchronous client."""
+        run = asyncio.get_running_loop().run_in_executor
+        return await run(None, stop_at, self._endpoint, reason, self._timeout_s)
+
+    async def stop(self, reason: Optional[str] = None, *, deadline_s: Optional[float] = None) -> safety_pb2.StopResponse:
+        """As Rig.stop() of the synchronous client."""
+        run = asyncio.get_running_loop().run_in_executor
+        wait_s = deadline_s if deadline_s is not None else self._timeout_s
+        return (await run(None, stop_at, self._endpoint, reason or "", wait_s)).answer
 
     @contextlib.asynccontextmanager
     async def lease(
@@ -105,7 +117,7 @@ class Rig(AsyncCalls):
         return await self.upload_recording(upload_pieces(Path(path), description))
 
     def _metadata(self) -> tuple[tuple[str, str], ...]:
-        return ((TOKEN_KEY, self._token),) if self._token else ()
+        return lease_metadata(self._token)
 
     async def _call(self, call: Call, arguments: Mapping[str, Any], deadline_s: Optional[float]) -> Message:
         method = self._channel.unary_unary(

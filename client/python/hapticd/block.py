@@ -7,8 +7,17 @@ from typing import Any, Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from hapticd import _plot
 from hapticd.errors import BadArgument, MissingPackage
 from hapticd.v1 import telemetry_pb2
+
+#: Plotted where nothing is chosen.
+_USUAL = (
+    "contact_reaction_force_n",
+    "control_hand_force_n",
+    "deformation_displacement_mm",
+    "target_target_stiffness_n_per_mm",
+)
 
 
 class Columns:
@@ -100,9 +109,11 @@ class Block:
 
     def plot(self, *names: str) -> Any:
         """A figure, one axis for each unit; without names: force, displacement and target. Needs matplotlib."""
-        from hapticd import _plot
-
-        return _plot.columns_over_time(self, names)
+        chosen = list(names) or [name for name in _USUAL if name in self]
+        if not chosen:
+            raise BadArgument("none of the usual columns is here", where="Block.plot", limit=", ".join(self.names))
+        time_s = self.time_s - (self.time_s[0] if len(self) else 0.0)
+        return _plot.over_time(time_s, [(name, self.unit(name), self[name]) for name in chosen])
 
     def _check(self, name: str) -> None:
         if name not in self.columns.units:

@@ -9,12 +9,15 @@ from typing import Optional
 
 import grpc
 from google.protobuf import any_pb2, descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf.message import DecodeError
 
+from hapticd._shown import printable
 from hapticd.v1 import common_pb2
 
 
 class HapticdError(Exception):
-    """Base of all errors of this package. str() is one line: place, complaint, value, what is accepted, remedy."""
+    """Base of all errors of this package. str() is one line, safe for a terminal: place, complaint, value, what is
+    accepted, remedy. The attributes have the texts as they came."""
 
     def __init__(
         self,
@@ -44,7 +47,7 @@ class HapticdError(Exception):
             line += f"; accepted: {limit}"
         if remedy:
             line += f"; {remedy}"
-        super().__init__(line)
+        super().__init__(printable(line))
 
 
 class BadArgument(HapticdError, ValueError):
@@ -120,11 +123,14 @@ _ENVELOPE = _make_envelope()
 def _detail_of(error: grpc.RpcError) -> Optional[common_pb2.ErrorDetail]:
     for key, value in error.trailing_metadata() or ():
         if key == "grpc-status-details-bin":
-            status = _ENVELOPE.FromString(value)  # type: ignore[attr-defined]
-            for packed in status.details:
-                detail = common_pb2.ErrorDetail()
-                if packed.Unpack(detail):
-                    return detail
+            try:
+                status = _ENVELOPE.FromString(value)  # type: ignore[attr-defined]
+                for packed in status.details:
+                    detail = common_pb2.ErrorDetail()
+                    if packed.Unpack(detail):
+                        return detail
+            except DecodeError:  # of a server that is none: the status says what it can
+                return None
     return None
 
 

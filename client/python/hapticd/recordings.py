@@ -48,6 +48,8 @@ def open_recording(path: Union[str, Path]) -> Recording:
     """
     path = Path(path)
     try:
+        if path.exists() and not path.is_file():
+            raise BadFile("the path is not a regular file", where=str(path))
         with path.open("rb") as file:
             start = file.read(8)
     except OSError as error:
@@ -61,6 +63,8 @@ def open_recording(path: Union[str, Path]) -> Recording:
 
 # MCAP, https://mcap.dev/spec: records of an operation code, a length and a content.
 _MAGIC = b"\x89MCAP0\r\n"
+#: Limits of an inflated chunk, as hapticd-export has it, and of all inflated chunks together, in bytes.
+MAX_CHUNK, MAX_TOTAL = 256 << 20, 8 << 30
 _CHANNEL, _MESSAGE, _CHUNK, _METADATA, _DATA_END = 0x04, 0x05, 0x06, 0x0C, 0x0F
 
 
@@ -118,6 +122,8 @@ def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _inflate(compression: str, data: bytes, size: int) -> bytes:
+    if size > MAX_CHUNK:
+        raise struct.error(f"a chunk of {size} bytes, at most {MAX_CHUNK} are read")
     if compression == "":
         return data
     if compression != "zstd":
@@ -129,6 +135,9 @@ def _inflate(compression: str, data: bytes, size: int) -> bytes:
             "zstandard is not installed", where="open_recording", remedy="apt install python3-zstandard, or export the recording as HDF5"
         ) from None
     try:
+        # What the frame says of its own size would count, not max_output_size.
+        if zstandard.frame_content_size(data) not in (size, -1):
+            raise struct.error("a chunk has another size than it says")
         inflated: bytes = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
     except zstandard.ZstdError as error:
         raise struct.error(str(error)) from error
@@ -144,17 +153,23 @@ class _Mcap:
         self.parts: list[Any] = []
         self.events: list[Event] = []
         self.metadata: dict[str, dict[str, str]] = {}
+        self.inflated = 0
 
-    def take(self, code: int, content: bytes) -> None:
+    def take(self, code: int, content: bytes, *, is_inner: bool = False) -> None:
         part = _Bytes(content)
         if code == _CHUNK:
+            if is_inner:
+                raise struct.error("a chunk within a chunk")
             part.raw(16)  # its times
             size, checksum, compression = part.number("Q"), part.number("I"), part.text()
             inflated = _inflate(compression, part.raw(part.number("Q")), size)
             if checksum and zlib.crc32(inflated) != checksum:
                 raise struct.error("a chunk's checksum is wrong")
+            self.inflated += len(inflated)
+            if self.inflated > MAX_TOTAL:
+                raise struct.error(f"more than {MAX_TOTAL} bytes: export it in parts")
             for inner_code, inner in _records(inflated):
-                self.take(inner_code, inner)
+                self.take(inner_code, inner, is_inner=True)
         elif code == _CHANNEL:
             number = part.number("H")
             part.number("H")

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <utility>
 
+#include "hal/lock/mutex.h"
 #include "server/calibration/model/arm_calibration.h"
 
 namespace hapticd::calibration {
@@ -12,17 +12,17 @@ namespace hapticd::calibration {
 class AdoptedCalibration {
  public:
   std::shared_ptr<const ArmCalibration> get() const {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     return calibration_;
   }
   void set(std::shared_ptr<const ArmCalibration> calibration) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     calibration_ = std::move(calibration);
   }
 
  private:
-  mutable std::mutex mutex_;
-  std::shared_ptr<const ArmCalibration> calibration_;
+  mutable Mutex mutex_;
+  std::shared_ptr<const ArmCalibration> calibration_ GUARDED_BY(mutex_);
 };
 
 }  // namespace hapticd::calibration

@@ -1,5 +1,7 @@
 #include "server/calibration/run/calibration_runner.h"
 
+#include <pthread.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPollInterval{10};
 constexpr std::chrono::milliseconds kReportEvery{250};
+/// A call that waits looks so often whether its caller still does.
+constexpr std::chrono::milliseconds kWaitSlice{100};
 constexpr double kRigPosesPerS = 250.0;
 constexpr double kTailS = 0.5;  ///< of the rig, after the last of the tracker's stamps is in
 
@@ -59,12 +63,7 @@ CalibrationRunner::~CalibrationRunner() {
   if (thread_.joinable()) thread_.join();
 }
 
-Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request) {
-  if (auto unavailable = session_.unavailable()) return *unavailable;
-  const std::lock_guard lock(mutex_);
-  if (running_) {
-    return busy("a calibration runs already", "finish or cancel it: 'hapticctl calibrate cancel'");
-  }
+std::optional<Refusal> CalibrationRunner::check_request(const CalibrationRequest& request) const {
   if (!request.tip_calibration.empty()) {
     const auto tip = store_.find(request.tip_calibration);
     if (!tip) return tip.refusal();
@@ -76,23 +75,47 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request)
     }
   }
   sim::SimulatedRig* const simulation = session_.simulation();
-  if (request.simulated_tracker && (simulation == nullptr || !simulation->tracker().there())) {
-    return Refusal{
-        RefusalKind::kFailedPrecondition,
-        {"the rig has no simulated tracker", "StartCalibrationRequest.simulated_tracker", "",
-         "a simulated rig whose conditions have tracker_rate_hz", "start hapticd with --rig sim:arm"},
-        Reason::kNotSimulated};
+  if (!request.simulated_tracker || (simulation != nullptr && simulation->tracker().there()))
+    return std::nullopt;
+  return Refusal{
+      RefusalKind::kFailedPrecondition,
+      {"the rig has no simulated tracker", "StartCalibrationRequest.simulated_tracker", "",
+       "a simulated rig whose conditions have tracker_rate_hz", "start hapticd with --rig sim:arm"},
+      Reason::kNotSimulated};
+}
+
+std::optional<Refusal> CalibrationRunner::move_simulated_hand(const CalibrationRequest& request) {
+  if (!request.simulated_tracker) return std::nullopt;
+  sim::SimulatedRig& simulation = *session_.simulation();
+  if (auto error = simulation.set_program(motion_for(request.kind))) {
+    return Refusal{RefusalKind::kFailedPrecondition, *error};
   }
-  if (thread_.joinable()) thread_.join();
-  if (request.simulated_tracker) {
-    if (auto error = simulation->set_program(motion_for(request.kind))) {
-      return Refusal{RefusalKind::kFailedPrecondition, *error};
-    }
-    sim::TrackerPose old;
-    while (simulation->tracker().take(old)) {
-    }
+  sim::TrackerPose old;
+  while (simulation.tracker().take(old)) {
   }
-  request_ = request;
+  return std::nullopt;
+}
+
+Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request) {
+  if (auto unavailable = session_.unavailable()) return *unavailable;
+  {
+    const MutexLock lock(mutex_);
+    if (running_) {
+      return busy("a calibration runs already", "finish or cancel it: 'hapticctl calibrate cancel'");
+    }
+    running_ = true;  // from here on no other call begins one
+  }
+  auto refusal = check_request(request);
+  if (!refusal) {
+    if (thread_.joinable()) thread_.join();
+    refusal = move_simulated_hand(request);
+  }
+  const MutexLock lock(mutex_);
+  if (refusal) {
+    running_ = false;
+    return *refusal;
+  }
+  takes_rig_poses_ = request.recorded;
   rig_ = {};
   reference_.clear();
   first_arrival_less_stamp_s_ = HUGE_VAL;
@@ -104,20 +127,19 @@ Outcome<std::string> CalibrationRunner::start(const CalibrationRequest& request)
   report_.time_limit_s = request.time_limit_s;
   report_.instruction = "move the tool";
   finish_ = cancel_ = false;
-  running_ = true;
-  thread_ = std::thread([this] { perform(); });
+  thread_ = std::thread([this, request] { perform(request); });
   return report_.id;
 }
 
 std::optional<Refusal> CalibrationRunner::push(const std::vector<ReferencePose>& reference,
                                                const std::vector<RigPose>& rig) {
   const double now_s = 1e-9 * static_cast<double>(session_.now_ns());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!running_ || report_.state != CalibrationState::kRecording) {
     return Refusal{RefusalKind::kFailedPrecondition,
                    {"no calibration takes poses now", "PushReferencePoses", "", "", "start one first"}};
   }
-  if (!rig.empty() && !request_.recorded) {
+  if (!rig.empty() && !takes_rig_poses_) {
     return Refusal{RefusalKind::kInvalidArgument,
                    {"the rig's poses come from the rig", "PushReferencePosesRequest.rig_poses", "",
                     "none, but for a recorded calibration", "start it with recorded = true"}};
@@ -154,19 +176,22 @@ std::optional<Refusal> CalibrationRunner::push(const std::vector<ReferencePose>&
 }
 
 Outcome<CalibrationReport> CalibrationRunner::wait_until_over(const Caller& caller) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   if (report_.id.empty()) {
     return Refusal{RefusalKind::kNotFound, {"there was no calibration", "calibration", "", "", "start one"}};
   }
   const auto until = caller.until(std::chrono::minutes(2));
   while (!report_.over()) {
+    changed_.wait_for(mutex_, kWaitSlice);
+    if (report_.over()) break;
+    lock.unlock();
     if (caller.cancelled())
       return Refusal{RefusalKind::kCancelled, {"the caller left", "calibration", "", "", ""}};
     if (Clock::now() >= until) {
       return Refusal{RefusalKind::kDeadlineExceeded,
                      {"the calibration is not over yet", "calibration", "", "", "watch it"}};
     }
-    changed_.wait_for(lock, std::chrono::milliseconds(100));
+    lock.lock();
   }
   return report_;
 }
@@ -183,15 +208,19 @@ Outcome<CalibrationReport> CalibrationRunner::cancel(const Caller& caller) {
 
 Outcome<CalibrationReport> CalibrationRunner::report(const std::string& id, std::uint64_t newer_than,
                                                      const Caller& caller) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   if (report_.id.empty() || (!id.empty() && id != report_.id)) {
     return Refusal{
         RefusalKind::kNotFound,
         {"there is no such calibration", "calibration", id, "the one that runs, or the last one", ""}};
   }
   const auto until = caller.until(std::chrono::hours(24));
-  while (report_.version <= newer_than && !report_.over() && !caller.cancelled() && Clock::now() < until) {
-    changed_.wait_for(lock, std::chrono::milliseconds(100));
+  while (report_.version <= newer_than && !report_.over()) {
+    changed_.wait_for(mutex_, kWaitSlice);
+    lock.unlock();
+    const bool caller_waits = !caller.cancelled() && Clock::now() < until;
+    lock.lock();
+    if (!caller_waits) break;
   }
   return report_;
 }
@@ -199,7 +228,7 @@ Outcome<CalibrationReport> CalibrationRunner::report(const std::string& id, std:
 void CalibrationRunner::take_rig_poses(Subscription& subscription) {
   Subscription::Batch batch;
   while (subscription.take(batch, Clock::now())) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     for (const Subscription::Entry& entry : batch.entries) {
       constexpr std::uint32_t kUnfit = hal::sample_status::kDeviceFault | hal::sample_status::kDeviceNotReady;
       if ((entry.record().sample_status & kUnfit) == 0) rig_.add(pose_of(entry.record()));
@@ -224,17 +253,17 @@ void CalibrationRunner::take_simulated_poses() {
   push(poses, {});
 }
 
-void CalibrationRunner::look_at_motion() {
+void CalibrationRunner::look_at_motion(CalibrationKind kind) {
   calibration::RigStream rig;
   std::vector<ReferencePose> reference;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     rig = rig_;
     reference = reference_;
   }
-  auto items = calibration::coverage_of(request_.kind, rig, reference);
-  const std::lock_guard lock(mutex_);
-  report_.duration_s = request_.kind == CalibrationKind::kTip && rig.size() < 2 && !reference.empty()
+  auto items = calibration::coverage_of(kind, rig, reference);
+  const MutexLock lock(mutex_);
+  report_.duration_s = kind == CalibrationKind::kTip && rig.size() < 2 && !reference.empty()
                            ? reference.back().stamp_s - reference.front().stamp_s
                            : rig.end_s() - rig.begin_s();
   report_.rig_poses = rig.size();
@@ -248,7 +277,7 @@ void CalibrationRunner::look_at_motion() {
   changed_.notify_all();
 }
 
-void CalibrationRunner::listen() {
+void CalibrationRunner::listen(const CalibrationRequest& request) {
   SubscriptionOptions options;
   options.is_own = true;
   options.decimation =
@@ -257,23 +286,23 @@ void CalibrationRunner::listen() {
   auto next_look = Clock::now();
   double heard_enough_at_s = HUGE_VAL;
   while (!cancel_) {
-    if (!request_.recorded) take_rig_poses(*subscription);
-    if (request_.simulated_tracker) take_simulated_poses();
+    if (!request.recorded) take_rig_poses(*subscription);
+    if (request.simulated_tracker) take_simulated_poses();
     const double now_s = 1e-9 * static_cast<double>(session_.now_ns());
     if (Clock::now() >= next_look) {
-      look_at_motion();
+      look_at_motion(request.kind);
       next_look = Clock::now() + kReportEvery;
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       const bool enough = std::all_of(report_.coverage.begin(), report_.coverage.end(),
                                       [](const auto& item) { return item.enough(); });
       // A simulated hand has no reason to go on; nor has anyone beyond the limit.
-      const double useful_s = request_.kind == CalibrationKind::kKinematics ? 45.0 : 20.0;
-      const bool simulated_is_done = request_.simulated_tracker && enough && report_.duration_s > useful_s;
-      if (finish_ || simulated_is_done || report_.duration_s > request_.time_limit_s) {
+      const double useful_s = request.kind == CalibrationKind::kKinematics ? 45.0 : 20.0;
+      const bool simulated_is_done = request.simulated_tracker && enough && report_.duration_s > useful_s;
+      if (finish_ || simulated_is_done || report_.duration_s > request.time_limit_s) {
         heard_enough_at_s = std::min(heard_enough_at_s, now_s);
       }
     }
-    const bool tail_is_in = request_.recorded || now_s - heard_enough_at_s > kTailS;
+    const bool tail_is_in = request.recorded || now_s - heard_enough_at_s > kTailS;
     if (std::isfinite(heard_enough_at_s) && tail_is_in) break;
     if (session_.unavailable()) {
       cancel_ = true;
@@ -282,15 +311,15 @@ void CalibrationRunner::listen() {
     std::this_thread::sleep_for(kPollInterval);
   }
   hub_.unsubscribe(subscription);
-  if (request_.simulated_tracker) session_.simulation()->set_program({});
+  if (request.simulated_tracker) session_.simulation()->set_program({});
 }
 
-std::optional<Refusal> CalibrationRunner::conclude() {
+std::optional<Refusal> CalibrationRunner::conclude(const CalibrationRequest& request) {
   calibration::RigStream rig;
   std::vector<ReferencePose> reference;
   std::vector<calibration::CoverageItem> coverage;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     report_.state = CalibrationState::kFitting;
     report_.instruction = "computing";
     ++report_.version;
@@ -298,13 +327,13 @@ std::optional<Refusal> CalibrationRunner::conclude() {
     reference = reference_;
     // Its own clock is brought to the rig's, but for what the fit finds: as if the quickest pose took no
     // time.
-    if (request_.own_clock && !request_.recorded) {
+    if (request.own_clock && !request.recorded) {
       for (ReferencePose& pose : reference) pose.stamp_s += first_arrival_less_stamp_s_;
     }
     coverage = report_.coverage;
     changed_.notify_all();
   }
-  auto made = fit(request_, rig, std::move(reference));
+  auto made = fit(request, rig, std::move(reference));
   if (!made) return made.refusal();
   // What is wrong with the poses is said first: it explains what is missing.
   for (const auto& item : coverage) {
@@ -316,22 +345,23 @@ std::optional<Refusal> CalibrationRunner::conclude() {
   }
   const auto stored = store_.keep(std::move(*made));
   if (!stored) return stored.refusal();
-  if (request_.adopt && request_.kind != CalibrationKind::kTip) {
+  if (request.adopt && request.kind != CalibrationKind::kTip) {
     if (const auto adopted = store_.adopt(stored->hash); !adopted) return adopted.refusal();
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   report_.stored = stored->hash;
   return std::nullopt;
 }
 
-void CalibrationRunner::perform() {
-  listen();
+void CalibrationRunner::perform(const CalibrationRequest& request) {
+  pthread_setname_np(pthread_self(), "calibration");
+  listen(request);
   std::optional<Refusal> refusal;
   if (!cancel_) {
-    look_at_motion();
-    refusal = conclude();
+    look_at_motion(request.kind);
+    refusal = conclude(request);
   }
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   report_.state = cancel_   ? CalibrationState::kCancelled
                   : refusal ? CalibrationState::kFailed
                             : CalibrationState::kStored;

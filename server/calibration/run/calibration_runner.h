@@ -1,14 +1,13 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "server/calibration/estimate/coverage.h"
 #include "server/calibration/estimate/streams.h"
 #include "server/calibration/store/calibration_store.h"
@@ -74,12 +73,14 @@ class CalibrationRunner {
   CalibrationStore& store() { return store_; }
 
  private:
-  void perform();
-  void listen();
+  std::optional<Refusal> check_request(const CalibrationRequest& request) const;
+  std::optional<Refusal> move_simulated_hand(const CalibrationRequest& request);
+  void perform(const CalibrationRequest& request);
+  void listen(const CalibrationRequest& request);
   void take_rig_poses(Subscription& subscription);
   void take_simulated_poses();
-  void look_at_motion();
-  std::optional<Refusal> conclude();
+  void look_at_motion(calibration::CalibrationKind kind);
+  std::optional<Refusal> conclude(const CalibrationRequest& request);
   Outcome<StoredCalibration> fit(const CalibrationRequest& request, const calibration::RigStream& rig,
                                  std::vector<calibration::ReferencePose> reference);
   Outcome<CalibrationReport> wait_until_over(const Caller& caller);
@@ -88,18 +89,19 @@ class CalibrationRunner {
   TelemetryHub& hub_;
   CalibrationStore& store_;
 
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  CalibrationRequest request_;
-  CalibrationReport report_;  ///< of the one that runs, or the last one
-  calibration::RigStream rig_;
-  std::vector<calibration::ReferencePose> reference_;
-  double first_arrival_less_stamp_s_ = 0.0;  ///< smallest so far: a clock of its own begins there
-  std::uint64_t started_ = 0;
-  bool running_ = false;
+  mutable Mutex mutex_;
+  Condition changed_;
+  bool takes_rig_poses_ GUARDED_BY(mutex_) = false;  ///< of a recording, from the client
+  CalibrationReport report_ GUARDED_BY(mutex_);      ///< of the one that runs, or the last one
+  calibration::RigStream rig_ GUARDED_BY(mutex_);
+  std::vector<calibration::ReferencePose> reference_ GUARDED_BY(mutex_);
+  /// Smallest so far: a clock of its own begins there.
+  double first_arrival_less_stamp_s_ GUARDED_BY(mutex_) = 0.0;
+  std::uint64_t started_ GUARDED_BY(mutex_) = 0;
+  bool running_ GUARDED_BY(mutex_) = false;  ///< or about to begin
   std::atomic<bool> finish_{false};
   std::atomic<bool> cancel_{false};
-  std::thread thread_;
+  std::thread thread_;  ///< of the call that set running_
 };
 
 }  // namespace hapticd::server

@@ -16,7 +16,14 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMinDigits = 6;
 constexpr const char* kAdopted = "adopted";
 
+/// Some times the size of the largest calibration.
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{8} << 20U;
+
+/// Empty for what is too large, or no file but a link or a device.
 std::string text_of(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(path, error)) || fs::file_size(path, error) > kMaxBytes)
+    return {};
   std::ifstream file(path);
   std::stringstream text;
   text << file.rdbuf();
@@ -69,14 +76,14 @@ Outcome<StoredCalibration> CalibrationStore::keep(StoredCalibration made) {
   const std::string text = calibration_text(made);
   auto stored = read_calibration(text);
   if (!stored) return Refusal{RefusalKind::kInternal, stored.error()};
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (auto refusal = write(stored->hash + ".json", text)) return *refusal;
   all_.push_back(*stored);
   return *stored;
 }
 
 std::vector<StoredCalibration> CalibrationStore::list() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return {all_.rbegin(), all_.rend()};
 }
 
@@ -93,12 +100,12 @@ Outcome<StoredCalibration> CalibrationStore::find_locked(const std::string& hash
 }
 
 Outcome<StoredCalibration> CalibrationStore::find(const std::string& hash) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return find_locked(hash);
 }
 
 Outcome<std::string> CalibrationStore::adopt(const std::string& hash) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::shared_ptr<const calibration::ArmCalibration> value;
   std::string whole;
   if (!hash.empty()) {
@@ -125,7 +132,7 @@ Outcome<std::string> CalibrationStore::adopt(const std::string& hash) {
 }
 
 std::optional<Refusal> CalibrationStore::remove(const std::string& hash) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto found = find_locked(hash);
   if (!found) return found.refusal();
   if (found->hash == adopted_hash_) {
@@ -148,7 +155,7 @@ std::optional<Refusal> CalibrationStore::remove(const std::string& hash) {
 }
 
 std::string CalibrationStore::adopted_hash() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return adopted_hash_;
 }
 

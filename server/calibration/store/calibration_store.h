@@ -1,11 +1,11 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "server/calibration/model/adopted_calibration.h"
 #include "server/calibration/store/stored_calibration.h"
 #include "server/session/outcome.h"
@@ -35,14 +35,14 @@ class CalibrationStore {
   const calibration::AdoptedCalibration& adopted() const { return adopted_; }
 
  private:
-  Outcome<StoredCalibration> find_locked(const std::string& hash) const;
+  Outcome<StoredCalibration> find_locked(const std::string& hash) const REQUIRES(mutex_);
   std::optional<Refusal> write(const std::string& name, const std::string& text) const;
 
   const std::string folder_;
   const std::string rig_;
-  mutable std::mutex mutex_;
-  std::vector<StoredCalibration> all_;  ///< oldest first
-  std::string adopted_hash_;
+  mutable SerialMutex mutex_;                              ///< held while a file of some kilobytes is written
+  std::vector<StoredCalibration> all_ GUARDED_BY(mutex_);  ///< oldest first
+  std::string adopted_hash_ GUARDED_BY(mutex_);
   calibration::AdoptedCalibration adopted_;
 };
 

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "proto/text/json_depth.h"
+
 namespace hapticd::server {
 
 namespace {
@@ -154,6 +156,7 @@ std::string calibration_text(const StoredCalibration& stored) {
 hal::Result<StoredCalibration> read_calibration(const std::string& text) {
   StoredCalibration stored;
   try {
+    if (!text::is_shallow_json(text)) throw std::runtime_error("nested too deeply");
     const Json json = Json::parse(text);
     if (json.at("format").get<int>() != kFormat) throw std::runtime_error("another format");
     const std::string kind = json.at("kind").get<std::string>();

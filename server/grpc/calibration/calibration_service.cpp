@@ -71,7 +71,7 @@ grpc::Status CalibrationService::CancelCalibration(grpc::ServerContext* context,
 grpc::Status CalibrationService::WatchCalibration(grpc::ServerContext* context,
                                                   const v1::WatchCalibrationRequest* request,
                                                   grpc::ServerWriter<v1::CalibrationProgress>* writer) {
-  const CountedCall counted(watchers_, kMaxWatchers);
+  const PlacedCall counted(watchers_);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchCalibration");
   return stream_progress(runner_, request->calibration(), caller_of(*context), *writer,
                          [](const CalibrationReport& report) { return report.over(); });

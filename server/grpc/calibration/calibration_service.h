@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "hapticd/v1/calibration.grpc.pb.h"
+#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -41,7 +42,7 @@ class CalibrationService final : public v1::CalibrationService::Service {
 
  private:
   CalibrationRunner& runner_;
-  std::atomic<int> watchers_{0};
+  SharedPlaces watchers_{kMaxWatchers};
   std::atomic<int> pushers_{0};
 };
 

@@ -3,6 +3,10 @@
 #include <grpcpp/support/status.h>
 
 #include <atomic>
+#include <map>
+#include <string>
+
+#include "hal/lock/mutex.h"
 
 namespace hapticd::server {
 
@@ -27,6 +31,40 @@ class CountedCall {
   std::atomic<int>& count_;
   int max_;
   bool admitted_;
+};
+
+/// Places for long calls of one kind, e.g. watchers. One identity may have half of them, so that it keeps no
+/// one else out. Any thread.
+class SharedPlaces {
+ public:
+  explicit SharedPlaces(int max) : max_(max) {}
+  int max_for_one() const noexcept { return max_ / 2; }
+
+ private:
+  friend class PlacedCall;
+  const int max_;
+  Mutex mutex_;
+  int taken_ GUARDED_BY(mutex_) = 0;
+  std::map<std::string, int> by_identity_ GUARDED_BY(mutex_);
+};
+
+/// A call in one of them, that of the identity whose call this thread serves; for as long as this object
+/// lives.
+class PlacedCall {
+ public:
+  explicit PlacedCall(SharedPlaces& places);
+  ~PlacedCall();
+  PlacedCall(const PlacedCall&) = delete;
+  PlacedCall& operator=(const PlacedCall&) = delete;
+
+  bool admitted() const { return admitted_; }
+  /// See CountedCall.
+  grpc::Status refusal(const char* what, const char* where) const;
+
+ private:
+  SharedPlaces& places_;
+  const std::string identity_;
+  bool admitted_ = false;
 };
 
 }  // namespace hapticd::server

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
-#include <functional>
-#include <mutex>
 #include <thread>
+
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 
 namespace hapticd::server {
 
@@ -13,7 +13,7 @@ namespace hapticd::server {
 class SilenceWatch {
  public:
   /// `on_silence`: called once, in another thread, when one wait has lasted `limit`.
-  SilenceWatch(std::chrono::milliseconds limit, std::function<void()> on_silence);
+  SilenceWatch(std::chrono::milliseconds limit, Callback<void()> on_silence);
   ~SilenceWatch();
   SilenceWatch(const SilenceWatch&) = delete;
   SilenceWatch& operator=(const SilenceWatch&) = delete;
@@ -35,12 +35,13 @@ class SilenceWatch {
   void run();
 
   const std::chrono::milliseconds limit_;
-  const std::function<void()> on_silence_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  Clock::time_point until_ = Clock::time_point::max();  ///< of the wait; max() = without end
-  bool was_silent_ = false;
-  bool ending_ = false;
+  const Callback<void()> on_silence_;
+  mutable Mutex mutex_;
+  Condition changed_;
+  Clock::time_point until_ GUARDED_BY(mutex_) =
+      Clock::time_point::max();  ///< of the wait; max() = without end
+  bool was_silent_ GUARDED_BY(mutex_) = false;
+  bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: uses all of the above
 };
 

@@ -3,7 +3,7 @@
 namespace hapticd::server {
 
 std::string TargetLog::line(const std::string& target, const std::string& peer, Clock::time_point now) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (peer == last_peer_ && now < next_) {
     ++unwritten_;
     return {};

@@ -2,8 +2,9 @@
 
 #include <chrono>
 #include <cstdint>
-#include <mutex>
 #include <string>
+
+#include "hal/lock/mutex.h"
 
 namespace hapticd::server {
 
@@ -16,10 +17,10 @@ class TargetLog {
   std::string line(const std::string& target, const std::string& peer, Clock::time_point now);
 
  private:
-  std::mutex mutex_;
-  std::string last_peer_;
-  Clock::time_point next_{};
-  std::uint64_t unwritten_ = 0;
+  Mutex mutex_;
+  std::string last_peer_ GUARDED_BY(mutex_);
+  Clock::time_point next_ GUARDED_BY(mutex_){};
+  std::uint64_t unwritten_ GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace hapticd::server

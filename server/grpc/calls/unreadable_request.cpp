@@ -1,5 +1,6 @@
 #include "server/grpc/calls/unreadable_request.h"
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 
 #include <algorithm>
@@ -51,7 +52,7 @@ class UnreadableRequest final : public grpc::experimental::Interceptor {
     }
     if (call->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) {
       const grpc::Status status = call->GetSendStatus();
-      if (status.error_code() == grpc::StatusCode::INTERNAL && status.error_message().empty()) {
+      if (status.error_message().empty() && is_of_unreadable(status.error_code())) {
         call->ModifySendStatus(to_status(
             {RefusalKind::kInvalidArgument,
              {"the request cannot be read", method_, "", "a message as the contract has it, texts in UTF-8",
@@ -63,6 +64,14 @@ class UnreadableRequest final : public grpc::experimental::Interceptor {
   }
 
  private:
+  /// gRPC answers INTERNAL itself for a method of the synchronous interface and UNIMPLEMENTED for one of the
+  /// callback interface, also one that the contract has.
+  bool is_of_unreadable(grpc::StatusCode code) const {
+    if (code != grpc::StatusCode::UNIMPLEMENTED) return code == grpc::StatusCode::INTERNAL;
+    return google::protobuf::DescriptorPool::generated_pool()->FindMethodByName("hapticd.v1." + method_) !=
+           nullptr;
+  }
+
   std::string method_;
 };
 

@@ -10,16 +10,16 @@ WaitingDesk::WaitingDesk(const char* name) : name_(name), thread_([this] { run()
 
 WaitingDesk::~WaitingDesk() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ending_ = true;
   }
   arrived_.notify_one();
   thread_.join();
 }
 
-bool WaitingDesk::serve(std::function<void()> call) {
+bool WaitingDesk::serve(Callback<void()> call) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (waiting_.size() >= kMaxWaiting) return false;
     waiting_.push_back(std::move(call));
   }
@@ -29,14 +29,15 @@ bool WaitingDesk::serve(std::function<void()> call) {
 
 void WaitingDesk::run() {
   pthread_setname_np(pthread_self(), name_);
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (;;) {
-    arrived_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+    while (!ending_ && waiting_.empty()) arrived_.wait(mutex_);
     if (waiting_.empty()) return;
-    const std::function<void()> call = std::move(waiting_.front());
+    Callback<void()> call = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
     call();
+    call = {};  // what it owns goes before the lock is taken again
     lock.lock();
   }
 }

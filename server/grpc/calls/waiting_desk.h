@@ -1,10 +1,10 @@
 #pragma once
 
-#include <condition_variable>
 #include <deque>
-#include <functional>
-#include <mutex>
 #include <thread>
+
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 
 namespace hapticd::server {
 
@@ -23,16 +23,16 @@ class WaitingDesk {
   WaitingDesk& operator=(const WaitingDesk&) = delete;
 
   /// False when too many wait already.
-  bool serve(std::function<void()> call);
+  bool serve(Callback<void()> call);
 
  private:
   void run();
 
   const char* const name_;
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::deque<std::function<void()>> waiting_;
-  bool ending_ = false;
+  Mutex mutex_;
+  Condition arrived_;
+  std::deque<Callback<void()>> waiting_ GUARDED_BY(mutex_);
+  bool ending_ GUARDED_BY(mutex_) = false;
   std::thread thread_;  // last: uses all of the above
 };
 

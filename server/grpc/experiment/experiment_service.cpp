@@ -27,14 +27,14 @@ grpc::Status ExperimentService::ReportExperiment(grpc::ServerContext*, const v1:
   const ServedCall& call = *served_call();
   const auto admitted = desk_.admit(call.who, call.token, LeaseRule::kRequired);
   if (!admitted) return to_status(admitted.refusal());
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   last_ = Report{*request, call.who.name, Clock::now()};
   return grpc::Status::OK;
 }
 
 grpc::Status ExperimentService::GetExperiment(grpc::ServerContext*, const v1::GetExperimentRequest*,
                                               v1::ExperimentState* response) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (!last_) return grpc::Status::OK;
   const auto age = Clock::now() - last_->time;
   *response->mutable_progress() = last_->progress;

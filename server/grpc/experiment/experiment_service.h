@@ -1,10 +1,10 @@
 #pragma once
 
 #include <chrono>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "hal/lock/mutex.h"
 #include "hapticd/v1/experiment.grpc.pb.h"
 
 namespace hapticd::server {
@@ -33,8 +33,8 @@ class ExperimentService final : public v1::ExperimentService::Service {
   };
 
   LeaseDesk& desk_;
-  std::mutex mutex_;
-  std::optional<Report> last_;
+  Mutex mutex_;
+  std::optional<Report> last_ GUARDED_BY(mutex_);
 };
 
 }  // namespace hapticd::server

@@ -7,11 +7,9 @@
 
 #include "server/access/audit_log.h"
 #include "server/access/call_quota.h"
-#include "server/access/certificate.h"
-#include "server/access/connected_users.h"
-#include "server/access/console_door.h"
-#include "server/access/console_metadata.h"
 #include "server/access/lease_desk.h"
+#include "server/access/named_identities.h"
+#include "server/connection/connection_table.h"
 
 namespace hapticd::server {
 
@@ -19,32 +17,41 @@ namespace {
 
 constexpr const char* kTokenKey = "hapticd-lease";
 
-std::string first_property(const grpc::AuthContext& auth, const char* name) {
-  const auto values = auth.FindPropertyValues(name);
-  return values.empty() ? std::string() : std::string(values.front().data(), values.front().size());
-}
-
 std::string metadata_of(const grpc::ServerContextBase& context, const char* key) {
   const auto& metadata = context.client_metadata();
   const auto found = metadata.find(key);
   return found == metadata.end() ? std::string() : std::string(found->second.data(), found->second.size());
 }
 
-/// What any identity may do is to stop, or to ask who it is; and without the others the force would go.
+/// What any identity may do is to stop, or to ask who it is. A console's own calls are few, and their
+/// identity is that of the whole group of the unix socket. Without the others the force would go.
 bool is_never_limited(const AccessRow& row) {
-  return row.role == Role::kNone || row.method == "WatchdogService/CheckIn" ||
+  return row.role == Role::kNone || row.role == Role::kConsole || row.method == "WatchdogService/CheckIn" ||
          row.method == "LeaseService/RenewLease";
 }
 
 Refusal denied(const Identity& who) {
   return {RefusalKind::kUnauthenticated,
-          {"this identity is on the deny list", "[access.denied]", who.name, who.denied_why,
+          {"this identity is on the deny list: " + who.denied_why, "[access.denied]", who.name, "",
            "ask a maintainer of the rig"}};
+}
+
+bool may(const Identity& who, const AccessRow& row) {
+  return row.role == Role::kConsole ? who.is_console : who.role >= row.role;
+}
+
+Refusal no_console(const Identity& who, const std::string& named) {
+  return {
+      RefusalKind::kPermissionDenied,
+      {"this client cannot call on behalf of others", kOnBehalfKey, fmt::format("{} for {}", who.name, named),
+       "a console: the unix socket and the user of [console] user, or a certificate of the role console",
+       "call without this metadata, as yourself"}};
 }
 
 Refusal wrong_role(const Identity& who, const AccessRow& row) {
   return {RefusalKind::kPermissionDenied,
-          {fmt::format("this call needs the role of {} {}", row.role == Role::kObserver ? "an" : "a",
+          {fmt::format("this call needs the role of {} {}",
+                       row.role == Role::kObserver || row.role == Role::kOperator ? "an" : "a",
                        to_text(row.role)),
            std::string(row.method),
            fmt::format("{} is {} (by {})", who.name.empty() ? "a certificate without a name" : who.name,
@@ -58,30 +65,34 @@ Refusal wrong_role(const Identity& who, const AccessRow& row) {
 
 Identity AccessGate::identify(const grpc::ServerContextBase& context) const {
   const std::string peer = context.peer();
-  Identity who;
-  if (const std::string pass = metadata_of(context, kConsolePassKey);
-      !pass.empty() && parts_.door != nullptr) {
-    if (auto holder = parts_.door->holder_of(pass)) {
-      holder->peer = "console " + metadata_of(context, kConsolePeerKey);
-      return *holder;
-    }
+  if (auto who = parts_.connections.find(peer)) return *who;
+  Identity unknown = parts_.policy.of_user({});
+  unknown.peer = peer;
+  // A call that began long after its connection was closed: a certificate's must not become this machine's.
+  if (ConnectionTable::is_relayed(peer)) {
+    unknown.is_denied = true;
+    unknown.denied_why = "its connection was closed before the call began";
   }
-  const auto auth = context.auth_context();
-  if (auth && auth->IsPeerAuthenticated()) {
-    std::string uri = first_property(*auth, "peer_spiffe_id");
-    if (uri.empty()) uri = first_property(*auth, "peer_uri");
-    std::string serial;
-    if (parts_.policy.denies_serials()) {
-      serial = serial_of_certificate(first_property(*auth, "x509_pem_cert"));
-    }
-    who = parts_.policy.of_certificate(uri, serial);
-  } else if (peer.starts_with("unix:")) {
-    who = parts_.policy.of_unix_socket(parts_.unix_group);
-  } else {
-    who = parts_.policy.of_user(parts_.users.find(peer));
+  return unknown;
+}
+
+std::optional<Refusal> AccessGate::take_name(const AccessRow* row, const grpc::ServerContextBase& context,
+                                             Identity& who) const {
+  const std::string named = metadata_of(context, kOnBehalfKey);
+  if (named.empty()) return std::nullopt;
+  if (!who.is_console) {
+    // A stop stops, whatever comes with it.
+    const bool is_for_all = row != nullptr && row->role == Role::kNone;
+    return is_for_all ? std::nullopt : std::optional(no_console(who, named));
   }
-  who.peer = peer;
-  return who;
+  Identity person = parts_.named.find(named, metadata_of(context, kOnBehalfSerialKey));
+  person.peer = "console " + metadata_of(context, kBrowserKey);
+  if (who.is_denied) {
+    person.is_denied = true;
+    person.denied_why = who.denied_why;
+  }
+  who = std::move(person);
+  return std::nullopt;
 }
 
 std::optional<Refusal> AccessGate::admit(const AccessRow* row, const grpc::ServerContextBase& context,
@@ -92,19 +103,21 @@ std::optional<Refusal> AccessGate::admit(const AccessRow* row, const grpc::Serve
   call.desk = &parts_.desk;
   call.session = &parts_.session;
   call.audit = &parts_.audit;
+  if (auto refusal = take_name(row, context, call.who)) return refusal;
   if (row == nullptr) {
     return Refusal{RefusalKind::kPermissionDenied,
                    {"this call is in no table of access", "", "", "", "report it"}};
   }
   if (call.who.is_denied) return denied(call.who);
-  if (call.who.role < row->role) return wrong_role(call.who, *row);
+  if (!may(call.who, *row)) return wrong_role(call.who, *row);
   if (!is_never_limited(*row)) {
     auto place = parts_.quota.take(call.who.name, CallQuota::Clock::now());
     if (!place) return place.refusal();
     call.place = std::move(*place);
   }
   if (!row->needs_lease) {
-    if (!call.token.empty()) parts_.desk.note_use(call.who, call.token);
+    // What any identity may do asks for no lease: it must not wait for one who changes it.
+    if (row->role != Role::kNone && !call.token.empty()) parts_.desk.note_use(call.who, call.token);
     return std::nullopt;
   }
   const auto admitted = parts_.desk.admit(call.who, call.token, parts_.policy.lease_rule(call.who));

@@ -17,23 +17,23 @@ namespace hapticd::server {
 
 class AuditLog;
 class CallQuota;
-class ConnectedUsers;
-class ConsoleDoor;
+class ConnectionTable;
 class LeaseDesk;
+class NamedIdentities;
 class Session;
 
-/// Decides about every call before its request is read: who asks, has it the role, does it control the rig.
+/// Decides about every call before its request is read: who asks, and for whom; has it the role; does it
+/// control the rig.
 class AccessGate {
  public:
   struct Parts {
     const RolePolicy& policy;
-    const ConnectedUsers& users;
+    const ConnectionTable& connections;
     LeaseDesk& desk;
     AuditLog& audit;
     CallQuota& quota;
     const Session& session;
-    std::string unix_group;             ///< of the unix socket
-    const ConsoleDoor* door = nullptr;  ///< to browsers
+    NamedIdentities& named;  ///< those that a console calls on behalf of
   };
   explicit AccessGate(Parts parts) : parts_(std::move(parts)) {}
 
@@ -42,7 +42,12 @@ class AccessGate {
                                ServedCall& call) const;
 
  private:
+  /// The client at the other end of the connection.
   Identity identify(const grpc::ServerContextBase& context) const;
+  /// If the call is made on behalf of another identity, `who` becomes that one. Refused from all but a
+  /// console.
+  std::optional<Refusal> take_name(const AccessRow* row, const grpc::ServerContextBase& context,
+                                   Identity& who) const;
 
   const Parts parts_;
 };

@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -15,13 +16,17 @@
 namespace hapticd::server {
 
 /// A method of the callback interface behind the gate. `serve(context, request, response)` is called for what
-/// was let in; its end is noted by the service itself, which alone knows when that is.
+/// was let in; its end is noted by the service itself, which alone knows when that is. `first(context)` is
+/// called before the gate is asked.
 template <class Request, class Response, class Serve>
-GatedCallback gated_unary(const AccessGate& gate, const char* service, const char* method, Serve serve) {
+GatedCallback gated_unary(
+    const AccessGate& gate, const char* service, const char* method, Serve serve,
+    std::function<void(const grpc::CallbackServerContext&)> first = [](const auto&) {}) {
   const AccessRow* row = find_access_row(std::string(service) + "/" + method);
   auto handler = std::make_unique<grpc::internal::CallbackUnaryHandler<Request, Response>>(
-      [&gate, row, serve](grpc::CallbackServerContext* context, const Request* request,
-                          Response* response) -> grpc::ServerUnaryReactor* {
+      [&gate, row, serve, first](grpc::CallbackServerContext* context, const Request* request,
+                                 Response* response) -> grpc::ServerUnaryReactor* {
+        first(*context);
         ServedCall call;
         if (const auto refusal = gate.admit(row, *context, call)) {
           call.note_end(to_status(*refusal), std::nullopt);

@@ -12,6 +12,7 @@ v1::Role to_proto(Role role) {
 }
 static_assert(static_cast<int>(Role::kNone) + 1 == v1::ROLE_NONE);
 static_assert(static_cast<int>(Role::kMaintainer) + 1 == v1::ROLE_MAINTAINER);
+static_assert(static_cast<int>(Role::kConsole) + 1 == v1::ROLE_CONSOLE);
 
 v1::LeaseRule to_proto(LeaseRule rule) {
   return static_cast<v1::LeaseRule>(static_cast<int>(rule));

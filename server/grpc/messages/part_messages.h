@@ -3,13 +3,12 @@
 #include <string>
 
 #include "hal/part_report.h"
+#include "server/text/utf8_text.h"
 
 namespace hapticd::server {
 
-/// A drive's text may hold any bytes: this makes it UTF-8 without control characters.
-std::string printable(const std::string& text);
-
-/// Fills a driver's own report into the fields that PartReport and Turntable share.
+/// Fills a driver's own report into the fields that PartReport and Turntable share. Its texts may hold any
+/// bytes.
 template <class Message>
 void fill_report(const hal::PartReport& report, Message& message) {
   message.set_driver(report.driver);

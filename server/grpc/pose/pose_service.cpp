@@ -1,11 +1,11 @@
 #include "server/grpc/pose/pose_service.h"
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "hal/lock/mutex.h"
 #include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/status.h"
 #include "server/grpc/pose/pose_messages.h"
@@ -42,7 +42,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
 
   void offer(pose::IssuedPose& issued) override {
     if (issued.encoded.empty()) issued.encoded = encode(issued);
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (finished_) return;
     if (writing_) {
       if (waiting_) ++skipped_;
@@ -53,7 +53,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   }
 
   void end(const Refusal& why) override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (finished_) return;
     waiting_.reset();
     if (writing_) {
@@ -67,7 +67,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   void OnWriteDone(bool ok) override { written(ok); }
 
   void OnCancel() override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     cancelled_ = true;
     if (!writing_) finish_locked(grpc::Status::CANCELLED);  // otherwise when the present write has failed
   }
@@ -78,7 +78,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
 
  private:
   void written(bool ok) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     writing_ = false;
     if (!ok || cancelled_) return finish_locked(grpc::Status::CANCELLED);
     if (ending_) return finish_locked(*ending_);
@@ -86,7 +86,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   }
 
   // A message and what follows it are one message: the stream's own fields come after those that all share.
-  void write_locked(const std::string& shared) {
+  void write_locked(const std::string& shared) REQUIRES(mutex_) {
     v1::Pose own;
     own.set_sent(++sent_);
     own.set_skipped(skipped_);
@@ -97,7 +97,7 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
     StartWrite(&message_);
   }
 
-  void finish_locked(const grpc::Status& status) {
+  void finish_locked(const grpc::Status& status) REQUIRES(mutex_) {
     if (std::exchange(finished_, true)) return;
     Finish(status);
   }
@@ -105,15 +105,15 @@ class PoseStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::shared_ptr<const void> place_;  ///< among the calls of its identity
   std::shared_ptr<PoseStream> self_;
 
-  std::mutex mutex_;  ///< between the desk's thread and gRPC's; never of another stream
-  grpc::ByteBuffer message_;
-  std::optional<std::string> waiting_;  ///< the newest, while another is written
-  std::optional<grpc::Status> ending_;  ///< when the present write is done
-  std::uint64_t sent_ = 0;
-  std::uint64_t skipped_ = 0;
-  bool writing_ = true;  ///< the metadata are being sent
-  bool cancelled_ = false;
-  bool finished_ = false;
+  Mutex mutex_;  ///< between the desk's thread and gRPC's; never of another stream
+  grpc::ByteBuffer message_ GUARDED_BY(mutex_);
+  std::optional<std::string> waiting_ GUARDED_BY(mutex_);  ///< the newest, while another is written
+  std::optional<grpc::Status> ending_ GUARDED_BY(mutex_);  ///< when the present write is done
+  std::uint64_t sent_ GUARDED_BY(mutex_) = 0;
+  std::uint64_t skipped_ GUARDED_BY(mutex_) = 0;
+  bool writing_ GUARDED_BY(mutex_) = true;  ///< the metadata are being sent
+  bool cancelled_ GUARDED_BY(mutex_) = false;
+  bool finished_ GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace

@@ -79,7 +79,7 @@ grpc::Status EventService::ListEvents(grpc::ServerContext*, const v1::ListEvents
 
 grpc::Status EventService::WatchEvents(grpc::ServerContext* context, const v1::WatchEventsRequest* request,
                                        grpc::ServerWriter<v1::EventBatch>* writer) {
-  const CountedCall counted(watchers_, kMaxWatchers);
+  const PlacedCall counted(watchers_);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchEvents");
   const Caller caller = caller_of(*context);
   // A number that is still to come was one of an earlier run.

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <atomic>
-
 #include "hapticd/v1/event.grpc.pb.h"
+#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -22,7 +21,7 @@ class EventService final : public v1::EventService::Service {
 
  private:
   const EventBoard& board_;
-  std::atomic<int> watchers_{0};
+  SharedPlaces watchers_{kMaxWatchers};
 };
 
 }  // namespace hapticd::server

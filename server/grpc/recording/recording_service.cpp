@@ -1,11 +1,14 @@
 #include "server/grpc/recording/recording_service.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "server/grpc/calls/call.h"
 #include "server/grpc/calls/counted_call.h"
@@ -32,25 +35,58 @@ Outcome<std::string> path_of(const std::string& id, v1::RecordingKind kind, Reco
   return kind == v1::RECORDING_KIND_INCIDENT ? flight.path_of(id) : recorder.path_of(id);
 }
 
+/// A regular file, open for reading; not one that a link leads to.
+class OpenFile {
+ public:
+  explicit OpenFile(const std::string& path)
+      : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)) {
+    if (descriptor_ < 0 || fstat(descriptor_, &status_) != 0) failure_ = errno;
+    if (failure_ == 0 && !S_ISREG(status_.st_mode)) failure_ = EINVAL;
+  }
+  ~OpenFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  /// An errno; 0 where all is well.
+  int failure() const { return failure_; }
+  std::uint64_t size() const { return static_cast<std::uint64_t>(status_.st_size); }
+  /// Fills `bytes`; false where there are not so many.
+  bool take(std::string& bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+      const ssize_t got = read(descriptor_, bytes.data() + done, bytes.size() - done);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return false;
+      done += static_cast<std::size_t>(got);
+    }
+    return true;
+  }
+
+ private:
+  int descriptor_;
+  struct stat status_ {};
+  int failure_ = 0;
+};
+
 /// Sends a file; what is appended meanwhile is left out.
 grpc::Status send_file(const std::string& path, const Caller& caller,
                        grpc::ServerWriter<v1::RecordingPiece>* writer) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code failure;
-  const std::uint64_t size = std::filesystem::file_size(path, failure);
-  if (!file || failure) {
+  OpenFile file(path);
+  const std::string id = std::filesystem::path(path).stem().string();
+  if (file.failure() != 0) {
     return to_status({RefusalKind::kNotFound,
-                      {"the file cannot be read", path, failure.message(), "", "was it deleted just now?"}});
+                      {"the file cannot be read", id, std::strerror(file.failure()), "a regular file",
+                       "was it deleted just now?"}});
   }
   v1::RecordingPiece piece;
-  piece.set_total_bytes(size);
-  for (std::uint64_t left = size; left > 0;) {
+  piece.set_total_bytes(file.size());
+  for (std::uint64_t left = file.size(); left > 0;) {
     if (caller.cancelled()) return grpc::Status::CANCELLED;
     std::string& data = *piece.mutable_data();
     data.resize(std::min<std::uint64_t>(left, kPieceBytes));
-    file.read(data.data(), static_cast<std::streamsize>(data.size()));
-    if (static_cast<std::size_t>(file.gcount()) != data.size()) {
-      return to_status({RefusalKind::kInternal, {"the file cannot be read to its end", path, "", "", ""}});
+    if (!file.take(data)) {
+      return to_status({RefusalKind::kInternal, {"the file cannot be read to its end", id, "", "", ""}});
     }
     left -= data.size();
     if (!writer->Write(piece)) return grpc::Status::CANCELLED;
@@ -130,7 +166,8 @@ grpc::Status RecordingService::ExportRecording(grpc::ServerContext* context,
   order.to_s = request->to_s();
   order.decimation = request->decimation() == 0 ? 1 : request->decimation();
   const Caller caller = caller_of(*context);
-  const auto table = export_recording(*path, folder_, order, caller);
+  const auto table =
+      export_recording(*path, folder_, recorder_.folder().limits().keep_free_mb, order, caller);
   if (!table) return to_status(table.refusal());
   return send_file(table->path(), caller, writer);
 }

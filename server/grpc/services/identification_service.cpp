@@ -73,7 +73,7 @@ grpc::Status IdentificationService::StartIdentification(grpc::ServerContext* con
 grpc::Status IdentificationService::WatchIdentification(
     grpc::ServerContext* context, const v1::WatchIdentificationRequest* request,
     grpc::ServerWriter<v1::IdentificationProgress>* writer) {
-  const CountedCall counted(watchers_, kMaxWatchers);
+  const PlacedCall counted(watchers_);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchIdentification");
   return stream_progress(
       runner_, request->identification(), caller_of(*context), *writer,

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "hapticd/v1/identification.grpc.pb.h"
+#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -38,7 +39,7 @@ class IdentificationService final : public v1::IdentificationService::Service {
 
  private:
   IdentificationRunner& runner_;
-  std::atomic<int> watchers_{0};
+  SharedPlaces watchers_{kMaxWatchers};
   std::atomic<int> uploads_{0};
 };
 

@@ -97,7 +97,7 @@ grpc::Status LeaseService::GetLease(grpc::ServerContext*, const v1::GetLeaseRequ
 
 grpc::Status LeaseService::WatchLease(grpc::ServerContext* context, const v1::WatchLeaseRequest*,
                                       grpc::ServerWriter<v1::LeaseState>* writer) {
-  const CountedCall counted(watchers_, kMaxWatchers);
+  const PlacedCall counted(watchers_);
   if (!counted.admitted()) return counted.refusal("watchers", "WatchLease");
   const Caller caller = caller_of(*context);
   for (std::uint64_t seen = 0; !caller.cancelled() && !desk_.ended();) {

@@ -3,6 +3,7 @@
 #include <atomic>
 
 #include "hapticd/v1/access.grpc.pb.h"
+#include "server/grpc/calls/counted_call.h"
 
 namespace hapticd::server {
 
@@ -32,7 +33,7 @@ class LeaseService final : public v1::LeaseService::Service {
 
  private:
   LeaseDesk& desk_;
-  std::atomic<int> watchers_{0};
+  SharedPlaces watchers_{kMaxWatchers};
   std::atomic<int> takers_{0};
 };
 

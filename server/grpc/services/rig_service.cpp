@@ -154,13 +154,7 @@ grpc::Status RigService::GetRigState(grpc::ServerContext*, const v1::GetRigState
   loop.set_running(running);
   loop.set_clock_losses(statistics.clock_losses);
 
-  const std::uint64_t tick = session_.last_tick();
-  const std::int64_t time_ns = session_.now_ns();
-  rt::TickRecord record = hub_.latest();
-  if (record.tick < tick) {  // the ring overflowed: the newest records are lost, but the clock is known
-    record.tick = tick;
-    record.time_ns = time_ns;
-  }
+  const rt::TickRecord record = hub_.latest();
   response->set_guard_state(to_proto(record.guard_state));
   response->set_guard_fault(to_proto(record.guard_fault));
   const auto scene = scenes_.current();

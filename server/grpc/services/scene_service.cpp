@@ -139,7 +139,7 @@ grpc::Status SceneService::ExplainScene(grpc::ServerContext*, const v1::ExplainS
     *response->mutable_obstacle() = to_detail(pipeline.refusal().error);
     return grpc::Status::OK;
   }
-  const std::lock_guard lock(measuring_);
+  const MutexLock lock(measuring_);
   const SceneCost measured = measure_cost(**pipeline, scene->spec, scenes_.rig_info());
   v1::SceneCost& cost = *response->mutable_cost();
   cost.set_median_ns(measured.median_ns);

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <atomic>
-#include <mutex>
 
+#include "hal/lock/mutex.h"
 #include "hapticd/v1/scene.grpc.pb.h"
 
 namespace hapticd::server {
@@ -26,7 +26,7 @@ class SceneService final : public v1::SceneService::Service {
   SceneHost& scenes_;
   std::atomic<int> loads_{0};
   std::atomic<int> explanations_{0};
-  std::mutex measuring_;  ///< one cost at a time: two at once would disturb each other
+  SerialMutex measuring_;  ///< one cost at a time: two at once would disturb each other
 };
 
 }  // namespace hapticd::server

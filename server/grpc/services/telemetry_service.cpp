@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "hal/lock/mutex.h"
 #include "server/grpc/calls/served_call.h"
 #include "server/grpc/messages/enums.h"
 #include "server/grpc/messages/status.h"
@@ -120,7 +120,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
 
   void OnSendInitialMetadataDone(bool ok) override {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       if (!ok) return finish_locked(grpc::Status::CANCELLED);
       writing_ = false;
     }
@@ -129,7 +129,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
 
   void OnWriteDone(bool ok) override {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       writing_ = false;
       if (!ok || cancelled_) return finish_locked(grpc::Status::CANCELLED);
     }
@@ -137,7 +137,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   }
 
   void OnCancel() override {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     cancelled_ = true;
     if (!writing_) finish_locked(grpc::Status::CANCELLED);  // otherwise when the present write has failed
   }
@@ -149,7 +149,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
 
  private:
   void write_next() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (writing_ || finished_) return;
     if (!subscription_->take(batch_, Subscription::Clock::now())) {
       if (subscription_->ended()) {
@@ -166,7 +166,7 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
     StartWrite(&message_);
   }
 
-  void finish_locked(const grpc::Status& status) {
+  void finish_locked(const grpc::Status& status) REQUIRES(mutex_) {
     if (std::exchange(finished_, true)) return;
     Finish(status);
   }
@@ -178,13 +178,13 @@ class TelemetryStream final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
   std::shared_ptr<TelemetryStream> self_;
   std::shared_ptr<Subscription> subscription_;
 
-  std::mutex mutex_;  ///< between the hub's thread and gRPC's; never of another stream
-  Subscription::Batch batch_;
-  grpc::ByteBuffer message_;
-  bool writing_ = true;     ///< the metadata are being sent
-  bool described_ = false;  ///< the columns of blocks were sent
-  bool cancelled_ = false;
-  bool finished_ = false;
+  Mutex mutex_;  ///< between the hub's thread and gRPC's; never of another stream
+  Subscription::Batch batch_ GUARDED_BY(mutex_);
+  grpc::ByteBuffer message_ GUARDED_BY(mutex_);
+  bool writing_ GUARDED_BY(mutex_) = true;     ///< the metadata are being sent
+  bool described_ GUARDED_BY(mutex_) = false;  ///< the columns of blocks were sent
+  bool cancelled_ GUARDED_BY(mutex_) = false;
+  bool finished_ GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace

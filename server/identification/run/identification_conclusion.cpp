@@ -118,7 +118,7 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
   }
   IdentificationReport report;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     IdentificationReport& last = reports_.front();
     last.progress = std::move(progress);
     last.instruction.clear();
@@ -133,10 +133,9 @@ void IdentificationRunner::conclude(Run& run, const Ended& ended) {
   const std::int64_t now_s =
       std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch())
           .count();
-  const auto recorded =
-      store_.record_identification({report.id, report.kind, report.object, text_of(state), now_s, hash,
-                                    problem ? problem->text() : std::string(), ""},
-                                   Clock::now() + kStoreTimeout);
+  const auto recorded = store_.record_identification({report.id, report.kind, report.object, text_of(state),
+                                                      now_s, hash, problem ? problem->text() : std::string()},
+                                                     Clock::now() + kStoreTimeout);
   if (!recorded) log_warning(recorded.refusal().error.text());
   const std::string words = "identification '" + report.id + "' is over: " + text_of(state) +
                             (hash.empty() ? "" : ", model " + hash.substr(0, 12)) +

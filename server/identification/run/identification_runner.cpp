@@ -1,5 +1,7 @@
 #include "server/identification/run/identification_runner.h"
 
+#include <pthread.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,6 +33,33 @@ IdentificationState state_of(const std::string& text) {
     if (text == text_of(state)) return state;
   }
   return IdentificationState::kFailed;
+}
+
+constexpr const char* kStartPlace = "StartIdentificationRequest";
+
+Refusal shutting_down() {
+  return {RefusalKind::kUnavailable,
+          {"the service is shutting down", kStartPlace, "", "", "connect again later"}};
+}
+
+/// What is wrong with a request by itself.
+std::optional<Refusal> check_request(const IdentificationRequest& request) {
+  if (auto refusal = check(request.task)) return refusal;
+  if (is_about_object(request.task)) {
+    if (auto error = check_name("object", request.object, std::string(kStartPlace) + ".object")) {
+      return Refusal{RefusalKind::kInvalidArgument, *error};
+    }
+  } else if (!request.object.empty()) {
+    return Refusal{RefusalKind::kInvalidArgument,
+                   {std::string("an identification of kind '") + kind_name(request.task) +
+                        "' is about the rig, not about an object",
+                    std::string(kStartPlace) + ".object", request.object, "empty", "leave it out"}};
+  }
+  if (request.time_limit_s >= 1.0 && request.time_limit_s <= 3600.0) return std::nullopt;
+  return Refusal{
+      std::isfinite(request.time_limit_s) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument,
+      {"the time limit is out of range", std::string(kStartPlace) + ".time_limit_s",
+       fmt::format("{} s", request.time_limit_s), "1 … 3600 s", "choose a time in the range"}};
 }
 
 /// "contact-7" → 7.
@@ -68,132 +97,163 @@ IdentificationRunner::~IdentificationRunner() {
 
 void IdentificationRunner::shutdown() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     shut_down_ = true;
+    cancel_.store(true);
+    while (starting_) changed_.wait(mutex_);  // it sees that it is given up
   }
-  cancel_.store(true);
   if (thread_.joinable()) thread_.join();
 }
 
-Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& request, std::uint64_t lease) {
-  constexpr const char* kPlace = "StartIdentificationRequest";
-  if (auto refusal = check(request.task)) return *refusal;
-  const bool about_object = is_about_object(request.task);
-  const std::string kind = kind_name(request.task);
-  if (about_object) {
-    if (auto error = check_name("object", request.object, std::string(kPlace) + ".object")) {
-      return Refusal{RefusalKind::kInvalidArgument, *error};
+class IdentificationRunner::Turn {
+ public:
+  Turn(IdentificationRunner& runner, std::string id) : id_(std::move(id)), runner_(runner) {}
+  ~Turn() {
+    {
+      const MutexLock lock(runner_.mutex_);
+      runner_.starting_ = false;
     }
-  } else if (!request.object.empty()) {
-    return Refusal{RefusalKind::kInvalidArgument,
-                   {"an identification of kind '" + kind + "' is about the rig, not about an object",
-                    std::string(kPlace) + ".object", request.object, "empty", "leave it out"}};
+    runner_.changed_.notify_all();
   }
-  if (!(request.time_limit_s >= 1.0 && request.time_limit_s <= 3600.0)) {
-    return Refusal{
-        std::isfinite(request.time_limit_s) ? RefusalKind::kOutOfRange : RefusalKind::kInvalidArgument,
-        {"the time limit is out of range", std::string(kPlace) + ".time_limit_s",
-         fmt::format("{} s", request.time_limit_s), "1 … 3600 s", "choose a time in the range"}};
-  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  const std::string& id() const { return id_; }
 
+ private:
+  const std::string id_;
+  IdentificationRunner& runner_;
+};
+
+Outcome<std::string> IdentificationRunner::start(const IdentificationRequest& request, std::uint64_t lease) {
+  if (auto refusal = check_request(request)) return *refusal;
+  const auto turn = take_turn(request, lease);
+  if (!turn) return turn.refusal();
   auto run = std::make_unique<Run>();
   run->request = request;
-  if (auto refusal = fill_reference(run->request, shelf_, scenes_.models())) return *refusal;
-  const std::unique_lock lock(mutex_);
-  if (shut_down_) {
-    return Refusal{RefusalKind::kUnavailable,
-                   {"the service is shutting down", kPlace, "", "", "connect again later"}};
-  }
-  if (!reports_.empty() && reports_.front().state == IdentificationState::kRunning) {
+  run->id = (*turn)->id();
+  if (auto refusal = fill_reference(run->request, shelf_, scenes_.models(), cancel_)) return *refusal;
+  if (auto refusal = request.recording.empty() ? prepare_live(*run) : prepare_recorded(*run)) return *refusal;
+  return begin(std::move(run), **turn);
+}
+
+Outcome<std::unique_ptr<IdentificationRunner::Turn>> IdentificationRunner::take_turn(
+    const IdentificationRequest& request, std::uint64_t lease) {
+  const MutexLock lock(mutex_);
+  if (shut_down_) return shutting_down();
+  const bool runs = !reports_.empty() && reports_.front().state == IdentificationState::kRunning;
+  if (runs || starting_) {
     return Refusal{RefusalKind::kFailedPrecondition,
-                   {"another identification is under way", kPlace, reports_.front().id, "one at a time",
-                    "wait until it is over, or cancel it"},
+                   {"another identification is under way", kStartPlace, runs ? reports_.front().id : "",
+                    "one at a time", "wait until it is over, or cancel it"},
                    Reason::kBusy};
   }
-  run->id = fmt::format("{}-{}", kind, started_ + 1);
-  if (!request.recording.empty()) {
-    const auto motion = recorded_motion(request.task);
-    if (!motion) {
-      return Refusal{
-          RefusalKind::kInvalidArgument,
-          {"an identification of kind '" + kind + "' needs the rig", std::string(kPlace) + ".recording",
-           request.recording, "contact, friction, structural_stiffness, tool, threshold or inclusion",
-           "identify it on the rig"}};
-    }
-    auto recording = shelf_.find(request.recording);
-    if (!recording) return recording.refusal();
-    run->recording = *recording;
-    auto rows = RecordedObservations::open(run->recording->file.path(), *motion, run->recording->description,
-                                           request.geometry.press_direction);
-    if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
-    if (auto* friction = std::get_if<identification::FrictionTask>(&run->request.task)) {
-      friction->normal_force_n = run->recording->normal_force_n;
-    }
-    if (auto refusal = check(run->request.task)) return *refusal;
-    run->identification = make_identification(run->request.task, rows->rig_info());
-    run->rows = std::move(*rows);
+  starting_ = true;
+  lease_ = request.recording.empty() ? lease : 0;
+  lost_control_.reset();
+  cancel_.store(false);
+  return std::make_unique<Turn>(*this, fmt::format("{}-{}", kind_name(request.task), started_ + 1));
+}
+
+std::optional<Refusal> IdentificationRunner::prepare_recorded(Run& run) {
+  const IdentificationRequest& request = run.request;
+  const auto motion = recorded_motion(request.task);
+  if (!motion) {
+    return Refusal{
+        RefusalKind::kInvalidArgument,
+        {std::string("an identification of kind '") + kind_name(request.task) + "' needs the rig",
+         std::string(kStartPlace) + ".recording", request.recording,
+         "contact, friction, structural_stiffness, tool, threshold or inclusion", "identify it on the rig"}};
+  }
+  auto recording = shelf_.find(request.recording);
+  if (!recording) return recording.refusal();
+  run.recording = *recording;
+  auto rows = RecordedObservations::open(run.recording->file.path(), *motion, run.recording->description,
+                                         request.geometry.press_direction, &cancel_);
+  if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
+  if (auto* friction = std::get_if<identification::FrictionTask>(&run.request.task)) {
+    friction->normal_force_n = run.recording->normal_force_n;
+  }
+  if (auto refusal = check(run.request.task)) return *refusal;
+  run.identification = make_identification(run.request.task, rows->rig_info());
+  run.rows = std::move(*rows);
+  return std::nullopt;
+}
+
+std::optional<Refusal> IdentificationRunner::prepare_live(Run& run) {
+  const IdentificationRequest& request = run.request;
+  if (auto refusal = session_.unavailable()) return *refusal;
+  if (auto refusal = check_rig(request.task, session_.rig_info())) return *refusal;
+  if (is_held_back(request.task)) {
+    return Refusal{RefusalKind::kFailedPrecondition,
+                   {"the guard is latched", "guard", "", "", "fix the cause and clear it first"},
+                   Reason::kGuardLatched};
+  }
+  const bool presses_down_only =
+      session_.simulation() != nullptr || std::holds_alternative<identification::InclusionTask>(request.task);
+  if (auto refusal = check_geometry(request.geometry, presses_down_only)) return *refusal;
+  if (const auto scene = scenes_.current()) run.usual = scene->spec.guard;
+  auto reservation = scenes_.reserve("identification '" + run.id + "'");
+  if (!reservation) return reservation.refusal();
+  run.reservation.emplace(std::move(*reservation));
+  const hal::RigInfo& rig = session_.rig_info();
+  run.view.emplace(request.task, request.geometry, rig, scenes_.models().of_rig(rig),
+                   biases_.zero_in_force());
+  auto* inclusion = std::get_if<identification::InclusionTask>(&run.request.task);
+  if (inclusion != nullptr && !inclusion->tip_radius_mm && session_.simulation() != nullptr) {
+    inclusion->tip_radius_mm = sim::PhantomParameters::kTipRadiusMm;
+  }
+  run.identification = make_identification(run.request.task, run.view->rig_info());
+  if (store_.in_memory()) return std::nullopt;
+  auto kept = ObservationFile::create(store_.path() + ".data/" + run.id + ".csv", rig.has_external_position);
+  if (kept) {
+    run.kept.emplace(std::move(*kept));
   } else {
-    if (auto refusal = session_.unavailable()) return *refusal;
-    if (auto refusal = check_rig(request.task, session_.rig_info())) return *refusal;
-    if (is_held_back(request.task)) {
-      return Refusal{RefusalKind::kFailedPrecondition,
-                     {"the guard is latched", "guard", "", "", "fix the cause and clear it first"},
-                     Reason::kGuardLatched};
-    }
-    const bool presses_down_only = session_.simulation() != nullptr ||
-                                   std::holds_alternative<identification::InclusionTask>(request.task);
-    if (auto refusal = check_geometry(request.geometry, presses_down_only)) return *refusal;
-    if (const auto scene = scenes_.current()) run->usual = scene->spec.guard;
-    auto reservation = scenes_.reserve("identification '" + run->id + "'");
-    if (!reservation) return reservation.refusal();
-    run->reservation.emplace(std::move(*reservation));
-    const hal::RigInfo& rig = session_.rig_info();
-    run->view.emplace(request.task, request.geometry, rig, scenes_.models().of_rig(rig),
-                      biases_.zero_in_force());
-    auto* inclusion = std::get_if<identification::InclusionTask>(&run->request.task);
-    if (inclusion != nullptr && !inclusion->tip_radius_mm && session_.simulation() != nullptr) {
-      inclusion->tip_radius_mm = sim::PhantomParameters::kTipRadiusMm;
-    }
-    run->identification = make_identification(run->request.task, run->view->rig_info());
-    if (!store_.in_memory()) {
-      auto kept =
-          ObservationFile::create(store_.path() + ".data/" + run->id + ".csv", rig.has_external_position);
-      if (kept) {
-        run->kept.emplace(std::move(*kept));
-      } else {
-        log_warning(kept.error().text());
-      }
+    log_warning(kept.error().text());
+  }
+  return std::nullopt;
+}
+
+Outcome<std::string> IdentificationRunner::begin(std::unique_ptr<Run> run, Turn& turn) {
+  if (thread_.joinable())
+    thread_.join();  // the last one has reported its end: it writes that down and leaves
+  IdentificationReport report;
+  report.id = turn.id();
+  report.kind = kind_name(run->request.task);
+  report.object = run->request.object;
+  report.recording = run->request.recording;
+  report.time_limit_s = run->request.time_limit_s;
+  report.version = 1;
+  std::optional<Refusal> refusal;
+  {
+    const MutexLock lock(mutex_);
+    if (shut_down_) {
+      refusal = shutting_down();
+    } else if (lost_control_) {  // while it was prepared
+      refusal = Refusal{RefusalKind::kAborted, *lost_control_, Reason::kLeaseLost};
+    } else {
+      ++started_;
+      reports_.push_front(std::move(report));
+      if (reports_.size() > kKept) reports_.pop_back();
     }
   }
-
-  ++started_;
-  IdentificationReport report;
-  report.id = run->id;
-  report.kind = kind;
-  report.object = request.object;
-  report.recording = request.recording;
-  report.time_limit_s = request.time_limit_s;
-  report.version = 1;
-  reports_.push_front(std::move(report));
-  if (reports_.size() > kKept) reports_.pop_back();
-  cancel_.store(false);
-  lease_ = run->rows ? 0 : lease;
-  lost_control_.reset();
-  if (thread_.joinable()) thread_.join();  // the last one has reported its end and only leaves
-  const std::string id = run->id;
+  if (refusal) {
+    if (run->kept) run->kept->discard();
+    return *refusal;
+  }
   thread_ = std::thread([this, run = std::move(run)] { perform(*run); });
-  log_info("identification '" + id + "' begins");
-  return id;
+  log_info("identification '" + turn.id() + "' begins");
+  return turn.id();
 }
 
 void IdentificationRunner::perform(Run& run) {
+  pthread_setname_np(pthread_self(), "identification");
   const Ended ended = run.rows ? listen_to_recording(run) : listen_to_rig(run);
   conclude(run, ended);
 }
 
 void IdentificationRunner::publish(const Run& run, const identification::IdentificationProgress& progress) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     IdentificationReport& report = reports_.front();
     report.progress = progress;
     report.instruction = run.instruction;
@@ -212,7 +272,8 @@ IdentificationReport* IdentificationRunner::find_locked(const std::string& id) {
 
 Outcome<IdentificationReport> IdentificationRunner::report(const std::string& id, std::uint64_t newer_than,
                                                            const Caller& caller) {
-  std::unique_lock lock(mutex_);
+  constexpr std::chrono::milliseconds kSlice{50};
+  MutexLock lock(mutex_);
   const IdentificationReport* found = find_locked(id);
   if (found == nullptr) {
     std::vector<std::string> ids;
@@ -223,11 +284,14 @@ Outcome<IdentificationReport> IdentificationRunner::report(const std::string& id
          "identification", id, comma_separated(ids), "list them"}};
   }
   const std::string wanted = found->id;  // others may begin while this one is waited for
-  constexpr std::chrono::milliseconds kSlice{50};
   while (found != nullptr && found->version <= newer_than && found->state == IdentificationState::kRunning &&
-         Clock::now() < caller.deadline && !caller.cancelled() && !shut_down_) {
-    changed_.wait_for(lock, kSlice);
+         !shut_down_) {
+    changed_.wait_for(mutex_, kSlice);
+    lock.unlock();
+    const bool caller_waits = Clock::now() < caller.deadline && !caller.cancelled();
+    lock.lock();
     found = find_locked(wanted);
+    if (!caller_waits) break;
   }
   if (found == nullptr) {
     return Refusal{RefusalKind::kNotFound,
@@ -241,7 +305,7 @@ Outcome<IdentificationReport> IdentificationRunner::cancel(const std::string& id
   if (!now) return now;
   {
     // Whether it is the one that runs is decided under the lock: a later one is not to be hit.
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const IdentificationReport* found = find_locked(now->id);
     if (found != nullptr && found->state == IdentificationState::kRunning) cancel_.store(true);
   }
@@ -256,15 +320,16 @@ Outcome<IdentificationReport> IdentificationRunner::cancel(const std::string& id
 }
 
 void IdentificationRunner::end_under(std::uint64_t lease, const hal::Error& why) {
-  const std::lock_guard lock(mutex_);
-  const bool runs = !reports_.empty() && reports_.front().state == IdentificationState::kRunning;
+  const MutexLock lock(mutex_);
+  const bool runs =
+      starting_ || (!reports_.empty() && reports_.front().state == IdentificationState::kRunning);
   if (!runs || lease == 0 || lease_ != lease) return;
   lost_control_ = why;
   cancel_.store(true);
 }
 
 std::vector<IdentificationReport> IdentificationRunner::list() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return {reports_.begin(), reports_.end()};
 }
 

@@ -1,18 +1,17 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/lock/callback.h"
+#include "hal/lock/mutex.h"
 #include "server/identification/run/identification_task.h"
 #include "server/identification/run/recording_shelf.h"
 #include "server/identification/session/identification.h"
@@ -57,7 +56,9 @@ struct IdentificationReport {
 
 /// Runs identifications, one at a time, in a thread of its own: listens to the loop, has the simulated hand
 /// do what is wanted or instructs the user, and stores what was found. It belongs to the daemon: clients come
-/// and go. Any thread may call.
+/// and go. Any thread may call. Its budget is two threads and one row of each recording in memory: the thread
+/// that runs, and that of the call that starts the next one, which reads the recording once before.
+/// Recordings are read, files made and the model store waited for without its lock.
 class IdentificationRunner {
  public:
   static constexpr std::size_t kKept = 64;
@@ -69,11 +70,12 @@ class IdentificationRunner {
   IdentificationRunner(const IdentificationRunner&) = delete;
   IdentificationRunner& operator=(const IdentificationRunner&) = delete;
 
-  /// Returns once it runs. `lease`: number of the state of control it was started under.
-  Outcome<std::string> start(const IdentificationRequest& request, std::uint64_t lease = 0);
+  /// Returns once it runs. `lease`: number of the state of control it was started under. Of calls at the same
+  /// time all but the first are refused as busy.
+  Outcome<std::string> start(const IdentificationRequest& request, std::uint64_t lease = 0) EXCLUDES(mutex_);
   /// Cancels what runs on the rig if it was started under this number; the report says why. Waits for
   /// nothing.
-  void end_under(std::uint64_t lease, const hal::Error& why);
+  void end_under(std::uint64_t lease, const hal::Error& why) EXCLUDES(mutex_);
   /// The report of an identification; empty id = of the one that runs, else the last. With `newer_than`, as
   /// soon as its version is beyond that, it is over, or the caller's timeout is.
   Outcome<IdentificationReport> report(const std::string& id, std::uint64_t newer_than, const Caller& caller);
@@ -86,17 +88,24 @@ class IdentificationRunner {
 
   RecordingShelf& recordings() { return shelf_; }
   /// Called when one is over, in its thread, in words. Set before the first.
-  void on_end(std::function<void(const std::string& words)> call) { on_end_ = std::move(call); }
+  void on_end(Callback<void(const std::string& words)> call) { on_end_ = std::move(call); }
 
  private:
   /// Why data stopped coming.
   enum class Ending : std::uint8_t { kConverged, kNoMoreData, kCancelled, kFault };
   struct Run;
+  /// The right to begin the next one, from the check that none is under way to the moment at which it runs.
+  class Turn;
   struct Ended {
     Ending ending = Ending::kNoMoreData;
     std::optional<hal::Error> problem;
   };
 
+  Outcome<std::unique_ptr<Turn>> take_turn(const IdentificationRequest& request, std::uint64_t lease)
+      EXCLUDES(mutex_);
+  std::optional<Refusal> prepare_recorded(Run& run) EXCLUDES(mutex_);
+  std::optional<Refusal> prepare_live(Run& run) EXCLUDES(mutex_);
+  Outcome<std::string> begin(std::unique_ptr<Run> run, Turn& turn) EXCLUDES(mutex_);
   void perform(Run& run);
   Ended listen_to_rig(Run& run);
   Ended listen_to_recording(Run& run);
@@ -106,7 +115,7 @@ class IdentificationRunner {
   /// The guard is latched, and that matters: someone stopped everything, or force is needed.
   bool is_held_back(const IdentificationTask& task);
   void publish(const Run& run, const identification::IdentificationProgress& progress);
-  IdentificationReport* find_locked(const std::string& id);
+  IdentificationReport* find_locked(const std::string& id) REQUIRES(mutex_);
 
   Session& session_;
   SceneHost& scenes_;
@@ -114,17 +123,18 @@ class IdentificationRunner {
   const SensorBiases& biases_;
   ModelStore& store_;
   RecordingShelf shelf_;
-  std::function<void(const std::string&)> on_end_ = [](const std::string&) {};
+  Callback<void(const std::string&)> on_end_ = [](const std::string&) {};
 
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<IdentificationReport> reports_;  ///< newest first
-  std::uint64_t started_ = 0;
-  std::uint64_t lease_ = 0;  ///< of what runs on the rig; 0 = none
-  std::optional<hal::Error> lost_control_;
-  bool shut_down_ = false;
+  mutable Mutex mutex_;
+  Condition changed_;
+  std::deque<IdentificationReport> reports_ GUARDED_BY(mutex_);  ///< newest first
+  std::uint64_t started_ GUARDED_BY(mutex_) = 0;
+  bool starting_ GUARDED_BY(mutex_) = false;    ///< a call has the turn to begin the next one
+  std::uint64_t lease_ GUARDED_BY(mutex_) = 0;  ///< of what runs, or begins, on the rig; 0 = none
+  std::optional<hal::Error> lost_control_ GUARDED_BY(mutex_);
+  bool shut_down_ GUARDED_BY(mutex_) = false;
   std::atomic<bool> cancel_{false};
-  std::thread thread_;
+  std::thread thread_;  ///< of the call that has the turn; after shutdown() of no one
 };
 
 }  // namespace hapticd::server

@@ -15,16 +15,16 @@ constexpr const char* kRecording = "StartIdentificationRequest.inclusion.referen
 constexpr const char* kModel = "StartIdentificationRequest.inclusion.reference_model";
 
 std::optional<Refusal> read_presses(const std::string& id, const RecordingShelf& shelf,
-                                    identification::InclusionTask& task) {
+                                    const std::atomic<bool>& given_up, identification::InclusionTask& task) {
   auto recording = shelf.find(id);
   if (!recording) return recording.refusal();
-  const auto rows =
-      RecordedObservations::open((*recording)->file.path(), RecordedMotion::kScan, (*recording)->description);
+  const auto rows = RecordedObservations::open((*recording)->file.path(), RecordedMotion::kScan,
+                                               (*recording)->description, {0.0, 0.0, -1.0}, &given_up);
   if (!rows) return Refusal{RefusalKind::kInvalidArgument, rows.error()};
   identification::PressCollector collector(rows->rig_info(), task.threshold_n);
   if (auto error = rows->read([&](const rt::Observation& observation) {
         collector.add(observation);
-        return true;
+        return !given_up.load();
       })) {
     return Refusal{RefusalKind::kInvalidArgument, std::move(*error)};
   }
@@ -61,7 +61,7 @@ std::optional<Refusal> take_law(const std::string& name, const ModelLibrary& mod
 }  // namespace
 
 std::optional<Refusal> fill_reference(IdentificationRequest& request, const RecordingShelf& shelf,
-                                      const ModelLibrary& models) {
+                                      const ModelLibrary& models, const std::atomic<bool>& given_up) {
   auto* task = std::get_if<identification::InclusionTask>(&request.task);
   if (task == nullptr) return std::nullopt;
   if (!request.reference_recording.empty() && !request.reference_model.empty()) {
@@ -70,7 +70,7 @@ std::optional<Refusal> fill_reference(IdentificationRequest& request, const Reco
                     "a recording or a model", "leave one of them out"}};
   }
   if (!request.reference_recording.empty()) {
-    if (auto refusal = read_presses(request.reference_recording, shelf, *task)) return refusal;
+    if (auto refusal = read_presses(request.reference_recording, shelf, given_up, *task)) return refusal;
   } else if (!request.reference_model.empty()) {
     if (auto refusal = take_law(request.reference_model, models, *task)) return refusal;
   }

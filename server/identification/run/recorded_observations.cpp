@@ -131,7 +131,9 @@ std::optional<hal::Error> unknown_quantity(const RecordingDescription& descripti
 
 hal::Result<RecordedObservations> RecordedObservations::open(const std::string& path, RecordedMotion motion,
                                                              const RecordingDescription& description,
-                                                             const hal::Vector3& press_direction) {
+                                                             const hal::Vector3& press_direction,
+                                                             const std::atomic<bool>* given_up) {
+  const auto go_on = [given_up] { return given_up == nullptr || !given_up->load(); };
   std::vector<Role> roles = roles_of(motion);
   if (auto error = unknown_quantity(description, roles)) return *error;
   auto opened = replay::TableFile::open(path);
@@ -203,9 +205,13 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
         last_s = now_s;
         summary.duration_s = now_s;
         ++summary.rows;
-        return true;
+        return go_on();
       })) {
     return *error;
+  }
+  if (!go_on()) {
+    return hal::Error{"reading was given up", "recording '" + description.name + "'",
+                      fmt::format("after {} rows", summary.rows), "", "start it again"};
   }
   if (summary.rows < kMinRows) {
     return hal::Error{"the recording is too short", "recording '" + description.name + "'",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -49,10 +50,11 @@ class RecordedObservations {
   /// Reads the file once. Refuses, with line and column, what TableFile and select_column() refuse,
   /// quantities that are none of the motion's, time that does not increase, fewer than ten rows and more than
   /// a month. `press_direction` (rig frame, of any length): kBend and kRigid, of what was measured along one
-  /// axis only.
+  /// axis only. Ends with an error soon after `given_up` is set.
   static hal::Result<RecordedObservations> open(const std::string& path, RecordedMotion motion,
                                                 const RecordingDescription& description,
-                                                const hal::Vector3& press_direction = {0.0, 0.0, -1.0});
+                                                const hal::Vector3& press_direction = {0.0, 0.0, -1.0},
+                                                const std::atomic<bool>* given_up = nullptr);
 
   const RecordingSummary& summary() const noexcept { return summary_; }
   /// Quantities that were found by hapticd's own names of columns, in words; see recording_columns.h.

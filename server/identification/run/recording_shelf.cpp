@@ -44,7 +44,7 @@ Outcome<std::unique_ptr<RecordingShelf::Upload>> RecordingShelf::begin(
   std::unique_ptr<Upload> upload(new Upload(std::move(*file)));
   ShelvedRecording& recording = *upload->recording_;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     recording.id = fmt::format("recording-{}", ++uploads_);
   }
   recording.description = description;
@@ -68,14 +68,14 @@ Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::finish(std::uni
          "a header line with the columns' names, then rows of numbers", "send a CSV or MCAP file"}};
   }
   recording.sha256 = upload->digest_.finish();
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   shelf_.push_back(upload->recording_);
   if (shelf_.size() > kMaxRecordings) shelf_.pop_front();
   return shelf_.back();
 }
 
 Outcome<std::shared_ptr<const ShelvedRecording>> RecordingShelf::find(const std::string& id) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   std::vector<std::string> ids;
   for (const auto& recording : shelf_) {
     if (recording->id == id) return recording;

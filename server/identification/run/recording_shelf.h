@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "hal/lock/mutex.h"
 #include "server/identification/run/recorded_observations.h"
 #include "server/identification/run/sha256_stream.h"
 #include "server/identification/run/unnamed_file.h"
@@ -56,9 +56,9 @@ class RecordingShelf {
   Outcome<std::shared_ptr<const ShelvedRecording>> find(const std::string& id) const;
 
  private:
-  mutable std::mutex mutex_;
-  std::uint64_t uploads_ = 0;
-  std::deque<std::shared_ptr<const ShelvedRecording>> shelf_;
+  mutable Mutex mutex_;
+  std::uint64_t uploads_ GUARDED_BY(mutex_) = 0;
+  std::deque<std::shared_ptr<const ShelvedRecording>> shelf_ GUARDED_BY(mutex_);
 };
 
 }  // namespace hapticd::server

@@ -16,7 +16,7 @@ Outcome<std::uint64_t> ModelStore::record_identification(const EndedIdentificati
     SQLite::Statement row(state_->database,
                           "INSERT INTO identifications "
                           "(id, kind, object, state, ended_at, model, problem, progress) "
-                          "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+                          "VALUES (?, ?, ?, ?, ?, ?, ?, x'')");  // no longer used
     row.bind(1, ended.id);
     row.bind(2, ended.kind);
     row.bind(3, ended.object);
@@ -24,7 +24,6 @@ Outcome<std::uint64_t> ModelStore::record_identification(const EndedIdentificati
     row.bind(5, ended.ended_at_unix_s);
     row.bind(6, ended.model_hash);
     row.bind(7, ended.problem);
-    row.bind(8, static_cast<const void*>(ended.progress.data()), static_cast<int>(ended.progress.size()));
     row.exec();
     const auto sequence = static_cast<std::uint64_t>(state_->database.getLastInsertRowid());
     state_->database.exec(std::string("DELETE FROM identifications WHERE sequence <= "
@@ -39,7 +38,7 @@ Outcome<std::vector<EndedIdentification>> ModelStore::list_identifications(std::
                                                                            Until until) const {
   return state_->guarded(until, [&]() -> Outcome<std::vector<EndedIdentification>> {
     SQLite::Statement query(state_->database,
-                            "SELECT id, kind, object, state, ended_at, model, problem, progress "
+                            "SELECT id, kind, object, state, ended_at, model, problem "
                             "FROM identifications ORDER BY sequence DESC LIMIT ?");
     query.bind(1, static_cast<std::int64_t>(std::min<std::size_t>(limit, 1'000'000)));
     std::vector<EndedIdentification> all;
@@ -52,8 +51,6 @@ Outcome<std::vector<EndedIdentification>> ModelStore::list_identifications(std::
       ended.ended_at_unix_s = query.getColumn(4).getInt64();
       ended.model_hash = query.getColumn(5).getString();
       ended.problem = query.getColumn(6).getString();
-      const SQLite::Column progress = query.getColumn(7);
-      if (progress.getBytes() > 0) ended.progress = progress.getString();
     }
     return all;
   });

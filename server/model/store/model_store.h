@@ -53,7 +53,6 @@ struct EndedIdentification {
   std::int64_t ended_at_unix_s = 0;
   std::string model_hash;  ///< empty where there is none; it may have been deleted since
   std::string problem;
-  std::string progress;  ///< the last one reported, opaque
 };
 
 /// Identified models, kept permanently: immutable, under the hash of their content, with tags that can move.

@@ -4,7 +4,6 @@
 #include <sqlite3.h>
 
 #include <chrono>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "server/model/store/model_store.h"
 
 namespace hapticd::server {
@@ -41,7 +41,7 @@ struct ModelStore::State {
   auto guarded(Until until, Call call) -> decltype(call()) {
     for (;;) {
       {
-        const std::lock_guard lock(mutex);
+        const MutexLock lock(mutex);
         try {
           return call();
         } catch (const SQLite::Exception& failure) {
@@ -86,10 +86,10 @@ struct ModelStore::State {
   Outcome<StoredModel> insert(const rt::IdentifiedModel& model, const std::string& canonical,
                               const std::string& hash, const std::string& identified_on);
 
-  std::string path;      ///< empty = in memory
-  std::string rig_kind;  ///< of the served rig; empty = any
-  mutable std::mutex mutex;
-  SQLite::Database database;
+  std::string path;           ///< empty = in memory
+  std::string rig_kind;       ///< of the served rig; empty = any
+  mutable SerialMutex mutex;  ///< held while the file is read or written
+  SQLite::Database database;  ///< used within guarded() and set_up() only
 };
 
 }  // namespace hapticd::server

@@ -1,11 +1,13 @@
 #include "server/recording/export/csv_sink.h"
 
-#include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "hal/recording/recording_names.h"
+#include "proto/text/utf8_text.h"
 
 namespace hapticd::server {
 
@@ -40,10 +42,8 @@ hal::Result<std::unique_ptr<TableSink>> CsvSink::create(const std::string& path,
   return std::unique_ptr<TableSink>(std::move(sink));
 }
 
-void CsvSink::comment(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  stream_ << "# " << text << '\n';
+void CsvSink::comment(const std::string& text) {
+  stream_ << "# " << text::printable(text) << '\n';
 }
 
 void CsvSink::add_metadata(const std::string& name, const recording::Texts& texts) {
@@ -79,15 +79,17 @@ std::optional<hal::Error> CsvSink::add_row(const recording::Row& row) {
     }
   }
   line_ += '\n';
+  errno = 0;
   stream_.write(line_.data(), static_cast<std::streamsize>(line_.size()));
   if (stream_) return std::nullopt;
-  return hal::Error{"the file cannot be written to its end", path_, "", "", "is the disk full?"};
+  return unwritten(path_, errno);
 }
 
 std::optional<hal::Error> CsvSink::finish() {
+  errno = 0;
   stream_.close();
   if (stream_) return std::nullopt;
-  return hal::Error{"the file cannot be written to its end", path_, "", "", "is the disk full?"};
+  return unwritten(path_, errno);
 }
 
 }  // namespace hapticd::server

@@ -23,7 +23,7 @@ class CsvSink final : public TableSink {
  private:
   CsvSink(std::string path, std::vector<ExportColumn> columns)
       : path_(std::move(path)), columns_(std::move(columns)) {}
-  void comment(std::string text);
+  void comment(const std::string& text);
 
   std::string path_;
   std::vector<ExportColumn> columns_;

@@ -18,6 +18,8 @@ constexpr hsize_t kChunkRows = 4096;
 constexpr unsigned kDeflateLevel = 1;
 /// An attribute may have 64 kB.
 constexpr std::size_t kMaxAttribute = 60'000;
+/// Of the text of an event: all have the room of the longest. The daemon writes less.
+constexpr std::size_t kMaxEventText = 4096;
 
 /// An object of the library, closed by its own function.
 class Handle {
@@ -112,20 +114,20 @@ struct Hdf5Sink::State {
     hid_t type() const { return content == Cells::kIntegers ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE; }
   };
 
-  hal::Error failed(const char* what) const { return {what, path, "", "", "is the disk full?"}; }
+  /// The library does not pass on why.
+  hal::Error failed() const { return unwritten(path, 0); }
 
   std::optional<hal::Error> flush() {
     if (buffered == 0) return std::nullopt;
     const hsize_t size = rows + buffered;
     const Handle memory(H5Screate_simple(1, &buffered, nullptr), H5Sclose);
     for (Dataset& dataset : datasets) {
-      if (H5Dset_extent(dataset.handle.get(), &size) < 0)
-        return failed("the file cannot be written to its end");
+      if (H5Dset_extent(dataset.handle.get(), &size) < 0) return failed();
       const Handle space(H5Dget_space(dataset.handle.get()), H5Sclose);
       H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, &rows, nullptr, &buffered, nullptr);
       if (H5Dwrite(dataset.handle.get(), dataset.type(), memory.get(), space.get(), H5P_DEFAULT,
                    dataset.cells.data()) < 0) {
-        return failed("the file cannot be written to its end");
+        return failed();
       }
       dataset.cells.clear();
     }
@@ -168,7 +170,7 @@ hal::Result<std::unique_ptr<TableSink>> Hdf5Sink::create(const std::string& path
   for (const ExportColumn& one : columns) {
     const hid_t type = one.column.is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE;
     Handle dataset = make_growing(group.get(), one.column.name, type);
-    if (!dataset.good()) return state->failed("a column cannot be written");
+    if (!dataset.good()) return state->failed();
     set_text(dataset.get(), "unit", one.column.unit);
     set_text(dataset.get(), "description", description_of(one.column.name));
     H5DSattach_scale(dataset.get(), scale.get(), 0);
@@ -237,6 +239,7 @@ template <class Get>
 void Hdf5Sink::State::write_texts(hid_t group, const char* name, Get get) {
   std::size_t longest = 1;
   for (const recording::Event& event : events) longest = std::max(longest, std::string(get(event)).size());
+  longest = std::min(longest, kMaxEventText);
   std::string all;
   for (const recording::Event& event : events) {
     std::string text = get(event);
@@ -277,7 +280,7 @@ std::optional<hal::Error> Hdf5Sink::finish() {
   state_->write_events();
   state_->datasets.clear();
   if (H5Fflush(state_->file.get(), H5F_SCOPE_GLOBAL) < 0 || !state_->file.reset()) {
-    return state_->failed("the file cannot be written to its end");
+    return state_->failed();
   }
   return std::nullopt;
 }

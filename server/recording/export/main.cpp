@@ -6,8 +6,10 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "proto/text/utf8_text.h"
 #include "server/recording/export/table_export.h"
 
 namespace {
@@ -15,17 +17,30 @@ namespace {
 constexpr int kRefused = 2;
 /// Below all that the daemon does.
 constexpr int kNiceness = 15;
+/// Of what a recording with the largest chunks takes, several times as much.
+constexpr rlim_t kMaxMemory = rlim_t{4} << 30U;
+
+/// The daemon must not suffer for it: below all that it does, and ended first where memory is short. A child
+/// of the daemon has inherited that the daemon is ended last.
+void be_modest() {
+  setpriority(PRIO_PROCESS, 0, kNiceness);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map far more than they use
+  const rlimit memory{kMaxMemory, kMaxMemory};
+  setrlimit(RLIMIT_AS, &memory);
+#endif
+  std::ofstream("/proc/self/oom_score_adj") << 800;
+}
 
 int refuse(const hapticd::hal::Error& error, bool json) {
   if (json) {
-    const nlohmann::json parts{{"what", error.what},
-                               {"where", error.where},
-                               {"value", error.value},
-                               {"limit", error.limit},
-                               {"remedy", error.remedy}};
-    fmt::print(stderr, "{}\n", parts.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    const nlohmann::json parts{
+        {"what", error.what},     {"where", error.where},
+        {"value", error.value},   {"limit", error.limit},
+        {"remedy", error.remedy}, {"is_full", error.code == hapticd::hal::ErrorCode::kFull}};
+    const std::string words = parts.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    fmt::print(stderr, "{}\n", hapticd::text::printable(words));
   } else {
-    fmt::print(stderr, "hapticd-export: {}\n", error.text());
+    fmt::print(stderr, "hapticd-export: {}\n", hapticd::text::printable(error.text()));
   }
   return kRefused;
 }
@@ -55,7 +70,8 @@ int main(int argc, char** argv) {
       "  hapticd-export press.mcap --out press.csv --columns contact_reaction_force_n --from 10 --to 20");
   CLI11_PARSE(app, argc, argv);
   if (format->count() == 0 && request.output.ends_with(".csv")) request.format = TableFormat::kCsv;
-  setpriority(PRIO_PROCESS, 0, kNiceness);
+  be_modest();
+  if (json_errors) request.links = hapticd::recording::Links::kRefused;
   try {
     if (const auto error = export_table(request)) return refuse(*error, json_errors);
   } catch (const std::exception& error) {

@@ -1,9 +1,12 @@
 #include "server/recording/export/table_export.h"
 
 #include <fmt/format.h>
+#include <sys/statvfs.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <utility>
 
@@ -18,6 +21,9 @@ namespace {
 
 using recording::kTickColumn;
 using recording::kTimeColumn;
+
+/// Bytes that are free: less than what a library writes at once.
+constexpr double kFullBelow = 1e6;
 
 hal::Result<std::vector<ExportColumn>> chosen_columns(const recording::RecordingFile& file,
                                                       const ExportRequest& request) {
@@ -60,9 +66,24 @@ std::optional<hal::Error> check_span(const ExportRequest& request) {
 
 }  // namespace
 
+hal::Error unwritten(const std::string& path, int failure) {
+  const double left = [&path] {
+    struct statvfs disk {};
+    return statvfs(path.c_str(), &disk) == 0
+               ? static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize)
+               : 1e300;
+  }();
+  const bool is_full = failure == ENOSPC || failure == EDQUOT || left < kFullBelow;
+  return hal::Error::of(is_full ? hal::ErrorCode::kFull : hal::ErrorCode::kOther,
+                        is_full ? "the disk is full" : "the file cannot be written to its end", path,
+                        failure == 0 ? "" : std::strerror(failure), "",
+                        is_full ? "make room there, or export fewer columns or a shorter span"
+                                : "see its folder and the limits of this process");
+}
+
 std::optional<hal::Error> export_table(const ExportRequest& request) {
   if (auto error = check_span(request)) return error;
-  const auto file = recording::RecordingFile::open(request.input);
+  const auto file = recording::RecordingFile::open(request.input, request.links);
   if (!file) return file.error();
   auto columns = chosen_columns(*file, request);
   if (!columns) return columns.error();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/recording/mcap_reader.h"
 
 namespace hapticd::server {
 
@@ -19,6 +20,7 @@ struct ExportRequest {
   double from_s = 0.0;               ///< after the first row
   double to_s = 0.0;                 ///< 0 = to the end
   std::uint32_t decimation = 1;      ///< every n-th row
+  recording::Links links = recording::Links::kFollowed;  ///< at the end of `input`
 };
 
 /// Writes a recording as a table. Errors: a column that it does not have (those that it has are named), no

@@ -21,6 +21,9 @@ class TableSink {
   virtual std::optional<hal::Error> finish() = 0;
 };
 
+/// Why a table could not be written to its end: `failure` is errno, or 0 where it is not known.
+hal::Error unwritten(const std::string& path, int failure);
+
 /// A column that is written: its place in the row.
 struct ExportColumn {
   std::size_t index = 0;

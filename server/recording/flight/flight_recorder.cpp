@@ -89,7 +89,7 @@ std::optional<hal::Error> FlightRecorder::open() {
 
 void FlightRecorder::shutdown() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ending_ = true;
   }
   signal_.notify_all();
@@ -126,7 +126,7 @@ std::optional<Refusal> FlightRecorder::request(const std::string& reason, const 
   event.kind = EventKind::kAnnotation;
   event.text = reason.empty() ? "an incident was requested" : reason;
   event.by = by;
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   requests_.push_back(std::move(event));
   return std::nullopt;
 }
@@ -148,21 +148,21 @@ Outcome<RecordingInfo> FlightRecorder::remove(const std::string& id) {
   if (!path) return path.refusal();
   RecordingInfo info = read_info(*path);
   if (auto error = folder_.remove(id)) return Refusal{RefusalKind::kFailedPrecondition, *error};
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   if (last_ && last_->id == id) last_.reset();
   return info;
 }
 
 std::optional<FlightRecorder::Last> FlightRecorder::last() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return last_;
 }
 
 void FlightRecorder::run() {
   pthread_setname_np(pthread_self(), "flight");
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (!ending_) {
-    signal_.wait_for(lock, kRingPoll, [this] { return ending_; });
+    signal_.wait_for(mutex_, kRingPoll);
     lock.unlock();
     take_records();
     note_scene();
@@ -170,7 +170,7 @@ void FlightRecorder::run() {
     lock.lock();
   }
   lock.unlock();
-  hub_.pump(Clock::now());
+  hub_.flush();
   take_records();
   finish_pending(true);
   hub_.unsubscribe(subscription_);
@@ -183,7 +183,7 @@ void FlightRecorder::run() {
 void FlightRecorder::take_records() {
   std::deque<Event> requests;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     requests.swap(requests_);
   }
   Subscription::Batch batch;
@@ -293,7 +293,7 @@ void FlightRecorder::finish_pending(bool now) {
   incident.row_count = ring_->written() - incident.first_row;
   incident.events.assign(events_.begin(), events_.end());
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     orders_.push_back({std::move(incident), notes_});
   }
   signal_.notify_all();
@@ -313,9 +313,9 @@ void FlightRecorder::note_scene() {
 void FlightRecorder::run_writer() {
   pthread_setname_np(pthread_self(), "incident");
   keep_left_rings();
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   for (;;) {
-    signal_.wait(lock, [this] { return ring_ended_ || !orders_.empty(); });
+    while (!ring_ended_ && orders_.empty()) signal_.wait(mutex_);
     if (orders_.empty()) return;
     const Order order = std::move(orders_.front());
     orders_.pop_front();
@@ -342,7 +342,7 @@ void FlightRecorder::write(const Incident& incident, const FlightRing& ring, con
   event.kind = EventKind::kIncident;
   event.text = id + ": " + incident.words;
   board_.add(std::move(event));
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   last_ = Last{id, incident.words};
 }
 

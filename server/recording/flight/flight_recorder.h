@@ -2,17 +2,16 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hal/lock/mutex.h"
 #include "server/config/recording_section.h"
 #include "server/recording/column_table.h"
 #include "server/recording/event_board.h"
@@ -119,17 +118,17 @@ class FlightRecorder {
   std::atomic<bool> is_on_{false};
   std::atomic<std::uint64_t> rows_kept_{0};
   std::atomic<std::uint64_t> incidents_written_{0};
-  mutable std::mutex mutex_;
-  std::condition_variable signal_;
-  bool ending_ = false;
-  bool ring_ended_ = false;
-  std::deque<recording::Event> requests_;
+  mutable Mutex mutex_;
+  Condition signal_;
+  bool ending_ GUARDED_BY(mutex_) = false;
+  bool ring_ended_ GUARDED_BY(mutex_) = false;
+  std::deque<recording::Event> requests_ GUARDED_BY(mutex_);
   struct Order {
     Incident incident;
     FlightRing::Notes notes;
   };
-  std::deque<Order> orders_;
-  std::optional<Last> last_;
+  std::deque<Order> orders_ GUARDED_BY(mutex_);
+  std::optional<Last> last_ GUARDED_BY(mutex_);
   std::thread writer_;
   std::thread thread_;  // last: uses all of the above
 };

@@ -23,6 +23,7 @@ constexpr std::uint64_t kNotesBytes = 256 * 1024;
 constexpr std::uint64_t kRowsOffset = kNotesOffset + kNotesBytes;
 constexpr std::uint64_t kMaxColumns = 1000;
 constexpr std::uint64_t kMaxRows = 10'000'000;
+constexpr double kMaxRateHz = 1e6;
 constexpr char kRingMagic[8] = {'H', 'A', 'P', 'T', 'R', 'I', 'N', '1'};
 
 }  // namespace
@@ -81,7 +82,7 @@ bool FlightRing::read_head(Head& head) const {
   std::memcpy(&head, bytes.data(), sizeof head);
   return std::memcmp(head.magic, kRingMagic, sizeof kRingMagic) == 0 && head.columns_bytes <= kColumnsBytes &&
          head.column_count >= 3 && head.column_count <= kMaxColumns && head.capacity_rows >= 1 &&
-         head.capacity_rows <= kMaxRows && head.rate_hz >= 1.0;
+         head.capacity_rows <= kMaxRows && head.rate_hz >= 1.0 && head.rate_hz <= kMaxRateHz;
 }
 
 hal::Result<std::unique_ptr<FlightRing>> FlightRing::create(const std::string& path,

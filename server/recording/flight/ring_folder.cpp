@@ -34,13 +34,18 @@ hal::Result<std::unique_ptr<FlightRing>> take_ring(const std::string& folder,
     if (fs::exists(path, ignored)) {
       // Of a daemon that still runs, or of one that ended in no orderly way.
       const auto found = FlightRing::open_left(path);
-      if (!found && found.error().code == hal::ErrorCode::kInUse) continue;
       if (found) {
         fs::rename(path, aside, ignored);
         if (std::find(left.begin(), left.end(), aside) == left.end()) left.push_back(aside);
-      } else {
+      } else if (found.error().code == hal::ErrorCode::kDamaged) {
+        // No one holds its lock, and there is nothing in it to keep.
         log_warning("flight recorder: " + found.error().text() + "; it is removed");
         fs::remove(path, ignored);
+      } else {
+        // In use; or of another user, who may run a daemon of its own.
+        if (found.error().code != hal::ErrorCode::kInUse)
+          log_warning("flight recorder: " + found.error().text() + "; it is left alone");
+        continue;
       }
     }
     if (!free) free = number;

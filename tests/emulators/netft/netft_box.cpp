@@ -228,6 +228,17 @@ void NetFtBox::restart_numbers() {
   publish_page();
 }
 
+void NetFtBox::take_bias() {
+  for (std::size_t i = 0; i < 6; ++i) bias_[i] = load_[i] + offset_[i];
+  biased_ = true;
+  publish_page();
+}
+
+void NetFtBox::bias_by_another() {
+  const std::lock_guard lock(mutex_);
+  take_bias();
+}
+
 void NetFtBox::give_stream_away() {
   const std::lock_guard lock(mutex_);
   client_.reset();
@@ -384,9 +395,7 @@ void NetFtBox::take_requests(std::int64_t now) {
         latched_ = false;
         break;
       case 0x42:
-        for (std::size_t i = 0; i < 6; ++i) bias_[i] = load_[i] + offset_[i];
-        biased_ = true;
-        publish_page();
+        take_bias();
         break;
       default:
         ++invalid_requests_;

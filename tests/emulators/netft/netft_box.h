@@ -97,6 +97,8 @@ class NetFtBox {
   void restart_numbers();
   /// The next record's number is so much higher, as if the ones between were lost, though no time has passed.
   void skip_numbers(std::uint32_t count);
+  /// Another client's bias: the box takes it from anyone, and informs no one.
+  void bias_by_another();
   /// Another client takes the stream, as the box lets it.
   void give_stream_away();
   void change_settings(const NetFtBoxSettings& settings);
@@ -127,6 +129,7 @@ class NetFtBox {
   void run();
   std::int64_t work(std::int64_t now_ns);
   void take_requests(std::int64_t now_ns);
+  void take_bias();
   void make_record();
   Bytes encode();
   void deliver(Bytes bytes);

@@ -180,6 +180,24 @@ TEST(Configuration, ListensElsewhereWithCertificatesOnly) {
   const auto same_port = override_config(DaemonConfig{}, overrides);
   ASSERT_FALSE(same_port) << "the port of loopback";
   EXPECT_EQ(same_port.error().code, kContradiction);
+  for (const char* neighbour : {"0.0.0.0:50052", "127.0.0.1:50052", "127.0.0.1:50050"}) {
+    overrides.listen_tls = neighbour;
+    EXPECT_FALSE(override_config(DaemonConfig{}, overrides)) << "stops come by the next port";
+  }
+  overrides.listen_tls = "192.168.1.7:65535";
+  EXPECT_FALSE(override_config(DaemonConfig{}, overrides)) << "there is no next one";
+}
+
+TEST(Configuration, KeysOfTheConsoleThatMovedAreRefusedWithTheirPlace) {
+  for (const char* key : {"listen = \"127.0.0.1:50080\"", "listen_tls = \"\"", "names = \"rig\"",
+                          "max_sockets = 10", "max_requests_per_s = 100", "session_h = 8"}) {
+    const auto config = read_configuration(std::string("[console]\n") + key);
+    ASSERT_FALSE(config) << key;
+    EXPECT_EQ(config.error().code, hal::ErrorCode::kMisplacedKey);
+    EXPECT_NE(config.error().remedy.find("/etc/hapticd/console.toml"), std::string::npos);
+    EXPECT_NE(config.error().where.find("line 2"), std::string::npos) << config.error().where;
+  }
+  EXPECT_EQ(read_configuration("[console]\nuser = \"page\"")->console.user, "page");
 }
 
 TEST(Configuration, AccessHasRolesByName) {

@@ -242,7 +242,7 @@ TEST(ModelJson, AFittingHashDoesNotMakeItAModel) {
           {with("\"converged\":true", "\"converged\":1"), "'converged'", kWrongType},
           {with("\"object\":\"x\"", "\"object\":\"x y\""), "object", kMalformed},
           {with("\"validity\":{", "\"validity\":{\"a\":1,"), "'validity.a'", kUnknownKey},
-          {with("\"parameters\":[", "\"parameters\":[3,"), "'parameters[", kWrongType},
+          {with("\"parameters\":[", "\"parameters\":[3,"), "'parameters[0]'", kWrongType},
       },
       import_json);
 }

@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
     if (i % 3 == 2) {
       const auto ended = (*store)->record_identification(
-          {"contact-" + std::to_string(i), "contact", "sponge", "converged", i, model->hash, "", "progress"});
+          {"contact-" + std::to_string(i), "contact", "sponge", "converged", i, model->hash, ""});
       if (!ended) return fail(ended.refusal());
       std::printf("ended contact-%d\n", i);
       std::fflush(stdout);

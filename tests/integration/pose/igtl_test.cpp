@@ -6,9 +6,11 @@
 #include <igtlStatusMessage.h>
 #include <igtlTransformMessage.h>
 
+#include <atomic>
 #include <cmath>
 #include <csignal>
 #include <string>
+#include <thread>
 
 #include "client/igtl/igtl_messages.h"
 #include "tests/integration/running_service.h"
@@ -62,7 +64,7 @@ class Peer {
     while (!received.type.empty() && received.type != type) received = next();
     return received;
   }
-  void send(const void* bytes, int size) { socket_->Send(bytes, size); }
+  bool send(const void* bytes, int size) { return socket_->Send(bytes, size) == 1; }
 
   bool connected = false;
 
@@ -123,6 +125,61 @@ TEST(Igtl, APeerThatSendsNonsenseIsLeftAndTheOthersGoOn) {
   EXPECT_NE(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
 }
 
+igtl_bridge::Packed sent_transform(const char* name, float scale, float mirror, float x_mm) {
+  auto message = igtl::TransformMessage::New();
+  message->SetDeviceName(name);
+  igtl::Matrix4x4 m{};
+  m[0][0] = scale * mirror;
+  m[1][1] = m[2][2] = scale;
+  m[3][3] = 1.0F;
+  m[0][3] = x_mm;
+  message->SetMatrix(m);
+  auto stamp = igtl::TimeStamp::New();
+  stamp->SetTimeInNanoseconds(1'700'000'000'250'000'000ULL);
+  message->SetTimeStamp(stamp);
+  message->Pack();
+  const auto* first = static_cast<const std::uint8_t*>(message->GetPackPointer());
+  return {first, first + message->GetPackSize()};
+}
+
+/// Sends whole messages without pause until the other end is gone.
+class Flood {
+ public:
+  explicit Flood(int port)
+      : peer_(port), thread_([this] {
+          const igtl_bridge::Packed message = sent_transform("\x1b]0;owned\x07\nforged", 2.0F, 1.0F, 0.0F);
+          std::string many;
+          for (int i = 0; i < 500; ++i) many.append(message.begin(), message.end());
+          while (!ending_ && peer_.send(many.data(), static_cast<int>(many.size()))) {
+          }
+        }) {}
+  ~Flood() {
+    ending_ = true;
+    thread_.join();
+  }
+
+ private:
+  Peer peer_;
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+TEST(Igtl, AFloodKeepsNeitherTheOthersNorTheEndWaiting) {
+  const RunningService service;
+  BridgeProcess bridge(service.address());
+  Peer good(bridge.port);
+  ASSERT_TRUE(good.connected);
+  const Flood first(bridge.port);
+  const Flood second(bridge.port);
+  // Among them what was sent long after the flood began.
+  for (int i = 0; i < 200; ++i) ASSERT_EQ(good.next_of("TRANSFORM").type, "TRANSFORM");
+  bridge.process.signal(SIGTERM);
+  EXPECT_EQ(bridge.process.wait(), 0) << "it ends while both still send";
+  const std::string log = bridge.process.errors();
+  EXPECT_EQ(log.find_first_of("\x1b\x07\r"), std::string::npos) << log;
+  EXPECT_NE(log.find("\\u001b]0;owned\\u0007\\nforged"), std::string::npos) << log;
+}
+
 TEST(Igtl, SaysThatTheDaemonIsAwayAndGoesOnWhenItIsBack) {
   auto service = std::make_unique<RunningService>();
   BridgeProcess bridge(service->address());
@@ -145,23 +202,6 @@ TEST(Igtl, RefusesInWordsWhatTheDaemonRefuses) {
                       {"--server", service.address(), "--port", "0", "--frame", "reference"});
   EXPECT_EQ(bridge.wait(), 1);
   EXPECT_NE(bridge.errors().find("reference frame"), std::string::npos) << bridge.errors();
-}
-
-igtl_bridge::Packed sent_transform(const char* name, float scale, float mirror, float x_mm) {
-  auto message = igtl::TransformMessage::New();
-  message->SetDeviceName(name);
-  igtl::Matrix4x4 m{};
-  m[0][0] = scale * mirror;
-  m[1][1] = m[2][2] = scale;
-  m[3][3] = 1.0F;
-  m[0][3] = x_mm;
-  message->SetMatrix(m);
-  auto stamp = igtl::TimeStamp::New();
-  stamp->SetTimeInNanoseconds(1'700'000'000'250'000'000ULL);
-  message->SetTimeStamp(stamp);
-  message->Pack();
-  const auto* first = static_cast<const std::uint8_t*>(message->GetPackPointer());
-  return {first, first + message->GetPackSize()};
 }
 
 TEST(IgtlMessages, ATransformComesThroughInPiecesWithItsStamp) {

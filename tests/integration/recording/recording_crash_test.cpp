@@ -76,6 +76,7 @@ class RecordingCrash : public testing::Test {
     bool is_finished = false;
     bool is_repaired = false;
     std::string cause;
+    std::int64_t rows_named = -1;  ///< by its end
   };
   static Ticks ticks_of(const fs::path& path) {
     Ticks ticks;
@@ -88,7 +89,10 @@ class RecordingCrash : public testing::Test {
       return true;
     };
     visitor.metadata = [&](const std::string& name, const recording::Texts& texts) {
-      if (name == recording::kEndMetadata) ticks.is_repaired = texts.contains("repaired");
+      if (name == recording::kEndMetadata) {
+        ticks.is_repaired = texts.contains("repaired");
+        if (texts.contains("rows")) ticks.rows_named = std::stoll(texts.at("rows"));
+      }
       if (name == recording::kStartMetadata && texts.contains("cause")) ticks.cause = texts.at("cause");
     };
     ticks.is_finished = value_of(file.read(visitor)).is_finished;
@@ -126,6 +130,7 @@ TEST_F(RecordingCrash, KilledAtAnyMomentItLosesAtMostTheLastSecond) {
     EXPECT_TRUE(recorded.is_repaired);
     EXPECT_GE(recorded.last, last - kTicksPerS);
     EXPECT_EQ(recorded.count, recorded.last - recorded.first + 1) << "ticks are missing";
+    EXPECT_EQ(recorded.rows_named, recorded.count) << "it would be listed with another number of rows";
 
     const auto incidents = files("incidents", "_unclean_end");
     ASSERT_EQ(incidents.size(), static_cast<std::size_t>(round) + 1);

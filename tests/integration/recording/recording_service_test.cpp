@@ -247,6 +247,11 @@ TEST_F(RecordingServiceTest, ExportsAreMadeAndRefusedInExactWords) {
   EXPECT_EQ(refused(export_of(id, v1::EXPORT_FORMAT_UNSPECIFIED)).error_code(),
             grpc::StatusCode::INVALID_ARGUMENT);
 
+  v1::ExportRecordingRequest many = export_of(id, v1::EXPORT_FORMAT_CSV);
+  for (int i = 0; i < 2000; ++i) many.add_columns("column_" + std::to_string(i));
+  EXPECT_EQ(refused(many).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(detail_of(refused(many)).limit(), "at most 1000");
+
   // A file that someone put there, and one that was cut.
   const fs::path recordings = config().recording.folder + "/recordings";
   std::ofstream(recordings / "foreign.mcap") << "nothing of ours";
@@ -262,6 +267,44 @@ TEST_F(RecordingServiceTest, ExportsAreMadeAndRefusedInExactWords) {
     if (entry.path().extension() == ".part") ++left;
   }
   EXPECT_EQ(left, 0U) << "files of exports stay behind";
+}
+
+TEST_F(RecordingServiceTest, NoLinkLeadsOutOfItsFolder) {
+  const RunningService service(config());
+  client::Client client = client_of(service);
+  const fs::path recordings = config().recording.folder + "/recordings";
+  fs::create_symlink(folder_.write("secret", "not for observers"), recordings / "link.mcap");
+  EXPECT_TRUE(client.recordings(v1::RECORDING_KIND_RECORDING).recordings().empty());
+  v1::GetRecordingRequest request;
+  request.set_id("link");
+  EXPECT_THROW(fetched(client.get_recording(request)), client::Error);
+  EXPECT_THROW(fetched(client.export_recording(export_of("link", v1::EXPORT_FORMAT_CSV))), client::Error);
+}
+
+TEST_F(RecordingServiceTest, AnExportLeavesTheDiskItsRoom) {
+  server::DaemonConfig full = config();
+  const RunningService first(full);
+  std::string id;
+  {
+    client::Client client = client_of(first);
+    client.start_recording({});
+    first.await([](const v1::RigState& state) { return state.tick() > 200; });
+    id = client.stop_recording().id();
+  }
+  full.recording.folder = folder_.path("full");
+  full.recording.keep_free_mb = 1e9;
+  fs::create_directories(full.recording.folder + "/recordings");
+  fs::copy(config().recording.folder + "/recordings", full.recording.folder + "/recordings");
+  const RunningService second(full);
+  const auto stub = v1::RecordingService::NewStub(second.channel);
+  const auto context = call_context();
+  const auto reader = stub->ExportRecording(context.get(), export_of(id, v1::EXPORT_FORMAT_CSV));
+  v1::RecordingPiece piece;
+  EXPECT_FALSE(reader->Read(&piece));
+  const grpc::Status status = reader->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(detail_of(status).reason(), v1::ERROR_REASON_DISK_FULL);
+  EXPECT_EQ(detail_of(status).where(), "export");
 }
 
 TEST_F(RecordingServiceTest, WithoutAFolderAllIsRefusedAndTheRigRuns) {

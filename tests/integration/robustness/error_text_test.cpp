@@ -111,12 +111,17 @@ TEST(ErrorText, OfARequestThatIsNoMessageNamesTheMethod) {
   const RunningService service;
   const std::string latin = "\x0a\x04\xfc\x62\x65\x72";  // field 1, a text that is not UTF-8
   const std::string cut = "\x0a\x7f";                    // field 1, of 127 bytes that are not there
+  // The last three are of the callback interface, where gRPC's answer is UNIMPLEMENTED.
   for (const char* method : {"SceneService/LoadScene", "SceneService/ExplainScene",
-                             "SimulationService/SetObject", "IdentificationService/WatchIdentification"}) {
+                             "SimulationService/SetObject", "IdentificationService/WatchIdentification",
+                             "WatchdogService/CheckIn", "ClockService/Exchange", "SafetyService/Clear"}) {
     SCOPED_TRACE(method);
     std::string where = method;
     where[where.find('/')] = '.';
+    const bool has_text =
+        !std::string(method).starts_with("Clock") && !std::string(method).starts_with("Safety");
     for (const std::string& bytes : {latin, cut}) {
+      if (bytes == latin && !has_text) continue;
       const RawAnswer answer = raw_call(service.channel, std::string("/hapticd.v1.") + method, bytes);
       expect_arrives(answer.status, grpc::StatusCode::INVALID_ARGUMENT);
       EXPECT_EQ(detail_of(answer.status).what(), "the request cannot be read");

@@ -87,20 +87,38 @@ TEST_P(EndingSignal, TakesTheForceFirst) {
   expect_force_first(GetParam());
 }
 INSTANTIATE_TEST_SUITE_P(All, EndingSignal,
-                         testing::Values(SIGHUP, SIGQUIT, SIGTERM, SIGINT, SIGUSR1, SIGALRM, SIGXCPU, SIGPWR,
+                         testing::Values(SIGHUP, SIGQUIT, SIGTERM, SIGINT, SIGUSR2, SIGALRM, SIGXCPU, SIGPWR,
                                          SIGRTMIN),
                          [](const auto& signal) { return "Signal" + std::to_string(signal.param); });
 
 TEST(EndingSignals, AreAllThatEndAProcessAndAreNeitherCrashesNorTheMatterOfAWrite) {
-  const std::set<int> not_ending = {SIGKILL, SIGSTOP, SIGTSTP,  SIGTTIN, SIGTTOU, SIGCONT,
-                                    SIGCHLD, SIGURG,  SIGWINCH, SIGSEGV, SIGABRT, SIGBUS,
-                                    SIGFPE,  SIGILL,  SIGSYS,   SIGTRAP, SIGPIPE, SIGXFSZ};
+  const std::set<int> not_ending = {SIGKILL, SIGSTOP,  SIGTSTP, SIGTTIN, SIGTTOU, SIGCONT, SIGCHLD,
+                                    SIGURG,  SIGWINCH, SIGSEGV, SIGABRT, SIGBUS,  SIGFPE,  SIGILL,
+                                    SIGSYS,  SIGTRAP,  SIGPIPE, SIGXFSZ, SIGUSR1};
   const sigset_t ending = server::ending_signals();
   for (int signal = 1; signal <= SIGRTMAX; ++signal) {
     if (signal > SIGSYS && signal < SIGRTMIN) continue;  // the C library's own
     EXPECT_EQ(sigismember(&ending, signal) == 1, !not_ending.contains(signal))
         << server::name_of_signal(signal);
   }
+}
+
+TEST(ServiceProcess, StopsAndGoesOnAtSigusr1) {
+  DaemonProcess process({"--listen", "127.0.0.1:0", "--scene", "tap_1d"});
+  const std::string address = process.await_address();
+  ASSERT_FALSE(address.empty());
+  const ServiceClient client(connect(address));
+  for (int i = 0; i < 3; ++i) {
+    process.signal(SIGUSR1);
+    const v1::RigState state =
+        client.await([](const v1::RigState& s) { return s.guard_state() == v1::GUARD_STATE_LATCHED; });
+    EXPECT_EQ(state.guard_fault(), v1::GUARD_FAULT_STOPPED);
+    v1::ClearResponse cleared;
+    EXPECT_TRUE(client.safety->Clear(call_context().get(), {}, &cleared).ok());
+  }
+  process.signal(SIGTERM);
+  EXPECT_EQ(process.wait(), 0);
+  EXPECT_NE(process.errors().find("by a signal"), std::string::npos) << process.errors();
 }
 
 TEST(ServiceProcess, GoesOnAfterSignalsThatAreTheMatterOfAWrite) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -127,6 +128,25 @@ TEST(AfterACrash, AStateFolderThatCannotBeWrittenIsNamed) {
   DaemonProcess daemon({"--listen", "127.0.0.1:0", "--model-store", ":memory:"});
   EXPECT_EQ(daemon.wait(), 2);
   EXPECT_NE(daemon.errors().find("/proc/self/running"), std::string::npos) << daemon.errors();
+}
+
+TEST(Files, AreForItsUserAndGroupHoweverItWasStarted) {
+  const mode_t before = umask(0);
+  const TemporaryFolder folder;
+  DaemonProcess daemon({"--listen", "127.0.0.1:0", "--model-store", folder.path("state/models.sqlite")});
+  umask(before);
+  const ServiceClient client(connect(daemon.await_address()));
+  client.await([](const v1::RigState& s) { return s.tick() > 10; });
+  const auto others = fs::perms::others_all | fs::perms::group_write;
+  int seen = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path("state"))) {
+    if (!entry.is_regular_file() && !entry.is_directory()) continue;
+    EXPECT_EQ(entry.status().permissions() & others, fs::perms::none) << entry.path();
+    ++seen;
+  }
+  EXPECT_GT(seen, 2);
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
 }
 
 TEST(Memory, TheDaemonStaysSmall) {

@@ -3,6 +3,7 @@
 #include "server/diagnosis/diagnosis.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -110,6 +111,21 @@ TEST(Doctor, GivesEveryWarningARemedy) {
       EXPECT_FALSE(finding.remedy.empty()) << finding.text;
     }
   }
+}
+
+TEST(Doctor, LooksAtTheThreadThatTicks) {
+  rt::LoopConfig loop;
+  loop.fifo_priority = 0;
+  const pid_t here = gettid();
+  EXPECT_EQ(examine_ticking_thread(0, loop).severity, kNote);
+  EXPECT_EQ(examine_ticking_thread(here, loop).severity, kGood) << examine_ticking_thread(here, loop).text;
+  loop.fifo_priority = 80;  // of which this thread has nothing
+  EXPECT_EQ(examine_ticking_thread(here, loop).severity, kWarning);
+  EXPECT_NE(examine_ticking_thread(here, loop).text.find("[loop] asks for priority 80"), std::string::npos);
+  EXPECT_FALSE(examine_ticking_thread(here, loop).remedy.empty());
+  loop.fifo_priority = 0;
+  loop.cpu = 4095;  // it runs on others
+  EXPECT_EQ(examine_ticking_thread(here, loop).severity, kWarning);
 }
 
 TEST(Doctor, SaysHowAPartFares) {

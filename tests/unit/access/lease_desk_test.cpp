@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -36,13 +37,13 @@ struct Daemon {
               published = number;
               return std::uint64_t{7};
             },
-            [this](std::uint64_t number, const hal::Error&) {
-              lost_number = number;
-              ++lost;
-            },
             [this](LeaseExpiry what) {
               action = what;
               ++expired;
+            },
+            [this](std::uint64_t number, const hal::Error&) {
+              lost_number = number;
+              ++lost;
             }};
   }
 };
@@ -128,11 +129,11 @@ TEST_F(LeaseDeskTest, ExpiresWithItsActionWhenItsHolderIsNotHeardOf) {
     LeaseTerms terms;
     terms.ttl = milliseconds(20);
     terms.on_expiry = action;
-    const int before = daemon.expired;
+    const int before = daemon.lost;  // the last of the effects
     const auto granted = desk.acquire(anna, terms);
     ASSERT_TRUE(granted);
     const auto until = LeaseDesk::Clock::now() + seconds(60);
-    while (daemon.expired == before && LeaseDesk::Clock::now() < until)
+    while (daemon.lost == before && LeaseDesk::Clock::now() < until)
       std::this_thread::sleep_for(milliseconds(1));
     EXPECT_EQ(daemon.action.load(), action);
     EXPECT_EQ(daemon.lost_number.load(), granted->lease.number);
@@ -217,6 +218,111 @@ TEST(LeaseNotice, IsNotGivenToAHolderThatIsNotHeardOf) {
     return !lease || lease->is_stale;  // a busy machine may look only when it has expired
   }));
   EXPECT_TRUE(desk.take(of("user:ben"), {}, "why", {}));
+}
+
+/// Effects of which one lasts until it is let go, once it is armed.
+class SlowDaemon {
+ public:
+  enum class Effect { kNone, kPublish, kExpired, kLost };
+
+  LeaseDesk::Effects effects() {
+    return {[this](std::uint64_t) {
+              happens(Effect::kPublish);
+              return std::uint64_t{7};
+            },
+            [this](LeaseExpiry) { happens(Effect::kExpired); },
+            [this](std::uint64_t, const hal::Error&) { happens(Effect::kLost); }};
+  }
+  void arm(Effect which) { slow_ = which; }
+  void await_begin() const { begun_.wait(false); }
+  void let_go() {
+    let_go_ = true;
+    let_go_.notify_all();
+  }
+  std::vector<Effect> order() const {
+    const std::lock_guard lock(mutex_);
+    return order_;
+  }
+
+ private:
+  void happens(Effect which) {
+    {
+      const std::lock_guard lock(mutex_);
+      order_.push_back(which);
+    }
+    if (slow_ != which) return;
+    begun_ = true;
+    begun_.notify_all();
+    let_go_.wait(false);
+  }
+
+  std::atomic<Effect> slow_{Effect::kNone};
+  std::atomic<bool> begun_{false};
+  std::atomic<bool> let_go_{false};
+  mutable std::mutex mutex_;
+  std::vector<Effect> order_;
+};
+
+/// All that others ask of the desk; returns only if none of it waits.
+void ask_everything(LeaseDesk& desk) {
+  const Identity other = of("user:other");
+  (void)desk.admit(other, "", LeaseRule::kWhenTaken);
+  (void)desk.admit(other, "no token", LeaseRule::kRequired);
+  desk.note_use(other, "no token");
+  (void)desk.renew(other, "no token");
+  desk.give_back(other, "no token");
+  const LeaseSnapshot now = desk.snapshot();
+  (void)desk.await_change(now.version - 1, LeaseDesk::Clock::now() + seconds(600));
+  (void)desk.lost(now.number - 1);
+  (void)desk.ended();
+}
+
+TEST(LeaseEffects, OneThatLastsHoldsUpNoOtherCall) {
+  using Effect = SlowDaemon::Effect;
+  for (const Effect slow : {Effect::kPublish, Effect::kExpired, Effect::kLost}) {
+    SlowDaemon daemon;
+    LeaseDesk desk(daemon.effects(), seconds(0));
+    LeaseTerms terms;
+    terms.ttl = slow == Effect::kExpired ? milliseconds(20) : milliseconds(600'000);
+    if (slow != Effect::kPublish) daemon.arm(slow);  // no other effect follows from acquiring it
+    ASSERT_TRUE(desk.acquire(of("user:anna"), terms));
+    daemon.arm(slow);
+    std::thread taker;  // an expiry is noticed by the desk's own thread
+    if (slow != Effect::kExpired)
+      taker = std::thread([&] { (void)desk.take(of("user:ben"), {}, "why", {}); });
+    daemon.await_begin();
+    ask_everything(desk);
+    const auto acquired = desk.acquire(of("user:carla"), {});
+    EXPECT_EQ(static_cast<bool>(acquired), slow == Effect::kExpired) << "of the two others one holds it";
+    daemon.let_go();
+    if (taker.joinable()) taker.join();
+  }
+}
+
+TEST(LeaseEffects, TheForceComesFirst) {
+  using Effect = SlowDaemon::Effect;
+  SlowDaemon daemon;
+  LeaseDesk desk(daemon.effects(), seconds(0));
+  LeaseTerms terms;
+  terms.ttl = milliseconds(20);
+  ASSERT_TRUE(desk.acquire(of("user:anna"), terms));
+  ASSERT_TRUE(test::eventually([&] { return daemon.order().size() >= 5; }));
+  EXPECT_EQ(daemon.order(), (std::vector<Effect>{Effect::kPublish, Effect::kPublish, Effect::kPublish,
+                                                 Effect::kExpired, Effect::kLost}));
+}
+
+TEST(LeaseEffects, AnEffectMayAskTheDesk) {
+  LeaseDesk* asked = nullptr;
+  std::atomic<int> answers{0};
+  LeaseDesk::Effects effects;
+  effects.lost = [&](std::uint64_t number, const hal::Error&) {
+    if (asked->lost(number) && asked->snapshot().number > number) ++answers;
+  };
+  LeaseDesk desk(std::move(effects), seconds(0));
+  asked = &desk;
+  ASSERT_TRUE(desk.acquire(of("user:anna"), {}));
+  ASSERT_TRUE(desk.take(of("user:ben"), {}, "why", {}));
+  EXPECT_EQ(answers.load(), 1);
 }
 
 TEST(LeaseRace, OneOfManyGetsIt) {

@@ -6,8 +6,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "server/access/connected_users.h"
-
 namespace hapticd::server {
 namespace {
 
@@ -25,9 +23,6 @@ struct Pair {
     client = socket(AF_INET, SOCK_STREAM, 0);
     EXPECT_EQ(connect(client, reinterpret_cast<sockaddr*>(&address), length), 0);
     served = accept(listening, nullptr, nullptr);
-    length = sizeof address;
-    getsockname(client, reinterpret_cast<sockaddr*>(&address), &length);
-    peer = "ipv4:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
     close(listening);
   }
   ~Pair() {
@@ -36,31 +31,36 @@ struct Pair {
   }
   int client = -1;
   int served = -1;
-  std::string peer;
 };
 
 TEST(LocalUser, IsTheOneWhoMadeTheOtherEndOfAConnection) {
   const Pair pair;
-  const auto user = user_of_loopback_peer(pair.served);
+  PeerLookup lookup;
+  const auto user = lookup.user_of_loopback_peer(pair.served);
   if (!user) GTEST_SKIP() << "this kernel does not say (no sock_diag)";
   EXPECT_EQ(*user, getuid());
 }
 
 TEST(LocalUser, IsUnknownOfWhatIsNoConnection) {
-  EXPECT_FALSE(user_of_loopback_peer(-1));
+  PeerLookup lookup;
+  EXPECT_FALSE(lookup.user_of_loopback_peer(-1));
   const int unconnected = socket(AF_INET, SOCK_STREAM, 0);
-  EXPECT_FALSE(user_of_loopback_peer(unconnected));
+  EXPECT_FALSE(lookup.user_of_loopback_peer(unconnected));
   close(unconnected);
 }
 
-TEST(ConnectedUsers, FindTheUserByTheAddressThatGrpcShows) {
-  const Pair pair;
-  ConnectedUsers users;
-  EXPECT_TRUE(users.find(pair.peer).name.empty()) << "not noted yet";
-  users.note(pair.served);
-  if (!user_of_loopback_peer(pair.served)) GTEST_SKIP() << "this kernel does not say (no sock_diag)";
-  EXPECT_EQ(users.find(pair.peer).name, user_of_id(getuid()).name);
-  EXPECT_TRUE(users.find("ipv4:127.0.0.1:1").name.empty());
+TEST(LocalUser, IsTheOneWhoConnectedToAUnixSocket) {
+  int pair[2];
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
+  EXPECT_EQ(PeerLookup::user_of_unix_peer(pair[0]), getuid());
+  close(pair[0]);
+  close(pair[1]);
+  EXPECT_FALSE(PeerLookup::user_of_unix_peer(-1));
+}
+
+TEST(LocalUser, HasANumber) {
+  EXPECT_EQ(user_id(user_of_id(getuid()).name), getuid());
+  EXPECT_FALSE(user_id("no such user"));
 }
 
 }  // namespace

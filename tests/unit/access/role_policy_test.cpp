@@ -44,8 +44,9 @@ TEST(RolePolicy, TakesTheLineOfTheUserBeforeThoseOfItsGroups) {
       << "the highest of its groups";
   EXPECT_EQ(policy.of_user({"ben", {"students", "haptics"}}).role, Role::kOperator) << "in any order";
   EXPECT_EQ(policy.of_user({"carl", {"others"}}).role, Role::kNone);
-  EXPECT_EQ(policy.of_user({}).role, Role::kNone) << "a user that is not known is not more";
-  EXPECT_EQ(policy.of_unix_socket("haptics").role, Role::kOperator);
+  EXPECT_EQ(policy.of_unix_user({"carl", {"others"}}, "haptics").role, Role::kOperator) << "who may open it";
+  EXPECT_EQ(policy.of_unix_user({"anna", {}}, "haptics").role, Role::kObserver);
+  EXPECT_EQ(policy.of_unix_user({"carl", {}}, "others").name, "user:carl");
 }
 
 TEST(RolePolicy, AGroupCanLowerTheRoleOfAllOthers) {
@@ -64,6 +65,41 @@ TEST(RolePolicy, TakesTheRoleOfACertificateUnlessALineSaysOtherwise) {
   EXPECT_EQ(ben.role, Role::kObserver);
   EXPECT_EQ(policy.lease_rule(ben), LeaseRule::kRequired);
   EXPECT_EQ(policy.of_certificate("", "").role, Role::kNone) << "no name, no role";
+}
+
+TEST(RolePolicy, RefusesAnUnknownUserAsSoonAsAnyIsNamed) {
+  EXPECT_FALSE(RolePolicy(AccessConfig{}).of_user({}).is_denied);
+  AccessConfig users;
+  users.users["anna"] = Role::kObserver;
+  EXPECT_TRUE(RolePolicy(users).of_user({}).is_denied);
+  AccessConfig groups;
+  groups.groups["students"] = Role::kObserver;
+  EXPECT_TRUE(RolePolicy(groups).of_unix_user({}, "haptics").is_denied);
+  AccessConfig denied;
+  denied.denied["user:ben"] = "left the lab";
+  EXPECT_TRUE(RolePolicy(denied).of_user({}).is_denied);
+  EXPECT_FALSE(RolePolicy(denied).of_user({"anna", {}}).is_denied);
+}
+
+TEST(RolePolicy, TakesRolesFromCertificatesOfItsLabOnly) {
+  AccessConfig config;
+  config.lab = "optics";
+  config.certificates["spiffe://acoustics/hapticd/observer/guest"] = Role::kObserver;
+  const RolePolicy policy(config);
+  EXPECT_EQ(policy.of_certificate("spiffe://optics/hapticd/operator/anna", "").role, Role::kOperator);
+  const Identity other = policy.of_certificate("spiffe://acoustics/hapticd/maintainer/otto", "");
+  EXPECT_EQ(other.role, Role::kNone);
+  EXPECT_EQ(other.role_source, "certificate of the lab acoustics, not of optics");
+  EXPECT_EQ(policy.of_certificate("spiffe://acoustics/hapticd/observer/guest", "").role, Role::kObserver)
+      << "named by itself";
+}
+
+TEST(RolePolicy, DeniesTheGroupOfTheUnixSocketThere) {
+  AccessConfig config;
+  config.denied["unix:haptics"] = "use certificates";
+  const RolePolicy policy(config);
+  EXPECT_TRUE(policy.of_unix_user({"anna", {}}, "haptics").is_denied);
+  EXPECT_FALSE(policy.of_user({"anna", {"haptics"}}).is_denied);
 }
 
 TEST(RolePolicy, DeniesByNameAndBySerialNumber) {

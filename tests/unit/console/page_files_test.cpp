@@ -1,10 +1,10 @@
-#include "server/console/page_files.h"
+#include "client/console/page_files.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-namespace hapticd::server {
+namespace hapticd::console {
 namespace {
 
 TEST(PageFiles, AreFoundByTheirPaths) {
@@ -38,4 +38,4 @@ TEST(PageFiles, LoadNothingFromElsewhereAndHaveNoInlineCode) {
 }
 
 }  // namespace
-}  // namespace hapticd::server
+}  // namespace hapticd::console

@@ -1,8 +1,8 @@
-#include "server/console/request_guard.h"
+#include "client/console/access/request_guard.h"
 
 #include <gtest/gtest.h>
 
-namespace hapticd::server {
+namespace hapticd::console {
 namespace {
 
 const RequestGuard kGuard({"rig.lab.example", "fd00::20"}, false);
@@ -96,4 +96,4 @@ TEST(Cookies, AreFoundByTheirWholeName) {
 }
 
 }  // namespace
-}  // namespace hapticd::server
+}  // namespace hapticd::console

@@ -1,4 +1,4 @@
-#include "server/console/row_ring.h"
+#include "client/console/daemon/row_ring.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace hapticd::server {
+namespace hapticd::console {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -88,4 +88,4 @@ TEST(RowRing, ServesTheLeastReader) {
 }
 
 }  // namespace
-}  // namespace hapticd::server
+}  // namespace hapticd::console

@@ -39,6 +39,11 @@ class Arrows(unittest.TestCase):
             found, ["rt/signal/a.h includes rt/scene/b.h: rt/signal must not include from rt/scene"]
         )
 
+    def test_what_all_may_include_from_includes_nothing(self):
+        self.assertEqual(self.problems({"client/a.h": ["hal/lock/mutex.h"], "hal/lock/mutex.h": []}), [])
+        found = self.problems({"hal/lock/mutex.h": ["hal/b.h"], "hal/b.h": []})
+        self.assertEqual(found, ["hal/lock/mutex.h includes hal/b.h: hal/lock must not include from hal"])
+
     def test_a_crowded_folder_is_named(self):
         found = self.problems({f"hal/x/{i}.h": [] for i in range(check_arrows.MAX_FILES + 1)})
         self.assertEqual(len(found), 1)
@@ -51,9 +56,19 @@ class Arrows(unittest.TestCase):
         self.assertIn("hal/a.cpp has 401 lines", found[0])
         self.assertIn("rt/b.cpp is listed as long", list(check_arrows.long_files(lines, {"rt/b.cpp": "why"}))[-1])
 
+    def test_what_writes_to_the_terminal_past_the_printer_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            (root / "client/cli/session").mkdir(parents=True)
+            (root / "client/cli/session/print.cpp").write_text('fmt::print("{}", line);\n')
+            (root / "client/cli/a.cpp").write_text('// fmt::print(x)\nfmt::print("{}\\n", note);\nstd::cout << note;\n')
+            found = list(check_arrows.raw_output(root))
+        self.assertEqual([line.split(" ")[0] for line in found], ["client/cli/a.cpp:2", "client/cli/a.cpp:3"])
+
     def test_the_project_itself(self):
         arrows, count, lines = check_arrows.read_graph(ROOT)
         self.assertEqual(list(check_arrows.problems(arrows, count)) + list(check_arrows.long_files(lines)), [])
+        self.assertEqual(list(check_arrows.raw_output(ROOT)), [])
         self.assertGreater(len(count), 50)
 
 

@@ -1,11 +1,14 @@
-// Identifications on the simulated rig without the network: what clients do at the same time, from threads of their own.
+// Identifications on the simulated rig without the network: what clients do at the same time, from threads of
+// their own.
 
 #include "server/identification/run/identification_runner.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -112,6 +115,55 @@ TEST(IdentificationRunner, StartsOneOnly) {
   }
   for (std::thread& client : clients) client.join();
   EXPECT_EQ(started, 1);
+}
+
+/// Long enough that others come while it is read.
+std::string upload_long_recording(RecordingShelf& shelf) {
+  auto upload = shelf.begin({.name = "long.csv", .columns = {}}, 0.0);
+  EXPECT_TRUE(upload);
+  std::string piece = "time_s,force_N,position_mm\n";
+  for (int row = 0; row < 400'000; ++row) {
+    piece += fmt::format("{:.3f},{:.3f},{:.3f}\n", 1e-3 * row, 1e-3 * (row % 2000), 2e-3 * (row % 2000));
+    if (row % 10'000 != 0) continue;
+    EXPECT_FALSE((*upload)->append(piece));
+    piece.clear();
+  }
+  EXPECT_FALSE((*upload)->append(piece));
+  const auto kept = shelf.finish(std::move(*upload));
+  EXPECT_TRUE(kept);
+  return (*kept)->id;
+}
+
+TEST(IdentificationRunner, NothingWaitsWhileARecordingIsReadAndItIsGivenUpAtTheEnd) {
+  RunnerBench bench;
+  IdentificationRequest request = contact_request();
+  request.recording = upload_long_recording(bench.runner.recordings());
+  bool answered_meanwhile = false;
+  for (int attempt = 0; attempt < 200 && !answered_meanwhile; ++attempt) {
+    std::atomic<bool> over{false};
+    std::thread starting([&] {
+      (void)bench.runner.start(request);
+      over = true;
+    });
+    for (int turn = 0; turn < 20 * attempt; ++turn) std::this_thread::yield();  // who comes first is left to chance
+    // Busy although none is listed as running: its recording is being read, and these calls returned.
+    while (!over && !answered_meanwhile) {
+      const auto refused = bench.runner.start(contact_request());
+      const auto listed = bench.runner.list();
+      bench.runner.end_under(7, {"the lease has ended", "lease", "", "", "acquire one"});
+      if (refused) {
+        (void)bench.runner.cancel(*refused, patient());  // it was first
+      } else if (refused.refusal().reason == Reason::kBusy) {
+        answered_meanwhile = listed.empty() || listed.front().state != IdentificationState::kRunning;
+      }
+    }
+    if (answered_meanwhile) bench.runner.shutdown();
+    starting.join();
+    if (!answered_meanwhile) (void)bench.runner.cancel("", patient());
+  }
+  EXPECT_TRUE(answered_meanwhile);
+  for (const IdentificationReport& report : bench.runner.list())
+    EXPECT_NE(report.state, IdentificationState::kRunning);
 }
 
 }  // namespace

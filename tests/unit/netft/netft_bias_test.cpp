@@ -113,6 +113,27 @@ TEST(NetFtBias, OfABoxThatRestartedIsReportedLostAndNeverSetAgainByItself) {
   EXPECT_TRUE(reads(bench, [](const auto& s) { return s.status == 0 && near(s.sensor_force_n.z, 0.0); }));
 }
 
+TEST(NetFtBias, OfAnotherClientIsNoticedAndNamed) {
+  for (const BiasBy by : {BiasBy::kSoftware, BiasBy::kBox}) {
+    NetFtBench bench;
+    bench.config.bias = by;
+    bench.box.set_offset({0.0, 0.0, 2.0}, {});
+    ASSERT_FALSE(bench.engage());
+    ASSERT_FALSE(bench.sensor->bias());
+    const std::uint32_t serial = bench.read().bias_serial;
+    bench.box.load({0.0, 0.0, 0.5}, {});
+    ASSERT_TRUE(reads(bench, [](const auto& s) { return near(s.sensor_force_n.z, 0.5); }));
+    bench.box.bias_by_another();
+    EXPECT_TRUE(eventually([&] { return bench.finds("another client has biased the box"); }));
+    EXPECT_TRUE(reads(bench, [&](const auto& s) {
+      return s.bias_serial == serial + 1 && (s.status & status::kForceWarning) != 0;
+    }));
+    ASSERT_FALSE(bench.sensor->bias());
+    EXPECT_FALSE(bench.finds("another client"));
+    EXPECT_TRUE(reads(bench, [](const auto& s) { return s.status == 0 && near(s.sensor_force_n.z, 0.0); }));
+  }
+}
+
 TEST(NetFtBias, InSoftwareOutlastsARestartOfABoxThatHadNone) {
   NetFtBench bench;
   bench.box.set_offset({0.0, 0.0, 2.0}, {});

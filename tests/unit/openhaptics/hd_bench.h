@@ -22,7 +22,9 @@ using openhaptics::OpenHapticsDevice;
 namespace status = hal::sample_status;
 
 inline std::string stand_in(const std::string& variant = "") {
-  return std::string(HD_STAND_IN_FOLDER) + "/libHD_stand_in" + variant + ".so";
+  std::string file = HD_STAND_IN_FOLDER;
+  file.append("/libHD_stand_in").append(variant).append(".so");
+  return file;
 }
 
 /// Reads, keeps what it read, asks for the force it was asked to.

@@ -109,6 +109,20 @@ TEST(RingFolder, KeepsTheRingOfADaemonThatRunsAndRemovesADamagedOne) {
   EXPECT_EQ(second->written(), 0U);
 }
 
+TEST(RingFolder, LeavesWhatItCannotOpen) {
+  // As the ring of another user is to one who is not root; a link is what root cannot open either.
+  const test::TemporaryFolder folder;
+  const std::string theirs = folder.write("theirs", "another daemon's");
+  std::filesystem::create_symlink(theirs, folder.path("flight-0.ring"));
+  EXPECT_EQ(FlightRing::open_left(folder.path("flight-0.ring")).error().code, hal::ErrorCode::kUnreadable);
+  std::vector<std::string> left;
+  const auto ring = value_of(take_ring(folder.path(), kColumns, 50, 1000.0, left));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.path("flight-0.ring")));
+  EXPECT_TRUE(std::filesystem::exists(folder.path("flight-1.ring"))) << "it takes the next name";
+  EXPECT_EQ(std::filesystem::file_size(theirs), 16U);
+  EXPECT_TRUE(left.empty());
+}
+
 TEST(RingFolder, RefusesOneDaemonTooMany) {
   const test::TemporaryFolder folder;
   std::vector<std::string> left;

@@ -137,6 +137,23 @@ TEST_F(TableExport, WhatCannotBeExportedIsNamed) {
   }
 }
 
+TEST_F(TableExport, AFullDiskIsNamedAsOne) {
+  ExportRequest wanted = request("a.csv");
+  wanted.output = "/dev/full";
+  const auto error = export_table(wanted);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->code, hal::ErrorCode::kFull) << error->text();
+}
+
+TEST_F(TableExport, FollowsALinkOnlyWhereItMay) {
+  std::filesystem::create_symlink(request("a.csv").input, folder_.path("link.mcap"));
+  ExportRequest wanted = request("a.csv");
+  wanted.input = folder_.path("link.mcap");
+  EXPECT_FALSE(export_table(wanted));
+  wanted.links = recording::Links::kRefused;
+  EXPECT_EQ(export_table(wanted)->what, "the recording cannot be opened");
+}
+
 TEST_F(TableExport, H5pyReadsTheSameNumbersAndUnits) {
   demand(export_table(request("a.h5")));
   const std::string python = PYTHON_OF_THE_SYSTEM;

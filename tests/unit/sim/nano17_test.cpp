@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 
+#include "hal/sim/sensor/sensor_bias.h"
 #include "virtual_rig.h"
 
 namespace hapticd::sim {
@@ -101,6 +103,20 @@ TEST(Nano17, BiasTakesThePresentLoadAsZero) {
   EXPECT_NEAR(mean_of(sensor, load_n + Vector3{0.0, 0.0, 2.0}, 10'000).sensor_force_n.z, 2.0, 5e-4);
   take_as_zero(mean_of(sensor, {}, 10'000));
   EXPECT_LT(test::length(mean_of(sensor, {}, 10'000).sensor_force_n), 5e-4) << "and again from there";
+}
+
+TEST(SensorBias, OneThatWasNotTakenInTimeIsNeverTaken) {
+  Nano17 sensor(0.0, 1);
+  SensorBias bias;
+  EXPECT_FALSE(bias.take(std::chrono::milliseconds(5))) << "no one reads the sensor";
+  hal::RigSample sample;
+  for (std::int64_t ms = 0; ms < 1000; ++ms) {
+    for (int i = 0; i < 10; ++i) sensor.measure({0.0, 0.0, 5.0});
+    sensor.read(sample);
+    bias.follow(sample, ms * 1'000'000, sensor);
+  }
+  EXPECT_EQ(sample.bias_serial, 1U);
+  EXPECT_NEAR(sample.sensor_force_n.z, 5.0, 0.05) << "the load of later is no zero";
 }
 
 TEST(Nano17, RangeIsThatOfTheLoadNotOfTheBiasedReading) {

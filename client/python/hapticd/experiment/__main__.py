@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Optional, Sequence
 
 import hapticd
+from hapticd._shown import printable, say
 from hapticd.errors import BadArgument, HapticdError, Refused, Unreachable
 from hapticd.experiment import analysis, export, plots, runner, session, simulated
 from hapticd.experiment import protocol as protocols
@@ -29,16 +30,16 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         return int(options.do(options))
     except Unreachable as error:
-        print(f"hapticctl: {error}", file=sys.stderr)
+        say(f"hapticctl: {printable(str(error))}", sys.stderr)
         return UNREACHABLE
     except HapticdError as error:
-        print(f"hapticctl: {error}", file=sys.stderr)
+        say(f"hapticctl: {printable(str(error))}", sys.stderr)
         return REFUSED
     except OSError as error:
-        print(f"hapticctl: {error}", file=sys.stderr)
+        say(f"hapticctl: {printable(str(error))}", sys.stderr)
         return REFUSED
     except KeyboardInterrupt:
-        print("ended; hapticctl experiment resume goes on with it", file=sys.stderr)
+        say("ended; hapticctl experiment resume goes on with it", sys.stderr)
         return NOT_FINISHED
 
 
@@ -116,14 +117,14 @@ def _versions(rig: Optional[hapticd.Rig]) -> dict[str, str]:
 
 def _check(options: argparse.Namespace) -> int:
     protocol = protocols.read(options.protocol)
-    print(f"{protocol.title} ({protocol.source}), {protocol.participants} participants, sha256 {protocol.sha256[:12]}")
+    say(f"{protocol.title} ({protocol.source}), {protocol.participants} participants, sha256 {protocol.sha256[:12]}")
     for condition in protocol.conditions:
         target = f", target {condition.reference_n_per_mm:g} N/mm" if protocol.kind == "compare" else ""
-        print(f"  {condition.name}: {analysis.stimulus_name(condition.reference)} against {analysis.stimulus_name(condition.comparison)}{target}")
+        say(f"  {condition.name}: {analysis.stimulus_name(condition.reference)} against {analysis.stimulus_name(condition.comparison)}{target}")
     if not options.no_rig:
         with hapticd.connect() as rig, RigStage(rig, Person(lambda: True)) as stage:
             stage.check(protocol)
-        print("this rig can do all of it")
+        say("this rig can do all of it")
     return DONE
 
 
@@ -165,7 +166,7 @@ def _session(rig: hapticd.Rig, journal: Journal, options: argparse.Namespace) ->
 
     with PageServer(options.port, rig.stop) as pages:
         participant = pages.participant
-        print(f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}", flush=True)
+        say(f"the participant's page:   {pages.participant_url}\nthe experimenter's page:  {pages.experimenter_url}")
         name = _recording_name(rig, options, journal.path.stem)
         begun = session.fold(journal.events)
         seed = begun.seed
@@ -185,9 +186,9 @@ def _session(rig: hapticd.Rig, journal: Journal, options: argparse.Namespace) ->
 
 def _said(state: session.State, path: Path) -> int:
     if state.ended:
-        print(f"{path}: done")
+        say(f"{path}: done")
         return DONE
-    print(f"{path}: ended early ({state.aborted or 'interrupted'}); hapticctl experiment resume {path}")
+    say(f"{path}: ended early ({state.aborted or 'interrupted'}); hapticctl experiment resume {path}")
     return NOT_FINISHED
 
 
@@ -235,7 +236,7 @@ def _scan(options: argparse.Namespace) -> int:
     text = surface_toml(touches, options.step)
     with options.out.open("x", encoding="utf-8") as file:
         file.write(text)
-    print(f"{len(touches)} touches, {options.out}")
+    say(f"{len(touches)} touches, {options.out}")
     return DONE
 
 
@@ -244,9 +245,9 @@ def _analyse(options: argparse.Namespace) -> int:
     protocol = sessions[0].protocol
     found, rated = analysis.estimates(sessions, resamples=options.bootstrap), analysis.ratings(sessions)
     if options.json:
-        print(json.dumps(analysis.as_json(sessions, found, rated), indent=2, ensure_ascii=False))
+        say(json.dumps(analysis.as_json(sessions, found, rated), indent=2, ensure_ascii=False))
     else:
-        print(analysis.text_of(sessions, found, rated))
+        say(analysis.text_of(sessions, found, rated))
     if options.figures is not None:
         options.figures.mkdir(parents=True, exist_ok=True)
         names = [one.name for one in protocol.conditions]
@@ -257,7 +258,7 @@ def _analyse(options: argparse.Namespace) -> int:
                     plots.series(one, condition).savefig(options.figures / f"series_{one.participant}_{condition}.svg")
         else:
             plots.similarity(rated, names).savefig(options.figures / "similarity.svg")
-        print(f"figures in {options.figures}", file=sys.stderr)
+        say(f"figures in {options.figures}", sys.stderr)
     return DONE
 
 
@@ -265,11 +266,11 @@ def _export(options: argparse.Namespace) -> int:
     sessions = analysis.read(options.journals)
     if options.out.suffix == ".csv":
         export.to_csv(sessions, options.out, psychopy=options.psychopy)
-        print(options.out)
+        say(options.out)
     elif options.psychopy:
         raise BadArgument("PsychoPy's names are for one table", where="--out", value=str(options.out), limit="NAME.csv")
     else:
-        print(f"{len(export.to_bids(sessions, options.out))} files in {options.out}")
+        say(f"{len(export.to_bids(sessions, options.out))} files in {options.out}")
     return DONE
 
 

@@ -17,6 +17,9 @@ from hapticd.errors import BadFile
 
 Event = dict[str, Any]
 
+#: Bytes of an event: the largest is the protocol with the texts of its scenes.
+MAX_LINE = 4 << 20
+
 
 def to_line(event: Mapping[str, Any]) -> bytes:
     return json.dumps(event, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
@@ -28,9 +31,12 @@ def parse(content: bytes, where: str) -> tuple[list[Event], int]:
     used = 0
     for number, line in enumerate(content.split(b"\n")[:-1], 1):
         try:
+            if len(line) > MAX_LINE:
+                raise ValueError
             event = json.loads(line.decode("utf-8"))
-        except ValueError as error:
-            raise BadFile("this line is no event", where=f"{where}, line {number}", value=repr(line[:80])) from error
+        except (ValueError, RecursionError) as error:  # the latter: brackets a thousand deep
+            limit = f"JSON, at most {MAX_LINE} bytes"
+            raise BadFile("this line is no event", where=f"{where}, line {number}", value=repr(line[:80]), limit=limit) from error
         if not isinstance(event, dict) or not isinstance(event.get("event"), str):
             raise BadFile("this line is no event", where=f"{where}, line {number}", value=repr(line[:80]), limit='{"event": …}')
         events.append(event)

@@ -112,7 +112,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
                 raise ValueError
             said = json.loads(self.rfile.read(length))
             self._do(role, said)
-        except (ValueError, TypeError, KeyError, AttributeError):
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             return self._refuse(HTTPStatus.BAD_REQUEST, "this is no message of the page")
         self._answer(HTTPStatus.OK, TYPES[".js"], b"{}")
 

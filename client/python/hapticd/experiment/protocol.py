@@ -21,6 +21,7 @@ SHIPPED = Path(__file__).resolve().parent / "protocols"
 
 ANSWERS = ("first", "same", "second")
 MAX_STIFFNESS = 1000.0
+MAX_BYTES = 1 << 20  # of the file, and of each scene
 
 
 @dataclass(frozen=True)
@@ -120,13 +121,19 @@ def read(name: str) -> Protocol:
     """Raises BadFile with the key and what is accepted."""
     path = find(name)
     try:
-        document = tomllib.loads(path.read_bytes().decode("utf-8"))
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise BadFile("this is too large for a protocol", where=str(path), limit=f"at most {MAX_BYTES} bytes")
+        document = tomllib.loads(content.decode("utf-8"))
     except OSError as error:
         raise BadFile(error.strerror or "it cannot be read", where=str(path)) from error
     except UnicodeDecodeError as error:
         raise BadFile("this is no UTF-8", where=str(path), value=f"byte {error.start}") from error
     except tomllib.TOMLDecodeError as error:
         raise BadFile(f"this is no TOML: {error}", where=str(path)) from error
+    except RecursionError as error:
+        raise BadFile("this is nested too deeply for a protocol", where=str(path)) from error
     _take_scenes(document, path.resolve().parent / "scenes")
     return of(document, str(path))
 
@@ -141,6 +148,8 @@ def _take_scenes(document: dict[str, Any], folder: Path) -> None:
         path = folder / f"{name}.toml"
         if re.fullmatch(r"[A-Za-z0-9_-]+", name) and path.is_file():
             try:
+                if path.stat().st_size > MAX_BYTES:
+                    raise BadFile("this is too large for a scene", where=str(path), limit=f"at most {MAX_BYTES} bytes")
                 document.setdefault("scenes", {}).setdefault(name, path.read_text("utf-8"))
             except (OSError, UnicodeDecodeError) as error:
                 raise BadFile(f"it cannot be read: {error}", where=str(path)) from error

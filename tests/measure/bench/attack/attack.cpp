@@ -18,6 +18,8 @@
 #include <vector>
 
 #include "client/cpp/client.h"
+#include "tests/measure/bench/attack/rows.h"
+#include "tests/measure/bench/attack/stop_under_attack.h"
 #include "tests/measure/bench/benchmark.h"
 #include "tests/measure/bench/live/daemon_process.h"
 #include "tests/measure/report/report.h"
@@ -35,27 +37,6 @@ constexpr std::chrono::seconds kTimeout{60};
 double seconds_since(Clock::time_point began) {
   return std::chrono::duration<double>(Clock::now() - began).count();
 }
-
-/// Rows as telemetry has them, some 330 bytes each, in pieces.
-class Rows {
- public:
-  explicit Rows(std::uint64_t bytes) : left_(bytes) {}
-  std::string next_piece() {
-    std::string piece = count_ == 0 ? "time_s,force_N,position_mm,note\n" : "";
-    while (left_ > 0 && piece.size() + kRowBytes <= client::RecordingUpload::kMaxPiece) {
-      std::string row = std::to_string(count_++) + "e-3,1.25,1.5,";
-      row.resize(kRowBytes - 1, 'x');
-      piece += row + '\n';
-      left_ -= std::min<std::uint64_t>(left_, kRowBytes);
-    }
-    return piece;
-  }
-
- private:
-  static constexpr std::size_t kRowBytes = 330;
-  std::uint64_t left_;
-  std::uint64_t count_ = 0;
-};
 
 /// Sends a recording until the daemon has it; the megabytes a second of the sending.
 double upload(client::Client& client, std::uint64_t bytes) {
@@ -294,6 +275,7 @@ int run_attack(const AttackOptions& options) {
         {attack.name, shown(inputs), shown(growth), shown(late), serves ? "yes" : "no", growth.failed});
     for (const report::Figure& figure : {inputs, growth, late}) report.add(figure);
   }
+  crashes += measure_stops_under_attack(report, scale);
   report.add({.figure = "attack_crashes", .value = crashes, .unit = "1", .goal = 0.0});
   report.add_table("attack", "What one client can do to the daemon", table,
                    "Each attack meets a daemon of its own, on loopback.");

@@ -137,22 +137,23 @@ def main() -> int:
     os.environ["HAPTICD_BINARIES"] = str(options.binaries)
     sys.path.insert(0, str(options.binaries.parent / "python"))
     import hapticd
-    from console_page import Page, Visitor, configuration, console_port, start_browser
-    from daemon import Daemon
+    from console_page import Page, Visitor, configuration, start_browser
+    from daemon import Console, Daemon
 
     bench = Bench(options.out, options.quick)
     quick = options.quick
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        arguments = ("--scene", "tap_1d", "--model-store", ":memory:")
-        daemon = Daemon(folder, *arguments, "--config", str(configuration(folder)))
+        arguments = ("--scene", "tap_1d", "--model-store", ":memory:", *configuration(folder))
+        daemon = Daemon(folder, *arguments)
+        console = Console(folder, f"unix:{folder}/d.sock")
         driver = start_browser(folder / "profile")
         page = Page(driver)
         try:
             with hapticd.connect(daemon.address) as rig:
                 rig.set_hand_program({"kind": "press", "force_n": 3.0, "repetitions": -1, "hold_s": 0.5})
                 page.open(rig.open_console().url)
-            origin = f"http://127.0.0.1:{console_port(daemon)}"
+            origin = f"http://127.0.0.1:{console.port}"
 
             def first_paint() -> None:
                 times = []
@@ -206,11 +207,16 @@ def main() -> int:
                               "from the key to the answer, which names the tick after which the guard is latched")  # fmt: skip
 
             def many_tabs() -> None:
-                visitor = Visitor(daemon)
+                visitor = Visitor(daemon, console)
                 driver.get("about:blank")
                 seconds, rounds = (3.0, 1) if quick else (10.0, 4)
-                shares: dict[int, list[float]] = {0: [], TABS: []}
+                parts = {"daemon": daemon.process.pid, "console": console.process.pid}
+                shares: dict[tuple[str, int], list[float]] = {(part, count): [] for part in parts for count in (0, TABS)}
                 lates: dict[int, list[float]] = {0: [], TABS: []}
+
+                def used_s() -> dict[str, float]:
+                    return {part: cpu_s(pid) for part, pid in parts.items()}
+
                 with hapticd.connect(daemon.address) as rig:
                     for _ in range(rounds):
                         for count in (0, TABS):
@@ -218,17 +224,19 @@ def main() -> int:
                             if reading:
                                 reading.start()
                             time.sleep(1.0)
-                            before, used, begun = rig.get_rig_state().loop.wakeup, cpu_s(daemon.process.pid), time.monotonic()
+                            before, used, begun = rig.get_rig_state().loop.wakeup, used_s(), time.monotonic()
                             time.sleep(seconds)
                             took = time.monotonic() - begun
-                            shares[count].append((cpu_s(daemon.process.pid) - used) / took)
+                            for part, now in used_s().items():
+                                shares[part, count].append((now - used[part]) / took)
                             lates[count].append(quantile_us(before, rig.get_rig_state().loop.wakeup, 0.999))
                             if reading:
                                 reading.join()
                                 if reading.exitcode != 0:
                                     raise RuntimeError("the tabs could not read")
-                extra = statistics.median(shares[TABS]) - statistics.median(shares[0])
-                bench.add("console_cpu_share", extra, "1", 0.05, {"tabs": TABS}, "of one core, of the daemon, more than without")
+                for part in parts:
+                    extra = statistics.median(shares[part, TABS]) - statistics.median(shares[part, 0])
+                    bench.add("console_cpu_share", extra, "1", 0.05, {"tabs": TABS, "process": part}, "of one core, more than without")
                 for count in (0, TABS):
                     bench.add("console_loop_late_p999_us", statistics.median(lates[count]), "us", None, {"tabs": count}, "median of the rounds")
                 bench.add("console_loop_late_ratio", statistics.median(lates[TABS]) / statistics.median(lates[0]), "1", 1.1, {"tabs": TABS},
@@ -240,7 +248,6 @@ def main() -> int:
                 page.wait(lambda: not page.shows("body.away") and "…" not in page.text("#rig"))
                 page.run("window.changes = []; new MutationObserver(() => changes.push([Date.now(), document.body.classList.contains('away')]))"
                          ".observe(document.body, {attributes: true})")  # fmt: skip
-                port = console_port(daemon)
                 daemon.process.send_signal(signal.SIGSTOP)
                 begun = time.time()
                 shown = page.wait(lambda: page.run("return changes.find(([, away]) => away)"))
@@ -253,7 +260,7 @@ def main() -> int:
                 shown = page.wait(lambda: page.run("return changes.find(([, away]) => away)"))
                 bench.add("console_away_shown_s", shown[0] / 1000 - begun, "s", 2, {"daemon": "killed"})
                 begun = time.time()
-                daemon = Daemon(folder, *arguments, "--config", str(configuration(folder, port)))
+                daemon = Daemon(folder, *arguments)
                 back = page.wait(lambda: page.run("return changes.find(([, away], i) => i && !away)"))
                 bench.add("console_back_s", back[0] / 1000 - begun, "s", 2, {}, "from the start of the next daemon")
 
@@ -266,6 +273,7 @@ def main() -> int:
             bench.part([("console_away_shown_s", "s", 2), ("console_back_s", "s", 2)], away)
         finally:
             driver.quit()
+            console.end()
             daemon.end()
     return 0
 

@@ -34,6 +34,18 @@ std::string configuration_beside(std::filesystem::path log, const DaemonSetup& s
   return file.string();
 }
 
+std::vector<std::string> command_of(const std::filesystem::path& log, const DaemonSetup& setup) {
+  std::vector<std::string> command;
+  if (setup.max_descriptors > 0) {
+    const std::string limit = std::to_string(setup.max_descriptors);
+    command = {"prlimit", "--nofile=" + limit + ":" + limit};
+  }
+  command.insert(command.end(), {(program_folder() / "hapticd").string(), "--rig", "sim", "--scene",
+                                 setup.scene, "--listen", "127.0.0.1:0", "--model-store", setup.model_store,
+                                 "--config", configuration_beside(log, setup)});
+  return command;
+}
+
 }  // namespace
 
 std::filesystem::path program_folder() {
@@ -41,11 +53,7 @@ std::filesystem::path program_folder() {
 }
 
 DaemonProcess::DaemonProcess(std::filesystem::path log, const DaemonSetup& setup)
-    : log_(std::move(log)),
-      process_({.command = {(program_folder() / "hapticd").string(), "--rig", "sim", "--scene", setup.scene,
-                            "--listen", "127.0.0.1:0", "--model-store", ":memory:", "--config",
-                            configuration_beside(log_, setup)},
-                .output = log_}) {
+    : log_(std::move(log)), process_({.command = command_of(log_, setup), .output = log_}) {
   const auto deadline = std::chrono::steady_clock::now() + kTimeout;
   while (address_.empty()) {
     const auto status = process_.wait(std::chrono::milliseconds(20));

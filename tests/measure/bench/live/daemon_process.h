@@ -12,12 +12,15 @@ namespace hapticd::bench {
 /// Folder of the running program, where `hapticd` is too.
 std::filesystem::path program_folder();
 
-/// How the daemon is started: the simulated rig in real time, no models kept, on a free loopback port.
+/// How the daemon is started: the simulated rig in real time, no models kept unless set otherwise, on a free
+/// loopback port.
 struct DaemonSetup {
   std::string scene = "tap_1d";
   int loop_cpu = -1;  ///< that the loop is pinned to and the daemon's other threads keep off; -1 = none
   std::string more_configuration{};  ///< further sections
   double rate_hz = 1000.0;
+  std::string model_store = ":memory:";
+  unsigned long max_descriptors = 0;  ///< that it may have open; 0 = what the system allows
 };
 
 /// The real daemon.

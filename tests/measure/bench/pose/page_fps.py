@@ -23,12 +23,10 @@ PAGES = {"camera": "", "see-through": "background=clear", "stereo": "stereo=1&ba
 
 
 def started(hapticd: str, folder: Path) -> tuple[subprocess.Popen[bytes], str]:
-    configuration = folder / "hapticd.toml"
-    configuration.write_text('[console]\nlisten = "127.0.0.1:0"\n')
     log = folder / "hapticd.log"
     with log.open("wb") as output:
         process = subprocess.Popen(
-            [hapticd, "--config", str(configuration), "--rig", "sim", "--scene", "explore_tumour", "--listen", "127.0.0.1:0"],
+            [hapticd, "--rig", "sim", "--scene", "explore_tumour", "--listen", "127.0.0.1:0"],
             stdout=output, stderr=output)  # fmt: skip
     until = time.monotonic() + 60
     while time.monotonic() < until and process.poll() is None:

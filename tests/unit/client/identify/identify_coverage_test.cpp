@@ -123,7 +123,7 @@ TEST(IdentifyFigure, ShowsTheFitAndTheCoverage) {
   ASSERT_EQ(figure.panels.size(), 2U);
   const std::string script = gnuplot_script(figure, "fit.svg");
   for (const char* word :
-       {"\"measured\"", "\"model\"", "\"enough\"", "\"missing\"", "\"force / N\"", "\"speed / (mm/s)\"",
+       {"'measured'", "'model'", "'enough'", "'missing'", "'force / N'", "'speed / (mm/s)'",
         "contact-7: contact of sponge, running after 12.0 s", "residual 4.1 %"}) {
     EXPECT_NE(script.find(word), std::string::npos) << word;
   }

@@ -14,11 +14,20 @@ TEST(Figure, TheScriptHoldsItsDataUnitsAndNames) {
   figure.panels.push_back({.x_label = "displacement / mm", .y_label = "force / N", .from_zero = true});
   figure.panels[0].series.push_back({.name = "hand", .points = {{0.0, 0.0}, {1.5, 0.6}, kBreak, {0.0, 1.0}}});
   const std::string script = gnuplot_script(figure, "out/it's.svg");
-  EXPECT_NE(script.find("set output \"out/it's.svg\""), std::string::npos);
-  EXPECT_NE(script.find("a \\\"title\\\""), std::string::npos);
+  EXPECT_NE(script.find("set output 'out/it''s.svg'"), std::string::npos);
+  EXPECT_NE(script.find("'a \"title\"'"), std::string::npos);
   EXPECT_NE(script.find("$data_0_0 << EOD\n0 0\n1.5 0.6\n\n0 1\nEOD"), std::string::npos);
-  EXPECT_NE(script.find("set xlabel \"displacement / mm\" offset 0,0"), std::string::npos);
-  EXPECT_NE(script.find("title \"hand\""), std::string::npos);
+  EXPECT_NE(script.find("set xlabel 'displacement / mm' offset 0,0"), std::string::npos);
+  EXPECT_NE(script.find("title 'hand'"), std::string::npos);
+}
+
+TEST(Figure, ATitleOfTheDaemonIsNoCommand) {
+  // In double quotes gnuplot would run what stands between backquotes.
+  Figure figure{.title = "`touch x`\n'; system \"touch y\"; '\x1b"};
+  figure.panels.push_back({.x_label = "t"});
+  const std::string script = gnuplot_script(figure, "x.svg");
+  EXPECT_NE(script.find("title '`touch x`\\n''; system \"touch y\"; ''\\u001b' font"), std::string::npos)
+      << script;
 }
 
 TEST(Figure, AQuantityThatNeverChangesHasARange) {
@@ -34,8 +43,8 @@ TEST(Figure, NotesHaveTheirOwnLinesBelowAllPanels) {
   figure.panels[0].series.push_back({.points = {{0.0, 3.0}, {1.0, 3.0}}});
   figure.panels.push_back(figure.panels[0]);
   const std::string script = gnuplot_script(figure, "x.svg");
-  EXPECT_NE(script.find("set label 1 \"first\" at screen 0.012,0.0480"), std::string::npos) << script;
-  EXPECT_NE(script.find("set label 2 \"second\" at screen 0.012,0.0180"), std::string::npos) << script;
+  EXPECT_NE(script.find("set label 1 'first' at screen 0.012,0.0480"), std::string::npos) << script;
+  EXPECT_NE(script.find("set label 2 'second' at screen 0.012,0.0180"), std::string::npos) << script;
   EXPECT_NE(script.find("set origin 0,0.06\nset size 1,0.94"), std::string::npos) << "panels are above";
   EXPECT_EQ(script.find("set label", script.find("unset label") + 5), std::string::npos) << "drawn once";
 }
@@ -46,7 +55,7 @@ TEST(Figure, ANoteIsBrokenIntoLinesThatFit) {
   figure.panels.push_back({.x_label = "t"});
   figure.panels[0].series.push_back({.points = {{0.0, 3.0}, {1.0, 3.0}}});
   const std::string script = gnuplot_script(figure, "x.svg");
-  EXPECT_NE(script.find("set label 2 \"bbb"), std::string::npos) << script;
+  EXPECT_NE(script.find("set label 2 'bbb"), std::string::npos) << script;
 }
 
 TEST(Figure, LabelsOfALowPanelDoNotOverlap) {

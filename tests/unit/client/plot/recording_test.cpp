@@ -101,7 +101,7 @@ TEST(Recording, NamesRigSceneAndMissingSamples) {
   std::stringstream text;
   text << file.rdbuf();
   EXPECT_NE(text.str().find("# rig: sim:phantom_1_0 (simulated), loop 1000 Hz"), std::string::npos);
-  EXPECT_NE(text.str().find("# uncertain: structural_mode_hz = 100 Hz (two lines)"), std::string::npos);
+  EXPECT_NE(text.str().find("# uncertain: structural_mode_hz = 100 Hz (two\\nlines)"), std::string::npos);
   EXPECT_NE(text.str().find("# scene at the start: tap_1d, target 0.5 N/mm"), std::string::npos);
   EXPECT_NE(text.str().find("# every 10 tick(s)"), std::string::npos);
   EXPECT_NE(text.str().find("# 3 samples, NOT complete: 1 missing in 1 gap(s)"), std::string::npos);

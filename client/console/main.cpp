@@ -1,0 +1,59 @@
+#include <fcntl.h>
+#include <google/protobuf/stubs/logging.h>
+#include <grpc/support/log.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "client/console/console_server.h"
+#include "client/console/options.h"
+
+namespace {
+
+using namespace hapticd;
+
+/// What a terminal or program waits for has been said: a program that goes on in the background keeps no
+/// one's pipe open.
+void let_go_of_terminal() {
+  const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, standard);
+  close(nothing);
+}
+
+int run(int argc, char** argv) {
+  int exit_code = 0;
+  const auto options = console::read_options(argc, argv, exit_code);
+  if (!options) return exit_code;
+  spdlog::set_default_logger(spdlog::stderr_logger_st("hapticd-console"));
+  spdlog::set_pattern("[%Y-%m-%d %H:%M:%S.%e] %l: %v");
+  // What a page or a daemon sends must not fill the log.
+  google::protobuf::SetLogHandler(nullptr);
+  gpr_set_log_verbosity(GPR_LOG_SEVERITY_ERROR);
+  std::signal(SIGPIPE, SIG_IGN);
+  console::ConsoleServer server(*options);
+  server.run([&] {
+    // For scripts and people: the one line on standard output.
+    std::printf("hapticd-console listens on %s\n", server.url().c_str());
+    std::fflush(stdout);
+    if (options->is_personal) return let_go_of_terminal();
+    sd_notifyf(0, "READY=1\nSTATUS=serves %s", server.url().c_str());
+  });
+  sd_notify(0, "STOPPING=1");
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hapticd-console: %s\n", error.what());
+    return 3;
+  }
+}

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "hal/error.h"
+#include "server/access/identity.h"
+#include "server/config/listen_address.h"
+#include "server/connection/stop_sockets.h"
+
+namespace hapticd::server {
+
+/// Accepts the connections of the service, over TCP and a unix socket, and hands them on. gRPC's own listener
+/// is not used: in gRPC 1.51, once it finds no free descriptor, it never accepts again. Of the descriptors
+/// that the system allows this process, the last are kept for files. A connection that would take one of them
+/// is closed at once; the next is served as soon as a descriptor is free.
+class ConnectionListener {
+ public:
+  /// Takes over a connection's descriptor. Called in the listener's thread.
+  using Take = std::function<void(int descriptor, ConnectionKind kind)>;
+
+  struct Endpoints {
+    ListenAddress loopback;
+    std::string unix_socket;  ///< empty: none. A path that exists must be free
+    std::string unix_group;   ///< may open it; empty: the own group of the process
+    std::optional<ListenAddress> tls;
+    /// Whether a user's connections over the unix socket are those of a console (kConsole). Asked in the
+    /// listener's thread.
+    std::function<bool(unsigned user)> is_console_user;
+  };
+  /// Binds and listens, on all addresses of the host; connections wait until start(). For each it binds what
+  /// a stop needs as well: the next port, and a datagram socket beside the unix socket. An error names the
+  /// address and the system's message.
+  static hal::Result<std::unique_ptr<ConnectionListener>> open(const Endpoints& endpoints);
+  /// Accepts no more; removes the unix socket.
+  ~ConnectionListener();
+  ConnectionListener(const ConnectionListener&) = delete;
+  ConnectionListener& operator=(const ConnectionListener&) = delete;
+
+  void start(Take take);
+  /// Accepts no more. Connections that were handed on stay open.
+  void stop();
+  /// The TCP port in use.
+  std::uint16_t port() const { return port_; }
+  /// That of connections with certificates; 0 where there are none.
+  std::uint16_t tls_port() const { return tls_port_; }
+  /// What stops come by. Once.
+  StopSockets take_stop_sockets() { return std::move(stop_); }
+  /// How many connections there are descriptors for, with those that pass them on.
+  std::size_t max_connections() const;
+  /// Who may open the unix socket.
+  const std::string& unix_group() const { return unix_group_; }
+
+ private:
+  ConnectionListener() = default;
+  struct Listening {
+    int descriptor;
+    ConnectionKind kind;
+  };
+  hal::Result<bool> open_tcp(const ListenAddress& listen, ConnectionKind kind, std::uint16_t& port);
+  hal::Result<bool> try_tcp(const ListenAddress& listen, ConnectionKind kind, std::uint16_t& port);
+  hal::Result<bool> open_datagram(const std::string& path);
+  hal::Result<bool> open_unix(const std::string& path, const std::string& group);
+  void run();
+  void accept_all(const Listening& listening);
+  /// Accepts and closes a connection for which there is no descriptor, using the reserved one.
+  bool turn_away(int listening);
+  void note_refused();
+  /// What a connection is by the user at its other end.
+  ConnectionKind kind_of(int descriptor, ConnectionKind listening) const;
+
+  std::vector<Listening> listening_;
+  StopSockets stop_;
+  std::uint16_t port_ = 0;
+  std::uint16_t tls_port_ = 0;
+  std::string unix_group_;
+  std::string unix_socket_;
+  std::function<bool(unsigned)> is_console_user_;
+  int wake_ = -1;
+  int spare_ = -1;
+  std::size_t max_descriptor_ = 0;  ///< a connection's number; the kernel gives the lowest that is free
+  std::uint64_t refused_ = 0;
+  Take take_;
+  std::thread thread_;
+};
+
+}  // namespace hapticd::server

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace hapticd::server {
+
+/// The one message that stops without gRPC, and its answers, all of a fixed size. proto/README.md has them.
+/// Over TCP and TLS what begins so stops, whatever follows; as a datagram every message stops.
+inline constexpr std::string_view kStopRequest = "HAPTICD STOP 1\n";
+inline constexpr std::string_view kStopWord = "HAPTICD STOP";
+
+using StopAnswer = std::array<char, 33>;
+/// "HAPTICD STOPPED 000000000001e240\n": with the last tick that was completed when the stop was handed to
+/// the loop.
+StopAnswer stopped_answer(std::uint64_t last_tick) noexcept;
+/// "HAPTICD REFUSED 0000000000000000\n": it is denied, or was no stop.
+StopAnswer refused_answer() noexcept;
+
+}  // namespace hapticd::server

@@ -1,0 +1,173 @@
+#include "server/connection/http2_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+namespace hapticd::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::string frame(int type, int flags, unsigned stream, const std::string& payload) {
+  std::string bytes;
+  for (const unsigned shift : {16U, 8U, 0U}) bytes += static_cast<char>((payload.size() >> shift) & 0xFFU);
+  bytes += static_cast<char>(type);
+  bytes += static_cast<char>(flags);
+  for (const unsigned shift : {24U, 16U, 8U, 0U}) bytes += static_cast<char>((stream >> shift) & 0xFFU);
+  return bytes + payload;
+}
+
+const std::string kPreface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+constexpr int kEndStream = 1;
+constexpr int kEndHeaders = 4;
+
+std::string open_call(unsigned stream, const std::string& header = "header") {
+  return frame(1, kEndHeaders, stream, header);
+}
+std::string reset(unsigned stream) {
+  return frame(3, 0, stream, std::string(4, '\0'));
+}
+
+class Watched {
+ public:
+  explicit Watched(const AccountLimits& limits = {}) : account(limits) { watch.emplace(account); }
+  /// What is wrong with it.
+  std::string_view send(const std::string& bytes) { return watch->from_client(bytes, onward, now); }
+
+  Account account;
+  std::optional<Http2Watch> watch;
+  std::string onward;
+  Allowance::Time now{1h};
+};
+
+TEST(Http2Watch, PassesOnWhatIsInOrderInPiecesOfAnySize) {
+  const std::string all = kPreface + frame(4, 0, 0, "") + open_call(1) + frame(0, kEndStream, 1, "request") +
+                          frame(1, 0, 3, "first") + frame(9, 0, 3, "more") +
+                          frame(9, kEndHeaders, 3, "last") + frame(8, 0, 0, std::string(4, '\1'));
+  for (const std::size_t size : {std::size_t{1}, std::size_t{7}, all.size()}) {
+    Watched watched;
+    for (std::size_t at = 0; at < all.size(); at += size) EXPECT_EQ(watched.send(all.substr(at, size)), "");
+    EXPECT_EQ(watched.onward, all);
+    EXPECT_TRUE(watched.watch->has_begun());
+    EXPECT_EQ(watched.account.calls, 2);
+    EXPECT_EQ(watched.account.unfinished_bytes, 7U) << "of the request";
+    watched.watch.reset();
+    EXPECT_EQ(watched.account.calls, 0) << "the connection is over";
+    EXPECT_EQ(watched.account.unfinished_bytes, 0U);
+  }
+}
+
+TEST(Http2Watch, KeepsAHeaderBackUntilItIsComplete) {
+  Watched watched;
+  EXPECT_EQ(watched.send(kPreface + frame(1, 0, 1, "begin")), "");
+  EXPECT_EQ(watched.onward, kPreface);
+  EXPECT_EQ(watched.account.unfinished_bytes, 14U);
+  EXPECT_EQ(watched.send(frame(9, kEndHeaders, 1, "end")), "");
+  EXPECT_EQ(watched.onward, kPreface + frame(1, 0, 1, "begin") + frame(9, kEndHeaders, 1, "end"));
+  EXPECT_EQ(watched.account.unfinished_bytes, 0U);
+}
+
+TEST(Http2Watch, RefusesWhatNoClientSends) {
+  const std::string much(16'000, 'x');
+  for (const std::string& bytes :
+       {std::string("GET / HTTP/1.1\r\n"), std::string("\x16\x03\x01"),
+        kPreface + frame(1, 0, 1, much) + frame(9, 0, 1, much),
+        kPreface + frame(1, 0, 1, "") + frame(0, 0, 1, ""), kPreface + frame(9, 0, 1, ""),
+        kPreface + frame(5, 0, 1, ""), kPreface + frame(6, 0, 0, much + much)}) {
+    Watched watched;
+    EXPECT_NE(watched.send(bytes), "");
+  }
+}
+
+TEST(Http2Watch, CountsACallUntilTheServiceHasAnsweredIt) {
+  Watched watched;
+  ASSERT_EQ(watched.send(kPreface + open_call(1) + open_call(3) + open_call(5)), "");
+  EXPECT_EQ(watched.account.calls, 3);
+  const std::string answers = frame(1, kEndHeaders, 1, "headers") + frame(0, 0, 1, "answer") +
+                              frame(1, kEndHeaders | kEndStream, 1, "trailers") + reset(3);
+  for (const char byte : answers) watched.watch->from_service(std::string(1, byte));
+  EXPECT_EQ(watched.account.calls, 1);
+  EXPECT_EQ(watched.watch->calls_answered(), 2U);
+  ASSERT_EQ(watched.send(reset(5)), "");
+  EXPECT_EQ(watched.account.calls, 0);
+}
+
+TEST(Http2Watch, LimitsWhatAllConnectionsOfAClientHaveUnderWay) {
+  AccountLimits limits;
+  limits.max_calls = 3;
+  limits.max_unfinished_bytes = 1000;
+  Account account(limits);
+  Http2Watch first(account);
+  Http2Watch second(account);
+  std::string onward;
+  const Allowance::Time now{1h};
+  EXPECT_EQ(first.from_client(kPreface + open_call(1) + open_call(3), onward, now), "");
+  EXPECT_EQ(second.from_client(kPreface + open_call(1), onward, now), "");
+  EXPECT_EQ(second.from_client(open_call(3), onward, now), "it has too many calls under way");
+  EXPECT_EQ(first.from_client(frame(0, 0, 1, std::string(900, 'x')), onward, now), "");
+  EXPECT_EQ(first.from_client(frame(0, 0, 3, std::string(200, 'x')), onward, now),
+            "its unfinished requests are too large");
+}
+
+TEST(Http2Watch, LetsARecordingOfAnyLengthThrough) {
+  Watched watched;
+  ASSERT_EQ(watched.send(kPreface + open_call(1)), "");
+  for (int i = 0; i < 10'000; ++i) {
+    watched.onward.clear();
+    ASSERT_EQ(watched.send(frame(0, 0, 1, std::string(16'000, 'x'))), "") << i;
+  }
+  EXPECT_LE(watched.account.unfinished_bytes, 1U << 20U);
+}
+
+TEST(Http2Watch, ClosesWhoOpensCallsAndGivesThemUp) {
+  Watched watched;
+  ASSERT_EQ(watched.send(kPreface), "");
+  unsigned stream = 1;
+  const auto give_up = [&] {
+    const std::string bytes = open_call(stream) + reset(stream);
+    stream += 2;
+    return watched.send(bytes);
+  };
+  for (int i = 0; i < 500; ++i) ASSERT_EQ(give_up(), "") << i;
+  watched.now += 1s;
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(give_up(), "") << i;
+  EXPECT_EQ(give_up(), "it opens calls and gives them up at once");
+}
+
+TEST(Http2Watch, ClosesWhoSendsFramesWithoutACall) {
+  for (const std::string& one :
+       {frame(6, 0, 0, std::string(8, '\0')), frame(4, 0, 0, ""), frame(2, 0, 1, "12345"), frame(0, 0, 1, ""),
+        frame(77, 0, 0, ""), frame(7, 0, 0, std::string(8, '\0')), frame(8, 0, 0, std::string(4, '\1'))}) {
+    Watched watched;
+    ASSERT_EQ(watched.send(kPreface), "");
+    int sent = 0;
+    while (sent < 10'000 && watched.send(one).empty()) ++sent;
+    EXPECT_EQ(sent, 16 + 2000);
+  }
+}
+
+TEST(Http2Watch, LetsAClientWidenItsWindowsByWhatItWasSent) {
+  Watched watched;
+  ASSERT_EQ(watched.send(kPreface + open_call(1)), "");
+  const std::string widen = frame(8, 0, 0, std::string(4, '\1')) + frame(8, 0, 1, std::string(4, '\1'));
+  for (int i = 0; i < 100'000; ++i) {
+    watched.watch->from_service(frame(0, 0, 1, "a record"));
+    ASSERT_EQ(watched.send(widen), "") << i;
+  }
+}
+
+TEST(Http2Watch, KeepsAConnectionWhoseClientFloodsByAnother) {
+  Watched flooding;
+  ASSERT_EQ(flooding.send(kPreface), "");
+  const std::string ping = frame(6, 0, 0, std::string(8, '\0'));
+  while (flooding.send(ping).empty()) {
+  }
+  Http2Watch honest(flooding.account);
+  std::string onward;
+  EXPECT_EQ(honest.from_client(kPreface + frame(4, 0, 0, "") + ping, onward, flooding.now), "");
+}
+
+}  // namespace
+}  // namespace hapticd::server
