@@ -10,6 +10,10 @@ In a Markdown text a mark is a comment directly behind a number, or behind a ran
 
     −1.2 … +0.1<!--held_1d--> %
 
+A page of docs has no other numbers with a unit than these: in its paragraph, item or row of a table is a mark, or a †
+(measured earlier, and not again), or deploy/given_numbers.toml lists it for the page as given, such as a setting, a limit or
+a fact of the dissertation. A † in the first paragraph under the title holds for the page. Code does not count.
+
 deploy/figures.toml defines it: the run and figure it comes from, which cases count, how they become one number or a
 range, the rounding. One line each:
 
@@ -22,6 +26,8 @@ range, the rounding. One line each:
               only (exactly one record), range (min … max), and the format, of the printf family
     factor    the values times this, e.g. 100 for percent; optional
     failed    how many of the records gave no value; 0 unless it says so, so that none is passed over in silence
+    tolerance  share by which the text may differ from what was measured: of a count of instructions, which differs a
+              little from one compiler and library to the next; optional
     machine   true: a figure of the machine and its load; a difference is reported and fails nothing; optional
     in_quick  true: the quick run measures just this as well and is held to it; other numbers of a quick run come of
               fewer cases, so that only their being there is asked; optional
@@ -41,6 +47,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 TEXTS = ("README.md", "docs/*.md", "hal/sim/README.md")
 SOURCES = ("tests/measure",)
+GIVEN = ROOT / "deploy/given_numbers.toml"
 
 MARK = re.compile(r"<!--([a-z][a-z0-9_]*)-->")
 # 28 992, −1.2, +0.1, 1e-9
@@ -48,7 +55,7 @@ NUMBER = r"[+\-−]?(?:\d{1,3}(?: \d{3})+(?![\d.])|\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
 BEFORE_MARK = re.compile(rf"(?:({NUMBER}) … )?({NUMBER})$")
 SHOW = re.compile(r"(min|max|median|mean|sum|count|within|only|range) (%\+?\.\d+[feg]|%\+?d)")
 FIGURE = re.compile(r"([a-z_]+)/([a-z][a-z0-9_]*)")
-KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "in_quick", "recordings"}
+KEYS = {"figure", "case", "not", "show", "factor", "failed", "machine", "tolerance", "in_quick", "recordings"}
 # Columns of a table that hold no measured number: what is printed first, and what it is compared with.
 UNMEASURED = re.compile(r"to compare|reported|goal|dissertation: ")
 
@@ -103,6 +110,7 @@ class Definition:
         self.factor = table.get("factor", 1)
         self.failed = table.get("failed", 0)
         self.machine = table.get("machine", False)
+        self.tolerance = table.get("tolerance", 0)
         self.in_quick = table.get("in_quick", False)
         self.recordings = table.get("recordings", False)
 
@@ -151,6 +159,11 @@ class Definition:
             results = [REDUCE[self.aggregate](values)]
         # Rounded first; then adding zero makes a negative zero a positive one.
         return [self.format % (float(self.format % result) + 0.0) for result in results]
+
+    def is_near(self, printed, measured):
+        """Whether all numbers of the text differ by no more than the tolerance."""
+        pairs = [(float(old), float(new)) for old, new in zip(printed, measured)]
+        return len(printed) == len(measured) and all(abs(old - new) <= self.tolerance * abs(new) for old, new in pairs)
 
     def decimals(self):
         """Digits behind the point that the format prints; None where it does not fix them."""
@@ -214,6 +227,52 @@ def unmarked_numbers(path):
     return [table for table in tables if table[3] > 0 or "measured" in table[1]]
 
 
+UNIT = re.compile(
+    rf"(?<![\w.§/^<-])({NUMBER})[ \u00a0]?"
+    r"(%|N/mm|N/s|N·mm|[mµk]?N|mm/s|[µkcm]?m|[mµn]?s|k?Hz|[kMG]B|°|m?J|W|k?g|min|hours|instructions|ticks)(?![\w/·²])"
+)
+FENCED = re.compile(r"^```.*?^```", re.S | re.M)
+NEW_BLOCK = re.compile(r"\s*$|\||#|\s*(-|\d+\.) ")
+
+
+def blocks_of(text):
+    """(line, text) of each paragraph, item of a list and row of a table, without code."""
+    text = FENCED.sub(lambda code: "\n" * code[0].count("\n"), text)
+    blocks = []
+    for line_number, line in enumerate(text.splitlines(), 1):
+        if NEW_BLOCK.match(line) or not blocks or not blocks[-1][1]:
+            blocks.append((line_number, ""))
+        blocks[-1] = (blocks[-1][0], (blocks[-1][1] + " " + re.sub(r"`[^`]*`", "", line)).strip())
+    return [block for block in blocks if block[1]]
+
+
+def unexplained_numbers(text, given):
+    """[(line, "5 mm")] of the numbers with a unit in a page that have neither mark nor †, and are not given."""
+    blocks = blocks_of(text)
+    if len(blocks) > 1 and "†" in blocks[1][1] and not blocks[1][1].startswith("†:"):
+        return []
+    return [
+        (line, f"{plain(number)} {unit}")
+        for line, block in blocks
+        if "†" not in block and not MARK.search(block)
+        for number, unit in UNIT.findall(block)
+        if f"{plain(number)} {unit}" not in given
+    ]
+
+
+def check_explained(pages, given, complaints):
+    """Every number with a unit is measured, said to be old, or given; nothing is given that no page has."""
+    for path in pages:
+        name = str(shown(path))
+        text = path.read_text(encoding="utf-8")
+        for line, number in unexplained_numbers(text, given.get(name, [])):
+            complaints.append(f"{name}:{line}: {number} has neither a mark nor a †, and is not in given_numbers.toml")
+        found = {f"{plain(number)} {unit}" for _, block in blocks_of(text) for number, unit in UNIT.findall(block)}
+        for number in given.get(name, []):
+            if number not in found:
+                complaints.append(f"given_numbers.toml: {name} has no '{number}'")
+
+
 def check_static(marks, definitions, sources, complaints):
     """Marks and definitions fit together, numbers have the form their definition prints, figures and conditions are
     named by a study or a benchmark."""
@@ -265,7 +324,7 @@ def check_figures(marks, definitions, records, options, complaints, remarks):
             (remarks if excused else complaints).append(f"{mark.where}: '{mark.name}': {complaint}")
             continue
         printed = mark.numbers if definition.aggregate == "range" else mark.numbers[-1:]
-        if printed == measured:
+        if printed == measured or definition.is_near(printed, measured):
             continue
         text = f"{mark.where}: '{mark.name}' says {' … '.join(printed)}, measured {' … '.join(measured)}"
         (complaints if held_to_it else remarks).append(text)
@@ -346,6 +405,9 @@ def main(arguments=None):
         marks = [mark for text in texts for mark in marks_in(text)]
 
     check_static(marks, definitions, sources, complaints)
+    if not options.texts:  # all pages; contract.md is made from the contract
+        pages = [path for path in sorted(ROOT.glob("docs/*.md")) if path.name != "contract.md"]
+        check_explained(pages, tomllib.loads(GIVEN.read_text(encoding="utf-8")), complaints)
     if options.figures:
         check_figures(marks, definitions, records, options, complaints, remarks)
     for remark in remarks:

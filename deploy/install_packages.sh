@@ -19,7 +19,7 @@ declare -A packages=(
   [run]="gnuplot-nox openssl"
   # Instruction counts, the latency tool the loop is compared with, and independent peers for the drivers.
   [tests]="python3-h5py python3-numpy python3-grpcio python3-scipy python3-pandas python3-matplotlib python3-zstandard
-           chromium chromium-driver python3-selenium python3-pytest python3-setuptools python3-wheel mypy valgrind rt-tests stress-ng socat mbpoll python3-pymodbus python3-serial python3-serial-asyncio"
+           chromium chromium-driver python3-selenium python3-pytest python3-setuptools python3-wheel mypy valgrind rt-tests stress-ng socat mbpoll mono-mcs python3-pymodbus python3-serial python3-serial-asyncio"
   # The compiler of the preset asan, which also fuzzes; only when asked for.
   [fuzz]="clang libclang-rt-14-dev"
   # The documentation as HTML, and what the Python example needs; only when asked for.

@@ -29,6 +29,7 @@ enum class ErrorCode : std::uint8_t {
   kInUse,          ///< held by another process
   kFull,           ///< the disk or a quota
   kSwitchedOff,    ///< off because the configuration says so
+  kBusy,           ///< a device that answers, but takes the request later
 };
 
 /// What went wrong, in the five parts a person needs to fix it. Every refusal of the service, from a

@@ -1,6 +1,8 @@
 #include "client/cpp/tls_failure.h"
 
+#include <arpa/inet.h>
 #include <netdb.h>
+#include <netinet/in.h>
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
@@ -81,9 +83,11 @@ std::string names_of(X509* certificate) {
       text.assign(reinterpret_cast<const char*>(ASN1_STRING_get0_data(name->d.dNSName)),
                   static_cast<std::size_t>(ASN1_STRING_length(name->d.dNSName)));
     } else if (name->type == GEN_IPADD) {
-      char* address = i2s_ASN1_OCTET_STRING(nullptr, name->d.iPAddress);
-      text = address == nullptr ? "" : std::string("address ") + address;
-      OPENSSL_free(address);
+      char address[INET6_ADDRSTRLEN] = {};
+      const bool is_v4 = ASN1_STRING_length(name->d.iPAddress) == static_cast<int>(sizeof(in_addr));
+      if (inet_ntop(is_v4 ? AF_INET : AF_INET6, ASN1_STRING_get0_data(name->d.iPAddress), address,
+                    sizeof address) != nullptr)
+        text = std::string("address ") + address;
     }
     if (!text.empty()) list += (list.empty() ? "" : ", ") + text;
   }

@@ -55,6 +55,14 @@ void Bridge::note(const std::string& line) {
 
 void Bridge::take(const ReceivedTransform& transform) {
   if (options_.reference.empty() || transform.name != options_.reference) return;
+  if (!transform.not_tracked.empty()) {
+    if (not_tracked_ != transform.not_tracked) {
+      note("poses of '" + transform.name + "' are left out while the peer's tracker does not see the tool (" +
+           "TransformStatus " + transform.not_tracked + ", only OK is taken)");
+    }
+    not_tracked_ = transform.not_tracked;
+    return;
+  }
   if (transform.utc_ns == kNoTime) {
     const std::string words =
         "'" + transform.name + "' comes without time stamps: it cannot be used to calibrate";

@@ -43,6 +43,7 @@ class Bridge {
   std::string reported_;
   v1::PushReferencePosesRequest references_;  ///< since the last push
   std::string pushed_;                        ///< what became of the last push, as it was noted
+  std::string not_tracked_;                   ///< why a pose was left out, as it was noted last
 };
 
 }  // namespace hapticd::igtl_bridge

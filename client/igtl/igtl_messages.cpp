@@ -1,12 +1,16 @@
 #include "client/igtl/igtl_messages.h"
 
 #include <igtlMath.h>
-#include <igtlMessageHeader.h>
 #include <igtlStatusMessage.h>
 #include <igtlTransformMessage.h>
+#include <igtl_util.h>
 
+#include <algorithm>
+#include <bit>
+#include <cctype>
 #include <cmath>
-#include <cstring>
+#include <span>
+#include <string_view>
 
 namespace hapticd::igtl_bridge {
 
@@ -74,12 +78,129 @@ std::string quaternion_of(const igtl::Matrix4x4& m, double (&wxyz)[4]) {
   return {};
 }
 
-/// The header's own number: the library gives its lower half only.
-std::uint64_t claimed_body(const std::uint8_t* header) {
-  constexpr std::size_t kPlace = 42;  // after version, type, name and stamp
-  std::uint64_t size = 0;
-  for (std::size_t i = 0; i < 8; ++i) size = size << 8U | header[kPlace + i];
-  return size;
+using Bytes = std::span<const std::uint8_t>;
+
+/// The unsigned number of `size` bytes at the beginning, which there are; they are taken from `bytes`.
+std::uint64_t take_number(Bytes& bytes, std::size_t size) {
+  std::uint64_t number = 0;
+  for (const std::uint8_t byte : bytes.first(size)) number = number << 8U | byte;
+  bytes = bytes.subspan(size);
+  return number;
+}
+
+/// A text in a field of `size` bytes, which ends at its first zero.
+std::string take_text(Bytes& bytes, std::size_t size) {
+  const Bytes field = bytes.first(size);
+  bytes = bytes.subspan(size);
+  return {field.begin(), std::find(field.begin(), field.end(), std::uint8_t{0})};
+}
+
+/// The header is the same in all versions of the protocol. Debian's library reads version 1 only.
+struct Header {
+  static constexpr std::size_t kSize = 58;
+
+  explicit Header(Bytes bytes)
+      : version(static_cast<unsigned>(take_number(bytes, 2))),
+        type(take_text(bytes, 12)),
+        name(take_text(bytes, 20)),
+        stamp_s(take_number(bytes, 4)),
+        stamp_fraction(take_number(bytes, 4)),
+        body_size(take_number(bytes, 8)),
+        checksum(take_number(bytes, 8)) {}
+
+  unsigned version;
+  std::string type;
+  std::string name;
+  std::uint64_t stamp_s;         ///< since 1970
+  std::uint64_t stamp_fraction;  ///< in 2⁻³² s
+  std::uint64_t body_size;
+  std::uint64_t checksum;
+};
+
+bool is_word(const std::string& type) {
+  return !type.empty() &&
+         std::all_of(type.begin(), type.end(), [](unsigned char c) { return std::isprint(c) != 0; });
+}
+
+/// Lower case, without blanks and the zeros of wider characters.
+std::string plain_word(std::string_view text) {
+  std::string word;
+  for (const unsigned char c : text) {
+    if (c > ' ') word += static_cast<char>(std::tolower(c));
+  }
+  return word;
+}
+
+constexpr unsigned kNewestVersion = 3;
+constexpr std::size_t kTransformSize = 48;
+constexpr const char* kWrongSize = "the sizes in a TRANSFORM do not fit together";
+
+/// The status of the tool in the metadata of a message: pairs of key and value, whose sizes come first.
+/// Returns a problem where they do not fit.
+std::string read_status(Bytes sizes, Bytes texts, std::string& not_tracked) {
+  if (sizes.size() < 2) return sizes.empty() && texts.empty() ? "" : kWrongSize;
+  for (std::uint64_t pairs = take_number(sizes, 2); pairs > 0; --pairs) {
+    if (sizes.size() < 8) return kWrongSize;
+    const auto key_size = static_cast<std::size_t>(take_number(sizes, 2));
+    take_number(sizes, 2);  // the encoding
+    const auto value_size = static_cast<std::size_t>(take_number(sizes, 4));
+    if (key_size > texts.size() || value_size > texts.size() - key_size) return kWrongSize;
+    const auto text_of = [&texts](std::size_t size) {
+      const std::string text(texts.begin(), texts.begin() + static_cast<std::ptrdiff_t>(size));
+      texts = texts.subspan(size);
+      return text;
+    };
+    const std::string key = plain_word(text_of(key_size));
+    const std::string value = text_of(value_size);
+    // Some peers put the transform's name before it.
+    if (key.ends_with("transformstatus") && plain_word(value) != "ok")
+      not_tracked = value.empty() ? "unknown" : value;
+  }
+  return {};
+}
+
+/// From version 2 on, a header of its own comes before the content, and metadata behind it.
+std::string find_content(const Header& header, Bytes body, Bytes& content, std::string& not_tracked) {
+  content = body;
+  if (header.version > 1) {
+    constexpr std::size_t kExtendedSize = 12;
+    if (body.size() < kExtendedSize) return kWrongSize;
+    Bytes fields = body;
+    const auto own_size = static_cast<std::size_t>(take_number(fields, 2));
+    const auto sizes_size = static_cast<std::size_t>(take_number(fields, 2));
+    const auto texts_size = static_cast<std::size_t>(take_number(fields, 4));
+    if (own_size < kExtendedSize || own_size + sizes_size + texts_size > body.size()) return kWrongSize;
+    content = body.subspan(own_size, body.size() - own_size - sizes_size - texts_size);
+    const std::string problem = read_status(body.subspan(body.size() - sizes_size - texts_size, sizes_size),
+                                            body.last(texts_size), not_tracked);
+    if (!problem.empty()) return problem;
+  }
+  return content.size() == kTransformSize ? "" : kWrongSize;
+}
+
+/// Returns why the transform cannot be used; empty if it can.
+std::string read_transform(const Header& header, Packed& body, ReceivedTransform& transform) {
+  transform = ReceivedTransform{.name = header.name};
+  if (header.version < 1 || header.version > kNewestVersion) {
+    return "a TRANSFORM with header version " + std::to_string(header.version) + "; versions 1 to " +
+           std::to_string(kNewestVersion) + " are read";
+  }
+  if (crc64(body.data(), body.size(), 0) != header.checksum)
+    return "the checksum of a TRANSFORM does not match";
+  Bytes content;
+  std::string problem = find_content(header, body, content, transform.not_tracked);
+  if (!problem.empty()) return problem;
+  igtl::Matrix4x4 matrix{};
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 3; ++row)
+      matrix[row][column] = std::bit_cast<float>(static_cast<std::uint32_t>(take_number(content, 4)));
+  }
+  // The matrix of a tool that is not tracked may hold anything.
+  if (!transform.not_tracked.empty()) return {};
+  for (int i = 0; i < 3; ++i) transform.position_mm[i] = static_cast<double>(matrix[i][3]);
+  transform.utc_ns = static_cast<std::int64_t>(header.stamp_s * 1'000'000'000U +
+                                               (header.stamp_fraction * 1'000'000'000U >> 32U));
+  return quaternion_of(matrix, transform.quaternion_wxyz);
 }
 
 }  // namespace
@@ -125,59 +246,38 @@ Packed rig_status(RigStatus status, const std::string& words, std::int64_t utc_n
   return packed(*message, utc_ns);
 }
 
-MessageReader::Event MessageReader::next() {
-  auto header = igtl::MessageHeader::New();
-  header->InitPack();
-  const auto header_size = static_cast<std::size_t>(header->GetPackSize());
-  if (buffer_.size() < header_size) return Event::kNothing;
-  std::memcpy(header->GetPackPointer(), buffer_.data(), header_size);
-  if (header->Unpack() == 0) {
-    problem_ = "this is no OpenIGTLink";
-    return Event::kUnreadable;
-  }
-  const std::uint64_t claimed = claimed_body(buffer_.data());
-  if (claimed > kMaxBody) {
-    problem_ = "a message is larger than 1 MiB";
-    return Event::kUnreadable;
-  }
-  const std::size_t size = header_size + static_cast<std::size_t>(claimed);
-  if (buffer_.size() < size) return Event::kNothing;
-  const Event event = std::strcmp(header->GetDeviceType(), "TRANSFORM") == 0
-                          ? read_transform(buffer_.data(), size)
-                          : Event::kOther;
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(size));
-  return event;
+void MessageReader::add(const std::uint8_t* bytes, std::size_t count) {
+  const auto skipped = static_cast<std::size_t>(std::min<std::uint64_t>(count, bytes_to_skip_));
+  bytes_to_skip_ -= skipped;
+  buffer_.insert(buffer_.end(), bytes + skipped, bytes + count);
 }
 
-MessageReader::Event MessageReader::read_transform(const std::uint8_t* bytes, std::size_t size) {
-  auto header = igtl::MessageHeader::New();
-  header->InitPack();
-  std::memcpy(header->GetPackPointer(), bytes, static_cast<std::size_t>(header->GetPackSize()));
-  header->Unpack();
-  transform_.name = header->GetDeviceName();
-  auto message = igtl::TransformMessage::New();
-  message->SetMessageHeader(header);
-  message->AllocatePack();
-  const auto body = static_cast<std::size_t>(message->GetPackBodySize());
-  const auto header_size = static_cast<std::size_t>(header->GetPackSize());
-  if (header_size + body != size) {
-    problem_ = "a TRANSFORM of a wrong size";
-    return Event::kBroken;
+MessageReader::Event MessageReader::next() {
+  if (buffer_.size() < Header::kSize) return Event::kNothing;
+  const Header header(Bytes(buffer_).first(Header::kSize));
+  if (!is_word(header.type) || header.body_size > kMaxBody) {
+    problem_ = "this is not OpenIGTLink: a header with the type '" + header.type + "' and a body of " +
+               std::to_string(header.body_size) + " bytes (at most " + std::to_string(kMaxBody) + ")";
+    return Event::kUnreadable;
   }
-  std::memcpy(message->GetPackBodyPointer(), bytes + header_size, body);
-  if ((message->Unpack(1) & igtl::MessageHeader::UNPACK_BODY) == 0) {
-    problem_ = "the checksum of a TRANSFORM does not match";
-    return Event::kBroken;
+  const std::uint64_t size = Header::kSize + header.body_size;
+  const bool is_transform = header.type == "TRANSFORM";
+  Event event = Event::kOther;
+  if (is_transform && header.body_size > kMaxTransform) {
+    transform_ = ReceivedTransform{.name = header.name};
+    problem_ = "a TRANSFORM of " + std::to_string(header.body_size) + " bytes, at most " +
+               std::to_string(kMaxTransform) + " are read";
+    event = Event::kBroken;
+  } else if (is_transform) {
+    if (buffer_.size() < size) return Event::kNothing;
+    Packed body(buffer_.begin() + Header::kSize, buffer_.begin() + static_cast<std::ptrdiff_t>(size));
+    problem_ = read_transform(header, body, transform_);
+    event = problem_.empty() ? Event::kTransform : Event::kBroken;
   }
-  igtl::Matrix4x4 matrix;
-  message->GetMatrix(matrix);
-  problem_ = quaternion_of(matrix, transform_.quaternion_wxyz);
-  if (!problem_.empty()) return Event::kBroken;
-  for (int i = 0; i < 3; ++i) transform_.position_mm[i] = static_cast<double>(matrix[i][3]);
-  auto stamp = igtl::TimeStamp::New();
-  message->GetTimeStamp(stamp);
-  transform_.utc_ns = static_cast<std::int64_t>(stamp->GetTimeStampInNanoseconds());
-  return Event::kTransform;
+  const auto here = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size(), size));
+  bytes_to_skip_ = size - here;
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(here));
+  return event;
 }
 
 }  // namespace hapticd::igtl_bridge

@@ -29,32 +29,33 @@ struct ReceivedTransform {
   std::int64_t utc_ns = kNoTime;  ///< by the peer's clock, since 1970
   double position_mm[3] = {0.0, 0.0, 0.0};
   double quaternion_wxyz[4] = {1.0, 0.0, 0.0, 0.0};
+  /// The peer's word for why the pose cannot be used, e.g. "OUT_OF_VIEW". Empty = it can be used.
+  std::string not_tracked{};
 };
 
-/// Takes messages out of what was received, in order. Bounded: a message that claims to be larger than
-/// kMaxBody ends the connection.
+/// Takes messages out of what was received, in order, of header versions 1 to 3. Only a transform is kept
+/// in memory; the body of any other message is passed over by its size.
 class MessageReader {
  public:
-  static constexpr std::size_t kMaxBody = 1U << 20U;
+  static constexpr std::uint64_t kMaxTransform = 1U << 20U;
+  /// A header that claims more than this is no header: an image has some 100 MB.
+  static constexpr std::uint64_t kMaxBody = std::uint64_t{1} << 32U;
 
-  void add(const std::uint8_t* bytes, std::size_t count) {
-    buffer_.insert(buffer_.end(), bytes, bytes + count);
-  }
+  void add(const std::uint8_t* bytes, std::size_t count);
   enum class Event {
     kNothing,    ///< no whole message is there
     kTransform,  ///< transform() is one
     kOther,      ///< a message of another kind was passed over
-    kBroken,     ///< a transform that is none: problem() says why; the connection may go on
-    kUnreadable  ///< no OpenIGTLink, or too large: close the connection
+    kBroken,     ///< a transform that cannot be read: problem() says why; the connection may go on
+    kUnreadable  ///< not OpenIGTLink: close the connection
   };
   Event next();
   const ReceivedTransform& transform() const { return transform_; }
   const std::string& problem() const { return problem_; }
 
  private:
-  Event read_transform(const std::uint8_t* message, std::size_t size);
-
   std::vector<std::uint8_t> buffer_;
+  std::uint64_t bytes_to_skip_ = 0;
   ReceivedTransform transform_;
   std::string problem_;
 };

@@ -21,8 +21,9 @@ std::optional<hal::Error> ModbusDrive::open() {
   written_.assign(written_.size(), 0);
   auto error = link_.open();
   if (!error) error = perform(config_.map.setup);
+  setup_is_due_ = error && error->code == hal::ErrorCode::kBusy;
   publish_counts();
-  return error;
+  return setup_is_due_ ? std::nullopt : error;
 }
 
 void ModbusDrive::close() noexcept {
@@ -31,6 +32,10 @@ void ModbusDrive::close() noexcept {
 }
 
 hal::Result<turntable::DriveReading> ModbusDrive::read() {
+  if (setup_is_due_) {
+    if (auto error = perform(config_.map.setup)) return *error;
+    setup_is_due_ = false;
+  }
   for (std::size_t i = 0; i < plan_.size(); ++i) {
     if (auto error = link_.read(plan_[i], words_[i])) {
       publish_counts();
@@ -129,12 +134,14 @@ std::string ModbusDrive::alarm_text(std::uint32_t code) const {
 
 void ModbusDrive::publish_counts() noexcept {
   const LinkCounts& now = link_.counts();
-  const std::array all{now.requests, now.timeouts, now.exceptions, now.bad_frames, now.broken};
+  const std::array all{now.requests,   now.timeouts, now.exceptions,
+                       now.bad_frames, now.broken,   now.late_answers};
   for (std::size_t i = 0; i < all.size(); ++i) counts_[i].store(all[i], std::memory_order_relaxed);
 }
 
 std::vector<hal::PartFigure> ModbusDrive::figures() const {
-  constexpr std::array kNames{"requests", "timeouts", "exceptions", "bad_frames", "broken_connections"};
+  constexpr std::array kNames{"requests",   "timeouts",           "exceptions",
+                              "bad_frames", "broken_connections", "late_answers"};
   std::vector<hal::PartFigure> figures;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     figures.push_back({kNames[i], static_cast<double>(counts_[i].load(std::memory_order_relaxed)), ""});

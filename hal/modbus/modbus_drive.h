@@ -44,9 +44,10 @@ class ModbusDrive final : public turntable::Drive {
   const double max_deg_;
   const std::vector<ReadBlock> plan_;
   ModbusLink link_;
+  bool setup_is_due_ = false;           ///< the drive was too busy for it: done before the next reading
   BlockWords words_;                    ///< of the last reading
   std::vector<std::uint32_t> written_;  ///< by register: the value last written by this object
-  std::array<std::atomic<std::uint64_t>, 5> counts_{};  ///< of the link, for other threads
+  std::array<std::atomic<std::uint64_t>, 6> counts_{};  ///< of the link, for other threads
 };
 
 }  // namespace hapticd::modbus

@@ -11,6 +11,9 @@
 #include <string_view>
 #include <thread>
 
+#include "hal/modbus/modbus_request.h"
+#include "hal/modbus/tcp_exchange.h"
+
 namespace hapticd::modbus {
 
 namespace {
@@ -50,49 +53,7 @@ const char* table_name(Table table) {
   return "register";
 }
 
-std::string remedy_for_exception(int code) {
-  switch (code) {
-    case MODBUS_EXCEPTION_ILLEGAL_FUNCTION:
-      return "the drive does not know this function: check the register's table in the map";
-    case MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS:
-      return "the drive has no such register: check its address in the map (counted from 0, not from 40001)";
-    case MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE:
-      return "the drive does not take this value now: check limits, unit and scale in the map";
-    case MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY:
-      return "the request is repeated; poll less often if it persists";
-    default:
-      return "look at the drive's own display and alarm";
-  }
-}
-
 }  // namespace
-
-std::string exception_name(int code) {
-  switch (code) {
-    case MODBUS_EXCEPTION_ILLEGAL_FUNCTION:
-      return "illegal function";
-    case MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS:
-      return "illegal data address";
-    case MODBUS_EXCEPTION_ILLEGAL_DATA_VALUE:
-      return "illegal data value";
-    case MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE:
-      return "server device failure";
-    case MODBUS_EXCEPTION_ACKNOWLEDGE:
-      return "acknowledge, still at work";
-    case MODBUS_EXCEPTION_SLAVE_OR_SERVER_BUSY:
-      return "server device busy";
-    case MODBUS_EXCEPTION_NEGATIVE_ACKNOWLEDGE:
-      return "negative acknowledge";
-    case MODBUS_EXCEPTION_MEMORY_PARITY:
-      return "memory parity error";
-    case MODBUS_EXCEPTION_GATEWAY_PATH:
-      return "gateway path unavailable";
-    case MODBUS_EXCEPTION_GATEWAY_TARGET:
-      return "gateway target did not respond";
-    default:
-      return {};
-  }
-}
 
 std::optional<hal::Error> check(const LinkConfig& config) {
   if (config.transport == Transport::kRtu) {
@@ -134,14 +95,15 @@ struct ModbusLink::State {
   LinkConfig config;
   std::string place;
   std::unique_ptr<modbus_t, Free> context;
+  TcpExchange tcp;
   bool connected = false;
   LinkCounts counts;
 
   /// What errno means after a failed exchange.
-  hal::Error explain(int error, Table table, unsigned address) {
+  hal::Error explain(int error, const Request& request) {
     hal::Error reported;
     char what[96];
-    std::snprintf(what, sizeof what, ", %s 0x%04X", table_name(table), address);
+    std::snprintf(what, sizeof what, ", %s 0x%04X", table_name(request.table), request.address);
     reported.where = place + what;
     if (error == ETIMEDOUT) {
       ++counts.timeouts;
@@ -157,7 +119,8 @@ struct ModbusLink::State {
       ++counts.exceptions;
       reported.what = "the drive refused: " + exception_name(code);
       reported.value = "exception " + std::to_string(code);
-      reported.remedy = remedy_for_exception(code);
+      reported.remedy = remedy_for_exception(code, request);
+      if (asks_to_repeat(code)) reported.code = hal::ErrorCode::kBusy;
     } else if (error == EMBBADCRC || error == EMBBADDATA || error == EMBBADEXC || error == EMBMDATA ||
                error == EMBUNKEXC || error == EMBBADSLAVE) {
       ++counts.bad_frames;
@@ -177,15 +140,91 @@ struct ModbusLink::State {
 
   /// A late answer must not be taken for that to the next request. Over TCP its transaction shows; on a
   /// serial line nothing does but silence, so that one is waited for.
-  std::optional<hal::Error> failed(int error, Table table, unsigned address) {
-    hal::Error reported = explain(error, table, address);
-    if (!connected) return reported;
-    if (config.transport == Transport::kRtu && !is_exception(error)) {
+  hal::Error failed(int error, const Request& request) {
+    hal::Error reported = explain(error, request);
+    if (!connected || config.transport == Transport::kTcp) return reported;
+    if (!is_exception(error)) {
       const double wait_s = error == ETIMEDOUT ? config.response_timeout_s : kFrameEndS;
       std::this_thread::sleep_for(std::chrono::duration<double>(wait_s));
     }
     modbus_flush(context.get());
     return reported;
+  }
+
+  /// Over TCP. Returns 0 or an errno, those of libmodbus included.
+  int exchange(const Request& request, std::span<const std::uint16_t> words, TcpExchange::Bytes& answer) {
+    TcpExchange::Bytes bytes{static_cast<std::uint8_t>(request.function)};
+    const auto append = [&bytes](std::size_t number) {
+      bytes.push_back(static_cast<std::uint8_t>(number >> 8U));
+      bytes.push_back(static_cast<std::uint8_t>(number));
+    };
+    append(request.address);
+    if (is_read(request) || request.function == kWriteRegisters) append(request.count);
+    if (request.function == kWriteRegisters) bytes.push_back(static_cast<std::uint8_t>(2 * words.size()));
+    for (const std::uint16_t word : words) append(word);
+    const int error =
+        tcp.exchange(modbus_get_socket(context.get()), config.unit, bytes, config.response_timeout_s, answer);
+    counts.late_answers = tcp.late_answers();
+    if (error != 0) return error;
+    const int function = answer[0];
+    if (function == (request.function | 0x80) && answer.size() >= 2)
+      return exception_name(answer[1]).empty() ? EMBUNKEXC : MODBUS_ENOBASE + answer[1];
+    return function == request.function ? 0 : EMBBADDATA;
+  }
+
+  int read_over_tcp(const Request& request, std::vector<std::uint16_t>& words) {
+    TcpExchange::Bytes answer;
+    if (const int error = exchange(request, {}, answer)) return error;
+    const bool is_bits = request.table == Table::kCoil || request.table == Table::kDiscreteInput;
+    const std::size_t size = is_bits ? (request.count + 7) / 8 : 2 * request.count;
+    if (answer.size() != 2 + size || answer[1] != size) return EMBBADDATA;
+    for (std::size_t i = 0; i < request.count; ++i) {
+      words[i] = static_cast<std::uint16_t>(is_bits ? answer[2 + i / 8] >> (i % 8) & 1U
+                                                    : answer[2 + 2 * i] * 256U + answer[3 + 2 * i]);
+    }
+    return 0;
+  }
+
+  int write_over_tcp(const Request& request, std::span<const std::uint16_t> words) {
+    constexpr std::size_t kEchoSize = 5;
+    TcpExchange::Bytes answer;
+    if (const int error = exchange(request, words, answer)) return error;
+    return answer.size() == kEchoSize ? 0 : EMBBADDATA;
+  }
+
+  int read_over_serial_line(const Request& request, std::vector<std::uint16_t>& words) {
+    const int address = static_cast<int>(request.address);
+    const int count = static_cast<int>(request.count);
+    errno = 0;
+    int got = -1;
+    if (request.table == Table::kHolding) {
+      got = modbus_read_registers(context.get(), address, count, words.data());
+    } else if (request.table == Table::kInput) {
+      got = modbus_read_input_registers(context.get(), address, count, words.data());
+    } else {
+      std::vector<std::uint8_t> bits(request.count, 0);
+      got = request.table == Table::kCoil
+                ? modbus_read_bits(context.get(), address, count, bits.data())
+                : modbus_read_input_bits(context.get(), address, count, bits.data());
+      std::copy(bits.begin(), bits.end(), words.begin());
+    }
+    if (got == count) return 0;
+    return errno != 0 ? errno : EMBBADDATA;
+  }
+
+  int write_over_serial_line(const Request& request, std::span<const std::uint16_t> words) {
+    const int address = static_cast<int>(request.address);
+    errno = 0;
+    int done = -1;
+    if (request.function == kWriteCoil) {
+      done = modbus_write_bit(context.get(), address, words[0] != 0 ? 1 : 0);
+    } else if (request.function == kWriteRegister) {
+      done = modbus_write_register(context.get(), address, words[0]);
+    } else {
+      done = modbus_write_registers(context.get(), address, static_cast<int>(words.size()), words.data());
+    }
+    if (done >= 1) return 0;
+    return errno != 0 ? errno : EMBBADDATA;
   }
 };
 
@@ -237,6 +276,7 @@ std::optional<hal::Error> ModbusLink::open() {
                           : "check address, port and power of the drive; many drives serve one client only"};
   }
   s.connected = true;
+  s.tcp.reset();
   set_timeout(context, config.response_timeout_s);
   // Without a timeout between bytes the response timeout holds for the whole answer.
   modbus_set_byte_timeout(context, 0, 0);
@@ -253,42 +293,33 @@ std::optional<hal::Error> ModbusLink::open() {
 
 std::optional<hal::Error> ModbusLink::read(const ReadBlock& block, std::vector<std::uint16_t>& words) {
   State& s = *state_;
-  if (!s.connected) return s.explain(ENOTCONN, block.table, block.address);
+  const Request request{read_function(block.table), block.table, block.address, block.count};
+  if (!s.connected) return s.explain(ENOTCONN, request);
   words.assign(block.count, 0);
   ++s.counts.requests;
-  int got = -1;
-  errno = 0;
-  if (block.table == Table::kHolding) {
-    got = modbus_read_registers(s.context.get(), block.address, block.count, words.data());
-  } else if (block.table == Table::kInput) {
-    got = modbus_read_input_registers(s.context.get(), block.address, block.count, words.data());
-  } else {
-    std::vector<std::uint8_t> bits(block.count, 0);
-    got = block.table == Table::kCoil
-              ? modbus_read_bits(s.context.get(), block.address, block.count, bits.data())
-              : modbus_read_input_bits(s.context.get(), block.address, block.count, bits.data());
-    std::copy(bits.begin(), bits.end(), words.begin());
-  }
-  if (got == block.count) return std::nullopt;
-  return s.failed(errno != 0 ? errno : EMBBADDATA, block.table, block.address);
+  const int error = s.config.transport == Transport::kTcp ? s.read_over_tcp(request, words)
+                                                          : s.read_over_serial_line(request, words);
+  if (error == 0) return std::nullopt;
+  return s.failed(error, request);
 }
 
 std::optional<hal::Error> ModbusLink::write(const Register& target, std::span<const std::uint16_t> words) {
   State& s = *state_;
-  if (!s.connected) return s.explain(ENOTCONN, target.table, target.address);
+  const bool is_coil = target.table == Table::kCoil;
+  const int function = is_coil ? kWriteCoil : words.size() == 1 ? kWriteRegister : kWriteRegisters;
+  const Request request{function, target.table, target.address, words.size()};
+  if (!s.connected) return s.explain(ENOTCONN, request);
   ++s.counts.requests;
-  errno = 0;
-  int done = -1;
-  if (target.table == Table::kCoil) {
-    done = modbus_write_bit(s.context.get(), target.address, words[0] != 0 ? 1 : 0);
-  } else if (words.size() == 1) {
-    done = modbus_write_register(s.context.get(), target.address, words[0]);
-  } else {
-    done =
-        modbus_write_registers(s.context.get(), target.address, static_cast<int>(words.size()), words.data());
+  if (s.config.transport == Transport::kRtu) {
+    const int error = s.write_over_serial_line(request, words);
+    if (error == 0) return std::nullopt;
+    return s.failed(error, request);
   }
-  if (done >= 1) return std::nullopt;
-  return s.failed(errno != 0 ? errno : EMBBADDATA, target.table, target.address);
+  // On the wire a coil that is on is 0xFF00.
+  const std::uint16_t coil = words[0] != 0 ? 0xFF00 : 0;
+  const int error = s.write_over_tcp(request, is_coil ? std::span(&coil, 1) : words);
+  if (error == 0) return std::nullopt;
+  return s.failed(error, request);
 }
 
 }  // namespace hapticd::modbus

@@ -39,13 +39,15 @@ std::string to_text(const LinkConfig& config);
 struct LinkCounts {
   std::uint64_t requests = 0;
   std::uint64_t timeouts = 0;
-  std::uint64_t exceptions = 0;  ///< the drive refused a request
-  std::uint64_t bad_frames = 0;  ///< CRC, transaction, length or unit wrong
-  std::uint64_t broken = 0;      ///< connections that broke or could not be made
+  std::uint64_t exceptions = 0;    ///< the drive refused a request
+  std::uint64_t bad_frames = 0;    ///< CRC, transaction, length or unit wrong
+  std::uint64_t broken = 0;        ///< connections that broke or could not be made
+  std::uint64_t late_answers = 0;  ///< over TCP: answers to earlier requests, discarded
 };
 
-/// Requests and answers over libmodbus. For one thread; a call takes at most its timeout, however slowly
-/// bytes arrive. The rest of a failed exchange is discarded before the next.
+/// Requests and answers, on a serial line by libmodbus. For one thread; a call takes at most its timeout,
+/// however slowly bytes arrive. What comes late is discarded. An error with the code kBusy is an answer: the
+/// drive is there, and takes the request later.
 class ModbusLink {
  public:
   explicit ModbusLink(const LinkConfig& config);
@@ -59,7 +61,7 @@ class ModbusLink {
   bool linked() const noexcept;
 
   std::optional<hal::Error> read(const ReadBlock& block, std::vector<std::uint16_t>& words);
-  /// One word by function 5 or 6, two by 15 or 16.
+  /// One word by function 5 or 6, two by function 16.
   std::optional<hal::Error> write(const Register& target, std::span<const std::uint16_t> words);
 
   const LinkCounts& counts() const noexcept;
@@ -68,8 +70,5 @@ class ModbusLink {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// "illegal data address" for 2; empty for a code the protocol does not know.
-std::string exception_name(int code);
 
 }  // namespace hapticd::modbus

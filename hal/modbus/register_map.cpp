@@ -9,8 +9,7 @@ namespace hapticd::modbus {
 
 namespace {
 
-/// The protocol's maximum: 125 registers, 2000 bits.
-constexpr unsigned kMaxRegisters = 125;
+/// The protocol's maximum.
 constexpr unsigned kMaxBits = 2000;
 
 bool is_bit(Table table) {
@@ -186,7 +185,7 @@ std::vector<ReadBlock> read_plan(const RegisterMap& map) {
       const unsigned last_end = last.address + unsigned{last.count};
       const unsigned joined = std::max(end, last_end) - last.address;
       if (last.table == block.table && block.address <= last_end &&
-          joined <= (is_bit(block.table) ? kMaxBits : kMaxRegisters)) {
+          joined <= (is_bit(block.table) ? kMaxBits : unsigned{map.max_registers_per_read})) {
         last.count = static_cast<std::uint16_t>(joined);
         continue;
       }

@@ -63,6 +63,8 @@ struct RegisterMap {
   std::string name;    ///< e.g. "oriental_az"
   std::string source;  ///< where the addresses come from
   std::vector<Register> registers;
+  /// Some drives read fewer at once than the protocol allows.
+  std::uint16_t max_registers_per_read = 125;
 
   std::size_t position_actual = 0;  ///< index of the register
   std::optional<std::size_t> velocity_actual;

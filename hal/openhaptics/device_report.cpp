@@ -1,7 +1,9 @@
 #include "hal/openhaptics/device_report.h"
 
 #include <cmath>
+#include <cstdlib>
 
+#include "hal/openhaptics/config_folder.h"
 #include "hal/openhaptics/device_figures.h"
 #include "hal/openhaptics/words.h"
 #include "hal/samples.h"
@@ -148,7 +150,11 @@ hal::PartReport report_on(const OpenHapticsConfig& config, const DeviceView& vie
   hal::PartReport report{"haptic device", "openhaptics", hal::PartState::kIdle, {}, {}, {}};
   bool unfit = false;
   find_of_model(config, view.facts, report.findings);
-  if (!view.refusal.empty()) report.findings.push_back(view.refusal);
+  if (!view.refusal.empty()) {
+    report.findings.push_back(view.refusal);
+    const std::string problem = config_folder_problem(std::getenv("GTDD_HOME"), std::getenv("HOME"));
+    if (!problem.empty()) report.findings.push_back(problem);
+  }
   if (view.engaged) {
     report.connection = connection_of(config, view.facts);
     find_of_facts(config, view.facts, report.findings);

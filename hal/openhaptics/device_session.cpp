@@ -80,9 +80,11 @@ std::optional<hal::Error> DeviceSession::init() {
   device_ = library_->api().init_device(config_.device_name.empty() ? nullptr : config_.device_name.c_str());
   if (auto error = failure("the device cannot be opened", name)) return error;
   if (device_ == hd::kInvalidHandle) {
-    return hal::Error{"the device cannot be opened: the library returns no handle and no reason",
-                      "OpenHaptics device", name, "",
-                      "try the vendor's diagnostic tool; use the name set up there"};
+    return hal::Error{
+        "the device cannot be opened: the library returns no handle and no reason", "OpenHaptics device",
+        name, "",
+        "try the vendor's diagnostic tool with the GTDD_HOME of the service; use the name set up "
+        "there"};
   }
   slot_ = library_->acquire_slot(device_);
   if (slot_ == nullptr) {

@@ -75,7 +75,7 @@ enum class EventKind : std::uint8_t {
   kIncident,        ///< the flight recorder kept the seconds around a fault
   kIdentification,  ///< one, or a calibration, began or ended
   kSensor,          ///< a bias, or the device's reset pose
-  kDaemon,          ///< it started
+  kDaemon,          ///< it started, or the clock of its machine was set
 };
 struct Event {
   std::int64_t time_ns = 0;  ///< of the rig's clock

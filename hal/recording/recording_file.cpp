@@ -44,6 +44,9 @@ class RowCount {
   }
   Texts texts() const {
     Texts texts{{"rows", std::to_string(rows_)}, {"lost_ticks", std::to_string(lost_ticks_)}};
+    if (first_time_ns_) {
+      texts["duration_s"] = std::to_string(1e-9 * static_cast<double>(last_time_ns_ - *first_time_ns_));
+    }
     if (cause_time_ns_ && first_time_ns_) {
       texts["cause_after_s"] = std::to_string(1e-9 * static_cast<double>(*cause_time_ns_ - *first_time_ns_));
     }
@@ -62,9 +65,10 @@ class RowCount {
     const std::size_t row_bytes = columns_.size() * kCellBytes;
     if (row_bytes == 0 || block.rows.size() < row_bytes) return;
     rows_ += block.rows.size() / row_bytes;
-    if (!first_time_ns_ && columns_.size() > kTimeColumn) {
-      first_time_ns_ = Row(block.rows.data(), columns_).integer(kTimeColumn);
-    }
+    if (columns_.size() <= kTimeColumn) return;
+    if (!first_time_ns_) first_time_ns_ = Row(block.rows.data(), columns_).integer(kTimeColumn);
+    const std::size_t last = block.rows.size() / row_bytes - 1;
+    last_time_ns_ = Row(block.rows.data() + last * row_bytes, columns_).integer(kTimeColumn);
   }
 
   Topics topics_;
@@ -73,6 +77,7 @@ class RowCount {
   std::uint64_t lost_ticks_ = 0;
   std::optional<std::int64_t> cause_time_ns_;
   std::optional<std::int64_t> first_time_ns_;
+  std::int64_t last_time_ns_ = 0;
 };
 
 struct KeptMessage {

@@ -1,36 +1,21 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/replay/units.h"
 
 namespace hapticd::replay {
 
 /// The column of a quantity in a recording, and its unit. With an empty column name, the column is found by
-/// its name and unit suffix ("time_s", "force_N", "indentation_mm", "position_mm").
+/// its name and unit ("time_s", "Force (N)", "indentation_mm").
 struct ColumnMapping {
-  std::string column{};
-  std::string
-      unit{};  ///< "s", "ms"; "N", "mN", "uN"; "mm", "um", "m"; empty = the suffix of the column's name
-  double scale = 1.0;  ///< applied after the unit, e.g. 1e3 to show mN as N
+  std::string column{};  ///< its whole name, or the name without the unit
+  std::string unit{};    ///< of units.h; empty = the one in the column's name
+  double scale = 1.0;    ///< applied after the unit, e.g. 1e3 to show mN as N
 };
-
-/// Quantity of a column.
-enum class Quantity : std::uint8_t {
-  kTime,
-  kForce,
-  kPosition,
-  kTorque,  ///< factor to N·mm
-  kPure,    ///< without a unit, such as the parts of a quaternion
-};
-
-/// "time", "force", "position", "torque" or "number".
-const char* name_of(Quantity quantity) noexcept;
-/// The units a mapping of this quantity may name, for messages: "s, ms, us, ns".
-std::string accepted_units(Quantity quantity);
 
 /// A column that was found in a header.
 struct ColumnSelection {
@@ -42,7 +27,9 @@ struct ColumnSelection {
 struct ColumnRole {
   std::string name;  ///< name in errors, e.g. "force_x"
   Quantity quantity = Quantity::kPure;
-  std::vector<std::string> stems;  ///< possible names, without the unit, if no column is mapped
+  /// Possible names, without the unit, if no column is mapped. Compared as plain_name().
+  std::vector<std::string> stems;
+  std::vector<std::string> other_stems{};  ///< looked for where none of the stems is there
 };
 
 /// The one column of a one-dimensional recording that measures this quantity.

@@ -1,6 +1,7 @@
 #include "hal/replay/csv_file.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -17,19 +18,39 @@ using hal::shown;
 using hal::trimmed;
 
 constexpr std::size_t kMaxShown = 40;
+/// Lines in which the table's header is looked for.
+constexpr std::size_t kMaxLooked = 200;
+constexpr std::size_t kMaxNumberBytes = 64;
 
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr const char* kTakeCommas =
+    "say that the file has decimal commas: hapticctl identify --decimal-comma, hapticd --rig "
+    "'replay:FILE?decimal_comma=true' or [rig.replay] decimal_comma = true";
 
-/// Calls `take(index, cell)` for each comma-separated cell and returns their number.
-template <class Take>
-std::size_t split(std::string_view text, const Take& take) {
-  std::size_t index = 0;
-  for (;;) {
-    const std::size_t comma = text.find(',');
-    take(index++, trimmed(text.substr(0, comma)));
-    if (comma == std::string_view::npos) return index;
-    text.remove_prefix(comma + 1);
-  }
+std::string separator_name(char separator) {
+  return separator == '\t' ? "tabs" : separator == ';' ? "semicolons" : "commas";
+}
+
+bool is_number(std::string_view text, double& number, std::errc& code) {
+  // from_chars() accepts a minus sign but no plus.
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), number);
+  code = parsed.ec;
+  return code != std::errc::invalid_argument && parsed.ptr == text.data() + text.size();
+}
+
+/// Why a cell is no number, and what helps.
+std::pair<const char*, const char*> cell_fault(std::string_view text, bool decimal_comma) {
+  if (is_like_number(text) && text.find(',') != std::string_view::npos && !decimal_comma)
+    return {"the cell has a comma", kTakeCommas};
+  if (is_like_number(text) && text.find('.') != std::string_view::npos && decimal_comma)
+    return {"the cell has a point, where decimal commas were announced",
+            "leave out decimal_comma, or export the file without separators of thousands"};
+  if (text.find(':') != std::string_view::npos)
+    return {"the cell is not a number", "export the time in seconds, or map another column"};
+  const std::size_t blank = text.find(' ');
+  if (blank != std::string_view::npos && is_like_number(text.substr(0, blank)))
+    return {"the cell is not a number", "write the unit into the column's name, as in force_N"};
+  return {"the cell is not a number", "remove the row, or map another column"};
 }
 
 }  // namespace
@@ -38,8 +59,8 @@ std::string CsvFile::place(std::size_t line) const {
   return "recording '" + path_ + "'" + (line > 0 ? ", line " + std::to_string(line) : "");
 }
 
-hal::Result<CsvFile> CsvFile::open(const std::string& path) {
-  CsvFile file(path);
+hal::Result<CsvFile> CsvFile::open(const std::string& path, const CsvFormat& format) {
+  CsvFile file(path, format);
   std::error_code code;
   const auto status = std::filesystem::status(path, code);
   if (!std::filesystem::exists(status)) {
@@ -60,8 +81,7 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
                       .remedy = "give a CSV file",
                       .code = hal::ErrorCode::kUnreadable};
   }
-  file.stream_.open(path, std::ios::binary);
-  if (!file.stream_) {
+  if (!file.lines_.open(path)) {
     return hal::Error{.what = "the file cannot be opened",
                       .where = file.place(),
                       .value = {},
@@ -69,90 +89,93 @@ hal::Result<CsvFile> CsvFile::open(const std::string& path) {
                       .remedy = "check its permissions",
                       .code = hal::ErrorCode::kUnreadable};
   }
-
-  std::string_view header;
-  std::optional<hal::Error> error;
-  switch (file.next_line(header, error)) {
-    case LineState::kFailed:
-      return *error;
-    case LineState::kEnd:
-      return hal::Error{.what = "the file is empty",
-                        .where = file.place(),
-                        .value = {},
-                        .limit = "a header line and at least two rows",
-                        .remedy = {},
-                        .code = hal::ErrorCode::kMalformed};
-    case LineState::kLine:
-      break;
-  }
-  if (header.find('"') != std::string_view::npos) {
-    return hal::Error{.what = "the header has quoted names",
-                      .where = file.place(file.line_),
-                      .value = shown(header, kMaxShown),
-                      .limit = "plain names separated by commas",
-                      .remedy = "write the file without quotes",
-                      .code = hal::ErrorCode::kMalformed};
-  }
-  split(header, [&file](std::size_t, std::string_view name) { file.columns_.emplace_back(name); });
-  if (file.columns_.size() == 1 && header.find_first_of(";\t") != std::string_view::npos) {
-    return hal::Error{.what = "the columns are not separated by commas",
-                      .where = file.place(file.line_),
-                      .value = shown(header, kMaxShown),
-                      .limit = "',' between columns and '.' as decimal point",
-                      .remedy = "export the file again with commas",
-                      .code = hal::ErrorCode::kMalformed};
-  }
+  if (auto error = file.find_table()) return *error;
   return file;
 }
 
-CsvFile::LineState CsvFile::next_line(std::string_view& text, std::optional<hal::Error>& error) {
-  while (stream_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()))) {
-    ++line_;
-    // gcount() counts the line end too, but there is none at the end of the file.
-    const auto length = static_cast<std::size_t>(stream_.gcount()) - (stream_.eof() ? 0 : 1);
-    std::string_view line(buffer_.data(), length);
-    if (line_ == 1 && line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
-    line = trimmed(line);
-    if (line.empty() || line.front() == '#') continue;
-    text = line;
-    return LineState::kLine;
+std::optional<hal::Error> CsvFile::find_table() {
+  std::vector<CsvLine> lines;
+  std::string_view text;
+  std::optional<hal::Error> error;
+  while (lines.size() < kMaxLooked) {
+    const auto state = next_line(text, error);
+    if (state == TextLines::State::kEnd) break;
+    // What is wrong further down is told with its place while the rows are read.
+    if (state != TextLines::State::kLine && !lines.empty()) break;
+    if (state != TextLines::State::kLine) return error;
+    lines.push_back({lines_.number(), std::string(text)});
   }
-  if (stream_.bad()) {
-    error = hal::Error{.what = "the file could not be read to its end",
-                       .where = place(line_ + 1),
-                       .value = {},
-                       .limit = {},
-                       .remedy = {},
-                       .code = hal::ErrorCode::kUnreadable};
-    return LineState::kFailed;
+  if (lines.empty()) {
+    return hal::Error{.what = "the file is empty",
+                      .where = place(),
+                      .value = {},
+                      .limit = "a header line and at least two rows",
+                      .remedy = "record or export it again",
+                      .code = hal::ErrorCode::kMalformed};
   }
-  if (stream_.eof()) return LineState::kEnd;
-  error = hal::Error{.what = "the line is too long for a table of numbers",
-                     .where = place(line_ + 1),
-                     .value = {},
-                     .limit = "lines up to " + std::to_string(kMaxLineBytes) + " bytes",
-                     .remedy = "check that this is a CSV file",
-                     .code = hal::ErrorCode::kTooLong};
-  return LineState::kFailed;
+  layout_ = find_layout(lines);
+  // Again from the front, to the first row.
+  lines_ = TextLines();
+  lines_.open(path_);
+  while (lines_.number() < layout_.last_line_before_rows) {
+    if (lines_.next(text) != TextLines::State::kLine) break;
+  }
+  return std::nullopt;
+}
+
+TextLines::State CsvFile::next_line(std::string_view& text, std::optional<hal::Error>& error) {
+  for (;;) {
+    const auto state = lines_.next(text);
+    switch (state) {
+      case TextLines::State::kLine:
+        if (const std::string_view content = trimmed(text); content.empty() || content.front() == '#')
+          continue;
+        return state;
+      case TextLines::State::kEnd:
+        return state;
+      case TextLines::State::kTooLong:
+        error = hal::Error{.what = "the line is too long for a table of numbers",
+                           .where = place(lines_.number()),
+                           .value = {},
+                           .limit = "lines up to " + std::to_string(TextLines::kMaxLineBytes) + " bytes",
+                           .remedy = "check that this is a CSV file",
+                           .code = hal::ErrorCode::kTooLong};
+        return state;
+      case TextLines::State::kFailed:
+        error = hal::Error{.what = "the file could not be read to its end",
+                           .where = place(lines_.number() + 1),
+                           .value = {},
+                           .limit = {},
+                           .remedy = "copy the file to another disk and try again",
+                           .code = hal::ErrorCode::kUnreadable};
+        return state;
+    }
+  }
 }
 
 std::optional<hal::Error> CsvFile::parse_cell(std::string_view text, std::size_t column,
                                               double& number) const {
   const auto refuse = [&](std::string what, std::string remedy) {
     return hal::Error{.what = std::move(what),
-                      .where = place(line_) + ", column '" + columns_[column] + "'",
+                      .where = place(lines_.number()) + ", column '" + columns()[column] + "'",
                       .value = shown(text, kMaxShown),
-                      .limit = "finite numbers such as 0.015 or 1.5e-3",
+                      .limit = format_.decimal_comma ? "finite numbers such as 0,015 or 1,5e-3"
+                                                     : "finite numbers such as 0.015 or 1.5e-3",
                       .remedy = std::move(remedy),
                       .code = hal::ErrorCode::kMalformed};
   };
   if (text.empty()) return refuse("the cell is empty", "remove the row, or fill the gap before replaying");
-  if (text.front() == '"') return refuse("quoted fields are not read", "write the numbers without quotes");
-  // from_chars() accepts a minus sign but no plus.
-  const std::string_view digits = text.front() == '+' ? text.substr(1) : text;
-  const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  if (code == std::errc::invalid_argument || end != digits.data() + digits.size()) {
-    return refuse("the cell is not a number", {});
+  std::array<char, kMaxNumberBytes> pointed{};
+  std::string_view digits = text;
+  if (format_.decimal_comma && text.size() <= pointed.size() && text.find('.') == std::string_view::npos) {
+    std::replace_copy(text.begin(), text.end(), pointed.begin(), ',', '.');
+    digits = {pointed.data(), text.size()};
+  }
+  const bool has_wrong_point = format_.decimal_comma && text.find('.') != std::string_view::npos;
+  std::errc code{};
+  if (has_wrong_point || !is_number(digits, number, code)) {
+    const auto [what, remedy] = cell_fault(text, format_.decimal_comma);
+    return refuse(what, remedy);
   }
   if (code != std::errc() || !std::isfinite(number)) {
     return refuse("the cell is not a finite number",
@@ -161,43 +184,52 @@ std::optional<hal::Error> CsvFile::parse_cell(std::string_view text, std::size_t
   return std::nullopt;
 }
 
+hal::Error CsvFile::wrong_count(std::size_t count) const {
+  // "0,01,1,25,3,5" under "time_s,force_N,depth_mm".
+  const bool has_decimal_commas = layout_.separator == ',' && count == 2 * columns().size();
+  return hal::Error{
+      .what = "the row does not have the header's number of cells",
+      .where = place(lines_.number()),
+      .value = std::to_string(count),
+      .limit = std::to_string(columns().size()) + " cells, separated by " +
+               separator_name(layout_.separator) + ", as in line " + std::to_string(layout_.header_line),
+      .remedy = has_decimal_commas
+                    ? "export it with semicolons between the columns, then " + std::string(kTakeCommas)
+                    : "remove the row, or put quotation marks around text with a separator",
+      .code = hal::ErrorCode::kMalformed};
+}
+
 std::optional<hal::Error> CsvFile::read_rows(std::span<const std::size_t> columns, const RowVisitor& visit) {
   std::vector<double> numbers(columns.size());
-  std::vector<std::string_view> cells(columns_.size());
+  std::vector<std::string_view> cells(layout_.columns.size());
   std::string_view text;
   std::optional<hal::Error> error;
   for (std::size_t rows = 0;; ++rows) {
-    switch (next_line(text, error)) {
-      case LineState::kFailed:
-        return error;
-      case LineState::kEnd:
-        return std::nullopt;
-      case LineState::kLine:
-        break;
-    }
+    const auto state = next_line(text, error);
+    if (state == TextLines::State::kEnd) return std::nullopt;
+    if (state != TextLines::State::kLine) return error;
     if (rows == kMaxRows) {
       return hal::Error{.what = "the recording is too long",
-                        .where = place(line_),
+                        .where = place(lines_.number()),
                         .value = {},
                         .limit = "up to " + std::to_string(kMaxRows) + " rows",
                         .remedy = "split it",
                         .code = hal::ErrorCode::kTooLong};
     }
-    const std::size_t count = split(text, [&cells](std::size_t index, std::string_view cell) {
-      if (index < cells.size()) cells[index] = cell;
-    });
-    if (count != columns_.size()) {
-      return hal::Error{.what = "the row does not have the header's number of cells",
-                        .where = place(line_),
-                        .value = std::to_string(count),
-                        .limit = std::to_string(columns_.size()) + " cells",
-                        .remedy = {},
-                        .code = hal::ErrorCode::kMalformed};
-    }
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      if (error = parse_cell(cells[columns[i]], columns[i], numbers[i]); error) return error;
-    }
-    if (error = visit(line_, numbers); error) return error;
+    bool has_more = false;
+    const std::size_t count =
+        split_cells(text, layout_.separator, [&cells, &has_more](std::size_t index, std::string_view cell) {
+          if (index < cells.size()) {
+            cells[index] = cell;
+          } else if (!cell.empty()) {
+            has_more = true;
+          }
+        });
+    if (has_more || count < cells.size()) error = wrong_count(count);
+    for (std::size_t i = 0; i < columns.size() && !error; ++i)
+      error = parse_cell(cells[columns[i]], columns[i], numbers[i]);
+    if (error) return lines_.is_unfinished() ? std::nullopt : error;
+    if (error = visit(lines_.number(), numbers); error) return error;
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <fstream>
 #include <functional>
 #include <optional>
 #include <span>
@@ -9,17 +8,24 @@
 #include <vector>
 
 #include "hal/error.h"
+#include "hal/replay/csv_layout.h"
+#include "hal/replay/text_lines.h"
 
 namespace hapticd::replay {
 
-/// A numeric CSV file, read once from front to back: one header line with the column names, then rows of
-/// numbers separated by commas. Empty lines and lines that begin with '#' are skipped anywhere; blanks
-/// around a cell, CRLF line ends and a UTF-8 byte order mark are accepted. Everything else is refused with
-/// the line and the column: quoted fields, empty cells, NaN, infinities, rows longer or shorter than the
-/// header. Needs memory for one line only, whatever the size of the file.
+/// What a file does not say of itself.
+struct CsvFormat {
+  bool decimal_comma = false;  ///< "0,015" is fifteen thousandths
+};
+
+/// A table of numbers as CSV, read once from front to back: of the daemon, or of a testing machine. There may
+/// be a preamble before the line with the column names and a row of units below it; columns are separated by
+/// commas, semicolons or tabs, and cells may be quoted (csv_layout.h, text_lines.h). Empty lines, and lines
+/// that begin with '#', are skipped anywhere. A last row without a line end that is not complete was cut, and
+/// is left out. Everything else is refused with the line and the column: empty cells, NaN, infinities, rows
+/// longer or shorter than the header. Needs memory for the first lines only, whatever the size of the file.
 class CsvFile {
  public:
-  static constexpr std::size_t kMaxLineBytes = 65'536;
   static constexpr std::size_t kMaxRows = 10'000'000;
 
   /// Called for each row with its line in the file (from 1) and the requested cells. An error ends the
@@ -27,10 +33,10 @@ class CsvFile {
   using RowVisitor =
       std::function<std::optional<hal::Error>(std::size_t line, std::span<const double> cells)>;
 
-  /// Opens the file and reads its header.
-  static hal::Result<CsvFile> open(const std::string& path);
+  /// Opens the file and finds its table.
+  static hal::Result<CsvFile> open(const std::string& path, const CsvFormat& format = {});
 
-  const std::vector<std::string>& columns() const noexcept { return columns_; }
+  const std::vector<std::string>& columns() const noexcept { return layout_.columns; }
   /// "recording 'PATH'", with the line where one is given; for errors.
   std::string place(std::size_t line = 0) const;
 
@@ -39,17 +45,17 @@ class CsvFile {
   std::optional<hal::Error> read_rows(std::span<const std::size_t> columns, const RowVisitor& visit);
 
  private:
-  explicit CsvFile(std::string path) : path_(std::move(path)), buffer_(kMaxLineBytes) {}
+  CsvFile(std::string path, const CsvFormat& format) : path_(std::move(path)), format_(format) {}
 
-  enum class LineState : unsigned char { kLine, kEnd, kFailed };
-  LineState next_line(std::string_view& text, std::optional<hal::Error>& error);
+  std::optional<hal::Error> find_table();
+  TextLines::State next_line(std::string_view& text, std::optional<hal::Error>& error);
   std::optional<hal::Error> parse_cell(std::string_view text, std::size_t column, double& number) const;
+  hal::Error wrong_count(std::size_t count) const;
 
   std::string path_;
-  std::ifstream stream_;
-  std::vector<char> buffer_;
-  std::size_t line_ = 0;
-  std::vector<std::string> columns_;
+  CsvFormat format_;
+  TextLines lines_;
+  CsvLayout layout_;
 };
 
 }  // namespace hapticd::replay

@@ -6,10 +6,10 @@
 
 namespace hapticd::replay {
 
-/// A number for messages, nine significant digits.
-inline std::string number_text(double number) {
+/// A number for messages, with so many significant digits.
+inline std::string number_text(double number, int digits = 9) {
   std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", number);
+  std::snprintf(text.data(), text.size(), "%.*g", digits, number);
   return text.data();
 }
 

@@ -32,8 +32,9 @@ double median_step(const std::vector<double>& time_s) {
 
 }  // namespace
 
-hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns) {
-  auto opened = TableFile::open(path);
+hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns,
+                                      const CsvFormat& format) {
+  auto opened = TableFile::open(path, format);
   if (!opened) return opened.error();
   const std::unique_ptr<TableFile>& file = *opened;
 
@@ -52,13 +53,7 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
     if (recording.time_s.empty()) start_s = now_s;
     const double since_start_s = now_s - start_s;
     if (!recording.time_s.empty() && !(since_start_s > recording.time_s.back())) {
-      return hal::Error{
-          .what = "time does not increase",
-          .where = file->place(line),
-          .value = in_seconds(now_s) + " after " + in_seconds(recording.time_s.back() + start_s),
-          .limit = "each row later than the one before",
-          .remedy = "sort the rows and remove repeated ones",
-          .code = hal::ErrorCode::kMalformed};
+      return time_does_not_increase(now_s, recording.time_s.back() + start_s, file->place(line));
     }
     if (since_start_s > kMaxS) {
       return hal::Error{.what = "the recording is too long",
@@ -87,7 +82,7 @@ hal::Result<Recording> load_recording(const std::string& path, const RecordingCo
                       .where = file->place(),
                       .value = std::to_string(recording.time_s.size()),
                       .limit = "at least 2 rows of numbers under the header",
-                      .remedy = {},
+                      .remedy = "record for longer",
                       .code = hal::ErrorCode::kMalformed};
   }
   recording.median_step_s = median_step(recording.time_s);

@@ -6,6 +6,7 @@
 
 #include "hal/error.h"
 #include "hal/replay/column_mapping.h"
+#include "hal/replay/csv_file.h"
 
 namespace hapticd::replay {
 
@@ -32,7 +33,8 @@ struct Recording {
 
 /// Reads the whole file. Errors: those of TableFile and select_column(), time that does not increase (with
 /// the line), fewer than two rows.
-hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns);
+hal::Result<Recording> load_recording(const std::string& path, const RecordingColumns& columns,
+                                      const CsvFormat& format = {});
 
 /// Takes the mean force of the first `seconds` as zero force. Refuses a span that is negative, not finite or
 /// longer than the recording; 0 changes nothing.

@@ -103,7 +103,8 @@ hal::Result<std::unique_ptr<ReplayRig>> ReplayRig::open(const ReplayConfig& conf
                       .code = hal::ErrorCode::kOutOfRange};
   }
   auto recording =
-      load_recording(config.path, {.time = config.time, .force = config.force, .position = config.position});
+      load_recording(config.path, {.time = config.time, .force = config.force, .position = config.position},
+                     {.decimal_comma = config.decimal_comma});
   if (!recording) return recording.error();
   if (const auto error = remove_bias(*recording, config.bias_s, place); error) return *error;
 

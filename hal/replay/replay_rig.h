@@ -12,8 +12,9 @@ namespace hapticd::replay {
 struct ReplayConfig {
   std::string path{};
   ColumnMapping time{};
-  ColumnMapping force{};     ///< reaction along the press axis, positive when the object pushes back
-  ColumnMapping position{};  ///< along the press axis, positive into the object
+  ColumnMapping force{};       ///< reaction along the press axis, positive when the object pushes back
+  ColumnMapping position{};    ///< along the press axis, positive into the object
+  bool decimal_comma = false;  ///< of a CSV file
   double rate_hz = 1000.0;
   /// True: as fast as possible (the file is the clock). False: at recorded speed, paced by the loop.
   bool as_fast_as_possible = true;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "hal/recording/recording_file.h"
+#include "hal/replay/number_text.h"
 
 namespace hapticd::replay {
 namespace {
@@ -80,15 +81,29 @@ std::optional<hal::Error> McapTable::read_rows(std::span<const std::size_t> colu
 
 }  // namespace
 
-hal::Result<std::unique_ptr<TableFile>> TableFile::open(const std::string& path) {
+hal::Result<std::unique_ptr<TableFile>> TableFile::open(const std::string& path, const CsvFormat& format) {
   if (recording::McapReader::is_mcap(path)) {
     auto file = recording::RecordingFile::open(path);
     if (!file) return file.error();
     return std::unique_ptr<TableFile>(std::make_unique<McapTable>(path, std::move(*file)));
   }
-  auto file = CsvFile::open(path);
+  auto file = CsvFile::open(path, format);
   if (!file) return file.error();
   return std::unique_ptr<TableFile>(std::make_unique<CsvTable>(std::move(*file)));
+}
+
+hal::Error time_does_not_increase(double now_s, double last_s, std::string place) {
+  constexpr int kDigits = 13;  // of seconds since 1970, milliseconds are to be seen
+  const std::string now = number_text(now_s, kDigits);
+  const std::string last = number_text(last_s, kDigits);
+  const bool repeats = now == last;
+  return hal::Error{.what = repeats ? "two rows have the same time" : "time does not increase",
+                    .where = std::move(place),
+                    .value = now + " s after " + last + " s",
+                    .limit = "each row later than the one before",
+                    .remedy = repeats ? "export the time with more decimals, or keep one row of each time"
+                                      : "sort the rows by time, or split the file where the time begins anew",
+                    .code = hal::ErrorCode::kMalformed};
 }
 
 std::optional<std::size_t> rows_of_mcap(const std::string& path) {

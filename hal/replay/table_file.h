@@ -18,8 +18,8 @@ class TableFile {
   /// As CsvFile's; the number of a row of an MCAP recording takes the place of the line.
   using RowVisitor = CsvFile::RowVisitor;
 
-  /// Errors: those of CsvFile; of an MCAP file, that it has no telemetry of hapticd.
-  static hal::Result<std::unique_ptr<TableFile>> open(const std::string& path);
+  /// Errors: those of CsvFile; of an MCAP file, that it has no telemetry of hapticd. `format`: of CSV only.
+  static hal::Result<std::unique_ptr<TableFile>> open(const std::string& path, const CsvFormat& format = {});
   virtual ~TableFile() = default;
 
   virtual const std::vector<std::string>& columns() const noexcept = 0;
@@ -30,6 +30,9 @@ class TableFile {
   virtual std::optional<hal::Error> read_rows(std::span<const std::size_t> columns,
                                               const RowVisitor& visit) = 0;
 };
+
+/// The refusal of a row whose time is not later than that of the row before.
+hal::Error time_does_not_increase(double now_s, double last_s, std::string place);
 
 /// Rows of an MCAP recording; nothing where the file is none.
 std::optional<std::size_t> rows_of_mcap(const std::string& path);

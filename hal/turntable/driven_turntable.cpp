@@ -22,7 +22,7 @@ using hal::TurntableState;
 TurntableState DrivenTurntable::State::state_locked() const {
   if (!engaged) return TurntableState::kIdle;
   if (!reported_once) return TurntableState::kConnecting;
-  if (age_locked() > settings.stale_after_s) return TurntableState::kLost;
+  if (age_locked() > age_limit_locked()) return TurntableState::kLost;
   return drive_state;
 }
 
@@ -33,7 +33,7 @@ std::optional<hal::Error> DrivenTurntable::State::refusal_locked(bool needs_home
   if (busy_locked()) {
     error.what = "another motion is under way";
     error.remedy = "wait until it has ended, or stop it";
-  } else if (state == TurntableState::kConnecting || state == TurntableState::kLost) {
+  } else if (state == TurntableState::kConnecting || age_locked() > settings.stale_after_s) {
     error.what = "the table's position is not known: it does not turn without a fresh one";
     error.limit = "not older than " + number(settings.stale_after_s, "s");
     error.remedy = link_error ? link_error->text() : "wait until the drive answers";
@@ -89,12 +89,15 @@ std::optional<hal::Error> DrivenTurntable::engage() {
     s.engaged = true;
     s.leave = s.reported_once = false;
     s.orders = {};
+    s.is_busy = false;
     s.link_error.reset();
     s.order_error.reset();
   }
   s.pause_s = 0.0;
   s.failures_in_a_row = 0;
   s.last_reading.reset();
+  s.stop_is_due = false;
+  s.repeated.reset();
   s.thread = std::thread([&s] { s.run(); });
 
   std::optional<hal::Error> problem;

@@ -20,6 +20,7 @@ struct TurntableSettings {
   SupervisionSettings supervision;
   double poll_hz = 30.0;
   double stale_after_s = 0.5;      ///< a position older than this counts as unknown
+  double busy_timeout_s = 2.0;     ///< the same, and the limit for orders, while the drive answers "busy"
   double engage_timeout_s = 3.0;   ///< until the drive has reported its position
   double reconnect_after_s = 0.1;  ///< pause after the first failure; doubles with each further one
   double reconnect_longest_s = 5.0;

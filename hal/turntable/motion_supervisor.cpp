@@ -38,6 +38,7 @@ void MotionSupervisor::begin(double now_s, double from_deg, hal::MotionKind kind
   began_s_ = progress_s_ = rest_s_ = now_s;
   from_deg_ = progress_deg_ = rest_deg_ = from_deg;
   settling_since_s_.reset();
+  stop_refusal_.reset();
   home_seen_to_begin_ = false;
 }
 
@@ -83,6 +84,12 @@ MotionSupervisor::Action MotionSupervisor::stop(double now_s, hal::MotionEnd how
   return Action::kSendStop;
 }
 
+void MotionSupervisor::stop_answered(double now_s, std::optional<hal::Error> refusal) {
+  // It has its time to stand from when the drive takes the stop.
+  if (stop_refusal_ && !refusal) stop_sent_s_ = now_s;
+  stop_refusal_ = std::move(refusal);
+}
+
 bool MotionSupervisor::stands(double now_s, const DriveReading& reading) const noexcept {
   return !reading.moving.value_or(false) && now_s - rest_s_ >= kRestS;
 }
@@ -121,6 +128,11 @@ MotionSupervisor::Action MotionSupervisor::observe_stopping(double now_s, const 
                      text("%.3f deg", reading.position_deg),
                      text("to stand within %.1f s", settings_.stop_timeout_s),
                      "cut the drive's power, then look at its stop order in the register map"};
+    if (stop_refusal_) {
+      still.what = "the table still moves: the drive has not taken the stop";
+      still.value += "; " + stop_refusal_->text();
+      still.remedy = "cut the drive's power; the stop is repeated until the drive takes it";
+    }
     if (report_.problem) still.what = report_.problem->what + "; " + still.what;
     report_.problem = std::move(still);
     end(now_s, stop_end_);

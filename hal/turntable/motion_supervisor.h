@@ -37,6 +37,10 @@ class MotionSupervisor {
   Action observe(double now_s, const DriveReading& reading);
   /// Ends the motion early: the drive is to stop, and once it stands the motion has ended so.
   Action stop(double now_s, hal::MotionEnd end, std::optional<hal::Error> problem);
+  /// The drive has not taken the order yet: the motion's time begins now.
+  void postpone(double now_s) noexcept { began_s_ = progress_s_ = rest_s_ = now_s; }
+  /// What the drive answered to the stop; nothing = it has taken it.
+  void stop_answered(double now_s, std::optional<hal::Error> refusal);
   /// Ends the motion here and now.
   void abandon(double now_s, hal::MotionEnd end, hal::Error problem);
 
@@ -59,6 +63,7 @@ class MotionSupervisor {
   double timeout_s_ = 0.0;
   double stall_window_s_ = 0.0;
   double stop_sent_s_ = 0.0;
+  std::optional<hal::Error> stop_refusal_;  ///< why the drive has not taken the stop
   hal::MotionEnd stop_end_ = hal::MotionEnd::kStopped;
   double progress_deg_ = 0.0;  ///< where progress was last seen
   double progress_s_ = 0.0;    ///< and when

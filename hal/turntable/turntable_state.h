@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <limits>
@@ -45,6 +46,7 @@ struct DrivenTurntable::State {
   std::optional<DriveReading> last_reading;
   double last_reading_s = 0.0;
   bool safety_stop_sent = false;
+  bool stop_is_due = false;  ///< the drive has not taken a stop: it is repeated at every poll
 
   // -- the thread itself
   SerialMutex engage_mutex;  ///< makes engaging and disengaging one after the other
@@ -63,6 +65,11 @@ struct DrivenTurntable::State {
     std::optional<std::pair<double, hal::MotionLimits>> move;
     bool any() const { return stop || clear || home || move; }
   };
+  struct RepeatedOrder {
+    Orders order;
+    double since_s = 0.0;
+  };
+  std::optional<RepeatedOrder> repeated;  ///< by the table's thread: the drive was too busy to take it
   Orders orders GUARDED_BY(mutex);
   bool engaged GUARDED_BY(mutex) = false;
   bool reported_once GUARDED_BY(mutex) = false;  ///< a position since it was engaged
@@ -73,6 +80,7 @@ struct DrivenTurntable::State {
   double reading_s GUARDED_BY(mutex) = 0.0;
   hal::MotionReport motion GUARDED_BY(mutex);
   std::uint64_t ordered GUARDED_BY(mutex) = 0;              ///< number of the last motion that was asked for
+  bool is_busy GUARDED_BY(mutex) = false;                   ///< the drive's last answer
   std::optional<hal::Error> link_error GUARDED_BY(mutex);   ///< why there is no usable answer now
   std::optional<hal::Error> order_error GUARDED_BY(mutex);  ///< of the last order that was not taken
   std::uint64_t polls GUARDED_BY(mutex) = 0;
@@ -106,6 +114,11 @@ struct DrivenTurntable::State {
 
   void send_stop();
 
+  /// Gives the drive one order; a drive that is too busy gets it again at the next polls.
+  void send(const Orders& order, double since_s);
+
+  void repeat_orders();
+
   void stop_motion(MotionEnd how, std::optional<hal::Error> why) {
     if (supervisor.stop(now_s(), how, std::move(why)) == MotionSupervisor::Action::kSendStop) send_stop();
   }
@@ -133,6 +146,10 @@ struct DrivenTurntable::State {
 
   double age_locked() const REQUIRES(mutex) {
     return reported_once ? now_s() - reading_s : std::numeric_limits<double>::infinity();
+  }
+
+  double age_limit_locked() const REQUIRES(mutex) {
+    return is_busy ? std::max(settings.stale_after_s, settings.busy_timeout_s) : settings.stale_after_s;
   }
 
   TurntableState state_locked() const REQUIRES(mutex);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "hal/turntable/turntable_state.h"
 
@@ -73,7 +74,11 @@ void DrivenTurntable::State::run() {
     publish();
   }
   if (drive->linked()) {
-    if (supervisor.under_way() || (last_reading && last_reading->moving.value_or(false))) (void)drive->stop();
+    const double began = now_s();
+    if (stop_is_due || supervisor.under_way() || (last_reading && last_reading->moving.value_or(false))) {
+      while (drive->stop() && drive->linked() && now_s() - began < settings.busy_timeout_s)
+        std::this_thread::sleep_for(period());
+    }
     drive->close();
   }
   supervisor.abandon(now_s(), MotionEnd::kStopped,
@@ -94,7 +99,11 @@ void DrivenTurntable::State::lose_link(const hal::Error& why) {
   next_attempt =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause_s));
   last_reading.reset();
+  // A motion that the drive has not begun is not begun after a break.
+  if (repeated && !repeated->order.clear) refuse(why);
+  repeated.reset();
   const MutexLock lock(mutex);
+  is_busy = false;
   link_error = why;
 }
 
@@ -118,6 +127,7 @@ void DrivenTurntable::State::connect() {
 }
 
 void DrivenTurntable::State::poll() {
+  repeat_orders();
   auto answer = drive->read();
   const double now = now_s();
   {
@@ -132,12 +142,20 @@ void DrivenTurntable::State::poll() {
     const MutexLock lock(mutex);
     if (problem) ++rejected;
   }
-  if (problem) {
-    {
-      const MutexLock lock(mutex);
+  const bool busy = problem && problem->code == hal::ErrorCode::kBusy;
+  {
+    const MutexLock lock(mutex);
+    is_busy = busy;
+    if (problem) {
       ++failures;
       link_error = problem;
     }
+  }
+  if (busy) {
+    failures_in_a_row = 0;  // the link is in order
+    return;
+  }
+  if (problem) {
     if (++failures_in_a_row >= kFailuresInARow || !drive->linked()) lose_link(*problem);
     return;
   }
@@ -211,18 +229,36 @@ void DrivenTurntable::State::accept(const DriveReading& next, double now) {
   const bool automatic = next.moving.value_or(false) && !supervisor.under_way();
   if (automatic && !safety_stop_sent) send_stop();
   safety_stop_sent = automatic;
+  if (!supervisor.under_way() && next.moving == false) stop_is_due = false;
 }
 
 void DrivenTurntable::State::send_stop() {
+  repeated.reset();
+  const bool is_repetition = std::exchange(stop_is_due, true);
   if (!drive->linked()) return;
   // One more try at once: of all orders this is the one that must arrive.
   auto error = drive->stop();
-  if (error && drive->linked()) error = drive->stop();
+  if (error && error->code != hal::ErrorCode::kBusy && drive->linked()) error = drive->stop();
+  stop_is_due = error.has_value();
+  supervisor.stop_answered(now_s(), error);
   const MutexLock lock(mutex);
   if (error) {
     ++failures;
     order_error = error;
+  } else if (is_repetition) {
+    order_error.reset();
   }
+}
+
+void DrivenTurntable::State::repeat_orders() {
+  if (stop_is_due) send_stop();
+  if (!repeated) return;
+  const RepeatedOrder again = *repeated;
+  if (!again.order.clear) {
+    if (!supervisor.under_way() || supervisor.stopping()) return repeated.reset();
+    supervisor.postpone(now_s());
+  }
+  send(again.order, again.since_s);
 }
 
 std::optional<hal::Error> DrivenTurntable::State::permitted() {
@@ -237,18 +273,23 @@ std::optional<hal::Error> DrivenTurntable::State::permitted() {
 void DrivenTurntable::State::watch_age() {
   if (!supervisor.under_way()) return;
   double last = 0.0;
+  double limit = 0.0;
+  bool busy = false;
   hal::Error why;
   {
     const MutexLock lock(mutex);
     last = reading_s;
+    limit = age_limit_locked();
+    busy = is_busy;
     if (link_error) why = *link_error;
   }
   const double age = now_s() - last;
-  if (age <= settings.stale_after_s) return;
+  if (age <= limit) return;
   send_stop();
-  hal::Error lost{"contact with the drive was lost on the way: where the table stands is not known",
-                  "turntable", "no usable position for " + number(age, "s"),
-                  number(settings.stale_after_s, "s"),
+  hal::Error lost{std::string(busy ? "the drive was busy for too long on the way"
+                                   : "contact with the drive was lost on the way") +
+                      ": where the table stands is not known",
+                  "turntable", "no usable position for " + number(age, "s"), number(limit, "s"),
                   "look at the table; the drive may go on by itself until contact is back"};
   if (!why.what.empty()) lost.value += "; " + why.text();
   supervisor.abandon(now_s(), MotionEnd::kLost, std::move(lost));
@@ -270,9 +311,10 @@ void DrivenTurntable::State::perform(const Orders& wanted) {
     }
   }
   if (wanted.clear && drive->linked()) {
-    auto error = drive->reset_alarm();
+    Orders clear;
+    clear.clear = true;
+    send(clear, now_s());
     const MutexLock lock(mutex);
-    order_error = error;
     stalled = false;
   }
   if (wanted.home || wanted.move) begin(wanted);
@@ -296,18 +338,30 @@ void DrivenTurntable::State::begin(const Orders& wanted) {
   if (auto why_not = permitted()) {
     return supervisor.abandon(now, MotionEnd::kForbidden, *why_not);
   }
-  const auto error =
-      wanted.move ? drive->start_move(wanted.move->first, wanted.move->second) : drive->start_home();
-  if (error) {
-    // Part of it may have been taken.
-    send_stop();
-    refuse(*error);
-  }
-  {
-    const MutexLock lock(mutex);
-    if (!error) order_error.reset();
-  }
+  stop_is_due = false;
+  Orders start;
+  start.home = wanted.home;
+  start.move = wanted.move;
+  send(start, now);
   next_poll = Clock::now();
+}
+
+void DrivenTurntable::State::send(const Orders& order, double since_s) {
+  const auto error = order.clear  ? drive->reset_alarm()
+                     : order.move ? drive->start_move(order.move->first, order.move->second)
+                                  : drive->start_home();
+  if (error && error->code == hal::ErrorCode::kBusy && now_s() - since_s < settings.busy_timeout_s) {
+    repeated = RepeatedOrder{order, since_s};
+  } else {
+    repeated.reset();
+    if (error && !order.clear) {
+      // Part of it may have been taken.
+      send_stop();
+      return refuse(*error);
+    }
+  }
+  const MutexLock lock(mutex);
+  order_error = error;
 }
 
 TurntableState DrivenTurntable::State::state_of(const DriveReading& now) const {

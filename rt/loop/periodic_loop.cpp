@@ -169,6 +169,14 @@ void PeriodicLoop::thread_main() {
   running_.store(false, std::memory_order_release);
 }
 
+std::int64_t tick_phase_ns(std::int64_t process, std::int64_t period_ns) noexcept {
+  // Multiples of the golden ratio, without their whole parts, keep away from each other.
+  constexpr double kGoldenRatio = 1.618033988749895;
+  const double turns = kGoldenRatio * static_cast<double>(process);
+  return static_cast<std::int64_t>((0.25 + 0.5 * (turns - std::floor(turns))) *
+                                   static_cast<double>(period_ns));
+}
+
 std::int64_t PeriodicLoop::await(std::int64_t time_ns) noexcept {
   sleep_until_ns(time_ns - early_ns_);
   std::int64_t now = now_ns();
@@ -178,8 +186,7 @@ std::int64_t PeriodicLoop::await(std::int64_t time_ns) noexcept {
 }
 
 void PeriodicLoop::run_paced() noexcept {
-  // Between the kernel's own ticks, which come at full milliseconds and take some 15 µs.
-  std::int64_t deadline_ns = (now_ns() / period_ns_ + 2) * period_ns_ + period_ns_ / 2;
+  std::int64_t deadline_ns = (now_ns() / period_ns_ + 2) * period_ns_ + tick_phase_ns(getpid(), period_ns_);
   while (!stop_requested_.load(std::memory_order_acquire) && !rig_.exhausted()) {
     deadline_ns = tick(deadline_ns, await(deadline_ns));
   }

@@ -29,6 +29,11 @@ struct LoopConfig {
       true;  ///< hold /dev/cpu_dma_latency at 0: without it an idle core wakes tens of µs late
 };
 
+/// When in a period the ticks of this process are due: in its middle half, between the kernel's own ticks,
+/// which come at full milliseconds and take some 15 µs. Daemons on one machine differ, so that they do not
+/// wait for one another.
+std::int64_t tick_phase_ns(std::int64_t process, std::int64_t period_ns) noexcept;
+
 hal::Result<LoopConfig> validate(const LoopConfig& config);
 
 /// Everything measured about the loop, as one copy.
@@ -49,9 +54,8 @@ struct LoopStatistics {
 /// The thread that owns the clock of a paced rig, or lends itself to a rig that brings its own. Where a
 /// device's scheduler calls, the ticks run in the scheduler's thread, and ours only watches over it: then
 /// that one is given the priority and the CPU, in the first call of every run, and ours stays ordinary. Ticks
-/// are due in the middle of whole periods of CLOCK_MONOTONIC, so that what else runs at that rate can be
-/// placed next to them; a period that was missed is skipped and counted, never caught up in a burst. Runs
-/// without privileges too, and says what it lacks.
+/// are due tick_phase_ns() after each whole period of CLOCK_MONOTONIC; a period that was missed is skipped
+/// and counted, never caught up in a burst. Runs without privileges too, and says what it lacks.
 class PeriodicLoop final : private hal::ServoBody {
  public:
   PeriodicLoop(hal::Rig& rig, Engine& engine, const LoopConfig& config);

@@ -90,6 +90,7 @@ void read_replay(TomlTable table, replay::ReplayConfig& replay) {
   table.read("speed", replay.as_fast_as_possible, kSpeedWords);
   table.read("loop", replay.loop);
   table.read("bias_s", replay.bias_s, kBiasS);
+  table.read("decimal_comma", replay.decimal_comma);
   read_mapping(table.table("time"), replay.time);
   read_mapping(table.table("force"), replay.force);
   read_mapping(table.table("position"), replay.position);
@@ -117,7 +118,7 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
     replay::ColumnMapping* mapping;
   };
   const Column columns[] = {{"time", &replay.time}, {"force", &replay.force}, {"position", &replay.position}};
-  std::vector<std::string> known = {"speed", "loop", "bias_s"};
+  std::vector<std::string> known = {"speed", "loop", "bias_s", "decimal_comma"};
   for (const Column& column : columns) {
     if (key == column.name) {
       column.mapping->column = value;
@@ -135,9 +136,9 @@ std::optional<hal::Error> apply_query(std::string_view key, std::string_view val
   }
   if (key == "speed") return read_word(value, replay.as_fast_as_possible, kSpeedWords, "speed", where);
   if (key == "bias_s") return read_number(value, replay.bias_s, kBiasS, "'bias_s'", where);
-  if (key == "loop") {
+  if (key == "loop" || key == "decimal_comma") {
     constexpr Word<bool> kFlags[] = {{"true", true}, {"false", false}};
-    return read_word(value, replay.loop, kFlags, "flag", where);
+    return read_word(value, key == "loop" ? replay.loop : replay.decimal_comma, kFlags, "flag", where);
   }
   return hal::Error::of(hal::ErrorCode::kUnknownKey,
                         fmt::format("unknown option '{}' of a replayed rig", key), std::string(where),

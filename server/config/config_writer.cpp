@@ -56,9 +56,9 @@ std::string write_config(const DaemonConfig& config) {
                       toml_quoted(text_of(config.instrument, kInstrumentWords)));
   text += write_simulation(config.simulation);
   const replay::ReplayConfig& replay = config.replay;
-  text += fmt::format("\n[rig.replay]\npath = {}\nspeed = {}\nloop = {}\nbias_s = {}\n",
+  text += fmt::format("\n[rig.replay]\npath = {}\nspeed = {}\nloop = {}\nbias_s = {}\ndecimal_comma = {}\n",
                       toml_quoted(replay.path), toml_quoted(text_of(replay.as_fast_as_possible, kSpeedWords)),
-                      replay.loop, toml_number(replay.bias_s));
+                      replay.loop, toml_number(replay.bias_s), replay.decimal_comma);
   text += write_mapping("time", replay.time) + write_mapping("force", replay.force) +
           write_mapping("position", replay.position);
   text += "\n[rig.openhaptics]\n" + write_openhaptics(config.openhaptics);

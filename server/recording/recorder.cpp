@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "server/process/log.h"
-#include "server/process/system_clock.h"
 #include "server/text/suggestion.h"
 #include "server/text/utf8_text.h"
 
@@ -125,9 +124,9 @@ Outcome<RecordingInfo> Recorder::start(const RecordingRequest& request) {
                    Reason::kBusy};
   }
   if (auto error = folder_.make_room("")) return cannot_record(*error);
-  const std::int64_t now_ns = read_clocks().utc_ns;
+  const std::int64_t now_ns = sources_.clocks().utc_ns;
   RunOptions options;
-  const std::filesystem::path path = folder_.free_path(file_id(now_ns, request.name));
+  const std::filesystem::path path = folder_.new_path(now_ns, request.name);
   options.path = path.string();
   options.id = path.stem().string();
   const std::uint32_t asked = request.channels == 0 ? sources_.channels : request.channels;

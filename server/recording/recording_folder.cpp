@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "hal/recording/recording_file.h"
 
@@ -42,8 +43,10 @@ std::vector<RecordingFolder::File> RecordingFolder::files() const {
     const auto bytes = entry.file_size(ignored);
     found.push_back({entry.path().stem().string(), ignored ? 0 : bytes});
   }
-  // Their names begin with the time.
-  std::sort(found.begin(), found.end(), [](const File& a, const File& b) { return a.id < b.id; });
+  // By the number, not by the time behind it: a clock may be set back.
+  std::sort(found.begin(), found.end(), [](const File& a, const File& b) {
+    return std::pair(number_of_id(a.id), a.id) < std::pair(number_of_id(b.id), b.id);
+  });
   return found;
 }
 
@@ -87,10 +90,10 @@ std::optional<std::string> RecordingFolder::find(const std::string& id) const {
   return std::nullopt;
 }
 
-std::string RecordingFolder::free_path(const std::string& id) const {
-  std::string path = path_ + "/" + id + kEnding;
-  for (int n = 2; fs::exists(path); ++n) path = fmt::format("{}/{}_{}{}", path_, id, n, kEnding);
-  return path;
+std::string RecordingFolder::new_path(std::int64_t unix_ns, const std::string& name) const {
+  const std::vector<File> all = files();
+  const std::uint64_t number = all.empty() ? 1 : number_of_id(all.back().id) + 1;
+  return path_ + "/" + file_id(number, unix_ns, name) + kEnding;
 }
 
 std::optional<hal::Error> RecordingFolder::remove(const std::string& id) const {

@@ -35,8 +35,8 @@ class RecordingFolder {
   /// The path of an id that is there, a regular file; nothing for any other text.
   std::optional<std::string> find(const std::string& id) const;
   std::vector<std::string> ids() const;
-  /// A path that is free, of this id or, where that is taken, "_2" and so on behind it.
-  std::string free_path(const std::string& id) const;
+  /// The path of a new file, which counts as the newest whatever the clock says; see file_id().
+  std::string new_path(std::int64_t unix_ns, const std::string& name) const;
   std::optional<hal::Error> remove(const std::string& id) const;
 
   /// Makes room as the limits say, never of `kept` (an id). An error where there is none to be made: which

@@ -1,5 +1,7 @@
 #include "server/recording/recording_info.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <ctime>
@@ -44,6 +46,7 @@ void take_end(const recording::Texts& end, RecordingInfo& info) {
   info.rows = number_of<std::uint64_t>(end, "rows");
   info.lost_ticks = number_of<std::uint64_t>(end, "lost_ticks");
   info.cause_after_s = number_of<double>(end, "cause_after_s");
+  if (end.contains("duration_s")) info.duration_s = number_of<double>(end, "duration_s");
   if (end.contains("repaired")) info.state = RecordingState::kRepaired;
 }
 
@@ -62,6 +65,7 @@ RecordingInfo read_info(const std::string& path) {
   info.bytes = reader->size();
   bool has_start = false;
   if (const auto content = reader->summary()) {
+    // Of a file whose end says nothing of it: messages may be older than the first row.
     info.duration_s = 1e-9 * static_cast<double>(content->end_time_ns - content->start_time_ns);
     for (const recording::MetadataIndex& index : content->metadata) {
       const bool is_start = index.name == recording::kStartMetadata;
@@ -92,7 +96,7 @@ RecordingInfo read_info(const std::string& path) {
   return info;
 }
 
-std::string file_id(std::int64_t unix_ns, const std::string& name) {
+std::string file_id(std::uint64_t number, std::int64_t unix_ns, const std::string& name) {
   const std::time_t seconds = static_cast<std::time_t>(unix_ns / 1'000'000'000);
   std::tm parts{};
   gmtime_r(&seconds, &parts);
@@ -104,7 +108,14 @@ std::string file_id(std::int64_t unix_ns, const std::string& name) {
                        c == '-' || c == '_' || c == '.';
     kept += plain ? c : '_';
   }
-  return std::string(text) + "_" + (kept.empty() ? "recording" : kept);
+  return fmt::format("{:05}_{}_{}", number, text, kept.empty() ? "recording" : kept);
+}
+
+std::uint64_t number_of_id(const std::string& id) {
+  constexpr std::size_t kMaxDigits = 15;  // room to count on
+  const std::size_t digits = std::min(id.find_first_not_of("0123456789"), id.size());
+  if (digits == 0 || digits > kMaxDigits || !id.substr(digits).starts_with('_')) return 0;
+  return std::stoull(id.substr(0, digits));
 }
 
 }  // namespace hapticd::server

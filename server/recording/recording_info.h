@@ -24,7 +24,7 @@ struct RecordingInfo {
   std::string by;  ///< identity of the client that started it
   RecordingState state = RecordingState::kFinished;
   std::int64_t started_unix_ns = 0;
-  double duration_s = 0.0;  ///< from the first row to the last, nearly
+  double duration_s = 0.0;  ///< from the first row to the last
   std::uint64_t rows = 0;
   std::uint64_t lost_ticks = 0;
   std::uint64_t bytes = 0;
@@ -39,8 +39,10 @@ struct RecordingInfo {
 /// Reads it from a file that no one writes; never fails.
 RecordingInfo read_info(const std::string& path);
 
-/// "20261124T005200Z_press.mcap" without the ending: of a time and a name that anyone may have chosen. Only
-/// letters, digits, '-', '_' and '.' of the name are kept, at most 64 of them.
-std::string file_id(std::int64_t unix_ns, const std::string& name);
+/// "00012_20261124T005200Z_press.mcap" without the ending: of a number, a time and a name that anyone may
+/// have chosen. Only letters, digits, '-', '_' and '.' of the name are kept, at most 64 of them.
+std::string file_id(std::uint64_t number, std::int64_t unix_ns, const std::string& name);
+/// The number in an id; 0 where there is none, as in files that hapticd did not name.
+std::uint64_t number_of_id(const std::string& id);
 
 }  // namespace hapticd::server

@@ -22,8 +22,10 @@ class RecordingOutput {
                                             const RecordingSources& sources, const ClockAnchor& anchor,
                                             const recording::Texts& start);
 
-  /// Rows that follow one another, the first at this time of the rig.
-  void add_rows(std::string_view rows, std::int64_t first_time_ns);
+  /// Rows that follow one another.
+  void add_rows(std::string_view rows);
+  /// Stands behind what was added before it, also if it happened earlier: the log times of a file, all by its
+  /// one anchor, never go back.
   void add_event(const recording::Event& event);
   std::optional<hal::Error> add_metadata(std::string_view name, const recording::Texts& texts);
   /// What was added is on its way to the disk, and survives the process.
@@ -40,16 +42,22 @@ class RecordingOutput {
   const ClockAnchor& anchor() const { return anchor_; }
 
  private:
-  RecordingOutput(recording::McapWriter writer, std::size_t row_bytes, std::string description,
+  RecordingOutput(recording::McapWriter writer, const std::vector<recording::Column>& columns,
                   const ClockAnchor& anchor)
       : writer_(std::move(writer)),
-        row_bytes_(row_bytes),
-        description_(std::move(description)),
+        columns_(columns),
+        description_(recording::describe(columns)),
         anchor_(anchor) {}
+  /// The rows up to the end of a chunk.
+  struct Chunk {
+    std::uint64_t rows = 0;
+    std::int64_t last_time_ns = 0;
+  };
   std::optional<hal::Error> write_end(recording::Texts& end);
+  void add_message(std::uint16_t channel, std::uint32_t number, std::int64_t time_ns, std::string_view data);
 
   recording::McapWriter writer_;
-  std::size_t row_bytes_;
+  std::vector<recording::Column> columns_;
   std::string description_;  ///< of the columns; stands in the first block of each chunk
   ClockAnchor anchor_;
   std::uint16_t telemetry_ = 0;
@@ -58,7 +66,10 @@ class RecordingOutput {
   std::uint32_t event_count_ = 0;
   std::uint64_t rows_ = 0;
   std::uint64_t rows_gathered_ = 0;
-  std::vector<std::uint64_t> rows_of_chunks_;
+  std::vector<Chunk> chunks_;
+  std::optional<std::int64_t> first_time_ns_;  ///< of a row
+  std::int64_t last_time_ns_ = 0;              ///< of a row, gathered or written
+  std::int64_t last_log_ns_ = 0;
   bool described_ = false;  ///< in this chunk
 };
 

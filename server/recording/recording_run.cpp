@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include "hal/recording/recording_names.h"
@@ -18,6 +19,8 @@ constexpr std::chrono::milliseconds kRunPoll{50};
 constexpr std::chrono::seconds kRoomTime{1};
 constexpr std::chrono::seconds kAnchorTime{60};
 constexpr std::uint32_t kTakenAtOnce = 2048;
+/// Within a second, a clock that is only steered changes by half a millisecond.
+constexpr std::int64_t kClockStepNs = 20'000'000;
 /// Much is written at once only where the disk stalled.
 constexpr std::size_t kMaxGathered = std::size_t{8} << 20U;
 
@@ -55,6 +58,8 @@ RecordingRun::RecordingRun(TelemetryHub& hub, EventBoard& board, const Recording
       subscription_(hub.subscribe(subscription_options(sources, options_))),
       output_(std::move(output)),
       event_number_(board.last()) {
+  const ClockReading now = sources_.clocks();
+  utc_offset_ns_ = now.utc_ns - now.monotonic_ns;
   report_.bytes = output_.bytes();
   thread_ = std::thread([this] { run(); });
   sync_thread_ = std::thread([this] { run_sync(); });
@@ -121,7 +126,6 @@ void RecordingRun::take_records() {
         event.unix_ns = output_.anchor().unix_at(event.time_ns);
         add_event(std::move(event));
       }
-      if (rows_.empty()) rows_time_ns_ = record.time_ns;
       table_.append_row(record, rows_);
     }
     flush_rows();
@@ -143,7 +147,7 @@ void RecordingRun::note_loss(const rt::TickRecord& next) {
 }
 
 void RecordingRun::flush_rows() {
-  output_.add_rows(rows_, rows_time_ns_);
+  output_.add_rows(rows_);
   rows_.clear();
 }
 
@@ -184,7 +188,23 @@ std::optional<hal::Error> RecordingRun::write_due(Clock::time_point now) {
   }
   if (now < room_due_) return std::nullopt;
   room_due_ = now + kRoomTime;
+  note_clock();
   return options_.check_room();
+}
+
+void RecordingRun::note_clock() {
+  const ClockReading now = sources_.clocks();
+  const std::int64_t offset_ns = now.utc_ns - now.monotonic_ns;
+  const std::int64_t set_ns = offset_ns - std::exchange(utc_offset_ns_, offset_ns);
+  if (std::abs(set_ns) < kClockStepNs) return;
+  recording::Event event;
+  event.time_ns = last_time_ns_;
+  event.tick = last_tick_.value_or(0);
+  event.unix_ns = output_.anchor().unix_at(last_time_ns_);
+  event.kind = recording::EventKind::kDaemon;
+  event.text = fmt::format("the machine's clock was set {} by {:.3f} s; times in this file go on as before",
+                           set_ns < 0 ? "back" : "forward", 1e-9 * static_cast<double>(std::abs(set_ns)));
+  add_event(std::move(event));
 }
 
 void RecordingRun::publish(const std::optional<hal::Error>& error, const std::string& reason) {

@@ -72,6 +72,8 @@ class RecordingRun {
   void flush_rows();
   void add_event(recording::Event event);
   void note_loss(const rt::TickRecord& next);
+  /// An event where the machine's clock was set.
+  void note_clock();
   std::optional<hal::Error> write_due(Clock::time_point now);
   void publish(const std::optional<hal::Error>& error, const std::string& reason);
   void finish(const std::optional<hal::Error>& error);
@@ -87,7 +89,6 @@ class RecordingRun {
   RecordingOutput output_;
   RecordWatch watch_;
   std::string rows_;
-  std::int64_t rows_time_ns_ = 0;
   std::optional<std::uint64_t> last_tick_;
   std::int64_t first_time_ns_ = 0;
   std::int64_t last_time_ns_ = 0;
@@ -95,6 +96,7 @@ class RecordingRun {
   std::uint64_t event_number_;
   std::uint64_t missed_events_ = 0;
   bool scene_changed_ = true;
+  std::int64_t utc_offset_ns_ = 0;  ///< CLOCK_REALTIME against CLOCK_MONOTONIC, a second ago
   Clock::time_point chunk_due_{};
   Clock::time_point room_due_{};
   Clock::time_point anchor_due_{};

@@ -5,12 +5,10 @@
 #include <cmath>
 #include <ctime>
 
-#include "server/process/system_clock.h"
-
 namespace hapticd::server {
 
 ClockAnchor anchor_of(const RecordingSources& sources) {
-  const ClockReading reading = read_clocks();
+  const ClockReading reading = sources.clocks();
   ClockAnchor anchor;
   anchor.time_ns = sources.rig_time_ns();
   anchor.unix_ns = reading.utc_ns;

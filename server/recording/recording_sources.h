@@ -6,6 +6,7 @@
 
 #include "hal/lock/callback.h"
 #include "hal/recording/bytes.h"
+#include "server/process/system_clock.h"
 #include "server/telemetry/telemetry_column.h"
 
 namespace hapticd::server {
@@ -22,6 +23,7 @@ struct RecordingSources {
   std::string configuration;             ///< of the daemon, TOML
   Callback<recording::Texts()> scene;    ///< the loaded one: name, text, hashes of its models; empty: none
   Callback<std::int64_t()> rig_time_ns;  ///< of the last tick
+  Callback<ClockReading()> clocks = read_clocks;
 };
 
 /// CLOCK_REALTIME against the rig's clock, now.

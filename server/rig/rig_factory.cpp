@@ -46,7 +46,7 @@ std::optional<hal::Error> check_names(const sim::SimulationConfig& simulation) {
 
 /// A recording, also one of hapticd's own, whose columns have other names.
 hal::Result<std::unique_ptr<hal::Rig>> open_replay(replay::ReplayConfig config) {
-  const auto opened = replay::TableFile::open(config.path);
+  const auto opened = replay::TableFile::open(config.path, {.decimal_comma = config.decimal_comma});
   if (!opened) return opened.error();
   const auto& file = *opened;
   fill_own_column(config.force, role_of(replay::Quantity::kForce), file->columns());

@@ -57,6 +57,8 @@ constexpr Range kBit{0.0, 31.0, ""};
 constexpr Range kBits{0.0, 4294967295.0, ""};
 constexpr Range kNumber{-2147483648.0, 4294967295.0, ""};
 constexpr Range kWaitS{0.0, 1.0, "s"};
+/// A number takes two registers; the protocol allows 125.
+constexpr Range kRegistersPerRead{2.0, 125.0, ""};
 constexpr std::size_t kMaxRegisters = 128;
 constexpr std::size_t kMaxSteps = 32;
 constexpr std::size_t kMaxName = 64;
@@ -88,6 +90,9 @@ class MapReader {
   std::optional<hal::Error> read(TomlTable table) {
     table.read("source", map_.source, 4096);
     table.read("always_homed", map_.always_homed);
+    std::uint32_t per_read = map_.max_registers_per_read;
+    table.read("max_registers_per_read", per_read, kRegistersPerRead);
+    map_.max_registers_per_read = static_cast<std::uint16_t>(per_read);
     read_registers(table.table("registers"));
 
     std::optional<std::size_t> position;
@@ -330,7 +335,8 @@ std::string write_turntable_map(const RegisterMap& map, std::string_view prefix)
   const std::string dot = prefix.empty() ? std::string() : std::string(prefix) + ".";
   const auto name_of = [&map](std::size_t index) { return toml_quoted(map.registers[index].name); };
   std::string text = prefix.empty() ? std::string() : fmt::format("\n[{}]\n", prefix);
-  text += fmt::format("source = {}\nalways_homed = {}\n", toml_quoted(map.source), map.always_homed);
+  text += fmt::format("source = {}\nalways_homed = {}\nmax_registers_per_read = {}\n",
+                      toml_quoted(map.source), map.always_homed, map.max_registers_per_read);
   text += fmt::format("position_actual = {}\n", name_of(map.position_actual));
   if (map.velocity_actual) text += fmt::format("velocity_actual = {}\n", name_of(*map.velocity_actual));
   if (map.alarm_code) text += fmt::format("alarm_code = {}\n", name_of(*map.alarm_code));

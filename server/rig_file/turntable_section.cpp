@@ -131,6 +131,7 @@ void read_turntable(TomlTable table, TurntableConfig& config) {
   table.read("stop_timeout_s", supervision.stop_timeout_s, kMarginS);
   table.read("poll_hz", settings.poll_hz, kPollHz);
   table.read("stale_after_s", settings.stale_after_s, kStaleS);
+  table.read("busy_timeout_s", settings.busy_timeout_s, kTimeoutS);
   table.read("engage_timeout_s", settings.engage_timeout_s, kEngageS);
   table.read("reconnect_after_s", settings.reconnect_after_s, kPauseS);
   table.read("reconnect_longest_s", settings.reconnect_longest_s, kPauseS);
@@ -169,6 +170,7 @@ std::string write_turntable(const TurntableConfig& config) {
   number("stop_timeout_s", s.supervision.stop_timeout_s);
   number("poll_hz", s.poll_hz);
   number("stale_after_s", s.stale_after_s);
+  number("busy_timeout_s", s.busy_timeout_s);
   number("engage_timeout_s", s.engage_timeout_s);
   number("reconnect_after_s", s.reconnect_after_s);
   number("reconnect_longest_s", s.reconnect_longest_s);

@@ -157,6 +157,24 @@ def test_a_recording_is_read_and_an_incident_explained(page: Page, daemon: Any) 
     assert page.problems() == []
 
 
+#: Marks of a plot, as placeLabels() has them: bad ones keep their place, none stands over another.
+LABELS = """
+    return import('/mark_labels.js').then(({placeLabels}) => placeLabels(
+        [{x: 60, text: 'recording'}, {x: 62, text: 'command'}, {x: 63, text: 'a note of what was done that is far too long for it'},
+         {x: 64, text: 'fault', bad: true}, {x: 65, text: 'turntable'}, {x: 640, text: 'the end'}], (text) => 7 * text.length, 650));"""
+
+
+def test_words_over_a_plot_do_not_cover_each_other(page: Page, daemon: Any) -> None:  # noqa: F811
+    opened(page, daemon)
+    labels = page.run(LABELS)
+    assert {label["text"] for label in labels} >= {"fault", "the end"} and len(labels) == 4
+    for one in labels:
+        assert one["x"] + 7 * len(one["text"]) <= 650 and len(one["text"]) <= 32
+        for other in labels:
+            apart = one["row"] != other["row"] or one["x"] + 7 * len(one["text"]) < other["x"] or other["x"] + 7 * len(other["text"]) < one["x"]
+            assert one is other or apart, labels
+
+
 def pressed_on_disk(folder: Path) -> bool:
     """Whether what a recording has on the disk is a second at least, and shows a press."""
     for path in folder.rglob("*.mcap"):

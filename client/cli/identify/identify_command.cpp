@@ -78,6 +78,11 @@ void add_press_direction(CLI::App& command, Line& line) {
                 "Into the object, rig frame (z up); without it 0,0,-1");
 }
 
+CLI::Option* add_decimal_comma(CLI::App& command, IdentifyTask& task) {
+  return command.add_flag("--decimal-comma", task.decimal_comma,
+                          "The CSV file has commas in its numbers, and semicolons or tabs between them");
+}
+
 CLI::Option* add_recording_options(CLI::App& command, Line& line) {
   CLI::Option* recording = command.add_option("--recording", line.task.recording_path,
                                               "A CSV file of any size, in the place of the rig");
@@ -88,6 +93,7 @@ CLI::Option* add_recording_options(CLI::App& command, Line& line) {
       ->needs(recording)
       ->expected(1)
       ->take_all();
+  add_decimal_comma(command, line.task)->needs(recording);
   return recording;
 }
 
@@ -258,6 +264,7 @@ void add_inclusion(CLI::App& identify, Session& session) {
                   "force_z=Fz:mN; may be repeated, and holds of both recordings")
       ->expected(1)
       ->take_all();
+  add_decimal_comma(command, line->task);
 }
 
 }  // namespace

@@ -132,6 +132,7 @@ v1::RecordingDescription recording_description(const IdentifyTask& task) {
     }
     (*description.mutable_columns())[quantity] = column;
   }
+  description.set_decimal_comma(task.decimal_comma);
   if (task.normal_force_n) description.set_normal_force_n(*task.normal_force_n);
   return description;
 }

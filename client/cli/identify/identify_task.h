@@ -46,6 +46,7 @@ struct IdentifyTask {
   // In the place of the rig
   std::string recording_path;
   std::vector<std::string> columns;  ///< as written: quantity=NAME[:unit[:scale]]
+  bool decimal_comma = false;
   std::optional<double> normal_force_n;
 };
 

@@ -76,7 +76,7 @@ void add_get_command(CLI::App& parent, Session& session, v1::RecordingKind kind,
   const auto options = std::make_shared<ExportOptions>();
   CLI::App* get = parent.add_subcommand("get", "Fetches the file of a " + name + " (MCAP)");
   get->footer("Examples:\n  hapticctl " + command_of(kind) + " get last\n  hapticctl " + command_of(kind) +
-              " get 20261124T005200Z_press --out press.mcap");
+              " get 00012_20261124T005200Z_press --out press.mcap");
   get->add_option("ID", options->id, kIdHelp)->required();
   get->add_option("-o,--out", options->out, "Where to write [ID.mcap]");
   get->callback([&session, options, kind] {
@@ -122,7 +122,7 @@ void add_export_command(CLI::App& parent, Session& session, v1::RecordingKind ki
 void add_delete_command(CLI::App& parent, Session& session, v1::RecordingKind kind, const std::string& name) {
   const auto options = std::make_shared<ExportOptions>();
   CLI::App* command = parent.add_subcommand("delete", "Deletes a " + name + " for good");
-  command->footer("Example:\n  hapticctl " + command_of(kind) + " delete 20261124T005200Z_press");
+  command->footer("Example:\n  hapticctl " + command_of(kind) + " delete 00012_20261124T005200Z_press");
   command->add_option("ID", options->id, "As `list` shows it")->required();
   command->callback([&session, options, kind] {
     v1::DeleteRecordingRequest request;

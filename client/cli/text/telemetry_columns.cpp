@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include <string_view>
+
 #include "client/cli/text/names.h"
 
 namespace hapticd::cli {
@@ -11,9 +13,17 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
+/// Where the unit begins, with its '_': of "torque_n_mm" that of "_n_mm", of "speed_mm_per_s" of "_mm_per_s".
+std::size_t unit_place(const std::string& quantity) {
+  constexpr std::string_view kTorque = "_n_mm";
+  if (quantity.ends_with(kTorque)) return quantity.size() - kTorque.size();
+  const auto per = quantity.find("_per_");
+  return quantity.rfind('_', per == std::string::npos ? per : per - 1);
+}
+
 /// "tip_position_mm" and "x" → "tip_position_x_mm"; what has no unit, "normal" and "x" → "normal_x".
 std::string component_name(const std::string& quantity, const std::string& component) {
-  const auto unit = quantity.rfind('_');
+  const auto unit = unit_place(quantity);
   if (unit == std::string::npos) return quantity + "_" + component;
   return quantity.substr(0, unit) + "_" + component + quantity.substr(unit);
 }

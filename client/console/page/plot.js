@@ -1,6 +1,8 @@
 // Plots on a bare canvas: traces over time with minimum and maximum of each pixel column, a trail of force over
 // displacement, a fit, a map of coverage.
 
+import {LABEL_ROW, placeLabels} from './mark_labels.js';
+
 // Colours that all eyes can tell apart (Okabe and Ito), the yellow darkened for a light ground, all lighter on a dark one.
 const LIGHT = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#8a7a00', '#7f7f7f'];
 const DARK = ['#4ea8e0', '#ff8a3d', '#2fc49a', '#e39bc4', '#f0b52e', '#a5d8f5', '#d9c94a', '#a8a8a8'];
@@ -135,24 +137,32 @@ export class Traces {
     ink.fillRect(0, 0, width, height);
     if (plotWidth < 20) return;
     ink.font = '12px system-ui, sans-serif';
-    const band = (height - bottom) / Math.max(series.length, 1);
     const first = rows.find(from), last = rows.find(to);
     const xOf = (time) => left + (time - from) / (to - from) * plotWidth;
+    const marks = this.marks.filter((mark) => mark.time >= from && mark.time <= to).map((mark) => ({...mark, at: xOf(mark.time), x: xOf(mark.time)}));
+    const labels = placeLabels(marks, (text) => ink.measureText(text).width, left + plotWidth);
+    const head = labels.reduce((most, one) => Math.max(most, (one.row + 1) * LABEL_ROW), 0);
+    const band = (height - bottom - head) / Math.max(series.length, 1);
     this.#timeAxis(from, to, xOf, height, bottom, colours);
     const cursorTime = this.cursor !== null && this.cursor >= left ? from + (this.cursor - left) / plotWidth * (to - from) : null;
     const cursorRow = cursorTime === null ? -1 : Math.min(rows.find(cursorTime), rows.end - 1);
     this.#divide(first, last, from, to, Math.max(1, Math.floor(plotWidth)));
-    for (let i = 0; i < series.length; ++i) this.#band(i, i * band, band, left, plotWidth, cursorRow, colours);
+    for (let i = 0; i < series.length; ++i) this.#band(i, head + i * band, band, left, plotWidth, cursorRow, colours);
     ink.lineWidth = 1;
-    for (const mark of this.marks) {
-      if (mark.time < from || mark.time > to) continue;
-      ink.strokeStyle = mark.bad ? colours.bad : colours.muted;
+    const colourOf = (mark) => mark.bad ? colours.bad : colours.muted;
+    for (const mark of marks) {
+      const row = labels.find((one) => one.at === mark.at)?.row ?? head / LABEL_ROW;
+      ink.strokeStyle = colourOf(mark);
       ink.beginPath();
-      ink.moveTo(xOf(mark.time), 0);
-      ink.lineTo(xOf(mark.time), height - bottom);
+      ink.moveTo(mark.at, row * LABEL_ROW);
+      ink.lineTo(mark.at, height - bottom);
       ink.stroke();
-      ink.fillStyle = ink.strokeStyle;
-      ink.fillText(mark.text, Math.min(xOf(mark.time) + 4, width - 140), 12);
+    }
+    for (const one of labels) { // on ground of their own: a line may pass
+      ink.fillStyle = colours.ground;
+      ink.fillRect(one.x - 2, one.row * LABEL_ROW + 1, ink.measureText(one.text).width + 4, LABEL_ROW - 1);
+      ink.fillStyle = colourOf(one);
+      ink.fillText(one.text, one.x, one.row * LABEL_ROW + 12);
     }
     if (cursorTime !== null) {
       ink.strokeStyle = colours.muted;

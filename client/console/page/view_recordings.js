@@ -70,7 +70,7 @@ export function show(place, {rig, argument}) {
       traces.setSeries(shown, view);
       const cause = isIncident ? Number(file.cause_after_s) - request.from_s : NaN;
       traces.marks = [...(isIncident ? [{time: cause, text: file.cause.split(':')[0], bad: true}] : []),
-        ...loaded.events.filter((e) => !isIncident && e.time >= 0).map((e) => ({time: e.time, text: e.kind, bad: e.kind === 'fault' || e.kind === 'stop'}))];
+        ...loaded.events.filter((e) => !isIncident && e.time >= 0).map((e) => ({time: e.time, text: e.kind === 'annotation' ? e.text : e.kind, bad: e.kind === 'fault' || e.kind === 'stop'}))];
       from = isIncident ? cause - 1 : 0;
       to = isIncident ? cause + 0.2 : loaded.rows.last();
       draw();

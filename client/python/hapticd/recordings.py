@@ -234,6 +234,7 @@ def _read_hdf5(path: Path) -> Recording:
 
 
 def _text(value: Any) -> str:
+    """Texts of h5py; those of recordings of earlier versions are bytes too, and numbers are given as texts."""
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 

@@ -185,6 +185,7 @@ Outcome<RecordingDescription> read_description(const v1::RecordingDescription& m
   }
   RecordingDescription description;
   description.name = message.name();
+  description.decimal_comma = message.decimal_comma();
   for (const auto& [quantity, column] : message.columns()) {
     replay::ColumnMapping& mapping = description.columns[quantity];
     mapping.column = column.column();

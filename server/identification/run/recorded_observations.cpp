@@ -136,7 +136,8 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
   const auto go_on = [given_up] { return given_up == nullptr || !given_up->load(); };
   std::vector<Role> roles = roles_of(motion);
   if (auto error = unknown_quantity(description, roles)) return *error;
-  auto opened = replay::TableFile::open(path);
+  const replay::CsvFormat format{.decimal_comma = description.decimal_comma};
+  auto opened = replay::TableFile::open(path, format);
   const auto named = [&](hal::Error error) {
     // Its owner knows it by its name, not by where it is kept.
     if (const std::size_t at = error.where.find(path); at != std::string::npos) {
@@ -149,6 +150,7 @@ hal::Result<RecordedObservations> RecordedObservations::open(const std::string& 
 
   RecordedObservations recording;
   recording.path_ = path;
+  recording.format_ = format;
   recording.motion_ = motion;
   recording.name_ = description.name;
   if (motion == RecordedMotion::kBend || motion == RecordedMotion::kRigid) {
@@ -236,7 +238,7 @@ hal::RigInfo RecordedObservations::rig_info() const {
 
 std::optional<hal::Error> RecordedObservations::read(
     const std::function<bool(const rt::Observation&)>& visit) const {
-  auto opened = replay::TableFile::open(path_);
+  auto opened = replay::TableFile::open(path_, format_);
   if (!opened) return opened.error();
   const auto& file = *opened;
   std::vector<std::size_t> indices;
@@ -260,9 +262,7 @@ std::optional<hal::Error> RecordedObservations::read(
     if (first) start_s = row[0];
     row[0] -= start_s;
     if (!first && !(row[0] > last_s)) {
-      return hal::Error{"time does not increase", place(line),
-                        fmt::format("{:g} s after {:g} s", row[0], last_s),
-                        "each row later than the one before", "sort the rows and remove repeated ones"};
+      return replay::time_does_not_increase(row[0] + start_s, last_s + start_s, place(line));
     }
     if (row[0] > kMaxS) {
       return hal::Error{"the recording is too long", place(line), fmt::format("{:g} s", row[0]),

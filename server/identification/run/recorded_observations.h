@@ -11,6 +11,7 @@
 
 #include "hal/error.h"
 #include "hal/replay/column_mapping.h"
+#include "hal/replay/csv_file.h"
 #include "hal/rig.h"
 #include "rt/record/observation.h"
 #include "server/identification/run/bend_columns.h"
@@ -34,6 +35,7 @@ enum class RecordedMotion : std::uint8_t {
 struct RecordingDescription {
   std::string name;                                      ///< for errors and reports
   std::map<std::string, replay::ColumnMapping> columns;  ///< by quantity; the rest is found by name
+  bool decimal_comma = false;                            ///< of CSV
 };
 
 /// What a first pass over a recording finds.
@@ -72,6 +74,7 @@ class RecordedObservations {
   };
 
   std::string path_;
+  replay::CsvFormat format_;
   RecordedMotion motion_ = RecordedMotion::kPress;
   BendAxes bend_;  ///< kBend and kRigid
   std::string name_;

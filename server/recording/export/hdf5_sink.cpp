@@ -4,7 +4,11 @@
 #include <hdf5_hl.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
+#include <initializer_list>
+#include <map>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -16,11 +20,6 @@ namespace {
 
 constexpr hsize_t kChunkRows = 4096;
 constexpr unsigned kDeflateLevel = 1;
-/// An attribute may have 64 kB.
-constexpr std::size_t kMaxAttribute = 60'000;
-/// Of the text of an event: all have the room of the longest. The daemon writes less.
-constexpr std::size_t kMaxEventText = 4096;
-
 /// An object of the library, closed by its own function.
 class Handle {
  public:
@@ -41,32 +40,67 @@ class Handle {
   Close close_;
 };
 
-/// A text of this length, UTF-8. A text of no length is not possible.
-Handle text_type(std::size_t bytes) {
+/// A text of any length, UTF-8: readers get a text, not bytes.
+Handle text_type() {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type.get(), std::max<std::size_t>(bytes, 1));
+  H5Tset_size(type.get(), H5T_VARIABLE);
   H5Tset_cset(type.get(), H5T_CSET_UTF8);
-  H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
   return type;
 }
 
-void set_text(hid_t object, const std::string& name, std::string_view text) {
-  const std::string kept(text.substr(0, kMaxAttribute));
-  const Handle type = text_type(kept.size());
+/// One value as an attribute, which replaces one of the same name.
+void set_value(hid_t object, const std::string& name, hid_t stored, hid_t given, const void* value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   if (H5Aexists(object, name.c_str()) > 0) H5Adelete(object, name.c_str());
-  const Handle attribute(H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
+  const Handle attribute(H5Acreate2(object, name.c_str(), stored, space.get(), H5P_DEFAULT, H5P_DEFAULT),
                          H5Aclose);
-  if (attribute.good()) H5Awrite(attribute.get(), type.get(), kept.c_str());
+  if (attribute.good()) H5Awrite(attribute.get(), given, value);
 }
 
-void add_text_dataset(hid_t group, const std::string& name, const std::string& text) {
-  const Handle type = text_type(text.size());
+void set_text(hid_t object, const std::string& name, const std::string& text) {
+  const Handle type = text_type();
+  const char* begin = text.c_str();
+  set_value(object, name, type.get(), type.get(), &begin);
+}
+
+/// One value as a dataset.
+void add_value(hid_t group, const std::string& name, hid_t stored, hid_t given, const void* value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Handle dataset(
-      H5Dcreate2(group, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-      H5Dclose);
-  if (dataset.good()) H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, text.c_str());
+      H5Dcreate2(group, name.c_str(), stored, space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  if (dataset.good()) H5Dwrite(dataset.get(), given, H5S_ALL, H5S_ALL, H5P_DEFAULT, value);
+}
+
+bool ends_with_one_of(std::string_view key, std::initializer_list<std::string_view> endings) {
+  return std::any_of(endings.begin(), endings.end(),
+                     [key](std::string_view ending) { return key.ends_with(ending); });
+}
+
+template <class Number>
+std::optional<Number> whole_number(std::string_view text) {
+  Number number{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool is_whole = failure == std::errc() && end == text.data() + text.size();
+  return is_whole ? std::optional(number) : std::nullopt;
+}
+
+/// A text of the metadata as what its key says: a number where the key names a unit or counts, else a text.
+/// `put` is set_value() or add_value().
+template <class Put>
+void put_metadata(hid_t object, const std::string& name, std::string_view key, const std::string& text,
+                  const Put& put) {
+  if (ends_with_one_of(key,
+                       {"_ns", "_tick", "_ticks", "_bytes", "rows", "decimation", "rows_lost_at_the_end"})) {
+    if (const auto number = whole_number<std::int64_t>(text))
+      return put(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &*number);
+  }
+  if (ends_with_one_of(key, {"_s", "_hz"})) {
+    if (const auto number = whole_number<double>(text))
+      return put(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &*number);
+  }
+  const Handle type = text_type();
+  const char* begin = text.c_str();
+  put(object, name, type.get(), type.get(), &begin);
 }
 
 Handle make_group(hid_t file, const char* name) {
@@ -86,14 +120,14 @@ Handle make_growing(hid_t group, const std::string& name, hid_t type) {
           H5Dclose};
 }
 
-/// "sample_tip_position_z_mm" → "sample: tip position z", as the contract groups it.
+/// "sample_tip_position_z_mm" → "group sample: tip position z mm", as the contract groups it.
 std::string description_of(const std::string& column) {
-  std::string words = column;
-  std::replace(words.begin(), words.end(), '_', ' ');
-  const std::size_t blank = words.find(' ');
   if (column == "tick") return "number of the loop's tick";
   if (column == "time_ns") return "the rig's clock";
   if (column == "scene_generation") return "counts scene loads; 0 = no scene";
+  std::string words = column;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  const std::size_t blank = words.find(' ');
   if (blank == std::string::npos) return words;
   return "group " + words.substr(0, blank) + ": " + words.substr(blank + 1);
 }
@@ -146,7 +180,12 @@ struct Hdf5Sink::State {
   Handle file;
   std::vector<Dataset> datasets;
   std::vector<recording::Event> events;
-  std::vector<std::pair<std::string, std::string>> texts;  ///< name and text, for /metadata
+  struct Metadata {
+    std::string name;  ///< in /metadata
+    std::string key;
+    std::string text;
+  };
+  std::vector<Metadata> metadata;
   hsize_t rows = 0;
   hsize_t buffered = 0;
 };
@@ -188,9 +227,10 @@ void Hdf5Sink::add_metadata(const std::string& name, const recording::Texts& tex
   const bool of_root = name == recording::kStartMetadata || name == recording::kEndMetadata;
   for (const auto& [key, text] : texts) {
     if (of_root) {
-      set_text(state_->file.get(), name == recording::kEndMetadata ? "end_" + key : key, text);
+      put_metadata(state_->file.get(), name == recording::kEndMetadata ? "end_" + key : key, key, text,
+                   set_value);
     } else {
-      state_->texts.emplace_back(name + "_" + key, text);
+      state_->metadata.push_back({name + "_" + key, key, text});
     }
   }
 }
@@ -237,22 +277,17 @@ void Hdf5Sink::State::write_numbers(hid_t group, const char* name, const char* u
 
 template <class Get>
 void Hdf5Sink::State::write_texts(hid_t group, const char* name, Get get) {
-  std::size_t longest = 1;
-  for (const recording::Event& event : events) longest = std::max(longest, std::string(get(event)).size());
-  longest = std::min(longest, kMaxEventText);
-  std::string all;
-  for (const recording::Event& event : events) {
-    std::string text = get(event);
-    text.resize(longest, '\0');
-    all += text;
-  }
-  const hsize_t count = events.size();
-  const Handle type = text_type(longest);
+  std::vector<std::string> texts;
+  for (const recording::Event& event : events) texts.push_back(get(event));
+  std::vector<const char*> begins;
+  for (const std::string& text : texts) begins.push_back(text.c_str());
+  const hsize_t count = begins.size();
+  const Handle type = text_type();
   const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
   const Handle dataset(
       H5Dcreate2(group, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
   if (dataset.good() && count > 0)
-    H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
+    H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, begins.data());
 }
 
 void Hdf5Sink::State::write_events() {
@@ -267,11 +302,11 @@ void Hdf5Sink::State::write_events() {
   write_texts(group.get(), "kind", [](const Event& event) { return std::string(name_of(event.kind)); });
   write_texts(group.get(), "text", [](const Event& event) { return event.text; });
   write_texts(group.get(), "by", [](const Event& event) { return event.by; });
-  const Handle metadata = make_group(file.get(), "metadata");
+  const Handle metadata_group = make_group(file.get(), "metadata");
   std::map<std::string, int> seen;
-  for (const auto& [name, text] : texts) {
+  for (const auto& [name, key, text] : metadata) {
     const int n = ++seen[name];
-    add_text_dataset(metadata.get(), n == 1 ? name : name + "_" + std::to_string(n), text);
+    put_metadata(metadata_group.get(), n == 1 ? name : name + "_" + std::to_string(n), key, text, add_value);
   }
 }
 

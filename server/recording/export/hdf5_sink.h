@@ -9,6 +9,7 @@ namespace hapticd::server {
 /// HDF5: /telemetry has one dataset for each column (chunks of 4096, shuffled, deflated) with the attributes
 /// `unit` and `description`, and `time_s` as the scale of all; /events has one dataset for each part of an
 /// event; what is known of the recording are attributes of the root, its longer texts datasets of /metadata.
+/// Texts are UTF-8 of variable length; numbers are numbers.
 class Hdf5Sink final : public TableSink {
  public:
   static hal::Result<std::unique_ptr<TableSink>> create(const std::string& path,

@@ -326,7 +326,7 @@ void FlightRecorder::run_writer() {
 }
 
 void FlightRecorder::write(const Incident& incident, const FlightRing& ring, const FlightRing::Notes& notes) {
-  const std::string path = folder_.free_path(file_id(incident.unix_ns, incident.cause));
+  const std::string path = folder_.new_path(incident.unix_ns, incident.cause);
   const std::string id = std::filesystem::path(path).stem().string();
   if (const auto full = folder_.make_room("")) log_warning("flight recorder: " + full->text());
   if (const auto error = write_incident(incident, ring, sources_, notes, path)) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "hal/recording/recording_names.h"
@@ -67,7 +68,13 @@ std::optional<hal::Error> write_incident(const Incident& incident, const FlightR
     if (name == recording::kStartMetadata) continue;
     if (auto error = output->add_metadata(name, texts)) return error;
   }
-  for (const recording::Event& event : incident.events) output->add_event(event);
+  std::vector<recording::Event> events = incident.events;
+  std::ranges::stable_sort(events, {}, &recording::Event::time_ns);
+  auto next_event = events.begin();
+  const auto add_events_until = [&](std::int64_t time_ns) {
+    for (; next_event != events.end() && next_event->time_ns <= time_ns; ++next_event)
+      output->add_event(*next_event);
+  };
 
   Written written;
   std::string rows;
@@ -76,11 +83,15 @@ std::optional<hal::Error> write_incident(const Incident& incident, const FlightR
     const std::uint64_t count = std::min(rows_at_once, incident.row_count - done);
     if (ring.read(incident.first_row + done, count, rows)) {
       take_in_order(ring, rows, written);
-      if (!rows.empty()) output->add_rows(rows, Row(rows.data(), ring.columns()).integer(kTime));
+      if (!rows.empty()) {
+        output->add_rows(rows);
+        add_events_until(Row(rows.data() + rows.size() - ring.row_bytes(), ring.columns()).integer(kTime));
+      }
     }
     done += count;
     if (auto error = output->close_chunk()) return error;
   }
+  add_events_until(std::numeric_limits<std::int64_t>::max());
   const double after_s =
       written.first_time_ns ? 1e-9 * static_cast<double>(incident.time_ns - *written.first_time_ns) : 0.0;
   return output->finish({{"reason", incident.words},

@@ -17,6 +17,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/emulators/modbus/drive_registers.h"
@@ -141,6 +142,11 @@ struct EmulatedDrive::State {
     }
   }
 
+  int take_delay_once_ms() {
+    const std::lock_guard lock(mutex);
+    return std::exchange(faults.delay_once_ms, 0);
+  }
+
   void spoil(Bytes& frame, const DriveFaults& now) {
     if (now.garbage) {
       for (std::size_t i = 0; i < frame.size(); ++i) frame[i] = static_cast<std::uint8_t>(0xA5U ^ (i * 37U));
@@ -162,7 +168,7 @@ struct EmulatedDrive::State {
       if (now.hang_up) return false;
       const Bytes reply = work(request, now);
       if (now.silent) continue;
-      pause(now.delay_ms);
+      pause(now.delay_ms + take_delay_once_ms());
       if (now.wrong_check) frame[1] = static_cast<std::uint8_t>(frame[1] + 7);
       if (now.wrong_unit) frame[6] = static_cast<std::uint8_t>(frame[6] + 1);
       frame[4] = static_cast<std::uint8_t>((reply.size() + 1) / 256);
@@ -189,7 +195,7 @@ struct EmulatedDrive::State {
       if (request[0] != options.unit) continue;  // another's
       const Bytes reply = work(Bytes(request.begin() + 1, request.end()), now);
       if (now.silent || now.hang_up) continue;
-      pause(now.delay_ms);
+      pause(now.delay_ms + take_delay_once_ms());
       Bytes frame{static_cast<std::uint8_t>(options.unit + (now.wrong_unit ? 1 : 0))};
       frame.insert(frame.end(), reply.begin(), reply.end());
       const std::uint16_t crc = static_cast<std::uint16_t>(crc16(frame) + (now.wrong_check ? 1 : 0));

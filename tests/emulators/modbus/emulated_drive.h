@@ -13,6 +13,7 @@ struct DriveFaults {
   int exception = 0;           ///< every request is refused with this code
   int exception_on_write = 0;  ///< the same for writes only
   int delay_ms = 0;            ///< before every answer
+  int delay_once_ms = 0;       ///< before the next answer only
   bool silent = false;         ///< half-open: takes requests, never answers
   bool hang_up = false;        ///< closes the connection instead of answering
   bool garbage = false;        ///< bytes of no meaning in the place of answers

@@ -54,6 +54,7 @@ path = "run.csv"
 speed = "fast"
 loop = true
 bias_s = 0.25
+decimal_comma = true
 force = { column = "load_uN", unit = "uN", scale = 1e-3 }
 position = { column = "tip_um" }
 [scene]
@@ -284,7 +285,8 @@ TEST(RigText, AReplayCarriesItsColumnMapping) {
   DaemonConfig config;
   const auto error = apply_rig_text(
       "replay:/data/"
-      "run.csv?force=load_uN&force_scale=1e6&position=tip_um&position_unit=um&speed=fast&loop=true",
+      "run.csv?force=load_uN&force_scale=1e6&position=tip_um&position_unit=um&speed=fast&loop=true&"
+      "decimal_comma=true",
       config);
   ASSERT_FALSE(error) << error->text();
   EXPECT_EQ(config.rig, RigChoice::kReplay);
@@ -295,6 +297,7 @@ TEST(RigText, AReplayCarriesItsColumnMapping) {
   EXPECT_EQ(config.replay.position.unit, "um");
   EXPECT_TRUE(config.replay.as_fast_as_possible);
   EXPECT_TRUE(config.replay.loop);
+  EXPECT_TRUE(config.replay.decimal_comma);
 }
 
 TEST(RigText, ASimulatedRigCarriesItsPlant) {

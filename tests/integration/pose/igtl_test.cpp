@@ -5,12 +5,17 @@
 #include <igtlMessageHeader.h>
 #include <igtlStatusMessage.h>
 #include <igtlTransformMessage.h>
+#include <igtl_util.h>
 
+#include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <csignal>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "client/igtl/igtl_messages.h"
 #include "tests/integration/running_service.h"
@@ -80,8 +85,9 @@ class Peer {
 
 /// The bridge as a process, and the port it listens on.
 struct BridgeProcess {
-  explicit BridgeProcess(const std::string& server)
-      : process(HAPTICD_IGTL_BINARY, {"--server", server, "--port", "0", "--rate", "100"}) {
+  explicit BridgeProcess(const std::string& server, const std::string& reference = "none")
+      : process(HAPTICD_IGTL_BINARY,
+                {"--server", server, "--port", "0", "--rate", "100", "--reference", reference}) {
     const std::string line = process.read_line();
     port = std::stoi(line.substr(line.rfind(':') + 1));
   }
@@ -123,6 +129,114 @@ TEST(Igtl, APeerThatSendsNonsenseIsLeftAndTheOthersGoOn) {
   bridge.process.signal(SIGTERM);
   EXPECT_EQ(bridge.process.wait(), 0);
   EXPECT_NE(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
+}
+
+// Messages as peers of newer versions of the protocol write them, which Debian's library cannot.
+
+void append_number(igtl_bridge::Packed& bytes, std::uint64_t number, int size) {
+  for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
+}
+
+void append_text(igtl_bridge::Packed& bytes, std::string text, std::size_t size) {
+  text.resize(size);
+  bytes.insert(bytes.end(), text.begin(), text.end());
+}
+
+igtl_bridge::Packed message_of(unsigned version, const std::string& type, igtl_bridge::Packed body) {
+  igtl_bridge::Packed bytes;
+  append_number(bytes, version, 2);
+  append_text(bytes, type, 12);
+  append_text(bytes, "StylusToTracker", 20);
+  append_number(bytes, 1'700'000'000, 4);
+  append_number(bytes, 1U << 30U, 4);  // a quarter of a second
+  append_number(bytes, body.size(), 8);
+  append_number(bytes, crc64(body.data(), body.size(), 0), 8);
+  bytes.insert(bytes.end(), body.begin(), body.end());
+  return bytes;
+}
+
+using Metadata = std::vector<std::pair<std::string, std::string>>;
+
+/// The body of version 2: its own header, the content, the sizes of the metadata, and the metadata.
+igtl_bridge::Packed extended(const igtl_bridge::Packed& content, const Metadata& metadata,
+                             unsigned own_size = 12) {
+  igtl_bridge::Packed sizes, texts, body;
+  append_number(sizes, metadata.size(), 2);
+  for (const auto& [key, value] : metadata) {
+    append_number(sizes, key.size(), 2);
+    append_number(sizes, 3, 2);  // US-ASCII
+    append_number(sizes, value.size(), 4);
+    append_text(texts, key, key.size());
+    append_text(texts, value, value.size());
+  }
+  append_number(body, own_size, 2);
+  append_number(body, sizes.size(), 2);
+  append_number(body, texts.size(), 4);
+  append_number(body, 1, 4);  // number of the message
+  body.resize(own_size);
+  for (const igtl_bridge::Packed& part : {content, sizes, texts})
+    body.insert(body.end(), part.begin(), part.end());
+  return body;
+}
+
+/// The axes of the frame, at (10, 20, 30) mm.
+igtl_bridge::Packed transform_content() {
+  igtl_bridge::Packed content;
+  for (const float number : {1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 10.F, 20.F, 30.F})
+    append_number(content, std::bit_cast<std::uint32_t>(number), 4);
+  return content;
+}
+
+igtl_bridge::Packed tracked_transform(const std::string& status) {
+  return message_of(2, "TRANSFORM", extended(transform_content(), {{"TransformStatus", status}}));
+}
+
+igtl_bridge::Packed slicer_status() {
+  igtl_bridge::Packed content;
+  append_number(content, 1, 2);
+  content.resize(31);
+  return message_of(2, "STATUS", extended(content, {{"dummy", "dummy"}}));
+}
+
+bool send_to(Peer& peer, const igtl_bridge::Packed& bytes) {
+  return peer.send(bytes.data(), static_cast<int>(bytes.size()));
+}
+
+TEST(Igtl, APeerOfANewerVersionStaysConnected) {
+  const RunningService service;
+  BridgeProcess bridge(service.address());
+  Peer peer(bridge.port);
+  ASSERT_TRUE(peer.connected);
+  ASSERT_TRUE(send_to(peer, slicer_status()));
+  for (int i = 0; i < 50; ++i) ASSERT_EQ(peer.next_of("TRANSFORM").type, "TRANSFORM") << i;
+  bridge.process.signal(SIGTERM);
+  EXPECT_EQ(bridge.process.wait(), 0);
+  EXPECT_EQ(bridge.process.errors().find("has gone"), std::string::npos) << bridge.process.errors();
+}
+
+/// What the bridge noted about poses that came with this status. No calibration runs.
+std::string log_after_poses(const std::string& status) {
+  const RunningService service;
+  BridgeProcess bridge(service.address(), "StylusToTracker");
+  Peer peer(bridge.port);
+  const igtl_bridge::Packed pose = tracked_transform(status);
+  // Poses are pushed twice a second.
+  for (int i = 0; i < 150; ++i) {
+    EXPECT_TRUE(send_to(peer, pose));
+    EXPECT_EQ(peer.next_of("TRANSFORM").type, "TRANSFORM");
+  }
+  bridge.process.signal(SIGTERM);
+  EXPECT_EQ(bridge.process.wait(), 0);
+  return bridge.process.errors();
+}
+
+TEST(Igtl, OnlyPosesOfATrackedToolGoToTheCalibration) {
+  const std::string tracked = log_after_poses("OK");
+  EXPECT_NE(tracked.find("are not taken"), std::string::npos) << tracked;
+  EXPECT_EQ(tracked.find("left out"), std::string::npos) << tracked;
+  const std::string lost = log_after_poses("OUT_OF_VIEW");
+  EXPECT_EQ(lost.find("are not taken"), std::string::npos) << lost;
+  EXPECT_NE(lost.find("TransformStatus OUT_OF_VIEW"), std::string::npos) << lost;
 }
 
 igtl_bridge::Packed sent_transform(const char* name, float scale, float mirror, float x_mm) {
@@ -221,6 +335,113 @@ TEST(IgtlMessages, ATransformComesThroughInPiecesWithItsStamp) {
   EXPECT_NEAR(static_cast<double>(reader.transform().utc_ns - 1'700'000'000'250'000'000LL), 0.0, 32.0);
 }
 
+/// The first event that is not kOther.
+igtl_bridge::MessageReader::Event read_one(igtl_bridge::MessageReader& reader,
+                                           const igtl_bridge::Packed& bytes) {
+  reader.add(bytes.data(), bytes.size());
+  igtl_bridge::MessageReader::Event event = reader.next();
+  while (event == igtl_bridge::MessageReader::Event::kOther) event = reader.next();
+  return event;
+}
+
+TEST(IgtlMessages, TransformsOfAllVersionsAreRead) {
+  const igtl_bridge::Packed content = transform_content();
+  for (const igtl_bridge::Packed& bytes :
+       {message_of(1, "TRANSFORM", content), message_of(2, "TRANSFORM", extended(content, {})),
+        message_of(3, "TRANSFORM", extended(content, {{"a", "b"}, {"TransformStatus", "OK"}})),
+        message_of(2, "TRANSFORM", extended(content, {}, 20))}) {
+    igtl_bridge::MessageReader reader;
+    ASSERT_EQ(read_one(reader, bytes), igtl_bridge::MessageReader::Event::kTransform) << reader.problem();
+    const igtl_bridge::ReceivedTransform& transform = reader.transform();
+    EXPECT_EQ(transform.name, "StylusToTracker");
+    EXPECT_EQ(transform.not_tracked, "");
+    EXPECT_EQ(transform.position_mm[0], 10.0);
+    EXPECT_EQ(transform.position_mm[2], 30.0);
+    EXPECT_EQ(transform.quaternion_wxyz[0], 1.0);
+    EXPECT_EQ(transform.utc_ns, 1'700'000'000'250'000'000LL);
+  }
+}
+
+TEST(IgtlMessages, TheStatusOfTheToolIsRead) {
+  const std::pair<Metadata, std::string> cases[] = {
+      {{{"TransformStatus", "OK"}}, ""},
+      {{{"TransformStatus", " ok "}}, ""},
+      {{{"SomethingElse", "MISSING"}}, ""},
+      {{{"TransformStatus", "OUT_OF_VIEW"}}, "OUT_OF_VIEW"},
+      {{{"a", ""}, {"transformstatus", "MISSING"}, {"b", "OK"}}, "MISSING"},
+      {{{"StylusToTrackerTransformStatus", "INVALID"}}, "INVALID"},
+      {{{"TransformStatus", "NOT OK"}}, "NOT OK"},
+      {{{"TransformStatus", ""}}, "unknown"}};
+  for (const auto& [metadata, not_tracked] : cases) {
+    igtl_bridge::MessageReader reader;
+    EXPECT_EQ(read_one(reader, message_of(2, "TRANSFORM", extended(transform_content(), metadata))),
+              igtl_bridge::MessageReader::Event::kTransform)
+        << reader.problem();
+    EXPECT_EQ(reader.transform().not_tracked, not_tracked);
+  }
+}
+
+TEST(IgtlMessages, OtherMessagesArePassedOverByTheirSize) {
+  using Event = igtl_bridge::MessageReader::Event;
+  igtl_bridge::MessageReader reader;
+  for (const igtl_bridge::Packed& bytes :
+       {slicer_status(), message_of(0, "STRING", {1, 2}), message_of(9, "COMMAND", {}),
+        message_of(65535, "A_TYPE_OF_12", igtl_bridge::Packed(1000))}) {
+    reader.add(bytes.data(), bytes.size());
+    ASSERT_EQ(reader.next(), Event::kOther) << reader.problem();
+  }
+  // An image of 30 MB, in pieces.
+  igtl_bridge::Packed image = message_of(2, "IMAGE", {});
+  constexpr std::uint64_t kImageSize = 30'000'000;
+  for (std::size_t i = 0; i < 8; ++i) image[42 + i] = static_cast<std::uint8_t>(kImageSize >> (56 - 8 * i));
+  reader.add(image.data(), image.size());
+  ASSERT_EQ(reader.next(), Event::kOther);
+  const igtl_bridge::Packed piece(10'000, 0xff);
+  for (int i = 0; i < 3000; ++i) {
+    reader.add(piece.data(), piece.size());
+    ASSERT_EQ(reader.next(), Event::kNothing);
+  }
+  EXPECT_EQ(read_one(reader, tracked_transform("OK")), Event::kTransform) << reader.problem();
+}
+
+TEST(IgtlMessages, ATransformThatDoesNotFitIsNamedAndTheNextIsRead) {
+  using Event = igtl_bridge::MessageReader::Event;
+  const igtl_bridge::Packed content = transform_content();
+  const igtl_bridge::Packed good = extended(content, {{"TransformStatus", "OUT_OF_VIEW"}});
+  const auto changed = [&good](std::size_t place, std::uint8_t value) {
+    igtl_bridge::Packed body = good;
+    body[place] = value;
+    return body;
+  };
+  constexpr std::size_t kPairs = 12 + 48;  // where the metadata's sizes begin
+  igtl_bridge::Packed short_content = content;
+  short_content.pop_back();
+  igtl_bridge::Packed longer = content;
+  longer.push_back(0);
+  const std::pair<igtl_bridge::Packed, std::string> cases[] = {
+      {message_of(1, "TRANSFORM", good), "do not fit"},
+      {message_of(2, "TRANSFORM", content), "do not fit"},
+      {message_of(2, "TRANSFORM", {}), "do not fit"},
+      {message_of(2, "TRANSFORM", extended(short_content, {})), "do not fit"},
+      {message_of(1, "TRANSFORM", longer), "do not fit"},
+      {message_of(2, "TRANSFORM", changed(1, 4)), "do not fit"},  // its own header
+      {message_of(2, "TRANSFORM", changed(0, 0xff)), "do not fit"},
+      {message_of(2, "TRANSFORM", changed(2, 0xff)), "do not fit"},           // the metadata's sizes
+      {message_of(2, "TRANSFORM", changed(4, 0xff)), "do not fit"},           // the metadata
+      {message_of(2, "TRANSFORM", changed(kPairs, 0xff)), "do not fit"},      // how many pairs
+      {message_of(2, "TRANSFORM", changed(kPairs + 2, 0xff)), "do not fit"},  // of a key
+      {message_of(2, "TRANSFORM", changed(kPairs + 6, 0xff)), "do not fit"},  // of a value
+      {message_of(0, "TRANSFORM", content), "header version 0"},
+      {message_of(4, "TRANSFORM", good), "header version 4"},
+      {message_of(2, "TRANSFORM", igtl_bridge::Packed(2'000'000)), "2000000 bytes"}};
+  igtl_bridge::MessageReader reader;
+  for (const auto& [bytes, complaint] : cases) {
+    EXPECT_EQ(read_one(reader, bytes), Event::kBroken);
+    EXPECT_NE(reader.problem().find(complaint), std::string::npos) << reader.problem();
+    EXPECT_EQ(read_one(reader, tracked_transform("OK")), Event::kTransform) << "after: " << complaint;
+  }
+}
+
 TEST(IgtlMessages, WhatIsNoRotationIsNamed) {
   using Event = igtl_bridge::MessageReader::Event;
   for (const auto& [bytes, complaint] :
@@ -244,9 +465,15 @@ TEST(IgtlMessages, ADamagedOrHugeMessageIsFound) {
   EXPECT_EQ(reader.next(), Event::kBroken);
   igtl_bridge::Packed huge = sent_transform("a", 1.0F, 1.0F, 0.0F);
   huge[42] = 0x7f;  // the first byte of the body's size
-  igtl_bridge::MessageReader other;
-  other.add(huge.data(), huge.size());
-  EXPECT_EQ(other.next(), Event::kUnreadable);
+  igtl_bridge::Packed wrapping = message_of(2, "IMAGE", {});
+  std::fill_n(wrapping.begin() + 42, 8, std::uint8_t{0xff});
+  for (const igtl_bridge::Packed& bytes :
+       {huge, wrapping, message_of(1, "", {}), message_of(1, "\x01\x02", {}), igtl_bridge::Packed(58, 'G')}) {
+    igtl_bridge::MessageReader other;
+    other.add(bytes.data(), bytes.size());
+    EXPECT_EQ(other.next(), Event::kUnreadable);
+    EXPECT_NE(other.problem().find("not OpenIGTLink"), std::string::npos) << other.problem();
+  }
 }
 
 TEST(IgtlMessages, APoseBecomesItsMatrix) {

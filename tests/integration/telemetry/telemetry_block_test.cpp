@@ -138,7 +138,9 @@ std::map<std::string, double> numbers_of(const v1::TelemetrySample& sample) {
       const Message& vector = of_group.GetReflection()->GetMessage(of_group, &quantity);
       for (int c = 0; c < quantity.message_type()->field_count(); ++c) {
         const FieldDescriptor& component = *quantity.message_type()->field(c);
-        const auto unit = quantity.name().rfind('_');
+        // The unit stays whole: "sensor_torque_x_n_mm".
+        const auto unit =
+            quantity.name().ends_with("_n_mm") ? quantity.name().size() - 5 : quantity.name().rfind('_');
         const std::string name =
             unit == std::string::npos
                 ? quantity.name() + "_" + component.name()

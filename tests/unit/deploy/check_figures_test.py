@@ -120,6 +120,38 @@ class Static(Checked):
                 self.complains(self.check("--static"), words)
 
 
+PAGE = """# A page
+
+What it is.
+
+| cause | force |
+|---|---|
+| late by 5 ms | 0.1<!--held--> N |
+| † slow | 0.2 N |
+
+- held within 3 %, `f 7 N`
+  and 8.5 mm
+"""
+
+
+class Explained(Checked):
+    def complaints(self, page, given=()):
+        self.write("page.md", page)
+        found = []
+        check_figures.check_explained([self.folder / "page.md"], {"page.md": list(given)}, found)
+        return found
+
+    def test_wants_a_mark_a_dagger_or_a_given_number(self):
+        self.assertEqual([each.split(" has ")[0] for each in self.complaints(PAGE)], ["page.md:10: 3 %", "page.md:10: 8.5 mm"])
+        self.assertEqual(self.complaints(PAGE, ["3 %", "8.5 mm"]), [])
+        self.assertEqual(self.complaints(PAGE.replace("- held", "- † held")), [])
+        self.assertEqual(self.complaints(PAGE.replace("What it is.", "† Measured in spring.")), [])
+        self.assertEqual(len(self.complaints(PAGE.replace("What it is.", "†: measured in spring."))), 2)
+
+    def test_wants_no_given_number_that_is_gone(self):
+        self.assertIn("page.md has no '4 s'", self.complaints(PAGE, ["3 %", "8.5 mm", "4 s"])[0])
+
+
 class AgainstFigures(Checked):
     def test_takes_the_measured_numbers_of_the_run_and_cases_named(self):
         self.passes(self.against_figures())
@@ -144,6 +176,14 @@ class AgainstFigures(Checked):
     def test_passes_over_no_case_that_gave_nothing(self):
         self.measured([*RECORDS, record("one", "rubber", None)])
         self.complains(self.against_figures(), "1 of 3 records of rig/held_error (device=one, object≠wood) have no value")
+
+    def test_takes_what_differs_by_no_more_than_the_tolerance(self):
+        self.write("figures.toml", 'count = { figure = "rig/held_error", show = "only %.0f", tolerance = 0.03 }\n')
+        self.write("README.md", "2 463<!--count--> instructions\n")
+        for measured, status in ((2463, 0), (2395, 0), (2538, 0), (2380, 1), (2550, 1)):
+            with self.subTest(measured):
+                self.measured([record("one", "sponge", measured)])
+                self.assertEqual(self.against_figures()[0], status)
 
     def test_wants_every_case_that_is_listed(self):
         self.measured([each for each in RECORDS if each["case"]["object"] != "foam"])

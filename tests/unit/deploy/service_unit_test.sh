@@ -28,7 +28,7 @@ check() {
 
 # 2.5 of 10; what remains is the network and the hardware.
 check hapticd.service 25 Type=notify WatchdogSec=5 LimitRTPRIO=99 LimitMEMLOCK=infinity User=hapticd StateDirectory=hapticd \
-  CapabilityBoundingSet= Restart=on-failure
+  CapabilityBoundingSet= Restart=on-failure "DeviceAllow=char-hidraw rw" Environment=GTDD_HOME=/etc/hapticd/3dsystems
 # No hardware.
 check hapticd-console.service 20 Type=notify WatchdogSec=10 User=hapticd-console StateDirectory=hapticd-console \
   CapabilityBoundingSet= Restart=always PrivateDevices=yes RestrictRealtime=yes

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "tests/unit/modbus/driven_rig.h"
 
@@ -81,6 +82,132 @@ TEST_P(ModbusFrame, AnExceptionIsReportedByNameAndPlace) {
   EXPECT_EQ(error->value, "exception 2");
   EXPECT_NE(error->where.find("0x006A"), std::string::npos) << error->where;  // the first it is set up with
   EXPECT_EQ(rig.table->status().state, TurntableState::kIdle);
+}
+
+// A drive that answers "busy" (exception 6) or "still at work" (5) is there, and is asked again.
+
+/// Its link, and how long it may be busy.
+class BusyDrive : public testing::TestWithParam<std::tuple<Over, int>> {
+ protected:
+  static void long_suffering(modbus::ModbusConfig&, turntable::TurntableSettings& settings) {
+    settings.stale_after_s = 0.2;
+    settings.busy_timeout_s = 10.0;
+  }
+  DrivenRig rig{std::get<0>(GetParam()), EmulatedDrive::Make::kPlain, long_suffering};
+  const int exception = std::get<1>(GetParam());
+
+  /// Until it has refused so many more requests.
+  void await_refusals(double count) const {
+    const double before = rig.figure("exceptions");
+    rig.await([&](const hal::TurntableStatus&) { return rig.figure("exceptions") >= before + count; });
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Over, BusyDrive,
+                         testing::Combine(testing::Values(Over::kTcp, Over::kRtu), testing::Values(5, 6)));
+
+TEST_P(BusyDrive, KeepsItsLinkAndItsMotion) {
+  const auto number = rig.set_off(120.0);
+  rig.drive.set_faults({.exception = exception});
+  rig.await([](const hal::TurntableStatus& s) { return s.position_age_s > 0.6; });
+  EXPECT_EQ(rig.table->status().motion.end, MotionEnd::kUnderWay);
+  rig.drive.set_faults({});
+  EXPECT_EQ(rig.await_end_of(number).motion.end, MotionEnd::kArrived);
+  EXPECT_EQ(rig.figure("connection_attempts"), 1.0);
+}
+
+TEST_P(BusyDrive, IsSetUpAndStartedOnceItIsFree) {
+  rig.drive.set_faults({.exception_on_write = exception});
+  std::thread freeing([this] {
+    await_refusals(3.0);
+    rig.drive.set_faults({});
+  });
+  rig.engage();
+  freeing.join();
+  EXPECT_EQ(rig.figure("connection_attempts"), 1.0);
+  ASSERT_EQ(rig.await_end(rig.table->home()).motion.end, MotionEnd::kArrived);
+  rig.await_state(TurntableState::kStanding);
+  rig.drive.set_faults({.exception_on_write = exception});
+  const auto motion = rig.table->move_to(90.0, {});
+  // As long as a table that was started would take to count as stalled.
+  rig.await([](const hal::TurntableStatus& s) { return s.motion.end == MotionEnd::kUnderWay; });
+  await_refusals(50.0);
+  EXPECT_EQ(rig.table->status().motion.end, MotionEnd::kUnderWay);
+  rig.drive.set_faults({});
+  EXPECT_EQ(rig.await_end(motion).motion.end, MotionEnd::kArrived);
+}
+
+TEST_P(BusyDrive, GetsAStopUntilItTakesIt) {
+  const auto number = rig.set_off(20.0);
+  rig.drive.set_faults({.exception_on_write = exception});
+  rig.table->stop();
+  await_refusals(5.0);
+  EXPECT_TRUE(rig.drive.motor().moving());
+  EXPECT_FALSE(rig.table->report().findings.empty());
+  rig.drive.set_faults({});
+  EXPECT_EQ(rig.await_end_of(number).motion.end, MotionEnd::kStopped);
+  EXPECT_FALSE(rig.drive.motor().moving());
+  EXPECT_LT(rig.drive.motor().angle_deg(), 165.0);
+  EXPECT_TRUE(rig.table->report().findings.empty()) << rig.table->report().findings.front();
+}
+
+TEST_P(BusyDrive, AStopEndsAStartThatItHasNotTaken) {
+  rig.home();
+  rig.drive.set_faults({.exception_on_write = exception});
+  const auto motion = rig.table->move_to(90.0, {});
+  await_refusals(3.0);
+  rig.table->stop();
+  EXPECT_EQ(rig.await_end(motion).motion.end, MotionEnd::kStopped);
+  rig.drive.set_faults({});
+  EXPECT_EQ(rig.await_end(rig.table->move_to(-90.0, {})).motion.end, MotionEnd::kArrived);
+  EXPECT_EQ(rig.table->status().motion.number, *motion + 1);
+}
+
+TEST(ModbusFault, ADriveThatStaysBusyIsRefusedInTheEnd) {
+  DrivenRig rig(
+      Over::kTcp, EmulatedDrive::Make::kPlain,
+      [](modbus::ModbusConfig&, turntable::TurntableSettings& settings) { settings.busy_timeout_s = 0.3; });
+  rig.home();
+  rig.drive.set_faults({.exception_on_write = 6});
+  const hal::TurntableStatus refused = rig.await_end(rig.table->move_to(90.0, {}));
+  EXPECT_EQ(refused.motion.end, MotionEnd::kRefused);
+  ASSERT_TRUE(refused.motion.problem);
+  EXPECT_EQ(refused.motion.problem->what, "the drive refused: server device busy");
+}
+
+TEST(ModbusTcp, ALateAnswerIsNotTakenForTheNext) {
+  DrivenRig rig(
+      Over::kTcp, EmulatedDrive::Make::kPlain,
+      [](modbus::ModbusConfig&, turntable::TurntableSettings& settings) { settings.stale_after_s = 10.0; });
+  const auto number = rig.set_off();
+  rig.drive.set_faults({.delay_once_ms = 700});
+  rig.await([&](const hal::TurntableStatus&) { return rig.figure("late_answers") >= 1.0; });
+  EXPECT_EQ(rig.await_end_of(number).motion.end, MotionEnd::kArrived);
+  EXPECT_EQ(rig.figure("bad_frames"), 0.0);
+  EXPECT_EQ(rig.figure("connection_attempts"), 1.0);
+}
+
+TEST(ModbusFault, WhatADriveLacksIsSaid) {
+  const auto remedy_of = [](const DriveFaults& faults) {
+    DrivenRig rig(Over::kTcp, EmulatedDrive::Make::kPlain,
+                  [&faults](modbus::ModbusConfig& config, turntable::TurntableSettings& settings) {
+                    settings.engage_timeout_s = 1.0;
+                    if (faults.exception != 0) config.map.setup.clear();  // it is read first
+                    config.map.start.erase(config.map.start.begin());     // the target is written first
+                  });
+    if (faults.exception == 0) rig.home();
+    rig.drive.set_faults(faults);
+    if (faults.exception != 0) return rig.table->engage().value_or(hal::Error{}).remedy;
+    return rig.await_end(rig.table->move_to(90.0, {})).motion.problem.value_or(hal::Error{}).remedy;
+  };
+  const auto expect = [&](const DriveFaults& faults, const char* words) {
+    const std::string remedy = remedy_of(faults);
+    EXPECT_NE(remedy.find(words), std::string::npos) << remedy;
+  };
+  expect({.exception = 1}, "function 4");
+  expect({.exception = 2}, "max_registers_per_read");
+  expect({.exception = 3}, "max_registers_per_read");
+  expect({.exception_on_write = 1}, "function 16");
 }
 
 // What the drive does, not its frames: over one transport each.

@@ -173,6 +173,31 @@ TEST_F(Supervised, ATableThatDoesNotStopIsReported) {
   EXPECT_EQ(supervisor.report().problem->what, "the table was asked to stop but still moves");
 }
 
+TEST_F(Supervised, AStopThatTheDriveDoesNotTakeIsReported) {
+  supervisor.begin_move(now, 0.0, 90.0, kLimits);
+  supervisor.stop(now, MotionEnd::kStopped, std::nullopt);
+  supervisor.stop_answered(now, hal::Error{"the drive refused: busy", "", "", "", ""});
+  const auto turning = [](double t) { return at(30.0 * (t - 100.0), true, false); };
+  run(2.5, turning);
+  supervisor.stop_answered(now, std::nullopt);  // from here on it has its time to stand
+  run(2.5, turning);
+  EXPECT_EQ(end(), MotionEnd::kUnderWay);
+  supervisor.stop_answered(now, hal::Error{"the drive refused: busy", "", "", "", ""});
+  run(1.0, turning);
+  EXPECT_EQ(end(), MotionEnd::kStopped);
+  EXPECT_EQ(supervisor.report().problem->what, "the table still moves: the drive has not taken the stop");
+}
+
+TEST_F(Supervised, AnOrderThatIsNotTakenYetIsNoStall) {
+  supervisor.begin_move(now, 0.0, 90.0, kLimits);
+  for (int i = 0; i < 300; ++i, now += kPeriod) {
+    supervisor.postpone(now);
+    EXPECT_EQ(supervisor.observe(now, at(0.0, false, true)), Action::kNone);
+  }
+  EXPECT_EQ(end(), MotionEnd::kUnderWay);
+  EXPECT_TRUE(run(2.0, [](double) { return at(0.0, true, false); }));
+}
+
 TEST_F(Supervised, HomesOnceTheFlagIsSetAgainAndTheTableStands) {
   supervisor.begin_home(now, 40.0);
   const double began = now;

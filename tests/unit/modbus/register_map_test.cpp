@@ -7,6 +7,7 @@
 #include "server/rig_file/turntable_map.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/value_of.h"
 
 namespace hapticd::test {
 namespace {
@@ -73,6 +74,8 @@ TEST(RegisterMap, SmallestOne) {
   const auto map = parse(kSmall);
   ASSERT_TRUE(map) << map.error().text();
   EXPECT_TRUE(map->always_homed);
+  EXPECT_EQ(map->max_registers_per_read, 125);
+  EXPECT_EQ(value_of(parse(std::string("max_registers_per_read = 2") + kSmall)).max_registers_per_read, 2);
   ASSERT_EQ(map->stop.size(), 1U);
   EXPECT_EQ(map->stop[0].value, 0xFFFFFFFFU);  // -1
   EXPECT_EQ(map->start[1].then_wait_s, 0.01);
@@ -90,6 +93,8 @@ TEST(RegisterMap, RefusesByNameAndLine) {
            "no such register", kUnknownWord, 2},
           {with(kSmall, "address = 10", "address = 65536"), "'registers.position.address'", kOutOfRange, 8,
            "0 … 65535"},
+          {std::string("max_registers_per_read = 1") + kSmall, "'max_registers_per_read'", kOutOfRange, 1,
+           "2 … 125"},
           {with(kSmall, "address = 10\n", ""), "no address", kMissingKey, 6},
           {with(kSmall, "\"s32\"", "\"s64\""), "'registers.position.type'", kUnknownWord, 9,
            "bit, u16, s16, u32, s32, f32"},
@@ -125,6 +130,10 @@ TEST(RegisterMap, ReadsTogetherWhatLiesTogetherAndNothingElse) {
   const auto plain = server::find_turntable_map("plain_drive");
   ASSERT_TRUE(plain);
   EXPECT_EQ(modbus::read_plan(*plain), (std::vector<ReadBlock>{{Table::kInput, 0, 6}}));
+  RegisterMap limited = *plain;
+  limited.max_registers_per_read = 3;
+  EXPECT_EQ(modbus::read_plan(limited),
+            (std::vector<ReadBlock>{{Table::kInput, 0, 2}, {Table::kInput, 2, 3}, {Table::kInput, 5, 1}}));
   const auto az = server::find_turntable_map("oriental_az");
   ASSERT_TRUE(az);
   EXPECT_EQ(modbus::read_plan(*az),

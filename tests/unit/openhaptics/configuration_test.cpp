@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 
+#include "hal/openhaptics/config_folder.h"
 #include "hal/openhaptics/device_figures.h"
 #include "hd_bench.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
 namespace {
@@ -84,6 +88,42 @@ TEST(OpenHapticsConfiguration, AHighForceModelIsPointedToTheOtherDriverBeforeItI
   EXPECT_TRUE(openhaptics::names_high_force("PHANToM Premium 1.5 HighForce"));
   EXPECT_TRUE(openhaptics::names_high_force("Premium 1.5HF"));
   EXPECT_FALSE(openhaptics::names_high_force("PHANTOM Omni"));
+}
+
+TEST(OpenHapticsConfiguration, AFolderThatCannotBeReadIsNamed) {
+  using openhaptics::config_folder_problem;
+  const TemporaryFolder folder;
+  const std::string missing = folder.path("missing");
+  EXPECT_NE(config_folder_problem(missing.c_str(), nullptr).find(missing), std::string::npos);
+  EXPECT_EQ(config_folder_problem(folder.path().c_str(), nullptr), "");
+  // Without GTDD_HOME it is in the home folder.
+  for (const char* not_set : {static_cast<const char*>(nullptr), ""}) {
+    const std::string problem = config_folder_problem(not_set, folder.path().c_str());
+    EXPECT_NE(problem.find(folder.path(".3dsystems")), std::string::npos) << problem;
+    EXPECT_NE(problem.find("GTDD_HOME is not set"), std::string::npos) << problem;
+    EXPECT_NE(config_folder_problem(not_set, nullptr), "");
+  }
+  // A file in it that is not there any more.
+  std::filesystem::create_directory(folder.path("config"));
+  folder.write("config/Default Device.config", "x");
+  EXPECT_EQ(config_folder_problem(folder.path().c_str(), nullptr), "");
+  std::filesystem::create_symlink("/nowhere", folder.path("config/Left Device.config"));
+  EXPECT_NE(config_folder_problem(folder.path().c_str(), nullptr).find("Left Device.config"),
+            std::string::npos);
+}
+
+TEST(OpenHapticsConfiguration, ADeviceThatIsNotFoundIsReportedWithItsFolder) {
+  OpenHapticsConfig config;
+  config.vendor_library_names = "/nowhere/libHD.so";
+  auto device = OpenHapticsDevice::create(config);
+  ASSERT_TRUE(device);
+  const TemporaryFolder folder;
+  setenv("GTDD_HOME", folder.path("missing").c_str(), 1);
+  ASSERT_TRUE((*device)->engage());
+  const auto findings = (*device)->report().findings;
+  unsetenv("GTDD_HOME");
+  ASSERT_FALSE(findings.empty());
+  EXPECT_NE(findings.back().find(folder.path("missing")), std::string::npos) << findings.back();
 }
 
 }  // namespace

@@ -49,6 +49,13 @@ class FlightRecorderTest : public RecordingTest {
 TEST_F(FlightRecorderTest, AStopLeavesEveryTickAroundIt) {
   flight();
   flown(2500);
+  for (const std::uint64_t tick : {2400U, 100U}) {  // late, and older than the first row
+    recording::Event event;
+    event.kind = EventKind::kCommand;
+    event.tick = tick;
+    event.time_ns = static_cast<std::int64_t>(tick) * 1'000'000'000 / kTicksPerS;
+    board_.add(std::move(event));
+  }
   engine_.stop();
   flown(2 * kAfterTicks);
   const auto list = incidents(1);
@@ -57,6 +64,11 @@ TEST_F(FlightRecorderTest, AStopLeavesEveryTickAroundIt) {
   const Seen seen = seen_of(list[0]);
   EXPECT_TRUE(seen.end.is_finished);
   EXPECT_EQ(missing(seen.ticks), 0);
+  EXPECT_NEAR(list[0].duration_s, seen.rows_s, 1e-6);
+  EXPECT_TRUE(std::ranges::is_sorted(seen.events, {}, &recording::Event::time_ns));
+  EXPECT_TRUE(std::ranges::is_sorted(seen.log_times_ns));
+  const std::uint64_t shown_ns = seen.log_times_ns.back() - seen.log_times_ns.front();
+  EXPECT_LE(1e-9 * static_cast<double>(shown_ns), seen.rows_s) << "other programs show what has no rows";
   const auto cause = static_cast<std::int64_t>(list[0].cause_tick);
   EXPECT_EQ(seen.ticks.front(), cause - kBeforeTicks);
   EXPECT_GE(seen.ticks.back(), cause + kAfterTicks);

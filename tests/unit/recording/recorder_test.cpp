@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -186,6 +188,51 @@ TEST_F(RecorderTest, AQuotaThatIsUsedUpIsNamedOrTheOldestMakesRoom) {
   EXPECT_FALSE(fs::exists(recordings() + "/20200101T000000Z_old.mcap"));
 }
 
+TEST_F(RecorderTest, AClockThatIsSetBackChangesNeitherOrderNorLength) {
+  constexpr std::int64_t kHourNs = 3'600'000'000'000;
+  std::atomic<std::int64_t> set_ns{0};
+  sources_.clocks = [&set_ns] {
+    ClockReading reading = read_clocks();
+    reading.utc_ns += set_ns;
+    return reading;
+  };
+  config_.when_full = WhenFull::kRemoveOldest;
+  fs::create_directories(recordings());
+  std::ofstream(recordings() + "/20990101T000000Z_of_an_earlier_version.mcap") << "x";
+  std::vector<std::string> ids{"20990101T000000Z_of_an_earlier_version"};
+  ids.push_back(started("during").id);
+  tick(100);
+  ASSERT_TRUE(await([this] { return recorder().running()->rows >= 100; }));
+  set_ns = -kHourNs;
+  ASSERT_FALSE(recorder().annotate("just set", ""));
+  tick(100);
+  // It is looked at once a second.
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  tick(100);
+  const RecordingInfo during = stopped();
+  ids.push_back(started("after").id);
+  tick(100);
+  stopped();
+
+  const auto list = recorder().list();
+  ASSERT_EQ(list->size(), ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) EXPECT_EQ((*list)[i].id, ids[i]);
+  const Seen seen = seen_of(during);
+  EXPECT_NEAR((*list)[1].duration_s, seen.rows_s, 1e-6);
+  EXPECT_TRUE(std::ranges::is_sorted(seen.log_times_ns));
+  const auto is_told = [](const recording::Event& event) {
+    return event.text.find("clock was set back by 3600.0") != std::string::npos;
+  };
+  EXPECT_EQ(std::ranges::count_if(seen.events, is_told), 1);
+
+  config_.quota_mb = 1e-6 * static_cast<double>((*list)[2].bytes) + 0.002;
+  recorder_.reset();
+  started("last");
+  stopped();
+  EXPECT_FALSE(recorder().path_of(ids[1])) << "the oldest makes room";
+  EXPECT_TRUE(recorder().path_of(ids[2]));
+}
+
 TEST_F(RecorderTest, ARecordingThatOutgrowsTheQuotaEndsWhole) {
   config_.quota_mb = 0.1;
   started();
@@ -272,6 +319,9 @@ TEST_F(RecorderTest, WhatAnEarlierRunLeftIsFinishedAtTheStart) {
   ASSERT_EQ(list->size(), 1U);
   EXPECT_EQ(list->front().state, RecordingState::kRepaired);
   EXPECT_EQ(list->front().name, "test");
+  const Seen seen = read_all(left);
+  EXPECT_EQ(list->front().rows, seen.ticks.size());
+  EXPECT_NEAR(list->front().duration_s, seen.rows_s, 1e-6);
   EXPECT_TRUE(next.path_of(info.id));
 }
 

@@ -68,6 +68,8 @@ class RecordingTest : public testing::Test {
     std::vector<recording::Event> events;
     std::map<std::string, recording::Texts> metadata;
     recording::McapEnd end;
+    std::vector<std::uint64_t> log_times_ns;
+    double rows_s = 0.0;  ///< from the first to the last
     bool has(recording::EventKind kind) const {
       return std::any_of(events.begin(), events.end(), [&](const auto& event) { return event.kind == kind; });
     }
@@ -85,6 +87,13 @@ class RecordingTest : public testing::Test {
       seen.metadata[name] = texts;
     };
     seen.end = test::value_of(file.read(visitor));
+    if (!seen.ticks.empty()) seen.rows_s = 0.01 * static_cast<double>(seen.ticks.back() - seen.ticks.front());
+    recording::McapVisitor raw;
+    raw.message = [&](const recording::Message& message) {
+      seen.log_times_ns.push_back(message.log_time_ns);
+      return true;
+    };
+    static_cast<void>(test::value_of(test::value_of(recording::McapReader::open(path)).read(raw)));
     return seen;
   }
   /// Ticks that are missing between the first and the last.

@@ -26,13 +26,17 @@ class TableExport : public testing::Test {
   TableExport() {
     const std::vector<recording::Column> columns{{"tick", "1", true},
                                                  {"time_ns", "ns", true},
-                                                 {"force_n", "N", false},
+                                                 {"contact_reaction_force_n", "N", false},
                                                  {"velocity_mm_per_s", "mm/s", false}};
     RecordingSources sources;
     sources.configuration = "[loop]\nrate_hz = 1000\n";
     auto output =
         value_of(RecordingOutput::begin(folder_.path("a.mcap"), columns, sources, {0, 1'000'000'000, 0},
-                                        {{"name", "test"}, {"note", "größer"}}));
+                                        {{"name", "test"},
+                                         {"note", "größer"},
+                                         {"by", "7"},
+                                         {"rate_hz", "1000"},
+                                         {"started_unix_ns", "1767225600123456789"}}));
     demand(output.add_metadata("scene", {{"toml", "name = \"tap\"\n"}}));
     for (std::int64_t tick = 0; tick < kRows; tick += 100) {
       std::string rows;
@@ -42,7 +46,7 @@ class TableExport : public testing::Test {
         put(0.1 * static_cast<double>(t), rows);
         put(t < 5000 ? std::numeric_limits<double>::quiet_NaN() : 1.0 / 3.0, rows);
       }
-      output.add_rows(rows, tick * 1'000'000);
+      output.add_rows(rows);
       if (tick == 5000) {
         recording::Event event;
         event.tick = 5000;
@@ -78,7 +82,8 @@ TEST_F(TableExport, CsvHasUnitsAndEveryDigit) {
   demand(export_table(request("a.csv")));
   const std::string text = text_of_file(folder_.path("a.csv"));
   EXPECT_NE(text.find("# recording.note: größer\n"), std::string::npos);
-  EXPECT_NE(text.find("\ntick,time_s,force_n,velocity_mm_per_s\n0,0.123456789,0,nan\n"), std::string::npos);
+  EXPECT_NE(text.find("\ntick,time_s,contact_reaction_force_n,velocity_mm_per_s\n0,0.123456789,0,nan\n"),
+            std::string::npos);
   EXPECT_NE(text.find("\n9999,10.122456789,"), std::string::npos);
   EXPECT_NE(text.find("# event at 5.123456789 s, tick 5000, annotation: half, \"way\"\n"), std::string::npos);
   // It is read again by what reads recordings.
@@ -94,13 +99,13 @@ TEST_F(TableExport, CsvHasUnitsAndEveryDigit) {
 
 TEST_F(TableExport, ColumnsSpanAndDecimationAreThoseAskedFor) {
   ExportRequest wanted = request("a.csv");
-  wanted.columns = {"force_n"};
+  wanted.columns = {"contact_reaction_force_n"};
   wanted.from_s = 1.0;
   wanted.to_s = 2.0;
   wanted.decimation = 100;
   demand(export_table(wanted));
   const std::string text = text_of_file(wanted.output);
-  EXPECT_NE(text.find("\ntick,time_s,force_n\n1000,"), std::string::npos);
+  EXPECT_NE(text.find("\ntick,time_s,contact_reaction_force_n\n1000,"), std::string::npos);
   EXPECT_NE(text.find("\n2000,"), std::string::npos);
   EXPECT_EQ(text.find("\n1050,"), std::string::npos);
   EXPECT_EQ(text.find("\n2100,"), std::string::npos);
@@ -108,13 +113,13 @@ TEST_F(TableExport, ColumnsSpanAndDecimationAreThoseAskedFor) {
 
 TEST_F(TableExport, WhatCannotBeExportedIsNamed) {
   ExportRequest wanted = request("a.csv");
-  wanted.columns = {"forse_n"};
+  wanted.columns = {"contact_reaction_forse_n"};
   auto error = export_table(wanted);
   ASSERT_TRUE(error);
   EXPECT_EQ(error->what, "the recording has no such column");
-  EXPECT_EQ(error->value, "forse_n");
-  EXPECT_EQ(error->limit, "tick, time_ns, force_n, velocity_mm_per_s");
-  EXPECT_EQ(error->remedy, "did you mean 'force_n'?");
+  EXPECT_EQ(error->value, "contact_reaction_forse_n");
+  EXPECT_EQ(error->limit, "tick, time_ns, contact_reaction_force_n, velocity_mm_per_s");
+  EXPECT_EQ(error->remedy, "did you mean 'contact_reaction_force_n'?");
 
   wanted = request("a.csv");
   wanted.from_s = 100.0;
@@ -164,26 +169,45 @@ TEST_F(TableExport, H5pyReadsTheSameNumbersAndUnits) {
 import sys, h5py, numpy
 f = h5py.File(sys.argv[1], "r")
 t = f["telemetry"]
-def text(value): return value.decode() if isinstance(value, bytes) else str(value)
-assert sorted(t) == ["force_n", "tick", "time_ns", "time_s", "velocity_mm_per_s"], sorted(t)
+assert sorted(t) == ["contact_reaction_force_n", "tick", "time_ns", "time_s", "velocity_mm_per_s"], sorted(t)
 assert t["tick"].shape == (10000,) and t["tick"].dtype == numpy.int64
 assert (t["tick"][:] == numpy.arange(10000)).all()
 assert t["time_ns"][9999] == 9999 * 1000000 + 123456789
 assert abs(t["time_s"][9999] - 10.122456789) < 1e-9
-assert (t["force_n"][:] == 0.1 * numpy.arange(10000)).all()
+assert (t["contact_reaction_force_n"][:] == 0.1 * numpy.arange(10000)).all()
 v = t["velocity_mm_per_s"][:]
 assert numpy.isnan(v[:5000]).all() and (v[5000:] == 1.0 / 3.0).all()
-assert text(t["force_n"].attrs["unit"]) == "N" and text(t["time_s"].attrs["unit"]) == "s"
-assert text(t["velocity_mm_per_s"].attrs["description"])
-assert t["force_n"].chunks == (4096,) and t["force_n"].shuffle and t["force_n"].compression == "gzip"
-assert t["force_n"].dims[0][0].name == "/telemetry/time_s"
-assert text(f.attrs["name"]) == "test" and text(f.attrs["note"]) == "größer" and text(f.attrs["end_reason"]) == "done"
-assert text(f["metadata/scene_toml"][()]).startswith("name = ")
-assert text(f["metadata/configuration_toml"][()]).startswith("[loop]")
-assert f["events/tick"][:].tolist() == [5000] and text(f["events/kind"][0]) == "annotation"
-assert text(f["events/text"][0]) == 'half, "way"'
+assert t["contact_reaction_force_n"].attrs["unit"] == "N" and t["time_s"].attrs["unit"] == "s"
+assert t["velocity_mm_per_s"].attrs["description"] == "group velocity: mm per s"
+assert t["contact_reaction_force_n"].chunks == (4096,) and t["contact_reaction_force_n"].shuffle and t["contact_reaction_force_n"].compression == "gzip"
+assert t["contact_reaction_force_n"].dims[0][0].name == "/telemetry/time_s"
+assert f.attrs["name"] == "test" and f.attrs["note"] == "größer" and f.attrs["end_reason"] == "done"
+assert f.attrs["rate_hz"] == 1000.0 and f.attrs["rate_hz"].dtype == numpy.float64
+assert f.attrs["started_unix_ns"] == 1767225600123456789 and f.attrs["started_unix_ns"].dtype == numpy.int64
+assert f.attrs["end_rows"] == 10000 and f.attrs["by"] == "7"
+assert f["metadata/clock_anchor_unix_ns"][()] == 1000000000
+assert f["metadata/scene_toml"].asstr()[()].startswith("name = ")
+assert f["metadata/configuration_toml"].asstr()[()].startswith("[loop]")
+assert f["events/tick"][:].tolist() == [5000] and f["events/kind"].asstr()[:].tolist() == ["annotation"]
+assert f["events/text"].asstr()[0] == 'half, "way"'
 )");
   EXPECT_EQ(std::system((python + " " + script + " " + folder_.path("a.h5")).c_str()), 0);
+}
+
+TEST_F(TableExport, TheExampleOfTheDocumentationReadsBoth) {
+  demand(export_table(request("a.h5")));
+  demand(export_table(request("a.csv")));
+  const std::string python = PYTHON_OF_THE_SYSTEM;
+  if (std::system((python + " -c 'import h5py, pandas' 2>/dev/null").c_str()) != 0) {
+    GTEST_SKIP() << "SKIPPED LOUDLY: " << python
+                 << " has no h5py or no pandas (Debian: python3-h5py python3-pandas)";
+  }
+  const std::string command = python + " " + SOURCE_FOLDER + "/client/python/examples/read_export.py " +
+                              folder_.path("a.h5") + " " + folder_.path("a.csv") + " > " +
+                              folder_.path("out");
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(text_of_file(folder_.path("out")),
+            "größer: up to 999.9 N in 10.0 s\n5.123 s: half, \"way\"\n10000 rows, the last at 10.122 s\n");
 }
 
 }  // namespace

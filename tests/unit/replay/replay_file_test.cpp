@@ -16,9 +16,10 @@ namespace {
 
 using test::ReplayFile;
 
-hal::Result<Recording> load(std::string_view content, const RecordingColumns& columns = {}) {
+hal::Result<Recording> load(std::string_view content, const RecordingColumns& columns = {},
+                            const CsvFormat& format = {}) {
   const ReplayFile file(content);
-  return load_recording(file.path(), columns);
+  return load_recording(file.path(), columns, format);
 }
 
 /// The refusal's text without the place's path, which differs from machine to machine.
@@ -77,6 +78,92 @@ TEST(ReplayFileFormat, CountsTimeFromTheFirstRow) {
   EXPECT_DOUBLE_EQ(recording->duration_s(), 1.0);
 }
 
+std::string utf16(std::string_view ascii, bool big, bool mark) {
+  std::string text;
+  const auto unit = [&](char high, char low) {
+    text += big ? std::string{high, low} : std::string{low, high};
+  };
+  if (mark) unit('\xFE', '\xFF');
+  for (const char c : ascii) unit('\0', c);
+  return text;
+}
+
+/// The same two rows, 0 s, 0 N, 0 mm and 0.5 s, 2 N, 3 mm, as other programs write them.
+TEST(ReplayFileFormat, OfOtherMachinesIsReadAsItIs) {
+  const std::string plain = "time_s,force_N,depth_mm\n0,0,0\n0.5,2,3\n";
+  struct Machine {
+    std::string content;
+    bool decimal_comma = false;
+  };
+  const Machine machines[] = {
+      {"time_s,force_N,depth_mm\ns,N,mm\n0,0,0\n0.5,2,3\n"},
+      {"Time,Force,Extension\n(s),(N),(mm)\n0,0,0\n0.5,2,3\n"},
+      {"\"Time\",\"Load\",\"Displacement\"\n\"sec\",\"kN\",\"mm\"\n\"0\",\"0\",\"0\"\n\"0.5\",\"0.002\","
+       "\"3\"\n"},
+      {"Specimen,\"silicone, "
+       "soft\"\nDate,2020-01-02\n\nRate,10,mm/min\nTime,Load,Extension\ns,N,mm\n0,0,0\n0.5,2,3\n"},
+      {"Test,Peak,Width\nN,mm,\n7,2,10\n\ntime_s,force_N,depth_mm\n0,0,0\n0.5,2,3\n"},
+      {"time_s,force_kN,depth_mm\n0,0,0\n0.5,0.002,3\n"},
+      {"Zeit [s],Kraft [kN],Weg [mm]\n0,0,0\n0.5,0.002,3\n"},
+      {"t/ms,F/N,depth/mm\n0,0,0\n500,2,3\n"},
+      {"Zeit in s,Standardkraft in N,Standardweg in mm\n0,0,0\n0.5,2,3\n"},
+      {"Time (sec.),FORCE (MN),Tip {\u03bcm}\n0,0,0\n0.5,2e-6,3000\n"},
+      {"Time (MS),Force (mN),tip_\u00b5m\n0,0,0\n500,2000,3000\n"},
+      {"time_s,force_N,depth_\xB5m\n0,0,0\n0.5,2,3000\n"},
+      {"Elapsed Time (s);Load (N);Crosshead (mm);note;\n0;0;0;;\n0.5;2;3;\"a;b\"\n"},
+      {"time_s\tforce_N\tdepth_mm\tnote\t\n0\t0\t0\t\t\n0.5\t2\t3\t\t\n"},
+      {"time_s,force_N,depth_mm,,\n0,0,0,,\n0.5,2,3,,\n"},
+      {"Zeit;Kraft;Weg\ns;N;mm\n0,0;0,0;0,00\n0,5;2,0;+3,0e0\n", true},
+      {"\"time_s\",\"force_N\",\"depth_mm\"\n\"0,0\",\"0\",\"0\"\n\"0,5\",\"2\",\"3\"\n", true},
+      {"time_s,force_N,depth_mm\r0,0,0\r0.5,2,3\r"},
+      {"time_s,force_N,depth_mm\r\n0,0,0\r\n0.5,2,3\r\n1.0,2"},
+      {"time_s,force_N,depth_mm\n0,0,0\n0.5,2,3\n1.0,2,3e"},
+      {plain + std::string("1.0,2\0\0\0\0", 9)},
+      {utf16(plain, false, true)},
+      {utf16(plain, true, true)},
+      {utf16(plain, false, false)},
+      {utf16(plain, true, false)},
+  };
+  for (const Machine& machine : machines) {
+    SCOPED_TRACE(machine.content);
+    const auto recording = load(machine.content, {}, {.decimal_comma = machine.decimal_comma});
+    ASSERT_TRUE(recording) << recording.error().text();
+    ASSERT_EQ(recording->time_s.size(), 2U);
+    EXPECT_DOUBLE_EQ(recording->time_s[1], 0.5);
+    EXPECT_NEAR(recording->force_n[1], 2.0, 1e-12);
+    EXPECT_NEAR(recording->depth_mm[1], 3.0, 1e-12);
+  }
+}
+
+TEST(ReplayColumns, HaveTheUnitsOfTheirTrade) {
+  struct Case {
+    const char* force;
+    double force_n;
+    const char* position;
+    double depth_mm;
+  };
+  const Case cases[] = {
+      {"Load [kgf]", 9.80665, "Extension (in)", 25.4},   {"force_g", 9.80665e-3, "tip_inch", 25.4},
+      {"Force (gf)", 9.80665e-3, "Distance [cm]", 10.0}, {"Load, lbf", 4.4482216152605, "Stroke/mil", 0.0254},
+      {"force_cN", 0.01, "position_um", 1e-3},           {"Kraft (daN)", 10.0, "Weg [m]", 1e3},
+      {"FORCE (KN)", 1e3, "DISPLACEMENT (MM)", 1.0},     {"force kg", 9.80665, "depth \u03bcm", 1e-3},
+  };
+  for (const Case& one : cases) {
+    const auto recording = load(std::string("time_s;") + one.force + ';' + one.position + "\n0;0;0\n1;1;1\n");
+    ASSERT_TRUE(recording) << recording.error().text();
+    EXPECT_DOUBLE_EQ(recording->force_n[1], one.force_n) << one.force;
+    EXPECT_DOUBLE_EQ(recording->depth_mm[1], one.depth_mm) << one.position;
+  }
+}
+
+TEST(ReplayColumns, OfARowOfUnitsAreMappedByTheirNameAlone) {
+  RecordingColumns columns;
+  columns.force.column = "Load 2";
+  const auto recording = load("Time,Load,Load 2,Extension\ns,N,kN,mm\n0,0,0,0\n1,1,5,1\n", columns);
+  ASSERT_TRUE(recording) << recording.error().text();
+  EXPECT_DOUBLE_EQ(recording->force_n[1], 5000.0);
+}
+
 struct BadFile {
   std::string_view content;
   RecordingColumns columns;
@@ -89,8 +176,8 @@ TEST(ReplayBadFile, IsRefusedWithItsPlace) {
   const BadFile files[] = {
       {"", {}, "", kMalformed},
       {"time_s,force_N,depth_mm\n0,0,0\n", {}, "", kMalformed},
-      {"time_s;force_N;depth_mm\n0;0;0\n", {}, ", line 1", kMalformed},
-      {"\"time_s\",\"force_N\"\n", {}, ", line 1", kMalformed},
+      {"time_s;force_N;depth_mm\n0;0;0\n", {}, "", kMalformed},
+      {"\"time_s\",\"force_N\"\n", {}, "", kNotFound},
       {"time_s,force_N,depth_mm\n0,0,0\n1,0,0\n",
        {.time = {}, .force = {.column = "load_N"}, .position = {}},
        "",
@@ -102,7 +189,7 @@ TEST(ReplayBadFile, IsRefusedWithItsPlace) {
        "",
        kContradiction},
       {"time_s,force_N,depth_mm\n0,0,0\n1,0,0\n",
-       {.time = {}, .force = {.column = "force_N", .unit = "lbf"}, .position = {}},
+       {.time = {}, .force = {.column = "force_N", .unit = "kip"}, .position = {}},
        ", column 'force_N'",
        kUnknownWord},
       {"time_s,force_N,depth_mm\n0,0,0\n1,0,0\n",
@@ -121,7 +208,7 @@ TEST(ReplayBadFile, IsRefusedWithItsPlace) {
       {"time_s,force_N,depth_mm\n0,0,5,1,0\n", {}, ", line 2", kMalformed},
       {"time_s,force_N,depth_mm\n0,0,0\n1,0\n", {}, ", line 3", kMalformed},
       {"time_s,force_N,depth_mm\n0,,0\n", {}, ", line 2, column 'force_N'", kMalformed},
-      {"time_s,force_N,depth_mm\n\"0\",0,0\n", {}, ", line 2, column 'time_s'", kMalformed},
+      {"time_s,force_N,depth_mm\n\"0,0,0\n", {}, ", line 2, column 'time_s'", kMalformed},
       {"time_s,force_N,depth_mm\n0,0,0\n1,NaN,0\n", {}, ", line 3, column 'force_N'", kMalformed},
       {"time_s,force_N,depth_mm\n0,0,-1e999\n", {}, ", line 2, column 'depth_mm'", kMalformed},
       {"time_s,force_N,depth_mm\n0,0,0\n0.1,0,0\n0.1,0,0\n", {}, ", line 4", kMalformed},
@@ -151,10 +238,39 @@ TEST(ReplayBadFile, ARefusalHasFiveParts) {
   EXPECT_EQ(
       refusal("time_s,force_N,depth_mm\n0,0,0\n# note\n1,0.5 N,0\n"),
       "recording 'FILE', line 4, column 'force_N': the cell is not a number (got '0.5 N'); accepted: finite "
-      "numbers such as 0.015 or 1.5e-3");
+      "numbers such as 0.015 or 1.5e-3; write the unit into the column's name, as in force_N");
   // Bytes that cannot be printed are replaced.
   EXPECT_NE(refusal(std::string_view("time_s,force_N,depth_mm\n\0\x01,0,0\n", 31)).find("(got '?\?')"),
             std::string::npos);
+}
+
+TEST(ReplayBadFile, ARefusalSaysWhatHelps) {
+  struct Case {
+    std::string_view content;
+    std::string_view part;
+    bool decimal_comma = false;
+  };
+  const Case cases[] = {
+      {"time_s;force_N;depth_mm\n0,0;0,0;0,0\n0,5;1,5;1,5\n", "--decimal-comma"},
+      {"time_s;force_N;depth_mm\n0,0;0,0;0,0\n0,5;1,5;1,5\n", "?decimal_comma=true"},
+      {"time_s,force_N,depth_mm\n0,0,0,0,0,0\n0,5,1,5,1,5\n", "export it with semicolons"},
+      {"time_s;force_N;depth_mm\n0;0;0\n0,5;1.000,5;1\n", "separators of thousands", true},
+      {"time_s,force_N,depth_mm\n0,0,0\n0.5,0,0\n0.5,0,0\n", "keep one row of each time"},
+      {"time_s,force_N,depth_mm\n0,0,0\n0.5,0,0\n0.4,0,0\n", "sort the rows"},
+      {"Time (hh:mm),force_N,depth_mm\n0,0,0\n1,0,0\n", "(got 'hh:mm'); accepted: s, ms"},
+      {"time_s,force_N,depth_mm\n00:00:01,0,0\n00:00:02,0,0\n", "export the time in seconds"},
+      {"time_s,Force (kip),depth_mm\n0,0,0\n1,0,0\n", "(got 'kip'); accepted: N, mN"},
+      {"time_s,Force (mn),depth_mm\n0,0,0\n1,0,0\n", "(got 'mn'); accepted: N, mN"},
+      {"time_s,Force,depth_mm\n0,0,0\n1,0,0\n", "--column force=NAME:UNIT"},
+      {"time_s,force_N,depth_mm\ns,kN,mm\n0,0,0\n1,0,0\n", "the file's columns are time_s, force_N [kN]"},
+      {"time_s,voltage_V,depth_mm\n0,0,0\n1,0,0\n", "'replay:FILE?force=NAME&force_unit=UNIT'"},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.content);
+    const auto recording = load(one.content, {}, {.decimal_comma = one.decimal_comma});
+    ASSERT_FALSE(recording);
+    EXPECT_NE(recording.error().text().find(one.part), std::string::npos) << recording.error().text();
+  }
 }
 
 TEST(ReplayBadPath, MissingFileIsNamed) {
@@ -173,7 +289,7 @@ TEST(ReplayBadPath, FolderIsNotARecording) {
 
 TEST(ReplayBadPath, LineWithoutEndIsRefusedInBoundedMemory) {
   std::string content = "time_s,force_N,depth_mm\n";
-  content.append(2 * CsvFile::kMaxLineBytes, '1');
+  content.append(2 * TextLines::kMaxLineBytes, '1');
   const auto recording = load(content);
   ASSERT_FALSE(recording);
   EXPECT_EQ(recording.error().code, hal::ErrorCode::kTooLong);

@@ -36,6 +36,7 @@ TEST(TelemetryColumns, CarryGroupQuantityComponentAndUnit) {
                            "time_s",
                            "scene_generation",
                            "sample_tip_position_x_mm",
+                           "sample_sensor_torque_z_n_mm",
                            "sample_status_bits",
                            "contact_reaction_force_n",
                            "contact_count",

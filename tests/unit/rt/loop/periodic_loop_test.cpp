@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <thread>
 #include <vector>
 
@@ -38,6 +39,19 @@ TEST(PeriodicLoop, RunsAPacedRigToItsEndAndLeavesZeroForce) {
   EXPECT_EQ(loop.statistics().compute.count, 100U);
   EXPECT_EQ(rig.writes, 101U) << "one a tick, and the zero at the end";
   EXPECT_EQ(rig.last_command.force_n.z, 0.0);
+}
+
+TEST(PeriodicLoop, ProcessesTickAtDifferentTimes) {
+  constexpr std::int64_t kPeriodNs = 1'000'000;
+  for (const std::int64_t first : {1, 1234, 4'194'290}) {
+    for (std::int64_t one = first; one < first + 12; ++one) {
+      const std::int64_t phase_ns = tick_phase_ns(one, kPeriodNs);
+      EXPECT_GE(phase_ns, kPeriodNs / 4);
+      EXPECT_LE(phase_ns, 3 * kPeriodNs / 4);
+      for (std::int64_t other = one + 1; other < first + 12; ++other)
+        EXPECT_GT(std::abs(phase_ns - tick_phase_ns(other, kPeriodNs)), 20'000) << one << ", " << other;
+    }
+  }
 }
 
 TEST(PeriodicLoop, LendsItsThreadToARigThatOwnsTheClock) {
