@@ -38,7 +38,7 @@ struct ReceivedTransform {
 class MessageReader {
  public:
   static constexpr std::uint64_t kMaxTransform = 1U << 20U;
-  /// A header that claims more than this is no header: an image has some 100 MB.
+  /// A header that claims more than this is damaged: even an image has some 100 MB only.
   static constexpr std::uint64_t kMaxBody = std::uint64_t{1} << 32U;
 
   void add(const std::uint8_t* bytes, std::size_t count);

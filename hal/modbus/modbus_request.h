@@ -12,7 +12,7 @@ inline constexpr int kWriteCoil = 5;
 inline constexpr int kWriteRegister = 6;
 inline constexpr int kWriteRegisters = 16;
 
-/// What an exchange asks for.
+/// One request to a drive.
 struct Request {
   int function = 0;
   Table table = Table::kHolding;
@@ -27,7 +27,7 @@ inline bool is_read(const Request& request) noexcept {
 
 /// "illegal data address" for 2; empty for a code the protocol does not know.
 std::string exception_name(int code);
-/// What to do about an exception that answers the request.
+/// Returns the remedy for an exception that answers the request.
 std::string remedy_for_exception(int code, const Request& request);
 /// The drive is there, and asks for the request again: exceptions 5 and 6.
 bool asks_to_repeat(int code) noexcept;

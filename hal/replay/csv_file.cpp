@@ -38,7 +38,7 @@ bool is_number(std::string_view text, double& number, std::errc& code) {
   return code != std::errc::invalid_argument && parsed.ptr == text.data() + text.size();
 }
 
-/// Why a cell is no number, and what helps.
+/// Says why a cell does not read as a number, and the remedy.
 std::pair<const char*, const char*> cell_fault(std::string_view text, bool decimal_comma) {
   if (is_like_number(text) && text.find(',') != std::string_view::npos && !decimal_comma)
     return {"the cell has a comma", kTakeCommas};
@@ -100,7 +100,7 @@ std::optional<hal::Error> CsvFile::find_table() {
   while (lines.size() < kMaxLooked) {
     const auto state = next_line(text, error);
     if (state == TextLines::State::kEnd) break;
-    // What is wrong further down is told with its place while the rows are read.
+    // Faults further down are reported with their line while the rows are read.
     if (state != TextLines::State::kLine && !lines.empty()) break;
     if (state != TextLines::State::kLine) return error;
     lines.push_back({lines_.number(), std::string(text)});

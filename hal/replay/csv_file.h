@@ -13,7 +13,7 @@
 
 namespace hapticd::replay {
 
-/// What a file does not say of itself.
+/// Properties of a CSV file that its text does not show.
 struct CsvFormat {
   bool decimal_comma = false;  ///< "0,015" is fifteen thousandths
 };

@@ -102,7 +102,7 @@ hal::Error time_does_not_increase(double now_s, double last_s, std::string place
                     .value = now + " s after " + last + " s",
                     .limit = "each row later than the one before",
                     .remedy = repeats ? "export the time with more decimals, or keep one row of each time"
-                                      : "sort the rows by time, or split the file where the time begins anew",
+                                      : "sort the rows by time, or split the file where the time starts again",
                     .code = hal::ErrorCode::kMalformed};
 }
 

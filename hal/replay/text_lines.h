@@ -28,7 +28,7 @@ class TextLines {
  private:
   enum class Encoding : unsigned char { kUtf8, kUtf16Little, kUtf16Big };
 
-  bool fill();  ///< false where there is no more
+  bool fill();  ///< Returns false at the end of the file.
   void append_utf16(std::string_view bytes);
 
   std::ifstream stream_;

@@ -139,7 +139,7 @@ std::string plain_unit(std::string_view unit, Quantity quantity) {
   return text;
 }
 
-/// Where the unit in brackets at the end begins, with its bracket.
+/// Returns the position of the bracket that begins a unit at the end of a name.
 std::size_t opening_bracket(std::string_view name) {
   constexpr std::string_view kClosing = ")]}>";
   constexpr std::string_view kOpening = "([{<";

@@ -21,10 +21,11 @@ const char* name_of(Quantity quantity) noexcept;
 /// The units of this quantity, for messages: "s, ms, us, ns, min, h".
 std::string accepted_units(Quantity quantity);
 
-/// Factor of a unit to s, N, mm or N·mm. Nothing where it is no unit of the quantity. Both micro signs are
-/// read as u. Capitals count only where another unit differs by them: "KN" is kN, but "MN" is not mN.
+/// Returns the factor of a unit to s, N, mm or N·mm, and nothing if it is not a unit of the quantity. Both
+/// micro signs are read as u. Capitals count only where another unit differs by them: "KN" is kN, but "MN" is
+/// not mN.
 std::optional<double> unit_factor(Quantity quantity, std::string_view unit);
-/// Whether a word is a unit of time, force, position or torque.
+/// Returns whether a word is a unit of time, force, position or torque.
 bool is_unit(std::string_view word);
 
 /// A column's name, taken apart.

@@ -13,7 +13,8 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-/// Where the unit begins, with its '_': of "torque_n_mm" that of "_n_mm", of "speed_mm_per_s" of "_mm_per_s".
+/// Returns the position at which the unit begins, its '_' included: "_n_mm" in "torque_n_mm", "_mm_per_s" in
+/// "speed_mm_per_s".
 std::size_t unit_place(const std::string& quantity) {
   constexpr std::string_view kTorque = "_n_mm";
   if (quantity.ends_with(kTorque)) return quantity.size() - kTorque.size();

@@ -196,7 +196,7 @@ void write_long_recording(const fs::path& path, double hours) {
     record.timing.compute_ns = 3000 + static_cast<std::int64_t>(state >> 55U);
     table.append_row(record, rows);
     if (tick % 500 != 499) continue;
-    output->add_rows(rows, record.time_ns);
+    output->add_rows(rows);
     rows.clear();
     if (const auto error = output->close_chunk()) throw std::runtime_error(error->text());
   }
