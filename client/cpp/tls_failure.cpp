@@ -10,20 +10,10 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include <memory>
+#include "client/cpp/openssl_support.h"
 
 namespace hapticd::client {
 namespace {
-
-template <auto free>
-struct Free {
-  template <class T>
-  void operator()(T* object) const {
-    free(object);
-  }
-};
-using Context = std::unique_ptr<SSL_CTX, Free<SSL_CTX_free>>;
-using Connection = std::unique_ptr<SSL, Free<SSL_free>>;
 
 struct Socket {
   ~Socket() {
@@ -63,12 +53,6 @@ v1::ErrorDetail detail(const std::string& what, const std::string& where, const 
   made.set_value(value);
   made.set_remedy(remedy);
   return made;
-}
-
-std::string newest_error() {
-  const unsigned long code = ERR_peek_last_error();
-  const char* reason = code == 0 ? nullptr : ERR_reason_error_string(code);
-  return reason == nullptr ? "no reason given" : reason;
 }
 
 /// The names a daemon's certificate is for.
@@ -127,18 +111,20 @@ v1::ErrorDetail wrong_client(const std::string& reason, const CertificateFiles& 
 
 std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, const CertificateFiles& files,
                                                    std::chrono::milliseconds timeout) {
+  const NoPipeSignal held;
   ERR_clear_error();
-  const Context context(SSL_CTX_new(TLS_client_method()));
+  const TlsContext context(SSL_CTX_new(TLS_client_method()));
   if (SSL_CTX_load_verify_locations(context.get(), files.authority.c_str(), nullptr) != 1) {
-    return detail("the authority's certificate cannot be used", files.authority, newest_error(),
-                  "ask a maintainer of the rig for it");
+    return detail("the authority's certificate cannot be used", files.authority,
+                  newest_tls_problem("no reason given"), "ask a maintainer of the rig for it");
   }
   if (SSL_CTX_use_certificate_chain_file(context.get(), files.certificate.c_str()) != 1) {
-    return detail("your certificate cannot be used", files.certificate, newest_error(),
+    return detail("your certificate cannot be used", files.certificate, newest_tls_problem("no reason given"),
                   "ask a maintainer of the rig for another one");
   }
   if (SSL_CTX_use_PrivateKey_file(context.get(), files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
-    return detail("the key of your certificate cannot be used", files.key, newest_error(),
+    return detail("the key of your certificate cannot be used", files.key,
+                  newest_tls_problem("no reason given"),
                   "both must come from the same run of make_certificates.sh");
   }
   // The daemon itself does not say why it refuses.
@@ -150,7 +136,7 @@ std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, c
   const std::string host = host_of(address);
   connect_to(host, port_of(address), timeout, opened);
   if (opened.descriptor < 0) return std::nullopt;
-  const Connection tls(SSL_new(context.get()));
+  const TlsSession tls(SSL_new(context.get()));
   SSL_set_fd(tls.get(), opened.descriptor);
   std::string shown_host = host;  // what the macro SSL_set_tlsext_host_name does, without its cast
   SSL_ctrl(tls.get(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name, shown_host.data());
@@ -169,14 +155,14 @@ std::optional<v1::ErrorDetail> explain_tls_failure(const std::string& address, c
     if (code == 0) return std::nullopt;
     // A reason from this number on is an alert that the daemon sent.
     const bool is_alert = ERR_GET_LIB(code) == ERR_LIB_SSL && ERR_GET_REASON(code) >= SSL_AD_REASON_OFFSET;
-    if (is_alert) return wrong_client(newest_error(), files);
-    return detail("no encrypted connection comes about", address, newest_error(),
+    if (is_alert) return wrong_client(newest_tls_problem("no reason given"), files);
+    return detail("no encrypted connection comes about", address, newest_tls_problem("no reason given"),
                   "does the daemon listen there with certificates ([network] listen_tls)?");
   }
   // With TLS 1.3 a daemon that refuses the client's certificate says so after the handshake.
   char byte = 0;
   if (SSL_read(tls.get(), &byte, 1) <= 0 && ERR_peek_last_error() != 0)
-    return wrong_client(newest_error(), files);
+    return wrong_client(newest_tls_problem("no reason given"), files);
   return std::nullopt;
 }
 

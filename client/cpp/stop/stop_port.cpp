@@ -7,7 +7,6 @@
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 #include <poll.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -24,6 +23,7 @@
 #include "client/cpp/address.h"
 #include "client/cpp/certificates.h"
 #include "client/cpp/error.h"
+#include "client/cpp/openssl_support.h"
 
 namespace hapticd::client {
 namespace {
@@ -36,16 +36,6 @@ constexpr std::string_view kStopped = "HAPTICD STOPPED ";
 constexpr std::size_t kAnswerSize = 33;
 /// While others of the same address take its place again and again.
 constexpr int kMaxTries = 50;
-
-template <auto free>
-struct Release {
-  template <class T>
-  void operator()(T* object) const {
-    free(object);
-  }
-};
-using TlsContext = std::unique_ptr<SSL_CTX, Release<SSL_CTX_free>>;
-using TlsSession = std::unique_ptr<SSL, Release<SSL_free>>;
 
 [[noreturn]] void fail_stop(ErrorKind kind, const std::string& what, const std::string& where,
                             const std::string& value, const std::string& remedy) {
@@ -87,29 +77,6 @@ class StopSocket {
 
  private:
   int descriptor_ = -1;
-};
-
-/// Writing to a connection that the daemon has closed is an error here, and not the end of the program:
-/// OpenSSL does not ask for that.
-class NoPipeSignal {
- public:
-  NoPipeSignal() {
-    sigemptyset(&pipe_);
-    sigaddset(&pipe_, SIGPIPE);
-    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
-  }
-  ~NoPipeSignal() {
-    const timespec now{};
-    while (sigtimedwait(&pipe_, nullptr, &now) > 0) {
-    }
-    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-  NoPipeSignal(const NoPipeSignal&) = delete;
-  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
-
- private:
-  sigset_t pipe_{};
-  sigset_t before_{};
 };
 
 [[noreturn]] void time_over(const std::string& where) {
@@ -199,12 +166,6 @@ std::uint64_t stop_plain(const StopSocket& socket, const std::string& where, con
   return tick_of({answer.data(), size}, where);
 }
 
-std::string newest_problem() {
-  const unsigned long code = ERR_peek_last_error();
-  const char* reason = code == 0 ? nullptr : ERR_reason_error_string(code);
-  return reason == nullptr ? "the connection broke" : reason;
-}
-
 std::uint64_t stop_with_certificates(const StopSocket& socket, const std::string& host,
                                      const CertificateFiles& files, const std::string& where,
                                      const Deadline& until) {
@@ -216,7 +177,7 @@ std::uint64_t stop_with_certificates(const StopSocket& socket, const std::string
       SSL_CTX_use_certificate_chain_file(context.get(), files.certificate.c_str()) != 1 ||
       SSL_CTX_use_PrivateKey_file(context.get(), files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
     fail_stop(ErrorKind::kBadAddress, "the certificates of this client cannot be used", files.certificate,
-              newest_problem(), "ask a maintainer of the rig for others");
+              newest_tls_problem("the connection broke"), "ask a maintainer of the rig for others");
   }
   const TlsSession tls(SSL_new(context.get()));
   SSL_set_fd(tls.get(), socket.get());
@@ -240,7 +201,8 @@ std::uint64_t stop_with_certificates(const StopSocket& socket, const std::string
       if (has_just_ended) throw Displaced{};
       if (error != SSL_ERROR_WANT_READ && error != SSL_ERROR_WANT_WRITE) {
         fail_stop(ErrorKind::kUnreachable, "no encrypted connection to the stop port comes about", where,
-                  newest_problem(), "compare the certificates of both sides, see docs/access.md");
+                  newest_tls_problem("the connection broke"),
+                  "compare the certificates of both sides, see docs/access.md");
       }
       if (!socket.await(error == SSL_ERROR_WANT_WRITE ? POLLOUT : POLLIN, until)) time_over(where);
     }
