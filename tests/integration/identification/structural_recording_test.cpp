@@ -179,7 +179,7 @@ TEST(ServiceStructuralRecording, WhatIsMissingIsNamedWithItsUnitAndARemedy) {
   const std::string good = "time_s,position_mm,force_mN,external_um";
   const std::vector<Case> cases{
       {walls, "time_s,position_mm,force_mN,lvdt_um", {}, {"external_mm", "lvdt_um", "rigid_contact"}},
-      {walls, "time_s,position_mm,load_lbf,external_um", {}, {"device_force_N", "load_lbf"}},
+      {walls, "time_s,position_mm,load_psi,external_um", {}, {"device_force_N", "load_psi"}},
       {walls, "time_s,height_in,force_mN,external_um", {}, {"position_mm", "height_in"}},
       {walls, "time_s,position_mm,force_mN,external_x_um", {}, {"external_y", "external_x_um"}},
       {walls, good, {"external", "external_x"}, {"external", "one"}},
