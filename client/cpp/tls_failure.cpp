@@ -10,7 +10,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include "client/cpp/openssl_support.h"
+#include "client/cpp/tls/openssl_support.h"
 
 namespace hapticd::client {
 namespace {

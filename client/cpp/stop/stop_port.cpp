@@ -23,7 +23,7 @@
 #include "client/cpp/address.h"
 #include "client/cpp/certificates.h"
 #include "client/cpp/error.h"
-#include "client/cpp/openssl_support.h"
+#include "client/cpp/tls/openssl_support.h"
 
 namespace hapticd::client {
 namespace {

@@ -1,4 +1,4 @@
-#include "client/cpp/openssl_support.h"
+#include "client/cpp/tls/openssl_support.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
