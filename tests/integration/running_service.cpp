@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <stdexcept>
 #include <thread>
 
@@ -116,7 +117,9 @@ std::unique_ptr<server::Daemon> started(const server::DaemonConfig& config) {
 RunningService::RunningService(const server::DaemonConfig& config) : RunningService(started(config)) {}
 
 RunningService::RunningService(std::unique_ptr<server::Daemon> running)
-    : ServiceClient(connect("127.0.0.1:" + std::to_string(running->port()))), daemon(std::move(running)) {}
+    : ServiceClient(connect("127.0.0.1:" + std::to_string(running->port()))), daemon(std::move(running)) {
+  std::signal(SIGPIPE, SIG_IGN);  // as in the daemon's own process: OpenSSL writes to what may be closed
+}
 
 v1::RigState RunningService::press(double force_n, const Condition& pressed) const {
   constexpr std::chrono::seconds kPressTimeout{5};
