@@ -118,7 +118,9 @@ RunningService::RunningService(const server::DaemonConfig& config) : RunningServ
 
 RunningService::RunningService(std::unique_ptr<server::Daemon> running)
     : ServiceClient(connect("127.0.0.1:" + std::to_string(running->port()))), daemon(std::move(running)) {
-  std::signal(SIGPIPE, SIG_IGN);  // as in the daemon's own process: OpenSSL writes to what may be closed
+  // It ends no daemon, either: OpenSSL writes to what may be closed. Caught rather than ignored, so that the programs
+  // that a test starts get it.
+  std::signal(SIGPIPE, [](int) {});
 }
 
 v1::RigState RunningService::press(double force_n, const Condition& pressed) const {
